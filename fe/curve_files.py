@@ -1,0 +1,114 @@
+"""Deflection curves as CSV: ``deflection_curves.csv`` of the command line and of measurement campaigns."""
+
+import csv
+import math
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from fe.deflection_curves import DeflectionCurve
+
+#: Curve names and the unit load each column's values belong to [N m or N].
+UNIT_LOADS = {"delta_s": 1000.0, "delta_f": 1000.0, "g_s": 1.0, "g_f": 1.0}
+_RADIAL = "_radial"
+_MOST_ROWS = 100_000
+#: Sensor radius of the 2012 paper [m], for files without a radius of their own.
+_PAPER_RADIUS = 0.412
+
+
+def write_curves(path: Path, curves: Mapping[str, DeflectionCurve]) -> None:
+    """Write curves side by side.
+
+    Columns: ``theta_deg`` (carrier frame, from pin 1), then by curve the axial displacement [m per kN m for delta_s and
+    delta_f, m per N for g_s and g_f], then the radial ones as ``<name>_radial``.
+
+    Raises
+    ------
+    ValueError
+        Where the curves differ in length.
+    OSError
+        Where the folder cannot be written.
+    """
+    lengths = {curve.axial.size for curve in curves.values()}
+    if len(lengths) != 1:
+        raise ValueError(f"deflection curves have {sorted(lengths)} samples; expected one length")
+    angle = next(iter(curves.values())).angle
+    columns = {"theta_deg": np.rad2deg(angle)}
+    columns |= {name: curve.axial for name, curve in curves.items()}
+    columns |= {f"{name}{_RADIAL}": curve.radial for name, curve in curves.items()}
+    temporary = path.with_name(f".{path.name}.part")
+    try:
+        with temporary.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(columns)
+            for row in zip(*columns.values(), strict=True):
+                writer.writerow([f"{value:.12g}" for value in row])
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def read_curves(path: Path, *, radius: float = _PAPER_RADIUS) -> dict[str, DeflectionCurve]:
+    """Read curves by name; radial columns that are absent count as zero.
+
+    Parameters
+    ----------
+    path : Path
+        File with the columns of :func:`write_curves`, angles equally spaced over one turn from 0.
+    radius : float
+        Radius of the material circle [m].
+
+    Raises
+    ------
+    ValueError
+        Where a column is missing or unknown, a value is not a finite number, or the angles are not equally spaced.
+    """
+    columns = _read_columns(path)
+    known = {"theta_deg", *UNIT_LOADS, *(name + _RADIAL for name in UNIT_LOADS)}
+    unknown = [name for name in columns if name not in known]
+    missing = [name for name in ("theta_deg", *UNIT_LOADS) if name not in columns]
+    if unknown or missing:
+        what = f"unknown column {unknown[0]!r}" if unknown else f"no column {missing[0]!r}"
+        raise ValueError(
+            f"{path}: {what}; expected {', '.join(('theta_deg', *UNIT_LOADS))} and, optionally, *{_RADIAL}"
+        )
+    theta = columns["theta_deg"]
+    expected = 360.0 * np.arange(theta.size) / theta.size
+    if not np.allclose(theta, expected, rtol=0.0, atol=1e-3):
+        raise ValueError(
+            f"{path}: theta_deg is not one turn in equal steps from 0; expected 0, {expected[1]:.4g}, ... deg"
+        )
+    return {
+        name: DeflectionCurve(
+            name, radius, load, columns[name], columns.get(name + _RADIAL, np.zeros_like(columns[name]))
+        )
+        for name, load in UNIT_LOADS.items()
+    }
+
+
+def _read_columns(path: Path) -> dict[str, np.ndarray]:
+    with path.open(newline="", encoding="utf-8") as file:
+        reader = csv.reader(file)
+        header = next(reader, [])
+        rows = []
+        for line, cells in enumerate(reader, start=2):
+            if len(cells) != len(header):
+                raise ValueError(f"{path}: line {line} has {len(cells)} cells; expected {len(header)}")
+            if line > _MOST_ROWS:
+                raise ValueError(f"{path}: more than {_MOST_ROWS} rows; expected one turn of a deflection curve")
+            rows.append([_number(cell, path, line) for cell in cells])
+    if len(rows) < 8:
+        raise ValueError(f"{path}: {len(rows)} rows of numbers; expected at least eight angles")
+    return dict(zip(header, np.array(rows).T, strict=True))
+
+
+def _number(cell: str, path: Path, line: int) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ValueError(f"{path}: line {line} holds {cell!r}; expected a finite number")
+    return value

@@ -1,0 +1,107 @@
+"""Deflection curves of the carrier's rim: displacement over the carrier-frame angle, per unit load.
+
+``delta_s`` and ``delta_f`` of the 2012 paper (figures 7 and 8) are the axial curves of the carrier with
+bonded pins (stiff) and without pins (flexible) under a torque of 1 kN m; ``g_s`` and ``g_f`` are those of one
+pin force of 1 N on pin 1, in the direction that a positive torque loads the pins.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+#: An extremum between two grid points is found on a grid this many times finer than the samples.
+_PEAK_REFINEMENT = 16
+
+
+@dataclass(frozen=True, eq=False)
+class DeflectionCurve:
+    """Axial and radial displacement of a material circle of the carrier under one unit load.
+
+    Parameters
+    ----------
+    name : str
+        ``delta_s``, ``delta_f``, ``g_s`` or ``g_f``.
+    radius : float
+        Radius of the material circle [m].
+    unit_load : float
+        The load the displacements belong to: 1000 N m for a torque curve, 1 N for a pin curve.
+    axial, radial : ndarray, shape (n,)
+        Displacement along +x and along e(angle) [m] at the n carrier-frame angles ``2 pi k / n``, k = 0..n-1.
+
+    Raises
+    ------
+    ValueError
+        Where the two arrays differ in length or hold fewer than eight samples or a value that is not finite.
+    """
+
+    name: str
+    radius: float
+    unit_load: float
+    axial: NDArray[np.float64]
+    radial: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        if self.axial.shape != self.radial.shape or self.axial.ndim != 1 or self.axial.size < 8:
+            raise ValueError(
+                f"deflection curve {self.name}: axial {self.axial.shape} and radial {self.radial.shape} must be "
+                "one-dimensional, equally long and hold at least eight samples"
+            )
+        if not (np.isfinite(self.axial).all() and np.isfinite(self.radial).all()):
+            raise ValueError(f"deflection curve {self.name}: every displacement must be finite")
+
+    @cached_property
+    def angle(self) -> NDArray[np.float64]:
+        """Carrier-frame angles of the samples [rad], shape (n,)."""
+        return 2.0 * np.pi * np.arange(self.axial.size) / self.axial.size
+
+    def axial_at(self, angle: ArrayLike) -> NDArray[np.float64]:
+        """Axial displacement [m] at any carrier-frame angle [rad]; same shape as `angle`."""
+        return _fourier_series(self.axial, np.asarray(angle, dtype=np.float64))
+
+    def radial_at(self, angle: ArrayLike) -> NDArray[np.float64]:
+        """Radial displacement [m] at any carrier-frame angle [rad]; same shape as `angle`."""
+        return _fourier_series(self.radial, np.asarray(angle, dtype=np.float64))
+
+    def axial_order(self, order: int) -> complex:
+        """Complex amplitude c of ``Re(c exp(j order angle))`` in the axial curve [m].
+
+        An odd curve (sines only) has negative imaginary amplitudes: ``b sin(n angle) = Re(-j b exp(j n angle))``.
+        """
+        spectrum = np.fft.rfft(self.axial) / self.axial.size
+        return complex(spectrum[order] * (1.0 if order == 0 else 2.0))
+
+    def axial_order_content(self) -> NDArray[np.float64]:
+        """Magnitude of every order 0, 1, 2, ... of the axial curve [m], shape (n // 2 + 1,)."""
+        magnitude = np.abs(np.fft.rfft(self.axial)) / self.axial.size
+        magnitude[1:] *= 2.0
+        return magnitude
+
+    def peak_angles(self) -> NDArray[np.float64]:
+        """Carrier-frame angles of the local maxima of the axial curve [rad], ascending."""
+        n_fine = _PEAK_REFINEMENT * self.axial.size
+        fine_angle = 2.0 * np.pi * np.arange(n_fine) / n_fine
+        fine = self.axial_at(fine_angle)
+        is_peak = (fine > np.roll(fine, 1)) & (fine >= np.roll(fine, -1))
+        return fine_angle[is_peak]
+
+
+def _fourier_series(samples: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Trigonometric interpolation of equally spaced `samples` of one turn, at `angle` [rad].
+
+    Orders whose amplitude is at rounding level are left out: a curve of a symmetric carrier holds orders
+    3, 6, 9, ... only, and long records are evaluated at millions of angles.
+    """
+    n = samples.size
+    spectrum = np.fft.rfft(samples) / n
+    weight = np.full(spectrum.size, 2.0)
+    weight[0] = 1.0
+    if n % 2 == 0:
+        weight[-1] = 1.0
+    amplitude = weight * spectrum
+    kept = np.flatnonzero(np.abs(amplitude) > 1e-14 * np.abs(amplitude).max(initial=0.0))
+    total = np.zeros(angle.shape)
+    for order in kept:
+        total += amplitude[order].real * np.cos(order * angle) - amplitude[order].imag * np.sin(order * angle)
+    return total

@@ -1,0 +1,94 @@
+"""Torque deflection curve from the half sector alone: a sixth of the unknowns, for mesh studies.
+
+Under equal tangential pin loads the carrier's displacement is antisymmetric about every pin's and every web's
+meridional plane, so on those planes the radial and axial displacement vanish. The shaft face is held.
+"""
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fe.assembly import assemble_stiffness
+from fe.carrier_curves import UNIT_TORQUE
+from fe.deflection_curves import DeflectionCurve
+from fe.factorisation import factorise
+from fe.load_cases import PilotLoad
+from fe.materials import BODY_MATERIALS
+from fe.rim_circle import rim_recovery
+from fe.structural_model import N_SENSOR_ANGLES, carrier_pilot_points
+from fe.surface_integrals import surface_moments
+from geometry.dihedral import cut_plane_nodes
+from geometry.parameters import HALF_SECTOR_ANGLE, CarrierParameters
+from geometry.tet_mesh import TetMesh
+
+#: Reflection of a rigid motion about the plane y = 0: translations keep x and z, rotations keep y.
+_MIRROR = np.diag([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+
+
+def half_sector_curve(half: TetMesh, carrier: CarrierParameters, pin_1_load: dict[str, PilotLoad]) -> DeflectionCurve:
+    """Deflection curve under a unit drive torque, computed on the half sector 0..60 deg.
+
+    Parameters
+    ----------
+    half : TetMesh
+        Half sector with its named surfaces.
+    carrier : CarrierParameters
+        Dimensions [m].
+    pin_1_load : mapping of str to ndarray, shape (6,)
+        Load of the whole pin 1 at its pilots for a torque of 1 kN m: a force along t and, optionally, a moment about t.
+
+    Returns
+    -------
+    DeflectionCurve
+        Axial and radial curve over the whole circle, continued by the symmetry.
+
+    Notes
+    -----
+    A moment about t bends the carrier symmetrically and is left out of the half sector: it is refused.
+
+    Raises
+    ------
+    ValueError
+        Where the load is not antisymmetric about the pin's plane.
+    """
+    K = assemble_stiffness(half, BODY_MATERIALS)
+    T, free = _held_directions(half)
+    f = np.zeros(K.shape[0])
+    points = carrier_pilot_points(carrier)
+    for name, load in pin_1_load.items():
+        if np.abs(_MIRROR @ load + load).max() > 1e-9 * np.abs(load).max():
+            raise ValueError(
+                f"load at {name} is not antisymmetric about the pin's plane; expected a force along t only"
+            )
+        B, Z = surface_moments(half, half.surface(name), points[name])
+        f += B.reshape(6, -1).T @ np.linalg.solve(Z + _MIRROR @ Z @ _MIRROR, load)
+    turned = (T.T @ K @ T).tocsr()
+    q = np.zeros_like(f)
+    q[free] = factorise(sp.csr_array(turned[free][:, free])).solve((T.T @ f)[free])
+    return _whole_circle(half, carrier.sensor_radius, T @ q)
+
+
+def _held_directions(half: TetMesh) -> tuple[sp.csr_array, NDArray[np.int64]]:
+    """Rotation T of the nodes on the web's plane into (x, radial, tangential), and the free degrees of freedom."""
+    on_pin, on_web = cut_plane_nodes(half)
+    n = len(half.points)
+    c, s = np.cos(HALF_SECTOR_ANGLE), np.sin(HALF_SECTOR_ANGLE)
+    blocks = np.tile(np.eye(3), (n, 1, 1))
+    blocks[on_web] = np.array([[1.0, 0.0, 0.0], [0.0, -s, -c], [0.0, c, -s]])
+    T = sp.csr_array(sp.bsr_array((blocks, np.arange(n), np.arange(n + 1))))
+    held = np.zeros((n, 3), dtype=bool)
+    held[np.unique(half.surface("shaft_face"))] = True
+    held[on_pin] |= [True, False, True]
+    held[on_web] |= [True, True, False]
+    return T, np.flatnonzero(~held.ravel())
+
+
+def _whole_circle(half: TetMesh, radius: float, u: NDArray[np.float64]) -> DeflectionCurve:
+    n_half = N_SENSOR_ANGLES // 6
+    axial_rows, radial_rows = rim_recovery(half, radius, HALF_SECTOR_ANGLE * np.arange(n_half + 1) / n_half)
+
+    def continued(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        third = np.concatenate([values, -values[-2:0:-1]])
+        return np.tile(third, 3)
+
+    return DeflectionCurve("torque", radius, UNIT_TORQUE, continued(axial_rows @ u), continued(radial_rows @ u))

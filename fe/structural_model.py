@@ -1,0 +1,171 @@
+"""Stiffness, mass, pilots and sensors of one body: what statics and reduction start from."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fe.assembly import assemble_mass, assemble_stiffness
+from fe.couplings import Pilot, distributing_pilot
+from fe.load_cases import PilotLoad, midspan_x, radial
+from fe.materials import BODY_MATERIALS, Material
+from fe.rim_circle import rim_recovery
+from geometry.parameters import CarrierParameters, pin_angles
+from geometry.tet_mesh import TetMesh
+
+#: Angles of the sensor circle: one degree apart, a multiple of six so that the carrier's symmetry maps them on themselves.
+N_SENSOR_ANGLES = 360
+
+
+@dataclass(frozen=True, eq=False)
+class Sensors:
+    """Recovery rows of a body's sensors.
+
+    Parameters
+    ----------
+    names : tuple of str
+        ``rim_axial_000`` ... ``rim_axial_359``, then ``rim_radial_000`` ...: displacement of the rim's material point at
+        that carrier-frame angle [deg].
+    radius : float
+        Radius of the circle [m].
+    rows : csr_array, shape (n_sensors, n_dofs)
+        Recovery matrix: sensor displacement [m] from nodal displacement [m].
+    """
+
+    names: tuple[str, ...]
+    radius: float
+    rows: sp.csr_array
+
+
+@dataclass(frozen=True, eq=False)
+class StructuralModel:
+    """One free elastic body.
+
+    Parameters
+    ----------
+    name : str
+        Name of the body, as in ``flexible_carrier``.
+    K, M : csr_array, shape (n_dofs, n_dofs)
+        Stiffness [N/m] and mass [kg] of the free body, three degrees of freedom a node.
+    points : ndarray, shape (n, 3)
+        Node coordinates [m].
+    pilots : tuple of Pilot
+        Interface, in the order of the reduced coordinates.
+    sensors : Sensors or None
+        Recovery rows; None for a body without sensors.
+    """
+
+    name: str
+    K: sp.csr_array
+    M: sp.csr_array
+    points: NDArray[np.float64]
+    pilots: tuple[Pilot, ...]
+    sensors: Sensors | None = None
+
+    @property
+    def n_dofs(self) -> int:
+        """Number of degrees of freedom."""
+        return int(self.K.shape[0])
+
+    def load_vector(self, loads: Mapping[str, PilotLoad]) -> NDArray[np.float64]:
+        """Nodal forces of loads at pilots, ``f = Σ Gᵀ F`` [N], shape (n_dofs,).
+
+        Raises
+        ------
+        KeyError
+            Where a load names a pilot that the body does not have.
+        """
+        f = np.zeros(self.n_dofs)
+        pilots = {pilot.name: pilot for pilot in self.pilots}
+        for name, load in loads.items():
+            if name not in pilots:
+                raise KeyError(f"{self.name} has no pilot {name!r}; it has {', '.join(pilots)}")
+            f += pilots[name].G.T @ load
+        return f
+
+
+def carrier_pilot_points(carrier: CarrierParameters) -> dict[str, NDArray[np.float64]]:
+    """Pilot positions [m] by surface name: shaft face, bearing seats, bores, pin mid-spans."""
+    seat_x = carrier.length_between_faces + carrier.seat_length / 2.0
+    points = {
+        "shaft_face": np.array([-carrier.hub_length, 0.0, 0.0]),
+        "upwind_seat": np.array([float(np.mean(carrier.upwind_bearing_x)), 0.0, 0.0]),
+        "downwind_seat": np.array([seat_x, 0.0, 0.0]),
+    }
+    for number, angle in enumerate(pin_angles(), start=1):
+        axis = carrier.centre_distance * radial(float(angle))
+        for part, x in (
+            ("upwind", float(np.mean(carrier.upwind_bore_x))),
+            ("midspan", midspan_x(carrier)),
+            ("downwind", float(np.mean(carrier.downwind_bore_x))),
+        ):
+            points[f"pin_{number}_{part}"] = axis + np.array([x, 0.0, 0.0])
+    return points
+
+
+def structural_model(
+    name: str,
+    mesh: TetMesh,
+    carrier: CarrierParameters,
+    pilots: tuple[str, ...],
+    *,
+    materials: Mapping[str, Material] = BODY_MATERIALS,
+) -> StructuralModel:
+    """Assemble a body and couple its pilots; a body with a rim face gets the sensor circle's rows.
+
+    Parameters
+    ----------
+    name : str
+        Name of the body.
+    mesh : TetMesh
+        Mesh with the surfaces that `pilots` names.
+    carrier : CarrierParameters
+        Dimensions that place the pilots [m].
+    pilots : tuple of str
+        Surfaces to couple, in the order the reduced coordinates will have.
+    materials : mapping
+        Material of every body of the mesh.
+
+    Returns
+    -------
+    StructuralModel
+        The free body.
+
+    Raises
+    ------
+    KeyError, ValueError
+        Where a surface is missing or cannot hold a pilot, or a body has no material.
+    """
+    points = carrier_pilot_points(carrier)
+    coupled = tuple(distributing_pilot(mesh, surface, points[surface]) for surface in pilots)
+    sensors = _rim_sensors(mesh, carrier.sensor_radius) if "rim_face" in mesh.surfaces else None
+    return StructuralModel(
+        name, assemble_stiffness(mesh, materials), assemble_mass(mesh, materials), mesh.points, coupled, sensors
+    )
+
+
+def _rim_sensors(mesh: TetMesh, radius: float) -> Sensors:
+    angles = 2.0 * np.pi * np.arange(N_SENSOR_ANGLES) / N_SENSOR_ANGLES
+    axial, radial_rows = rim_recovery(mesh, radius, angles)
+    names = [f"rim_{kind}_{degree:03d}" for kind in ("axial", "radial") for degree in range(N_SENSOR_ANGLES)]
+    return Sensors(tuple(names), radius, sp.csr_array(sp.vstack([axial, radial_rows])))
+
+
+#: Interface of the carrier without pins.
+FLEXIBLE_CARRIER_PILOTS = (
+    "shaft_face",
+    "upwind_seat",
+    "downwind_seat",
+    *(f"pin_{number}_{side}" for number in (1, 2, 3) for side in ("upwind", "downwind")),
+)
+#: Interface of the carrier with bonded pins.
+STIFF_CARRIER_PILOTS = (
+    "shaft_face",
+    "upwind_seat",
+    "downwind_seat",
+    *(f"pin_{number}_midspan" for number in (1, 2, 3)),
+)
+#: Interface of pin 1 alone; pins 2 and 3 are the same body turned by 120 and 240 deg.
+PIN_PILOTS = ("pin_1_upwind", "pin_1_midspan", "pin_1_downwind")

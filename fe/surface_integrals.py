@@ -1,0 +1,96 @@
+"""Integrals over curved quadratic triangles: the consistent weights of surfaces and their rigid motions."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.tet_mesh import TetMesh
+
+#: Six-point rule of degree 4 on the triangle (Strang and Fix 1973): barycentric a, a, 1 - 2 a and weight.
+_RULE = ((0.445948490915965, 0.223381589678011), (0.091576213509771, 0.109951743655322))
+
+
+def _quadrature() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    points, weights = [], []
+    for a, weight in _RULE:
+        for corner in range(3):
+            barycentric = np.full(3, a)
+            barycentric[corner] = 1.0 - 2.0 * a
+            points.append(barycentric)
+            weights.append(weight / 2.0)
+    return np.array(points), np.array(weights)
+
+
+def _shapes(L: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Quadratic shape functions (q, 6) and their gradients (q, 6, 2) at barycentric points L (q, 3)."""
+    d = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
+    edges = ((0, 1), (1, 2), (2, 0))
+    N = np.stack(
+        [*(L[:, i] * (2.0 * L[:, i] - 1.0) for i in range(3)), *(4.0 * L[:, i] * L[:, j] for i, j in edges)], 1
+    )
+    dN = np.stack(
+        [
+            *((4.0 * L[:, i, None] - 1.0) * d[i] for i in range(3)),
+            *(4.0 * (L[:, i, None] * d[j] + L[:, j, None] * d[i]) for i, j in edges),
+        ],
+        1,
+    )
+    return N, dN
+
+
+_POINTS, _WEIGHTS = _quadrature()
+_N, _DN = _shapes(_POINTS)
+
+
+def rigid_motion(points: NDArray[np.float64], origin: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Displacement of `points` (..., 3) per unit rigid motion (translations, then rotations) at `origin`.
+
+    Returns
+    -------
+    ndarray, shape (..., 3, 6)
+        ``R`` with ``u = R q``: identity beside the rotation's cross product ``q_r × (x - origin)``.
+    """
+    r = points - origin
+    R = np.zeros((*points.shape[:-1], 3, 6))
+    R[..., [0, 1, 2], [0, 1, 2]] = 1.0
+    R[..., 0, 4], R[..., 0, 5] = r[..., 2], -r[..., 1]
+    R[..., 1, 3], R[..., 1, 5] = -r[..., 2], r[..., 0]
+    R[..., 2, 3], R[..., 2, 4] = r[..., 1], -r[..., 0]
+    return R
+
+
+def surface_moments(
+    mesh: TetMesh, facets: NDArray[np.int64], origin: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Integrate rigid motions about `origin` over curved facets.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+        Mesh of n nodes.
+    facets : ndarray of int, shape (k, 6)
+        Quadratic triangles.
+    origin : ndarray, shape (3,)
+        Point of the rotations [m].
+
+    Returns
+    -------
+    B : ndarray, shape (6, n, 3)
+        ``B = ∫ Rᵀ N dA`` [m^2 and m^3]: its first three rows hold every node's share of the area.
+    Z : ndarray, shape (6, 6)
+        ``Z = ∫ Rᵀ R dA``; equal to B times the nodes' rigid motion, the elements being isoparametric.
+    """
+    corners = mesh.points[facets]
+    x = np.einsum("qi,kia->kqa", _N, corners)
+    tangents = np.einsum("qib,kia->kqba", _DN, corners)
+    area = np.linalg.norm(np.cross(tangents[..., 0, :], tangents[..., 1, :]), axis=-1) * _WEIGHTS
+    R = rigid_motion(x, origin)
+    Z = np.einsum("kq,kqai,kqaj->ij", area, R, R, optimize=True)
+    B = np.zeros((6, len(mesh.points), 3))
+    shares = np.einsum("kq,qn,kqai->kina", area, _N, R, optimize=True)
+    np.add.at(B, (np.arange(6)[None, :, None], facets[:, None, :]), shares)
+    return B, Z
+
+
+def surface_area(mesh: TetMesh, facets: NDArray[np.int64]) -> float:
+    """Area of curved facets [m^2]."""
+    return float(surface_moments(mesh, facets, np.zeros(3))[1][0, 0])

@@ -1,0 +1,222 @@
+"""One 60-degree half sector of the carrier, from a pin's meridional plane to a web's, meshed with gmsh.
+
+The half sector is the carrier's smallest part under its dihedral symmetry: mirrored and rotated five times it
+gives the whole (:mod:`geometry.dihedral`), with cut faces that match because they are their own mirror images.
+"""
+
+import math
+from typing import Any
+
+import gmsh
+import numpy as np
+import pygmsh
+from numpy.typing import NDArray
+
+from geometry.parameters import HALF_SECTOR_ANGLE, CarrierParameters, PinParameters
+from geometry.tet_mesh import TetMesh
+
+#: gmsh numbers the last two mid-side nodes of a quadratic tetrahedron the other way round.
+_FROM_GMSH_TET10 = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
+_GMSH_TET10 = 11
+#: HXT: the fastest of gmsh's algorithms on this geometry; the frontal one gave inverted curved elements.
+_HXT = 10
+#: A wedge that reaches past every carrier [m].
+_FAR = 10.0
+
+
+class MeshingError(RuntimeError):
+    """gmsh could not build or mesh the geometry."""
+
+
+def carrier_half_sector(carrier: CarrierParameters, size: float, *, pin: PinParameters | None = None) -> TetMesh:
+    """Mesh the half sector 0..60 deg of the carrier, with half a bonded pin where `pin` is given.
+
+    Parameters
+    ----------
+    carrier : CarrierParameters
+        Dimensions [m].
+    size : float
+        Edge length of the elements [m].
+    pin : PinParameters, optional
+        With it, half of pin 1 is part of the mesh and shares the nodes of its bores (the paper's stiff variant);
+        without it the bores are empty (the flexible variant).
+
+    Returns
+    -------
+    TetMesh
+        Bodies ``carrier`` and, with a pin, ``pins``; no surfaces yet.
+
+    Raises
+    ------
+    ValueError
+        Where `size` is not positive or the pin does not fit the carrier.
+    MeshingError
+        Where gmsh fails; the message holds gmsh's last error.
+    """
+    _refuse_useless_size(size)
+    circles = [(0.0, 0.0, carrier.sensor_radius)]
+    circles += [(x, 0.0, carrier.hub_outer_diameter / 2.0) for x in carrier.upwind_bearing_x]
+    # Where a pin hole notches hub or seat, the bore must still end at the plate's face.
+    plate_faces = (carrier.upwind_bore_x[0], carrier.downwind_bore_x[1])
+    circles += [(x, carrier.centre_distance, carrier.pin_hole_radius) for x in plate_faces]
+    with _quiet_geometry() as geometry:
+        solids = [_carrier_solid(geometry, carrier)]
+        if pin is not None:
+            pin.check_fits(carrier)
+            solids.append(_pin_solid(geometry, carrier, pin))
+            circles += _bearing_circles(carrier, pin)
+        return _meshed(geometry, carrier, solids, circles=circles, size=size)
+
+
+def pin_half(carrier: CarrierParameters, pin: PinParameters, size: float) -> TetMesh:
+    """Mesh the half of pin 1 on the side of increasing angle, its bores and bearing seat marked by element edges.
+
+    Parameters and errors are those of :func:`carrier_half_sector`; the only body is ``pins``.
+    """
+    _refuse_useless_size(size)
+    pin.check_fits(carrier)
+    circles = _bearing_circles(carrier, pin)
+    for x in (carrier.upwind_bore_x[1], carrier.downwind_bore_x[0]):
+        circles.append((x, carrier.centre_distance, pin.diameter / 2.0))
+    with _quiet_geometry() as geometry:
+        return _meshed(geometry, carrier, [_pin_solid(geometry, carrier, pin)], circles=circles, size=size)
+
+
+def _quiet_geometry() -> Any:
+    """Open pygmsh's OpenCASCADE session without gmsh's own messages on the terminal."""
+    return pygmsh.occ.Geometry(init_argv=["carrierflex", "-v", "0"])
+
+
+def _refuse_useless_size(size: float) -> None:
+    if not (math.isfinite(size) and 0.002 <= size <= 0.2):
+        raise ValueError(f"mesh size is {size!r} m; expected an edge length between 0.002 and 0.2 m")
+
+
+def _bearing_circles(carrier: CarrierParameters, pin: PinParameters) -> list[tuple[float, float, float]]:
+    """Circles (x, distance of the centre from the axis, radius) that bound the planet bearings' seat on the pin."""
+    middle = carrier.upwind_plate_thickness + carrier.plate_gap / 2.0
+    ends = (middle - pin.bearing_width / 2.0, middle + pin.bearing_width / 2.0)
+    return [(x, carrier.centre_distance, pin.diameter / 2.0) for x in ends]
+
+
+def _cylinder(geometry: Any, x: tuple[float, float], radius: float, centre: float = 0.0) -> Any:
+    """Cylinder along x from x[0] to x[1], its axis at (y, z) = (0, centre)."""
+    return geometry.add_cylinder([x[0], 0.0, centre], [x[1] - x[0], 0.0, 0.0], radius)
+
+
+def _wedge(geometry: Any) -> Any:
+    """Everything between the meridional planes at 0 and 60 deg."""
+    s, c = math.sin(HALF_SECTOR_ANGLE), math.cos(HALF_SECTOR_ANGLE)
+    corners = [[-_FAR, 0.0, 0.0], [-_FAR, 0.0, _FAR], [-_FAR, -_FAR * s, _FAR * c]]
+    return geometry.extrude(geometry.add_polygon(corners), [2.0 * _FAR, 0.0, 0.0])[1]
+
+
+def _carrier_solid(geometry: Any, p: CarrierParameters) -> Any:
+    end_a, start_b, end_b = p.upwind_bore_x[1], *p.downwind_bore_x
+    seat_end = end_b + p.seat_length
+    webs = geometry.boolean_difference(
+        _cylinder(geometry, (end_a, start_b), p.outer_radius),
+        [
+            _cylinder(geometry, (end_a, start_b), p.web_inner_radius),
+            _cylinder(geometry, (end_a, start_b), p.planet_clearance_radius, p.centre_distance),
+        ],
+    )
+    solids = [
+        _cylinder(geometry, (-p.hub_length, 0.0), p.hub_outer_diameter / 2.0),
+        _cylinder(geometry, (0.0, end_a), p.outer_radius),
+        _cylinder(geometry, (start_b, end_b), p.outer_radius),
+        _cylinder(geometry, (end_b, seat_end), p.seat_outer_diameter / 2.0),
+    ]
+    whole = geometry.boolean_union([*solids, *webs])
+    middle = (end_a + start_b) / 2.0
+    bores = [
+        _cylinder(geometry, (-p.hub_length, middle), p.hub_inner_diameter / 2.0),
+        _cylinder(geometry, (middle, seat_end), p.seat_inner_diameter / 2.0),
+        _cylinder(geometry, (-p.hub_length, end_a), p.pin_hole_radius, p.centre_distance),
+        _cylinder(geometry, (start_b, seat_end), p.pin_hole_radius, p.centre_distance),
+    ]
+    return geometry.boolean_intersection([*geometry.boolean_difference(whole, bores), _wedge(geometry)])[0]
+
+
+def _pin_solid(geometry: Any, carrier: CarrierParameters, pin: PinParameters) -> Any:
+    x = (0.0, carrier.length_between_faces)
+    whole = _cylinder(geometry, x, pin.diameter / 2.0, carrier.centre_distance)
+    return geometry.boolean_intersection([whole, _wedge(geometry)])[0]
+
+
+def _imprint(
+    solids: list[Any], circles: list[tuple[float, float, float]], angle_from_axis: float = HALF_SECTOR_ANGLE
+) -> None:
+    """Cut the solids' faces along circles, and the solids along the faces they share."""
+    occ = gmsh.model.occ
+    arcs = []
+    for x, centre, radius in circles:
+        # A circle about the pin is cut in half by the plane at 0 deg; one about the axis ends at 60 deg.
+        angle = math.pi if centre else angle_from_axis
+        start = occ.addPoint(x, 0.0, centre + radius)
+        half = occ.addPoint(x, -radius * math.sin(angle / 2.0), centre + radius * math.cos(angle / 2.0))
+        end = occ.addPoint(x, -radius * math.sin(angle), centre + radius * math.cos(angle))
+        arcs.append((1, occ.addCircleArc(start, half, end, center=False)))
+    occ.fragment([(3, solid._id) for solid in solids], arcs)
+    occ.synchronize()
+
+
+def _meshed(
+    geometry: Any,
+    carrier: CarrierParameters,
+    solids: list[Any],
+    *,
+    circles: list[tuple[float, float, float]],
+    size: float,
+) -> TetMesh:
+    for option in ("Mesh.MeshSizeMin", "Mesh.MeshSizeMax"):
+        gmsh.option.setNumber(option, size)
+    gmsh.option.setNumber("Mesh.Algorithm3D", _HXT)
+    try:
+        geometry.synchronize()
+        _imprint(solids, circles)
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(2)
+        return _extracted(carrier)
+    except Exception as error:
+        raise MeshingError(f"gmsh could not mesh the half sector at size {size} m: {error}") from error
+
+
+def _extracted(carrier: CarrierParameters) -> TetMesh:
+    """Copy nodes and elements out of gmsh, numbered from 0 without gaps, the cut faces exactly on their planes."""
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    all_points = coordinates.reshape(-1, 3)
+    row = np.zeros(int(tags.max()) + 1, dtype=np.int64)
+    row[tags] = np.arange(len(tags))
+    blocks: dict[str, list[NDArray[np.int64]]] = {"carrier": [], "pins": []}
+    for _, volume in gmsh.model.getEntities(3):
+        types, _, nodes = gmsh.model.mesh.getElements(3, volume)
+        for kind, numbers in zip(types, nodes, strict=True):
+            if kind != _GMSH_TET10:
+                raise MeshingError(f"gmsh returned element type {kind}; expected quadratic tetrahedra ({_GMSH_TET10})")
+            name = "pins" if _is_pin(volume, carrier) else "carrier"
+            blocks[name].append(row[numbers.astype(np.int64)].reshape(-1, 10)[:, _FROM_GMSH_TET10])
+    found = {name: np.concatenate(parts) for name, parts in blocks.items() if parts}
+    tets = np.concatenate(list(found.values()))
+    used, compact = np.unique(tets, return_inverse=True)
+    edges = np.cumsum([0, *(len(part) for part in found.values())])
+    bodies = {name: np.arange(edges[i], edges[i + 1]) for i, name in enumerate(found)}
+    return TetMesh(_on_cut_planes(all_points[used]), compact.reshape(tets.shape), {}, bodies)
+
+
+def _is_pin(volume: int, carrier: CarrierParameters) -> bool:
+    _, _, z_low, _, _, z_high = gmsh.model.getBoundingBox(3, volume)
+    reach = carrier.pin_hole_radius + 1e-6
+    return z_low > carrier.centre_distance - reach and z_high < carrier.centre_distance + reach
+
+
+def _on_cut_planes(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Move nodes within rounding of a cut plane onto it, so that mirror images coincide exactly."""
+    s, c = math.sin(HALF_SECTOR_ANGLE), math.cos(HALF_SECTOR_ANGLE)
+    snapped = points.copy()
+    snapped[np.abs(points[:, 1]) < 1e-9, 1] = 0.0
+    # Distance from the plane at 60 deg, whose tangential normal is t(60 deg) = (0, -cos, -sin).
+    distance = -c * points[:, 1] - s * points[:, 2]
+    near = np.abs(distance) < 1e-9
+    snapped[near] -= distance[near, None] * np.array([0.0, -c, -s])
+    return snapped

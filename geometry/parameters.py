@@ -1,0 +1,259 @@
+"""Parameters of the planet carrier, its pins and the planetary gears, each default with its source.
+
+Source tags, as in the project's data sheet: *paper* is Haastrup, Hansen and Ebbesen (2012); *GRC* is public
+material on the Gearbox Reliability Collaborative's 750 kW gearbox; *derived* follows from those by a calculation;
+*chosen* is an assumption of this project, with its reason.
+"""
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Half the angle between two pins: a half sector of the carrier runs from a pin's plane to a web's plane.
+HALF_SECTOR_ANGLE = math.pi / 3.0
+N_PINS = 3
+#: The pin holes are drilled past hub and seat; they may cut that deep a notch into them [m].
+_DEEPEST_NOTCH = 0.005
+
+
+def pin_angles() -> NDArray[np.float64]:
+    """Carrier-frame angles of pins 1, 2 and 3 [rad]: 0, 120 and 240 deg."""
+    return 2.0 * np.pi * np.arange(N_PINS) / N_PINS
+
+
+def _refuse_non_positive(parameters: object) -> None:
+    """Raise ValueError naming the first field that is not a finite positive number."""
+    for field in fields(parameters):  # type: ignore[arg-type]
+        value = getattr(parameters, field.name)
+        if not (isinstance(value, (int, float)) and math.isfinite(value) and value > 0.0):
+            raise ValueError(f"{type(parameters).__name__}.{field.name} is {value!r}; expected a positive number")
+
+
+@dataclass(frozen=True)
+class CarrierParameters:
+    """Dimensions of the planet carrier [m], checked for consistency.
+
+    Two plates joined by three webs midway between the pins; a hub upwind, shrunk onto the main shaft; a seat for
+    the downwind bearing. All fillets are left out, as in the paper's mesh.
+
+    Raises
+    ------
+    ValueError
+        Where a dimension is not positive or two of them contradict each other; the message names the parameter.
+    """
+
+    outer_radius: float = 0.435
+    """Chosen: leaves a machined face around the sensor radius, inside the ring's root radius (523 mm)."""
+    upwind_plate_thickness: float = 0.065
+    """Derived: mass 691 kg (GRC drawing 254594) and rim deflection of Table 4."""
+    downwind_plate_thickness: float = 0.045
+    """Derived, as above."""
+    plate_gap: float = 0.240
+    """Chosen: planet face width 227.5 mm (GRC) and 6 mm on either side."""
+    centre_distance: float = 0.308
+    """GRC: planet bores on carrier drawing 251345, 308.000 ± 0.010 mm."""
+    pin_hole_diameter: float = 0.160
+    """GRC: bore of the planet bearings NJ2232."""
+    web_inner_radius: float = 0.235
+    """Chosen, as the outer radius: the webs fill what the planets leave free."""
+    planet_clearance_radius: float = 0.219
+    """Derived: planet tip radius 210.6 mm (paper, Table 3) and 8 mm of air."""
+    hub_outer_diameter: float = 0.460
+    """GRC: bore of the upwind carrier bearing SL18 1892E; the pin holes cut 2 mm into it."""
+    hub_inner_diameter: float = 0.320
+    """Chosen: wall of the shrink fit on the main shaft."""
+    hub_length: float = 0.120
+    """Chosen: bearing width 56 mm and the shrink fit."""
+    upwind_bearing_width: float = 0.056
+    """GRC: SL18 1892E; the bearing is centred half-way along the hub."""
+    seat_outer_diameter: float = 0.400
+    """GRC: bore of the downwind carrier bearing SL18 1880."""
+    seat_inner_diameter: float = 0.280
+    """Chosen: lets the sun shaft through."""
+    seat_length: float = 0.060
+    """Chosen: bearing width 46 mm."""
+    sensor_radius: float = 0.412
+    """Paper, section 2: the proximity sensors' distance from the axis."""
+
+    def __post_init__(self) -> None:
+        _refuse_non_positive(self)
+        self._refuse_pin_hole_outside_plate()
+        self._refuse_webs_without_room()
+        self._refuse_shaft_ends_that_do_not_fit()
+        if not self.outer_radius > self.sensor_radius:
+            raise ValueError(
+                f"CarrierParameters.outer_radius is {self.outer_radius} m: the rim ends inside the sensor radius "
+                f"{self.sensor_radius} m; expected a larger outer radius"
+            )
+        if self.sensor_radius <= self.centre_distance + self.pin_hole_radius:
+            raise ValueError(
+                f"CarrierParameters.sensor_radius is {self.sensor_radius} m: the measured circle crosses the pin holes, "
+                f"which reach {self.centre_distance + self.pin_hole_radius:.4g} m; expected a larger sensor radius"
+            )
+
+    @property
+    def pin_hole_radius(self) -> float:
+        """Radius of the pin holes [m]."""
+        return self.pin_hole_diameter / 2.0
+
+    @property
+    def upwind_bearing_x(self) -> tuple[float, float]:
+        """Axial extent of the upwind bearing's seat on the hub [m]."""
+        centre = -self.hub_length / 2.0
+        return centre - self.upwind_bearing_width / 2.0, centre + self.upwind_bearing_width / 2.0
+
+    @property
+    def length_between_faces(self) -> float:
+        """Distance from the upwind face of plate A to the downwind face of plate B [m]."""
+        return self.upwind_plate_thickness + self.plate_gap + self.downwind_plate_thickness
+
+    @property
+    def upwind_bore_x(self) -> tuple[float, float]:
+        """Axial extent of the pin bores of plate A [m]."""
+        return 0.0, self.upwind_plate_thickness
+
+    @property
+    def downwind_bore_x(self) -> tuple[float, float]:
+        """Axial extent of the pin bores of plate B [m]."""
+        return self.upwind_plate_thickness + self.plate_gap, self.length_between_faces
+
+    def _refuse_pin_hole_outside_plate(self) -> None:
+        outer, inner = self.centre_distance + self.pin_hole_radius, self.centre_distance - self.pin_hole_radius
+        if outer >= self.outer_radius:
+            raise ValueError(
+                f"CarrierParameters.pin_hole_diameter is {self.pin_hole_diameter} m: the hole reaches radius {outer:.4g} m "
+                f"and leaves the plate; expected less than outer_radius {self.outer_radius} m"
+            )
+        for name in ("hub_outer_diameter", "seat_outer_diameter"):
+            if inner <= getattr(self, name) / 2.0 - _DEEPEST_NOTCH:
+                raise ValueError(
+                    f"CarrierParameters.{name} is {getattr(self, name)} m and covers the pin holes, which begin at radius "
+                    f"{inner:.4g} m; expected at most {2.0 * (inner + _DEEPEST_NOTCH):.4g} m"
+                )
+
+    def _refuse_webs_without_room(self) -> None:
+        a, clearance = self.centre_distance, self.planet_clearance_radius
+        if not self.web_inner_radius < self.outer_radius:
+            raise ValueError(
+                f"CarrierParameters.web_inner_radius is {self.web_inner_radius} m; expected less than outer_radius "
+                f"{self.outer_radius} m"
+            )
+        # Nearest distance of the web's middle plane (60 deg from the pin) to the pin axis, within the web's radii.
+        r_nearest = min(max(a * math.cos(HALF_SECTOR_ANGLE), self.web_inner_radius), self.outer_radius)
+        nearest = math.sqrt(r_nearest**2 + a**2 - 2.0 * r_nearest * a * math.cos(HALF_SECTOR_ANGLE))
+        if nearest <= clearance:
+            raise ValueError(
+                f"CarrierParameters.planet_clearance_radius is {clearance} m: the webs touch the planet, their middle plane "
+                f"is {nearest:.4g} m from the pin axis; expected a smaller clearance radius or a larger centre_distance"
+            )
+        if clearance <= self.pin_hole_radius:
+            raise ValueError(
+                f"CarrierParameters.planet_clearance_radius is {clearance} m; expected more than the pin hole's radius "
+                f"{self.pin_hole_radius} m"
+            )
+
+    def _refuse_shaft_ends_that_do_not_fit(self) -> None:
+        for name, inner, outer in (
+            ("hub", self.hub_inner_diameter, self.hub_outer_diameter),
+            ("seat", self.seat_inner_diameter, self.seat_outer_diameter),
+        ):
+            if not inner < outer:
+                raise ValueError(
+                    f"CarrierParameters.{name}_inner_diameter is {inner} m; expected less than {name}_outer_diameter {outer} m"
+                )
+            if not outer < 2.0 * self.outer_radius:
+                raise ValueError(
+                    f"CarrierParameters.{name}_outer_diameter is {outer} m; expected less than twice outer_radius "
+                    f"{self.outer_radius} m"
+                )
+        if not self.upwind_bearing_width < self.hub_length:
+            raise ValueError(
+                f"CarrierParameters.upwind_bearing_width is {self.upwind_bearing_width} m; expected less than hub_length "
+                f"{self.hub_length} m, on which the bearing is centred"
+            )
+        if not self.hub_inner_diameter / 2.0 < self.web_inner_radius:
+            raise ValueError(
+                f"CarrierParameters.web_inner_radius is {self.web_inner_radius} m; expected more than the hub's inner radius "
+                f"{self.hub_inner_diameter / 2.0} m"
+            )
+
+
+@dataclass(frozen=True)
+class PinParameters:
+    """Dimensions of a planet pin [m]: a plain cylinder from the carrier's upwind to its downwind face.
+
+    Raises
+    ------
+    ValueError
+        Where a dimension is not positive.
+    """
+
+    diameter: float = 0.160
+    """GRC: bore of the planet bearings NJ2232 (clearance of the fit left out)."""
+    bearing_width: float = 0.160
+    """GRC: two NJ2232 rows of 80 mm, the mid-span surface that carries the planet."""
+
+    def __post_init__(self) -> None:
+        _refuse_non_positive(self)
+
+    def check_fits(self, carrier: CarrierParameters) -> None:
+        """Raise ValueError where the pin does not fit `carrier`; the message names the parameter."""
+        if not math.isclose(self.diameter, carrier.pin_hole_diameter, rel_tol=1e-12):
+            raise ValueError(
+                f"PinParameters.diameter is {self.diameter} m; expected the carrier's pin_hole_diameter "
+                f"{carrier.pin_hole_diameter} m (the fit's clearance is not part of the mesh)"
+            )
+        if not self.bearing_width < carrier.plate_gap:
+            raise ValueError(
+                f"PinParameters.bearing_width is {self.bearing_width} m; expected less than the carrier's plate_gap "
+                f"{carrier.plate_gap} m"
+            )
+
+
+@dataclass(frozen=True)
+class GearData:
+    """Planetary gears of the paper's Table 3.
+
+    Raises
+    ------
+    ValueError
+        Where a value is not positive or the tooth numbers cannot be assembled.
+    """
+
+    ring_teeth: int = 99
+    """Paper, Table 3."""
+    planet_teeth: int = 39
+    """Paper, Table 3."""
+    sun_teeth: int = 21
+    """Paper, Table 3."""
+    centre_distance: float = 0.308
+    """GRC: carrier drawing 251345 [m]."""
+    pressure_angle: float = math.radians(20.0)
+    """Paper, Table 3 [rad]."""
+    helix_angle: float = math.radians(7.5)
+    """Paper, Table 3 [rad]; sun right-handed, planet and ring left-handed (GRC)."""
+
+    def __post_init__(self) -> None:
+        _refuse_non_positive(self)
+        if self.ring_teeth != self.sun_teeth + 2 * self.planet_teeth:
+            raise ValueError(
+                f"GearData.ring_teeth is {self.ring_teeth}; expected sun_teeth + 2 planet_teeth = "
+                f"{self.sun_teeth + 2 * self.planet_teeth}"
+            )
+        if (self.ring_teeth + self.sun_teeth) % N_PINS:
+            raise ValueError(
+                f"GearData.sun_teeth is {self.sun_teeth}; expected ring_teeth + sun_teeth divisible by {N_PINS}, or the "
+                "planets cannot be assembled at equal angles"
+            )
+
+    @property
+    def planet_pitch_diameter(self) -> float:
+        """Working pitch diameter of a planet [m]: 400.4 mm in the paper."""
+        return 2.0 * self.centre_distance * self.planet_teeth / (self.sun_teeth + self.planet_teeth)
+
+    @property
+    def ratio(self) -> float:
+        """Sun speed over carrier speed with the ring fixed, 1 + z_r/z_s."""
+        return 1.0 + self.ring_teeth / self.sun_teeth

@@ -1,0 +1,83 @@
+"""Off-screen pictures of meshes and of fields on them (pyvista)."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.tet_mesh import TetMesh
+
+#: Pixels of a picture.
+PICTURE_SIZE = (1200, 900)
+#: Seen from upwind, above and to the side: the measured rim face is in front.
+_CAMERA = (-1.5, 0.85, 0.75)
+#: Soft light: colours stay readable on faces turned away from it.
+LIGHTING = {"ambient": 0.45, "diffuse": 0.6, "specular": 0.0}
+_EDGE_LINES = "#28323c"
+_BODY_COLOURS = ("#a9b7c6", "#d8a657", "#8fae8b")
+
+
+def mesh_picture(mesh: TetMesh, title: str) -> NDArray[np.uint8]:
+    """Render the mesh's element edges, bodies in different colours.
+
+    Returns
+    -------
+    ndarray of uint8, shape (height, width, 3)
+        The picture; writing it is the caller's business.
+    """
+    plotter = new_plotter()
+    for (name, elements), colour in zip(mesh.bodies.items(), _BODY_COLOURS, strict=False):
+        surface = skin(mesh, elements, subdivision=0)
+        plotter.add_mesh(
+            surface, color=colour, show_edges=True, edge_color=_EDGE_LINES, line_width=0.6, label=name, **LIGHTING
+        )
+    plotter.add_text(title, font_size=13, color="black")
+    if len(mesh.bodies) > 1:
+        plotter.add_legend(bcolor="white", border=False, size=(0.16, 0.09), loc="lower right", face="rectangle")
+    return taken(plotter)
+
+
+def new_plotter(shape: tuple[int, int] = (1, 1)) -> Any:
+    """Off-screen plotter with the project's background; shape is the grid of sub-pictures."""
+    import pyvista
+    import vtk
+
+    # Without a display VTK warns about the missing X server before it falls back to an off-screen context.
+    vtk.vtkObject.GlobalWarningDisplayOff()
+    return pyvista.Plotter(off_screen=True, window_size=list(PICTURE_SIZE), shape=shape, border=False)
+
+
+def taken(plotter: Any) -> NDArray[np.uint8]:
+    """Picture of the plotter's scene, all sub-pictures from the project's viewpoint; closes the plotter."""
+    rows, columns = plotter.shape
+    for row in range(rows):
+        for column in range(columns):
+            plotter.subplot(row, column)
+            plotter.background_color = "white"
+            plotter.view_vector(_CAMERA, viewup=(0.0, 0.0, 1.0))
+            # Room below the body for the colour bar.
+            plotter.camera.SetWindowCenter(0.0, -0.12)
+    image = plotter.screenshot(return_img=True)
+    plotter.close()
+    return np.asarray(image, dtype=np.uint8)
+
+
+def skin(
+    mesh: TetMesh,
+    elements: NDArray[np.int64] | None = None,
+    *,
+    subdivision: int = 1,
+    **point_data: NDArray[np.float64],
+) -> Any:
+    """Boundary of `elements` (all by default) as a pyvista surface carrying `point_data`, arrays over the nodes.
+
+    Curved faces are drawn by `subdivision` levels of flat triangles; 0 draws the corner triangles alone.
+    """
+    import pyvista
+
+    tets = mesh.tets if elements is None else mesh.tets[elements]
+    cells = np.concatenate([np.full((len(tets), 1), 10), tets], axis=1)
+    grid = pyvista.UnstructuredGrid(cells.ravel(), np.full(len(tets), pyvista.CellType.QUADRATIC_TETRA), mesh.points)
+    for name, values in point_data.items():
+        grid.point_data[name] = values
+    return grid.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=subdivision)

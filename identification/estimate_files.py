@@ -1,0 +1,110 @@
+"""Writing of identification.json."""
+
+import json
+import math
+import os
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+from identification.parameter_estimate import SHARED, ParameterEstimate
+
+FORMAT = "carrierflex-identification"
+VERSION = 1
+
+
+def software_name() -> str:
+    """Name and version of this software: ``carrierflex 0.1.0``."""
+    try:
+        return f"carrierflex {version('carrierflex')}"
+    except PackageNotFoundError:
+        return "carrierflex (not installed)"
+
+
+def identification_document(
+    campaign: str, estimates: Mapping[str, ParameterEstimate] | ParameterEstimate, *, seconds: float, model_runs: int
+) -> dict[str, Any]:
+    """Content of identification.json.
+
+    Parameters
+    ----------
+    campaign : str
+        Name of the campaign.
+    estimates : ParameterEstimate or mapping of str to ParameterEstimate
+        One joint estimate, or one for each run; the latter leaves ``shared`` empty.
+    seconds : float
+        Time the identification took [s].
+    model_runs : int
+        Evaluations of the model; 1 for a closed-form fit.
+
+    Returns
+    -------
+    dict
+        Ready for a JSON writer; what is not finite is null.
+    """
+    joint = isinstance(estimates, ParameterEstimate)
+    by_run = dict.fromkeys(estimates.rms_by_run, estimates) if isinstance(estimates, ParameterEstimate) else estimates
+    first = next(iter(by_run.values()))
+    texts = (
+        first.undetermined if joint else [f"{run}: {text}" for run, one in by_run.items() for text in one.undetermined]
+    )
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "campaign": campaign,
+        "model": first.model,
+        "software": software_name(),
+        "shared": _parameters(first, SHARED) if joint else {},
+        "runs": {run: _run(estimate, run) for run, estimate in by_run.items()},
+        "undetermined": list(texts),
+        "model_runs": model_runs,
+        "seconds": seconds,
+    }
+
+
+def write_identification(path: Path, document: Mapping[str, Any]) -> None:
+    """Write identification.json; the file appears complete or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        File to write; its folder exists.
+    document : mapping
+        Result of :func:`identification_document`.
+    """
+    partial = path.with_name(f".{path.name}.{uuid4().hex[:8]}.partial")
+    try:
+        partial.write_text(json.dumps(document, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _run(estimate: ParameterEstimate, run: str) -> dict[str, Any]:
+    """One run's entry; where it is fitted by itself every parameter stands here."""
+    return {
+        "parameters": _parameters(estimate, run),
+        "rms": _finite(estimate.rms_by_run[run]),
+        "rms_by_channel": {name: _finite(value) for name, value in estimate.rms_by_channel[run].items()},
+    }
+
+
+def _parameters(estimate: ParameterEstimate, scope: str) -> dict[str, Any]:
+    """Value, error and unit of the parameters of one scope."""
+    return {
+        name: {
+            "value": _finite(estimate.values[k]),
+            "std": _finite(estimate.std[k]),
+            "ci95": [_finite(end) for end in estimate.ci95[k]],
+            "unit": estimate.units[k],
+        }
+        for k, name in enumerate(estimate.names)
+        if estimate.scopes[k] == scope
+    }
+
+
+def _finite(value: float) -> float | None:
+    """JSON knows neither NaN nor infinity."""
+    return float(value) if math.isfinite(value) else None

@@ -1,0 +1,169 @@
+"""Figures of the identification, after figures 9 to 11 of the 2012 paper. Matplotlib is imported late."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from identification.campaign import Channel
+from identification.carrier_identification import fitted_signal, two_revolutions
+from identification.carrier_models import CarrierModel
+from identification.parameter_estimate import ParameterEstimate
+from identification.records import Run
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: Factor and unit a quantity is plotted in.
+_SCALES = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "1": (1.0, "-")}
+_COLOURS = {"m1": "tab:orange", "m2": "tab:blue"}
+_SYMBOLS = {
+    "d_x": r"$d_x$",
+    "phi_H": r"$\phi_H$",
+    "theta_H": r"$\theta_H$",
+    "phi_PLC": r"$\phi_{PLC}$",
+    "theta_PLC": r"$\theta_{PLC}$",
+    "rho_s": r"$\rho_s$",
+    "rho_f": r"$\rho_f$",
+}
+
+
+def signals_figure(
+    run: Run, channels: Sequence[Channel], fits: Sequence[tuple[CarrierModel, ParameterEstimate]]
+) -> "Figure":
+    """Measured and identified axial signals over two revolutions, one panel a sensor (figure 9).
+
+    Parameters
+    ----------
+    run : Run
+        Record.
+    channels : sequence of Channel
+        Axial sensors.
+    fits : sequence of (CarrierModel, ParameterEstimate)
+        Identified models to draw.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Figure with one panel a channel, displacement [mm] over carrier angle [revolutions].
+    """
+    from matplotlib.figure import Figure
+
+    shown = two_revolutions(run)
+    turns = (run.inputs["carrier_angle"][shown] - run.inputs["carrier_angle"][shown[0]]) / (2.0 * np.pi)
+    figure = Figure(figsize=(9.0, 7.5), layout="constrained")
+    panels = figure.subplots((len(channels) + 1) // 2, 2, sharex=True, squeeze=False).ravel()
+    for panel, channel in zip(panels, channels, strict=False):
+        panel.plot(turns, 1e3 * run.signals[channel.name][shown], ".", color="0.6", markersize=2.5, label="measured")
+        for model, estimate in fits:
+            signal = 1e3 * fitted_signal(run, channel, model, estimate)[shown]
+            panel.plot(turns, signal, color=_COLOURS.get(model.name), linewidth=1.4, label=model.name.upper())
+        panel.set_title(f"{channel.name}, sensor at {np.rad2deg(channel.angle or 0.0):.0f}°", fontsize=10)
+        panel.set_ylabel("axial displacement [mm]")
+        panel.grid(alpha=0.3)
+    for unused in panels[len(channels) :]:
+        unused.remove()
+    for panel in panels[max(len(channels) - 2, 0) : len(channels)]:
+        panel.set_xlabel("carrier angle [revolutions]")
+        panel.tick_params(labelbottom=True)
+    figure.suptitle(f"{run.name} ({run.condition}): measured and identified")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=1 + len(fits))
+    return figure
+
+
+def rms_figure(estimates: Mapping[str, Mapping[str, ParameterEstimate]]) -> "Figure":
+    """RMS of the residual by run and model (table 4).
+
+    Parameters
+    ----------
+    estimates : mapping of str to mapping of str to ParameterEstimate
+        Estimate by model name and run; a joint estimate may stand under every run.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Bar chart, RMS [mm].
+    """
+    from matplotlib.figure import Figure
+
+    runs = list(next(iter(estimates.values())))
+    width = 0.8 / len(estimates)
+    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    panel = figure.subplots()
+    for k, (name, by_run) in enumerate(estimates.items()):
+        place = np.arange(len(runs)) + (k - (len(estimates) - 1) / 2.0) * width
+        heights = [1e3 * by_run[run].rms_by_run[run] for run in runs]
+        bars = panel.bar(place, heights, width, label=name.upper(), color=_COLOURS.get(name))
+        panel.bar_label(bars, fmt="%.3f", fontsize=8, padding=2)
+    panel.set_xticks(np.arange(len(runs)), runs)
+    panel.set_ylabel("RMS of measured minus identified [mm]")
+    panel.margins(y=0.1)
+    panel.grid(axis="y", alpha=0.3)
+    figure.legend(loc="outside upper center", ncols=len(estimates))
+    return figure
+
+
+def parameters_figure(estimates: Mapping[str, Mapping[str, ParameterEstimate]]) -> "Figure":
+    """Parameters by run with 95 % intervals, one panel a parameter (figures 10 and 11).
+
+    Parameters
+    ----------
+    estimates : mapping of str to mapping of str to ParameterEstimate
+        Estimate by model name and run, as :func:`~identification.carrier_identification.identify_each_run` gives
+        them; a joint estimate may stand under every run.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Offsets [mm], tilts [mrad], directions [deg], scales [-].
+    """
+    from matplotlib.figure import Figure
+
+    names = list(dict.fromkeys(name for runs in estimates.values() for one in runs.values() for name in one.names))
+    figure = Figure(figsize=(10.0, 2.4 * ((len(names) + 2) // 3)), layout="constrained")
+    panels = figure.subplots((len(names) + 2) // 3, 3, squeeze=False).ravel()
+    for panel, name in zip(panels, names, strict=False):
+        for k, (model, by_run) in enumerate(estimates.items()):
+            _draw_parameter(panel, name, model, by_run, shift=0.2 * (k - (len(estimates) - 1) / 2.0))
+    for unused in panels[len(names) :]:
+        unused.remove()
+    handles = {
+        label: handle
+        for p in panels[: len(names)]
+        for handle, label in zip(*p.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(list(handles.values()), list(handles), loc="outside upper center", ncols=len(handles))
+    return figure
+
+
+def _draw_parameter(
+    panel: "Axes", name: str, model: str, by_run: Mapping[str, ParameterEstimate], *, shift: float
+) -> None:
+    """Draw one parameter of one model over the runs."""
+    found = [(k, run, estimate) for k, (run, estimate) in enumerate(by_run.items()) if name in estimate.names]
+    if not found:
+        return
+    places = [estimate.index(name, run) for _, run, estimate in found]
+    factor, unit = _SCALES[found[0][2].units[places[0]]]
+    if name.startswith("theta"):
+        factor, unit = 180.0 / np.pi, "deg"
+    value = [factor * estimate.values[i] for i, (_, _, estimate) in zip(places, found, strict=True)]
+    half = [
+        factor * estimate.confidence_factor[i] * estimate.std[i]
+        for i, (_, _, estimate) in zip(places, found, strict=True)
+    ]
+    panel.errorbar(
+        [k + shift for k, *_ in found],
+        value,
+        yerr=np.where(np.isfinite(half), half, 0.0),
+        fmt="o",
+        markersize=4,
+        capsize=4,
+        color=_COLOURS.get(model),
+        label=model.upper(),
+    )
+    panel.set_xticks(range(len(by_run)), list(by_run))
+    panel.set_xlim(-0.6, len(by_run) - 0.4)
+    panel.set_ylabel(f"{_SYMBOLS.get(name, name)} [{unit}]")
+    panel.grid(alpha=0.3)

@@ -1,0 +1,148 @@
+"""Reduced bodies joined at coinciding pilots: translations tied, rotations sprung (2012 paper, section 3.1)."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from reduction.reduced_model import MassProperties, ReducedModel
+
+#: Pilots farther apart than this [m] are not one joint.
+_SAME_POINT = 1e-6
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A tie of two pilots at one point: translations equal, relative rotations against springs.
+
+    Raises
+    ------
+    ValueError
+        Where a stiffness is negative.
+    """
+
+    first: str
+    """Pilot on one body; keeps its translations."""
+    second: str
+    """Pilot on the other; its translations become the first's."""
+    bending_stiffness: float
+    """Against relative rotation about y and z [N m/rad]."""
+    torsional_stiffness: float
+    """Against relative rotation about x, the pin's axis [N m/rad]."""
+    slides: bool = False
+    """Whether the second body is free to slide along x in the first."""
+
+    def __post_init__(self) -> None:
+        for name in ("bending_stiffness", "torsional_stiffness"):
+            if not getattr(self, name) >= 0.0:
+                raise ValueError(
+                    f"joint {self.first}-{self.second}: {name} is {getattr(self, name)}; expected 0 or more"
+                )
+
+
+def assembled(name: str, bodies: Sequence[ReducedModel], joints: Sequence[Joint]) -> ReducedModel:
+    """Join reduced bodies.
+
+    Parameters
+    ----------
+    name : str
+        Name of the assembly.
+    bodies : sequence of ReducedModel
+        Bodies in one frame, no two with a pilot or sensor of the same name.
+    joints : sequence of Joint
+        Ties between pilots of different bodies.
+
+    Returns
+    -------
+    ReducedModel
+        Coordinates of all bodies in their order, less the tied translations; every pilot keeps six coordinates.
+
+    Raises
+    ------
+    ValueError
+        Where names repeat, a pilot is tied twice or the joined pilots are not at one point.
+    KeyError
+        Where a joint names a pilot that no body has.
+    """
+    pilots = _merged([body.pilots for body in bodies], "pilot")
+    rows: dict[str, NDArray[np.int64]] = {}
+    offset = 0
+    for body in bodies:
+        rows |= {pilot: coordinates + offset for pilot, coordinates in body.pilot_coordinates.items()}
+        offset += body.n_coordinates
+    L, row_of = _tie_matrix(offset, joints, rows, pilots)
+    K = scipy.linalg.block_diag(*(body.K for body in bodies))
+    for joint in joints:
+        _add_springs(K, rows[joint.first][3:], rows[joint.second][3:], joint)
+    labels = [label for body in bodies for label in body.labels]
+    kept = np.unique(row_of, return_index=True)[1]
+    sensor_rows = [body.sensor_rows for body in bodies]
+    return ReducedModel(
+        name=name,
+        K=L.T @ K @ L,
+        M=L.T @ scipy.linalg.block_diag(*(body.M for body in bodies)) @ L,
+        D=L.T @ scipy.linalg.block_diag(*(body.D for body in bodies)) @ L,
+        labels=tuple(labels[row] for row in kept),
+        pilots=pilots,
+        pilot_coordinates={pilot: row_of[coordinates] for pilot, coordinates in rows.items()},
+        sensor_names=tuple(sensor for body in bodies for sensor in body.sensor_names),
+        sensor_rows=scipy.linalg.block_diag(*sensor_rows) @ L,
+        mass_properties=_together([body.mass_properties for body in bodies]),
+        provenance={f"{body.name}: {key}": value for body in bodies for key, value in body.provenance.items()},
+    )
+
+
+def _merged(parts: Sequence[Mapping[str, NDArray[np.float64]]], kind: str) -> dict[str, NDArray[np.float64]]:
+    merged: dict[str, NDArray[np.float64]] = {}
+    for part in parts:
+        repeated = merged.keys() & part.keys()
+        if repeated:
+            raise ValueError(f"two bodies have a {kind} named {sorted(repeated)[0]!r}; expected different names")
+        merged.update(part)
+    return merged
+
+
+def _tie_matrix(
+    n: int,
+    joints: Sequence[Joint],
+    rows: dict[str, NDArray[np.int64]],
+    pilots: dict[str, NDArray[np.float64]],
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Matrix L (n, n_kept) from kept to all coordinates, and the kept coordinate of each of all n."""
+    representative = np.arange(n)
+    for joint in joints:
+        for pilot in (joint.first, joint.second):
+            if pilot not in rows:
+                raise KeyError(f"no body has a pilot {pilot!r}; there are {', '.join(rows)}")
+        gap = float(np.linalg.norm(pilots[joint.first] - pilots[joint.second]))
+        if gap > _SAME_POINT:
+            raise ValueError(f"pilots {joint.first} and {joint.second} are {gap:.3g} m apart; expected one point")
+        directions = slice(1, 3) if joint.slides else slice(0, 3)
+        tied = rows[joint.second][directions]
+        if (representative[tied] != tied).any():
+            raise ValueError(f"pilot {joint.second} is tied twice; expected one joint a pilot")
+        representative[tied] = representative[rows[joint.first][directions]]
+    kept, row_of = np.unique(representative, return_inverse=True)
+    L = np.zeros((n, len(kept)))
+    L[np.arange(n), row_of] = 1.0
+    return L, row_of
+
+
+def _add_springs(K: NDArray[np.float64], a: NDArray[np.int64], b: NDArray[np.int64], joint: Joint) -> None:
+    stiffness = np.array([joint.torsional_stiffness, joint.bending_stiffness, joint.bending_stiffness])
+    K[a, a] += stiffness
+    K[b, b] += stiffness
+    K[a, b] -= stiffness
+    K[b, a] -= stiffness
+
+
+def _together(parts: list[MassProperties]) -> MassProperties:
+    mass = sum(part.mass for part in parts)
+    centre = sum((part.mass * part.centre for part in parts), np.zeros(3)) / mass
+    inertia = np.zeros((3, 3))
+    for part in parts:
+        r = part.centre - centre
+        inertia += part.inertia + part.mass * (r @ r * np.eye(3) - np.outer(r, r))
+    return MassProperties(mass, centre, inertia)

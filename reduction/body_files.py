@@ -1,0 +1,147 @@
+"""The project's body file: one HDF5 file a reduced body, self-describing, versioned, read back defensively."""
+
+import os
+from pathlib import Path
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from reduction.reduced_model import MassProperties, ReducedModel
+
+FORMAT = "carrierflex-body"
+VERSION = 1
+#: Larger matrices than this are refused before memory is taken for them.
+_MOST_COORDINATES = 20_000
+_MOST_SENSORS = 100_000
+_UNITS = (
+    "SI: m, kg, s, N, rad; frame: x downwind along the rotation axis, z up, right-handed, "
+    "origin on the upwind face of the upwind plate"
+)
+
+
+class BodyFileError(ValueError):
+    """A body file is not what it should be; the message names the file, what was found and what is expected."""
+
+
+def write_body(model: ReducedModel, path: Path) -> None:
+    """Write a reduced body; an interrupted write leaves the old file or none.
+
+    Raises
+    ------
+    OSError
+        Where the folder cannot be written.
+    """
+    temporary = path.with_name(f".{path.name}.part")
+    try:
+        with h5py.File(temporary, "w") as file:
+            _fill(file, model)
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _fill(file: h5py.File, model: ReducedModel) -> None:
+    file.attrs.update(format=FORMAT, version=VERSION, name=model.name, units=_UNITS)
+    for letter, matrix in (("K", model.K), ("M", model.M), ("D", model.D)):
+        file[letter] = matrix
+    file["labels"] = list(model.labels)
+    pilots = file.create_group("pilots")
+    pilots["names"] = list(model.pilots)
+    pilots["points"] = np.array([model.pilots[name] for name in model.pilots]).reshape(-1, 3)
+    pilots["coordinates"] = np.array([model.pilot_coordinates[name] for name in model.pilots]).reshape(-1, 6)
+    sensors = file.create_group("sensors")
+    sensors.create_dataset("names", data=list(model.sensor_names), dtype=h5py.string_dtype())
+    sensors["rows"] = model.sensor_rows
+    mass = file.create_group("mass_properties")
+    mass["mass"], mass["centre"], mass["inertia_about_centre"] = (
+        model.mass_properties.mass,
+        model.mass_properties.centre,
+        model.mass_properties.inertia,
+    )
+    file.create_group("provenance").attrs.update(model.provenance)
+
+
+def read_body(path: Path) -> ReducedModel:
+    """Read a reduced body.
+
+    Raises
+    ------
+    FileNotFoundError
+        Where there is no such file.
+    BodyFileError
+        Where the file is not HDF5, not a body file, of a newer version, truncated or inconsistent.
+    """
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file; expected a body file (.h5)")
+    try:
+        with h5py.File(path, "r") as file:
+            _check_header(file, path)
+            return _model(file, path)
+    except BodyFileError:
+        raise
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        raise BodyFileError(
+            f"{path}: not a complete body file ({_one_line(error)}); expected HDF5 of format {FORMAT}"
+        ) from error
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())
+
+
+def _check_header(file: h5py.File, path: Path) -> None:
+    found = file.attrs.get("format")
+    if found != FORMAT:
+        raise BodyFileError(f"{path}: format is {found!r}; expected {FORMAT!r}")
+    version = int(file.attrs["version"])
+    if version > VERSION:
+        raise BodyFileError(
+            f"{path}: written by a newer version (file version {version}, this program reads up to {VERSION}); "
+            "expected a file of this version: update carrierflex"
+        )
+
+
+def _model(file: h5py.File, path: Path) -> ReducedModel:
+    n, n_sensors = file["labels"].shape[0], file["sensors/names"].shape[0]
+    if n > _MOST_COORDINATES or n_sensors > _MOST_SENSORS:
+        raise BodyFileError(
+            f"{path}: {n} coordinates and {n_sensors} sensors; expected at most {_MOST_COORDINATES} and {_MOST_SENSORS}"
+        )
+    n_pilots = file["pilots/names"].shape[0]
+    names = _strings(file["pilots/names"])
+    points = _array(file["pilots/points"], (n_pilots, 3), path)
+    coordinates = _array(file["pilots/coordinates"], (n_pilots, 6), path).astype(np.int64)
+    if coordinates.size and not (0 <= coordinates.min() and coordinates.max() < n):
+        raise BodyFileError(f"{path}: a pilot refers to coordinate {coordinates.max()}; expected numbers below {n}")
+    mass = file["mass_properties"]
+    return ReducedModel(
+        name=str(file.attrs["name"]),
+        K=_array(file["K"], (n, n), path),
+        M=_array(file["M"], (n, n), path),
+        D=_array(file["D"], (n, n), path),
+        labels=_strings(file["labels"]),
+        pilots=dict(zip(names, points, strict=True)),
+        pilot_coordinates=dict(zip(names, coordinates, strict=True)),
+        sensor_names=_strings(file["sensors/names"]),
+        sensor_rows=_array(file["sensors/rows"], (n_sensors, n), path),
+        mass_properties=MassProperties(
+            float(mass["mass"][()]),
+            _array(mass["centre"], (3,), path),
+            _array(mass["inertia_about_centre"], (3, 3), path),
+        ),
+        provenance={key: str(value) for key, value in file["provenance"].attrs.items()},
+    )
+
+
+def _strings(dataset: h5py.Dataset) -> tuple[str, ...]:
+    return tuple(dataset.asstr()[:]) if dataset.shape[0] else ()
+
+
+def _array(dataset: h5py.Dataset, shape: tuple[int, ...], path: Path) -> NDArray[np.float64]:
+    if dataset.shape != shape:
+        raise BodyFileError(f"{path}: {dataset.name} has shape {dataset.shape}; expected {shape}")
+    values = dataset[()]
+    if not np.isfinite(values).all():
+        raise BodyFileError(f"{path}: {dataset.name} holds a value that is not finite")
+    return np.asarray(values, dtype=np.float64)

@@ -1,0 +1,143 @@
+"""A free elastic body whose pilots are held or moved: the saddle point behind every Craig-Bampton mode.
+
+The problem is ``K u + Gᵀ λ = f``, ``G u = d`` with K of a free body (six rigid-body modes R) and G the distributing
+couplings. Holding six degrees of freedom of three nodes makes K positive definite without changing any
+self-equilibrated solution: their reactions are zero. So
+
+    u = A (f - Gᵀ λ) + R a,   A = K_heldⁿ⁻⁶ inverse padded with zeros,
+    S λ - H a = G A f - d,    S = G A Gᵀ,  H = G R,
+    Hᵀ λ = Rᵀ f,
+
+one sparse Cholesky factorisation, one block solve, and a dense system of 6 (pilots + 1) unknowns. No penalty and no
+dense null space enters; docs/decisions/0003 compares it with factorising the saddle point itself.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fe.couplings import Pilot
+from fe.factorisation import Factorisation, factorise
+from fe.surface_integrals import rigid_motion
+
+
+@dataclass(frozen=True, eq=False)
+class GroundedBody:
+    """A free body held statically determinately: factorised once, whatever pilots are held later.
+
+    Parameters
+    ----------
+    K : csr_array, shape (n, n)
+        Stiffness of the free body [N/m].
+    points : ndarray, shape (n / 3, 3)
+        Node coordinates [m].
+
+    Raises
+    ------
+    SingularMatrixError
+        On first use, where the body is not one connected piece.
+    """
+
+    K: sp.csr_array
+    points: NDArray[np.float64]
+
+    @cached_property
+    def rigid_modes(self) -> NDArray[np.float64]:
+        """Rigid-body modes R about the nodes' centre, shape (n, 6)."""
+        return rigid_motion(self.points, self.points.mean(axis=0)).reshape(-1, 6)
+
+    def displacement(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Displacement ``A f`` of the grounded body, shape of `f`: (n,) or (n, k)."""
+        u = np.zeros_like(f)
+        u[self._free] = self._factor.solve(f[self._free])
+        return u
+
+    @cached_property
+    def _free(self) -> NDArray[np.int64]:
+        return np.setdiff1d(np.arange(self.K.shape[0]), statically_determinate_dofs(self.points))
+
+    @cached_property
+    def _factor(self) -> Factorisation:
+        return factorise(sp.csr_array(self.K[self._free][:, self._free]))
+
+
+@dataclass(frozen=True, eq=False)
+class HeldStructure:
+    """Body with pilots that are held or moved; solves for displacement and pilot reactions.
+
+    Parameters
+    ----------
+    body : GroundedBody
+        The body; its factor serves any choice of pilots.
+    pilots : tuple of Pilot
+        Pilots that are held or moved; they must hold the body's six rigid motions.
+    """
+
+    body: GroundedBody
+    pilots: tuple[Pilot, ...]
+
+    def solve(self, f: NDArray[np.float64], d: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Displacement u, shape (n, k), and reactions λ, shape (m, k), under nodal forces `f` and pilot motions `d`.
+
+        ``-λ`` are the forces and moments that hold the pilots.
+        """
+        Af = self.body.displacement(f)
+        right = np.concatenate([self._couplings @ Af - d, self.body.rigid_modes.T @ f])
+        lagrange, a = self._split(right)
+        return Af - self._answer_to_couplings @ lagrange + self.body.rigid_modes @ a, lagrange
+
+    def constraint_modes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Constraint modes Ψ, shape (n, m), and the pilots' static stiffness ``Ψᵀ K Ψ = -λ``, shape (m, m)."""
+        m = self._couplings.shape[0]
+        lagrange, a = self._split(np.concatenate([-np.eye(m), np.zeros((6, m))]))
+        stiffness = -(lagrange + lagrange.T) / 2.0
+        return self.body.rigid_modes @ a - self._answer_to_couplings @ lagrange, stiffness
+
+    def _split(self, right: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Solve the dense system for the reactions λ and the rigid motion a."""
+        solution = scipy.linalg.lu_solve(self._dense_factor, right)
+        m = self._couplings.shape[0]
+        return solution[:m], solution[m:]
+
+    @cached_property
+    def _couplings(self) -> sp.csr_array:
+        """G of all pilots, shape (m, n)."""
+        return sp.csr_array(sp.vstack([pilot.G for pilot in self.pilots]))
+
+    @cached_property
+    def _answer_to_couplings(self) -> NDArray[np.float64]:
+        """A Gᵀ, shape (n, m)."""
+        return self.body.displacement(self._couplings.T.toarray())
+
+    @cached_property
+    def _dense_factor(self) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+        S = self._couplings @ self._answer_to_couplings
+        H = self._couplings @ self.body.rigid_modes
+        m = len(S)
+        matrix = np.zeros((m + 6, m + 6))
+        matrix[:m, :m], matrix[:m, m:], matrix[m:, :m] = (S + S.T) / 2.0, -H, H.T
+        return scipy.linalg.lu_factor(matrix)
+
+
+def statically_determinate_dofs(points: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Six degrees of freedom of three far-apart nodes that hold a body against rigid motion without constraining it.
+
+    The first node is held in x y z, the second across the line to it, the third across their plane; directions are the
+    coordinate axes that serve best.
+    """
+    first = int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))
+    along = points - points[first]
+    second = int(np.argmax(np.linalg.norm(along, axis=1)))
+    direction = along[second] / np.linalg.norm(along[second])
+    across = np.cross(along, direction)
+    third = int(np.argmax(np.linalg.norm(across, axis=1)))
+    normal = across[third] / np.linalg.norm(across[third])
+    line_axis = int(np.argmax(np.abs(direction)))
+    plane_axis = int(np.argmax(np.abs(normal)))
+    held = [3 * first + axis for axis in range(3)]
+    held += [3 * second + axis for axis in range(3) if axis != line_axis]
+    return np.array([*held, 3 * third + plane_axis])

@@ -1,0 +1,70 @@
+"""The carrier with its three pins in the reduced space, the pin fit as one bending stiffness."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe.load_cases import bonded_pin_load, together
+from geometry.parameters import N_PINS, pin_angles
+from reduction.assembly import Joint, assembled
+from reduction.reduced_model import ReducedModel, turned
+
+#: Paper, section 3.1: bending and torsional stiffness of each pin interface [N m/rad].
+PAPER_STIFFNESS = 1e6
+#: Derived: the stiffness whose rim deflection equals that of the paper's Table 4.
+TABLE_4_STIFFNESS = 1.4e7
+#: A free pin would spin about its own axis; this holds it at one end, where no load makes it turn [N m/rad].
+_SPIN_HOLD = 1.0
+
+_PARTS = ("upwind", "midspan", "downwind")
+
+
+def pin_pilot(pin: int, part: str) -> str:
+    """Name of a pilot on pin 1, 2 or 3 in the assembly: its carrier counterpart's name and ``_of_pin``."""
+    return f"pin_{pin}_{part}_of_pin"
+
+
+def carrier_with_pins(
+    carrier: ReducedModel, pin: ReducedModel, stiffness: float, *, sliding: bool = False
+) -> ReducedModel:
+    """Join the flexible carrier and three copies of pin 1 at six interfaces.
+
+    Parameters
+    ----------
+    carrier : ReducedModel
+        Carrier without pins, with the pilots ``pin_i_upwind`` and ``pin_i_downwind``.
+    pin : ReducedModel
+        Pin 1 in the carrier's frame.
+    stiffness : float
+        Bending and torsional stiffness of every interface [N m/rad]; 0 is a simply supported pin. Then each pin is kept
+        from spinning by a spring at its upwind end alone, which transmits no moment.
+
+    sliding : bool
+        Whether the pins' downwind ends are free to slide along x. The paper ties all translations; then even a pin of
+        stiffness 0 keeps the plates' bores at its own length.
+
+    Returns
+    -------
+    ReducedModel
+        Assembly with the carrier's sensors.
+
+    Raises
+    ------
+    ValueError
+        Where `stiffness` is negative.
+    """
+    bodies = [carrier]
+    joints = []
+    for number, angle in enumerate(pin_angles(), start=1):
+        rename = {f"pin_1_{part}": pin_pilot(number, part) for part in _PARTS}
+        bodies.append(turned(pin, float(angle), rename))
+        for side in ("upwind", "downwind"):
+            torsional = stiffness if stiffness != 0.0 or side == "downwind" else _SPIN_HOLD
+            slides = sliding and side == "downwind"
+            joints.append(Joint(f"pin_{number}_{side}", pin_pilot(number, side), stiffness, torsional, slides))
+    return assembled("carrier_with_pins", bodies, joints)
+
+
+def drive_torque_load(force: float, moment: float) -> dict[str, NDArray[np.float64]]:
+    """Loads at the three pins' mid-spans in the assembly, signs as in :func:`fe.load_cases.bonded_pin_load`."""
+    loads = together(*(bonded_pin_load(pin, force, moment) for pin in range(1, N_PINS + 1)))
+    return {f"{name}_of_pin": load for name, load in loads.items()}

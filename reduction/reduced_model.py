@@ -1,0 +1,129 @@
+"""The reduced body that simulation works with: matrices, names of every coordinate, pilots, sensors, mass."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.dihedral import rotation_about_x
+
+#: Names and units of a pilot's six coordinates.
+PILOT_COORDINATES = ("Tx [m]", "Ty [m]", "Tz [m]", "Rx [rad]", "Ry [rad]", "Rz [rad]")
+
+
+@dataclass(frozen=True, eq=False)
+class MassProperties:
+    """Rigid mass properties in the body's frame."""
+
+    mass: float
+    """Mass [kg]."""
+    centre: NDArray[np.float64]
+    """Centre of mass [m], shape (3,)."""
+    inertia: NDArray[np.float64]
+    """Inertia tensor about the centre of mass [kg m^2], shape (3, 3)."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedModel:
+    """A reduced elastic body, or several assembled ones.
+
+    Parameters
+    ----------
+    name : str
+        Name of the body.
+    K, M, D : ndarray, shape (n, n)
+        Stiffness, mass and damping, symmetric, SI.
+    labels : tuple of str
+        Every coordinate in words, as in ``pin_1_upwind Ty [m]`` or ``mode 3 (812.4 Hz)``.
+    pilots : mapping of str to ndarray
+        Position [m] of each pilot in the body's frame.
+    pilot_coordinates : mapping of str to ndarray of int, shape (6,)
+        Rows of each pilot's coordinates; tied pilots share rows.
+    sensor_names : tuple of str
+        Names of the recovery rows.
+    sensor_rows : ndarray, shape (n_sensors, n)
+        Sensor displacement [m] from the coordinates.
+    mass_properties : MassProperties
+        Of the body this was reduced from.
+    provenance : mapping of str to str
+        Inputs and versions that made it.
+
+    Raises
+    ------
+    ValueError
+        Where shapes or names contradict each other.
+    """
+
+    name: str
+    K: NDArray[np.float64]
+    M: NDArray[np.float64]
+    D: NDArray[np.float64]
+    labels: tuple[str, ...]
+    pilots: Mapping[str, NDArray[np.float64]]
+    pilot_coordinates: Mapping[str, NDArray[np.int64]]
+    sensor_names: tuple[str, ...]
+    sensor_rows: NDArray[np.float64]
+    mass_properties: MassProperties
+    provenance: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        n = len(self.labels)
+        for letter, matrix in (("K", self.K), ("M", self.M), ("D", self.D)):
+            if matrix.shape != (n, n):
+                raise ValueError(
+                    f"{self.name}: {letter} has shape {matrix.shape}; expected ({n}, {n}), one row a label"
+                )
+        if self.sensor_rows.shape != (len(self.sensor_names), n):
+            raise ValueError(
+                f"{self.name}: sensor rows have shape {self.sensor_rows.shape}; expected ({len(self.sensor_names)}, {n})"
+            )
+        if set(self.pilots) != set(self.pilot_coordinates):
+            raise ValueError(f"{self.name}: pilots and pilot coordinates do not name the same pilots")
+
+    @property
+    def n_coordinates(self) -> int:
+        """Number of reduced coordinates."""
+        return len(self.labels)
+
+    def coordinates_of(self, pilot: str) -> NDArray[np.int64]:
+        """Rows of a pilot's six coordinates; KeyError names the pilots there are."""
+        if pilot not in self.pilot_coordinates:
+            raise KeyError(f"{self.name} has no pilot {pilot!r}; it has {', '.join(self.pilot_coordinates)}")
+        return self.pilot_coordinates[pilot]
+
+
+def turned(model: ReducedModel, angle: float, rename: Mapping[str, str]) -> ReducedModel:
+    """Copy of a body turned about +x by `angle` [rad], its pilots renamed; modal coordinates stay as they are.
+
+    Parameters
+    ----------
+    model : ReducedModel
+        Body in its original position; it must not have sensors, which are fixed to their place.
+    angle : float
+        Rotation [rad] about +x.
+    rename : mapping of str to str
+        New name of each pilot.
+    """
+    if model.sensor_names:
+        raise ValueError(f"{model.name} has sensors and cannot be turned; expected a body without sensor rows")
+    R = rotation_about_x(angle)
+    Q = np.eye(model.n_coordinates)
+    for rows in model.pilot_coordinates.values():
+        for part in (rows[:3], rows[3:]):
+            Q[np.ix_(part, part)] = R
+    labels = list(model.labels)
+    for old, new in rename.items():
+        for row, coordinate in zip(model.coordinates_of(old), PILOT_COORDINATES, strict=True):
+            labels[row] = f"{new} {coordinate}"
+    mass = model.mass_properties
+    return replace(
+        model,
+        K=Q @ model.K @ Q.T,
+        M=Q @ model.M @ Q.T,
+        D=Q @ model.D @ Q.T,
+        labels=tuple(labels),
+        pilots={rename[name]: R @ point for name, point in model.pilots.items()},
+        pilot_coordinates={rename[name]: rows for name, rows in model.pilot_coordinates.items()},
+        mass_properties=MassProperties(mass.mass, R @ mass.centre, R @ mass.inertia @ R.T),
+    )

@@ -1,0 +1,68 @@
+"""Static answer of a reduced body held at some pilots."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from reduction.reduced_model import ReducedModel
+
+
+def static_coordinates(
+    model: ReducedModel, held: Sequence[str], loads: Mapping[str, NDArray[np.float64]]
+) -> NDArray[np.float64]:
+    """Coordinates q of K q = f with all six coordinates of the `held` pilots zero.
+
+    Parameters
+    ----------
+    model : ReducedModel
+        Body or assembly.
+    held : sequence of str
+        Pilots that do not move.
+    loads : mapping of str to ndarray, shape (6,)
+        Force [N] and moment [N m] at pilots.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Reduced coordinates.
+
+    Raises
+    ------
+    KeyError
+        Where a pilot does not exist.
+    LinAlgError
+        Where the held pilots leave the body free to move.
+    """
+    f = np.zeros(model.n_coordinates)
+    for pilot, load in loads.items():
+        # Tied pilots share rows: add, never assign.
+        np.add.at(f, model.coordinates_of(pilot), load)
+    fixed = np.concatenate([model.coordinates_of(pilot) for pilot in held])
+    free = np.setdiff1d(np.arange(model.n_coordinates), fixed)
+    q = np.zeros(model.n_coordinates)
+    # Coordinates are translations, rotations and modal amplitudes: scale each to unit stiffness before factorising.
+    scale = 1.0 / np.sqrt(model.K.diagonal()[free])
+    K = model.K[np.ix_(free, free)] * np.outer(scale, scale)
+    q[free] = scale * scipy.linalg.cho_solve(scipy.linalg.cho_factor(K), scale * f[free])
+    return q
+
+
+def pilot_compliance(model: ReducedModel, held: Sequence[str]) -> NDArray[np.float64]:
+    """Static compliance of all pilot coordinates not held: inverse stiffness with the modal coordinates free.
+
+    Returns
+    -------
+    ndarray, shape (m, m)
+        Pilots in the model's order, six rows each, without the held ones.
+    """
+    rows = np.concatenate([model.coordinates_of(pilot) for pilot in model.pilots if pilot not in held])
+    free = np.setdiff1d(np.arange(model.n_coordinates), np.concatenate([model.coordinates_of(pilot) for pilot in held]))
+    scale = 1.0 / np.sqrt(model.K.diagonal()[free])
+    factor = scipy.linalg.cho_factor(model.K[np.ix_(free, free)] * np.outer(scale, scale))
+    unit = np.zeros((model.n_coordinates, len(rows)))
+    unit[rows, np.arange(len(rows))] = 1.0
+    answer = np.zeros_like(unit)
+    answer[free] = scale[:, None] * scipy.linalg.cho_solve(factor, scale[:, None] * unit[free])
+    return answer[rows]

@@ -1,0 +1,86 @@
+"""The ``carrierflex`` command: one sub-command a workflow; errors in one line, exit codes for scripts."""
+
+import functools
+import logging
+import sys
+from collections.abc import Callable
+from typing import Any
+
+#: Exit codes: refused input, and interruption by the user (128 + SIGINT).
+EXIT_REFUSED, EXIT_INTERRUPTED = 2, 130
+
+_HELP = """From a planet carrier's parameters to a diagnosed gap between simulation and measurement.
+
+All quantities are in SI units (m, kg, s, N, rad) unless a name says otherwise."""
+
+
+def main() -> None:
+    """Run the command line; the process ends with 0, 2 (refused input) or 130 (interrupted)."""
+    logging.basicConfig(level=logging.ERROR, format="%(name)s: %(message)s")
+    try:
+        _application()(exit_on_error=False, print_error=False)
+    except KeyboardInterrupt:
+        _end("interrupted; files that were finished are whole and stay", EXIT_INTERRUPTED)
+    except ImportError as error:
+        _end(f"a library is missing or does not load: {_one_line(error)}; `make` installs what is needed", EXIT_REFUSED)
+    except Exception as error:
+        if type(error).__module__.startswith("cyclopts"):
+            _end(f"{_one_line(error)} (carrierflex --help tells what is expected)", EXIT_REFUSED)
+        if not isinstance(error, (ValueError, OSError, KeyError, ArithmeticError, RuntimeError, MemoryError)):
+            raise
+        _end(_one_line(error), EXIT_REFUSED)
+
+
+def _application() -> Any:
+    """Import the workflows and register them: late, so that a library that does not load is told in one line."""
+    import cyclopts
+
+    from workflows import (
+        compute_curves,
+        identify_parameters,
+        mesh_carrier,
+        reduce_body,
+        run,
+        simulate_load_case,
+        tables,
+    )
+    from workflows.outputs import software
+
+    app = cyclopts.App(name="carrierflex", help=_HELP, version=software)
+    for name, workflow, table in (
+        ("run", run.main, tables.summary_table),
+        ("mesh", mesh_carrier.main, tables.quality_table),
+        ("curves", compute_curves.main, tables.curve_table),
+        ("reduce", reduce_body.main, tables.reduced_table),
+        ("simulate", simulate_load_case.main, tables.campaign_table),
+        ("identify", identify_parameters.main, tables.estimate_table),
+    ):
+        app.command(_shown_by(table, workflow), name=name)
+    return app
+
+
+def _shown_by(table: Callable[[Any], Any], workflow: Callable[..., Any]) -> Callable[..., None]:
+    """Workflow with the same signature that shows its result on the screen."""
+
+    @functools.wraps(workflow)
+    def shown(*arguments: Any, **options: Any) -> None:
+        from rich.console import Console
+
+        Console(highlight=False).print(table(workflow(*arguments, **options)))
+
+    return shown
+
+
+def _one_line(error: BaseException) -> str:
+    # A KeyError's text is the repr of its message.
+    text = str(error.args[0]) if isinstance(error, KeyError) and error.args else str(error)
+    return " ".join(text.split()) or type(error).__name__
+
+
+def _end(message: str, code: int) -> None:
+    print(f"carrierflex: {message}", file=sys.stderr)
+    sys.exit(code)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,39 @@
+"""Pictures of the main job: meshes, deformed carriers, modes, deflection curves, the pin fit's influence."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from fe.deflection_curves import DeflectionCurve
+from fe.view import curves_figure, deformed_picture, order_content_figure
+from geometry.view import mesh_picture
+from reduction.view import modes_picture
+from workflows.carrier_variants import CarrierVariant
+from workflows.outputs import save_figure, save_image
+from workflows.reduce_carrier import ReducedCarrier
+
+_TITLES = {"flexible": "carrier without pins (flexible)", "stiff": "carrier with bonded pins (stiff)"}
+
+
+def draw_carriers(
+    folder: Path,
+    variants: Mapping[str, CarrierVariant],
+    curves: Mapping[str, DeflectionCurve],
+    reduced: ReducedCarrier,
+) -> None:
+    """Draw mesh, deformation and modes of both variants, both deflection curves and the curves over the pin fit."""
+    for name, variant in variants.items():
+        title = _TITLES[name]
+        n_tets = f"{len(variant.mesh.tets):,} quadratic tetrahedra"
+        save_image(folder / f"{name}_mesh.png", mesh_picture(variant.mesh, f"{title}: {n_tets}"))
+        u = variant.deflection.u
+        save_image(folder / f"{name}_deformed.png", deformed_picture(variant.mesh, u, f"{title}, 1 kN m"))
+    for name, body in (("flexible", reduced.flexible), ("stiff", reduced.stiff)):
+        save_image(folder / f"{name}_modes.png", modes_picture(variants[name].mesh, body.modes))
+    save_figure(folder / "deflection_curves.png", curves_figure(curves["delta_s"], curves["delta_f"]))
+    joined = {_stiffness_label(k): curve for k, curve in reduced.joined.items()}
+    labelled = {"no pins (FE)": curves["delta_f"], **joined, "bonded (FE)": curves["delta_s"]}
+    save_figure(folder / "pin_fit.png", order_content_figure(list(labelled), list(labelled.values())))
+
+
+def _stiffness_label(stiffness: float) -> str:
+    return f"{stiffness:.2g} N m/rad"

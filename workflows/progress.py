@@ -1,0 +1,29 @@
+"""Progress of long work on the terminal: one line a stage, with its time."""
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from rich.console import Console
+
+
+@dataclass
+class Stages:
+    """Announces stages of known number and keeps their times; silent where `quiet` or not on a terminal."""
+
+    total: int
+    quiet: bool = False
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Show `name` with a spinner while the block runs, then a line with its time."""
+        number = len(self.seconds) + 1
+        start = time.perf_counter()
+        console = Console(stderr=True, quiet=self.quiet or not sys.stderr.isatty(), highlight=False)
+        with console.status(f"[{number}/{self.total}] {name}"):
+            yield
+        self.seconds[name] = time.perf_counter() - start
+        console.print(f"[dim]\\[{number}/{self.total}][/] {name} [dim]{self.seconds[name]:.1f} s[/]")

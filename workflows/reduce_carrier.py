@@ -1,0 +1,126 @@
+"""Reduce both carriers and a pin, compare them with the full models, and vary the pin fit in the reduced space."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from fe.carrier_curves import CASES, UNIT_TORQUE, flexible_cases, sensor_curve
+from fe.deflection_curves import DeflectionCurve
+from fe.load_cases import gear_forces
+from fe.structural_model import PIN_PILOTS, StructuralModel, structural_model
+from geometry.carrier_mesh import pin_mesh
+from geometry.parameter_files import StageParameters
+from reduction.craig_bampton import Reduction, craig_bampton
+from reduction.fixed_interface_modes import FixedInterfaceModes
+from reduction.held_structure import GroundedBody, HeldStructure
+from reduction.pin_joints import PAPER_STIFFNESS, TABLE_4_STIFFNESS, carrier_with_pins, drive_torque_load
+from reduction.reduced_model import ReducedModel
+from reduction.reduced_static import pilot_compliance, static_coordinates
+
+#: Interface stiffnesses of the study [N m/rad]: simply supported, the paper's, the one of Table 4's rim size, nearly rigid.
+STUDY_STIFFNESSES = (0.0, PAPER_STIFFNESS, 1e7, TABLE_4_STIFFNESS, 1e8, 1e12)
+CARRIER_MODES, PIN_MODES = 20, 6
+_HELD = "shaft_face"
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedBody:
+    """A reduced body, its modes, and how far its pilots' static compliance is from the full model's (relative)."""
+
+    model: ReducedModel
+    modes: FixedInterfaceModes
+    compliance_error: float
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedCarrier:
+    """The three reduced bodies and what was measured of them.
+
+    Parameters
+    ----------
+    flexible, stiff, pin : ReducedBody
+        Carrier without pins, carrier with bonded pins, pin 1.
+    joined : dict of float to DeflectionCurve
+        Torque curve of carrier and pins joined in the reduced space, by interface stiffness [N m/rad].
+    sliding : DeflectionCurve
+        The same at stiffness 0 with pins free to slide in their downwind bores.
+    reference : DeflectionCurve
+        Torque curve of the full model without pins, its shaft face held through its pilot as in the assemblies.
+    """
+
+    flexible: ReducedBody
+    stiff: ReducedBody
+    pin: ReducedBody
+    joined: dict[float, DeflectionCurve]
+    sliding: DeflectionCurve
+    reference: DeflectionCurve
+
+
+def main(
+    stage: StageParameters,
+    flexible: StructuralModel,
+    stiff: StructuralModel,
+    size: float,
+    provenance: Mapping[str, str],
+) -> ReducedCarrier:
+    """Reduce both carriers and a pin, compare with the full models, and join carrier and pins.
+
+    Parameters
+    ----------
+    stage
+        Dimensions of carrier, pins and gears.
+    flexible, stiff
+        Carriers with matrices.
+    size
+        Element edge length of the pin's mesh [m].
+    provenance
+        Kept in the bodies.
+
+    Returns
+    -------
+    ReducedCarrier
+        A good reduction has compliance errors below 1e-9, and its sliding curve equals the reference.
+    """
+    pin_structure = structural_model("pin", pin_mesh(stage.carrier, stage.pin, size), stage.carrier, PIN_PILOTS)
+    pin, _ = _reduced(pin_structure, PIN_MODES, provenance)
+    stiff_body, _ = _reduced(stiff, CARRIER_MODES, provenance)
+    flexible_body, grounded = _reduced(flexible, CARRIER_MODES, provenance)
+    reference = _held_through_pilot(stage, flexible, grounded)
+
+    def curve(stiffness: float, *, sliding: bool = False) -> DeflectionCurve:
+        forces = gear_forces(UNIT_TORQUE, stage.gear)
+        assembly = carrier_with_pins(flexible_body.model, pin.model, stiffness, sliding=sliding)
+        q = static_coordinates(assembly, [_HELD], drive_torque_load(forces.F_PLC, forces.M_t))
+        name = f"{stiffness:.1e} N m/rad"
+        return sensor_curve(name, assembly.sensor_rows @ q, UNIT_TORQUE, stage.carrier.sensor_radius)
+
+    joined = {stiffness: curve(stiffness) for stiffness in STUDY_STIFFNESSES}
+    return ReducedCarrier(flexible_body, stiff_body, pin, joined, curve(0.0, sliding=True), reference)
+
+
+def _reduced(
+    structure: StructuralModel, n_modes: int, provenance: Mapping[str, str]
+) -> tuple[ReducedBody, GroundedBody]:
+    reduction = craig_bampton(structure, n_modes, provenance=provenance)
+    error = _compliance_error(structure, reduction)
+    return ReducedBody(reduction.model, reduction.modes, error), reduction.body
+
+
+def _compliance_error(structure: StructuralModel, reduction: Reduction) -> float:
+    """Compare the compliance at all pilots but the first, which is held, between full and reduced body."""
+    held, others = structure.pilots[0], structure.pilots[1:]
+    G = sp.csr_array(sp.vstack([pilot.G for pilot in others]))
+    exact = G @ HeldStructure(reduction.body, (held,)).solve(G.T.toarray(), np.zeros((6, G.shape[0])))[0]
+    reduced = pilot_compliance(reduction.model, [held.name])
+    return float((np.abs(reduced - exact) / np.sqrt(np.outer(exact.diagonal(), exact.diagonal()))).max())
+
+
+def _held_through_pilot(stage: StageParameters, structure: StructuralModel, body: GroundedBody) -> DeflectionCurve:
+    """Torque curve of the full model without pins, its shaft face held through the pilot instead of node by node."""
+    load = structure.load_vector(flexible_cases(stage.carrier, stage.gear)[CASES.index("both")])
+    shaft = tuple(pilot for pilot in structure.pilots if pilot.name == _HELD)
+    u = HeldStructure(body, shaft).solve(load[:, None], np.zeros((6, 1)))[0]
+    assert structure.sensors is not None
+    return sensor_curve("full model", structure.sensors.rows @ u[:, 0], UNIT_TORQUE, stage.carrier.sensor_radius)

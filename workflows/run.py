@@ -1,0 +1,101 @@
+"""The main job: from the carrier's parameters to a first report on the gap between simulation and measurement.
+
+Meshes, deflection curves, reduced bodies, the load cases LC1 to LC4 of the 2012 paper simulated at the rim sensors,
+the motion identified from those signals, and the gap of a model without misalignment and flexibility mapped.
+"""
+
+import resource
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fe.carrier_curves import named_curves
+from fe.curve_files import write_curves
+from fe.deflection_curves import DeflectionCurve
+from geometry.carrier_mesh import DEFAULT_SIZE
+from geometry.mesh_files import write_mesh
+from geometry.parameter_files import StageParameters, read_parameters
+from reduction.body_files import write_body
+from simulation.case_files import shipped_case
+from workflows import check_mesh_convergence, identify_parameters, map_gap, reduce_carrier, simulate_load_case
+from workflows.carrier_variants import CarrierVariant, flexible_variant, stiff_variant
+from workflows.outputs import prepared_folder, provenance, save_json, versions
+from workflows.pictures import draw_carriers
+from workflows.progress import Stages
+from workflows.summary import job_summary
+
+_MESH_SUFFIXES = (".msh", ".vtu", ".inp")
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """Everything the main job computed, and its summary as written to summary.json."""
+
+    stage: StageParameters
+    variants: dict[str, CarrierVariant]
+    curves: dict[str, DeflectionCurve]
+    mesh_study: check_mesh_convergence.MeshStudy
+    reduced: reduce_carrier.ReducedCarrier
+    simulated: simulate_load_case.SimulatedLoadCases
+    identified: identify_parameters.Identification
+    gap: map_gap.Gap
+    summary: dict[str, Any]
+
+
+def main(*, out: Path, size: float = DEFAULT_SIZE, parameters: Path | None = None, quiet: bool = False) -> Job:
+    """Do the whole chain for one planet carrier and leave every result in one folder.
+
+    Parameters
+    ----------
+    out
+        Output folder: meshes, deflection_curves.csv, bodies, campaign, identification, gap, pictures, summary.json.
+    size
+        Element edge length [m].
+    parameters
+        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out keeps its default.
+    quiet
+        Show no progress.
+
+    Returns
+    -------
+    Job
+        In a good job every check of the summary is met.
+    """
+    stage = read_parameters(parameters)
+    for folder in (out, out / "meshes", out / "bodies", out / "pictures"):
+        prepared_folder(folder)
+    stages = Stages(9, quiet)
+    variants = {}
+    with stages.stage("carrier without pins: mesh, matrices, load cases"):
+        variants["flexible"] = flexible_variant(stage, size)
+    with stages.stage("carrier with bonded pins: mesh, matrices, load cases"):
+        variants["stiff"] = stiff_variant(stage, size)
+        curves = named_curves(variants["stiff"].deflection, variants["flexible"].deflection)
+        write_curves(out / "deflection_curves.csv", curves)
+    with stages.stage("mesh files"):
+        for name, variant in variants.items():
+            for suffix in _MESH_SUFFIXES:
+                write_mesh(variant.mesh, out / "meshes" / f"{name}_carrier{suffix}")
+    with stages.stage("mesh study on the half sector"):
+        mesh_study = check_mesh_convergence.main(stage)
+    with stages.stage("reduction of both carriers and a pin"):
+        record = provenance(parameters=stage, size=size)
+        reduced = reduce_carrier.main(stage, variants["flexible"].structure, variants["stiff"].structure, size, record)
+        for body in (reduced.flexible, reduced.stiff, reduced.pin):
+            write_body(body.model, out / "bodies" / f"{body.model.name}.h5")
+    with stages.stage("pictures of the carriers"):
+        draw_carriers(out / "pictures", variants, curves, reduced)
+    with stages.stage("load cases LC1 to LC4 simulated"):
+        simulated = simulate_load_case.main(shipped_case(), out=out / "campaign", curves=out / "deflection_curves.csv")
+    with stages.stage("M1 and M2 identified"):
+        identified = identify_parameters.main(out / "campaign", model="m2", out=out / "identification", per_run=True)
+    with stages.stage("gap mapped"):
+        gap = map_gap.main(simulated.campaign, curves["delta_s"], curves["delta_f"], out=out / "gap")
+    parts = Job(stage, variants, curves, mesh_study, reduced, simulated, identified, gap, {})
+    summary = job_summary(parts, size) | {
+        "seconds": stages.seconds,
+        "peak_memory_gb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6,
+        "versions": versions(),
+    }
+    save_json(out / "summary.json", summary)
+    return Job(stage, variants, curves, mesh_study, reduced, simulated, identified, gap, summary)

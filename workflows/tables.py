@@ -1,0 +1,114 @@
+"""Results of the workflows as tables on the screen."""
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.table import Table
+
+from fe.deflection_curves import DeflectionCurve
+from geometry.quality import MeshQuality
+from reduction.reduced_model import ReducedModel
+
+if TYPE_CHECKING:
+    from workflows.identify_parameters import Identification
+    from workflows.run import Job
+    from workflows.simulate_load_case import SimulatedLoadCases
+
+
+def _table(title: str, *columns: str) -> Table:
+    table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
+    for number, column in enumerate(columns):
+        table.add_column(column, justify="left" if number == 0 else "right")
+    return table
+
+
+def quality_table(quality: MeshQuality) -> RenderableType:
+    """Figures of one mesh."""
+    table = _table("mesh", "figure", "value")
+    for field in dataclasses.fields(quality):
+        table.add_row(field.name.replace("_", " "), f"{getattr(quality, field.name):.6g}")
+    return table
+
+
+def curve_table(curves: dict[str, DeflectionCurve]) -> RenderableType:
+    """Orders and peaks of the deflection curves."""
+    table = _table("axial rim deflection", "curve", "per", "order 3, um", "order 6, um", "order 9, um", "peaks")
+    for name, curve in curves.items():
+        content = curve.axial_order_content() * 1e6
+        of_torque = name.startswith("delta")
+        unit, peaks = ("kN m", str(len(curve.peak_angles()))) if of_torque else ("N on pin 1", "-")
+        table.add_row(name, unit, *(f"{content[order]:.4g}" for order in (3, 6, 9)), peaks)
+    return table
+
+
+def reduced_table(model: ReducedModel) -> RenderableType:
+    """Size, mass and modes of a reduced body."""
+    table = _table(f"reduced body {model.name}", "figure", "value")
+    mass = model.mass_properties
+    table.add_row("coordinates", str(model.n_coordinates))
+    table.add_row("pilots", ", ".join(model.pilots))
+    table.add_row("mass, kg", f"{mass.mass:.4g}")
+    table.add_row("inertia about x, kg m^2", f"{mass.inertia[0, 0]:.4g}")
+    modes = [label for label in model.labels if label.startswith("mode")]
+    table.add_row("fixed-interface modes", f"{modes[0]} ... {modes[-1]}" if modes else "none")
+    return table
+
+
+def campaign_table(simulated: "SimulatedLoadCases") -> RenderableType:
+    """Runs of a simulated campaign."""
+    table = _table(f"campaign {simulated.campaign.name}", "run", "condition", "samples", "file")
+    for run in simulated.campaign.runs:
+        table.add_row(run.name, run.condition, str(len(run.time)), str(simulated.folder / run.file))
+    return table
+
+
+def estimate_table(identified: "Identification") -> RenderableType:
+    """RMS by model and run, the paper's Table 4, and the parameters of the model asked for."""
+    models = list(identified.estimates)
+    rms = _table("RMS of the residual, mm", "run", *models)
+    runs = list(identified.estimates[models[0]])
+    for run in runs:
+        rms.add_row(run, *(f"{identified.estimates[model][run].rms_by_run[run] * 1e3:.4f}" for model in models))
+    estimates = identified.estimates[identified.model]
+    values = _table(f"parameters of {identified.model} ± standard deviation", "parameter", *runs)
+    names = list(dict.fromkeys(estimates[runs[0]].names))
+    for name in names:
+        cells = []
+        for run in runs:
+            estimate = estimates[run]
+            k = estimate.index(name, run)
+            cells.append(f"{estimate.values[k]:.5g} ± {estimate.std[k]:.1g}")
+        unit = estimates[runs[0]].units[estimates[runs[0]].names.index(name)]
+        values.add_row(f"{name}, {unit}", *cells)
+    return Group(rms, "", values)
+
+
+def summary_table(job: "Job") -> RenderableType:
+    """Checks of the main job, identification and ladder, and where the gap lies."""
+    summary = job.summary
+    checks = _table("checks", "figure", "wanted", "reached", "met")
+    for row in summary["checks"]:
+        checks.add_row(row["check"], row["wanted"], f"{row['reached']:.3g}", "yes" if row["met"] else "[red]no[/]")
+    ladder = _table("held-out RMS, um, as effects are added", "effect", "alone", "in turn", "rho")
+    steps = zip(("baseline", *job.gap.ladder.effects), (np.nan, *job.gap.ladder.rms_alone), strict=True)
+    for (effect, alone), rms, rho in zip(steps, job.gap.ladder.rms, job.gap.ladder.rho, strict=True):
+        ladder.add_row(effect, "" if np.isnan(alone) else f"{alone * 1e6:.1f}", f"{rms * 1e6:.1f}", f"{rho:.3f}")
+    seconds, memory = sum(summary["seconds"].values()), summary["peak_memory_gb"]
+    moment = summary["tilting_moment_nm"]
+    return Group(
+        _mesh_study_table(job), "", curve_table(job.curves), "", estimate_table(job.identified), "", ladder, "", checks, "",
+        f"tilting moment M_t of 1 kN m: {moment['computed']:.2f} N m (the paper prints {moment['paper']})",
+        f"where the gap lies: {job.gap.where}",
+        f"{seconds:.0f} s, peak memory {memory:.1f} GB",
+    )  # fmt: skip
+
+
+def _mesh_study_table(job: "Job") -> RenderableType:
+    study = job.mesh_study
+    table = _table("mesh study, um per kN m", "size, m", "unknowns", "flexible 3", "flexible 6", "stiff 3", "stiff 6")
+    for row, (size, n_dofs) in enumerate(zip(study.sizes, study.n_dofs, strict=True)):
+        values = (*study.flexible[row], *study.stiff[row])
+        table.add_row(f"{size:g}", str(n_dofs), *(f"{value * 1e6:.4f}" for value in values))
+    return table
