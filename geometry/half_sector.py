@@ -5,6 +5,10 @@ gives the whole (:mod:`geometry.dihedral`), with cut faces that match because th
 """
 
 import math
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import gmsh
@@ -82,9 +86,20 @@ def pin_half(carrier: CarrierParameters, pin: PinParameters, size: float) -> Tet
         return _meshed(geometry, carrier, [_pin_solid(geometry, carrier, pin)], circles=circles, size=size)
 
 
-def _quiet_geometry() -> Any:
-    """Open pygmsh's OpenCASCADE session without gmsh's own messages on the terminal."""
-    return pygmsh.occ.Geometry(init_argv=["carrierflex", "-v", "0"])
+@contextmanager
+def _quiet_geometry() -> Iterator[Any]:
+    """Open pygmsh's OpenCASCADE session without gmsh's messages and with Python's own handling of interrupts.
+
+    gmsh replaces the interrupt handler by the system's, which ends the process on the spot, and does not put it back.
+    """
+    in_main_thread = threading.current_thread() is threading.main_thread()
+    handler = signal.getsignal(signal.SIGINT)
+    with pygmsh.occ.Geometry(init_argv=["carrierflex", "-v", "0"]) as geometry:
+        if in_main_thread:
+            signal.signal(signal.SIGINT, handler)
+        yield geometry
+    if in_main_thread:
+        signal.signal(signal.SIGINT, handler)
 
 
 def _refuse_useless_size(size: float) -> None:

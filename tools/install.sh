@@ -32,8 +32,8 @@ key() { sha256sum | cut -d ' ' -f 1; }
 
 # Version and path, "3.12 /usr/bin/python3.12": of the interpreter behind it if .venv itself is active, as .venv may go.
 describe_python() {
-    "$1" -c 'import sys; print("%d.%d %s" % (sys.version_info[:2] + (getattr(sys, "_base_executable", sys.executable),)))' 2>/dev/null \
-        || fail "no working Python at '$1'; install python3, or choose another: make test PYTHON=python3.12"
+    "$1" -c 'import ctypes, ssl, sys; print("%d.%d %s" % (sys.version_info[:2] + (getattr(sys, "_base_executable", sys.executable),)))' 2>/dev/null \
+        || fail "no working Python (with ctypes and ssl) at '$1'; install python3, or choose another: make test PYTHON=python3.12"
 }
 
 # What the operating system still has to provide, one "name:package" a line.

@@ -46,7 +46,7 @@ def _application() -> Any:
     )
     from workflows.outputs import software
 
-    app = cyclopts.App(name="carrierflex", help=_HELP, version=software)
+    app = cyclopts.App(name="carrierflex", help=_HELP, version=software, suppress_keyboard_interrupt=False)
     for name, workflow, table in (
         ("run", run.main, tables.summary_table),
         ("mesh", mesh_carrier.main, tables.quality_table),

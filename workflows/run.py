@@ -42,7 +42,14 @@ class Job:
     summary: dict[str, Any]
 
 
-def main(*, out: Path, size: float = DEFAULT_SIZE, parameters: Path | None = None, quiet: bool = False) -> Job:
+def main(
+    *,
+    out: Path,
+    size: float = DEFAULT_SIZE,
+    parameters: Path | None = None,
+    study_sizes: tuple[float, ...] = check_mesh_convergence.STUDY_SIZES,
+    quiet: bool = False,
+) -> Job:
     """Do the whole chain for one planet carrier and leave every result in one folder.
 
     Parameters
@@ -53,6 +60,8 @@ def main(*, out: Path, size: float = DEFAULT_SIZE, parameters: Path | None = Non
         Element edge length [m].
     parameters
         TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out keeps its default.
+    study_sizes
+        Element edge lengths of the mesh study [m], descending.
     quiet
         Show no progress.
 
@@ -77,7 +86,7 @@ def main(*, out: Path, size: float = DEFAULT_SIZE, parameters: Path | None = Non
             for suffix in _MESH_SUFFIXES:
                 write_mesh(variant.mesh, out / "meshes" / f"{name}_carrier{suffix}")
     with stages.stage("mesh study on the half sector"):
-        mesh_study = check_mesh_convergence.main(stage)
+        mesh_study = check_mesh_convergence.main(stage, study_sizes)
     with stages.stage("reduction of both carriers and a pin"):
         record = provenance(parameters=stage, size=size)
         reduced = reduce_carrier.main(stage, variants["flexible"].structure, variants["stiff"].structure, size, record)

@@ -1,0 +1,79 @@
+"""The main job on a coarse mesh, from the command line's functions to the files it leaves."""
+
+import json
+
+import meshio
+import numpy as np
+import pytest
+
+from fe.curve_files import read_curves
+from identification.campaign_files import read_campaign
+from reduction.body_files import read_body
+from workflows import run
+
+COARSE = 0.06
+
+
+@pytest.fixture(scope="module")
+def job_folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("job") / "out"
+    run.main(out=folder, size=COARSE, study_sizes=(0.06, 0.05), quiet=True)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def summary(job_folder):
+    return json.loads((job_folder / "summary.json").read_text(encoding="utf-8"))
+
+
+# On a coarse mesh the two study meshes differ by more than the fine ones may.
+@pytest.mark.slow
+def test_every_check_of_the_main_job_is_met_but_the_mesh_study_of_coarse_meshes(summary):
+    failed = [row["check"] for row in summary["checks"] if not row["met"]]
+    assert set(failed) <= {"change of orders 3 and 6, two finest meshes"}
+    assert len(summary["checks"]) >= 11
+
+
+@pytest.mark.slow
+def test_identified_rms_follow_the_papers_table_4(summary):
+    # Table 4 in um; the shipped truth's saddle is what M2 leaves there, so the two agree within 5 um.
+    paper = {"m1": (115, 95, 191, 36), "m2": (111, 94, 189, 20)}
+    for model, expected in paper.items():
+        found = [summary["rms_um"][model][f"LC{k}"] for k in (1, 2, 3, 4)]
+        np.testing.assert_allclose(found, expected, atol=5.0)
+
+
+@pytest.mark.slow
+def test_misalignment_shrinks_the_gap_more_than_flexibility_and_a_placebo_does_not(summary):
+    gap = summary["gap"]
+    alone = dict(zip(gap["effects"], gap["rms_alone_um"], strict=True))
+    assert alone["carrier_tilt"] < 0.8 * gap["rms_um"][0]
+    assert alone["flexible_pins"] > 0.97 * gap["rms_um"][0]
+    assert gap["placebo_rho"] == pytest.approx(1.0, abs=0.01)
+    assert np.all(np.diff(gap["rms_um"]) <= 0.05)
+
+
+@pytest.mark.slow
+def test_files_are_whole_and_readable(job_folder):
+    curves = read_curves(job_folder / "deflection_curves.csv")
+    assert set(curves) == {"delta_s", "delta_f", "g_s", "g_f"}
+    campaign = read_campaign(job_folder / "campaign")
+    assert [one.name for one in campaign.runs] == ["LC1", "LC2", "LC3", "LC4"]
+    for name in ("flexible_carrier", "stiff_carrier", "pin"):
+        body = read_body(job_folder / "bodies" / f"{name}.h5")
+        assert "numpy" in body.provenance
+        assert "parameters" in body.provenance
+    for suffix in (".msh", ".vtu", ".inp"):
+        mesh = meshio.read(job_folder / "meshes" / f"stiff_carrier{suffix}")
+        assert "tetra10" in mesh.cells_dict
+    assert not list(job_folder.rglob(".*"))
+    pictures = [path.name for path in job_folder.rglob("*.png")]
+    assert len(pictures) >= 15
+    assert min(path.stat().st_size for path in job_folder.rglob("*.png")) > 5_000
+
+
+@pytest.mark.slow
+def test_summary_records_inputs_and_versions(summary):
+    assert summary["inputs"]["size"] == COARSE
+    assert summary["inputs"]["stage"]["carrier"]["centre_distance"] == 0.308
+    assert {"python", "carrierflex", "numpy", "gmsh"} <= set(summary["versions"])
