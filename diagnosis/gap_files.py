@@ -2,14 +2,13 @@
 
 import json
 import math
-import os
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
 from diagnosis.gap_map import GapMap
 from diagnosis.gap_words import gap_parts, where_text
 from diagnosis.order_map import PATTERNS
+from geometry.whole_files import whole_file
 
 FORMAT = "carrierflex-gap-map"
 VERSION = 1
@@ -58,9 +57,5 @@ def _finite(value: float) -> float | None:
 
 
 def _write(path: Path, text: str) -> None:
-    partial = path.with_name(f".{path.name}.{uuid4().hex[:8]}.partial")
-    try:
-        partial.write_text(text, encoding="utf-8")
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
+    with whole_file(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")

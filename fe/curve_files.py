@@ -2,13 +2,13 @@
 
 import csv
 import math
-import os
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from fe.deflection_curves import DeflectionCurve
+from geometry.whole_files import whole_file
 
 #: Curve names and the unit load each column's values belong to [N m or N].
 UNIT_LOADS = {"delta_s": 1000.0, "delta_f": 1000.0, "g_s": 1.0, "g_f": 1.0}
@@ -38,16 +38,11 @@ def write_curves(path: Path, curves: Mapping[str, DeflectionCurve]) -> None:
     columns = {"theta_deg": np.rad2deg(angle)}
     columns |= {name: curve.axial for name, curve in curves.items()}
     columns |= {f"{name}{_RADIAL}": curve.radial for name, curve in curves.items()}
-    temporary = path.with_name(f".{path.name}.part")
-    try:
-        with temporary.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(columns)
-            for row in zip(*columns.values(), strict=True):
-                writer.writerow([f"{value:.12g}" for value in row])
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        for row in zip(*columns.values(), strict=True):
+            writer.writerow([f"{value:.12g}" for value in row])
 
 
 def read_curves(path: Path, *, radius: float = _PAPER_RADIUS) -> dict[str, DeflectionCurve]:

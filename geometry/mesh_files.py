@@ -1,12 +1,12 @@
 """Mesh files through meshio: gmsh .msh, VTK .vtu and Abaqus .inp, named surfaces as sets."""
 
-import os
 from pathlib import Path
 
 import meshio
 import numpy as np
 
 from geometry.tet_mesh import TetMesh
+from geometry.whole_files import whole_file
 
 #: Format of meshio's writer by suffix.
 _FORMATS = {".msh": "gmsh22", ".vtu": "vtu", ".inp": "abaqus"}
@@ -27,14 +27,10 @@ def write_mesh(mesh: TetMesh, path: Path) -> None:
     """
     check_mesh_path(path)
     builders = {".msh": _for_gmsh, ".vtu": _for_vtk, ".inp": _for_abaqus}
-    temporary = path.with_name(f".part-{os.getpid()}{path.suffix}")
-    try:
+    with whole_file(path) as temporary:
         meshio.write(temporary, builders[path.suffix](mesh), file_format=_FORMATS[path.suffix])
         if path.suffix == ".inp":
             _name_plain_element(temporary)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def check_mesh_path(path: Path) -> None:

@@ -2,13 +2,12 @@
 
 import json
 import math
-import os
 from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
+from geometry.whole_files import whole_file
 from identification.parameter_estimate import SHARED, ParameterEstimate
 
 FORMAT = "carrierflex-identification"
@@ -74,12 +73,8 @@ def write_identification(path: Path, document: Mapping[str, Any]) -> None:
     document : mapping
         Result of :func:`identification_document`.
     """
-    partial = path.with_name(f".{path.name}.{uuid4().hex[:8]}.partial")
-    try:
-        partial.write_text(json.dumps(document, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
+    with whole_file(path) as temporary:
+        temporary.write_text(json.dumps(document, indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def _run(estimate: ParameterEstimate, run: str) -> dict[str, Any]:

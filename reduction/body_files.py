@@ -1,12 +1,12 @@
 """The project's body file: one HDF5 file a reduced body, self-describing, versioned, read back defensively."""
 
-import os
 from pathlib import Path
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.whole_files import whole_file
 from reduction.reduced_model import MassProperties, ReducedModel
 
 FORMAT = "carrierflex-body"
@@ -32,13 +32,8 @@ def write_body(model: ReducedModel, path: Path) -> None:
     OSError
         Where the folder cannot be written.
     """
-    temporary = path.with_name(f".{path.name}.part")
-    try:
-        with h5py.File(temporary, "w") as file:
-            _fill(file, model)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with whole_file(path) as temporary, h5py.File(temporary, "w") as file:
+        _fill(file, model)
 
 
 def _fill(file: h5py.File, model: ReducedModel) -> None:

@@ -35,6 +35,7 @@ def _application() -> Any:
     """Import the workflows and register them: late, so that a library that does not load is told in one line."""
     import cyclopts
 
+    from identification.estimate_files import software_name
     from workflows import (
         compute_curves,
         identify_parameters,
@@ -44,9 +45,8 @@ def _application() -> Any:
         simulate_load_case,
         tables,
     )
-    from workflows.outputs import software
 
-    app = cyclopts.App(name="carrierflex", help=_HELP, version=software, suppress_keyboard_interrupt=False)
+    app = cyclopts.App(name="carrierflex", help=_HELP, version=software_name, suppress_keyboard_interrupt=False)
     for name, workflow, table in (
         ("run", run.main, tables.summary_table),
         ("mesh", mesh_carrier.main, tables.quality_table),

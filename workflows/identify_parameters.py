@@ -5,13 +5,11 @@ identification.json with the plots of the paper's figures 9 to 11. A good answer
 constant of each sensor, its RMS is never above that of M1, and rho_s and rho_f are not negative.
 """
 
-import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Literal
-from uuid import uuid4
+from typing import Literal
 
 from fe.curve_files import read_curves
 from identification.campaign import Campaign
@@ -21,9 +19,8 @@ from identification.carrier_models import CarrierModel, flexible_model, rigid_mo
 from identification.estimate_files import identification_document, write_identification
 from identification.parameter_estimate import ParameterEstimate
 from identification.view import parameters_figure, rms_figure, signals_figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from workflows.outputs import prepared_folder, save_figure
+from workflows.progress import Stages
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +34,9 @@ class Identification:
     files: tuple[Path, ...]
 
 
-def main(campaign: Path, *, model: Literal["m1", "m2"], out: Path, per_run: bool = False) -> Identification:
+def main(
+    campaign: Path, *, model: Literal["m1", "m2"], out: Path, per_run: bool = False, quiet: bool = False
+) -> Identification:
     """Identify the motion of the planet carrier from a measurement campaign.
 
     Parameters
@@ -51,6 +50,9 @@ def main(campaign: Path, *, model: Literal["m1", "m2"], out: Path, per_run: bool
     per_run : bool
         Fit every run by itself, the papers' way, instead of sharing phi_PLC, theta_PLC, rho_s and rho_f.
 
+    quiet : bool
+        Show no progress.
+
     Returns
     -------
     Identification
@@ -59,32 +61,47 @@ def main(campaign: Path, *, model: Literal["m1", "m2"], out: Path, per_run: bool
     Raises
     ------
     ValueError
-        Where the campaign is refused or is of another kind, or `out` is a file.
+        Where the campaign is refused or is of another kind.
+    OSError
+        Where `out` cannot be written.
     """
-    measured = read_campaign(campaign)
-    channels = axial_channels(measured)
-    if out.exists() and not out.is_dir():
-        raise ValueError(f"{out}: a file; expected a folder for the results")
-    models = _models(measured, campaign, model)
+    stages = Stages(3, quiet)
+    with stages.stage(f"reading {campaign}"):
+        measured = read_campaign(campaign)
+        models = _models(measured, campaign, model)
+    prepared_folder(out)
     identify = identify_each_run if per_run else _identify_jointly
     estimates: dict[str, Mapping[str, ParameterEstimate]] = {}
-    for one in models:
-        start = perf_counter()
-        estimates[one.name] = identify(measured, one)
-        seconds = perf_counter() - start
+    with stages.stage("least squares"):
+        for one in models:
+            start = perf_counter()
+            estimates[one.name] = identify(measured, one)
+            seconds = perf_counter() - start
     found = estimates[model]
     reported = found if per_run else next(iter(found.values()))
-    document = identification_document(measured.name, reported, seconds=seconds, model_runs=1)
+    with stages.stage(f"writing {out}"):
+        document = identification_document(measured.name, reported, seconds=seconds, model_runs=1)
+        write_identification(out / "identification.json", document)
+        names = _drawn(out, measured, models, estimates)
+    files = tuple(out / name for name in ("identification.json", *names))
+    return Identification(measured.name, model, estimates, seconds, files)
+
+
+def _drawn(
+    out: Path,
+    measured: Campaign,
+    models: Sequence[CarrierModel],
+    estimates: Mapping[str, Mapping[str, ParameterEstimate]],
+) -> tuple[str, ...]:
+    """Write the plots into `out`; their names."""
+    channels = axial_channels(measured)
     figures = {"rms.png": rms_figure(estimates), "parameters.png": parameters_figure(estimates)}
     for run in measured.runs:
         fits = [(one, estimates[one.name][run.name]) for one in models]
         figures[f"signals_{Path(run.file).stem}.png"] = signals_figure(run, channels, fits)
-    out.mkdir(parents=True, exist_ok=True)
-    write_identification(out / "identification.json", document)
     for name, figure in figures.items():
-        _save(figure, out / name)
-    files = tuple(out / name for name in ("identification.json", *figures))
-    return Identification(measured.name, model, estimates, seconds, files)
+        save_figure(out / name, figure)
+    return tuple(figures)
 
 
 def _identify_jointly(measured: Campaign, model: CarrierModel) -> dict[str, ParameterEstimate]:
@@ -93,6 +110,7 @@ def _identify_jointly(measured: Campaign, model: CarrierModel) -> dict[str, Para
 
 def _models(measured: Campaign, folder: Path, last: str) -> list[CarrierModel]:
     """Models up to the one asked for: M2 is shown beside M1."""
+    axial_channels(measured)  # refuses a campaign of another kind before anything is written
     if last == "m1":
         return [rigid_model()]
     if "deflection_curves" in measured.rig:
@@ -102,16 +120,6 @@ def _models(measured: Campaign, folder: Path, last: str) -> list[CarrierModel]:
 
         curves = default_curves()
     return [rigid_model(), flexible_model(curves["delta_s"], curves["delta_f"])]
-
-
-def _save(figure: "Figure", path: Path) -> None:
-    """Save a picture; the file appears complete or not at all."""
-    partial = path.with_name(f".{path.name}.{uuid4().hex[:8]}.partial")
-    try:
-        figure.savefig(partial, format="png", dpi=150)
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 if __name__ == "__main__":

@@ -3,14 +3,15 @@
 import dataclasses
 import importlib.metadata
 import json
-import os
 import platform
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from geometry.whole_files import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,11 +39,6 @@ def prepared_folder(path: Path) -> Path:
             f"{path}: cannot write into this output folder ({error.strerror}); expected a writable --out"
         ) from error
     return path
-
-
-def software() -> str:
-    """Name and version of this program."""
-    return f"carrierflex {importlib.metadata.version('carrierflex')}"
 
 
 def versions() -> dict[str, str]:
@@ -76,29 +72,22 @@ def plain(value: Any) -> Any:
     return value if isinstance(value, (str, int)) or value is None else str(value)
 
 
-def save(path: Path, write: Callable[[Path], object]) -> None:
-    """Let `write` fill a temporary file of the same suffix beside `path`, then rename it."""
-    temporary = path.with_name(f".part-{os.getpid()}-{path.name}")
-    try:
-        write(temporary)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
 def save_json(path: Path, content: Mapping[str, Any]) -> None:
     """Write `content` as indented JSON."""
     text = json.dumps(plain(content), indent=2, ensure_ascii=False) + "\n"
-    save(path, lambda file: file.write_text(text, encoding="utf-8"))
+    with whole_file(path) as file:
+        file.write_text(text, encoding="utf-8")
 
 
 def save_figure(path: Path, figure: "Figure") -> None:
     """Write a matplotlib figure as PNG."""
-    save(path, lambda file: figure.savefig(file, dpi=_PICTURE_DPI))
+    with whole_file(path) as file:
+        figure.savefig(file, dpi=_PICTURE_DPI)
 
 
 def save_image(path: Path, image: NDArray[np.uint8]) -> None:
     """Write an RGB image, shape (height, width, 3), as PNG."""
     from matplotlib.image import imsave
 
-    save(path, lambda file: imsave(file, image))
+    with whole_file(path) as file:
+        imsave(file, image)

@@ -95,9 +95,13 @@ def main(
     with stages.stage("pictures of the carriers"):
         draw_carriers(out / "pictures", variants, curves, reduced)
     with stages.stage("load cases LC1 to LC4 simulated"):
-        simulated = simulate_load_case.main(shipped_case(), out=out / "campaign", curves=out / "deflection_curves.csv")
+        simulated = simulate_load_case.main(
+            shipped_case(), out=out / "campaign", curves=out / "deflection_curves.csv", quiet=True
+        )
     with stages.stage("M1 and M2 identified"):
-        identified = identify_parameters.main(out / "campaign", model="m2", out=out / "identification", per_run=True)
+        identified = identify_parameters.main(
+            out / "campaign", model="m2", out=out / "identification", per_run=True, quiet=True
+        )
     with stages.stage("gap mapped"):
         gap = map_gap.main(simulated.campaign, curves["delta_s"], curves["delta_f"], out=out / "gap")
     parts = Job(stage, variants, curves, mesh_study, reduced, simulated, identified, gap, {})

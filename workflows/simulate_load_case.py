@@ -19,6 +19,7 @@ from identification.campaign_files import CASE_COPY, write_campaign
 from identification.simulated_campaign import CURVES_FILE, simulated_campaign
 from simulation.carrier_motion import simulate_run
 from simulation.case_files import SimulationCase, read_case
+from workflows.progress import Stages
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +41,7 @@ class SimulatedLoadCases:
     folder: Path
 
 
-def main(case: Path, *, out: Path, curves: Path | None = None) -> SimulatedLoadCases:
+def main(case: Path, *, out: Path, curves: Path | None = None, quiet: bool = False) -> SimulatedLoadCases:
     """Simulate the rim sensors in a set of load cases and write them as a campaign folder.
 
     Parameters
@@ -51,7 +52,9 @@ def main(case: Path, *, out: Path, curves: Path | None = None) -> SimulatedLoadC
         Campaign folder to write: new, empty, or an earlier campaign.
     curves : Path, optional
         Deflection curves (CSV: theta_deg, delta_s, delta_f [m per kN m]); without it those of the default
-        carrier are computed.
+        carrier serve.
+    quiet : bool
+        Show no progress.
 
     Returns
     -------
@@ -71,10 +74,12 @@ def main(case: Path, *, out: Path, curves: Path | None = None) -> SimulatedLoadC
         curve_set = read_curves(curves)
     what = read_case(case, curve_set["delta_f"])
     rng = np.random.default_rng(what.seed)
-    records = [
-        simulate_run(run, what.sensors, curve_set["delta_s"], curve_set["delta_f"], noise_std=what.noise_std, rng=rng)
-        for run in what.runs
-    ]
+    stages = Stages(len(what.runs) + 1, quiet)
+    records = []
+    for run in what.runs:
+        with stages.stage(f"{run.name}, {run.duration:g} s"):
+            delta_s, delta_f = curve_set["delta_s"], curve_set["delta_f"]
+            records.append(simulate_run(run, what.sensors, delta_s, delta_f, noise_std=what.noise_std, rng=rng))
     campaign = simulated_campaign(
         what.name,
         what.sensors,
@@ -86,7 +91,8 @@ def main(case: Path, *, out: Path, curves: Path | None = None) -> SimulatedLoadC
         CURVES_FILE: lambda path: write_curves(path, curve_set),
         CASE_COPY: partial(_copy, case),
     }
-    write_campaign(campaign, out, more_files=more_files)
+    with stages.stage(f"writing {out}"):
+        write_campaign(campaign, out, more_files=more_files)
     return SimulatedLoadCases(what, campaign, out)
 
 

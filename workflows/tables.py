@@ -9,6 +9,7 @@ from rich.table import Table
 
 from fe.deflection_curves import DeflectionCurve
 from geometry.quality import MeshQuality
+from identification.result_tables import parameter_rows, rms_rows
 from reduction.reduced_model import ReducedModel
 
 if TYPE_CHECKING:
@@ -20,7 +21,9 @@ if TYPE_CHECKING:
 def _table(title: str, *columns: str) -> Table:
     table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
     for number, column in enumerate(columns):
-        table.add_column(column, justify="left" if number == 0 else "right")
+        table.add_column(
+            column, justify="left" if number == 0 else "right", min_width=len(title) if number == 0 else None
+        )
     return table
 
 
@@ -58,31 +61,28 @@ def reduced_table(model: ReducedModel) -> RenderableType:
 
 def campaign_table(simulated: "SimulatedLoadCases") -> RenderableType:
     """Runs of a simulated campaign."""
-    table = _table(f"campaign {simulated.campaign.name}", "run", "condition", "samples", "file")
+    table = _table("simulated campaign", "run", "condition", "samples", "file")
     for run in simulated.campaign.runs:
         table.add_row(run.name, run.condition, str(len(run.time)), str(simulated.folder / run.file))
     return table
 
 
+def rms_table(identified: "Identification") -> RenderableType:
+    """RMS by model and run, the paper's Table 4."""
+    rows = rms_rows(identified.estimates)
+    table = _table("RMS of the residual, mm", *rows[0])
+    for row in rows:
+        table.add_row(*(value if isinstance(value, str) else f"{value * 1e3:.4f}" for value in row.values()))
+    return table
+
+
 def estimate_table(identified: "Identification") -> RenderableType:
-    """RMS by model and run, the paper's Table 4, and the parameters of the model asked for."""
-    models = list(identified.estimates)
-    rms = _table("RMS of the residual, mm", "run", *models)
-    runs = list(identified.estimates[models[0]])
-    for run in runs:
-        rms.add_row(run, *(f"{identified.estimates[model][run].rms_by_run[run] * 1e3:.4f}" for model in models))
-    estimates = identified.estimates[identified.model]
-    values = _table(f"parameters of {identified.model} ± standard deviation", "parameter", *runs)
-    names = list(dict.fromkeys(estimates[runs[0]].names))
-    for name in names:
-        cells = []
-        for run in runs:
-            estimate = estimates[run]
-            k = estimate.index(name, run)
-            cells.append(f"{estimate.values[k]:.5g} ± {estimate.std[k]:.1g}")
-        unit = estimates[runs[0]].units[estimates[runs[0]].names.index(name)]
-        values.add_row(f"{name}, {unit}", *cells)
-    return Group(rms, "", values)
+    """RMS, and the parameters of the model asked for with their 95 % intervals."""
+    table = _table(f"parameters of {identified.model}", "parameter", "run", "value", "std", "95 %", "interval", "unit")
+    for row in parameter_rows(identified.estimates[identified.model]):
+        numbers = (f"{row['value']:.6g}", f"{row['std']:.1g}", f"{row['low']:.6g}", f"{row['high']:.6g}")
+        table.add_row(row["parameter"], row["run"], *numbers, row["unit"])
+    return Group(rms_table(identified), "", table)
 
 
 def summary_table(job: "Job") -> RenderableType:
@@ -98,7 +98,7 @@ def summary_table(job: "Job") -> RenderableType:
     seconds, memory = sum(summary["seconds"].values()), summary["peak_memory_gb"]
     moment = summary["tilting_moment_nm"]
     return Group(
-        _mesh_study_table(job), "", curve_table(job.curves), "", estimate_table(job.identified), "", ladder, "", checks, "",
+        _mesh_study_table(job), "", curve_table(job.curves), "", rms_table(job.identified), "", ladder, "", checks, "",
         f"tilting moment M_t of 1 kN m: {moment['computed']:.2f} N m (the paper prints {moment['paper']})",
         f"where the gap lies: {job.gap.where}",
         f"{seconds:.0f} s, peak memory {memory:.1f} GB",
