@@ -57,7 +57,7 @@ def test_a_campaign_of_another_kind_is_refused_and_leaves_nothing(tmp_path):
 
 def test_an_output_that_is_a_file_is_refused(tmp_path, campaign):
     (tmp_path / "out").write_text("mine")
-    with pytest.raises(ValueError, match="a file; expected a folder for the results"):
+    with pytest.raises(OSError, match="cannot write into this output folder"):
         main(campaign, model="m1", out=tmp_path / "out")
     assert (tmp_path / "out").read_text() == "mine"
 
