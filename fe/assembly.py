@@ -1,18 +1,22 @@
-"""Stiffness and mass of linear elasticity on quadratic tetrahedra, by scikit-fem's scalar forms.
+"""Stiffness and mass of linear elasticity on curved quadratic tetrahedra.
 
-With the matrices of gradient products ``G_ab = ∫ ∂_a N_i ∂_b N_j dV``, the blocks of the isotropic stiffness are
-``K_ab = λ G_ab + μ G_abᵀ + δ_ab μ Σ_c G_cc``; the mass is ``ρ ∫ N_i N_j dV`` times the identity.
+Shape functions and quadrature rules are scikit-fem's; the loops over elements are compiled
+(:mod:`fe.element_kernels`) and write straight into the node graph's blocks. The mass of a vector element is a scalar
+matrix times the identity and is assembled as such.
 """
 
+import functools
 from collections.abc import Mapping
 
 import numpy as np
 import scipy.sparse as sp
 import skfem
 from numpy.typing import NDArray
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefTet
 
+from fe.element_kernels import add_scalar_mass, add_stiffness
 from fe.materials import Material
-from fe.tet_space import node_of_dof, scalar_basis
 from geometry.tet_mesh import TetMesh
 
 #: Exact for straight elements: products of linear gradients.
@@ -34,7 +38,7 @@ def assemble_stiffness(mesh: TetMesh, materials: Mapping[str, Material]) -> sp.c
     Returns
     -------
     csr_array, shape (3 n, 3 n)
-        Symmetric, six zero-energy modes [N/m]; degrees of freedom node by node, x y z within a node.
+        Symmetric to the last bit, six zero-energy modes [N/m]; degrees of freedom node by node, x y z within a node.
 
     Raises
     ------
@@ -42,20 +46,15 @@ def assemble_stiffness(mesh: TetMesh, materials: Mapping[str, Material]) -> sp.c
         Where a body has no material.
     """
     n = len(mesh.points)
-    K = sp.csr_array((3 * n, 3 * n))
+    indptr, indices = _node_graph(mesh)
+    blocks = np.zeros((len(indices), 3, 3))
+    _, gradients, weights = _reference_element(_STIFFNESS_ORDER)
     for body, elements in mesh.bodies.items():
-        lame_lambda, mu = _material(materials, body).lame
-        basis = scalar_basis(mesh, _STIFFNESS_ORDER, elements)
-        nodes = node_of_dof(mesh, basis, elements)
-        G = {(a, b): _gradient_products(a, b).assemble(basis) for a in range(3) for b in range(a, 3)}
-        G |= {(b, a): G[a, b].T for a in range(3) for b in range(a + 1, 3)}
-        shear = mu * (G[0, 0] + G[1, 1] + G[2, 2])
-        for a in range(3):
-            for b in range(3):
-                block = lame_lambda * G[a, b] + mu * G[b, a] + (shear if a == b else 0.0 * shear)
-                K += _placed(block, 3 * nodes + a, 3 * nodes + b, 3 * n)
-    # Assembly sums each pair of entries in a different order; halving the sum with the transpose removes the rounding.
-    return ((K + K.T) * 0.5).tocsr()
+        tets = mesh.tets[elements]
+        add_stiffness(
+            mesh.points, tets, _material(materials, body).lame, (gradients, weights), (indptr, indices), blocks
+        )
+    return sp.csr_array(sp.bsr_array((blocks, indices, indptr), shape=(3 * n, 3 * n)))
 
 
 def assemble_mass(mesh: TetMesh, materials: Mapping[str, Material]) -> sp.csr_array:
@@ -67,12 +66,14 @@ def assemble_mass(mesh: TetMesh, materials: Mapping[str, Material]) -> sp.csr_ar
         Where a body has no material.
     """
     n = len(mesh.points)
-    scalar = sp.csr_array((n, n))
+    indptr, indices = _node_graph(mesh)
+    values = np.zeros(len(indices))
+    rule = _reference_element(_MASS_ORDER)
     for body, elements in mesh.bodies.items():
-        basis = scalar_basis(mesh, _MASS_ORDER, elements)
-        nodes = node_of_dof(mesh, basis, elements)
-        scalar += _placed(_material(materials, body).rho * _products.assemble(basis), nodes, nodes, n)
-    return sp.csr_array(sp.kron((scalar + scalar.T) * 0.5, sp.eye_array(3), format="csr"))
+        rho = _material(materials, body).rho
+        add_scalar_mass(mesh.points, mesh.tets[elements], rho, rule, (indptr, indices), values)
+    scalar = sp.csr_array((values, indices, indptr), shape=(n, n))
+    return sp.csr_array(sp.kron(scalar, sp.eye_array(3), format="csr"))
 
 
 def _material(materials: Mapping[str, Material], body: str) -> Material:
@@ -81,16 +82,28 @@ def _material(materials: Mapping[str, Material], body: str) -> Material:
     return materials[body]
 
 
-def _gradient_products(a: int, b: int) -> skfem.BilinearForm:
-    return skfem.BilinearForm(lambda u, v, w: v.grad[a] * u.grad[b])
+def _node_graph(mesh: TetMesh) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Row pointers and sorted columns of the graph that joins nodes of one element."""
+    n_tets = len(mesh.tets)
+    incidence = sp.csr_array(
+        (
+            np.ones(mesh.tets.size, dtype=np.int8),
+            mesh.tets.ravel().astype(np.int32),
+            np.arange(0, mesh.tets.size + 1, 10),
+        ),
+        shape=(n_tets, len(mesh.points)),
+    )
+    graph = sp.csr_array(incidence.T @ incidence)
+    graph.sort_indices()
+    return graph.indptr.astype(np.int32), graph.indices.astype(np.int32)
 
 
-@skfem.BilinearForm
-def _products(u: skfem.DiscreteField, v: skfem.DiscreteField, w: object) -> NDArray[np.float64]:
-    return u * v
-
-
-def _placed(matrix: sp.spmatrix, rows: NDArray[np.int64], columns: NDArray[np.int64], n: int) -> sp.csr_array:
-    """Scatter `matrix` into an (n, n) matrix at `rows` and `columns`."""
-    coo = matrix.tocoo()
-    return sp.csr_array((coo.data, (rows[coo.row], columns[coo.col])), shape=(n, n))
+@functools.cache
+def _reference_element(order: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Shape functions (q, 10), their gradients (q, 10, 3) and weights (q,) of the quadrature rule of that order."""
+    points, weights = get_quadrature(RefTet, order)
+    element = skfem.ElementTetP2()
+    values = [element.lbasis(points, i) for i in range(10)]
+    shapes = np.stack([value for value, _ in values], axis=-1)
+    gradients = np.stack([gradient.T for _, gradient in values], axis=1)
+    return np.ascontiguousarray(shapes), np.ascontiguousarray(gradients), np.ascontiguousarray(weights)

@@ -2,7 +2,7 @@
 
 import csv
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -84,19 +84,29 @@ def read_curves(path: Path, *, radius: float = _PAPER_RADIUS) -> dict[str, Defle
 
 
 def _read_columns(path: Path) -> dict[str, np.ndarray]:
-    with path.open(newline="", encoding="utf-8") as file:
-        reader = csv.reader(file)
-        header = next(reader, [])
-        rows = []
-        for line, cells in enumerate(reader, start=2):
-            if len(cells) != len(header):
-                raise ValueError(f"{path}: line {line} has {len(cells)} cells; expected {len(header)}")
-            if line > _MOST_ROWS:
-                raise ValueError(f"{path}: more than {_MOST_ROWS} rows; expected one turn of a deflection curve")
-            rows.append([_number(cell, path, line) for cell in cells])
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            header, rows = _parsed(csv.reader(file), path)
+    except (csv.Error, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: not a CSV file of deflection curves ({error})") from error
+    repeated = [name for name in header if header.count(name) > 1]
+    if repeated:
+        raise ValueError(f"{path}: column {repeated[0]!r} stands twice; expected different names")
     if len(rows) < 8:
         raise ValueError(f"{path}: {len(rows)} rows of numbers; expected at least eight angles")
     return dict(zip(header, np.array(rows).T, strict=True))
+
+
+def _parsed(reader: Iterator[list[str]], path: Path) -> tuple[list[str], list[list[float]]]:
+    header = next(reader, [])
+    rows = []
+    for line, cells in enumerate(reader, start=2):
+        if len(cells) != len(header):
+            raise ValueError(f"{path}: line {line} has {len(cells)} cells; expected {len(header)}")
+        if line > _MOST_ROWS:
+            raise ValueError(f"{path}: more than {_MOST_ROWS} rows; expected one turn of a deflection curve")
+        rows.append([_number(cell, path, line) for cell in cells])
+    return header, rows
 
 
 def _number(cell: str, path: Path, line: int) -> float:

@@ -69,14 +69,11 @@ class DeflectionCurve:
 
         An odd curve (sines only) has negative imaginary amplitudes: ``b sin(n angle) = Re(-j b exp(j n angle))``.
         """
-        spectrum = np.fft.rfft(self.axial) / self.axial.size
-        return complex(spectrum[order] * (1.0 if order == 0 else 2.0))
+        return complex(_amplitudes(self.axial)[order])
 
     def axial_order_content(self) -> NDArray[np.float64]:
         """Magnitude of every order 0, 1, 2, ... of the axial curve [m], shape (n // 2 + 1,)."""
-        magnitude = np.abs(np.fft.rfft(self.axial)) / self.axial.size
-        magnitude[1:] *= 2.0
-        return magnitude
+        return np.abs(_amplitudes(self.axial))
 
     def peak_angles(self) -> NDArray[np.float64]:
         """Carrier-frame angles of the local maxima of the axial curve [rad], ascending."""
@@ -87,19 +84,22 @@ class DeflectionCurve:
         return fine_angle[is_peak]
 
 
+def _amplitudes(samples: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Complex amplitude of every order of equally spaced `samples` of one turn; orders 0 and n / 2 count once."""
+    amplitude = 2.0 * np.fft.rfft(samples) / samples.size
+    amplitude[0] /= 2.0
+    if samples.size % 2 == 0:
+        amplitude[-1] /= 2.0
+    return amplitude
+
+
 def _fourier_series(samples: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
     """Trigonometric interpolation of equally spaced `samples` of one turn, at `angle` [rad].
 
     Orders whose amplitude is at rounding level are left out: a curve of a symmetric carrier holds orders
     3, 6, 9, ... only, and long records are evaluated at millions of angles.
     """
-    n = samples.size
-    spectrum = np.fft.rfft(samples) / n
-    weight = np.full(spectrum.size, 2.0)
-    weight[0] = 1.0
-    if n % 2 == 0:
-        weight[-1] = 1.0
-    amplitude = weight * spectrum
+    amplitude = _amplitudes(samples)
     kept = np.flatnonzero(np.abs(amplitude) > 1e-14 * np.abs(amplitude).max(initial=0.0))
     total = np.zeros(angle.shape)
     for order in kept:

@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 
 log = logging.getLogger(__name__)
 
+#: Smallest pivot over the largest below which a matrix counts as singular; rounding leaves about 1e-16.
+_SINGULAR = 1e-13
 #: MKL's number for Intel's own OpenMP runtime, which stands beside it; the GNU one may clash with other wheels'.
 _INTEL_OPENMP = 0
 
@@ -78,9 +80,8 @@ class _SuperLU:
                 A.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
             )
         except RuntimeError as error:
-            raise SingularMatrixError(
-                f"SuperLU could not factorise the matrix of order {A.shape[0]}: {error}"
-            ) from error
+            raise SingularMatrixError(_not_definite(A.shape[0], "SuperLU", error)) from error
+        _refuse_small_pivots(self._lu.U.diagonal(), "SuperLU")
 
     def solve(self, b: NDArray[np.float64]) -> NDArray[np.float64]:
         return self._lu.solve(np.ascontiguousarray(b))
@@ -95,8 +96,10 @@ class _Cholmod:
         self._factor = cholmod.symbolic(sparse)
         try:
             cholmod.numeric(sparse, self._factor)
-        except ArithmeticError as error:
+            root = np.array(cholmod.diag(self._factor)).ravel()
+        except (ArithmeticError, ValueError) as error:
             raise SingularMatrixError(_not_definite(A.shape[0], "CHOLMOD", error)) from error
+        _refuse_small_pivots(root * np.abs(root), "CHOLMOD")
 
     def solve(self, b: NDArray[np.float64]) -> NDArray[np.float64]:
         from kvxopt import cholmod, matrix
@@ -104,6 +107,12 @@ class _Cholmod:
         x = matrix(np.asfortranarray(b.reshape(len(b), -1)))
         cholmod.solve(self._factor, x)
         return np.array(x).reshape(b.shape)
+
+
+def _refuse_small_pivots(pivots: NDArray[np.float64], library: str) -> None:
+    """Raise where a pivot is negative, or so small beside the largest that only rounding keeps it from zero."""
+    if not pivots.min() > _SINGULAR * pivots.max():
+        raise SingularMatrixError(_not_definite(len(pivots), library, f"smallest pivot {pivots.min():.1e}"))
 
 
 def _not_definite(order: int, library: str, cause: object) -> str:

@@ -1,7 +1,7 @@
 """Stiffness, mass, pilots and sensors of one body: what statics and reduction start from."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,6 +12,7 @@ from fe.couplings import Pilot, distributing_pilot
 from fe.load_cases import PilotLoad, midspan_x, radial
 from fe.materials import BODY_MATERIALS, Material
 from fe.rim_circle import rim_recovery
+from fe.surface_integrals import rigid_body_modes
 from geometry.parameters import CarrierParameters, pin_angles
 from geometry.tet_mesh import TetMesh
 
@@ -55,6 +56,10 @@ class StructuralModel:
         Interface, in the order of the reduced coordinates.
     sensors : Sensors or None
         Recovery rows; None for a body without sensors.
+    rigid_points : ndarray, shape (p, 3)
+        Pilots of rigid couplings [m], whose six coordinates follow the nodes' among the degrees of freedom; none by default.
+    L : csr_array or None, shape (3 n_all, n_dofs)
+        Displacement of all nodes of the mesh from the degrees of freedom; None where these are the nodes' own.
     """
 
     name: str
@@ -63,6 +68,17 @@ class StructuralModel:
     points: NDArray[np.float64]
     pilots: tuple[Pilot, ...]
     sensors: Sensors | None = None
+    rigid_points: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
+    L: sp.csr_array | None = None
+
+    @property
+    def rigid_modes(self) -> NDArray[np.float64]:
+        """Rigid motions about the origin, shape (n_dofs, 6)."""
+        return rigid_body_modes(self.points, self.rigid_points, np.zeros(3))
+
+    def nodal_displacement(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Displacement of all nodes of the mesh, three rows a node, from the degrees of freedom (n_dofs,) or (n_dofs, k)."""
+        return u if self.L is None else self.L @ u
 
     @property
     def n_dofs(self) -> int:

@@ -58,6 +58,16 @@ def rigid_motion(points: NDArray[np.float64], origin: NDArray[np.float64]) -> ND
     return R
 
 
+def rigid_body_modes(
+    points: NDArray[np.float64], rigid_points: NDArray[np.float64], origin: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Rigid motions about `origin` of nodes, three rows each, followed by rigid pilots, six rows each, shape (n_dofs, 6)."""
+    pilots = np.zeros((len(rigid_points), 6, 6))
+    pilots[:, :3] = rigid_motion(rigid_points, origin)
+    pilots[:, [3, 4, 5], [3, 4, 5]] = 1.0
+    return np.concatenate([rigid_motion(points, origin).reshape(-1, 6), pilots.reshape(-1, 6)])
+
+
 def surface_moments(
     mesh: TetMesh, facets: NDArray[np.int64], origin: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

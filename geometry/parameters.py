@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 #: Half the angle between two pins: a half sector of the carrier runs from a pin's plane to a web's plane.
 HALF_SECTOR_ANGLE = math.pi / 3.0
 N_PINS = 3
+#: No planet carrier is larger [m]; a value in millimetres is.
+_LARGEST_RADIUS = 5.0
 #: The pin holes are drilled past hub and seat; they may cut that deep a notch into them [m].
 _DEEPEST_NOTCH = 0.005
 
@@ -79,6 +81,11 @@ class CarrierParameters:
 
     def __post_init__(self) -> None:
         _refuse_non_positive(self)
+        if self.outer_radius > _LARGEST_RADIUS:
+            raise ValueError(
+                f"CarrierParameters.outer_radius is {self.outer_radius} m; expected dimensions in metres, at most "
+                f"{_LARGEST_RADIUS} m"
+            )
         self._refuse_pin_hole_outside_plate()
         self._refuse_webs_without_room()
         self._refuse_shaft_ends_that_do_not_fit()
@@ -173,10 +180,11 @@ class CarrierParameters:
                 f"CarrierParameters.upwind_bearing_width is {self.upwind_bearing_width} m; expected less than hub_length "
                 f"{self.hub_length} m, on which the bearing is centred"
             )
-        if not self.hub_inner_diameter / 2.0 < self.web_inner_radius:
+        largest_bore = max(self.hub_inner_diameter, self.seat_inner_diameter) / 2.0
+        if not largest_bore < self.web_inner_radius:
             raise ValueError(
-                f"CarrierParameters.web_inner_radius is {self.web_inner_radius} m; expected more than the hub's inner radius "
-                f"{self.hub_inner_diameter / 2.0} m"
+                f"CarrierParameters.web_inner_radius is {self.web_inner_radius} m; expected more than the radius of the "
+                f"central bores, {largest_bore} m"
             )
 
 
@@ -237,6 +245,14 @@ class GearData:
 
     def __post_init__(self) -> None:
         _refuse_non_positive(self)
+        for name in ("ring_teeth", "planet_teeth", "sun_teeth"):
+            if getattr(self, name) != int(getattr(self, name)):
+                raise ValueError(f"GearData.{name} is {getattr(self, name)}; expected a whole number")
+        for name in ("pressure_angle", "helix_angle"):
+            if getattr(self, name) >= math.pi / 4.0:
+                raise ValueError(
+                    f"GearData.{name} is {getattr(self, name)}; expected an angle in radians, below 0.785 (45 deg)"
+                )
         if self.ring_teeth != self.sun_teeth + 2 * self.planet_teeth:
             raise ValueError(
                 f"GearData.ring_teeth is {self.ring_teeth}; expected sun_teeth + 2 planet_teeth = "

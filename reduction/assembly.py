@@ -67,6 +67,7 @@ def assembled(name: str, bodies: Sequence[ReducedModel], joints: Sequence[Joint]
         Where a joint names a pilot that no body has.
     """
     pilots = _merged([body.pilots for body in bodies], "pilot")
+    _merged([dict.fromkeys(body.sensor_names, np.zeros(0)) for body in bodies], "sensor")
     rows: dict[str, NDArray[np.int64]] = {}
     offset = 0
     for body in bodies:
@@ -123,7 +124,10 @@ def _tie_matrix(
         tied = rows[joint.second][directions]
         if (representative[tied] != tied).any():
             raise ValueError(f"pilot {joint.second} is tied twice; expected one joint a pilot")
-        representative[tied] = representative[rows[joint.first][directions]]
+        representative[tied] = rows[joint.first][directions]
+    # A chain of joints may be given in any order: follow it to its end.
+    while (representative[representative] != representative).any():
+        representative = representative[representative]
     kept, row_of = np.unique(representative, return_inverse=True)
     L = np.zeros((n, len(kept)))
     L[np.arange(n), row_of] = 1.0

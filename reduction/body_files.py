@@ -75,7 +75,7 @@ def read_body(path: Path) -> ReducedModel:
             return _model(file, path)
     except BodyFileError:
         raise
-    except (OSError, KeyError, TypeError, ValueError) as error:
+    except (OSError, KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise BodyFileError(
             f"{path}: not a complete body file ({_one_line(error)}); expected HDF5 of format {FORMAT}"
         ) from error
@@ -99,7 +99,7 @@ def _check_header(file: h5py.File, path: Path) -> None:
 
 def _model(file: h5py.File, path: Path) -> ReducedModel:
     n, n_sensors = file["labels"].shape[0], file["sensors/names"].shape[0]
-    if n > _MOST_COORDINATES or n_sensors > _MOST_SENSORS:
+    if max(n, file["pilots/names"].shape[0]) > _MOST_COORDINATES or n_sensors > _MOST_SENSORS:
         raise BodyFileError(
             f"{path}: {n} coordinates and {n_sensors} sensors; expected at most {_MOST_COORDINATES} and {_MOST_SENSORS}"
         )
@@ -109,6 +109,8 @@ def _model(file: h5py.File, path: Path) -> ReducedModel:
     coordinates = _array(file["pilots/coordinates"], (n_pilots, 6), path).astype(np.int64)
     if coordinates.size and not (0 <= coordinates.min() and coordinates.max() < n):
         raise BodyFileError(f"{path}: a pilot refers to coordinate {coordinates.max()}; expected numbers below {n}")
+    if len(set(names)) != len(names):
+        raise BodyFileError(f"{path}: pilots are named {', '.join(names)}; expected different names")
     mass = file["mass_properties"]
     return ReducedModel(
         name=str(file.attrs["name"]),
@@ -121,7 +123,7 @@ def _model(file: h5py.File, path: Path) -> ReducedModel:
         sensor_names=_strings(file["sensors/names"]),
         sensor_rows=_array(file["sensors/rows"], (n_sensors, n), path),
         mass_properties=MassProperties(
-            float(mass["mass"][()]),
+            float(_array(mass["mass"], (), path)),
             _array(mass["centre"], (3,), path),
             _array(mass["inertia_about_centre"], (3, 3), path),
         ),

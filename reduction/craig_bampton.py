@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fe.structural_model import StructuralModel
-from fe.surface_integrals import rigid_motion
 from reduction.fixed_interface_modes import FixedInterfaceModes, fixed_interface_modes
 from reduction.held_structure import GroundedBody, HeldStructure
 from reduction.reduced_model import PILOT_COORDINATES, MassProperties, ReducedModel
@@ -78,7 +77,7 @@ def craig_bampton(
     ----------
     Craig and Bampton (1968), AIAA Journal 6(7), 1313-1319.
     """
-    body = GroundedBody(structure.K, structure.points)
+    body = GroundedBody(structure.K, structure.points, structure.rigid_points)
     held = HeldStructure(body, structure.pilots)
     Psi, K_bb = held.constraint_modes()
     modes = fixed_interface_modes(held, structure.M, n_modes, rng=np.random.default_rng(seed))
@@ -108,7 +107,7 @@ def craig_bampton(
 
 def mass_properties(structure: StructuralModel) -> MassProperties:
     """Mass, centre and inertia from the mass matrix and the rigid motions, ``Rᵀ M R``."""
-    R = rigid_motion(structure.points, np.zeros(3)).reshape(-1, 6)
+    R = structure.rigid_modes
     rigid = R.T @ (structure.M @ R)
     mass = float(np.trace(rigid[:3, :3]) / 3.0)
     # The coupling block is m [c]×ᵀ: its entries are the centre of mass.

@@ -12,7 +12,7 @@ one sparse Cholesky factorisation, one block solve, and a dense system of 6 (pil
 dense null space enters; docs/decisions/0003 compares it with factorising the saddle point itself.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from fe.couplings import Pilot
 from fe.factorisation import Factorisation, factorise
-from fe.surface_integrals import rigid_motion
+from fe.surface_integrals import rigid_body_modes
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +33,10 @@ class GroundedBody:
     ----------
     K : csr_array, shape (n, n)
         Stiffness of the free body [N/m].
-    points : ndarray, shape (n / 3, 3)
+    points : ndarray, shape (n_nodes, 3)
         Node coordinates [m].
+    rigid_points : ndarray, shape (p, 3)
+        Pilots of rigid couplings, whose six coordinates follow the nodes' among the n degrees of freedom.
 
     Raises
     ------
@@ -44,11 +46,12 @@ class GroundedBody:
 
     K: sp.csr_array
     points: NDArray[np.float64]
+    rigid_points: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
 
     @cached_property
     def rigid_modes(self) -> NDArray[np.float64]:
         """Rigid-body modes R about the nodes' centre, shape (n, 6)."""
-        return rigid_motion(self.points, self.points.mean(axis=0)).reshape(-1, 6)
+        return rigid_body_modes(self.points, self.rigid_points, self.points.mean(axis=0))
 
     def displacement(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
         """Displacement ``A f`` of the grounded body, shape of `f`: (n,) or (n, k)."""

@@ -107,6 +107,11 @@ def turned(model: ReducedModel, angle: float, rename: Mapping[str, str]) -> Redu
     """
     if model.sensor_names:
         raise ValueError(f"{model.name} has sensors and cannot be turned; expected a body without sensor rows")
+    missing = model.pilots.keys() - rename.keys()
+    if missing:
+        raise ValueError(
+            f"{model.name}: no new name is given for the pilot {sorted(missing)[0]!r}; expected one for each"
+        )
     R = rotation_about_x(angle)
     Q = np.eye(model.n_coordinates)
     for rows in model.pilot_coordinates.values():

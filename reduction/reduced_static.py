@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 from reduction.reduced_model import ReducedModel
 
+#: Pivot of a stiffness scaled to unit diagonal below which a motion counts as free: rounding leaves about 1e-15.
+_SINGULAR = 1e-13
+
 
 def static_coordinates(
     model: ReducedModel, held: Sequence[str], loads: Mapping[str, NDArray[np.float64]]
@@ -39,14 +42,29 @@ def static_coordinates(
     for pilot, load in loads.items():
         # Tied pilots share rows: add, never assign.
         np.add.at(f, model.coordinates_of(pilot), load)
-    fixed = np.concatenate([model.coordinates_of(pilot) for pilot in held])
+    fixed = np.concatenate([np.zeros(0, dtype=np.int64), *(model.coordinates_of(pilot) for pilot in held)])
     free = np.setdiff1d(np.arange(model.n_coordinates), fixed)
     q = np.zeros(model.n_coordinates)
     # Coordinates are translations, rotations and modal amplitudes: scale each to unit stiffness before factorising.
     scale = 1.0 / np.sqrt(model.K.diagonal()[free])
     K = model.K[np.ix_(free, free)] * np.outer(scale, scale)
-    q[free] = scale * scipy.linalg.cho_solve(scipy.linalg.cho_factor(K), scale * f[free])
+    q[free] = scale * scipy.linalg.cho_solve(_factor(K, model.name, held), scale * f[free])
     return q
+
+
+def _factor(K: NDArray[np.float64], name: str, held: Sequence[str]) -> tuple[NDArray[np.float64], bool]:
+    """Cholesky factor of a stiffness with unit diagonal; refused where a motion meets no more than rounding."""
+    try:
+        factor = scipy.linalg.cho_factor(K)
+    except scipy.linalg.LinAlgError:
+        smallest = 0.0
+    else:
+        smallest = float(factor[0].diagonal().min()) ** 2
+    if not smallest > _SINGULAR:
+        raise scipy.linalg.LinAlgError(
+            f"{name}: holding {', '.join(held)} leaves a part free to move; expected every motion to meet a stiffness"
+        )
+    return factor
 
 
 def pilot_compliance(model: ReducedModel, held: Sequence[str]) -> NDArray[np.float64]:
@@ -60,7 +78,7 @@ def pilot_compliance(model: ReducedModel, held: Sequence[str]) -> NDArray[np.flo
     rows = np.concatenate([model.coordinates_of(pilot) for pilot in model.pilots if pilot not in held])
     free = np.setdiff1d(np.arange(model.n_coordinates), np.concatenate([model.coordinates_of(pilot) for pilot in held]))
     scale = 1.0 / np.sqrt(model.K.diagonal()[free])
-    factor = scipy.linalg.cho_factor(model.K[np.ix_(free, free)] * np.outer(scale, scale))
+    factor = _factor(model.K[np.ix_(free, free)] * np.outer(scale, scale), model.name, held)
     unit = np.zeros((model.n_coordinates, len(rows)))
     unit[rows, np.arange(len(rows))] = 1.0
     answer = np.zeros_like(unit)

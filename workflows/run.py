@@ -5,7 +5,8 @@ the motion identified from those signals, and the gap of a model without misalig
 """
 
 import resource
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -82,9 +83,7 @@ def main(
         curves = named_curves(variants["stiff"].deflection, variants["flexible"].deflection)
         write_curves(out / "deflection_curves.csv", curves)
     with stages.stage("mesh files"):
-        for name, variant in variants.items():
-            for suffix in _MESH_SUFFIXES:
-                write_mesh(variant.mesh, out / "meshes" / f"{name}_carrier{suffix}")
+        _write_meshes(out / "meshes", variants)
     with stages.stage("mesh study on the half sector"):
         mesh_study = check_mesh_convergence.main(stage, study_sizes)
     with stages.stage("reduction of both carriers and a pin"):
@@ -94,21 +93,36 @@ def main(
             write_body(body.model, out / "bodies" / f"{body.model.name}.h5")
     with stages.stage("pictures of the carriers"):
         draw_carriers(out / "pictures", variants, curves, reduced)
-    with stages.stage("load cases LC1 to LC4 simulated"):
-        simulated = simulate_load_case.main(
-            shipped_case(), out=out / "campaign", curves=out / "deflection_curves.csv", quiet=True
-        )
-    with stages.stage("M1 and M2 identified"):
-        identified = identify_parameters.main(
-            out / "campaign", model="m2", out=out / "identification", per_run=True, quiet=True
-        )
-    with stages.stage("gap mapped"):
-        gap = map_gap.main(simulated.campaign, curves["delta_s"], curves["delta_f"], out=out / "gap")
-    parts = Job(stage, variants, curves, mesh_study, reduced, simulated, identified, gap, {})
-    summary = job_summary(parts, size) | {
+    simulated, identified, gap = _signals(out, curves, stages)
+    job = Job(stage, variants, curves, mesh_study, reduced, simulated, identified, gap, {})
+    summary = job_summary(job, size) | {
         "seconds": stages.seconds,
         "peak_memory_gb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6,
         "versions": versions(),
     }
     save_json(out / "summary.json", summary)
-    return Job(stage, variants, curves, mesh_study, reduced, simulated, identified, gap, summary)
+    return replace(job, summary=summary)
+
+
+def _write_meshes(folder: Path, variants: Mapping[str, CarrierVariant]) -> None:
+    for name, variant in variants.items():
+        for suffix in _MESH_SUFFIXES:
+            write_mesh(variant.mesh, folder / f"{name}_carrier{suffix}")
+
+
+def _signals(
+    out: Path, curves: Mapping[str, DeflectionCurve], stages: Stages
+) -> tuple[simulate_load_case.SimulatedLoadCases, identify_parameters.Identification, map_gap.Gap]:
+    """Simulate the load cases, identify the motion from their signals, map the gap of the simplest model."""
+    campaign = out / "campaign"
+    with stages.stage("load cases LC1 to LC4 simulated"):
+        simulated = simulate_load_case.main(
+            shipped_case(), out=campaign, curves=out / "deflection_curves.csv", quiet=True
+        )
+    with stages.stage("M1 and M2 identified"):
+        identified = identify_parameters.main(
+            campaign, model="m2", out=out / "identification", per_run=True, quiet=True
+        )
+    with stages.stage("gap mapped"):
+        gap = map_gap.main(simulated.campaign, curves["delta_s"], curves["delta_f"], out=out / "gap")
+    return simulated, identified, gap

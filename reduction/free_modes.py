@@ -1,0 +1,82 @@
+"""Free vibration modes of the full body and of the reduced one, and how well they agree."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from fe.structural_model import StructuralModel
+from reduction.block_lanczos import lowest_modes
+from reduction.craig_bampton import Reduction
+from reduction.held_structure import GroundedBody
+
+_BLOCK_SIZE = 8
+#: Frequencies within this share of one another are compared as one group: degenerate pairs mix freely.
+_SAME_FREQUENCY = 0.01
+_N_RIGID = 6
+
+
+@dataclass(frozen=True, eq=False)
+class FreeModes:
+    """Elastic free modes: shapes (n, k), mass-normalised, and angular frequencies [rad/s], ascending."""
+
+    Phi: NDArray[np.float64]
+    omega: NDArray[np.float64]
+
+
+def full_free_modes(
+    structure: StructuralModel, body: GroundedBody, n_modes: int, *, rng: np.random.Generator
+) -> FreeModes:
+    """Lowest elastic modes of the free body, rigid motion taken out of every solve.
+
+    Parameters
+    ----------
+    structure : StructuralModel
+        The body.
+    body : GroundedBody
+        Its factor.
+    n_modes : int
+        Number of elastic modes wanted.
+    rng : numpy.random.Generator
+        Starting block.
+    """
+    M, R = structure.M, body.rigid_modes
+    MR = M @ R
+    rigid_mass = scipy.linalg.cho_factor(R.T @ MR)
+
+    def answer(force: NDArray[np.float64]) -> NDArray[np.float64]:
+        balanced = force - MR @ scipy.linalg.cho_solve(rigid_mass, R.T @ force)
+        u = body.displacement(balanced)
+        return u - R @ scipy.linalg.cho_solve(rigid_mass, MR.T @ u)
+
+    start = answer(M @ rng.standard_normal((structure.n_dofs, _BLOCK_SIZE)))
+    omega_squared, Phi = lowest_modes(answer, M, start, n_modes)
+    return FreeModes(Phi, np.sqrt(omega_squared))
+
+
+def reduced_free_modes(reduction: Reduction, n_modes: int) -> FreeModes:
+    """Lowest elastic free modes of the reduced body, expanded to the full body's degrees of freedom."""
+    model = reduction.model
+    scale = 1.0 / np.sqrt(model.M.diagonal())
+    omega_squared, q = scipy.linalg.eigh(model.K * np.outer(scale, scale), model.M * np.outer(scale, scale))
+    elastic = slice(_N_RIGID, _N_RIGID + n_modes)
+    T = np.concatenate([reduction.Psi, reduction.modes.Phi], axis=1)
+    return FreeModes(T @ (scale[:, None] * q[:, elastic]), np.sqrt(omega_squared[elastic]))
+
+
+def frequency_errors(full: FreeModes, reduced: FreeModes) -> NDArray[np.float64]:
+    """Relative error of every reduced frequency; not negative but for rounding, since a reduction only stiffens."""
+    k = min(len(full.omega), len(reduced.omega))
+    return reduced.omega[:k] / full.omega[:k] - 1.0
+
+
+def group_mac(structure: StructuralModel, full: FreeModes, reduced: FreeModes) -> NDArray[np.float64]:
+    """Modal assurance of every full mode with the group of reduced modes of about its frequency.
+
+    ``Σ_j (φᵀ M φ_j)²`` over the reduced modes within 1 % of its frequency: 1 where the group contains the mode. Masses
+    weight it, so that it is an energy and not a count of nodes.
+    """
+    products = full.Phi.T @ (structure.M @ reduced.Phi)
+    near = np.abs(reduced.omega[None, :] / full.omega[:, None] - 1.0) < _SAME_FREQUENCY
+    return np.asarray((products**2 * near).sum(axis=1))

@@ -1,0 +1,96 @@
+"""Meshes, matrices and reductions that many tests look at, each made once a session and never changed."""
+
+import numpy as np
+import pytest
+
+from fe.carrier_curves import carrier_deflection, flexible_cases, stiff_cases
+from fe.structural_model import FLEXIBLE_CARRIER_PILOTS, PIN_PILOTS, STIFF_CARRIER_PILOTS, structural_model
+from geometry.carrier_mesh import (
+    flexible_carrier_mesh,
+    flexible_half_sector,
+    pin_mesh,
+    stiff_carrier_mesh,
+    stiff_half_sector,
+)
+from geometry.parameters import CarrierParameters, GearData, PinParameters
+from reduction.craig_bampton import craig_bampton
+
+#: Coarse [m]: identities of the method hold on any mesh, and the curves' orders are within a few per cent already.
+SIZE = 0.06
+
+
+@pytest.fixture(scope="session")
+def carrier():
+    return CarrierParameters()
+
+
+@pytest.fixture(scope="session")
+def pin():
+    return PinParameters()
+
+
+@pytest.fixture(scope="session")
+def gear():
+    return GearData()
+
+
+@pytest.fixture(scope="session")
+def flexible_mesh(carrier):
+    return flexible_carrier_mesh(carrier, SIZE)
+
+
+@pytest.fixture(scope="session")
+def stiff_mesh(carrier, pin):
+    return stiff_carrier_mesh(carrier, pin, SIZE)
+
+
+@pytest.fixture(scope="session")
+def one_pin_mesh(carrier, pin):
+    return pin_mesh(carrier, pin, SIZE)
+
+
+@pytest.fixture(scope="session")
+def flexible_half(carrier):
+    return flexible_half_sector(carrier, SIZE)
+
+
+@pytest.fixture(scope="session")
+def stiff_half(carrier, pin):
+    return stiff_half_sector(carrier, pin, SIZE)
+
+
+@pytest.fixture(scope="session")
+def flexible_structure(flexible_mesh, carrier):
+    return structural_model("flexible_carrier", flexible_mesh, carrier, FLEXIBLE_CARRIER_PILOTS)
+
+
+@pytest.fixture(scope="session")
+def stiff_structure(stiff_mesh, carrier):
+    return structural_model("stiff_carrier", stiff_mesh, carrier, STIFF_CARRIER_PILOTS)
+
+
+@pytest.fixture(scope="session")
+def pin_structure(one_pin_mesh, carrier):
+    return structural_model("pin", one_pin_mesh, carrier, PIN_PILOTS)
+
+
+@pytest.fixture(scope="session")
+def flexible_deflection(flexible_structure, flexible_mesh, carrier, gear):
+    face = np.unique(flexible_mesh.surface("shaft_face"))
+    return carrier_deflection(flexible_structure, face, flexible_cases(carrier, gear))
+
+
+@pytest.fixture(scope="session")
+def stiff_deflection(stiff_structure, stiff_mesh, gear):
+    return carrier_deflection(stiff_structure, np.unique(stiff_mesh.surface("shaft_face")), stiff_cases(gear))
+
+
+@pytest.fixture(scope="session")
+def flexible_reduction(flexible_structure):
+    # Eleven modes, not ten or twelve: no pair of equal frequencies is cut in two.
+    return craig_bampton(flexible_structure, 11, provenance={"mesh size": f"{SIZE} m"})
+
+
+@pytest.fixture(scope="session")
+def pin_reduction(pin_structure):
+    return craig_bampton(pin_structure, 4)

@@ -1,0 +1,173 @@
+"""Joined bodies: ties and springs on chains with known answers, and the refusals."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from reduction.assembly import Joint, assembled
+from reduction.craig_bampton import craig_bampton
+from reduction.reduced_static import pilot_compliance, static_coordinates
+from tests.reduction.small_bar import LENGTH, bar
+
+STIFF = 1e12
+
+
+@pytest.fixture(scope="module")
+def one():
+    return craig_bampton(bar(name="one"), 4).model
+
+
+@pytest.fixture(scope="module")
+def two():
+    return craig_bampton(bar(name="two", offset=LENGTH), 4).model
+
+
+@pytest.fixture(scope="module")
+def three():
+    return craig_bampton(bar(name="three", offset=2.0 * LENGTH), 4).model
+
+
+def joint(bending=STIFF, torsional=STIFF, **options):
+    return Joint("one_end", "two_start", bending, torsional, **options)
+
+
+def test_joined_pilots_share_translations_and_keep_their_rotations(one, two):
+    whole = assembled("chain", [one, two], [joint()])
+    first, second = whole.coordinates_of("one_end"), whole.coordinates_of("two_start")
+    assert (first[:3] == second[:3]).all()
+    assert not set(first[3:]) & set(second[3:])
+    assert whole.n_coordinates == one.n_coordinates + two.n_coordinates - 3
+    for name in whole.pilots:
+        # Every coordinate bears the name of the pilot that keeps it.
+        kept = "one_end" if name == "two_start" else name
+        assert whole.labels[whole.coordinates_of(name)[1]] == f"{kept} Ty [m]"
+        assert whole.labels[whole.coordinates_of(name)[5]] == f"{name} Rz [rad]"
+
+
+def test_a_sliding_joint_leaves_the_axial_translation_free(one, two):
+    whole = assembled("chain", [one, two], [joint(slides=True)])
+    first, second = whole.coordinates_of("one_end"), whole.coordinates_of("two_start")
+    assert first[0] != second[0]
+    assert (first[1:3] == second[1:3]).all()
+    q = static_coordinates(whole, ["one_start", "two_end"], {"one_end": np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])})
+    assert q[first[0]] > 0.0
+    assert abs(q[second[0]]) < 1e-9 * q[first[0]]
+
+
+def test_springs_store_half_k_phi_squared(one, two):
+    sprung = assembled("chain", [one, two], [joint(3e4, 5e4)])
+    free = assembled("chain", [one, two], [joint(0.0, 0.0)])
+    first, second = sprung.coordinates_of("one_end"), sprung.coordinates_of("two_start")
+    for axis, stiffness in ((3, 5e4), (4, 3e4), (5, 3e4)):  # torsion is about x, the pin's axis
+        q = np.zeros(sprung.n_coordinates)
+        q[first[axis]], q[second[axis]] = 0.7, -0.1
+        energy = q @ (sprung.K - free.K) @ q / 2.0
+        assert_allclose(energy, stiffness * 0.8**2 / 2.0, rtol=1e-5)  # difference of matrices of 1e9
+
+
+def test_two_stiffly_joined_bars_twist_and_bend_as_one_long_bar(one, two):
+    # Exact for end moments, which bend a bar without warping its ends: the joint's springs add L / k each.
+    whole = assembled("chain", [one, two], [joint(2e5, 4e5)])
+    for axis, stiffness in ((4, 2e5), (5, 2e5), (3, 4e5)):
+        moment = np.eye(6)[axis]
+        end = whole.coordinates_of("two_end")[axis]
+        single = static_coordinates(one, ["one_start"], {"one_end": moment})[one.coordinates_of("one_end")[axis]]
+        found = static_coordinates(whole, ["one_start"], {"two_end": moment})[end]
+        assert_allclose(found, 2.0 * single + 1.0 / stiffness, rtol=1e-9)
+
+
+def test_more_stiffness_never_softens(one, two):
+    compliances = [
+        pilot_compliance(assembled("chain", [one, two], [joint(k, k)]), ["one_start"]) for k in (1e3, 1e5, 1e7)
+    ]
+    for soft, hard in pairwise(compliances):
+        eigenvalues = np.linalg.eigvalsh(soft - hard)
+        assert eigenvalues.min() > -1e-9 * eigenvalues.max()
+
+
+def test_an_assembly_keeps_mass_rigid_motion_and_symmetry(one, two):
+    whole = assembled("chain", [one, two], [joint()])
+    single = one.mass_properties
+    assert_allclose(whole.mass_properties.mass, 2.0 * single.mass, rtol=1e-12)
+    assert_allclose(whole.mass_properties.centre, [LENGTH, 0.0, 0.0], rtol=0.0, atol=1e-12)
+    # Steiner: each half lies LENGTH / 2 off the common centre, which only rotations across x feel.
+    steiner = 2.0 * single.mass * (LENGTH / 2.0) ** 2
+    expected = 2.0 * single.inertia + np.diag([0.0, steiner, steiner])
+    assert_allclose(whole.mass_properties.inertia, expected, rtol=0.0, atol=1e-10 * steiner)
+    axial = np.zeros(whole.n_coordinates)
+    for name in whole.pilots:
+        axial[whole.coordinates_of(name)[0]] = 1.0
+    assert_allclose(axial @ whole.M @ axial, 2.0 * single.mass, rtol=1e-9)
+    assert np.abs(whole.K @ axial).max() < 1e-8 * np.abs(whole.K).max()
+    assert (np.abs(whole.K - whole.K.T) == 0.0).all()
+
+
+def test_loads_on_both_pilots_of_a_joint_add_up(one, two):
+    whole = assembled("chain", [one, two], [joint()])
+    force = np.array([1.0, 2.0, 3.0, 0.0, 0.0, 0.0])
+    parted = static_coordinates(whole, ["one_start"], {"one_end": 0.25 * force, "two_start": 0.75 * force})
+    at_once = static_coordinates(whole, ["one_start"], {"one_end": force})
+    assert_allclose(parted, at_once, rtol=0.0, atol=1e-12 * np.abs(at_once).max())
+
+
+def test_a_chain_of_three_is_joined_whatever_the_order_of_its_joints(one, two, three):
+    joints = [Joint("one_end", "two_start", STIFF, STIFF), Joint("two_start", "three_start", STIFF, STIFF)]
+    three = replace(three, pilots={name: point - [LENGTH, 0.0, 0.0] for name, point in three.pilots.items()})
+    wholes = [assembled("chain", [one, two, three], order) for order in (joints, joints[::-1])]
+    for whole in wholes:
+        shared = [whole.coordinates_of(name)[:3] for name in ("one_end", "two_start", "three_start")]
+        assert (shared[0] == shared[1]).all()
+        assert (shared[0] == shared[2]).all()
+    assert_allclose(wholes[0].K, wholes[1].K, rtol=0.0, atol=1e-6)
+
+
+def test_bodies_with_sensors_keep_their_rows(one, two):
+    sensing = replace(one, sensor_names=("tip",), sensor_rows=np.eye(1, one.n_coordinates, 7))
+    whole = assembled("chain", [two, sensing], [Joint("one_end", "two_start", 0.0, 0.0)])
+    q = np.random.default_rng(8).standard_normal(whole.n_coordinates)
+    assert whole.sensor_names == ("tip",)
+    assert_allclose(whole.sensor_rows @ q, q[whole.coordinates_of("one_end")[1]], rtol=1e-14)
+
+
+def test_repeated_sensor_names_are_refused(one, two):
+    bodies = [replace(b, sensor_names=("tip",), sensor_rows=np.zeros((1, b.n_coordinates))) for b in (one, two)]
+    with pytest.raises(ValueError, match="two bodies have a sensor named 'tip'; expected different names"):
+        assembled("chain", bodies, [joint()])
+
+
+def test_repeated_pilot_names_are_refused(one):
+    with pytest.raises(ValueError, match="two bodies have a pilot named 'one_end'; expected different names"):
+        assembled("chain", [one, one], [])
+
+
+def test_an_unknown_pilot_is_refused_by_name(one, two):
+    with pytest.raises(KeyError, match=r"no body has a pilot 'rim'; there are one_start, one_end, two_start, two_end"):
+        assembled("chain", [one, two], [Joint("one_end", "rim", 0.0, 0.0)])
+
+
+def test_pilots_apart_are_refused(one, two):
+    with pytest.raises(ValueError, match=r"pilots one_end and two_end are 0.3 m apart; expected one point"):
+        assembled("chain", [one, two], [Joint("one_end", "two_end", 0.0, 0.0)])
+
+
+def test_a_pilot_tied_twice_is_refused(one, two):
+    with pytest.raises(ValueError, match="pilot two_start is tied twice; expected one joint a pilot"):
+        assembled("chain", [one, two], [joint(), joint()])
+
+
+@pytest.mark.parametrize("value", [-1.0, float("nan")])
+def test_a_negative_stiffness_is_refused(value):
+    with pytest.raises(ValueError, match=rf"joint one_end-two_start: bending_stiffness is {value}; expected 0 or more"):
+        joint(value, 0.0)
+    with pytest.raises(ValueError, match=rf"joint one_end-two_start: torsional_stiffness is {value}"):
+        joint(0.0, value)
+
+
+def test_inputs_stay_unchanged(one, two):
+    before = [matrix.copy() for body in (one, two) for matrix in (body.K, body.M, body.D)]
+    assembled("chain", [one, two], [joint()])
+    for now, then in zip((m for body in (one, two) for m in (body.K, body.M, body.D)), before, strict=True):
+        assert (now == then).all()
