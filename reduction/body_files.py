@@ -1,13 +1,18 @@
 """The project's body file: one HDF5 file a reduced body, self-describing, versioned, read back defensively."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from geometry.whole_files import whole_file
+from reduction.certificate import Certificate, Check
 from reduction.reduced_model import MassProperties, ReducedModel
+
+T = TypeVar("T")
 
 FORMAT = "carrierflex-body"
 VERSION = 1
@@ -24,8 +29,17 @@ class BodyFileError(ValueError):
     """A body file is not what it should be; the message names the file, what was found and what is expected."""
 
 
-def write_body(model: ReducedModel, path: Path) -> None:
+def write_body(model: ReducedModel, path: Path, certificate: Certificate | None = None) -> None:
     """Write a reduced body; an interrupted write leaves the old file or none.
+
+    Parameters
+    ----------
+    model : ReducedModel
+        The body.
+    path : Path
+        File to write.
+    certificate : Certificate, optional
+        What was checked of it against the full body.
 
     Raises
     ------
@@ -34,6 +48,8 @@ def write_body(model: ReducedModel, path: Path) -> None:
     """
     with whole_file(path) as temporary, h5py.File(temporary, "w") as file:
         _fill(file, model)
+        if certificate is not None:
+            _fill_certificate(file.create_group("certificate"), certificate)
 
 
 def _fill(file: h5py.File, model: ReducedModel) -> None:
@@ -57,6 +73,14 @@ def _fill(file: h5py.File, model: ReducedModel) -> None:
     file.create_group("provenance").attrs.update(model.provenance)
 
 
+def _fill_certificate(group: h5py.Group, certificate: Certificate) -> None:
+    group.attrs["cut_off_hz"] = certificate.cut_off_hz
+    group["names"] = [check.name for check in certificate.checks]
+    group["wanted"] = [check.wanted for check in certificate.checks]
+    group["reached"] = np.array([check.reached for check in certificate.checks])
+    group["met"] = np.array([check.met for check in certificate.checks])
+
+
 def read_body(path: Path) -> ReducedModel:
     """Read a reduced body.
 
@@ -67,12 +91,21 @@ def read_body(path: Path) -> ReducedModel:
     BodyFileError
         Where the file is not HDF5, not a body file, of a newer version, truncated or inconsistent.
     """
+    return _read(path, _model)
+
+
+def read_certificate(path: Path) -> Certificate | None:
+    """Read the certificate that a body file holds, None where it has none; errors as in :func:`read_body`."""
+    return _read(path, _certificate)
+
+
+def _read(path: Path, part: Callable[[h5py.File, Path], T]) -> T:
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file; expected a body file (.h5)")
     try:
         with h5py.File(path, "r") as file:
             _check_header(file, path)
-            return _model(file, path)
+            return part(file, path)
     except BodyFileError:
         raise
     except (OSError, KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
@@ -129,6 +162,25 @@ def _model(file: h5py.File, path: Path) -> ReducedModel:
         ),
         provenance={key: str(value) for key, value in file["provenance"].attrs.items()},
     )
+
+
+def _certificate(file: h5py.File, path: Path) -> Certificate | None:
+    if "certificate" not in file:
+        return None
+    group = file["certificate"]
+    n = group["names"].shape[0]
+    if n > _MOST_COORDINATES:
+        raise BodyFileError(f"{path}: {n} checks in the certificate; expected at most {_MOST_COORDINATES}")
+    columns = (
+        _strings(group["names"]),
+        _strings(group["wanted"]),
+        _array(group["reached"], (n,), path),
+        _array(group["met"], (n,), path),
+    )
+    checks = tuple(
+        Check(name, wanted, float(reached), bool(met)) for name, wanted, reached, met in zip(*columns, strict=True)
+    )
+    return Certificate(float(group.attrs["cut_off_hz"]), checks)
 
 
 def _strings(dataset: h5py.Dataset) -> tuple[str, ...]:

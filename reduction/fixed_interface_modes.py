@@ -14,6 +14,8 @@ from reduction.held_structure import HeldStructure
 _RESIDUAL_TOLERANCE = 1e-6
 #: Right-hand sides solved together; 4 to 16 cost about the same.
 _BLOCK_SIZE = 8
+#: More modes than half of this are not looked for below a cut-off frequency.
+_MOST_MODES = 800
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +62,28 @@ def fixed_interface_modes(
     eigenvalues, Phi = lowest_modes(answer, M, start, n_modes)
     _check_residuals(held, M, eigenvalues, Phi)
     return FixedInterfaceModes(Phi, np.sqrt(eigenvalues))
+
+
+def count_below(held: HeldStructure, M: sp.csr_array, frequency_hz: float, *, rng: np.random.Generator) -> int:
+    """Number of fixed-interface modes below `frequency_hz` [Hz], found by asking for more until one lies above.
+
+    Raises
+    ------
+    ValueError
+        Where the frequency is not positive, or so high that the body would need more than 400 modes.
+    """
+    if not frequency_hz > 0.0:
+        raise ValueError(f"cut-off frequency is {frequency_hz} Hz; expected a positive frequency")
+    n_modes = 10
+    while n_modes <= _MOST_MODES:
+        omega = fixed_interface_modes(held, M, n_modes, rng=rng).omega
+        below = int(np.count_nonzero(omega < 2.0 * np.pi * frequency_hz))
+        if below < n_modes:
+            return below
+        n_modes *= 2
+    raise ValueError(
+        f"more than {_MOST_MODES // 2} fixed-interface modes lie below {frequency_hz:g} Hz; expected a lower cut-off"
+    )
 
 
 def _check_residuals(

@@ -6,8 +6,8 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-#: Exit codes: refused input, and interruption by the user (128 + SIGINT).
-EXIT_REFUSED, EXIT_INTERRUPTED = 2, 130
+#: Exit codes: a check failed, refused input, and interruption by the user (128 + SIGINT).
+EXIT_FAILED, EXIT_REFUSED, EXIT_INTERRUPTED = 1, 2, 130
 
 _HELP = """From a planet carrier's parameters to a diagnosed gap between simulation and measurement.
 
@@ -15,7 +15,7 @@ All quantities are in SI units (m, kg, s, N, rad) unless a name says otherwise."
 
 
 def main() -> None:
-    """Run the command line; the process ends with 0, 2 (refused input) or 130 (interrupted)."""
+    """Run the command line; the process ends with 0, 1 (a check failed), 2 (refused input) or 130 (interrupted)."""
     logging.basicConfig(level=logging.ERROR, format="%(name)s: %(message)s")
     try:
         _application()(exit_on_error=False, print_error=False)
@@ -37,6 +37,7 @@ def _application() -> Any:
 
     from identification.estimate_files import software_name
     from workflows import (
+        check_certificate,
         compute_curves,
         identify_parameters,
         mesh_carrier,
@@ -52,6 +53,7 @@ def _application() -> Any:
         ("mesh", mesh_carrier.main, tables.quality_table),
         ("curves", compute_curves.main, tables.curve_table),
         ("reduce", reduce_body.main, tables.reduced_table),
+        ("certificate", check_certificate.main, tables.certificate_table),
         ("simulate", simulate_load_case.main, tables.campaign_table),
         ("identify", identify_parameters.main, tables.estimate_table),
     ):
@@ -66,7 +68,11 @@ def _shown_by(table: Callable[[Any], Any], workflow: Callable[..., Any]) -> Call
     def shown(*arguments: Any, **options: Any) -> None:
         from rich.console import Console
 
-        Console(highlight=False).print(table(workflow(*arguments, **options)))
+        result = workflow(*arguments, **options)
+        Console(highlight=False).print(table(result))
+        # A certificate knows whether its checks are met; a result without such knowledge counts as met.
+        if not getattr(result, "met", True):
+            sys.exit(EXIT_FAILED)
 
     return shown
 

@@ -3,6 +3,9 @@
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
+from fe.rigid_couplings import rigidly_coupled
 from fe.structural_model import (
     FLEXIBLE_CARRIER_PILOTS,
     PIN_PILOTS,
@@ -13,10 +16,21 @@ from fe.structural_model import (
 from geometry.carrier_mesh import DEFAULT_SIZE, flexible_carrier_mesh, pin_mesh, stiff_carrier_mesh
 from geometry.parameter_files import StageParameters, read_parameters
 from reduction.body_files import write_body
+from reduction.certificate import certify
 from reduction.craig_bampton import craig_bampton
+from reduction.fixed_interface_modes import count_below
+from reduction.held_structure import GroundedBody, HeldStructure
 from reduction.reduced_model import ReducedModel
 from workflows.outputs import prepared_folder, provenance
 from workflows.progress import Stages
+
+#: Fixed-interface modes kept where the user does not say.
+DEFAULT_MODES = 20
+_PILOTS: dict[str, tuple[str, ...]] = {
+    "pin": PIN_PILOTS,
+    "flexible_carrier": FLEXIBLE_CARRIER_PILOTS,
+    "stiff_carrier": STIFF_CARRIER_PILOTS,
+}
 
 
 def main(
@@ -24,12 +38,14 @@ def main(
     body: Literal["carrier", "pin"],
     out: Path,
     variant: Literal["stiff", "flexible"] = "flexible",
-    modes: int = 20,
+    coupling: Literal["rbe3", "rbe2"] = "rbe3",
+    modes: int | None = None,
+    max_frequency: float | None = None,
     size: float = DEFAULT_SIZE,
     parameters: Path | None = None,
     quiet: bool = False,
 ) -> ReducedModel:
-    """Reduce a body to its pilot nodes and fixed-interface modes (Craig-Bampton, distributing couplings).
+    """Reduce a body to its pilot nodes and fixed-interface modes (Craig-Bampton), with a certificate.
 
     Parameters
     ----------
@@ -39,8 +55,13 @@ def main(
         Body file (.h5): K, M, D, labels of every coordinate, pilots, sensor rows, mass properties, provenance; SI units.
     variant
         Of the carrier; stiff: pins bonded, pilots at the pins' mid-spans; flexible: no pins, pilots at the six bores.
+    coupling
+        Of the pilots to their surfaces; rbe3: distributing, the surface stays free to deform; rbe2: rigid. The truth of a
+        fitted part lies between the two.
     modes
-        Number of fixed-interface modes.
+        Number of fixed-interface modes (20 where neither this nor a maximum frequency is given).
+    max_frequency
+        Keep all fixed-interface modes below this frequency [Hz] instead.
     size
         Element edge length [m].
     parameters
@@ -57,22 +78,36 @@ def main(
     if out.suffix != ".h5":
         raise ValueError(f"{out}: suffix {out.suffix!r}; expected .h5")
     prepared_folder(out.parent)
-    stages = Stages(3, quiet)
+    if modes is not None and max_frequency is not None:
+        raise ValueError("--modes and --max-frequency are both given; expected one of them")
+    stages = Stages(4, quiet)
     with stages.stage(f"finite elements of {size} m"):
-        structure = _structure(body, variant, stage, size)
-    with stages.stage(f"reduction of {structure.n_dofs} degrees of freedom, {modes} modes"):
-        record = provenance(parameters=stage, size=size, body=body, variant=variant, modes=modes)
-        model = craig_bampton(structure, modes, provenance=record).model
+        structure = _structure(body, variant, stage, size, coupling=coupling)
+    with stages.stage(f"reduction of {structure.n_dofs} degrees of freedom"):
+        n_modes = _n_modes(structure, modes, max_frequency)
+        choices = {"body": body, "variant": variant, "coupling": coupling, "modes": n_modes}
+        record = provenance(parameters=stage, size=size, **choices)
+        reduction = craig_bampton(structure, n_modes, provenance=record)
+    with stages.stage("certificate"):
+        certificate = certify(structure, reduction)
     with stages.stage(f"writing {out}"):
-        write_body(model, out)
-    return model
+        write_body(reduction.model, out, certificate)
+    return reduction.model
 
 
-def _structure(body: str, variant: str, stage: StageParameters, size: float) -> StructuralModel:
+def _n_modes(structure: StructuralModel, modes: int | None, max_frequency: float | None) -> int:
+    if max_frequency is None:
+        return DEFAULT_MODES if modes is None else modes
+    held = HeldStructure(GroundedBody(structure.K, structure.points, structure.rigid_points), structure.pilots)
+    return count_below(held, structure.M, max_frequency, rng=np.random.default_rng(0))
+
+
+def _structure(body: str, variant: str, stage: StageParameters, size: float, *, coupling: str) -> StructuralModel:
     if body == "pin":
-        return structural_model("pin", pin_mesh(stage.carrier, stage.pin, size), stage.carrier, PIN_PILOTS)
-    if variant == "flexible":
-        mesh, pilots = flexible_carrier_mesh(stage.carrier, size), FLEXIBLE_CARRIER_PILOTS
+        name, mesh = "pin", pin_mesh(stage.carrier, stage.pin, size)
+    elif variant == "flexible":
+        name, mesh = "flexible_carrier", flexible_carrier_mesh(stage.carrier, size)
     else:
-        mesh, pilots = stiff_carrier_mesh(stage.carrier, stage.pin, size), STIFF_CARRIER_PILOTS
-    return structural_model(f"{variant}_carrier", mesh, stage.carrier, pilots)
+        name, mesh = "stiff_carrier", stiff_carrier_mesh(stage.carrier, stage.pin, size)
+    structure = structural_model(name, mesh, stage.carrier, _PILOTS[name])
+    return structure if coupling == "rbe3" else rigidly_coupled(structure, mesh)

@@ -10,6 +10,8 @@ from rich.table import Table
 from fe.deflection_curves import DeflectionCurve
 from geometry.quality import MeshQuality
 from identification.result_tables import parameter_rows, rms_rows
+from reduction.certificate import Certificate
+from reduction.mode_names import mode_names
 from reduction.reduced_model import ReducedModel
 
 if TYPE_CHECKING:
@@ -55,8 +57,17 @@ def reduced_table(model: ReducedModel) -> RenderableType:
     table.add_row("mass, kg", f"{mass.mass:.4g}")
     table.add_row("inertia about x, kg m^2", f"{mass.inertia[0, 0]:.4g}")
     modes = [label for label in model.labels if label.startswith("mode")]
-    table.add_row("fixed-interface modes", f"{modes[0]} ... {modes[-1]}" if modes else "none")
+    for label, name in zip(modes, mode_names(model), strict=True):
+        table.add_row(label, name)
     return table
+
+
+def certificate_table(certificate: Certificate) -> RenderableType:
+    """Every check of a reduction certificate."""
+    table = _table("reduction certificate", "check", "wanted", "reached", "met")
+    for check in certificate.checks:
+        table.add_row(check.name, check.wanted, f"{check.reached:.2g}", "yes" if check.met else "[red]no[/]")
+    return Group(table, f"frequencies and responses were checked up to {certificate.cut_off_hz:.0f} Hz")
 
 
 def campaign_table(simulated: "SimulatedLoadCases") -> RenderableType:
