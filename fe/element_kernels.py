@@ -47,6 +47,16 @@ def _physical_gradients(x: NDArray[np.float64], reference: NDArray[np.float64], 
 
 
 @_jit
+def _stiffness_block(G: NDArray[np.float64], lame_lambda: float, mu: float, block: NDArray[np.float64]) -> None:
+    """Fill `block` with ``λ G + μ Gᵀ + μ tr(G) I`` from the gradient products ``G = ∫ g_i g_jᵀ dV``."""
+    shear = mu * (G[0, 0] + G[1, 1] + G[2, 2])
+    for a in range(3):
+        for b in range(3):
+            block[a, b] = lame_lambda * G[a, b] + mu * G[b, a]
+        block[a, a] += shear
+
+
+@_jit
 def add_stiffness(
     points: NDArray[np.float64],
     tets: NDArray[np.int64],
@@ -74,34 +84,42 @@ def add_stiffness(
     gradients, weights = rule
     indptr, indices = pattern
     g = np.empty((10, 3))
-    block = np.empty((10, 10, 3, 3))
+    products = np.empty((10, 10, 3, 3))
+    block = np.empty((3, 3))
     x = np.empty((10, 3))
     for element in range(tets.shape[0]):
         for i in range(10):
             for a in range(3):
                 x[i, a] = points[tets[element, i], a]
-        block[:] = 0.0
+        products[:] = 0.0
         for q in range(weights.shape[0]):
             volume = weights[q] * abs(_physical_gradients(x, gradients[q], g))
             for i in range(10):
-                for j in range(i, 10):
-                    shear = mu * volume * (g[i, 0] * g[j, 0] + g[i, 1] * g[j, 1] + g[i, 2] * g[j, 2])
-                    for a in range(3):
+                for a in range(3):
+                    weighted = volume * g[i, a]
+                    for j in range(i, 10):
                         for b in range(3):
-                            block[i, j, a, b] += volume * (lame_lambda * (g[i, a] * g[j, b]) + mu * (g[j, a] * g[i, b]))
-                        block[i, j, a, a] += shear
+                            products[i, j, a, b] += weighted * g[j, b]
+        for i in range(10):
+            # Rounding differs with the order of the factors; a node's own products are symmetric to the last bit.
+            for a in range(3):
+                for b in range(a):
+                    products[i, i, a, b] = products[i, i, b, a]
         for i in range(10):
             row = tets[element, i]
             for j in range(i, 10):
                 column = tets[element, j]
+                _stiffness_block(products[i, j], lame_lambda, mu, block)
                 here = _position(indices, indptr[row], indptr[row + 1], column)
-                blocks[here] += block[i, j]
+                for a in range(3):
+                    for b in range(3):
+                        blocks[here, a, b] += block[a, b]
                 if i != j:
                     # The mirror block is the transpose, entry by entry: the matrix is symmetric to the last bit.
                     there = _position(indices, indptr[column], indptr[column + 1], row)
                     for a in range(3):
                         for b in range(3):
-                            blocks[there, a, b] += block[i, j, b, a]
+                            blocks[there, a, b] += block[b, a]
 
 
 @_jit

@@ -38,6 +38,7 @@ def _application() -> Any:
     from identification.estimate_files import software_name
     from workflows import (
         check_certificate,
+        compare_couplings,
         compute_curves,
         identify_parameters,
         mesh_carrier,
@@ -53,6 +54,7 @@ def _application() -> Any:
         ("mesh", mesh_carrier.main, tables.quality_table),
         ("curves", compute_curves.main, tables.curve_table),
         ("reduce", reduce_body.main, tables.reduced_table),
+        ("couplings", compare_couplings.main, tables.coupling_table),
         ("certificate", check_certificate.main, tables.certificate_table),
         ("simulate", simulate_load_case.main, tables.campaign_table),
         ("identify", identify_parameters.main, tables.estimate_table),

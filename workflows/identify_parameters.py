@@ -120,9 +120,3 @@ def _models(measured: Campaign, folder: Path, last: str) -> list[CarrierModel]:
 
         curves = default_curves()
     return [rigid_model(), flexible_model(curves["delta_s"], curves["delta_f"])]
-
-
-if __name__ == "__main__":
-    from cyclopts import run
-
-    run(main)

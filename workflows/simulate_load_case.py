@@ -98,9 +98,3 @@ def main(case: Path, *, out: Path, curves: Path | None = None, quiet: bool = Fal
 
 def _copy(source: Path, path: Path) -> None:
     shutil.copyfile(source, path)
-
-
-if __name__ == "__main__":
-    from cyclopts import run
-
-    run(main)

@@ -133,6 +133,7 @@ def _checks(job: "Job", truth: dict[str, Any]) -> list[dict[str, Any]]:
     mass = job.reduced.flexible.model.mass_properties.mass
     inside = [entry["inside_95_percent"] for run in truth.values() for entry in run.values()]
     pin_fit = _pin_fit(job)
+    quality = [mesh_quality(variant.mesh) for variant in (flexible, stiff)]
     compliance = max(body.compliance_error for body in (job.reduced.flexible, job.reduced.stiff, job.reduced.pin))
     others = max(_largest_other(v.deflection.curves["tangential"]) for v in (flexible, stiff))
     rows: list[tuple[str, str, float, bool]] = [
@@ -142,6 +143,8 @@ def _checks(job: "Job", truth: dict[str, Any]) -> list[dict[str, Any]]:
         ("change of orders 3 and 6, two finest meshes", "< 2 %", c := job.mesh_study.last_change, c < 0.02),
         ("tilting moment over tangential load, flexible", "< 1 %", t := tilting / tangential, t < 0.01),
         ("carrier mass, kg", "690-740", mass, 690.0 <= mass <= 740.0),
+        ("worst scaled Jacobian of both meshes", "> 0.2", w := min(q.worst_scaled_jacobian for q in quality), w > 0.2),
+        ("worst shape of both meshes, 1 is regular", "> 0.2", w := min(q.worst_shape for q in quality), w > 0.2),
         ("rigid-body forces of the free K, relative", "< 1e-9", r := _rigid_body_error(job), r < 1e-9),
         (
             "load against reaction, relative",

@@ -12,9 +12,10 @@ from geometry.quality import MeshQuality
 from identification.result_tables import parameter_rows, rms_rows
 from reduction.certificate import Certificate
 from reduction.mode_names import mode_names
-from reduction.reduced_model import ReducedModel
+from reduction.reduced_model import PILOT_COORDINATES, ReducedModel
 
 if TYPE_CHECKING:
+    from workflows.compare_couplings import CouplingBracket
     from workflows.identify_parameters import Identification
     from workflows.run import Job
     from workflows.simulate_load_case import SimulatedLoadCases
@@ -60,6 +61,23 @@ def reduced_table(model: ReducedModel) -> RenderableType:
     for label, name in zip(modes, mode_names(model), strict=True):
         table.add_row(label, name)
     return table
+
+
+def coupling_table(brackets: "dict[str, CouplingBracket]") -> RenderableType:
+    """Own stiffness of every pilot coordinate, rigid over distributing couplings, and the rim's orders with either."""
+    parts: list[RenderableType] = []
+    for variant, bracket in brackets.items():
+        ratio = bracket.stiffness[1] / bracket.stiffness[0]
+        coordinates = [name.split(" ")[0] for name in PILOT_COORDINATES]
+        table = _table(f"{variant}: stiffness ratio", "pilot", *coordinates)
+        for pilot, row in zip(bracket.pilots, ratio, strict=True):
+            table.add_row(pilot, *(f"{value:.2f}" for value in row))
+        orders = _table("axial rim deflection, um per kN m", "coupling", "order 3", "order 6", "peaks")
+        for coupling, curve in zip(("distributing", "rigid"), bracket.curves, strict=True):
+            content = curve.axial_order_content() * 1e6
+            orders.add_row(coupling, f"{content[3]:.4f}", f"{content[6]:.4f}", str(len(curve.peak_angles())))
+        parts += [table, "", orders, ""]
+    return Group(*parts)
 
 
 def certificate_table(certificate: Certificate) -> RenderableType:
