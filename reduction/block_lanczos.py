@@ -58,28 +58,51 @@ def lowest_modes(
     Grimes, Lewis and Simon (1994), SIAM J. Matrix Anal. Appl. 15(1), 228-272.
     """
     block_size = start.shape[1]
+    n_steps = _STEPS_PER_MODE * (n_modes // block_size + 4)
     Q, MQ, _ = _orthonormal(start, M, 0.0)
-    basis, M_basis = [Q], [MQ]
+    basis, M_basis = _Columns(Q), _Columns(MQ)
     T = np.zeros((0, 0))
-    for _ in range(_STEPS_PER_MODE * (n_modes // block_size + 4)):
+    for _ in range(n_steps):
         W = answer(MQ)
-        projection = np.concatenate([MQ_k.T @ W for MQ_k in M_basis])
+        projection = M_basis.all.T @ W
         T = _bordered(T, projection)
-        for _ in range(2):
-            for Q_k, MQ_k in zip(basis, M_basis, strict=True):
-                W -= Q_k @ (MQ_k.T @ W)
+        W -= basis.all @ projection
+        W -= basis.all @ (M_basis.all.T @ W)
         Q, MQ, B = _orthonormal(W, M, float(np.linalg.norm(projection, axis=0).max()))
         theta, S = np.linalg.eigh(T)
         wanted = np.argsort(theta)[::-1][:n_modes]
         residual = np.linalg.norm(B @ S[-projection.shape[1] :, wanted], axis=0) / np.abs(theta[wanted])
         if len(wanted) == n_modes and (Q.shape[1] == 0 or residual.max() < _TOLERANCE):
-            Phi = np.concatenate(basis, axis=1) @ S[:, wanted]
-            return 1.0 / theta[wanted], Phi
+            return 1.0 / theta[wanted], basis.all @ S[:, wanted]
         if Q.shape[1] == 0:
             break
         basis.append(Q)
         M_basis.append(MQ)
-    raise AccuracyError(f"block Lanczos found fewer than {n_modes} modes in {len(basis)} blocks of {block_size}")
+    raise AccuracyError(f"block Lanczos found fewer than {n_modes} modes in {len(T)} vectors of blocks of {block_size}")
+
+
+class _Columns:
+    """Columns that grow block by block in one array, so that orthogonalisation is one matrix product."""
+
+    def __init__(self, first: NDArray[np.float64]) -> None:
+        self._store = np.empty((first.shape[0], 8 * first.shape[1]), order="F")
+        self._n = 0
+        self.append(first)
+
+    @property
+    def all(self) -> NDArray[np.float64]:
+        """All columns so far, shape (n, k)."""
+        return self._store[:, : self._n]
+
+    def append(self, block: NDArray[np.float64]) -> None:
+        """Add the columns of `block`."""
+        needed = self._n + block.shape[1]
+        if needed > self._store.shape[1]:
+            grown = np.empty((self._store.shape[0], 2 * needed), order="F")
+            grown[:, : self._n] = self.all
+            self._store = grown
+        self._store[:, self._n : needed] = block
+        self._n = needed
 
 
 def _bordered(T: NDArray[np.float64], projection: NDArray[np.float64]) -> NDArray[np.float64]:

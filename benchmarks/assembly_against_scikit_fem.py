@@ -1,4 +1,4 @@
-"""Assembly of K and M against scikit-fem's own elasticity forms, in one run: `python benchmarks/assembly.py [size]`."""
+"""Assembly of K and M against scikit-fem's own elasticity forms, in one run: `python benchmarks/assembly_against_scikit_fem.py [size]`."""
 
 import sys
 import time
