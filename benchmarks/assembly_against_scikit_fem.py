@@ -1,4 +1,7 @@
-"""Assembly of K and M against scikit-fem's own elasticity forms, in one run: `python benchmarks/assembly_against_scikit_fem.py [size]`."""
+"""Assembly of K and M against scikit-fem's own elasticity forms, in one run.
+
+Run as `python benchmarks/assembly_against_scikit_fem.py [SIZE]`, SIZE the element edge length [m].
+"""
 
 import sys
 import time

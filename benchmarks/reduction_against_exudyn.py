@@ -1,4 +1,6 @@
-"""Craig-Bampton reduction against Exudyn's scipy path on the same matrices, in one run: `python benchmarks/reduction_against_exudyn.py [size]`.
+"""Craig-Bampton reduction against Exudyn's scipy path on the same matrices, in one run.
+
+Run as `python benchmarks/reduction_against_exudyn.py [SIZE]`, SIZE the element edge length [m].
 
 Exudyn's rigid couplings (RBE2) with ours: both give the same fixed-interface frequencies. Ours with distributing couplings
 (RBE3) is timed beside them, everything from assembled matrices to the reduced ones.

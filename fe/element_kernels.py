@@ -57,6 +57,31 @@ def _stiffness_block(G: NDArray[np.float64], lame_lambda: float, mu: float, bloc
 
 
 @_jit
+def _gradient_products(
+    x: NDArray[np.float64],
+    gradients: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    products: NDArray[np.float64],
+) -> None:
+    """Fill `products` (10, 10, 3, 3), j >= i, with ``∫ g_i g_jᵀ dV`` of the element with nodes x (10, 3)."""
+    g = np.empty((10, 3))
+    products[:] = 0.0
+    for q in range(weights.shape[0]):
+        volume = weights[q] * abs(_physical_gradients(x, gradients[q], g))
+        for i in range(10):
+            for a in range(3):
+                weighted = volume * g[i, a]
+                for j in range(i, 10):
+                    for b in range(3):
+                        products[i, j, a, b] += weighted * g[j, b]
+    for i in range(10):
+        # Rounding differs with the order of the factors; a node's own products are symmetric to the last bit.
+        for a in range(3):
+            for b in range(a):
+                products[i, i, a, b] = products[i, i, b, a]
+
+
+@_jit
 def add_stiffness(
     points: NDArray[np.float64],
     tets: NDArray[np.int64],
@@ -83,7 +108,6 @@ def add_stiffness(
     lame_lambda, mu = material
     gradients, weights = rule
     indptr, indices = pattern
-    g = np.empty((10, 3))
     products = np.empty((10, 10, 3, 3))
     block = np.empty((3, 3))
     x = np.empty((10, 3))
@@ -91,20 +115,7 @@ def add_stiffness(
         for i in range(10):
             for a in range(3):
                 x[i, a] = points[tets[element, i], a]
-        products[:] = 0.0
-        for q in range(weights.shape[0]):
-            volume = weights[q] * abs(_physical_gradients(x, gradients[q], g))
-            for i in range(10):
-                for a in range(3):
-                    weighted = volume * g[i, a]
-                    for j in range(i, 10):
-                        for b in range(3):
-                            products[i, j, a, b] += weighted * g[j, b]
-        for i in range(10):
-            # Rounding differs with the order of the factors; a node's own products are symmetric to the last bit.
-            for a in range(3):
-                for b in range(a):
-                    products[i, i, a, b] = products[i, i, b, a]
+        _gradient_products(x, gradients, weights, products)
         for i in range(10):
             row = tets[element, i]
             for j in range(i, 10):

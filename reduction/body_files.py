@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from geometry.whole_files import whole_file
 from reduction.certificate import Certificate, Check
+from reduction.ffrf_data import FfrfData
 from reduction.reduced_model import MassProperties, ReducedModel
 
 T = TypeVar("T")
@@ -22,6 +23,11 @@ _MOST_SENSORS = 100_000
 _UNITS = (
     "SI: m, kg, s, N, rad; frame: x downwind along the rotation axis, z up, right-handed, "
     "origin on the upwind face of the upwind plate"
+)
+_FFRF_PARTS = ("mass", "first_moment", "second_moment", "N", "P", "Q")
+_FFRF_MEANING = (
+    "inertia invariants about the frame's origin: mass, int rho x, int rho x x^T, N = int rho T, P[a, b] = int rho x_a T_b, "
+    "Q = int rho T_a^T T_b for xx yy zz xy yz xz; T is the displacement field of each coordinate"
 )
 
 
@@ -70,6 +76,11 @@ def _fill(file: h5py.File, model: ReducedModel) -> None:
         model.mass_properties.centre,
         model.mass_properties.inertia,
     )
+    if model.ffrf is not None:
+        ffrf = file.create_group("ffrf")
+        ffrf.attrs["meaning"] = _FFRF_MEANING
+        for name in _FFRF_PARTS:
+            ffrf[name] = getattr(model.ffrf, name)
     file.create_group("provenance").attrs.update(model.provenance)
 
 
@@ -161,6 +172,18 @@ def _model(file: h5py.File, path: Path) -> ReducedModel:
             _array(mass["inertia_about_centre"], (3, 3), path),
         ),
         provenance={key: str(value) for key, value in file["provenance"].attrs.items()},
+        ffrf=_ffrf(file["ffrf"], n, path) if "ffrf" in file else None,
+    )
+
+
+def _ffrf(group: h5py.Group, n: int, path: Path) -> FfrfData:
+    return FfrfData(
+        float(_array(group["mass"], (), path)),
+        _array(group["first_moment"], (3,), path),
+        _array(group["second_moment"], (3, 3), path),
+        _array(group["N"], (3, n), path),
+        _array(group["P"], (3, 3, n), path),
+        _array(group["Q"], (6, n, n), path),
     )
 
 

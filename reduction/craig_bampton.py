@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fe.structural_model import StructuralModel
+from reduction.ffrf_data import ffrf_data
 from reduction.fixed_interface_modes import FixedInterfaceModes, fixed_interface_modes
 from reduction.held_structure import GroundedBody, HeldStructure
 from reduction.reduced_model import PILOT_COORDINATES, MassProperties, ReducedModel
@@ -101,6 +102,7 @@ def craig_bampton(
         sensor_rows=sensors.rows @ T if sensors else np.zeros((0, n)),
         mass_properties=mass_properties(structure),
         provenance=dict(provenance or {}),
+        ffrf=ffrf_data(structure, T),
     )
     return Reduction(model, body, Psi, modes)
 

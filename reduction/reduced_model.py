@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.dihedral import rotation_about_x
+from reduction.ffrf_data import FfrfData
 
 #: Names and units of a pilot's six coordinates.
 PILOT_COORDINATES = ("Tx [m]", "Ty [m]", "Tz [m]", "Rx [rad]", "Ry [rad]", "Rz [rad]")
@@ -48,6 +49,9 @@ class ReducedModel:
         Of the body this was reduced from.
     provenance : mapping of str to str
         Inputs and versions that made it.
+    ffrf : FfrfData or None
+        Inertia invariants in the order of the coordinates; None for an assembly, whose parts tie coordinates of bodies that
+        have frames of their own.
 
     Raises
     ------
@@ -66,6 +70,7 @@ class ReducedModel:
     sensor_rows: NDArray[np.float64]
     mass_properties: MassProperties
     provenance: Mapping[str, str] = field(default_factory=dict)
+    ffrf: FfrfData | None = None
 
     def __post_init__(self) -> None:
         n = len(self.labels)
@@ -131,4 +136,5 @@ def turned(model: ReducedModel, angle: float, rename: Mapping[str, str]) -> Redu
         pilots={rename[name]: R @ point for name, point in model.pilots.items()},
         pilot_coordinates={rename[name]: rows for name, rows in model.pilot_coordinates.items()},
         mass_properties=MassProperties(mass.mass, R @ mass.centre, R @ mass.inertia @ R.T),
+        ffrf=model.ffrf.turned(R).transformed(Q.T) if model.ffrf else None,
     )

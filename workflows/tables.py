@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Group, RenderableType
+from rich.markup import escape
 from rich.table import Table
 
 from fe.deflection_curves import DeflectionCurve
@@ -16,6 +17,7 @@ from reduction.reduced_model import PILOT_COORDINATES, ReducedModel
 
 if TYPE_CHECKING:
     from workflows.compare_couplings import CouplingBracket
+    from workflows.export_body import ExportedBody
     from workflows.identify_parameters import Identification
     from workflows.run import Job
     from workflows.simulate_load_case import SimulatedLoadCases
@@ -78,6 +80,17 @@ def coupling_table(brackets: "dict[str, CouplingBracket]") -> RenderableType:
             orders.add_row(coupling, f"{content[3]:.4f}", f"{content[6]:.4f}", str(len(curve.peak_angles())))
         parts += [table, "", orders, ""]
     return Group(*parts)
+
+
+def export_table(exported: "ExportedBody") -> RenderableType:
+    """Files written and figures measured on the way."""
+    table = _table("exported body", "figure", "value")
+    for file in exported.files:
+        table.add_row("file", str(file))
+    for name, value in exported.figures.items():
+        # Square brackets would be read as markup.
+        table.add_row(escape(name), f"{value:.4g}")
+    return table
 
 
 def certificate_table(certificate: Certificate) -> RenderableType:

@@ -1,0 +1,137 @@
+"""Finite elements and reduction basis for Exudyn's FEMinterface, HDF5 of its file version 4.
+
+Exudyn reduces itself: it wants nodes, full matrices and the basis on all nodes, which a reduced body does not hold. So this
+export starts from the structure and its reduction. The basis leaves one pilot out, because Exudyn's floating frame already
+has the six rigid motions; the frame then follows that pilot.
+"""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fe.structural_model import StructuralModel
+from geometry.tet_mesh import TetMesh, boundary_facets
+from geometry.whole_files import whole_file
+from reduction.craig_bampton import Reduction
+from reduction.exports.ordered_body import FRAME, UNITS, header
+
+_FILE_VERSION = 4
+
+
+def write_exudyn(
+    structure: StructuralModel,
+    reduction: Reduction,
+    path: Path,
+    *,
+    mesh: TetMesh | None = None,
+    pilot: str | None = None,
+) -> None:
+    """Write a body for ``FEMinterface.LoadFromFile``.
+
+    Parameters
+    ----------
+    structure : StructuralModel
+        Body with distributing pilots.
+    reduction : Reduction
+        Its Craig-Bampton reduction.
+    path : Path
+        File of suffix .hdf5, by which Exudyn knows the format.
+    mesh : TetMesh, optional
+        Its mesh: elements and outer surface, for drawing.
+    pilot : str, optional
+        Pilot that the floating frame follows; the first by default.
+
+    Raises
+    ------
+    ValueError
+        Where the suffix is another or surfaces follow rigid pilots, whose nodes have no rows in the matrices.
+    KeyError
+        Where the body has no such pilot.
+    """
+    if path.suffix != ".hdf5":
+        raise ValueError(f"{path}: suffix {path.suffix!r}; expected .hdf5")
+    if len(structure.rigid_points):
+        raise ValueError(
+            f"{structure.name}: its pilots hold their surfaces rigid, and Exudyn needs every node's mass and stiffness; "
+            "expected distributing couplings (rbe3)"
+        )
+    model = reduction.model
+    held = next(iter(model.pilots)) if pilot is None else pilot
+    kept = np.setdiff1d(np.arange(model.n_coordinates), model.coordinates_of(held))
+    T = np.concatenate([reduction.Psi, reduction.modes.Phi], axis=1)[:, kept]
+    statement = "; ".join(header(model)) + f"; pilot {held} held, its columns left out of the basis"
+    with whole_file(path) as temporary, h5py.File(temporary, "w") as file:
+        _dictionary(file, "metaData", {"source": statement, "units": UNITS, "frame": FRAME})
+        _dictionary(file, "nodes", {"Position": structure.points})
+        _matrix(file, "massMatrix", structure.M)
+        _matrix(file, "stiffnessMatrix", structure.K)
+        _dictionary(file, "modeBasis", {"matrix": T, "type": "HCBmodes"})
+        _array(file, "eigenValues", reduction.modes.omega**2)
+        _list(file, "nodeSets", [_node_set(p.name, p.G) for p in structure.pilots])
+        _list(file, "elementSets", [])
+        _list(file, "elements", [{"Name": structure.name, "Tet10": mesh.tets}] if mesh else [])
+        _list(file, "surface", [_surface(mesh)] if mesh else [])
+        _dictionary(file, "postProcessingModes", {})
+        _number(file, "fileVersion", _FILE_VERSION)
+        _text(file, "type", "FEMinterface")
+
+
+def _node_set(name: str, G: sp.csr_array) -> dict[str, object]:
+    """Nodes of a pilot's surface with their share of its translation."""
+    share = sp.coo_array(G[:1])
+    used = share.data != 0.0
+    return {
+        "Name": name,
+        "NodeNumbers": share.coords[1][used] // 3,
+        "NodeWeights": share.data[used],
+        "type": "boundary",
+    }
+
+
+def _surface(mesh: TetMesh) -> dict[str, object]:
+    facets = boundary_facets(mesh.tets)
+    return {"Name": "outside", "Trigs": facets[:, :3], "Trigs6": facets}
+
+
+def _dictionary(parent: h5py.Group, name: str, items: dict[str, object]) -> None:
+    group = parent.create_group(name)
+    group.attrs["datatype"] = "dict"
+    for key, value in items.items():
+        if isinstance(value, str):
+            _text(group, key, value)
+        else:
+            _array(group, key, np.asarray(value))
+
+
+def _list(parent: h5py.Group, name: str, items: list[dict[str, object]]) -> None:
+    group = parent.create_group(name)
+    group.attrs["datatype"] = "list"
+    for number, item in enumerate(items):
+        _dictionary(group, f"item_{number}", item)
+
+
+def _array(parent: h5py.Group, name: str, values: NDArray[np.float64]) -> None:
+    parent[name] = values
+    parent[name].attrs["datatype"] = "ndarray"
+
+
+def _number(parent: h5py.Group, name: str, value: int) -> None:
+    parent[name] = value
+    parent[name].attrs["datatype"] = "int"
+
+
+def _text(parent: h5py.Group, name: str, value: str) -> None:
+    parent.create_dataset(name, data=value, dtype=h5py.string_dtype())
+    parent[name].attrs["datatype"] = "str"
+
+
+def _matrix(parent: h5py.Group, name: str, A: sp.csr_array) -> None:
+    csr = sp.csr_matrix(A)
+    group = parent.create_group(name)
+    group.attrs["datatype"] = "csr_matrix"
+    parts = {"data": csr.data, "indices": csr.indices, "indptr": csr.indptr, "shape": np.array(csr.shape)}
+    for key, value in parts.items():
+        group[key] = value

@@ -1,0 +1,80 @@
+"""Nastran external superelement: matrices in OP4, assembly and punch files, and a text that says what they hold."""
+
+from contextlib import ExitStack
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from pyyeti.nastran import bulk, n2p
+
+from geometry.whole_files import whole_file
+from reduction.exports.ordered_body import comments, header, ordered_body
+from reduction.reduced_model import ReducedModel
+
+#: Superelement number, also its Fortran unit; and the number of the first scalar point.
+SUPERELEMENT = 100
+FIRST_SPOINT = 1001
+
+
+def grid_numbers(n_pilots: int) -> list[int]:
+    """Grid points of the pilots, in their order: 1, 2, ..."""
+    return list(range(1, n_pilots + 1))
+
+
+def write_op4(model: ReducedModel, path: Path) -> tuple[Path, ...]:
+    """Write ``.op4`` (kaa, maa, baa in double precision), ``.asm``, ``.pch`` and ``.txt`` of the same stem.
+
+    Parameters
+    ----------
+    model : ReducedModel
+        A single body.
+    path : Path
+        File of suffix .op4; the others stand beside it.
+
+    Returns
+    -------
+    tuple of Path
+        The four files.
+
+    Raises
+    ------
+    ValueError
+        Where the body is an assembly or the suffix is another.
+    OSError
+        Where a file cannot be written.
+    """
+    if path.suffix != ".op4":
+        raise ValueError(f"{path}: suffix {path.suffix!r}; expected .op4")
+    body = ordered_body(model)
+    grids = grid_numbers(len(body.pilots))
+    uset = n2p.addgrid(None, grids, "b", 0, body.points, 0)
+    lines = [
+        *header(model),
+        *(f"Grid {grid}: pilot {name}" for grid, name in zip(grids, body.pilots, strict=True)),
+        f"Matrices kaa, maa, baa; superelement {SUPERELEMENT}; scalar points from {FIRST_SPOINT}, one a modal coordinate:",
+        *(f"Spoint {FIRST_SPOINT + i}: {label}" for i, label in enumerate(body.labels[6 * len(grids) :])),
+    ]
+    files = tuple(path.with_suffix(suffix) for suffix in (".op4", ".asm", ".pch", ".txt"))
+    for file in files:
+        # Four renames are not one step: what would stop one of them is looked for before the first.
+        if file.is_dir():
+            raise IsADirectoryError(f"{file}: is a folder; expected the name of a file")
+    with TemporaryDirectory() as folder, ExitStack() as stack:
+        bulk.wtextseout(
+            str(Path(folder) / "body"),
+            se=SUPERELEMENT,
+            bset=np.arange(6 * len(grids)),
+            uset=uset,
+            spoint1=FIRST_SPOINT,
+            kaa=body.K,
+            maa=body.M,
+            baa=body.D,
+        )
+        whole = [stack.enter_context(whole_file(file)) for file in files]
+        whole[0].write_bytes((Path(folder) / "body.op4").read_bytes())
+        for target in whole[1:3]:
+            # The first line names a temporary file; ours says what the body is.
+            text = (Path(folder) / f"body{target.suffix}").read_text().split("\n", 1)[1]
+            target.write_text("\n".join(comments("$", lines)) + "\n" + text, encoding="utf-8")
+        whole[3].write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return files

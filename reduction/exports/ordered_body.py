@@ -1,0 +1,141 @@
+"""A reduced body in the order that every export writes, and with one pilot held for codes with a floating frame."""
+
+import textwrap
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reduction.ffrf_data import FfrfData
+from reduction.reduced_model import ReducedModel
+
+#: Statement of units and frame in every header.
+UNITS = "SI units: m, kg, s, N, rad"
+FRAME = "body frame: x downwind along the rotation axis, z up, right-handed, origin on the upwind plate's upwind face"
+#: Columns of a comment: Nastran reads 80, MBDyn stops at a line above 255.
+_COMMENT_WIDTH = 76
+
+
+@dataclass(frozen=True, eq=False)
+class OrderedBody:
+    """Matrices of a reduced body, pilots first.
+
+    Parameters
+    ----------
+    K, M, D : ndarray, shape (n, n)
+        Stiffness, mass and damping, symmetric, SI.
+    labels : tuple of str
+        Coordinates in words.
+    pilots : tuple of str
+        Names of the pilots, whose coordinates are the first ``6 n_pilots``.
+    points : ndarray, shape (n_pilots, 3)
+        Their positions [m].
+    rows : ndarray of int, shape (n,)
+        Coordinates of the model in this order.
+    """
+
+    K: NDArray[np.float64]
+    M: NDArray[np.float64]
+    D: NDArray[np.float64]
+    labels: tuple[str, ...]
+    pilots: tuple[str, ...]
+    points: NDArray[np.float64]
+    rows: NDArray[np.int64]
+
+    @property
+    def n_modal(self) -> int:
+        """Number of modal coordinates."""
+        return len(self.labels) - 6 * len(self.pilots)
+
+
+@dataclass(frozen=True, eq=False)
+class HeldBody:
+    """A reduced body in the frame of one pilot that is held.
+
+    Parameters
+    ----------
+    pilot : str
+        The held pilot; the floating frame moves with it and keeps the body frame's axes.
+    K, M, D : ndarray, shape (n, n)
+        Matrices of the coordinates that are left: the other pilots', then the modal ones.
+    motion : ndarray, shape (n_pilots, 6, n)
+        Motion of every pilot, the held one among them, per unit coordinate.
+    ffrf : FfrfData
+        Inertia invariants of these coordinates about the body frame's origin.
+    """
+
+    pilot: str
+    K: NDArray[np.float64]
+    M: NDArray[np.float64]
+    D: NDArray[np.float64]
+    motion: NDArray[np.float64]
+    ffrf: FfrfData
+
+
+def ordered_body(model: ReducedModel) -> OrderedBody:
+    """Bring a body into the order of the exports.
+
+    Raises
+    ------
+    ValueError
+        Where pilots share coordinates, as tied ones in an assembly do: other codes tie nodes themselves.
+    """
+    pilot_rows = np.concatenate([model.coordinates_of(name) for name in model.pilots])
+    if len(np.unique(pilot_rows)) != len(pilot_rows):
+        raise ValueError(
+            f"{model.name}: pilots share coordinates; expected a single body, to be joined in the other code"
+        )
+    rows = np.concatenate([pilot_rows, np.setdiff1d(np.arange(model.n_coordinates), pilot_rows)])
+    K, M, D = ((A + A.T)[np.ix_(rows, rows)] / 2.0 for A in (model.K, model.M, model.D))
+    labels = tuple(model.labels[row] for row in rows)
+    return OrderedBody(K, M, D, labels, tuple(model.pilots), np.array(list(model.pilots.values())), rows)
+
+
+def held_body(model: ReducedModel, pilot: str | None = None) -> HeldBody:
+    """Hold one pilot, by default the first: a basis without rigid motion.
+
+    Raises
+    ------
+    ValueError
+        Where the body has no inertia invariants or those of other coordinates.
+    KeyError
+        Where the body has no such pilot.
+    """
+    body = ordered_body(model)
+    if model.ffrf is None:
+        raise ValueError(
+            f"{model.name} has no inertia invariants, which floating-frame codes need; expected a body file written by "
+            "this version of carrierflex reduce"
+        )
+    if model.ffrf.n_coordinates != model.n_coordinates:
+        raise ValueError(
+            f"{model.name}: inertia invariants of {model.ffrf.n_coordinates} coordinates; expected {model.n_coordinates}, one a "
+            "label"
+        )
+    held = body.pilots[0] if pilot is None else pilot
+    left_out = model.coordinates_of(held)
+    kept = np.flatnonzero(~np.isin(body.rows, left_out))
+    n, n_pilots = len(body.labels), len(body.pilots)
+    K, M, D = (A[np.ix_(kept, kept)] for A in (body.K, body.M, body.D))
+    motion = np.eye(n)[: 6 * n_pilots, kept].reshape(n_pilots, 6, -1)
+    basis = np.eye(n)[:, body.rows[kept]]
+    return HeldBody(held, K, M, D, motion, model.ffrf.transformed(basis))
+
+
+def header(model: ReducedModel) -> tuple[str, ...]:
+    """Lines that every header starts with: the body, units, frame and order."""
+    names = ", ".join(model.pilots)
+    return (
+        f"Reduced body {model.name}, Craig-Bampton, written by carrierflex",
+        UNITS,
+        FRAME,
+        f"Order: pilots {names}, six rows each (Tx Ty Tz Rx Ry Rz); then modal coordinates",
+    )
+
+
+def comments(mark: str, lines: Iterable[str]) -> tuple[str, ...]:
+    """Comment lines that begin with `mark`, long ones broken."""
+    return tuple(
+        f"{mark} {part}" for line in lines for part in textwrap.wrap(line, _COMMENT_WIDTH, subsequent_indent="    ")
+    )
