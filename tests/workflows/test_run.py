@@ -11,7 +11,7 @@ from identification.campaign_files import read_campaign
 from reduction.body_files import read_body
 from workflows import run
 
-COARSE = 0.06
+COARSE = 0.05
 
 
 @pytest.fixture(scope="module")
