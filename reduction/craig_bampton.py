@@ -11,6 +11,7 @@ from reduction.ffrf_data import ffrf_data
 from reduction.fixed_interface_modes import FixedInterfaceModes, fixed_interface_modes
 from reduction.held_structure import GroundedBody, HeldStructure
 from reduction.reduced_model import PILOT_COORDINATES, MassProperties, ReducedModel
+from reduction.rigid_body_checks import rigid_mass_properties
 
 #: Chosen, no damping being published for these parts: 2 % of critical on every fixed-interface mode.
 MODAL_DAMPING_RATIO = 0.02
@@ -110,12 +111,7 @@ def craig_bampton(
 def mass_properties(structure: StructuralModel) -> MassProperties:
     """Mass, centre and inertia from the mass matrix and the rigid motions, ``Rᵀ M R``."""
     R = structure.rigid_modes
-    rigid = R.T @ (structure.M @ R)
-    mass = float(np.trace(rigid[:3, :3]) / 3.0)
-    # The coupling block is m [c]×ᵀ: its entries are the centre of mass.
-    c = np.array([rigid[1, 5] - rigid[2, 4], rigid[2, 3] - rigid[0, 5], rigid[0, 4] - rigid[1, 3]]) / (2.0 * mass)
-    about_origin = rigid[3:, 3:]
-    return MassProperties(mass, c, about_origin - mass * (c @ c * np.eye(3) - np.outer(c, c)))
+    return rigid_mass_properties(R.T @ (structure.M @ R))
 
 
 def _labels(structure: StructuralModel, omega: NDArray[np.float64]) -> tuple[str, ...]:

@@ -4,14 +4,11 @@ from dataclasses import dataclass
 
 from fe.carrier_curves import CarrierDeflection, carrier_deflection, flexible_cases, stiff_cases
 from fe.structural_model import (
-    FLEXIBLE_CARRIER_PILOTS,
-    STIFF_CARRIER_PILOTS,
     StructuralModel,
-    structural_model,
 )
-from geometry.carrier_mesh import flexible_carrier_mesh, stiff_carrier_mesh
 from geometry.parameter_files import StageParameters
 from geometry.tet_mesh import TetMesh
+from workflows.named_bodies import body_structure
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,15 +22,13 @@ class CarrierVariant:
 
 def flexible_variant(stage: StageParameters, size: float) -> CarrierVariant:
     """Carrier without pins, solved under the unit load cases."""
-    mesh = flexible_carrier_mesh(stage.carrier, size)
-    structure = structural_model("flexible_carrier", mesh, stage.carrier, FLEXIBLE_CARRIER_PILOTS)
+    mesh, structure = body_structure("flexible_carrier", stage, size)
     cases = flexible_cases(stage.carrier, stage.gear)
     return CarrierVariant(mesh, structure, carrier_deflection(structure, mesh.surface("shaft_face"), cases))
 
 
 def stiff_variant(stage: StageParameters, size: float) -> CarrierVariant:
     """Carrier with bonded pins, solved under the unit load cases."""
-    mesh = stiff_carrier_mesh(stage.carrier, stage.pin, size)
-    structure = structural_model("stiff_carrier", mesh, stage.carrier, STIFF_CARRIER_PILOTS)
+    mesh, structure = body_structure("stiff_carrier", stage, size)
     cases = stiff_cases(stage.gear)
     return CarrierVariant(mesh, structure, carrier_deflection(structure, mesh.surface("shaft_face"), cases))

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from fe.carrier_curves import CASES, UNIT_TORQUE, flexible_cases, sensor_curve, stiff_cases
 from fe.deflection_curves import DeflectionCurve
 from fe.rigid_couplings import rigidly_coupled
-from fe.structural_model import FLEXIBLE_CARRIER_PILOTS, STIFF_CARRIER_PILOTS, StructuralModel, structural_model
-from geometry.carrier_mesh import DEFAULT_SIZE, flexible_carrier_mesh, stiff_carrier_mesh
+from fe.structural_model import StructuralModel
+from geometry.carrier_mesh import DEFAULT_SIZE
 from geometry.parameter_files import read_parameters
 from reduction.held_structure import GroundedBody, HeldStructure
+from workflows.named_bodies import body_structure
 from workflows.outputs import prepared_folder, save_json, versions
 from workflows.progress import Stages
 
@@ -66,22 +67,22 @@ def main(
     brackets = {}
     for variant in ("flexible", "stiff"):
         with stages.stage(f"{variant} carrier with both couplings"):
-            if variant == "flexible":
-                mesh, pilots = flexible_carrier_mesh(stage.carrier, size), FLEXIBLE_CARRIER_PILOTS
-                load = flexible_cases(stage.carrier, stage.gear)[CASES.index("both")]
-            else:
-                mesh, pilots = stiff_carrier_mesh(stage.carrier, stage.pin, size), STIFF_CARRIER_PILOTS
-                load = stiff_cases(stage.gear)[CASES.index("both")]
-            soft = structural_model(variant, mesh, stage.carrier, pilots)
-            bounds = [_bound(structure, load) for structure in (soft, rigidly_coupled(soft, mesh))]
+            cases = flexible_cases(stage.carrier, stage.gear) if variant == "flexible" else stiff_cases(stage.gear)
+            mesh, soft = body_structure(f"{variant}_carrier", stage, size)
+            bounds = [
+                _bound(variant, structure, cases[CASES.index("both")])
+                for structure in (soft, rigidly_coupled(soft, mesh))
+            ]
             (k_soft, curve_soft), (k_rigid, curve_rigid) = bounds
-            brackets[variant] = CouplingBracket(pilots[1:], np.array([k_soft, k_rigid]), (curve_soft, curve_rigid))
+            brackets[variant] = CouplingBracket(
+                tuple(pilot.name for pilot in soft.pilots[1:]), np.array([k_soft, k_rigid]), (curve_soft, curve_rigid)
+            )
     save_json(out / "couplings.json", {"size": size, "brackets": brackets, "versions": versions()})
     return brackets
 
 
 def _bound(
-    structure: StructuralModel, load: dict[str, NDArray[np.float64]]
+    name: str, structure: StructuralModel, load: dict[str, NDArray[np.float64]]
 ) -> tuple[NDArray[np.float64], DeflectionCurve]:
     """Own stiffness of every pilot but the first, which is held, and the torque curve."""
     body = GroundedBody(structure.K, structure.points, structure.rigid_points)
@@ -95,4 +96,4 @@ def _bound(
     )
     assert structure.sensors is not None
     readings = structure.sensors.rows @ u[:, -1]
-    return stiffness, sensor_curve(structure.name, readings, UNIT_TORQUE, structure.sensors.radius)
+    return stiffness, sensor_curve(name, readings, UNIT_TORQUE, structure.sensors.radius)

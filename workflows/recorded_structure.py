@@ -5,17 +5,13 @@ import json
 import numpy as np
 
 from fe.structural_model import (
-    FLEXIBLE_CARRIER_PILOTS,
-    PIN_PILOTS,
-    STIFF_CARRIER_PILOTS,
     StructuralModel,
-    structural_model,
 )
-from geometry.carrier_mesh import flexible_carrier_mesh, pin_mesh, stiff_carrier_mesh
 from geometry.parameter_files import StageParameters
 from geometry.parameters import CarrierParameters, GearData, PinParameters
 from geometry.tet_mesh import TetMesh
 from reduction.reduced_model import ReducedModel
+from workflows.named_bodies import body_structure
 
 #: A body made again is the same where its pilots' stiffness and mass differ by less than this, relatively.
 _SAME_BODY = 1e-6
@@ -42,20 +38,8 @@ def recorded_structure(model: ReducedModel) -> tuple[TetMesh, StructuralModel, i
     stage = StageParameters(
         CarrierParameters(**tables["carrier"]), PinParameters(**tables["pin"]), GearData(**tables["gear"])
     )
-    mesh, pilots = _mesh_and_pilots(model.name, stage, size)
-    return mesh, structural_model(model.name, mesh, stage.carrier, pilots), int(inputs["modes"])
-
-
-def _mesh_and_pilots(name: str, stage: StageParameters, size: float) -> tuple[TetMesh, tuple[str, ...]]:
-    if name == "pin":
-        return pin_mesh(stage.carrier, stage.pin, size), PIN_PILOTS
-    if name == "flexible_carrier":
-        return flexible_carrier_mesh(stage.carrier, size), FLEXIBLE_CARRIER_PILOTS
-    if name == "stiff_carrier":
-        return stiff_carrier_mesh(stage.carrier, stage.pin, size), STIFF_CARRIER_PILOTS
-    raise ValueError(
-        f"no finite elements are known for a body named {name!r}; expected pin, flexible_carrier or stiff_carrier"
-    )
+    mesh, structure = body_structure(model.name, stage, size)
+    return mesh, structure, int(inputs["modes"])
 
 
 def differences_from(model: ReducedModel, again: ReducedModel) -> dict[str, float]:

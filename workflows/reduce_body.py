@@ -7,13 +7,9 @@ import numpy as np
 
 from fe.rigid_couplings import rigidly_coupled
 from fe.structural_model import (
-    FLEXIBLE_CARRIER_PILOTS,
-    PIN_PILOTS,
-    STIFF_CARRIER_PILOTS,
     StructuralModel,
-    structural_model,
 )
-from geometry.carrier_mesh import DEFAULT_SIZE, flexible_carrier_mesh, pin_mesh, stiff_carrier_mesh
+from geometry.carrier_mesh import DEFAULT_SIZE
 from geometry.parameter_files import StageParameters, read_parameters
 from reduction.body_files import write_body
 from reduction.certificate import certify
@@ -21,16 +17,12 @@ from reduction.craig_bampton import craig_bampton
 from reduction.fixed_interface_modes import count_below
 from reduction.held_structure import GroundedBody, HeldStructure
 from reduction.reduced_model import ReducedModel
+from workflows.named_bodies import body_structure
 from workflows.outputs import prepared_folder, provenance
 from workflows.progress import Stages
 
 #: Fixed-interface modes kept where the user does not say.
 DEFAULT_MODES = 20
-_PILOTS: dict[str, tuple[str, ...]] = {
-    "pin": PIN_PILOTS,
-    "flexible_carrier": FLEXIBLE_CARRIER_PILOTS,
-    "stiff_carrier": STIFF_CARRIER_PILOTS,
-}
 
 
 def main(
@@ -103,11 +95,5 @@ def _n_modes(structure: StructuralModel, modes: int | None, max_frequency: float
 
 
 def _structure(body: str, variant: str, stage: StageParameters, size: float, *, coupling: str) -> StructuralModel:
-    if body == "pin":
-        name, mesh = "pin", pin_mesh(stage.carrier, stage.pin, size)
-    elif variant == "flexible":
-        name, mesh = "flexible_carrier", flexible_carrier_mesh(stage.carrier, size)
-    else:
-        name, mesh = "stiff_carrier", stiff_carrier_mesh(stage.carrier, stage.pin, size)
-    structure = structural_model(name, mesh, stage.carrier, _PILOTS[name])
+    mesh, structure = body_structure("pin" if body == "pin" else f"{variant}_carrier", stage, size)
     return structure if coupling == "rbe3" else rigidly_coupled(structure, mesh)

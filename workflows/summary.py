@@ -8,7 +8,7 @@ from fe.carrier_curves import UNIT_TORQUE
 from fe.deflection_curves import DeflectionCurve
 from fe.load_cases import gear_forces
 from fe.surface_integrals import rigid_motion
-from geometry.quality import mesh_quality
+from geometry.quality import MeshQuality, mesh_quality
 from identification.parameter_estimate import ParameterEstimate
 from workflows.check_mesh_convergence import STUDY_ORDERS
 
@@ -24,12 +24,13 @@ _TRUTHS = ("d_x", "phi_H", "theta_H", "phi_PLC", "theta_PLC", "rho_s", "rho_f")
 def job_summary(job: "Job", size: float) -> dict[str, Any]:
     """Collect inputs, figures and checks of the main job; amplitudes in um per kN m where the key says so."""
     forces = gear_forces(UNIT_TORQUE, job.stage.gear)
-    truth = _truth_table(job)
+    truth, pin_fit = _truth_table(job), _pin_fit(job)
+    quality = {name: mesh_quality(variant.mesh) for name, variant in job.variants.items()}
     return {
         "inputs": {"size": size, "stage": job.stage, "case": job.simulated.case.name},
         "gear_forces_per_knm": forces,
         "tilting_moment_nm": {"computed": forces.M_t, "paper": 30.3},
-        "mesh": {name: mesh_quality(variant.mesh) for name, variant in job.variants.items()},
+        "mesh": quality,
         "deflection_um_per_knm": {name: _curve(job.curves[name]) for name in ("delta_s", "delta_f")},
         "mesh_study": {
             "sizes": job.mesh_study.sizes,
@@ -38,7 +39,7 @@ def job_summary(job: "Job", size: float) -> dict[str, Any]:
             "flexible_um_per_knm": job.mesh_study.flexible * _UM,
             "stiff_um_per_knm": job.mesh_study.stiff * _UM,
         },
-        "pin_fit": _pin_fit(job),
+        "pin_fit": pin_fit,
         "frequencies_hz": {
             body.model.name: body.modes.omega / (2.0 * np.pi)
             for body in (job.reduced.flexible, job.reduced.stiff, job.reduced.pin)
@@ -58,7 +59,7 @@ def job_summary(job: "Job", size: float) -> dict[str, Any]:
             "placebo_rho": job.gap.ladder.placebo_rho,
             "noise_floor_um": job.gap.ladder.noise_floor * _UM,
         },
-        "checks": _checks(job, truth),
+        "checks": _checks(job, truth, pin_fit, list(quality.values())),
     }
 
 
@@ -125,15 +126,15 @@ def _against_truth(estimate: ParameterEstimate, name: str, run: str, truth: floa
     }
 
 
-def _checks(job: "Job", truth: dict[str, Any]) -> list[dict[str, Any]]:
+def _checks(
+    job: "Job", truth: dict[str, Any], pin_fit: dict[str, Any], quality: list[MeshQuality]
+) -> list[dict[str, Any]]:
     flexible, stiff = (job.variants[name] for name in ("flexible", "stiff"))
     tilting, tangential = (
         flexible.deflection.curves[case].axial_order_content().max() for case in ("tilting", "tangential")
     )
     mass = job.reduced.flexible.model.mass_properties.mass
     inside = [entry["inside_95_percent"] for run in truth.values() for entry in run.values()]
-    pin_fit = _pin_fit(job)
-    quality = [mesh_quality(variant.mesh) for variant in (flexible, stiff)]
     compliance = max(body.compliance_error for body in (job.reduced.flexible, job.reduced.stiff, job.reduced.pin))
     others = max(_largest_other(v.deflection.curves["tangential"]) for v in (flexible, stiff))
     rows: list[tuple[str, str, float, bool]] = [
