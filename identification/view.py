@@ -9,6 +9,7 @@ from identification.campaign import Channel
 from identification.carrier_identification import fitted_signal, two_revolutions
 from identification.carrier_models import CarrierModel
 from identification.parameter_estimate import ParameterEstimate
+from identification.printed_tables import FULL_TORQUE, LOAD_CASES, TABLE_4, DerivedFacts, Printed
 from identification.records import Run
 
 if TYPE_CHECKING:
@@ -167,3 +168,54 @@ def _draw_parameter(
     panel.set_xlim(-0.6, len(by_run) - 0.4)
     panel.set_ylabel(f"{_SYMBOLS.get(name, name)} [{unit}]")
     panel.grid(alpha=0.3)
+
+
+def printed_tables_figure(facts: DerivedFacts) -> "Figure":
+    """Rim deflection, misalignment and static saddle that the printed tables determine, with their intervals.
+
+    Parameters
+    ----------
+    facts : DerivedFacts
+        Values of the 2012 paper's tables 4 and 5.
+
+    Returns
+    -------
+    Figure
+        Three panels.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11.0, 3.6), layout="constrained")
+    deflection, tilt, saddle = figure.subplots(1, 3)
+    _draw_intervals(deflection, facts.deflection_per_torque, 1e9)
+    deflection.set(title="rim deflection over torque, RMS", ylabel="um per kN m")
+    if facts.common_deflection_per_torque is not None:
+        common = facts.common_deflection_per_torque
+        deflection.axhspan(common.low * 1e9, common.high * 1e9, color="tab:green", alpha=0.25, label="in common")
+        deflection.legend()
+    _draw_intervals(tilt, facts.phi_PLC, 1e3)
+    tilt.set(title=r"$\phi_{PLC}$", ylabel="mrad")
+    loads = np.array([-200e3, 260e3])
+    at_rest, slope = (part.value for part in facts.saddle_line)
+    saddle.plot(loads / 1e3, (at_rest + slope * loads) * 1e3, color="tab:blue", label="line at full torque")
+    for case, (share, load) in LOAD_CASES.items():
+        saddle.plot(
+            load / 1e3, TABLE_4[case][1] * 1e3, "o", color="tab:blue", mfc="tab:blue" if share == 1.0 else "none"
+        )
+        saddle.annotate(case, (load / 1e3, TABLE_4[case][1] * 1e3), xytext=(6, 4), textcoords="offset points")
+    saddle.axhline(0.0, color="0.7", linewidth=0.8)
+    saddle.set(title="what M2 leaves", xlabel="radial load, kN", ylabel="RMS, mm")
+    saddle.legend()
+    figure.suptitle(
+        f"2012 paper, tables 4 and 5, at {FULL_TORQUE / 1e3:.0f} kN m full torque; bars: what the digits allow"
+    )
+    return figure
+
+
+def _draw_intervals(axes: "Axes", by_case: Mapping[str, Printed], factor: float) -> None:
+    for k, quantity in enumerate(by_case.values()):
+        below, above = quantity.value - quantity.low, quantity.high - quantity.value
+        axes.errorbar(
+            k, quantity.value * factor, [[below * factor], [above * factor]], fmt="o", color="tab:blue", capsize=4
+        )
+    axes.set_xticks(range(len(by_case)), list(by_case))

@@ -43,6 +43,7 @@ def _application() -> Any:
         export_body,
         identify_parameters,
         mesh_carrier,
+        read_printed_tables,
         reduce_body,
         run,
         simulate_load_case,
@@ -60,6 +61,7 @@ def _application() -> Any:
         ("certificate", check_certificate.main, tables.certificate_table),
         ("simulate", simulate_load_case.main, tables.campaign_table),
         ("identify", identify_parameters.main, tables.estimate_table),
+        ("printed-tables", read_printed_tables.main, tables.printed_tables_table),
     ):
         app.command(_shown_by(table, workflow), name=name)
     return app

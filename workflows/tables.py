@@ -10,6 +10,7 @@ from rich.table import Table
 
 from fe.deflection_curves import DeflectionCurve
 from geometry.quality import MeshQuality
+from identification.printed_tables import DerivedFacts
 from identification.result_tables import parameter_rows, rms_rows
 from reduction.certificate import Certificate
 from reduction.mode_names import mode_names
@@ -153,4 +154,21 @@ def _mesh_study_table(job: "Job") -> RenderableType:
     for row, (size, n_dofs) in enumerate(zip(study.sizes, study.n_dofs, strict=True)):
         values = (*study.flexible[row], *study.stiff[row])
         table.add_row(f"{size:g}", str(n_dofs), *(f"{value * 1e6:.4f}" for value in values))
+    return table
+
+
+def printed_tables_table(facts: DerivedFacts) -> RenderableType:
+    """What the printed tables determine, each with the interval of its digits."""
+    table = _table("2012 paper, tables 4 and 5", "quantity", "unit", "value", "low", "high")
+    rows = [(f"rim deflection {case}, RMS", "um", q, 1e6) for case, q in facts.deflection_rms.items()]
+    rows += [(f"rim deflection {case}, RMS", "um/kN m", q, 1e9) for case, q in facts.deflection_per_torque.items()]
+    if facts.common_deflection_per_torque is not None and facts.order_3_amplitude is not None:
+        rows.append(("in common to all load cases, RMS", "um/kN m", facts.common_deflection_per_torque, 1e9))
+        rows.append(("in common, amplitude of order 3", "um/kN m", facts.order_3_amplitude, 1e9))
+    rows += [(f"phi_PLC {case}", "mrad", q, 1e3) for case, q in facts.phi_PLC.items()]
+    rows.append(("static saddle without radial load", "mm", facts.saddle_line[0], 1e3))
+    rows.append(("static saddle over radial load", "um/kN", facts.saddle_line[1], 1e9))
+    rows.append(("radial load without a saddle", "kN", facts.saddle_zero, 1e-3))
+    for name, unit, quantity, factor in rows:
+        table.add_row(name, unit, *(f"{q * factor:.4g}" for q in (quantity.value, quantity.low, quantity.high)))
     return table
