@@ -40,6 +40,7 @@ def _application() -> Any:
         check_certificate,
         compare_couplings,
         compute_curves,
+        estimate_gear_life,
         export_body,
         identify_parameters,
         mesh_carrier,
@@ -60,6 +61,7 @@ def _application() -> Any:
         ("export", export_body.main, tables.export_table),
         ("certificate", check_certificate.main, tables.certificate_table),
         ("simulate", simulate_load_case.main, tables.campaign_table),
+        ("gear-life", estimate_gear_life.main, tables.gear_life_table),
         ("identify", identify_parameters.main, tables.estimate_table),
         ("printed-tables", read_printed_tables.main, tables.printed_tables_table),
     ):

@@ -18,6 +18,7 @@ from reduction.reduced_model import PILOT_COORDINATES, ReducedModel
 
 if TYPE_CHECKING:
     from workflows.compare_couplings import CouplingBracket
+    from workflows.estimate_gear_life import GearLife
     from workflows.export_body import ExportedBody
     from workflows.identify_parameters import Identification
     from workflows.run import Job
@@ -172,3 +173,18 @@ def printed_tables_table(facts: DerivedFacts) -> RenderableType:
     for name, unit, quantity, factor in rows:
         table.add_row(name, unit, *(f"{q * factor:.4g}" for q in (quantity.value, quantity.low, quantity.high)))
     return table
+
+
+def gear_life_table(found: "GearLife") -> RenderableType:
+    """Pressure and life of both meshes, aligned and at chosen misalignments."""
+    table = _table("gear mesh", "misalignment, urad", "pressure, sun, MPa", "life", "pressure, ring, MPa", "life")
+    for k in np.linspace(0, len(found.misalignment) - 1, 6).round().astype(int):
+        cells = [
+            (f"{mesh.aligned_pressure * mesh.pressure_ratio[k] / 1e6:.0f}", f"{mesh.life_ratio[k]:.3f}")
+            for mesh in found.meshes.values()
+        ]
+        table.add_row(f"{found.misalignment[k] * 1e6:.0f}", *(cell for pair in cells for cell in pair))
+    papers = _table("1.5 % more pressure (2012 paper, life 0.77)", "mesh", "misalignment, urad")
+    for name, mesh in found.meshes.items():
+        papers.add_row(f"planet and {name}", f"{mesh.papers_misalignment * 1e6:.0f}")
+    return Group(table, papers)
