@@ -34,7 +34,7 @@ LARGEST_TABLE = 1_000_000_000  # cells of a Parquet file: 8 GB of numbers
 CASE_COPY = "case.toml"
 
 #: How a missing sample may be written.
-_MISSING = ["", "nan", "NaN", "NAN", "NA"]
+MISSING = ["", "nan", "NaN", "NAN", "NA"]
 
 
 def read_campaign(folder: Path) -> Campaign:
@@ -86,7 +86,7 @@ def read_campaign_header(folder: Path) -> CampaignHeader:
     try:
         document = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{DOCUMENT_NAME}: not a TOML file: {_one_line(error)}") from error
+        raise ValueError(f"{DOCUMENT_NAME}: not a TOML file: {one_line(error)}") from error
     return campaign_header(document)
 
 
@@ -161,7 +161,18 @@ def _read_run(folder: Path, entry: RunEntry, header: CampaignHeader, expected: M
     if not path.is_file():
         raise ValueError(f"{DOCUMENT_NAME}: run {entry.name}: file '{entry.file}' is not in the folder {folder}")
     table = _read_parquet(path, expected) if path.suffix.lower() == ".parquet" else _read_csv(path, expected)
-    columns = {name: _as_floats(table[name], f"{path.name}: column '{name}'") for name in table.column_names}
+    columns = {name: as_floats(table[name], f"{path.name}: column '{name}'") for name in table.column_names}
+    return run_of_table(columns, entry, header, path.name)
+
+
+def run_of_table(columns: Mapping[str, np.ndarray], entry: RunEntry, header: CampaignHeader, file: str) -> Run:
+    """Run from the columns of its file, or of a piece of it.
+
+    Raises
+    ------
+    ValueError
+        Where the record is not as the contract says; the message names the file.
+    """
     names = [channel.name for channel in header.channels]
     try:
         return Run(
@@ -172,16 +183,37 @@ def _read_run(folder: Path, entry: RunEntry, header: CampaignHeader, expected: M
             inputs={name: columns[name] for name in header.contract.inputs},
             signals={name: columns[name] for name in names},
             predictions={
-                name: columns[name + PREDICTION_SUFFIX] for name in names if name + PREDICTION_SUFFIX in expected
+                name: columns[name + PREDICTION_SUFFIX] for name in names if name + PREDICTION_SUFFIX in columns
             },
         )
     except ValueError as error:
-        raise ValueError(f"{path.name}: {error}") from error
+        raise ValueError(f"{file}: {error}") from error
 
 
 def _read_csv(path: Path, expected: Mapping[str, str]) -> pa.Table:
     if path.stat().st_size > LARGEST_CSV:
         raise ValueError(f"{path.name}: {path.stat().st_size} bytes; expected at most {LARGEST_CSV}")
+    found = csv_header(path, expected)
+    convert = pa_csv.ConvertOptions(
+        column_types=dict.fromkeys(found, pa.float64()), null_values=MISSING, quoted_strings_can_be_null=True
+    )
+    read = pa_csv.ReadOptions(column_names=found, skip_rows=1)
+    try:
+        return pa_csv.read_csv(path, read_options=read, convert_options=convert)
+    except pa.ArrowInvalid as error:
+        if "Empty CSV" in str(error):
+            raise ValueError(f"{path.name}: no samples below the header; expected at least one") from error
+        raise ValueError(f"{path.name}: {one_line(error)}; expected numbers in every column") from error
+
+
+def csv_header(path: Path, expected: Mapping[str, str]) -> list[str]:
+    """Column names of a CSV run file, checked against the campaign.
+
+    Raises
+    ------
+    ValueError
+        Where the header line is too long, not text, or does not match.
+    """
     with path.open("rb") as file:
         line = file.readline(LARGEST_HEADER + 1)
     if len(line) > LARGEST_HEADER:
@@ -192,16 +224,7 @@ def _read_csv(path: Path, expected: Mapping[str, str]) -> pa.Table:
         raise ValueError(f"{path.name}: the header line is not UTF-8 text; expected column names") from error
     found = [name.strip('"') for name in text.split(",")]
     check_columns(found, expected, path.name)
-    convert = pa_csv.ConvertOptions(
-        column_types=dict.fromkeys(found, pa.float64()), null_values=_MISSING, quoted_strings_can_be_null=True
-    )
-    read = pa_csv.ReadOptions(column_names=found, skip_rows=1)
-    try:
-        return pa_csv.read_csv(path, read_options=read, convert_options=convert)
-    except pa.ArrowInvalid as error:
-        if "Empty CSV" in str(error):
-            raise ValueError(f"{path.name}: no samples below the header; expected at least one") from error
-        raise ValueError(f"{path.name}: {_one_line(error)}; expected numbers in every column") from error
+    return found
 
 
 def _read_parquet(path: Path, expected: Mapping[str, str]) -> pa.Table:
@@ -213,11 +236,17 @@ def _read_parquet(path: Path, expected: Mapping[str, str]) -> pa.Table:
             raise ValueError(f"{path.name}: {cells} cells; expected at most {LARGEST_TABLE}")
         return file.read()
     except (pa.ArrowInvalid, OSError) as error:
-        raise ValueError(f"{path.name}: not a Parquet file: {_one_line(error)}") from error
+        raise ValueError(f"{path.name}: not a Parquet file: {one_line(error)}") from error
 
 
-def _as_floats(column: pa.ChunkedArray, where: str) -> np.ndarray:
-    """Numbers of a column, missing ones NaN, in an array of their own."""
+def as_floats(column: pa.ChunkedArray, where: str) -> np.ndarray:
+    """Numbers of a column, missing ones NaN, in an array of their own.
+
+    Raises
+    ------
+    ValueError
+        Where the column holds something else.
+    """
     if not (pa.types.is_floating(column.type) or pa.types.is_integer(column.type)):
         raise ValueError(f"{where}: holds {column.type}; expected numbers")
     values = column.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
@@ -236,6 +265,6 @@ def _write_run(run: Run, path: Path) -> None:
             pa_csv.write_csv(table, file, pa_csv.WriteOptions(include_header=False))
 
 
-def _one_line(error: Exception) -> str:
+def one_line(error: Exception) -> str:
     """First line of an exception's message."""
     return str(error).splitlines()[0].rstrip(".") if str(error) else type(error).__name__

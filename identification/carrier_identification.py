@@ -1,19 +1,22 @@
 """Identification of the carrier's motion: models M1 and M2 fitted run by run or jointly, in closed form."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.block_bootstrap import FEWEST_SAMPLES, with_bootstrap
 from identification.campaign import Campaign, Channel
 from identification.carrier_models import CarrierModel
 from identification.least_squares import joint_fit
-from identification.normal_equations import normal_equations
-from identification.parameter_estimate import ParameterEstimate, parameter_estimate
+from identification.normal_equations import NormalEquations, normal_equations
+from identification.parameter_estimate import ParameterEstimate, parameter_estimate, with_residuals_of
 from identification.records import Run
 from identification.revolutions import whole_revolutions
+from identification.robust_loss import huber_equations
 from identification.scatter_of_runs import with_scatter_of_runs
-from simulation.run_cases import AXIAL
+from simulation.run_cases import AXIAL, RADIAL
 
 
 def axial_channels(campaign: Campaign) -> tuple[Channel, ...]:
@@ -34,7 +37,48 @@ def axial_channels(campaign: Campaign) -> tuple[Channel, ...]:
     return channels
 
 
-def identify_jointly(campaign: Campaign, model: CarrierModel) -> ParameterEstimate:
+def rim_channels(campaign: Campaign) -> tuple[Channel, ...]:
+    """Axial and radial rim sensors of a carrier campaign; refuses what :func:`axial_channels` refuses."""
+    return (*axial_channels(campaign), *campaign.channels_of(RADIAL))
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """How a model is fitted.
+
+    Parameters
+    ----------
+    radial : bool
+        Fit the radial sensors too; the model then needs their motion
+        (:func:`~identification.carrier_models.with_radial_motion`).
+    huber : bool
+        Huber's loss instead of squares: outliers count linearly.
+    bootstrap : int
+        Samples of the block bootstrap over revolutions that gives the covariance; 0: the jackknife.
+    seed : int
+        Of the bootstrap.
+
+    Raises
+    ------
+    ValueError
+        Where the number of samples is negative, or too small for a covariance.
+    """
+
+    radial: bool = False
+    huber: bool = False
+    bootstrap: int = 0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.bootstrap < 0 or 0 < self.bootstrap < FEWEST_SAMPLES:
+            raise ValueError(f"bootstrap is {self.bootstrap} samples; expected 0 (none) or at least {FEWEST_SAMPLES}")
+
+
+#: Axial sensors, squared residuals, jackknife: the papers' way.
+LEAST_SQUARES = FitOptions()
+
+
+def identify_jointly(campaign: Campaign, model: CarrierModel, options: FitOptions = LEAST_SQUARES) -> ParameterEstimate:
     """Fit one model to all runs at once; shared parameters get one value.
 
     Parameters
@@ -43,6 +87,8 @@ def identify_jointly(campaign: Campaign, model: CarrierModel) -> ParameterEstima
         Campaign of kind ``carrier``.
     model : CarrierModel
         :func:`~identification.carrier_models.rigid_model`, ``flexible_model`` or another list of effects.
+    options : FitOptions
+        Sensors, loss and source of the covariance.
 
     Returns
     -------
@@ -59,10 +105,14 @@ def identify_jointly(campaign: Campaign, model: CarrierModel) -> ParameterEstima
     .. [1] 2012 paper, section 2.3. Its five parameters need no search: equations (1) and (7) are linear in d_x, the
        two components of each tilt, rho_s and rho_f.
     """
-    return _identify(campaign.runs, axial_channels(campaign), model)
+    return _identify(campaign.runs, _fitted_channels(campaign, options), model, options)
 
 
-def identify_each_run(campaign: Campaign, model: CarrierModel) -> dict[str, ParameterEstimate]:
+def identify_each_run(
+    campaign: Campaign,
+    model: CarrierModel,
+    options: FitOptions = LEAST_SQUARES,
+) -> dict[str, ParameterEstimate]:
     """Fit one model to every run by itself, the way of the papers.
 
     Parameters
@@ -71,6 +121,8 @@ def identify_each_run(campaign: Campaign, model: CarrierModel) -> dict[str, Para
         Campaign of kind ``carrier``.
     model : CarrierModel
         Model; every parameter becomes one of the run.
+    options : FitOptions
+        Sensors, loss and source of the covariance.
 
     Returns
     -------
@@ -83,14 +135,60 @@ def identify_each_run(campaign: Campaign, model: CarrierModel) -> dict[str, Para
         As :func:`identify_jointly`.
     """
     own = CarrierModel(model.name, tuple(effect.each_run() for effect in model.effects))
-    channels = axial_channels(campaign)
-    return {run.name: _identify((run,), channels, own) for run in campaign.runs}
+    channels = _fitted_channels(campaign, options)
+    return {run.name: _identify((run,), channels, own, options) for run in campaign.runs}
 
 
-def _identify(runs: Sequence[Run], channels: Sequence[Channel], model: CarrierModel) -> ParameterEstimate:
-    equations = [normal_equations(run, channels, model) for run in runs]
-    fit = with_scatter_of_runs(joint_fit(equations, model.shared), equations, model.shared)
+def identify_from_sums(
+    equations: Sequence[NormalEquations],
+    model: CarrierModel,
+    options: FitOptions = LEAST_SQUARES,
+) -> ParameterEstimate:
+    """Solve a model from the sums of its runs, as a long record that is read in pieces leaves them.
+
+    Parameters
+    ----------
+    equations : sequence of NormalEquations
+        One for each run, of `model`.
+    model : CarrierModel
+        Model.
+    options : FitOptions
+        Source of the covariance; sensors and loss were decided with the sums.
+
+    Returns
+    -------
+    ParameterEstimate
+        Shared parameters and those of every run.
+    """
+    if options.bootstrap:
+        rng = np.random.default_rng(options.seed)
+        fit = with_bootstrap(joint_fit(equations, model.shared), equations, options.bootstrap, rng)
+    else:
+        fit = with_scatter_of_runs(joint_fit(equations, model.shared), equations, model.shared)
     return parameter_estimate(model, equations, fit)
+
+
+def _fitted_channels(campaign: Campaign, options: FitOptions) -> tuple[Channel, ...]:
+    return rim_channels(campaign) if options.radial else axial_channels(campaign)
+
+
+def fitted_equations(campaign: Campaign, model: CarrierModel, options: FitOptions) -> list[NormalEquations]:
+    """Sums of every run for the sensors and the loss that the options ask for."""
+    channels = _fitted_channels(campaign, options)
+    if options.huber:
+        return huber_equations(campaign.runs, channels, model)
+    return [normal_equations(run, channels, model) for run in campaign.runs]
+
+
+def _identify(
+    runs: Sequence[Run], channels: Sequence[Channel], model: CarrierModel, options: FitOptions
+) -> ParameterEstimate:
+    if options.huber:
+        weighted = huber_equations(runs, channels, model)
+        estimate = identify_from_sums(weighted, model, options)
+        # The RMS is that of all samples, outliers included, whatever weight they had in the fit.
+        return with_residuals_of(estimate, [normal_equations(run, channels, model) for run in runs])
+    return identify_from_sums([normal_equations(run, channels, model) for run in runs], model, options)
 
 
 def fitted_signal(run: Run, channel: Channel, model: CarrierModel, estimate: ParameterEstimate) -> NDArray[np.float64]:

@@ -1,14 +1,16 @@
 """Writing of identification.json."""
 
+import dataclasses
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from geometry.whole_files import whole_file
 from identification.parameter_estimate import SHARED, ParameterEstimate
+from identification.robust_loss import Outliers
 
 FORMAT = "carrierflex-identification"
 VERSION = 1
@@ -23,7 +25,12 @@ def software_name() -> str:
 
 
 def identification_document(
-    campaign: str, estimates: Mapping[str, ParameterEstimate] | ParameterEstimate, *, seconds: float, model_runs: int
+    campaign: str,
+    estimates: Mapping[str, ParameterEstimate] | ParameterEstimate,
+    *,
+    seconds: float,
+    model_runs: int,
+    outliers: Sequence[Outliers] = (),
 ) -> dict[str, Any]:
     """Content of identification.json.
 
@@ -37,6 +44,8 @@ def identification_document(
         Time the identification took [s].
     model_runs : int
         Evaluations of the model; 1 for a closed-form fit.
+    outliers : sequence of Outliers
+        Flagged samples; they took part in the fit.
 
     Returns
     -------
@@ -58,6 +67,9 @@ def identification_document(
         "shared": _parameters(first, SHARED) if joint else {},
         "runs": {run: _run(estimate, run) for run, estimate in by_run.items()},
         "undetermined": list(texts),
+        "outliers": [dataclasses.asdict(flag) for flag in outliers],
+        "covariance_source": first.covariance_source,
+        "correlation": {key: _correlation(one) for key, one in ({"": first} if joint else by_run).items()},
         "model_runs": model_runs,
         "seconds": seconds,
     }
@@ -75,6 +87,12 @@ def write_identification(path: Path, document: Mapping[str, Any]) -> None:
     """
     with whole_file(path) as temporary:
         temporary.write_text(json.dumps(document, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def _correlation(estimate: ParameterEstimate) -> dict[str, Any]:
+    """Parameters, those of one run as ``LC1.d_x``, and the rows of their correlation matrix."""
+    labels = [f"{scope}.{name}".lstrip(".") for name, scope in zip(estimate.names, estimate.scopes, strict=True)]
+    return {"parameters": labels, "matrix": [[_finite(value) for value in row] for row in estimate.correlation]}
 
 
 def _run(estimate: ParameterEstimate, run: str) -> dict[str, Any]:

@@ -41,7 +41,9 @@ class JointFit:
     condition_number : float
         Of the scaled design, over the determined directions.
     unseen : ndarray, shape (n_unseen, q)
-        Directions in the unknowns, scaled, that the data cannot see.
+        Directions in the unknowns, each divided by its `column_scale`, that the data cannot see.
+    column_scale : ndarray, shape (q,)
+        Inverse length of every unknown's column of the design.
     """
 
     unknowns: NDArray[np.float64]
@@ -51,6 +53,7 @@ class JointFit:
     confidence_factor: NDArray[np.float64]
     condition_number: float
     unseen: NDArray[np.float64]
+    column_scale: NDArray[np.float64]
 
     @property
     def undetermined(self) -> NDArray[np.bool_]:
@@ -141,6 +144,7 @@ def joint_fit(equations: Sequence[NormalEquations], shared: Sequence[bool]) -> J
         confidence_factor=np.full(n_unknowns, student_t.ppf(0.975, freedom)),
         condition_number=float(np.sqrt(eigenvalues[kept][-1] / eigenvalues[kept][0])),
         unseen=vectors[:, ~kept].T,
+        column_scale=scale,
     )
 
 
@@ -169,9 +173,25 @@ def unseen_in_words(fit: JointFit, labels: Sequence[str]) -> tuple[str, ...]:
     for number in range(n_groups):
         members = np.flatnonzero((group == number) & mixed)
         if members.size:
-            names = " and ".join(labels[int(k)] for k in members)
-            sentences.append(f"{names} cannot be told apart: these signals see only a combination of them")
+            sentences.append(_group_in_words(fit, members, labels))
     return tuple(sentences)
+
+
+def _group_in_words(fit: JointFit, members: NDArray[np.int64], labels: Sequence[str]) -> str:
+    """Say which combination of unknowns is determined, where it is a single one."""
+    names = " and ".join(labels[int(k)] for k in members)
+    unseen = (fit.unseen * fit.column_scale)[:, members]
+    _, sizes, directions = np.linalg.svd(unseen / np.abs(unseen).max())
+    n_unseen = int((sizes > _NEGLIGIBLE_SHARE).sum())
+    if members.size - n_unseen != 1:
+        n_seen = members.size - n_unseen
+        return f"{names} cannot be told apart: these signals see only {n_seen} combinations of them"
+    seen = directions[-1] / directions[-1][np.argmax(np.abs(directions[-1]))]
+    terms = " + ".join(
+        f"{'' if np.isclose(share, 1.0) else f'{share:.3g} '}{labels[int(k)]}"
+        for k, share in zip(members, seen, strict=True)
+    ).replace("+ -", "- ")
+    return f"{names} cannot be told apart: only {terms} is determined"
 
 
 def _column_scale(matrix: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -5,7 +5,7 @@ with the length of the record. With columns scaled to unit length the condition 
 below 100, so that squaring it costs four digits of sixteen; :mod:`identification.least_squares` checks it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,7 +76,12 @@ class NormalEquations:
         )
 
 
-def normal_equations(run: Run, channels: Sequence[Channel], model: CarrierModel) -> NormalEquations:
+def normal_equations(
+    run: Run,
+    channels: Sequence[Channel],
+    model: CarrierModel,
+    weights: Mapping[str, NDArray[np.float64]] | None = None,
+) -> NormalEquations:
     """Accumulate the normal equations of one run over its whole revolutions.
 
     Parameters
@@ -84,9 +89,11 @@ def normal_equations(run: Run, channels: Sequence[Channel], model: CarrierModel)
     run : Run
         Record.
     channels : sequence of Channel
-        Axial channels to fit, each sample with the same weight.
+        Rim channels to fit.
     model : CarrierModel
         Model with p coefficients.
+    weights : mapping of str to ndarray, shape (n,), optional
+        Weight of every squared residual, by channel; 1 without it.
 
     Returns
     -------
@@ -99,24 +106,63 @@ def normal_equations(run: Run, channels: Sequence[Channel], model: CarrierModel)
         Where the carrier turns by less than one revolution, or every sample is missing.
     """
     revolutions = whole_revolutions(run)
-    n_coefficients = len(model.coefficients)
-    shape = (revolutions.n_revolutions, len(channels))
-    matrix = np.zeros((*shape, n_coefficients, n_coefficients))
-    right_side = np.zeros((*shape, n_coefficients))
-    square_sum = np.zeros(shape)
-    n_samples = np.zeros(shape, dtype=np.int64)
-    for r, samples in enumerate(revolutions.samples):
-        for c, channel in enumerate(channels):
-            signal = run.signals[channel.name][samples]
-            present = samples[np.isfinite(signal)]
-            signal = run.signals[channel.name][present]
-            design = model.design({name: values[present] for name, values in run.inputs.items()}, channel)
-            matrix[r, c] = design.T @ design
-            right_side[r, c] = design.T @ signal
-            square_sum[r, c] = signal @ signal
-            n_samples[r, c] = present.size
-    if n_samples.sum() == 0:
-        raise ValueError(f"run {run.name}: every sample of {', '.join(c.name for c in channels)} is missing")
-    return NormalEquations(
-        run.name, tuple(channel.name for channel in channels), matrix, right_side, square_sum, n_samples
-    )
+    sums = RevolutionSums.empty(revolutions.n_revolutions, len(channels), len(model.coefficients))
+    for c, channel in enumerate(channels):
+        weight = None if weights is None else weights[channel.name]
+        sums.add(c, revolutions.samples, model.design(run.inputs, channel), run.signals[channel.name], weight)
+    return sums.equations(run.name, channels)
+
+
+@dataclass(frozen=True, eq=False)
+class RevolutionSums:
+    """Sums that grow as samples are added; arrays as in :class:`NormalEquations`."""
+
+    matrix: NDArray[np.float64]
+    right_side: NDArray[np.float64]
+    square_sum: NDArray[np.float64]
+    n_samples: NDArray[np.int64]
+
+    @classmethod
+    def empty(cls, n_revolutions: int, n_channels: int, n_coefficients: int) -> "RevolutionSums":
+        """Sums of no samples."""
+        shape = (n_revolutions, n_channels)
+        return cls(
+            np.zeros((*shape, n_coefficients, n_coefficients)),
+            np.zeros((*shape, n_coefficients)),
+            np.zeros(shape),
+            np.zeros(shape, dtype=np.int64),
+        )
+
+    def add(
+        self,
+        channel: int,
+        samples: Sequence[NDArray[np.int64]],
+        design: NDArray[np.float64],
+        signal: NDArray[np.float64],
+        weight: NDArray[np.float64] | None = None,
+    ) -> None:
+        """Add samples of one channel: `samples[r]` are the rows that belong to revolution r; missing ones are skipped."""
+        present = np.isfinite(signal)
+        for r, rows in enumerate(samples):
+            kept = rows[present[rows]]
+            if kept.size == 0:
+                continue
+            X, y = design[kept], signal[kept]
+            Xw, yw = (X, y) if weight is None else (X * weight[kept, None], y * weight[kept])
+            self.matrix[r, channel] += X.T @ Xw
+            self.right_side[r, channel] += Xw.T @ y
+            self.square_sum[r, channel] += y @ yw
+            self.n_samples[r, channel] += kept.size
+
+    def equations(self, run: str, channels: Sequence[Channel]) -> NormalEquations:
+        """Sums of one run under the names of its channels.
+
+        Raises
+        ------
+        ValueError
+            Where every sample is missing.
+        """
+        if self.n_samples.sum() == 0:
+            raise ValueError(f"run {run}: every sample of {', '.join(c.name for c in channels)} is missing")
+        names = tuple(channel.name for channel in channels)
+        return NormalEquations(run, names, self.matrix, self.right_side, self.square_sum, self.n_samples)

@@ -81,6 +81,12 @@ class ParameterEstimate:
         half = self.confidence_factor * self.std
         return np.column_stack([self.values - half, self.values + half])
 
+    @property
+    def correlation(self) -> NDArray[np.float64]:
+        """Correlation of the parameters, shape (m, m); NaN beside what the data cannot see."""
+        with np.errstate(invalid="ignore"):
+            return self.covariance / np.outer(self.std, self.std)
+
     def index(self, name: str, run: str) -> int:
         """Place of a run's parameter: its own, or the one that all runs share.
 
@@ -123,8 +129,6 @@ def parameter_estimate(model: CarrierModel, equations: Sequence[NormalEquations]
     covariance[blind, :] = covariance[:, blind] = 0.0
     covariance[blind, blind] = np.inf
     coefficients = {name: fit.run_coefficients(k) for k, name in enumerate(runs)}
-    squared = {run.run: run.squared_error(coefficients[run.run]) for run in equations}
-    n_samples = {run.run: run.n_samples for run in equations}
     estimate = ParameterEstimate(
         model=model.name,
         names=tuple(name for name, *_ in named),
@@ -134,8 +138,39 @@ def parameter_estimate(model: CarrierModel, equations: Sequence[NormalEquations]
         covariance=covariance,
         covariance_source=fit.covariance_source,
         confidence_factor=np.where(jacobian != 0.0, fit.confidence_factor, 0.0).max(axis=1),
+        rms=np.nan,
+        rms_by_run={},
+        rms_by_channel={},
+        condition_number=fit.condition_number,
+        undetermined=unseen_in_words(fit, _labels(model, runs, fit)),
+        n_samples=0,
+        n_revolutions={run.run: run.n_revolutions for run in equations},
+        run_coefficients=coefficients,
+    )
+    return with_residuals_of(_with_directionless_tilts(estimate), equations)
+
+
+def with_residuals_of(estimate: ParameterEstimate, equations: Sequence[NormalEquations]) -> ParameterEstimate:
+    """Copy with the RMS of the residuals that the estimate leaves in the given sums.
+
+    Parameters
+    ----------
+    estimate : ParameterEstimate
+        Estimate with the coefficients of every run.
+    equations : sequence of NormalEquations
+        Unweighted sums of every run.
+
+    Returns
+    -------
+    ParameterEstimate
+        Copy with ``rms``, ``rms_by_run``, ``rms_by_channel`` and ``n_samples`` of these sums.
+    """
+    squared = {run.run: run.squared_error(estimate.run_coefficients[run.run]) for run in equations}
+    n_samples = {run.run: run.n_samples for run in equations}
+    return replace(
+        estimate,
         rms=_rms(np.concatenate(list(squared.values())), np.concatenate(list(n_samples.values()))),
-        rms_by_run={name: _rms(squared[name], n_samples[name]) for name in runs},
+        rms_by_run={name: _rms(squared[name], n_samples[name]) for name in squared},
         rms_by_channel={
             run.run: {
                 channel: _rms(squared[run.run][:, c], n_samples[run.run][:, c])
@@ -143,13 +178,8 @@ def parameter_estimate(model: CarrierModel, equations: Sequence[NormalEquations]
             }
             for run in equations
         },
-        condition_number=fit.condition_number,
-        undetermined=unseen_in_words(fit, _labels(model, runs, fit)),
         n_samples=sum(int(count.sum()) for count in n_samples.values()),
-        n_revolutions={run.run: run.n_revolutions for run in equations},
-        run_coefficients=coefficients,
     )
-    return _with_directionless_tilts(estimate)
 
 
 def _parameters(

@@ -171,3 +171,47 @@ def saddle_pattern(carrier_angle: NDArray[np.float64], sensor_angle: float) -> N
     the residuals of the 2012 paper's table 4.
     """
     return np.full_like(carrier_angle, np.cos(2.0 * (sensor_angle - SADDLE_ANGLE)))
+
+
+def housing_offset_pattern(
+    carrier_angle: NDArray[np.float64], sensor_angle: float, direction: float
+) -> NDArray[np.float64]:
+    """Radial signal of a unit displacement of the carrier fixed to the housing: ``cos(direction - v)``.
+
+    Parameters
+    ----------
+    carrier_angle : ndarray
+        Carrier angle theta [rad]; the pattern does not depend on it.
+    sensor_angle : float
+        Housing angle v of the sensor [rad].
+    direction : float
+        Housing angle of the displacement [rad]: 0 is +z, -pi/2 is +y.
+
+    Returns
+    -------
+    ndarray, shape of `carrier_angle`
+        Displacement along e(v) per displacement [m/m].
+    """
+    return np.full_like(carrier_angle, np.cos(direction - sensor_angle))
+
+
+def carrier_offset_pattern(
+    carrier_angle: NDArray[np.float64], sensor_angle: float, direction: float
+) -> NDArray[np.float64]:
+    """Radial signal of a unit eccentricity that turns with the carrier: ``cos(direction + theta - v)``.
+
+    Parameters
+    ----------
+    carrier_angle : ndarray
+        Carrier angle theta [rad].
+    sensor_angle : float
+        Housing angle v of the sensor [rad].
+    direction : float
+        Carrier-frame angle of the eccentricity [rad].
+
+    Returns
+    -------
+    ndarray, shape of `carrier_angle`
+        Displacement along e(v) per eccentricity [m/m].
+    """
+    return np.cos(direction + carrier_angle - sensor_angle)

@@ -129,8 +129,8 @@ def mesh_contact(
     if not math.isfinite(misalignment):
         raise ValueError(f"misalignment is {misalignment} rad; expected a finite angle")
     width = pair.face_width / n_slices
-    x = (np.arange(n_slices) + 0.5) * width - 0.5 * pair.face_width
-    phase = np.arange(n_phases) / n_phases
+    x = (np.arange(n_slices, dtype=np.float64) + 0.5) * width - 0.5 * pair.face_width
+    phase = np.arange(n_phases, dtype=np.float64) / n_phases
     s = _line_positions(pair, phase, x)
     gap = misalignment * x + flank.crowning * (2.0 * x / pair.face_width) ** 2 + _relief(pair, flank, s)
     begin, end = pair.path_of_contact

@@ -5,37 +5,67 @@ identification.json with the plots of the paper's figures 9 to 11. A good answer
 constant of each sensor, its RMS is never above that of M1, and rho_s and rho_f are not negative.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
 from typing import Literal
 
 from fe.curve_files import read_curves
+from fe.deflection_curves import DeflectionCurve
 from identification.campaign import Campaign
-from identification.campaign_files import read_campaign
-from identification.carrier_identification import axial_channels, identify_each_run, identify_jointly
-from identification.carrier_models import CarrierModel, flexible_model, rigid_model
+from identification.campaign_document import CampaignHeader
+from identification.campaign_files import read_campaign, read_campaign_header
+from identification.carrier_identification import (
+    FitOptions,
+    axial_channels,
+    identify_each_run,
+    identify_jointly,
+    residual_signal,
+    rim_channels,
+)
+from identification.carrier_models import CarrierModel, flexible_model, rigid_model, with_radial_motion
 from identification.estimate_files import identification_document, write_identification
+from identification.long_records import is_long
 from identification.parameter_estimate import ParameterEstimate
+from identification.piecewise_identification import identify_in_pieces
+from identification.pin_angle import identify_with_pin_angle
+from identification.robust_loss import Outliers, flagged_outliers
 from identification.view import parameters_figure, rms_figure, signals_figure
 from workflows.outputs import prepared_folder, save_figure
 from workflows.progress import Stages
 
+#: Model and estimate by model name and run.
+Fits = Mapping[str, Mapping[str, tuple[CarrierModel, ParameterEstimate]]]
+
 
 @dataclass(frozen=True, eq=False)
 class Identification:
-    """What the workflow found: names, estimates by model and run (a joint one under every run), fit time [s], files."""
+    """What the workflow found.
+
+    Names, estimates by model and run (a joint one under every run), fit time [s], files, and samples far outside.
+    """
 
     campaign: str
     model: str
     estimates: Mapping[str, Mapping[str, ParameterEstimate]]
     seconds: float
     files: tuple[Path, ...]
+    outliers: tuple[Outliers, ...] = field(default=())
 
 
 def main(
-    campaign: Path, *, model: Literal["m1", "m2"], out: Path, per_run: bool = False, quiet: bool = False
+    campaign: Path,
+    *,
+    model: Literal["m1", "m2"],
+    out: Path,
+    per_run: bool = False,
+    sensors: Literal["axial", "all"] = "axial",
+    loss: Literal["squares", "huber"] = "squares",
+    free_pin_angle: bool = False,
+    bootstrap: int = 0,
+    seed: int = 0,
+    quiet: bool = False,
 ) -> Identification:
     """Identify the motion of the planet carrier from a measurement campaign.
 
@@ -49,7 +79,16 @@ def main(
         Folder for identification.json and the plots.
     per_run : bool
         Fit every run by itself, the papers' way, instead of sharing phi_PLC, theta_PLC, rho_s and rho_f.
-
+    sensors : {"axial", "all"}
+        Axial sensors, the papers' way, or the radial ones too: rigid radial motion joins the model.
+    loss : {"squares", "huber"}
+        Squared residuals, or Huber's loss, which keeps outliers from moving the parameters.
+    free_pin_angle : bool
+        Fit the carrier-frame angle theta_rho of pin 1 too (model m2).
+    bootstrap : int
+        Samples of a block bootstrap over revolutions for the errors, 50 or more; 0: the jackknife over revolutions.
+    seed : int
+        Seed of the bootstrap.
     quiet : bool
         Show no progress.
 
@@ -61,62 +100,106 @@ def main(
     Raises
     ------
     ValueError
-        Where the campaign is refused or is of another kind.
+        Where the campaign is refused or is of another kind, or choices exclude one another.
     OSError
         Where `out` cannot be written.
     """
+    options = FitOptions(sensors == "all", loss == "huber", bootstrap, seed)
+    if free_pin_angle and model != "m2":
+        raise ValueError("--free-pin-angle belongs to the deflection curves; expected --model m2")
     stages = Stages(3, quiet)
     with stages.stage(f"reading {campaign}"):
-        measured = read_campaign(campaign)
-        models = _models(measured, campaign, model)
+        header = read_campaign_header(campaign)
+        measured = _in_memory(campaign, header, one_pass=not (free_pin_angle or options.huber))
+    models = _models(header, campaign, model, options)
     prepared_folder(out)
-    identify = identify_each_run if per_run else _identify_jointly
-    estimates: dict[str, Mapping[str, ParameterEstimate]] = {}
-    with stages.stage("least squares"):
-        for one in models:
-            start = perf_counter()
-            estimates[one.name] = identify(measured, one)
-            seconds = perf_counter() - start
-    found = estimates[model]
-    reported = found if per_run else next(iter(found.values()))
+    with stages.stage("least squares" if measured else "least squares, record in pieces"):
+        start = perf_counter()
+        if measured is None:
+            measured, estimates = identify_in_pieces(campaign, header, models, options, per_run=per_run)
+        else:
+            estimates = {one.name: _identified(measured, one, options, per_run) for one in models}
+        fits = {one.name: {run: (one, fit) for run, fit in estimates[one.name].items()} for one in models}
+        if free_pin_angle:
+            turned = identify_with_pin_angle(measured, *_curves(header, campaign), options, per_run=per_run)
+            fits["m2"] = {run: (turn.model, turn.estimate) for run, turn in turned.items()}
+        seconds = perf_counter() - start
+    return _written(out, measured, fits, stages, model=model, per_run=per_run, seconds=seconds)
+
+
+def _in_memory(folder: Path, header: CampaignHeader, *, one_pass: bool) -> Campaign | None:
+    """Campaign with its records; None where they are too long and one pass over them is enough."""
+    if not is_long(folder, header):
+        campaign = read_campaign(folder)
+        axial_channels(campaign)  # refuses a campaign of another kind before anything is written
+        return campaign
+    if not one_pass:
+        raise ValueError(
+            "records this long are read once, in pieces; --loss huber and --free-pin-angle need shorter ones"
+        )
+    return None
+
+
+def _written(
+    out: Path, measured: Campaign, fits: Fits, stages: Stages, *, model: str, per_run: bool, seconds: float
+) -> Identification:
+    """Write identification.json and the plots."""
+    outliers = _outliers(measured, fits[model])
+    found = {name: {run: estimate for run, (_, estimate) in by_run.items()} for name, by_run in fits.items()}
+    reported = found[model] if per_run else next(iter(found[model].values()))
     with stages.stage(f"writing {out}"):
-        document = identification_document(measured.name, reported, seconds=seconds, model_runs=1)
+        document = identification_document(measured.name, reported, seconds=seconds, model_runs=1, outliers=outliers)
         write_identification(out / "identification.json", document)
-        names = _drawn(out, measured, models, estimates)
+        names = _drawn(out, measured, fits)
     files = tuple(out / name for name in ("identification.json", *names))
-    return Identification(measured.name, model, estimates, seconds, files)
+    return Identification(measured.name, model, found, seconds, files, outliers)
 
 
-def _drawn(
-    out: Path,
-    measured: Campaign,
-    models: Sequence[CarrierModel],
-    estimates: Mapping[str, Mapping[str, ParameterEstimate]],
-) -> tuple[str, ...]:
+def _identified(
+    measured: Campaign, model: CarrierModel, options: FitOptions, per_run: bool
+) -> Mapping[str, ParameterEstimate]:
+    if per_run:
+        return identify_each_run(measured, model, options)
+    return dict.fromkeys([run.name for run in measured.runs], identify_jointly(measured, model, options))
+
+
+def _outliers(measured: Campaign, fits: Mapping[str, tuple[CarrierModel, ParameterEstimate]]) -> tuple[Outliers, ...]:
+    """Samples far outside the identified motion; of a record in pieces those of the first piece."""
+    found: list[Outliers] = []
+    for run in measured.runs:
+        model, estimate = fits[run.name]
+        channels = [c for c in rim_channels(measured) if c.name in estimate.rms_by_channel[run.name]]
+        found += flagged_outliers(run, {c.name: residual_signal(run, c, model, estimate) for c in channels})
+    return tuple(found)
+
+
+def _drawn(out: Path, measured: Campaign, fits: Fits) -> tuple[str, ...]:
     """Write the plots into `out`; their names."""
     channels = axial_channels(measured)
+    estimates = {name: {run: one for run, (_, one) in by_run.items()} for name, by_run in fits.items()}
     figures = {"rms.png": rms_figure(estimates), "parameters.png": parameters_figure(estimates)}
     for run in measured.runs:
-        fits = [(one, estimates[one.name][run.name]) for one in models]
-        figures[f"signals_{Path(run.file).stem}.png"] = signals_figure(run, channels, fits)
+        shown = [by_run[run.name] for by_run in fits.values()]
+        figures[f"signals_{Path(run.file).stem}.png"] = signals_figure(run, channels, shown)
     for name, figure in figures.items():
         save_figure(out / name, figure)
     return tuple(figures)
 
 
-def _identify_jointly(measured: Campaign, model: CarrierModel) -> dict[str, ParameterEstimate]:
-    return dict.fromkeys([run.name for run in measured.runs], identify_jointly(measured, model))
-
-
-def _models(measured: Campaign, folder: Path, last: str) -> list[CarrierModel]:
+def _models(header: CampaignHeader, folder: Path, last: str, options: FitOptions) -> list[CarrierModel]:
     """Models up to the one asked for: M2 is shown beside M1."""
-    axial_channels(measured)  # refuses a campaign of another kind before anything is written
-    if last == "m1":
-        return [rigid_model()]
-    if "deflection_curves" in measured.rig:
-        curves = read_curves(folder / measured.rig["deflection_curves"])
+    models = [rigid_model()]
+    if last == "m2" and header.contract.name == "carrier":
+        models.append(flexible_model(*_curves(header, folder)))
+    return [with_radial_motion(one) for one in models] if options.radial else models
+
+
+def _curves(header: CampaignHeader, folder: Path) -> tuple[DeflectionCurve, DeflectionCurve]:
+    """Stiff and flexible curve: the campaign's own, or the default carrier's."""
+    if "deflection_curves" in header.rig:
+        curves = read_curves(folder / header.rig["deflection_curves"])
     else:
         from workflows.default_curves import default_curves
 
         curves = default_curves()
-    return [rigid_model(), flexible_model(curves["delta_s"], curves["delta_f"])]
+    return curves["delta_s"], curves["delta_f"]

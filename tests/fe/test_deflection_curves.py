@@ -72,3 +72,12 @@ WRONG = [
 def test_impossible_curves_are_refused(axial, radial, message):
     with pytest.raises(ValueError, match=rf"deflection curve delta_f: .*{message}"):
         DeflectionCurve("delta_f", 0.412, 1000.0, axial, radial)
+
+
+def test_long_records_are_read_from_a_table_that_equals_the_series():
+    rng = np.random.default_rng(3)
+    curve = DeflectionCurve("rough", 0.412, 1.0, rng.standard_normal(360), rng.standard_normal(360))
+    angle = rng.uniform(-50.0, 50.0, 20000)
+    for at in (curve.axial_at, curve.radial_at):
+        pieces = np.concatenate([at(part) for part in np.split(angle, 10)])
+        assert_allclose(at(angle), pieces, rtol=0.0, atol=1e-9)

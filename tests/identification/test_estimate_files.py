@@ -20,7 +20,7 @@ def test_joint_document_separates_shared_parameters_from_those_of_the_runs(tmp_p
     document = json.loads(path.read_text())
     assert list(document) == [
         *("format", "version", "campaign", "model", "software", "shared", "runs"),
-        *("undetermined", "model_runs", "seconds"),
+        *("undetermined", "outliers", "covariance_source", "correlation", "model_runs", "seconds"),
     ]
     assert (document["format"], document["version"]) == ("carrierflex-identification", 1)
     assert (document["campaign"], document["model"]) == ("twin", "m2")
