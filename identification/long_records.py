@@ -16,8 +16,8 @@ from identification.carrier_models import CarrierModel
 from identification.normal_equations import NormalEquations, RevolutionSums
 from identification.records import Run
 
-#: Samples of one piece: a dozen columns of it take some 50 MB.
-PIECE = 500_000
+#: Samples of one piece: a dozen columns of it take some 20 MB.
+PIECE = 200_000
 #: Bytes of CSV text read at a time.
 _CSV_BLOCK = 32_000_000
 #: Groups of revolutions kept apart for the jackknife; beyond, neighbours are put together in pairs.
@@ -71,7 +71,7 @@ def run_pieces(folder: Path, entry: RunEntry, header: CampaignHeader) -> Iterato
 def _tables(path: Path, expected: Mapping[str, str]) -> Iterator[pa.Table]:
     try:
         if path.suffix.lower() == ".parquet":
-            with pa_parquet.ParquetFile(path) as file:
+            with pa_parquet.ParquetFile(path, pre_buffer=False) as file:
                 check_columns(file.schema_arrow.names, expected, path.name)
                 for batch in file.iter_batches(batch_size=PIECE):
                     yield pa.Table.from_batches([batch])
@@ -172,7 +172,7 @@ class _Groups:
         self._length *= 2
 
 
-def is_long(folder: Path, header: CampaignHeader, largest_size: int = 1_000_000_000) -> bool:
+def is_long(folder: Path, header: CampaignHeader, largest_size: int = 200_000_000) -> bool:
     """Whether the run files are together larger than `largest_size` bytes, or hold more than that in numbers."""
     total = 0
     for entry in header.runs:
