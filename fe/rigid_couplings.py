@@ -12,13 +12,15 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.couplings import Pilot
+from fe.couplings import Pilot, described_nodes
+from fe.pilot_overlaps import independence, shared_nodes
+from fe.rigid_fit import ALL_COMPONENTS, fitted_motion
 from fe.structural_model import StructuralModel
 from fe.surface_integrals import rigid_motion
 from geometry.tet_mesh import TetMesh
 
 
-def rigidly_coupled(structure: StructuralModel, mesh: TetMesh) -> StructuralModel:
+def rigidly_coupled(structure: StructuralModel, mesh: TetMesh, names: tuple[str, ...] | None = None) -> StructuralModel:
     """Copy of a body whose pilots hold their surfaces rigid instead of following their mean motion.
 
     Parameters
@@ -27,6 +29,8 @@ def rigidly_coupled(structure: StructuralModel, mesh: TetMesh) -> StructuralMode
         Body with distributing pilots, as :func:`fe.structural_model.structural_model` makes it.
     mesh : TetMesh
         Its mesh.
+    names : tuple of str, optional
+        Pilots to make rigid, the others staying as they are; all of them by default.
 
     Returns
     -------
@@ -36,22 +40,28 @@ def rigidly_coupled(structure: StructuralModel, mesh: TetMesh) -> StructuralMode
 
     Raises
     ------
+    KeyError
+        Where the body has no pilot of that name.
     ValueError
-        Where two surfaces share nodes, which cannot follow two pilots; the message says which.
+        Where two rigid surfaces share nodes, which cannot follow two pilots, where a surface is a point or a line, which would
+        leave a rotation of its pilot to nothing, where a rigid pilot has fewer than six components, or where a rigid surface
+        takes the nodes that another pilot needs; the message says which nodes.
     """
-    surfaces = {pilot.name: np.unique(mesh.surface(pilot.name)) for pilot in structure.pilots}
-    _refuse_shared_nodes(surfaces)
-    n = len(mesh.points)
-    is_free = np.ones(n, dtype=bool)
+    rigid = _chosen(structure.pilots, names)
+    surfaces = {pilot.name: np.unique(mesh.surface(pilot.name)) for pilot in rigid}
+    _refuse_shared_nodes(surfaces, mesh.points)
+    _refuse_loose_pilots(rigid, surfaces, mesh.points)
+    is_free = np.ones(len(mesh.points), dtype=bool)
     for nodes in surfaces.values():
         is_free[nodes] = False
     free = np.flatnonzero(is_free)
-    L = _coordinates(mesh, free, structure.pilots, surfaces)
-    n_dofs = L.shape[1]
-    first = 3 * len(free)
+    L = _coordinates(mesh, free, rigid, surfaces)
+    own = {pilot.name: _selection(3 * len(free) + 6 * number, L.shape[1]) for number, pilot in enumerate(rigid)}
     pilots = tuple(
-        replace(pilot, G=_selection(first + 6 * number, n_dofs)) for number, pilot in enumerate(structure.pilots)
+        replace(pilot, G=own[pilot.name] if pilot.name in own else sp.csr_array(pilot.G @ L))
+        for pilot in structure.pilots
     )
+    _refuse_robbed_pilots(structure.pilots, pilots, surfaces, mesh.points)
     sensors = structure.sensors
     return StructuralModel(
         name=structure.name,
@@ -60,22 +70,69 @@ def rigidly_coupled(structure: StructuralModel, mesh: TetMesh) -> StructuralMode
         points=mesh.points[free],
         pilots=pilots,
         sensors=replace(sensors, rows=sp.csr_array(sensors.rows @ L)) if sensors else None,
-        rigid_points=np.array([pilot.point for pilot in structure.pilots]),
+        rigid_points=np.array([pilot.point for pilot in rigid]).reshape(-1, 3),
         L=L,
     )
 
 
-def _refuse_shared_nodes(surfaces: dict[str, NDArray[np.int64]]) -> None:
-    names = list(surfaces)
-    for i, first in enumerate(names):
-        for second in names[i + 1 :]:
-            shared = np.intersect1d(surfaces[first], surfaces[second])
-            if len(shared):
-                shown = ", ".join(str(node) for node in shared[:6]) + (" ..." if len(shared) > 6 else "")
-                raise ValueError(
-                    f"rigid surfaces {first!r} and {second!r} share {len(shared)} nodes ({shown}), which cannot follow two "
-                    "pilots; expected surfaces without common nodes"
-                )
+def _chosen(pilots: tuple[Pilot, ...], names: tuple[str, ...] | None) -> tuple[Pilot, ...]:
+    if names is None:
+        return pilots
+    unknown = [name for name in names if name not in {pilot.name for pilot in pilots}]
+    if unknown:
+        raise KeyError(
+            f"no pilot {unknown[0]!r} to make rigid; the body has {', '.join(pilot.name for pilot in pilots)}"
+        )
+    return tuple(pilot for pilot in pilots if pilot.name in names)
+
+
+def _refuse_robbed_pilots(
+    before: tuple[Pilot, ...],
+    after: tuple[Pilot, ...],
+    rigid_surfaces: dict[str, NDArray[np.int64]],
+    points: NDArray[np.float64],
+) -> None:
+    """Refuse distributing pilots whose nodes are rigid ones' to such a part that they cannot move on their own."""
+    averaged = {pilot.name: np.unique(pilot.G.indices // 3) for pilot in before if pilot.name not in rigid_surfaces}
+    shared = {
+        pair: nodes for pair, nodes in shared_nodes({**rigid_surfaces, **averaged}).items() if pair[1] in averaged
+    }
+    if not shared:
+        return
+    rank, _ = independence(after)
+    if rank < sum(len(pilot.components) for pilot in after):
+        overlaps = "; ".join(
+            f"{first!r} and {second!r} share {described_nodes(points, nodes)}"
+            for (first, second), nodes in shared.items()
+        )
+        raise ValueError(
+            f"with {', '.join(map(repr, rigid_surfaces))} rigid the pilots cannot move independently: {overlaps}; expected a "
+            "distributing coupling with nodes of its own"
+        )
+
+
+def _refuse_shared_nodes(surfaces: dict[str, NDArray[np.int64]], points: NDArray[np.float64]) -> None:
+    for (first, second), nodes in shared_nodes(surfaces).items():
+        raise ValueError(
+            f"rigid surfaces {first!r} and {second!r} share {described_nodes(points, nodes)}, which cannot follow two pilots; "
+            "expected surfaces without common nodes"
+        )
+
+
+def _refuse_loose_pilots(
+    pilots: tuple[Pilot, ...], surfaces: dict[str, NDArray[np.int64]], points: NDArray[np.float64]
+) -> None:
+    for pilot in pilots:
+        nodes = surfaces[pilot.name]
+        subject = f"rigid surface {pilot.name!r} with {described_nodes(points, nodes)}"
+        if pilot.components != ALL_COMPONENTS:
+            raise ValueError(
+                f"{subject}: its pilot has components {pilot.components} only; a rigid coupling holds all six, expected "
+                f"{ALL_COMPONENTS}"
+            )
+        reference = points[nodes].mean(axis=0) if len(nodes) else pilot.point
+        R = rigid_motion(points[nodes], reference).reshape(-1, 6)
+        fitted_motion(R.T @ R, R.T, pilot.point - reference, ALL_COMPONENTS, subject=subject)
 
 
 def _coordinates(

@@ -7,12 +7,14 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.assembly import assemble_mass, assemble_stiffness
+from fe.assembly import assemble_stiffness_and_mass
 from fe.couplings import Pilot, distributing_pilot
 from fe.load_cases import PilotLoad, midspan_x, radial
 from fe.materials import BODY_MATERIALS, Material
+from fe.pilot_overlaps import refuse_dependent_pilots
 from fe.rim_circle import rim_recovery
 from fe.surface_integrals import rigid_body_modes
+from geometry.carrier_interface import CarrierInterface
 from geometry.parameters import CarrierParameters, pin_angles
 from geometry.tet_mesh import TetMesh
 
@@ -90,20 +92,22 @@ class StructuralModel:
 
         Raises
         ------
-        KeyError
-            Where a load names a pilot that the body does not have.
+        KeyError, ValueError
+            Where a load names a pilot that the body does not have, or acts on a motion that the pilot does not couple.
         """
         f = np.zeros(self.n_dofs)
         pilots = {pilot.name: pilot for pilot in self.pilots}
         for name, load in loads.items():
             if name not in pilots:
                 raise KeyError(f"{self.name} has no pilot {name!r}; it has {', '.join(pilots)}")
-            f += pilots[name].G.T @ load
+            f += pilots[name].nodal_forces(load)
         return f
 
 
-def carrier_pilot_points(carrier: CarrierParameters) -> dict[str, NDArray[np.float64]]:
+def carrier_pilot_points(carrier: CarrierParameters | CarrierInterface) -> dict[str, NDArray[np.float64]]:
     """Pilot positions [m] by surface name: shaft face, bearing seats, bores, pin mid-spans."""
+    if isinstance(carrier, CarrierInterface):
+        return dict(carrier.points)
     seat_x = carrier.length_between_faces + carrier.seat_length / 2.0
     points = {
         "shaft_face": np.array([-carrier.hub_length, 0.0, 0.0]),
@@ -124,7 +128,7 @@ def carrier_pilot_points(carrier: CarrierParameters) -> dict[str, NDArray[np.flo
 def structural_model(
     name: str,
     mesh: TetMesh,
-    carrier: CarrierParameters,
+    carrier: CarrierParameters | CarrierInterface,
     pilots: tuple[str, ...],
     *,
     materials: Mapping[str, Material] = BODY_MATERIALS,
@@ -137,8 +141,8 @@ def structural_model(
         Name of the body.
     mesh : TetMesh
         Mesh with the surfaces that `pilots` names.
-    carrier : CarrierParameters
-        Dimensions that place the pilots [m].
+    carrier : CarrierParameters or CarrierInterface
+        Dimensions that place the pilots [m], or the pilots' places read off the mesh.
     pilots : tuple of str
         Surfaces to couple, in the order the reduced coordinates will have.
     materials : mapping
@@ -152,21 +156,25 @@ def structural_model(
     Raises
     ------
     KeyError, ValueError
-        Where a surface is missing or cannot hold a pilot, or a body has no material.
+        Where a surface is missing or cannot hold a pilot, pilots on shared nodes are dependent, or a body has no material.
     """
     points = carrier_pilot_points(carrier)
     coupled = tuple(distributing_pilot(mesh, surface, points[surface]) for surface in pilots)
+    refuse_dependent_pilots(coupled, mesh.points)
     sensors = _rim_sensors(mesh, carrier.sensor_radius) if "rim_face" in mesh.surfaces else None
-    return StructuralModel(
-        name, assemble_stiffness(mesh, materials), assemble_mass(mesh, materials), mesh.points, coupled, sensors
-    )
+    K, M = assemble_stiffness_and_mass(mesh, materials)
+    return StructuralModel(name, K, M, mesh.points, coupled, sensors)
+
+
+def sensor_names() -> tuple[str, ...]:
+    """Names of the sensor circle's rows: axial, then radial displacement at every angle [deg]."""
+    return tuple(f"rim_{kind}_{degree:03d}" for kind in ("axial", "radial") for degree in range(N_SENSOR_ANGLES))
 
 
 def _rim_sensors(mesh: TetMesh, radius: float) -> Sensors:
     angles = 2.0 * np.pi * np.arange(N_SENSOR_ANGLES) / N_SENSOR_ANGLES
     axial, radial_rows = rim_recovery(mesh, radius, angles)
-    names = [f"rim_{kind}_{degree:03d}" for kind in ("axial", "radial") for degree in range(N_SENSOR_ANGLES)]
-    return Sensors(tuple(names), radius, sp.csr_array(sp.vstack([axial, radial_rows])))
+    return Sensors(sensor_names(), radius, sp.csr_array(sp.vstack([axial, radial_rows])))
 
 
 #: Interface of the carrier without pins.

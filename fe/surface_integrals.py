@@ -89,13 +89,24 @@ def surface_moments(
     Z : ndarray, shape (6, 6)
         ``Z = ∫ Rᵀ R dA``; equal to B times the nodes' rigid motion, the elements being isoparametric.
     """
-    corners = mesh.points[facets]
+    nodes, local = np.unique(facets, return_inverse=True)
+    own, Z = facet_moments(mesh.points[nodes], local.reshape(-1, 6), origin)
+    B = np.zeros((6, len(mesh.points), 3))
+    B[:, nodes] = own
+    return B, Z
+
+
+def facet_moments(
+    points: NDArray[np.float64], facets: NDArray[np.int64], origin: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """:func:`surface_moments` of facets that number the nodes of their own surface only, `points` of shape (n, 3) [m]."""
+    corners = points[facets]
     x = np.einsum("qi,kia->kqa", _N, corners)
     tangents = np.einsum("qib,kia->kqba", _DN, corners)
     area = np.linalg.norm(np.cross(tangents[..., 0, :], tangents[..., 1, :]), axis=-1) * _WEIGHTS
     R = rigid_motion(x, origin)
     Z = np.einsum("kq,kqai,kqaj->ij", area, R, R, optimize=True)
-    B = np.zeros((6, len(mesh.points), 3))
+    B = np.zeros((6, len(points), 3))
     shares = np.einsum("kq,qn,kqai->kina", area, _N, R, optimize=True)
     np.add.at(B, (np.arange(6)[None, :, None], facets[:, None, :]), shares)
     return B, Z

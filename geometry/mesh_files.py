@@ -1,15 +1,20 @@
-"""Mesh files through meshio: gmsh .msh, VTK .vtu and Abaqus .inp, named surfaces as sets."""
+"""Mesh files through meshio: gmsh .msh, VTK .vtu and Abaqus .inp, named surfaces as sets; .msh is read back."""
 
+import struct
 from pathlib import Path
 
 import meshio
+import meshio.gmsh
 import numpy as np
+from numpy.typing import NDArray
 
-from geometry.tet_mesh import TetMesh
+from geometry.mesh_checks import check_mesh
+from geometry.tet_mesh import TetMesh, boundary_facets
 from geometry.whole_files import whole_file
 
 #: Format of meshio's writer by suffix.
 _FORMATS = {".msh": "gmsh22", ".vtu": "vtu", ".inp": "abaqus"}
+_ABAQUS_WIDTH = 20
 
 
 def write_mesh(mesh: TetMesh, path: Path) -> None:
@@ -28,7 +33,8 @@ def write_mesh(mesh: TetMesh, path: Path) -> None:
     check_mesh_path(path)
     builders = {".msh": _for_gmsh, ".vtu": _for_vtk, ".inp": _for_abaqus}
     with whole_file(path) as temporary:
-        meshio.write(temporary, builders[path.suffix](mesh), file_format=_FORMATS[path.suffix])
+        options = {"float_fmt": _abaqus_number(mesh)} if path.suffix == ".inp" else {}
+        meshio.write(temporary, builders[path.suffix](mesh), file_format=_FORMATS[path.suffix], **options)
         if path.suffix == ".inp":
             _name_plain_element(temporary)
 
@@ -37,6 +43,15 @@ def check_mesh_path(path: Path) -> None:
     """Raise ValueError where the file's suffix names no format that :func:`write_mesh` knows."""
     if path.suffix not in _FORMATS:
         raise ValueError(f"{path}: suffix {path.suffix!r}; expected one of {', '.join(_FORMATS)}")
+
+
+def _abaqus_number(mesh: TetMesh) -> str:
+    """Format of coordinates in at most twenty characters, the widest number that Abaqus and CalculiX read.
+
+    Fixed point keeps 17 decimals below 10 m, 5e-18 m; an exponent would leave 14 digits.
+    """
+    before_point = len(str(int(np.abs(mesh.points).max(initial=0.0))))
+    return f".{_ABAQUS_WIDTH - 2 - before_point}f"
 
 
 def _name_plain_element(path: Path) -> None:
@@ -80,3 +95,81 @@ def _for_abaqus(mesh: TetMesh) -> meshio.Mesh:
         point_sets={name: np.unique(facets) for name, facets in mesh.surfaces.items()},
         cell_sets={name: [elements] for name, elements in mesh.bodies.items()},
     )
+
+
+def read_mesh(path: Path) -> TetMesh:
+    """Read a gmsh file of quadratic tetrahedra: bodies from its physical volumes, surfaces from its physical surfaces.
+
+    Returns
+    -------
+    TetMesh
+        Checked by :func:`geometry.mesh_checks.check_mesh`; ``symmetry_order`` 1, whatever symmetry the mesh has.
+
+    Raises
+    ------
+    FileNotFoundError
+        Where there is no such file.
+    ValueError
+        Where it is no gmsh file, is cut short, holds other elements or unnamed bodies, or a surface is not on the boundary;
+        and from the checks: unit, unused nodes, detached pieces, inverted elements.
+    """
+    if path.suffix != ".msh":
+        raise ValueError(f"{path}: suffix {path.suffix!r}; expected .msh, the format that holds bodies and surfaces")
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file; expected a gmsh mesh (.msh)")
+    try:
+        found = meshio.gmsh.read(path)
+        blocks = _named_blocks(found)
+    except (meshio.ReadError, ValueError, KeyError, IndexError, TypeError, struct.error, EOFError, MemoryError) as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise ValueError(
+            f"{path}: not a complete gmsh mesh ({reason}); expected .msh of version 2.2 or 4.1, whole, with physical groups"
+        ) from error
+    mesh = _from_blocks(found.points, blocks, path)
+    check_mesh(mesh, str(path))
+    return mesh
+
+
+def _named_blocks(found: meshio.Mesh) -> list[tuple[str, str, NDArray[np.int64]]]:
+    """Element type, physical group's name (empty where it has none) and node numbers of the parts of the mesh."""
+    names = {(int(dimension), int(number)): name for name, (number, dimension) in found.field_data.items()}
+    tags = found.cell_data.get("gmsh:physical", [np.zeros(len(block.data), dtype=np.int64) for block in found.cells])
+    blocks = []
+    for block, numbers in zip(found.cells, tags, strict=True):
+        for number in np.unique(numbers):
+            name = names.get((block.dim, int(number)), "")
+            blocks.append((block.type, name, block.data[numbers == number].astype(np.int64)))
+    return blocks
+
+
+def _from_blocks(
+    points: NDArray[np.float64], blocks: list[tuple[str, str, NDArray[np.int64]]], path: Path
+) -> TetMesh:
+    solids: dict[str, list[NDArray[np.int64]]] = {}
+    faces: dict[str, list[NDArray[np.int64]]] = {}
+    for kind, name, nodes in blocks:
+        if kind == "tetra10":
+            solids.setdefault(name, []).append(nodes)
+        elif kind == "triangle6" and name:
+            faces.setdefault(name, []).append(nodes)
+        elif kind not in ("triangle6", "line3", "vertex"):
+            raise ValueError(f"{path}: {len(nodes)} elements of type {kind}; expected quadratic tetrahedra (tetra10) only")
+    if not solids or "" in solids:
+        what = "no quadratic tetrahedra" if not solids else "tetrahedra without a physical volume's name"
+        raise ValueError(f"{path}: {what}; expected all of them in physical volumes such as 'carrier' and 'pins'")
+    parts = {name: np.concatenate(nodes) for name, nodes in solids.items()}
+    edges = np.cumsum([0, *(len(part) for part in parts.values())])
+    bodies = {name: np.arange(edges[i], edges[i + 1]) for i, name in enumerate(parts)}
+    outside = [boundary_facets(part) for part in parts.values()]
+    surfaces = {name: _outward(np.concatenate(nodes), outside, f"{path}: surface {name!r}") for name, nodes in faces.items()}
+    return TetMesh(np.asarray(points, dtype=np.float64), np.concatenate(list(parts.values())), surfaces, bodies)
+
+
+def _outward(facets: NDArray[np.int64], outside: list[NDArray[np.int64]], what: str) -> NDArray[np.int64]:
+    """The same facets as the first body has them that all of them bound, normals outward."""
+    for of_body in outside:
+        row = {tuple(corners): i for i, corners in enumerate(np.sort(of_body[:, :3], axis=1).tolist())}
+        found = [row.get(tuple(corners), -1) for corners in np.sort(facets[:, :3], axis=1).tolist()]
+        if min(found) >= 0:
+            return of_body[found]
+    raise ValueError(f"{what}: {len(facets)} facets, not all of them on the boundary of one body; expected boundary facets")

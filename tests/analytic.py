@@ -94,3 +94,21 @@ def cantilever_work(force, length, width, height, E):
 def longitudinal_frequency(length, E, rho):
     """First free-free longitudinal angular frequency [rad/s], (pi / L) sqrt(E / rho): exact in 3-D for nu = 0."""
     return math.pi / length * math.sqrt(E / rho)
+
+
+def torsional_frequency(length, shear_modulus, rho):
+    """First free-free torsional angular frequency [rad/s] of a round bar, (pi / L) sqrt(G / rho): exact in three dimensions."""
+    return math.pi / length * math.sqrt(shear_modulus / rho)
+
+
+def pressed_ring(x, radii, pressure, material, middle):
+    """Displacement [m] at points x (3, ...) of a ring about the x axis under pressure in its bore, ends free.
+
+    Lamé's thick cylinder (Timoshenko and Goodier, Theory of Elasticity, art. 28): stresses ``A ± B / r²`` with
+    ``A = p a² / (b² - a²)``, ``B = A b²``, no axial stress, so that it contracts evenly along x about `middle`. Exact.
+    """
+    inner, outer = radii
+    A = pressure * inner**2 / (outer**2 - inner**2)
+    nu, r_squared = material.nu, x[1] ** 2 + x[2] ** 2
+    radial_over_r = A / material.E * (1.0 - nu + (1.0 + nu) * outer**2 / r_squared)
+    return np.array([-2.0 * nu * A / material.E * (x[0] - middle), radial_over_r * x[1], radial_over_r * x[2]])

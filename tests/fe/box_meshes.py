@@ -1,4 +1,4 @@
-"""Small meshes with exact answers: structured boxes and bars of circular section, straight or curved."""
+"""Small meshes with exact answers: structured boxes, bars of circular section and rings, straight or curved."""
 
 from itertools import permutations
 
@@ -32,6 +32,26 @@ def round_bar(radius, length, n, body="carrier", n_long=None):
     ring, distance = np.abs(moved[:, 1:]).max(axis=1), np.hypot(moved[:, 1], moved[:, 2])
     moved[:, 1:] *= (radius * ring / np.where(distance > 0.0, distance, 1.0))[:, None]
     return TetMesh(moved, mesh.tets, mesh.surfaces, mesh.bodies)
+
+
+def ring_mesh(radius, thickness, length, cells, body="carrier"):
+    """Ring about the x axis, a box of `cells` (around, radial, axial) bent until its ends meet; surfaces by where they face.
+
+    Mid-side nodes lie on the circles: ``radius`` is the mean one.
+    """
+    box = box_mesh((1.0, 1.0, 1.0), cells)
+    angle, r = 2.0 * np.pi * box.points[:, 0], radius + thickness * (box.points[:, 1] - 0.5)
+    bent = np.stack([length * box.points[:, 2], -r * np.sin(angle), r * np.cos(angle)], axis=1)
+    _, first, number = np.unique(np.round(bent, 9) + 0.0, axis=0, return_index=True, return_inverse=True)
+    points, tets = bent[first], number.ravel()[box.tets]
+    facets = boundary_facets(tets)
+    distance = np.hypot(points[:, 1], points[:, 2])[facets]
+    surfaces = {
+        "bore": facets[(np.abs(distance - radius + thickness / 2.0) < 1e-9).all(axis=1)],
+        "outside": facets[(np.abs(distance - radius - thickness / 2.0) < 1e-9).all(axis=1)],
+        "skin": facets,
+    }
+    return TetMesh(points, tets, surfaces, {body: np.arange(len(tets))})
 
 
 def _kuhn_tetrahedra(cells):

@@ -59,6 +59,28 @@ def test_a_square_face_takes_a_third_of_the_force_at_its_mid_sides_and_none_at_c
     assert force[z > 0.4, 0].sum() > 0.0
 
 
+@pytest.mark.parametrize("distance", [0.3, 30.0, 3e3])
+def test_a_pilot_far_off_its_surface_keeps_force_and_moment(distance):
+    # Formed about the pilot itself, the fit would lose the fourth power of distance over size: all digits at 3000 m.
+    mesh = box_mesh((0.1, 0.2, 0.3), (1, 2, 2))
+    point = np.array([0.1, 0.1, 0.15]) + distance * np.array([0.6, 0.0, -0.8])
+    pilot = distributing_pilot(mesh, "end", point)
+    R = rigid_motion(mesh.points, point).reshape(-1, 6)
+    assert_allclose(pilot.G @ R, np.eye(6), rtol=0.0, atol=1e-15 * (10.0 * distance) ** 2)  # rounding of arms
+    centre = distributing_pilot(mesh, "end", np.array([0.1, 0.1, 0.15]))
+    # The surface has one rotation, wherever it is read.
+    assert_allclose(pilot.G[3:].toarray(), centre.G[3:].toarray(), rtol=0.0, atol=1e-12)
+
+
+def test_a_moved_pilot_moves_with_its_surface_as_one_rigid_piece():
+    mesh = box_mesh((1.0, 1.0, 1.0), (1, 1, 1))
+    centre, arm = np.array([1.0, 0.5, 0.5]), np.array([0.2, -0.1, 0.4])
+    u = np.random.default_rng(3).standard_normal(mesh.points.size)
+    at_centre, moved = (distributing_pilot(mesh, "end", point).G @ u for point in (centre, centre + arm))
+    assert_allclose(moved[:3], at_centre[:3] + np.cross(at_centre[3:], arm), rtol=0.0, atol=1e-13)
+    assert_allclose(moved[3:], at_centre[3:], rtol=0.0, atol=1e-13)
+
+
 def test_the_pilot_is_the_best_rigid_fit_and_ignores_ovalisation(flexible_structure, carrier):
     pilot = next(pilot for pilot in flexible_structure.pilots if pilot.name == "pin_1_upwind")
     r = flexible_structure.points - pilot.point
@@ -87,13 +109,16 @@ def with_surface(facets):
 
 def test_a_surface_shrunk_to_a_line_is_refused_with_its_nodes():
     mesh = with_surface([[0, 7, 7, 0, 7, 7]])
-    with pytest.raises(ValueError, match=r"surface 'line' cannot hold a pilot's six motions: its nodes \(0, 7\)"):
+    message = (
+        r"surface 'line' with 2 nodes \(0 at \(0, 0, 0\) m, 7 at \(1, 1, 1\) m\) cannot hold a pilot's translation x"
+    )
+    with pytest.raises(ValueError, match=message):
         distributing_pilot(mesh, "line", np.zeros(3))
 
 
 def test_a_surface_without_facets_is_refused():
     mesh = with_surface(np.zeros((0, 6), dtype=np.int64))
-    with pytest.raises(ValueError, match=r"surface 'line' cannot hold a pilot's six motions"):
+    with pytest.raises(ValueError, match=r"surface 'line' with no nodes cannot hold a pilot's translation x"):
         distributing_pilot(mesh, "line", np.zeros(3))
 
 

@@ -60,6 +60,37 @@ def test_surfaces_that_share_nodes_are_refused_by_name(flexible_mesh, carrier):
     mesh = replace(flexible_mesh, surfaces=overlapping)
     structure = structural_model("both", mesh, carrier, ("shaft_face", "upwind_seat"))
     with pytest.raises(
-        ValueError, match=r"rigid surfaces 'shaft_face' and 'upwind_seat' share [0-9]+ nodes \([0-9]+, "
+        ValueError, match=r"rigid surfaces 'shaft_face' and 'upwind_seat' share [0-9]+ nodes \([0-9]+ at "
     ):
         rigidly_coupled(structure, mesh)
+
+
+def test_some_pilots_can_be_rigid_while_the_others_stay_distributing(flexible_structure, flexible_mesh):
+    mixed = rigidly_coupled(flexible_structure, flexible_mesh, ("pin_2_upwind",))
+    assert [pilot.name for pilot in mixed.pilots] == [pilot.name for pilot in flexible_structure.pilots]
+    load = np.array([1.0, 2.0, -3.0, 0.5, -0.25, 0.75])
+    for pilot in mixed.pilots:
+        resultant = mixed.rigid_modes.T @ (pilot.G.T @ load)
+        assert_allclose(resultant[:3], load[:3], rtol=1e-12)
+        assert_allclose(resultant[3:], load[3:] + np.cross(pilot.point, load[:3]), rtol=1e-9, atol=1e-12)
+    rng = np.random.default_rng(0)
+    u = rng.standard_normal(mixed.n_dofs)
+    for before, after in zip(flexible_structure.pilots, mixed.pilots, strict=True):
+        # A rigid surface's mean motion is its pilot's: the distributing rows read the same from the displacement of all nodes.
+        assert_allclose(before.G @ mixed.nodal_displacement(u), after.G @ u, rtol=0.0, atol=1e-11)
+
+
+def test_a_rigid_pilot_that_the_body_does_not_have_is_refused(flexible_structure, flexible_mesh):
+    with pytest.raises(KeyError, match="no pilot 'pin_4_upwind' to make rigid; the body has shaft_face, "):
+        rigidly_coupled(flexible_structure, flexible_mesh, ("pin_4_upwind",))
+
+
+def test_a_rigid_surface_that_takes_a_distributing_pilots_nodes_is_refused(flexible_mesh, carrier):
+    part = {**flexible_mesh.surfaces, "upwind_seat": flexible_mesh.surface("shaft_face")[:20]}
+    mesh = replace(flexible_mesh, surfaces=part)
+    structure = structural_model("both", mesh, carrier, ("shaft_face", "upwind_seat"))
+    message = r"with 'shaft_face' rigid the pilots cannot move independently: 'shaft_face' and 'upwind_seat' share \d+ nodes \("
+    with pytest.raises(ValueError, match=message):
+        rigidly_coupled(structure, mesh, ("shaft_face",))
+    # The other way round most of the face keeps its own displacement.
+    assert rigidly_coupled(structure, mesh, ("upwind_seat",)).pilots[0].G.nnz

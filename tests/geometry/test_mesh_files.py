@@ -1,5 +1,7 @@
 """Every mesh file is read back: nodes, elements, bodies and surfaces come home; gmsh itself finds no element inverted."""
 
+from dataclasses import replace
+
 import gmsh
 import meshio
 import numpy as np
@@ -20,7 +22,7 @@ def round_trip(request, tmp_path_factory, stiff_half):
 
 def test_nodes_and_elements_come_back(round_trip, stiff_half):
     _, found, _ = round_trip
-    # .inp is text: sixteen digits.
+    # .inp is text: seventeen decimals.
     assert_allclose(found.points, stiff_half.points, rtol=0.0, atol=1e-15)
     tets = np.concatenate([block.data for block in found.cells if block.type == "tetra10"])
     assert (tets == stiff_half.tets).all()
@@ -104,3 +106,17 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, one_pin_m
 def test_a_missing_folder_is_an_error_of_the_system(tmp_path, one_pin_mesh):
     with pytest.raises(OSError, match="absent"):
         write_mesh(one_pin_mesh, tmp_path / "absent" / "pin.vtu")
+
+
+@pytest.mark.parametrize("offset", [0.0, -20.0, 3000.0])
+def test_numbers_of_abaqus_files_are_narrow_enough_to_be_read(tmp_path, one_pin_mesh, offset):
+    # Abaqus and CalculiX take at most twenty characters a number; CalculiX stops at more.
+    moved = replace(one_pin_mesh, points=one_pin_mesh.points + offset)
+    write_mesh(moved, tmp_path / "pin.inp")
+    text = (tmp_path / "pin.inp").read_text()
+    lines = text[text.index("*NODE") : text.index("*ELEMENT")].splitlines()[1:]
+    numbers = [field.strip() for line in lines for field in line.split(",")[1:]]
+    assert len(numbers) == 3 * len(moved.points)
+    assert max(map(len, numbers)) <= 20
+    read = np.array(numbers, dtype=float).reshape(-1, 3)
+    assert_allclose(read, moved.points, rtol=0.0, atol=1e-17 * max(1.0, 10.0 ** len(str(int(abs(offset))))))
