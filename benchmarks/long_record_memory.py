@@ -68,7 +68,7 @@ def _written(folder: Path, n_samples: int, suffix: str):
     rate = case.runs[0].sample_rate
     run = replace(case.runs[0], duration=min(PIECE_SECONDS, n_samples / rate))
     rng = np.random.default_rng(0)
-    response = simulate_run(run, sensors, curves["delta_s"], curves["delta_f"], noise_std=5e-6, rng=rng)
+    response = simulate_run(run, sensors, curves["delta_s"], curves["delta_f"], noise_std=0.0, rng=rng)
     rig = {"nominal_torque": 360e3, "sensor_radius": 0.412, "n_planets": 3}
     campaign = simulated_campaign("long", sensors, [(run, response)], rig=rig, noise_std=5e-6)
     campaign = replace(
@@ -94,7 +94,7 @@ def _repeated(path: Path, columns, n_samples: int, rng) -> None:
             piece["carrier_angle"] += k * turn
             for name in piece:
                 if name.startswith("s"):
-                    piece[name] += 2e-6 * rng.standard_normal(count)
+                    piece[name] += 5e-6 * rng.standard_normal(count)
             writer.write_table(pa.table(piece))
 
 

@@ -7,6 +7,7 @@ matrix times the identity and is assembled as such.
 
 import functools
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet
 
-from fe.element_kernels import add_scalar_mass, add_stiffness
+from fe.element_kernels import add_scalar_mass, add_stiffness, block_places, threefold_rows
 from fe.materials import Material
 from geometry.tet_mesh import TetMesh
 
@@ -45,16 +46,7 @@ def assemble_stiffness(mesh: TetMesh, materials: Mapping[str, Material]) -> sp.c
     ValueError
         Where a body has no material.
     """
-    n = len(mesh.points)
-    indptr, indices = _node_graph(mesh)
-    blocks = np.zeros((len(indices), 3, 3))
-    _, gradients, weights = _reference_element(_STIFFNESS_ORDER)
-    for body, elements in mesh.bodies.items():
-        tets = mesh.tets[elements]
-        add_stiffness(
-            mesh.points, tets, _material(materials, body).lame, (gradients, weights), (indptr, indices), blocks
-        )
-    return sp.csr_array(sp.bsr_array((blocks, indices, indptr), shape=(3 * n, 3 * n)))
+    return _stiffness(mesh, materials, _node_graph(mesh))
 
 
 def assemble_mass(mesh: TetMesh, materials: Mapping[str, Material]) -> sp.csr_array:
@@ -65,15 +57,51 @@ def assemble_mass(mesh: TetMesh, materials: Mapping[str, Material]) -> sp.csr_ar
     ValueError
         Where a body has no material.
     """
+    return _mass(mesh, materials, _node_graph(mesh))
+
+
+def assemble_stiffness_and_mass(mesh: TetMesh, materials: Mapping[str, Material]) -> tuple[sp.csr_array, sp.csr_array]:
+    """K and M as :func:`assemble_stiffness` and :func:`assemble_mass` make them, the node graph built once for both."""
+    graph = _node_graph(mesh)
+    return _stiffness(mesh, materials, graph), _mass(mesh, materials, graph)
+
+
+@dataclass(frozen=True, eq=False)
+class _NodeGraph:
+    """Which nodes share an element: row pointers, sorted columns, and where every element's pairs of nodes stand in them."""
+
+    indptr: NDArray[np.int32]
+    indices: NDArray[np.int32]
+    places: NDArray[np.int32]
+
+
+def _stiffness(mesh: TetMesh, materials: Mapping[str, Material], graph: _NodeGraph) -> sp.csr_array:
     n = len(mesh.points)
-    indptr, indices = _node_graph(mesh)
-    values = np.zeros(len(indices))
-    rule = _reference_element(_MASS_ORDER)
+    blocks = np.zeros((len(graph.indices), 3, 3))
+    _, gradients, weights = _reference_element(_STIFFNESS_ORDER)
     for body, elements in mesh.bodies.items():
-        rho = _material(materials, body).rho
-        add_scalar_mass(mesh.points, mesh.tets[elements], rho, rule, (indptr, indices), values)
-    scalar = sp.csr_array((values, indices, indptr), shape=(n, n))
-    return sp.csr_array(sp.kron(scalar, sp.eye_array(3), format="csr"))
+        lame, places = _material(materials, body).lame, graph.places[elements]
+        add_stiffness(mesh.points, mesh.tets[elements], lame, (gradients, weights), places, blocks)
+    return sp.csr_array(sp.bsr_array((blocks, graph.indices, graph.indptr), shape=(3 * n, 3 * n)))
+
+
+def _mass(mesh: TetMesh, materials: Mapping[str, Material], graph: _NodeGraph) -> sp.csr_array:
+    values = np.zeros(len(graph.indices))
+    shapes, gradients, weights = _reference_element(_MASS_ORDER)
+    rule = (np.einsum("qi,qj->qij", shapes, shapes).reshape(-1, 100), gradients, weights)
+    for body, elements in mesh.bodies.items():
+        rho, places = _material(materials, body).rho, graph.places[elements]
+        add_scalar_mass(mesh.points, mesh.tets[elements], rho, rule, places, values)
+    return _repeated_for_three_axes(values, graph)
+
+
+def _repeated_for_three_axes(values: NDArray[np.float64], graph: _NodeGraph) -> sp.csr_array:
+    """Scalar matrix times the 3 × 3 identity, rows x y z of a node after one another."""
+    n = len(graph.indptr) - 1
+    data, columns, indptr = threefold_rows(values, graph.indices, graph.indptr)
+    repeated = sp.csr_array((data, columns, indptr), shape=(3 * n, 3 * n))
+    repeated.has_sorted_indices = True
+    return repeated
 
 
 def _material(materials: Mapping[str, Material], body: str) -> Material:
@@ -82,8 +110,8 @@ def _material(materials: Mapping[str, Material], body: str) -> Material:
     return materials[body]
 
 
-def _node_graph(mesh: TetMesh) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Row pointers and sorted columns of the graph that joins nodes of one element."""
+def _node_graph(mesh: TetMesh) -> _NodeGraph:
+    """Graph that joins nodes of one element."""
     n_tets = len(mesh.tets)
     incidence = sp.csr_array(
         (
@@ -95,7 +123,8 @@ def _node_graph(mesh: TetMesh) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     )
     graph = sp.csr_array(incidence.T @ incidence)
     graph.sort_indices()
-    return graph.indptr.astype(np.int32), graph.indices.astype(np.int32)
+    indptr, indices = graph.indptr.astype(np.int32), graph.indices.astype(np.int32)
+    return _NodeGraph(indptr, indices, block_places(mesh.tets, indptr, indices))
 
 
 @functools.cache

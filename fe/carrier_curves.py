@@ -16,6 +16,7 @@ from fe.load_cases import (
 )
 from fe.static import clamped_displacement
 from fe.structural_model import N_SENSOR_ANGLES, Sensors, StructuralModel
+from geometry.carrier_interface import CarrierInterface
 from geometry.parameters import N_PINS, CarrierParameters, GearData
 
 #: Drive torque of the unit load cases [N m], the paper's 1 kN m.
@@ -49,7 +50,7 @@ class CarrierDeflection:
     imbalance: float
 
 
-def flexible_cases(carrier: CarrierParameters, gear: GearData) -> list[dict[str, PilotLoad]]:
+def flexible_cases(carrier: CarrierParameters | CarrierInterface, gear: GearData) -> list[dict[str, PilotLoad]]:
     """Pilot loads of every case of `CASES` for the carrier without pins."""
     return _cases(lambda pin, force, moment: simply_supported_pin_load(pin, force, moment, carrier), gear)
 

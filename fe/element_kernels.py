@@ -12,48 +12,61 @@ _jit = numba.njit(cache=True, fastmath=False)
 
 
 @_jit
-def _position(indices: NDArray[np.int32], start: int, end: int, column: int) -> int:
-    """Place of `column` in the sorted row ``indices[start:end]``."""
-    while start < end:
-        middle = (start + end) // 2
-        if indices[middle] < column:
-            start = middle + 1
-        else:
-            end = middle
-    return start
+def block_places(tets: NDArray[np.int64], indptr: NDArray[np.int32], indices: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Place, shape (m, 100), of every element's 10 × 10 pairs of nodes among the blocks of the node graph.
+
+    Parameters
+    ----------
+    tets : ndarray, shape (m, 10)
+        Elements.
+    indptr, indices : ndarray
+        Row pointers and sorted column indices of the node graph.
+    """
+    places = np.empty((tets.shape[0], 100), dtype=np.int32)
+    for element in range(tets.shape[0]):
+        for i in range(10):
+            row = tets[element, i]
+            for j in range(10):
+                column = tets[element, j]
+                start, end = indptr[row], indptr[row + 1]
+                while start < end:
+                    middle = (start + end) // 2
+                    if indices[middle] < column:
+                        start = middle + 1
+                    else:
+                        end = middle
+                places[element, 10 * i + j] = start
+    return places
 
 
 @_jit
-def _physical_gradients(x: NDArray[np.float64], reference: NDArray[np.float64], g: NDArray[np.float64]) -> float:
-    """Fill `g` (10, 3) with physical gradients from reference ones (10, 3); the Jacobian determinant."""
-    J = np.zeros((3, 3))
-    for i in range(10):
-        for a in range(3):
-            for b in range(3):
-                J[a, b] += x[i, a] * reference[i, b]
-    cofactor = np.empty((3, 3))
+def _jacobian(x: NDArray[np.float64], reference: NDArray[np.float64], J: NDArray[np.float64]) -> float:
+    """Fill `J` (3, 3) with ``∂x/∂ξ`` from reference gradients (10, 3); its determinant."""
+    for a in range(3):
+        for b in range(3):
+            total = 0.0
+            for i in range(10):
+                total += x[i, a] * reference[i, b]
+            J[a, b] = total
+    return (
+        J[0, 0] * (J[1, 1] * J[2, 2] - J[1, 2] * J[2, 1])
+        + J[0, 1] * (J[1, 2] * J[2, 0] - J[1, 0] * J[2, 2])
+        + J[0, 2] * (J[1, 0] * J[2, 1] - J[1, 1] * J[2, 0])
+    )
+
+
+@_jit
+def _physical_gradients(
+    J: NDArray[np.float64], determinant: float, reference: NDArray[np.float64], g: NDArray[np.float64]
+) -> None:
+    """Fill `g` (30,), x y z of every node, with physical gradients from reference ones (10, 3)."""
     for a in range(3):
         a1, a2 = (a + 1) % 3, (a + 2) % 3
-        for b in range(3):
-            b1, b2 = (b + 1) % 3, (b + 2) % 3
-            cofactor[a, b] = J[a1, b1] * J[a2, b2] - J[a1, b2] * J[a2, b1]
-    determinant = J[0, 0] * cofactor[0, 0] + J[0, 1] * cofactor[0, 1] + J[0, 2] * cofactor[0, 2]
-    for i in range(10):
-        for a in range(3):
-            g[i, a] = (
-                cofactor[a, 0] * reference[i, 0] + cofactor[a, 1] * reference[i, 1] + cofactor[a, 2] * reference[i, 2]
-            ) / determinant
-    return determinant
-
-
-@_jit
-def _stiffness_block(G: NDArray[np.float64], lame_lambda: float, mu: float, block: NDArray[np.float64]) -> None:
-    """Fill `block` with ``λ G + μ Gᵀ + μ tr(G) I`` from the gradient products ``G = ∫ g_i g_jᵀ dV``."""
-    shear = mu * (G[0, 0] + G[1, 1] + G[2, 2])
-    for a in range(3):
-        for b in range(3):
-            block[a, b] = lame_lambda * G[a, b] + mu * G[b, a]
-        block[a, a] += shear
+        c0 = (J[a1, 1] * J[a2, 2] - J[a1, 2] * J[a2, 1]) / determinant
+        c1 = (J[a1, 2] * J[a2, 0] - J[a1, 0] * J[a2, 2]) / determinant
+        c2 = (J[a1, 0] * J[a2, 1] - J[a1, 1] * J[a2, 0]) / determinant
+        for i in range(10):
+            g[3 * i + a] = c0 * reference[i, 0] + c1 * reference[i, 1] + c2 * reference[i, 2]
 
 
 @_jit
@@ -63,22 +76,23 @@ def _gradient_products(
     weights: NDArray[np.float64],
     products: NDArray[np.float64],
 ) -> None:
-    """Fill `products` (10, 10, 3, 3), j >= i, with ``∫ g_i g_jᵀ dV`` of the element with nodes x (10, 3)."""
-    g = np.empty((10, 3))
+    """Fill `products` (30, 30), nodes j >= i, with ``∫ g_i g_jᵀ dV`` of the element with nodes x (10, 3)."""
+    g, J = np.empty(30), np.empty((3, 3))
     products[:] = 0.0
     for q in range(weights.shape[0]):
-        volume = weights[q] * abs(_physical_gradients(x, gradients[q], g))
-        for i in range(10):
-            for a in range(3):
-                weighted = volume * g[i, a]
-                for j in range(i, 10):
-                    for b in range(3):
-                        products[i, j, a, b] += weighted * g[j, b]
+        determinant = _jacobian(x, gradients[q], J)
+        _physical_gradients(J, determinant, gradients[q], g)
+        volume = weights[q] * abs(determinant)
+        for row in range(30):
+            weighted = volume * g[row]
+            # From the node's first direction on: one contiguous run, which the compiler turns into vector instructions.
+            for column in range(3 * (row // 3), 30):
+                products[row, column] += weighted * g[column]
     for i in range(10):
         # Rounding differs with the order of the factors; a node's own products are symmetric to the last bit.
         for a in range(3):
             for b in range(a):
-                products[i, i, a, b] = products[i, i, b, a]
+                products[3 * i + a, 3 * i + b] = products[3 * i + b, 3 * i + a]
 
 
 @_jit
@@ -87,7 +101,7 @@ def add_stiffness(
     tets: NDArray[np.int64],
     material: tuple[float, float],
     rule: tuple[NDArray[np.float64], NDArray[np.float64]],
-    pattern: tuple[NDArray[np.int32], NDArray[np.int32]],
+    places: NDArray[np.int32],
     blocks: NDArray[np.float64],
 ) -> None:
     """Add the elements' stiffness to `blocks` (n_blocks, 3, 3) in place.
@@ -100,37 +114,33 @@ def add_stiffness(
         Lamé's λ and μ [Pa].
     rule : tuple of ndarray
         Gradients of the shape functions at the q points of a quadrature rule (q, 10, 3), and its weights (q,).
-    pattern : tuple of ndarray
-        Row pointers and sorted column indices of the node graph.
+    places : ndarray, shape (m, 100)
+        Where the elements' pairs of nodes stand among the blocks.
     blocks : ndarray, shape (n_blocks, 3, 3)
         Filled in place [N/m].
     """
     lame_lambda, mu = material
     gradients, weights = rule
-    indptr, indices = pattern
-    products = np.empty((10, 10, 3, 3))
-    block = np.empty((3, 3))
+    G = np.empty((30, 30))
     x = np.empty((10, 3))
     for element in range(tets.shape[0]):
         for i in range(10):
             for a in range(3):
                 x[i, a] = points[tets[element, i], a]
-        _gradient_products(x, gradients, weights, products)
+        _gradient_products(x, gradients, weights, G)
         for i in range(10):
-            row = tets[element, i]
             for j in range(i, 10):
-                column = tets[element, j]
-                _stiffness_block(products[i, j], lame_lambda, mu, block)
-                here = _position(indices, indptr[row], indptr[row + 1], column)
+                # The mirror block is the transpose, entry by entry: the matrix is symmetric to the last bit.
+                here, there = places[element, 10 * i + j], places[element, 10 * j + i]
+                shear = mu * (G[3 * i, 3 * j] + G[3 * i + 1, 3 * j + 1] + G[3 * i + 2, 3 * j + 2])
                 for a in range(3):
                     for b in range(3):
-                        blocks[here, a, b] += block[a, b]
-                if i != j:
-                    # The mirror block is the transpose, entry by entry: the matrix is symmetric to the last bit.
-                    there = _position(indices, indptr[column], indptr[column + 1], row)
-                    for a in range(3):
-                        for b in range(3):
-                            blocks[there, a, b] += block[b, a]
+                        entry = lame_lambda * G[3 * i + a, 3 * j + b] + mu * G[3 * i + b, 3 * j + a]
+                        if a == b:
+                            entry += shear
+                        blocks[here, a, b] += entry
+                        if i != j:
+                            blocks[there, b, a] += entry
 
 
 @_jit
@@ -139,33 +149,48 @@ def add_scalar_mass(
     tets: NDArray[np.int64],
     density: float,
     rule: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
-    pattern: tuple[NDArray[np.int32], NDArray[np.int32]],
+    places: NDArray[np.int32],
     values: NDArray[np.float64],
 ) -> None:
     """Add the elements' scalar mass to `values` (n_blocks,) in place.
 
-    Parameters are those of :func:`add_stiffness`, with the density [kg/m^3] and, first in `rule`, the shape functions at
-    the quadrature points (q, 10).
+    Parameters are those of :func:`add_stiffness`, with the density [kg/m^3] and, first in `rule`, the products of the shape
+    functions at the quadrature points (q, 100), all pairs of nodes in a row.
     """
-    shapes, gradients, weights = rule
-    indptr, indices = pattern
-    g = np.empty((10, 3))
+    shape_products, gradients, weights = rule
+    J = np.empty((3, 3))
     x = np.empty((10, 3))
-    mass = np.empty((10, 10))
+    mass = np.empty(100)
     for element in range(tets.shape[0]):
         for i in range(10):
             for a in range(3):
                 x[i, a] = points[tets[element, i], a]
         mass[:] = 0.0
         for q in range(weights.shape[0]):
-            share = density * weights[q] * abs(_physical_gradients(x, gradients[q], g))
-            for i in range(10):
-                for j in range(i, 10):
-                    mass[i, j] += share * shapes[q, i] * shapes[q, j]
+            share = density * weights[q] * abs(_jacobian(x, gradients[q], J))
+            for pair in range(100):
+                mass[pair] += share * shape_products[q, pair]
         for i in range(10):
-            row = tets[element, i]
             for j in range(i, 10):
-                column = tets[element, j]
-                values[_position(indices, indptr[row], indptr[row + 1], column)] += mass[i, j]
+                entry = mass[10 * i + j]
+                values[places[element, 10 * i + j]] += entry
                 if i != j:
-                    values[_position(indices, indptr[column], indptr[column + 1], row)] += mass[i, j]
+                    values[places[element, 10 * j + i]] += entry
+
+
+@_jit
+def threefold_rows(
+    values: NDArray[np.float64], indices: NDArray[np.int32], indptr: NDArray[np.int32]
+) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int32]]:
+    """Entries, columns and row pointers of a sparse matrix with every entry replaced by itself times the 3 × 3 identity."""
+    data, columns = np.empty(3 * len(values)), np.empty(3 * len(values), dtype=np.int32)
+    starts = np.empty(3 * (len(indptr) - 1) + 1, dtype=np.int32)
+    starts[0] = 0
+    here = 0
+    for row in range(len(indptr) - 1):
+        for axis in range(3):
+            for place in range(indptr[row], indptr[row + 1]):
+                data[here], columns[here] = values[place], 3 * indices[place] + axis
+                here += 1
+            starts[3 * row + axis + 1] = here
+    return data, columns, starts

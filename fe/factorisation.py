@@ -10,6 +10,7 @@ import importlib.metadata
 import logging
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -17,6 +18,8 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg
 from numpy.typing import NDArray
+
+from fe.upper_triangle import upper_triangle
 
 log = logging.getLogger(__name__)
 
@@ -38,25 +41,42 @@ class Factorisation(Protocol):
         ...
 
 
-def factorise(A: sp.csr_array) -> Factorisation:
+def factorise(A: sp.csr_array, *, held: NDArray[np.int64] | None = None) -> Factorisation:
     """Factorise a symmetric positive definite matrix with the fastest library at hand.
 
     Parameters
     ----------
     A : csr_array, shape (n, n)
-        Symmetric positive definite, both triangles stored.
+        Symmetric, both triangles stored; positive definite without the rows and columns `held`.
+    held : ndarray of int, optional
+        Degrees of freedom left out: whatever stands in their rows of b, their rows of the solution are zero.
 
     Returns
     -------
     Factorisation
-        Its ``solve`` takes one or many right-hand sides.
+        Its ``solve`` takes one or many right-hand sides of n rows.
 
     Raises
     ------
     SingularMatrixError
         Where A is not positive definite.
     """
-    return _factoriser()(A)
+    if held is None or not len(held):
+        return _factoriser()(upper_triangle(A, np.zeros(0, dtype=np.int64)))
+    return _Partition(_factoriser()(upper_triangle(A, held)), held)
+
+
+@dataclass(frozen=True, eq=False)
+class _Partition:
+    """The factor of the free degrees of freedom; those held stand beside them as equations of their own."""
+
+    factor: Factorisation
+    held: NDArray[np.int64]
+
+    def solve(self, b: NDArray[np.float64]) -> NDArray[np.float64]:
+        right = b.copy(order="F")
+        right[self.held] = 0.0
+        return self.factor.solve(right)
 
 
 @functools.cache
@@ -74,10 +94,11 @@ def _factoriser() -> Callable[[sp.csr_array], Factorisation]:
 
 
 class _SuperLU:
-    def __init__(self, A: sp.csr_array) -> None:
+    def __init__(self, upper: sp.csr_array) -> None:
+        A = upper + sp.triu(upper, 1).T
         try:
             self._lu = scipy.sparse.linalg.splu(
-                A.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+                sp.csc_array(A), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
             )
         except RuntimeError as error:
             raise SingularMatrixError(_not_definite(A.shape[0], "SuperLU", error)) from error
@@ -88,11 +109,11 @@ class _SuperLU:
 
 
 class _Cholmod:
-    def __init__(self, A: sp.csr_array) -> None:
+    def __init__(self, upper: sp.csr_array) -> None:
         from kvxopt import cholmod, matrix, spmatrix
 
-        lower = sp.tril(A, format="coo")
-        sparse = spmatrix(matrix(lower.data), matrix(lower.row), matrix(lower.col), size=A.shape)
+        A = sp.coo_array(upper)
+        sparse = spmatrix(matrix(A.data), matrix(A.col), matrix(A.row), size=A.shape)
         self._factor = cholmod.symbolic(sparse)
         try:
             cholmod.numeric(sparse, self._factor)
@@ -127,10 +148,8 @@ class _Pardiso:
 
     _REAL_SPD = 2
 
-    def __init__(self, A: sp.csr_array) -> None:
-        upper = sp.triu(A, format="csr")
-        upper.sort_indices()
-        self._n = A.shape[0]
+    def __init__(self, upper: sp.csr_array) -> None:
+        self._n = upper.shape[0]
         self._values = np.ascontiguousarray(upper.data, dtype=np.float64)
         self._rows = np.ascontiguousarray(upper.indptr, dtype=np.int32)
         self._columns = np.ascontiguousarray(upper.indices, dtype=np.int32)
@@ -183,16 +202,26 @@ class _Pardiso:
 @functools.cache
 def _mkl_library() -> ctypes.CDLL | None:
     """MKL's single dynamic library from the `mkl` package, or None where it is not installed."""
+    file = _packaged_library("mkl", "libmkl_rt.so")
+    if file is None:
+        return None
     try:
-        files = importlib.metadata.files("mkl") or []
+        library = ctypes.CDLL(str(file), mode=ctypes.RTLD_GLOBAL)
+    except OSError as error:
+        log.warning("MKL is installed but does not load (%s)", error)
+        return None
+    library.MKL_Set_Threading_Layer(_INTEL_OPENMP)
+    threads = _packaged_library("intel-openmp", "libiomp5.so")
+    if threads is not None:
+        # Its threads would spin for 0.2 s after every solve, on the cores that the work between two solves needs.
+        ctypes.CDLL(str(threads)).kmp_set_blocktime(0)
+    return library
+
+
+def _packaged_library(package: str, name: str) -> Path | None:
+    """File of a shared library that a Python package brings along, or None."""
+    try:
+        files = importlib.metadata.files(package) or []
     except importlib.metadata.PackageNotFoundError:
         return None
-    for file in files:
-        if file.name.startswith("libmkl_rt.so"):
-            try:
-                library = ctypes.CDLL(str(Path(str(file.locate())).resolve()), mode=ctypes.RTLD_GLOBAL)
-                library.MKL_Set_Threading_Layer(_INTEL_OPENMP)
-                return library
-            except OSError as error:
-                log.warning("MKL is installed but does not load (%s)", error)
-    return None
+    return next((Path(str(file.locate())).resolve() for file in files if file.name.startswith(name)), None)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.carrier_interface import CarrierInterface
 from geometry.parameters import N_PINS, CarrierParameters, GearData, pin_angles
 
 #: Six components at a pilot: force x y z [N], moment x y z [N m].
@@ -82,7 +83,7 @@ def bonded_pin_load(pin: int, force: float, moment: float) -> dict[str, PilotLoa
 
 
 def simply_supported_pin_load(
-    pin: int, force: float, moment: float, carrier: CarrierParameters
+    pin: int, force: float, moment: float, carrier: CarrierParameters | CarrierInterface
 ) -> dict[str, PilotLoad]:
     """Forces of an absent, simply supported pin on its two bores: the pin's own equilibrium (lever rule).
 
@@ -91,8 +92,7 @@ def simply_supported_pin_load(
     """
     angle = float(pin_angles()[pin - 1])
     t, e = tangential(angle), radial(angle)
-    x1, x2 = float(np.mean(carrier.upwind_bore_x)), float(np.mean(carrier.downwind_bore_x))
-    x_m = midspan_x(carrier)
+    x1, x_m, x2 = carrier.pin_stations
     span = x2 - x1
     upwind = -force * (x2 - x_m) / span * t - moment / span * e
     downwind = -force * (x_m - x1) / span * t + moment / span * e
@@ -105,7 +105,7 @@ def simply_supported_pin_load(
 
 def midspan_x(carrier: CarrierParameters) -> float:
     """Axial position of the planets' middle plane [m]."""
-    return carrier.upwind_plate_thickness + carrier.plate_gap / 2.0
+    return carrier.pin_stations[1]
 
 
 def together(*loads: Mapping[str, PilotLoad]) -> dict[str, PilotLoad]:

@@ -47,5 +47,5 @@ class Material:
 CAST_IRON = Material("EN-GJS-700-2", E=176e9, nu=0.275, rho=7200.0)
 #: Pins and shafts.
 STEEL = Material("steel", E=210e9, nu=0.3, rho=7850.0)
-#: Material of each body of :mod:`geometry.carrier_mesh`.
-BODY_MATERIALS = {"carrier": CAST_IRON, "pins": STEEL}
+#: Material of each body of :mod:`geometry.carrier_mesh` and :mod:`geometry.main_shaft_mesh`.
+BODY_MATERIALS = {"carrier": CAST_IRON, "pins": STEEL, "main_shaft": STEEL}

@@ -7,7 +7,7 @@ gives the whole (:mod:`geometry.dihedral`), with cut faces that match because th
 import math
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -16,6 +16,7 @@ import numpy as np
 import pygmsh
 from numpy.typing import NDArray
 
+from geometry.carrier_solid import carrier_solid, solid_cylinder
 from geometry.parameters import HALF_SECTOR_ANGLE, CarrierParameters, PinParameters
 from geometry.tet_mesh import TetMesh
 
@@ -57,14 +58,15 @@ def carrier_half_sector(carrier: CarrierParameters, size: float, *, pin: PinPara
     MeshingError
         Where gmsh fails; the message holds gmsh's last error.
     """
-    _refuse_useless_size(size)
+    refuse_useless_size(size)
     circles = [(0.0, 0.0, carrier.sensor_radius)]
     circles += [(x, 0.0, carrier.hub_outer_diameter / 2.0) for x in carrier.upwind_bearing_x]
     # Where a pin hole notches hub or seat, the bore must still end at the plate's face.
     plate_faces = (carrier.upwind_bore_x[0], carrier.downwind_bore_x[1])
     circles += [(x, carrier.centre_distance, carrier.pin_hole_radius) for x in plate_faces]
-    with _quiet_geometry() as geometry:
-        solids = [_carrier_solid(geometry, carrier)]
+    with quiet_geometry() as geometry:
+        whole = carrier_solid(geometry, carrier, (0.0,))
+        solids = [geometry.boolean_intersection([*whole, _wedge(geometry)])[0]]
         if pin is not None:
             pin.check_fits(carrier)
             solids.append(_pin_solid(geometry, carrier, pin))
@@ -77,17 +79,17 @@ def pin_half(carrier: CarrierParameters, pin: PinParameters, size: float) -> Tet
 
     Parameters and errors are those of :func:`carrier_half_sector`; the only body is ``pins``.
     """
-    _refuse_useless_size(size)
+    refuse_useless_size(size)
     pin.check_fits(carrier)
     circles = _bearing_circles(carrier, pin)
     for x in (carrier.upwind_bore_x[1], carrier.downwind_bore_x[0]):
         circles.append((x, carrier.centre_distance, pin.diameter / 2.0))
-    with _quiet_geometry() as geometry:
+    with quiet_geometry() as geometry:
         return _meshed(geometry, carrier, [_pin_solid(geometry, carrier, pin)], circles=circles, size=size)
 
 
 @contextmanager
-def _quiet_geometry() -> Iterator[Any]:
+def quiet_geometry() -> Iterator[Any]:
     """Open pygmsh's OpenCASCADE session without gmsh's messages and with Python's own handling of interrupts.
 
     gmsh replaces the interrupt handler by the system's, which ends the process on the spot, and does not put it back.
@@ -102,7 +104,8 @@ def _quiet_geometry() -> Iterator[Any]:
         signal.signal(signal.SIGINT, handler)
 
 
-def _refuse_useless_size(size: float) -> None:
+def refuse_useless_size(size: float) -> None:
+    """Raise ValueError where `size` [m] is no element edge length that a part of a gearbox can be meshed with."""
     if not (math.isfinite(size) and 0.002 <= size <= 0.2):
         raise ValueError(f"mesh size is {size!r} m; expected an edge length between 0.002 and 0.2 m")
 
@@ -114,11 +117,6 @@ def _bearing_circles(carrier: CarrierParameters, pin: PinParameters) -> list[tup
     return [(x, carrier.centre_distance, pin.diameter / 2.0) for x in ends]
 
 
-def _cylinder(geometry: Any, x: tuple[float, float], radius: float, centre: float = 0.0) -> Any:
-    """Cylinder along x from x[0] to x[1], its axis at (y, z) = (0, centre)."""
-    return geometry.add_cylinder([x[0], 0.0, centre], [x[1] - x[0], 0.0, 0.0], radius)
-
-
 def _wedge(geometry: Any) -> Any:
     """Everything between the meridional planes at 0 and 60 deg."""
     s, c = math.sin(HALF_SECTOR_ANGLE), math.cos(HALF_SECTOR_ANGLE)
@@ -126,36 +124,9 @@ def _wedge(geometry: Any) -> Any:
     return geometry.extrude(geometry.add_polygon(corners), [2.0 * _FAR, 0.0, 0.0])[1]
 
 
-def _carrier_solid(geometry: Any, p: CarrierParameters) -> Any:
-    end_a, start_b, end_b = p.upwind_bore_x[1], *p.downwind_bore_x
-    seat_end = end_b + p.seat_length
-    webs = geometry.boolean_difference(
-        _cylinder(geometry, (end_a, start_b), p.outer_radius),
-        [
-            _cylinder(geometry, (end_a, start_b), p.web_inner_radius),
-            _cylinder(geometry, (end_a, start_b), p.planet_clearance_radius, p.centre_distance),
-        ],
-    )
-    solids = [
-        _cylinder(geometry, (-p.hub_length, 0.0), p.hub_outer_diameter / 2.0),
-        _cylinder(geometry, (0.0, end_a), p.outer_radius),
-        _cylinder(geometry, (start_b, end_b), p.outer_radius),
-        _cylinder(geometry, (end_b, seat_end), p.seat_outer_diameter / 2.0),
-    ]
-    whole = geometry.boolean_union([*solids, *webs])
-    middle = (end_a + start_b) / 2.0
-    bores = [
-        _cylinder(geometry, (-p.hub_length, middle), p.hub_inner_diameter / 2.0),
-        _cylinder(geometry, (middle, seat_end), p.seat_inner_diameter / 2.0),
-        _cylinder(geometry, (-p.hub_length, end_a), p.pin_hole_radius, p.centre_distance),
-        _cylinder(geometry, (start_b, seat_end), p.pin_hole_radius, p.centre_distance),
-    ]
-    return geometry.boolean_intersection([*geometry.boolean_difference(whole, bores), _wedge(geometry)])[0]
-
-
 def _pin_solid(geometry: Any, carrier: CarrierParameters, pin: PinParameters) -> Any:
     x = (0.0, carrier.length_between_faces)
-    whole = _cylinder(geometry, x, pin.diameter / 2.0, carrier.centre_distance)
+    whole = solid_cylinder(geometry, x, pin.diameter / 2.0, (0.0, carrier.centre_distance))
     return geometry.boolean_intersection([whole, _wedge(geometry)])[0]
 
 
@@ -192,31 +163,37 @@ def _meshed(
         _imprint(solids, circles)
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.setOrder(2)
-        return _extracted(carrier)
+        return extracted(lambda volume: "pins" if _is_pin(volume, carrier) else "carrier")
     except Exception as error:
         raise MeshingError(f"gmsh could not mesh the half sector at size {size} m: {error}") from error
 
 
-def _extracted(carrier: CarrierParameters) -> TetMesh:
-    """Copy nodes and elements out of gmsh, numbered from 0 without gaps, the cut faces exactly on their planes."""
+def extracted(body_of: Callable[[int], str]) -> TetMesh:
+    """Copy nodes and elements out of gmsh, numbered from 0 without gaps, the cut faces exactly on their planes.
+
+    Parameters
+    ----------
+    body_of : callable
+        Name of the body that a gmsh volume belongs to.
+    """
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     all_points = coordinates.reshape(-1, 3)
     row = np.zeros(int(tags.max()) + 1, dtype=np.int64)
     row[tags] = np.arange(len(tags))
-    blocks: dict[str, list[NDArray[np.int64]]] = {"carrier": [], "pins": []}
+    blocks: dict[str, list[NDArray[np.int64]]] = {}
     for _, volume in gmsh.model.getEntities(3):
         types, _, nodes = gmsh.model.mesh.getElements(3, volume)
         for kind, numbers in zip(types, nodes, strict=True):
             if kind != _GMSH_TET10:
                 raise MeshingError(f"gmsh returned element type {kind}; expected quadratic tetrahedra ({_GMSH_TET10})")
-            name = "pins" if _is_pin(volume, carrier) else "carrier"
-            blocks[name].append(row[numbers.astype(np.int64)].reshape(-1, 10)[:, _FROM_GMSH_TET10])
-    found = {name: np.concatenate(parts) for name, parts in blocks.items() if parts}
-    tets = np.concatenate(list(found.values()))
-    used, compact = np.unique(tets, return_inverse=True)
+            tets = row[numbers.astype(np.int64)].reshape(-1, 10)[:, _FROM_GMSH_TET10]
+            blocks.setdefault(body_of(volume), []).append(tets)
+    # In the order of their names, whatever the order of gmsh's volumes.
+    found = {name: np.concatenate(blocks[name]) for name in sorted(blocks)}
+    used, compact = np.unique(np.concatenate(list(found.values())), return_inverse=True)
     edges = np.cumsum([0, *(len(part) for part in found.values())])
     bodies = {name: np.arange(edges[i], edges[i + 1]) for i, name in enumerate(found)}
-    return TetMesh(_on_cut_planes(all_points[used]), compact.reshape(tets.shape), {}, bodies)
+    return TetMesh(_on_cut_planes(all_points[used]), compact.reshape(-1, 10), {}, bodies)
 
 
 def _is_pin(volume: int, carrier: CarrierParameters) -> bool:

@@ -1,4 +1,4 @@
-"""Named surfaces of carrier and pin, found from the node coordinates of their boundary facets.
+"""Named surfaces of carrier, pin and main shaft, found from the node coordinates of their boundary facets.
 
 Every surface is stated by its equation (a cylinder of given axis and radius, or a plane) and an axial extent; a
 facet belongs to it when all six nodes satisfy the equation.
@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.main_shaft_parameters import MainShaftParameters
 from geometry.parameters import CarrierParameters, PinParameters, pin_angles
 from geometry.tet_mesh import TetMesh, boundary_facets
 
@@ -44,6 +45,17 @@ def with_carrier_surfaces(mesh: TetMesh, carrier: CarrierParameters, pin: PinPar
 def with_pin_surfaces(mesh: TetMesh, carrier: CarrierParameters, pin: PinParameters) -> TetMesh:
     """Copy of the mesh of pin 1 alone with ``pin_1_upwind``, ``pin_1_downwind`` (its ends in the bores) and ``pin_1_midspan``."""
     equations = {name: eq for name, eq in pin_surface_equations(carrier, pin).items() if name.startswith("pin_1")}
+    return _checked(mesh, _matching(mesh, boundary_facets(mesh.tets), equations), whole=True)
+
+
+def with_main_shaft_surfaces(mesh: TetMesh, carrier: CarrierParameters, shaft: MainShaftParameters) -> TetMesh:
+    """Copy of the main shaft's mesh with its ends ``coupling_flange`` and ``carrier_joint``, and ``main_bearing_seat``."""
+    inner, outer = shaft.inner_diameter / 2.0, shaft.outer_diameter / 2.0
+    equations = {
+        "coupling_flange": _plane(shaft.flange_x(carrier), inner, outer),
+        "main_bearing_seat": _cylinder(shaft.bearing_seat_x(carrier), outer),
+        "carrier_joint": _plane(shaft.joint_x(carrier), inner, outer),
+    }
     return _checked(mesh, _matching(mesh, boundary_facets(mesh.tets), equations), whole=True)
 
 

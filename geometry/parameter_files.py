@@ -1,10 +1,11 @@
-"""Dimensions from a TOML file: tables [carrier], [pin] and [gear], every key a field of the parameter classes."""
+"""Dimensions from a TOML file: tables [carrier], [pin], [gear] and [main_shaft], every key a field of the parameter classes."""
 
 import tomllib
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from geometry.main_shaft_parameters import MainShaftParameters
 from geometry.parameters import CarrierParameters, GearData, PinParameters
 
 #: A parameter file larger than this [bytes] is not one.
@@ -13,14 +14,16 @@ _MOST_BYTES = 100_000
 
 @dataclass(frozen=True)
 class StageParameters:
-    """Everything geometry needs of the planetary stage, the pin checked against the carrier."""
+    """Everything geometry needs of the planetary stage, pin and main shaft checked against the carrier."""
 
     carrier: CarrierParameters = field(default_factory=CarrierParameters)
     pin: PinParameters = field(default_factory=PinParameters)
     gear: GearData = field(default_factory=GearData)
+    main_shaft: MainShaftParameters = field(default_factory=MainShaftParameters)
 
     def __post_init__(self) -> None:
         self.pin.check_fits(self.carrier)
+        self.main_shaft.check_fits(self.carrier)
         if self.gear.centre_distance != self.carrier.centre_distance:
             raise ValueError(
                 f"GearData.centre_distance is {self.gear.centre_distance} m; expected the carrier's centre_distance "
@@ -28,7 +31,12 @@ class StageParameters:
             )
 
 
-_TABLES: dict[str, type] = {"carrier": CarrierParameters, "pin": PinParameters, "gear": GearData}
+_TABLES: dict[str, type] = {
+    "carrier": CarrierParameters,
+    "pin": PinParameters,
+    "gear": GearData,
+    "main_shaft": MainShaftParameters,
+}
 
 
 def read_parameters(path: Path | None) -> StageParameters:

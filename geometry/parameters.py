@@ -25,7 +25,7 @@ def pin_angles() -> NDArray[np.float64]:
     return 2.0 * np.pi * np.arange(N_PINS) / N_PINS
 
 
-def _refuse_non_positive(parameters: object) -> None:
+def refuse_non_positive(parameters: object) -> None:
     """Raise ValueError naming the first field that is not a finite positive number."""
     for field in fields(parameters):  # type: ignore[arg-type]
         value = getattr(parameters, field.name)
@@ -80,7 +80,7 @@ class CarrierParameters:
     """Paper, section 2: the proximity sensors' distance from the axis."""
 
     def __post_init__(self) -> None:
-        _refuse_non_positive(self)
+        refuse_non_positive(self)
         if self.outer_radius > _LARGEST_RADIUS:
             raise ValueError(
                 f"CarrierParameters.outer_radius is {self.outer_radius} m; expected dimensions in metres, at most "
@@ -125,6 +125,12 @@ class CarrierParameters:
     def downwind_bore_x(self) -> tuple[float, float]:
         """Axial extent of the pin bores of plate B [m]."""
         return self.upwind_plate_thickness + self.plate_gap, self.length_between_faces
+
+    @property
+    def pin_stations(self) -> tuple[float, float, float]:
+        """Stations of the middle of the pins' upwind bores, their mid-spans and the middle of their downwind bores [m]."""
+        upwind, downwind = self.upwind_bore_x, self.downwind_bore_x
+        return sum(upwind) / 2.0, self.upwind_plate_thickness + self.plate_gap / 2.0, sum(downwind) / 2.0
 
     def _refuse_pin_hole_outside_plate(self) -> None:
         outer, inner = self.centre_distance + self.pin_hole_radius, self.centre_distance - self.pin_hole_radius
@@ -204,7 +210,7 @@ class PinParameters:
     """GRC: two NJ2232 rows of 80 mm, the mid-span surface that carries the planet."""
 
     def __post_init__(self) -> None:
-        _refuse_non_positive(self)
+        refuse_non_positive(self)
 
     def check_fits(self, carrier: CarrierParameters) -> None:
         """Raise ValueError where the pin does not fit `carrier`; the message names the parameter."""
@@ -244,7 +250,7 @@ class GearData:
     """Paper, Table 3 [rad]; sun right-handed, planet and ring left-handed (GRC)."""
 
     def __post_init__(self) -> None:
-        _refuse_non_positive(self)
+        refuse_non_positive(self)
         for name in ("ring_teeth", "planet_teeth", "sun_teeth"):
             if getattr(self, name) != int(getattr(self, name)):
                 raise ValueError(f"GearData.{name} is {getattr(self, name)}; expected a whole number")

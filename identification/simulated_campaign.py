@@ -6,6 +6,10 @@ from typing import Any
 from identification.campaign import Baseline, Campaign, Channel
 from identification.records import Run
 from simulation.carrier_motion import Response
+from simulation.mounting.case_files import MountingCase
+from simulation.mounting.inputs import MountingInputs
+from simulation.mounting.rig import SENSORS
+from simulation.mounting.simulate import MountingResponse
 from simulation.run_cases import RunCase, Sensor
 
 #: File of a campaign folder that holds the deflection curves.
@@ -69,4 +73,41 @@ def simulated_campaign(
         rig={**rig, "deflection_curves": CURVES_FILE},
         channels=channels,
         runs=records,
+    )
+
+
+def simulated_mounting_campaign(
+    case: MountingCase, records: Sequence[tuple[MountingInputs, MountingResponse]]
+) -> Campaign:
+    """Put simulated records of the mounting rig into the form of a measurement campaign of kind ``mounting``.
+
+    Parameters
+    ----------
+    case : MountingCase
+        What was done, with the nominal rig.
+    records : sequence of (MountingInputs, MountingResponse)
+        Loads and signals of each run of the case.
+
+    Returns
+    -------
+    Campaign
+        Channels named as their sensors; the baseline holds linear bushings alone.
+    """
+    channels = tuple(
+        Channel(sensor, "housing_displacement", "m", sensor=sensor, noise_std=case.noise_std or None)
+        for sensor in SENSORS
+    )
+    runs = tuple(
+        Run(
+            name=run.name,
+            file=f"{run.name}.csv",
+            condition=run.condition,
+            time=response.time,
+            inputs={name: values for name, values in inputs.columns().items() if name != "time"},
+            signals=response.by_sensor(),
+        )
+        for run, (inputs, response) in zip(case.runs, records, strict=True)
+    )
+    return Campaign(
+        kind="mounting", name=case.name, baseline=Baseline("model"), rig=case.rig.table(), channels=channels, runs=runs
     )

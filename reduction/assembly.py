@@ -1,4 +1,9 @@
-"""Reduced bodies joined at coinciding pilots: translations tied, rotations sprung (2012 paper, section 3.1)."""
+"""Reduced bodies joined at coinciding pilots: translations tied, rotations sprung or tied (2012 paper, section 3.1).
+
+The coordinates q of the assembly give those of all bodies, ``x = L q``. A joint may also hold its second pilot at a given
+small motion relative to its first, ``x = L q + x0`` with x0 on that pilot's coordinates alone: the bodies' statics
+``K x = f`` then read ``Lᵀ K L q = Lᵀ f - Lᵀ K x0``, and a sensor reads ``S x = S L q + S x0``.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,7 +20,7 @@ _SAME_POINT = 1e-6
 
 @dataclass(frozen=True)
 class Joint:
-    """A tie of two pilots at one point: translations equal, relative rotations against springs.
+    """A tie of two pilots at one point: translations equal, relative rotations against springs or tied as well.
 
     Raises
     ------
@@ -28,9 +33,9 @@ class Joint:
     second: str
     """Pilot on the other; its translations become the first's."""
     bending_stiffness: float
-    """Against relative rotation about y and z [N m/rad]."""
+    """Against relative rotation about y and z [N m/rad]; infinite ties it."""
     torsional_stiffness: float
-    """Against relative rotation about x, the pin's axis [N m/rad]."""
+    """Against relative rotation about x, the pin's axis [N m/rad]; infinite ties it."""
     slides: bool = False
     """Whether the second body is free to slide along x in the first."""
 
@@ -40,6 +45,42 @@ class Joint:
                 raise ValueError(
                     f"joint {self.first}-{self.second}: {name} is {getattr(self, name)}; expected 0 or more"
                 )
+
+    @property
+    def stiffness(self) -> NDArray[np.float64]:
+        """Against relative rotation about x, y and z [N m/rad], shape (3,)."""
+        return np.array([self.torsional_stiffness, self.bending_stiffness, self.bending_stiffness])
+
+    @property
+    def tied(self) -> NDArray[np.bool_]:
+        """Which of the pilots' six coordinates are tied, shape (6,)."""
+        return np.concatenate([[not self.slides, True, True], np.isinf(self.stiffness)])
+
+
+@dataclass(frozen=True, eq=False)
+class ImposedMotion:
+    """What a given relative motion in joints adds to an assembly of n coordinates.
+
+    Parameters
+    ----------
+    load : ndarray, shape (n,)
+        ``-Lᵀ K x0`` [N, N m], on the right-hand side for as long as the motion is there.
+    sensor_offset : ndarray, shape (n_sensors,)
+        ``S x0`` [m], to be added to the sensor rows' readings.
+    pilot_offset : mapping of str to ndarray, shape (6,)
+        x0: motion of each held pilot beyond its coordinates in the assembly [m, rad].
+    stiffness_work : float
+        ``x0ᵀ K x0`` [J], for the strain energy.
+    """
+
+    load: NDArray[np.float64]
+    sensor_offset: NDArray[np.float64]
+    pilot_offset: Mapping[str, NDArray[np.float64]]
+    stiffness_work: float
+
+    def strain_energy(self, K: NDArray[np.float64], q: NDArray[np.float64]) -> float:
+        """Energy ``xᵀ K x / 2`` [J] in the bodies and joints, K and q (n,) being the assembly's."""
+        return float(q @ K @ q / 2.0 - q @ self.load + self.stiffness_work / 2.0)
 
 
 def assembled(name: str, bodies: Sequence[ReducedModel], joints: Sequence[Joint]) -> ReducedModel:
@@ -57,7 +98,7 @@ def assembled(name: str, bodies: Sequence[ReducedModel], joints: Sequence[Joint]
     Returns
     -------
     ReducedModel
-        Coordinates of all bodies in their order, less the tied translations; every pilot keeps six coordinates.
+        Coordinates of all bodies in their order, less the tied ones; every pilot keeps six coordinates.
 
     Raises
     ------
@@ -68,12 +109,8 @@ def assembled(name: str, bodies: Sequence[ReducedModel], joints: Sequence[Joint]
     """
     pilots = _merged([body.pilots for body in bodies], "pilot")
     _merged([dict.fromkeys(body.sensor_names, np.zeros(0)) for body in bodies], "sensor")
-    rows: dict[str, NDArray[np.int64]] = {}
-    offset = 0
-    for body in bodies:
-        rows |= {pilot: coordinates + offset for pilot, coordinates in body.pilot_coordinates.items()}
-        offset += body.n_coordinates
-    L, row_of = _tie_matrix(offset, joints, rows, pilots)
+    rows = _rows(bodies)
+    L, row_of = _tie_matrix(sum(body.n_coordinates for body in bodies), joints, rows, pilots)
     K = scipy.linalg.block_diag(*(body.K for body in bodies))
     for joint in joints:
         _add_springs(K, rows[joint.first][3:], rows[joint.second][3:], joint)
@@ -93,6 +130,59 @@ def assembled(name: str, bodies: Sequence[ReducedModel], joints: Sequence[Joint]
         mass_properties=_together([body.mass_properties for body in bodies]),
         provenance={f"{body.name}: {key}": value for body in bodies for key, value in body.provenance.items()},
     )
+
+
+def imposed_motion(
+    bodies: Sequence[ReducedModel], joints: Sequence[Joint], motions: Mapping[str, NDArray[np.float64]]
+) -> ImposedMotion:
+    """Load and sensor offset of given relative motions in the joints of an assembly, exact to first order.
+
+    Parameters
+    ----------
+    bodies, joints
+        Those of :func:`assembled`.
+    motions : mapping of str to ndarray, shape (6,)
+        By the joint's second pilot: its translation [m] and rotation [rad] relative to the first, in the bodies' frame.
+
+    Raises
+    ------
+    ValueError
+        Where no joint has that second pilot, or the motion is along a coordinate that the joint does not tie.
+    """
+    pilots = _merged([body.pilots for body in bodies], "pilot")
+    n = sum(body.n_coordinates for body in bodies)
+    rows = _rows(bodies)
+    L, _ = _tie_matrix(n, joints, rows, pilots)
+    x0 = np.zeros(n)
+    for pilot, motion in motions.items():
+        joint = next((joint for joint in joints if joint.second == pilot), None)
+        if joint is None:
+            raise ValueError(f"no joint has {pilot!r} as its second pilot; expected one that holds the motion")
+        if any(other.first == pilot for other in joints):
+            raise ValueError(
+                f"pilot {pilot} carries a further joint, which would have to follow; expected the last of a chain"
+            )
+        if np.any(np.asarray(motion)[~joint.tied] != 0.0):
+            raise ValueError(
+                f"joint {joint.first}-{pilot}: a motion is imposed along a coordinate that is free or sprung; expected "
+                "zero there, or an infinite stiffness"
+            )
+        x0[rows[pilot]] = motion
+    # No springs here: a spring acts on coordinates that are not tied, and those carry no imposed motion.
+    K_x0 = scipy.linalg.block_diag(*(body.K for body in bodies)) @ x0
+    S = scipy.linalg.block_diag(*(body.sensor_rows for body in bodies))
+    offsets = {pilot: x0[rows[pilot]] for pilot in motions}
+    return ImposedMotion(-L.T @ K_x0, S @ x0, offsets, float(x0 @ K_x0))
+
+
+def _rows(bodies: Sequence[ReducedModel]) -> dict[str, NDArray[np.int64]]:
+    """Rows of every pilot's coordinates among those of all bodies."""
+    rows: dict[str, NDArray[np.int64]] = {}
+    offset = 0
+    for body in bodies:
+        rows |= {pilot: coordinates + offset for pilot, coordinates in body.pilot_coordinates.items()}
+        offset += body.n_coordinates
+    return rows
 
 
 def _merged(parts: Sequence[Mapping[str, NDArray[np.float64]]], kind: str) -> dict[str, NDArray[np.float64]]:
@@ -120,11 +210,10 @@ def _tie_matrix(
         gap = float(np.linalg.norm(pilots[joint.first] - pilots[joint.second]))
         if gap > _SAME_POINT:
             raise ValueError(f"pilots {joint.first} and {joint.second} are {gap:.3g} m apart; expected one point")
-        directions = slice(1, 3) if joint.slides else slice(0, 3)
-        tied = rows[joint.second][directions]
+        tied = rows[joint.second][joint.tied]
         if (representative[tied] != tied).any():
             raise ValueError(f"pilot {joint.second} is tied twice; expected one joint a pilot")
-        representative[tied] = rows[joint.first][directions]
+        representative[tied] = rows[joint.first][joint.tied]
     # A chain of joints may be given in any order: follow it to its end.
     while (representative[representative] != representative).any():
         representative = representative[representative]
@@ -135,7 +224,8 @@ def _tie_matrix(
 
 
 def _add_springs(K: NDArray[np.float64], a: NDArray[np.int64], b: NDArray[np.int64], joint: Joint) -> None:
-    stiffness = np.array([joint.torsional_stiffness, joint.bending_stiffness, joint.bending_stiffness])
+    # Tied rotations need no spring.
+    stiffness = np.where(np.isinf(joint.stiffness), 0.0, joint.stiffness)
     K[a, a] += stiffness
     K[b, b] += stiffness
     K[a, b] -= stiffness

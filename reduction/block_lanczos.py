@@ -12,16 +12,20 @@ import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from fe.dense_threads import one_dense_thread
 from fe.static import AccuracyError
 
 #: Relative residual of an eigenvalue 1 / ω² at which it counts as found.
 _TOLERANCE = 1e-10
 #: A direction is new when at least this share of it is left after orthogonalisation.
 _NEW_SHARE = 1e-10
+#: Columns of the basis kept in one piece of memory.
+_PIECE = 64
 #: More steps than this per wanted mode mean that the operator is not what it should be.
 _STEPS_PER_MODE = 6
 
 
+@one_dense_thread()
 def lowest_modes(
     answer: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     M: sp.csr_array,
@@ -60,49 +64,66 @@ def lowest_modes(
     block_size = start.shape[1]
     n_steps = _STEPS_PER_MODE * (n_modes // block_size + 4)
     Q, MQ, _ = _orthonormal(start, M, 0.0)
-    basis, M_basis = _Columns(Q), _Columns(MQ)
-    T = np.zeros((0, 0))
+    basis, T = _Basis(len(start)), np.zeros((0, 0))
+    recent, M_recent = Q, MQ
     for _ in range(n_steps):
+        basis.append(Q)
         W = answer(MQ)
-        projection = M_basis.all.T @ W
+        MW = M @ W
+        size = float(np.sqrt(np.einsum("ij,ij->j", W, MW).max()))
+        # In exact arithmetic the last two blocks are the only ones met; what rounding brings back of all of them follows.
+        met = recent.T @ MW
+        W -= recent @ met
+        MW -= M_recent @ met
+        projection = basis.coefficients(MW)
+        W -= basis.combined(projection)
+        projection[-len(met) :] += met
         T = _bordered(T, projection)
-        W -= basis.all @ projection
-        W -= basis.all @ (M_basis.all.T @ W)
-        Q, MQ, B = _orthonormal(W, M, float(np.linalg.norm(projection, axis=0).max()))
+        Q_before, MQ_before = Q, MQ
+        Q, MQ, B = _orthonormal(W, M, size)
         theta, S = np.linalg.eigh(T)
         wanted = np.argsort(theta)[::-1][:n_modes]
         residual = np.linalg.norm(B @ S[-projection.shape[1] :, wanted], axis=0) / np.abs(theta[wanted])
         if len(wanted) == n_modes and (Q.shape[1] == 0 or residual.max() < _TOLERANCE):
-            return 1.0 / theta[wanted], basis.all @ S[:, wanted]
+            return 1.0 / theta[wanted], basis.combined(S[:, wanted])
         if Q.shape[1] == 0:
             break
-        basis.append(Q)
-        M_basis.append(MQ)
+        recent, M_recent = np.concatenate([Q_before, Q], axis=1), np.concatenate([MQ_before, MQ], axis=1)
     raise AccuracyError(f"block Lanczos found fewer than {n_modes} modes in {len(T)} vectors of blocks of {block_size}")
 
 
-class _Columns:
-    """Columns that grow block by block in one array, so that orthogonalisation is one matrix product."""
+class _Basis:
+    """Orthonormal columns that grow block by block: in pieces, so that none is ever copied, large enough for fast products."""
 
-    def __init__(self, first: NDArray[np.float64]) -> None:
-        self._store = np.empty((first.shape[0], 8 * first.shape[1]), order="F")
-        self._n = 0
-        self.append(first)
-
-    @property
-    def all(self) -> NDArray[np.float64]:
-        """All columns so far, shape (n, k)."""
-        return self._store[:, : self._n]
+    def __init__(self, n: int) -> None:
+        self._n = n
+        self._pieces: list[NDArray[np.float64]] = []
+        self._filled = 0
 
     def append(self, block: NDArray[np.float64]) -> None:
         """Add the columns of `block`."""
-        needed = self._n + block.shape[1]
-        if needed > self._store.shape[1]:
-            grown = np.empty((self._store.shape[0], 2 * needed), order="F")
-            grown[:, : self._n] = self.all
-            self._store = grown
-        self._store[:, self._n : needed] = block
-        self._n = needed
+        if not self._pieces or self._filled + block.shape[1] > self._pieces[-1].shape[1]:
+            if self._pieces:
+                self._pieces[-1] = self._pieces[-1][:, : self._filled]
+            self._pieces.append(np.empty((self._n, max(_PIECE, block.shape[1])), order="F"))
+            self._filled = 0
+        self._pieces[-1][:, self._filled : self._filled + block.shape[1]] = block
+        self._filled += block.shape[1]
+
+    def coefficients(self, MW: NDArray[np.float64]) -> NDArray[np.float64]:
+        """``Qᵀ M W`` of all columns Q."""
+        return np.concatenate([piece.T @ MW for piece in self._used()])
+
+    def combined(self, coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
+        """``Q c``, shape (n, k)."""
+        total, first = np.zeros((self._n, coefficients.shape[1]), order="F"), 0
+        for piece in self._used():
+            total += piece @ coefficients[first : first + piece.shape[1]]
+            first += piece.shape[1]
+        return total
+
+    def _used(self) -> list[NDArray[np.float64]]:
+        return [*self._pieces[:-1], self._pieces[-1][:, : self._filled]]
 
 
 def _bordered(T: NDArray[np.float64], projection: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,11 +1,13 @@
 """Craig-Bampton reduction of a structural model (Craig and Bampton 1968), pilots by distributing couplings."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fe.dense_threads import one_dense_thread
+from fe.rigid_fit import ALL_COMPONENTS
 from fe.structural_model import StructuralModel
 from reduction.ffrf_data import ffrf_data
 from reduction.fixed_interface_modes import FixedInterfaceModes, fixed_interface_modes
@@ -39,6 +41,7 @@ class Reduction:
     modes: FixedInterfaceModes
 
 
+@one_dense_thread()
 def craig_bampton(
     structure: StructuralModel,
     n_modes: int,
@@ -79,6 +82,7 @@ def craig_bampton(
     ----------
     Craig and Bampton (1968), AIAA Journal 6(7), 1313-1319.
     """
+    _refuse_partial_pilots(structure)
     body = GroundedBody(structure.K, structure.points, structure.rigid_points)
     held = HeldStructure(body, structure.pilots)
     Psi, K_bb = held.constraint_modes()
@@ -96,7 +100,7 @@ def craig_bampton(
         K=K_r,
         M=(M_r + M_r.T) / 2.0,
         D=D_r,
-        labels=_labels(structure, modes.omega),
+        labels=coordinate_labels((pilot.name for pilot in structure.pilots), modes.omega),
         pilots={pilot.name: pilot.point for pilot in structure.pilots},
         pilot_coordinates={p.name: np.arange(6 * i, 6 * i + 6) for i, p in enumerate(structure.pilots)},
         sensor_names=sensors.names if sensors else (),
@@ -108,13 +112,23 @@ def craig_bampton(
     return Reduction(model, body, Psi, modes)
 
 
+def _refuse_partial_pilots(structure: StructuralModel) -> None:
+    for pilot in structure.pilots:
+        if pilot.components != ALL_COMPONENTS:
+            raise ValueError(
+                f"{structure.name}: pilot {pilot.name!r} has components {pilot.components} only; a reduced body keeps six "
+                f"coordinates a pilot, expected {ALL_COMPONENTS}: average directions that determine them all"
+            )
+
+
 def mass_properties(structure: StructuralModel) -> MassProperties:
     """Mass, centre and inertia from the mass matrix and the rigid motions, ``Rᵀ M R``."""
     R = structure.rigid_modes
     return rigid_mass_properties(R.T @ (structure.M @ R))
 
 
-def _labels(structure: StructuralModel, omega: NDArray[np.float64]) -> tuple[str, ...]:
-    pilots = [f"{pilot.name} {coordinate}" for pilot in structure.pilots for coordinate in PILOT_COORDINATES]
+def coordinate_labels(pilots: Iterable[str], omega: NDArray[np.float64]) -> tuple[str, ...]:
+    """Every coordinate of a reduced body in words: its pilots' six each, then its modes with their frequencies [Hz]."""
+    moved = [f"{pilot} {coordinate}" for pilot in pilots for coordinate in PILOT_COORDINATES]
     modes = [f"mode {i} ({w / (2.0 * np.pi):.1f} Hz)" for i, w in enumerate(omega, start=1)]
-    return (*pilots, *modes)
+    return (*moved, *modes)

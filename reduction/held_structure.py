@@ -9,20 +9,45 @@ self-equilibrated solution: their reactions are zero. So
     Hᵀ λ = Rᵀ f,
 
 one sparse Cholesky factorisation, one block solve, and a dense system of 6 (pilots + 1) unknowns. No penalty and no
-dense null space enters; docs/decisions/0003 compares it with factorising the saddle point itself.
+dense null space enters; docs/decisions/0003 compares it with factorising the saddle point itself. Where symmetry splits the
+body (:mod:`fe.symmetry_blocks`), every block is such a problem, with one or two rigid-body modes of its own.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.couplings import Pilot
 from fe.factorisation import Factorisation, factorise
 from fe.surface_integrals import rigid_body_modes
+from fe.symmetry_blocks import SymmetryBlock
+
+
+class Grounded(Protocol):
+    """A free body, or a part of its problem, held statically determinately."""
+
+    @property
+    def rigid_modes(self) -> NDArray[np.float64]:
+        """Rigid-body modes R, shape (n, k)."""
+        ...
+
+    def displacement(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Displacement ``A f`` of the grounded body, shape of `f`: (n,) or (n, k)."""
+        ...
+
+
+class Coupling(Protocol):
+    """What is held or moved: ``G u = d``."""
+
+    @property
+    def G(self) -> sp.csr_array:  # noqa: N802 (the letter of the equation)
+        """Coupling, shape (m, n)."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,17 +80,40 @@ class GroundedBody:
 
     def displacement(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
         """Displacement ``A f`` of the grounded body, shape of `f`: (n,) or (n, k)."""
-        u = np.zeros_like(f)
-        u[self._free] = self._factor.solve(f[self._free])
-        return u
-
-    @cached_property
-    def _free(self) -> NDArray[np.int64]:
-        return np.setdiff1d(np.arange(self.K.shape[0]), statically_determinate_dofs(self.points))
+        return self._factor.solve(f)
 
     @cached_property
     def _factor(self) -> Factorisation:
-        return factorise(sp.csr_array(self.K[self._free][:, self._free]))
+        return factorise(self.K, held=statically_determinate_dofs(self.points))
+
+
+@dataclass(frozen=True, eq=False)
+class GroundedBlock:
+    """One block of a symmetric body, held statically determinately.
+
+    Parameters
+    ----------
+    block : SymmetryBlock
+        The block.
+    """
+
+    block: SymmetryBlock
+
+    @property
+    def rigid_modes(self) -> NDArray[np.float64]:
+        """The block's rigid-body modes R, shape (n, k)."""
+        return self.block.rigid_modes
+
+    def displacement(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Displacement ``A f`` of the grounded block, shape of `f`: (n,) or (n, k)."""
+        return self._factor.solve(f)
+
+    @cached_property
+    def _factor(self) -> Factorisation:
+        # The unknowns that the rigid motions move most independently: leading pivots of Rᵀ.
+        R = self.block.rigid_modes / np.abs(self.block.rigid_modes).max(axis=0)
+        order = scipy.linalg.qr(R.T, mode="r", pivoting=True)[1]
+        return factorise(self.block.K, held=np.asarray(order[: R.shape[1]], dtype=np.int64))
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,14 +122,14 @@ class HeldStructure:
 
     Parameters
     ----------
-    body : GroundedBody
-        The body; its factor serves any choice of pilots.
-    pilots : tuple of Pilot
-        Pilots that are held or moved; they must hold the body's six rigid motions.
+    body : Grounded
+        The body, or a block of it; its factor serves any choice of pilots.
+    pilots : sequence of Coupling
+        Pilots that are held or moved; they must hold the body's rigid motions.
     """
 
-    body: GroundedBody
-    pilots: tuple[Pilot, ...]
+    body: Grounded
+    pilots: Sequence[Coupling]
 
     def solve(self, f: NDArray[np.float64], d: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Displacement u, shape (n, k), and reactions λ, shape (m, k), under nodal forces `f` and pilot motions `d`.
@@ -91,12 +139,18 @@ class HeldStructure:
         Af = self.body.displacement(f)
         right = np.concatenate([self._couplings @ Af - d, self.body.rigid_modes.T @ f])
         lagrange, a = self._split(right)
-        return Af - self._answer_to_couplings @ lagrange + self.body.rigid_modes @ a, lagrange
+        Af -= self._answer_to_couplings @ lagrange
+        Af += self.body.rigid_modes @ a
+        return Af, lagrange
+
+    def answer(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Displacement (n, k) under nodal forces `f` (n, k), every pilot held."""
+        return self.solve(f, np.zeros((self._couplings.shape[0], f.shape[1])))[0]
 
     def constraint_modes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Constraint modes Ψ, shape (n, m), and the pilots' static stiffness ``Ψᵀ K Ψ = -λ``, shape (m, m)."""
         m = self._couplings.shape[0]
-        lagrange, a = self._split(np.concatenate([-np.eye(m), np.zeros((6, m))]))
+        lagrange, a = self._split(np.concatenate([-np.eye(m), np.zeros((self.body.rigid_modes.shape[1], m))]))
         stiffness = -(lagrange + lagrange.T) / 2.0
         return self.body.rigid_modes @ a - self._answer_to_couplings @ lagrange, stiffness
 
@@ -120,8 +174,8 @@ class HeldStructure:
     def _dense_factor(self) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
         S = self._couplings @ self._answer_to_couplings
         H = self._couplings @ self.body.rigid_modes
-        m = len(S)
-        matrix = np.zeros((m + 6, m + 6))
+        m, k = H.shape
+        matrix = np.zeros((m + k, m + k))
         matrix[:m, :m], matrix[:m, m:], matrix[m:, :m] = (S + S.T) / 2.0, -H, H.T
         return scipy.linalg.lu_factor(matrix)
 

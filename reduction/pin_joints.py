@@ -1,5 +1,7 @@
 """The carrier with its three pins in the reduced space, the pin fit as one bending stiffness."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,8 +12,10 @@ from reduction.reduced_model import ReducedModel, turned
 
 #: Paper, section 3.1: bending and torsional stiffness of each pin interface [N m/rad].
 PAPER_STIFFNESS = 1e6
-#: Derived: the stiffness whose rim deflection equals that of the paper's Table 4.
+#: Derived with beams for pins: gives the rim deflection of the paper's Table 4 (this chain's own figure: docs/pin_fit.md).
 TABLE_4_STIFFNESS = 1.4e7
+#: Pin fits by name [N m/rad]: pins that pivot freely, the paper's, the one of Table 4, pins clamped into rigid bores.
+PIN_FITS = {"free": 0.0, "paper": PAPER_STIFFNESS, "table_4": TABLE_4_STIFFNESS, "rigid": math.inf}
 #: A free pin would spin about its own axis; this holds it at one end, where no load makes it turn [N m/rad].
 _SPIN_HOLD = 1.0
 
@@ -24,7 +28,7 @@ def pin_pilot(pin: int, part: str) -> str:
 
 
 def carrier_with_pins(
-    carrier: ReducedModel, pin: ReducedModel, stiffness: float, *, sliding: bool = False
+    carrier: ReducedModel, pin: ReducedModel, stiffness: float = PAPER_STIFFNESS, *, sliding: bool = False
 ) -> ReducedModel:
     """Join the flexible carrier and three copies of pin 1 at six interfaces.
 
@@ -35,9 +39,9 @@ def carrier_with_pins(
     pin : ReducedModel
         Pin 1 in the carrier's frame.
     stiffness : float
-        Bending and torsional stiffness of every interface [N m/rad]; 0 is a simply supported pin. Then each pin is kept
-        from spinning by a spring at its upwind end alone, which transmits no moment.
-
+        Bending and torsional stiffness of every interface [N m/rad], the paper's by default; `PIN_FITS` names others.
+        0 is a simply supported pin: each is kept from spinning by a spring at its upwind end alone, which transmits no
+        moment. Infinite ties the rotations.
     sliding : bool
         Whether the pins' downwind ends are free to slide along x. The paper ties all translations; then even a pin of
         stiffness 0 keeps the plates' bores at its own length.

@@ -43,16 +43,41 @@ def static_coordinates(
         # Tied pilots share rows: add, never assign.
         np.add.at(f, model.coordinates_of(pilot), load)
     fixed = np.concatenate([np.zeros(0, dtype=np.int64), *(model.coordinates_of(pilot) for pilot in held)])
+    return held_solution(model, fixed, f, f"holding {', '.join(held)}")
+
+
+def held_solution(
+    model: ReducedModel, fixed: NDArray[np.int64], f: NDArray[np.float64], holding: str
+) -> NDArray[np.float64]:
+    """Coordinates q of K q = f, shape (n,) or (n, k), with single coordinates held at zero.
+
+    Parameters
+    ----------
+    model : ReducedModel
+        Body or assembly.
+    fixed : ndarray of int
+        Coordinates held at zero; an axial, radial or rotational support holds some of a pilot's six.
+    f : ndarray, shape (n,) or (n, k)
+        Right-hand sides [N, N m].
+    holding : str
+        What is held, in words, for the message of an error.
+
+    Raises
+    ------
+    LinAlgError
+        Where they leave the body free to move.
+    """
     free = np.setdiff1d(np.arange(model.n_coordinates), fixed)
-    q = np.zeros(model.n_coordinates)
+    q = np.zeros_like(f, dtype=np.float64)
     # Coordinates are translations, rotations and modal amplitudes: scale each to unit stiffness before factorising.
     scale = 1.0 / np.sqrt(model.K.diagonal()[free])
     K = model.K[np.ix_(free, free)] * np.outer(scale, scale)
-    q[free] = scale * scipy.linalg.cho_solve(_factor(K, model.name, held), scale * f[free])
+    column = scale.reshape(-1, *[1] * (f.ndim - 1))
+    q[free] = column * scipy.linalg.cho_solve(_factor(K, model.name, holding), column * f[free])
     return q
 
 
-def _factor(K: NDArray[np.float64], name: str, held: Sequence[str]) -> tuple[NDArray[np.float64], bool]:
+def _factor(K: NDArray[np.float64], name: str, holding: str) -> tuple[NDArray[np.float64], bool]:
     """Cholesky factor of a stiffness with unit diagonal; refused where a motion meets no more than rounding."""
     try:
         factor = scipy.linalg.cho_factor(K)
@@ -62,7 +87,7 @@ def _factor(K: NDArray[np.float64], name: str, held: Sequence[str]) -> tuple[NDA
         smallest = float(factor[0].diagonal().min()) ** 2
     if not smallest > _SINGULAR:
         raise scipy.linalg.LinAlgError(
-            f"{name}: holding {', '.join(held)} leaves a part free to move; expected every motion to meet a stiffness"
+            f"{name}: {holding} leaves a part free to move; expected every motion to meet a stiffness"
         )
     return factor
 
@@ -76,11 +101,8 @@ def pilot_compliance(model: ReducedModel, held: Sequence[str]) -> NDArray[np.flo
         Pilots in the model's order, six rows each, without the held ones.
     """
     rows = np.concatenate([model.coordinates_of(pilot) for pilot in model.pilots if pilot not in held])
-    free = np.setdiff1d(np.arange(model.n_coordinates), np.concatenate([model.coordinates_of(pilot) for pilot in held]))
-    scale = 1.0 / np.sqrt(model.K.diagonal()[free])
-    factor = _factor(model.K[np.ix_(free, free)] * np.outer(scale, scale), model.name, held)
+    fixed = np.concatenate([model.coordinates_of(pilot) for pilot in held])
     unit = np.zeros((model.n_coordinates, len(rows)))
     unit[rows, np.arange(len(rows))] = 1.0
-    answer = np.zeros_like(unit)
-    answer[free] = scale[:, None] * scipy.linalg.cho_solve(factor, scale[:, None] * unit[free])
+    answer = held_solution(model, fixed, unit, f"holding {', '.join(held)}")
     return answer[rows]

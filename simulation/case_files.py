@@ -137,7 +137,7 @@ def read_case(path: Path, delta_f: DeflectionCurve) -> SimulationCase:
     ValueError
         Where the file is missing, too large, not TOML, or a key is unknown, missing or wrong.
     """
-    document = checked_table(_read_toml(path), path.name, required=_CASE_KEYS)
+    document = checked_table(read_case_document(path), path.name, required=_CASE_KEYS)
     if document["version"] > 1:
         raise ValueError(f"{path.name}: version is {document['version']}, written by a newer version; expected 1")
     rig = checked_table(document["rig"], f"{path.name}, [rig]", required=_RIG_KEYS)
@@ -189,8 +189,14 @@ def _run_case(table: Mapping[str, Any], document: Mapping[str, Any], where: str,
     )
 
 
-def _read_toml(path: Path) -> dict[str, Any]:
-    """Parse a small TOML file; every failure becomes one line that names the file."""
+def read_case_document(path: Path) -> dict[str, Any]:
+    """Parse a small TOML file; every failure becomes one line that names the file.
+
+    Raises
+    ------
+    ValueError
+        Where the file is missing, too large or not TOML.
+    """
     if not path.is_file():
         raise ValueError(f"{path}: no such file; expected a case file (TOML)")
     if path.stat().st_size > _LARGEST_CASE_FILE:

@@ -14,9 +14,18 @@ from geometry.carrier_mesh import (
 )
 from geometry.parameters import CarrierParameters, GearData, PinParameters
 from reduction.craig_bampton import craig_bampton
+from workflows.cache_store import FOLDER_VARIABLE
 
 #: Coarse [m]: identities of the method hold on any mesh, and the curves' orders are within a few per cent already.
 SIZE = 0.06
+
+
+@pytest.fixture(scope="session", autouse=True)
+def own_cache(tmp_path_factory):
+    """A cache of the test run's own: no result of another run is taken, none is left with the user."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(FOLDER_VARIABLE, str(tmp_path_factory.mktemp("cache")))
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -43,21 +43,27 @@ def _application() -> Any:
         estimate_gear_life,
         export_body,
         identify_parameters,
+        list_cad_faces,
         mesh_carrier,
         read_printed_tables,
         reduce_body,
         run,
         simulate_load_case,
+        study_pin_fit,
         tables,
+        write_cad,
     )
 
     app = cyclopts.App(name="carrierflex", help=_HELP, version=software_name, suppress_keyboard_interrupt=False)
     for name, workflow, table in (
         ("run", run.main, tables.summary_table),
         ("mesh", mesh_carrier.main, tables.quality_table),
+        ("cad", write_cad.main, tables.cad_table),
+        ("cad-faces", list_cad_faces.main, tables.cad_table),
         ("curves", compute_curves.main, tables.curve_table),
         ("reduce", reduce_body.main, tables.reduced_table),
         ("couplings", compare_couplings.main, tables.coupling_table),
+        ("pin-fit", study_pin_fit.main, tables.pin_fit_table),
         ("export", export_body.main, tables.export_table),
         ("certificate", check_certificate.main, tables.certificate_table),
         ("simulate", simulate_load_case.main, tables.campaign_table),

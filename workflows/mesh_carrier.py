@@ -7,15 +7,18 @@ from geometry.carrier_mesh import DEFAULT_SIZE, flexible_carrier_mesh, stiff_car
 from geometry.mesh_files import check_mesh_path, write_mesh
 from geometry.parameter_files import read_parameters
 from geometry.quality import MeshQuality, mesh_quality
+from workflows.carrier_files import CarrierFiles
 from workflows.outputs import prepared_folder
 from workflows.progress import Stages
 
 
 def main(
     *,
-    variant: Literal["stiff", "flexible"],
     out: Path,
+    variant: Literal["stiff", "flexible"] = "flexible",
     size: float = DEFAULT_SIZE,
+    step: Path | None = None,
+    surfaces: Path | None = None,
     parameters: Path | None = None,
     quiet: bool = False,
 ) -> MeshQuality:
@@ -23,12 +26,16 @@ def main(
 
     Parameters
     ----------
-    variant
-        stiff: pins bonded into the bores; flexible: no pins.
     out
         Mesh file: .msh (gmsh), .vtu (ParaView) or .inp (Abaqus, C3D10); coordinates in metres.
+    variant
+        stiff: pins bonded into the bores; flexible: no pins.
     size
         Element edge length [m].
+    step
+        STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
+    surfaces
+        TOML file that states the STEP file's surfaces; carrierflex cad writes one to start from.
     parameters
         TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out keeps its default.
     quiet
@@ -40,11 +47,14 @@ def main(
         A good mesh has a worst scaled Jacobian and a worst shape above 0.2.
     """
     stage = read_parameters(parameters)
+    files = CarrierFiles(step, surfaces)
     check_mesh_path(out)
     prepared_folder(out.parent)
     stages = Stages(2, quiet)
     with stages.stage(f"mesh of the {variant} carrier, {size} m"):
-        if variant == "flexible":
+        if files.given:
+            mesh = files.mesh(variant, size)
+        elif variant == "flexible":
             mesh = flexible_carrier_mesh(stage.carrier, size)
         else:
             mesh = stiff_carrier_mesh(stage.carrier, stage.pin, size)

@@ -1,5 +1,6 @@
 """The bodies that workflows know by name: mesh and finite elements of each."""
 
+from fe.main_shaft import main_shaft_structure
 from fe.structural_model import (
     FLEXIBLE_CARRIER_PILOTS,
     PIN_PILOTS,
@@ -8,18 +9,27 @@ from fe.structural_model import (
     structural_model,
 )
 from geometry.carrier_mesh import flexible_carrier_mesh, pin_mesh, stiff_carrier_mesh
+from geometry.main_shaft_mesh import main_shaft_mesh
 from geometry.parameter_files import StageParameters
 from geometry.tet_mesh import TetMesh
 
 
+def body_name(body: str, variant: str) -> str:
+    """Name of the body that the command line calls carrier (of a variant), pin or main_shaft."""
+    return f"{variant}_carrier" if body == "carrier" else body
+
+
 def body_structure(name: str, stage: StageParameters, size: float) -> tuple[TetMesh, StructuralModel]:
-    """Mesh and finite elements of ``pin``, ``flexible_carrier`` or ``stiff_carrier``, distributing couplings.
+    """Mesh and finite elements of ``pin``, ``main_shaft``, ``flexible_carrier`` or ``stiff_carrier``, distributing couplings.
 
     Raises
     ------
     ValueError
         Where there is no body of that name.
     """
+    if name == "main_shaft":
+        mesh = main_shaft_mesh(stage.carrier, stage.main_shaft, size)
+        return mesh, main_shaft_structure(mesh, stage.carrier, stage.main_shaft)
     pilots: tuple[str, ...]
     if name == "pin":
         mesh, pilots = pin_mesh(stage.carrier, stage.pin, size), PIN_PILOTS
@@ -29,6 +39,7 @@ def body_structure(name: str, stage: StageParameters, size: float) -> tuple[TetM
         mesh, pilots = stiff_carrier_mesh(stage.carrier, stage.pin, size), STIFF_CARRIER_PILOTS
     else:
         raise ValueError(
-            f"no finite elements are known for a body named {name!r}; expected pin, flexible_carrier or stiff_carrier"
+            f"no finite elements are known for a body named {name!r}; expected pin, flexible_carrier, stiff_carrier or "
+            "main_shaft"
         )
     return mesh, structural_model(name, mesh, stage.carrier, pilots)

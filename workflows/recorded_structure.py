@@ -7,10 +7,12 @@ import numpy as np
 from fe.structural_model import (
     StructuralModel,
 )
+from geometry.main_shaft_parameters import MainShaftParameters
 from geometry.parameter_files import StageParameters
 from geometry.parameters import CarrierParameters, GearData, PinParameters
 from geometry.tet_mesh import TetMesh
 from reduction.reduced_model import ReducedModel
+from workflows.carrier_files import CarrierFiles, given_structure
 from workflows.named_bodies import body_structure
 
 #: A body made again is the same where its pilots' stiffness and mass differ by less than this, relatively.
@@ -23,8 +25,8 @@ def recorded_structure(model: ReducedModel) -> tuple[TetMesh, StructuralModel, i
 
     Raises
     ------
-    ValueError
-        Where the inputs are not recorded or the couplings were rigid.
+    FileNotFoundError, ValueError
+        Where the inputs are not recorded, the couplings were rigid, or the carrier's files are gone or changed.
     """
     missing = [key for key in _RECORDED if key not in model.provenance]
     if missing or json.loads(model.provenance.get("coupling", '"rbe3"')) != "rbe3":
@@ -36,8 +38,16 @@ def recorded_structure(model: ReducedModel) -> tuple[TetMesh, StructuralModel, i
     inputs = {key: json.loads(model.provenance[key]) for key in _RECORDED}
     tables, size = inputs["parameters"], float(inputs["size"])
     stage = StageParameters(
-        CarrierParameters(**tables["carrier"]), PinParameters(**tables["pin"]), GearData(**tables["gear"])
+        CarrierParameters(**tables["carrier"]),
+        PinParameters(**tables["pin"]),
+        GearData(**tables["gear"]),
+        # Absent from files written before there was a main shaft; no other body depends on it.
+        MainShaftParameters(**tables.get("main_shaft", {})),
     )
+    if "carrier_files" in model.provenance:
+        variant = model.name.removesuffix("_carrier")
+        mesh = CarrierFiles.recorded(json.loads(model.provenance["carrier_files"])).mesh(variant, size)
+        return mesh, given_structure(variant, mesh)[0], int(inputs["modes"])
     mesh, structure = body_structure(model.name, stage, size)
     return mesh, structure, int(inputs["modes"])
 

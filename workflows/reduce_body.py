@@ -1,7 +1,8 @@
 """Which few coordinates stand for the elastic body? Writes a Craig-Bampton body for a multibody simulation."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -11,13 +12,17 @@ from fe.structural_model import (
 )
 from geometry.carrier_mesh import DEFAULT_SIZE
 from geometry.parameter_files import StageParameters, read_parameters
-from reduction.body_files import write_body
+from reduction.body_files import read_body, write_body
 from reduction.certificate import certify
 from reduction.craig_bampton import craig_bampton
 from reduction.fixed_interface_modes import count_below
 from reduction.held_structure import GroundedBody, HeldStructure
 from reduction.reduced_model import ReducedModel
-from workflows.named_bodies import body_structure
+from workflows.cached_results import cached_files
+from workflows.carrier_files import CarrierFiles, given_structure
+from workflows.cost_preview import CostPreview, reduction_cost, tell
+from workflows.half_sector_bodies import reduced_by_symmetry, refuse_whole_body_options
+from workflows.named_bodies import body_name, body_structure
 from workflows.outputs import prepared_folder, provenance
 from workflows.progress import Stages
 
@@ -27,7 +32,7 @@ DEFAULT_MODES = 20
 
 def main(
     *,
-    body: Literal["carrier", "pin"],
+    body: Literal["carrier", "pin", "main_shaft"],
     out: Path,
     variant: Literal["stiff", "flexible"] = "flexible",
     coupling: Literal["rbe3", "rbe2"] = "rbe3",
@@ -35,14 +40,20 @@ def main(
     max_frequency: float | None = None,
     size: float = DEFAULT_SIZE,
     parameters: Path | None = None,
+    step: Path | None = None,
+    surfaces: Path | None = None,
+    mesh: Path | None = None,
+    by_symmetry: bool = False,
+    preview: bool = False,
+    cache: bool = True,
     quiet: bool = False,
-) -> ReducedModel:
+) -> ReducedModel | CostPreview:
     """Reduce a body to its pilot nodes and fixed-interface modes (Craig-Bampton), with a certificate.
 
     Parameters
     ----------
     body
-        carrier: the planet carrier; pin: planet pin 1 in the carrier's frame.
+        carrier: the planet carrier; pin: planet pin 1; main_shaft: the main shaft; all in the carrier's frame.
     out
         Body file (.h5): K, M, D, labels of every coordinate, pilots, sensor rows, mass properties, provenance; SI units.
     variant
@@ -57,7 +68,21 @@ def main(
     size
         Element edge length [m].
     parameters
-        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out keeps its default.
+        TOML file with the tables [carrier], [pin], [gear], [main_shaft], dimensions in metres; what it leaves out keeps its
+        default.
+    step
+        STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
+    surfaces
+        TOML file that states the STEP file's surfaces; carrierflex cad writes one to start from.
+    mesh
+        Mesh file (.msh, metres) of the carrier's variant, instead of the parametric carrier.
+    by_symmetry
+        Compute the parametric carrier's body from its half sector: the same numbers several times faster and in a third of the
+        memory, but with the inner checks of the certificate only, since the whole body to compare with is never made.
+    preview
+        Only tell what the work will cost.
+    cache
+        Take a body that was reduced from the same inputs before, and keep a new one.
     quiet
         Show no progress.
 
@@ -69,22 +94,64 @@ def main(
     stage = read_parameters(parameters)
     if out.suffix != ".h5":
         raise ValueError(f"{out}: suffix {out.suffix!r}; expected .h5")
-    prepared_folder(out.parent)
+    files = CarrierFiles(step, surfaces, {} if mesh is None else {variant: mesh})
+    if files.given and body != "carrier":
+        raise ValueError(f"--body is {body}, a STEP or mesh file is given; expected --body carrier: files hold the carrier")
     if modes is not None and max_frequency is not None:
         raise ValueError("--modes and --max-frequency are both given; expected one of them")
+    # Every option that changes the body is part of the key under which it is kept.
+    options = {"body": body, "variant": variant, "coupling": coupling, "modes": modes, "max_frequency": max_frequency}
+    if by_symmetry:
+        refuse_whole_body_options(options, files_given=files.given)
+        options["by_symmetry"] = True
+    if preview:
+        n_modes = DEFAULT_MODES if modes is None else modes
+        return reduction_cost(body_name(body, variant), stage, size, n_modes=n_modes, files=files)
+    prepared_folder(out.parent)
+
+    def compute() -> None:
+        n_modes = DEFAULT_MODES if modes is None else modes
+        tell(reduction_cost(body_name(body, variant), stage, size, n_modes=n_modes, files=files), quiet=quiet)
+        if by_symmetry:
+            _reduce_by_symmetry(out, stage, size, {**options, "modes": n_modes}, quiet=quiet)
+        else:
+            _reduce(out, stage, size, files, options, quiet=quiet)
+
+    inputs = {"kind": "reduced body", "parameters": stage, "size": size, "files": files.digests(), **options}
+    cached_files({"body.h5": out}, compute, use=cache, quiet=quiet, inputs=inputs)
+    return read_body(out)
+
+
+def _reduce(
+    out: Path, stage: StageParameters, size: float, files: CarrierFiles, options: Mapping[str, Any], *, quiet: bool
+) -> None:
     stages = Stages(4, quiet)
+    body, variant, coupling = (options[name] for name in ("body", "variant", "coupling"))
     with stages.stage(f"finite elements of {size} m"):
-        structure = _structure(body, variant, stage, size, coupling=coupling)
+        structure = _structure(body, variant, stage, size, coupling=coupling, files=files)
     with stages.stage(f"reduction of {structure.n_dofs} degrees of freedom"):
-        n_modes = _n_modes(structure, modes, max_frequency)
+        n_modes = _n_modes(structure, options["modes"], options["max_frequency"])
         choices = {"body": body, "variant": variant, "coupling": coupling, "modes": n_modes}
-        record = provenance(parameters=stage, size=size, **choices)
+        # A free mesh has no symmetry to certify.
+        origin = {"carrier_files": files.record(), "symmetry_order": 1} if files.given else {}
+        record = provenance(parameters=stage, size=size, **choices, **origin)
         reduction = craig_bampton(structure, n_modes, provenance=record)
     with stages.stage("certificate"):
         certificate = certify(structure, reduction)
     with stages.stage(f"writing {out}"):
         write_body(reduction.model, out, certificate)
-    return reduction.model
+
+
+def _reduce_by_symmetry(
+    out: Path, stage: StageParameters, size: float, options: Mapping[str, Any], *, quiet: bool
+) -> None:
+    name, n_modes = body_name(options["body"], options["variant"]), options["modes"]
+    stages = Stages(2, quiet)
+    record = provenance(parameters=stage, size=size, **options)
+    with stages.stage(f"reduction of the half sector, elements of {size} m"):
+        model, certificate = reduced_by_symmetry(name, stage, size, n_modes, provenance=record)
+    with stages.stage(f"writing {out}"):
+        write_body(model, out, certificate)
 
 
 def _n_modes(structure: StructuralModel, modes: int | None, max_frequency: float | None) -> int:
@@ -94,6 +161,12 @@ def _n_modes(structure: StructuralModel, modes: int | None, max_frequency: float
     return count_below(held, structure.M, max_frequency, rng=np.random.default_rng(0))
 
 
-def _structure(body: str, variant: str, stage: StageParameters, size: float, *, coupling: str) -> StructuralModel:
-    mesh, structure = body_structure("pin" if body == "pin" else f"{variant}_carrier", stage, size)
+def _structure(
+    body: str, variant: str, stage: StageParameters, size: float, *, coupling: str, files: CarrierFiles
+) -> StructuralModel:
+    if files.given:
+        mesh = files.mesh(variant, size)
+        structure, _ = given_structure(variant, mesh)
+    else:
+        mesh, structure = body_structure(body_name(body, variant), stage, size)
     return structure if coupling == "rbe3" else rigidly_coupled(structure, mesh)

@@ -1,7 +1,7 @@
 """Reduce both carriers and a pin, compare them with the full models, and vary the pin fit in the reduced space."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,15 +14,14 @@ from reduction.certificate import compliance_errors
 from reduction.craig_bampton import craig_bampton
 from reduction.fixed_interface_modes import FixedInterfaceModes
 from reduction.held_structure import GroundedBody, HeldStructure
-from reduction.pin_joints import PAPER_STIFFNESS, TABLE_4_STIFFNESS, carrier_with_pins, drive_torque_load
+from reduction.pin_fit import HELD, PinFitFamily
+from reduction.pin_joints import PAPER_STIFFNESS, TABLE_4_STIFFNESS
 from reduction.reduced_model import ReducedModel
-from reduction.reduced_static import static_coordinates
 from workflows.named_bodies import body_structure
 
 #: Interface stiffnesses of the study [N m/rad]: simply supported, the paper's, the one of Table 4's rim size, nearly rigid.
 STUDY_STIFFNESSES = (0.0, PAPER_STIFFNESS, 1e7, TABLE_4_STIFFNESS, 1e8, 1e12)
 CARRIER_MODES, PIN_MODES = 20, 6
-_HELD = "shaft_face"
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,15 +88,11 @@ def main(
     flexible_body, grounded = _reduced(flexible, CARRIER_MODES, provenance)
     reference = _held_through_pilot(stage, flexible, grounded)
 
-    def curve(stiffness: float, *, sliding: bool = False) -> DeflectionCurve:
-        forces = gear_forces(UNIT_TORQUE, stage.gear)
-        assembly = carrier_with_pins(flexible_body.model, pin.model, stiffness, sliding=sliding)
-        q = static_coordinates(assembly, [_HELD], drive_torque_load(forces.F_PLC, forces.M_t))
-        name = f"{stiffness:.1e} N m/rad"
-        return sensor_curve(name, assembly.sensor_rows @ q, UNIT_TORQUE, stage.carrier.sensor_radius)
-
-    joined = {stiffness: curve(stiffness) for stiffness in STUDY_STIFFNESSES}
-    return ReducedCarrier(flexible_body, stiff_body, pin, joined, curve(0.0, sliding=True), reference)
+    forces, radius = gear_forces(UNIT_TORQUE, stage.gear), stage.carrier.sensor_radius
+    family = PinFitFamily(flexible_body.model, pin.model, forces, radius)
+    joined = {stiffness: family.curve(stiffness) for stiffness in STUDY_STIFFNESSES}
+    sliding = replace(family, sliding=True).curve(0.0)
+    return ReducedCarrier(flexible_body, stiff_body, pin, joined, sliding, reference)
 
 
 def _reduced(
@@ -111,7 +106,7 @@ def _reduced(
 def _held_through_pilot(stage: StageParameters, structure: StructuralModel, body: GroundedBody) -> DeflectionCurve:
     """Torque curve of the full model without pins, its shaft face held through the pilot instead of node by node."""
     load = structure.load_vector(flexible_cases(stage.carrier, stage.gear)[CASES.index("both")])
-    shaft = tuple(pilot for pilot in structure.pilots if pilot.name == _HELD)
+    shaft = tuple(pilot for pilot in structure.pilots if pilot.name == HELD)
     u = HeldStructure(body, shaft).solve(load[:, None], np.zeros((6, 1)))[0]
     assert structure.sensors is not None
     return sensor_curve("full model", structure.sensors.rows @ u[:, 0], UNIT_TORQUE, stage.carrier.sensor_radius)

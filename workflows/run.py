@@ -116,7 +116,7 @@ def _signals(
     """Simulate the load cases, identify the motion from their signals, map the gap of the simplest model."""
     campaign = out / "campaign"
     with stages.stage("load cases LC1 to LC4 simulated"):
-        simulated = simulate_load_case.main(
+        simulated = simulate_load_case.simulate_carrier(
             shipped_case(), out=campaign, curves=out / "deflection_curves.csv", quiet=True
         )
     with stages.stage("M1 and M2 identified"):

@@ -1,8 +1,9 @@
-"""Simulate what the sensors at the carrier's rim would read in a set of load cases.
+"""Simulate what the sensors would read in a set of load cases: at the carrier's rim, or on the gearbox's housing.
 
-Reads a case (the shipped one holds LC1 to LC4 of the 2012 paper), simulates every run and writes a campaign
-folder that ``identify`` and ``diagnose`` read like a measurement. A good answer: the order-1 swing of the tilt
-rules the axial signals, with three small peaks a revolution of the deflection on top of it.
+Reads a case (the shipped ones hold LC1 to LC4 of the 2012 paper and the load history of the 2011 paper), simulates every
+run and writes a campaign folder that ``identify`` and ``diagnose`` read like a measurement. A good answer at the rim: the
+order-1 swing of the tilt rules the axial signals, with three small peaks a revolution of the deflection on top of
+it. On the housing: rest, a step of millimetres with the radial load, and the roll that opens ssz from spz with the torque.
 """
 
 import shutil
@@ -18,7 +19,9 @@ from identification.campaign import Campaign
 from identification.campaign_files import CASE_COPY, write_campaign
 from identification.simulated_campaign import CURVES_FILE, simulated_campaign
 from simulation.carrier_motion import simulate_run
-from simulation.case_files import SimulationCase, read_case
+from simulation.case_files import SimulationCase, read_case, read_case_document
+from simulation.stage.stage_cases import STAGE_FORMAT
+from workflows import simulate_mounting, simulate_stage
 from workflows.progress import Stages
 
 
@@ -41,7 +44,45 @@ class SimulatedLoadCases:
     folder: Path
 
 
-def main(case: Path, *, out: Path, curves: Path | None = None, quiet: bool = False) -> SimulatedLoadCases:
+def main(
+    case: Path, *, out: Path, curves: Path | None = None, quiet: bool = False
+) -> SimulatedLoadCases | simulate_mounting.SimulatedMounting | simulate_stage.SimulatedStage:
+    """Simulate the sensors in a set of load cases and write them as a campaign folder.
+
+    Parameters
+    ----------
+    case : Path
+        Case file (TOML): rig, sensors and runs with the carrier's true motion, or of kind mounting, or a stage case, in which
+        the whole planetary stage runs; SI units.
+    out : Path
+        Campaign folder to write: new, empty, or an earlier campaign.
+    curves : Path, optional
+        Deflection curves of the carrier (CSV: theta_deg, delta_s, delta_f [m per kN m]); without it those of the
+        default carrier serve. A case of kind mounting has none.
+    quiet : bool
+        Show no progress.
+
+    Returns
+    -------
+    SimulatedLoadCases, SimulatedMounting or SimulatedStage
+        The case, the campaign and its folder.
+
+    Raises
+    ------
+    ValueError
+        Where the case or the curves are refused, or the folder holds something that is not a campaign.
+    """
+    document = read_case_document(case)
+    if document.get("format") == STAGE_FORMAT:
+        return simulate_stage.main(case, out=out, curves=curves, quiet=quiet)
+    if document.get("kind") != "mounting":
+        return simulate_carrier(case, out=out, curves=curves, quiet=quiet)
+    if curves is not None:
+        raise ValueError(f"--curves is {curves}; a case of kind mounting has no deflection curves")
+    return simulate_mounting.main(case, out=out, quiet=quiet)
+
+
+def simulate_carrier(case: Path, *, out: Path, curves: Path | None = None, quiet: bool = False) -> SimulatedLoadCases:
     """Simulate the rim sensors in a set of load cases and write them as a campaign folder.
 
     Parameters

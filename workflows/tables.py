@@ -9,18 +9,22 @@ from rich.markup import escape
 from rich.table import Table
 
 from fe.deflection_curves import DeflectionCurve
+from geometry.cad_faces import CadFace
 from geometry.quality import MeshQuality
 from identification.printed_tables import DerivedFacts
 from identification.result_tables import parameter_rows, rms_rows
 from reduction.certificate import Certificate
 from reduction.mode_names import mode_names
+from reduction.pin_joints import PIN_FITS
 from reduction.reduced_model import PILOT_COORDINATES, ReducedModel
 
 if TYPE_CHECKING:
-    from workflows.compare_couplings import CouplingBracket
+    from reduction.coupling_bracket import CouplingBracket
+    from workflows.cost_preview import CostPreview
     from workflows.estimate_gear_life import GearLife
     from workflows.export_body import ExportedBody
     from workflows.identify_parameters import Identification
+    from workflows.pin_fit_pictures import PinFitStudy
     from workflows.run import Job
     from workflows.simulate_load_case import SimulatedLoadCases
 
@@ -42,8 +46,15 @@ def quality_table(quality: MeshQuality) -> RenderableType:
     return table
 
 
-def curve_table(curves: dict[str, DeflectionCurve]) -> RenderableType:
-    """Orders and peaks of the deflection curves."""
+def cad_table(faces: tuple[CadFace, ...]) -> RenderableType:
+    """Faces of a CAD model, one a line."""
+    return Group("[bold]faces of the CAD model[/]", *(escape(str(face)) for face in faces))
+
+
+def curve_table(curves: "dict[str, DeflectionCurve] | CostPreview") -> RenderableType:
+    """Orders and peaks of the deflection curves, or what they would cost."""
+    if not isinstance(curves, dict):
+        return str(curves)
     table = _table("axial rim deflection", "curve", "per", "order 3, um", "order 6, um", "order 9, um", "peaks")
     for name, curve in curves.items():
         content = curve.axial_order_content() * 1e6
@@ -53,8 +64,10 @@ def curve_table(curves: dict[str, DeflectionCurve]) -> RenderableType:
     return table
 
 
-def reduced_table(model: ReducedModel) -> RenderableType:
-    """Size, mass and modes of a reduced body."""
+def reduced_table(model: "ReducedModel | CostPreview") -> RenderableType:
+    """Size, mass and modes of a reduced body, or what it would cost."""
+    if not isinstance(model, ReducedModel):
+        return str(model)
     table = _table(f"reduced body {model.name}", "figure", "value")
     mass = model.mass_properties
     table.add_row("coordinates", str(model.n_coordinates))
@@ -68,20 +81,47 @@ def reduced_table(model: ReducedModel) -> RenderableType:
 
 
 def coupling_table(brackets: "dict[str, CouplingBracket]") -> RenderableType:
-    """Own stiffness of every pilot coordinate, rigid over distributing couplings, and the rim's orders with either."""
+    """Own stiffness of every pilot coordinate from distributing to rigid, and the rim's orders with either and with a mix."""
     parts: list[RenderableType] = []
     for variant, bracket in brackets.items():
-        ratio = bracket.stiffness[1] / bracket.stiffness[0]
-        coordinates = [name.split(" ")[0] for name in PILOT_COORDINATES]
-        table = _table(f"{variant}: stiffness ratio", "pilot", *coordinates)
-        for pilot, row in zip(bracket.pilots, ratio, strict=True):
-            table.add_row(pilot, *(f"{value:.2f}" for value in row))
-        orders = _table("axial rim deflection, um per kN m", "coupling", "order 3", "order 6", "peaks")
-        for coupling, curve in zip(("distributing", "rigid"), bracket.curves, strict=True):
+        for unit, part in (("GN/m", slice(0, 3)), ("GN m/rad", slice(3, 6))):
+            coordinates = [f"{name.split(' ')[0]}, {unit}" for name in PILOT_COORDINATES[part]]
+            table = _table(f"{variant} carrier", "pilot", *coordinates)
+            for pilot, soft, rigid in zip(bracket.pilots, *bracket.stiffness[:, :, part] / 1e9, strict=True):
+                table.add_row(pilot, *(f"{low:.3g} to {high:.3g}" for low, high in zip(soft, rigid, strict=True)))
+            parts += [table, ""]
+        title = f"{bracket.curve_name}, um/kN m"
+        orders = _table(title, "rigid", "order 3", "order 6", "peaks", "change, %")
+        for rigid_part, curve in bracket.all_curves.items():
             content = curve.axial_order_content() * 1e6
-            orders.add_row(coupling, f"{content[3]:.4f}", f"{content[6]:.4f}", str(len(curve.peak_angles())))
-        parts += [table, "", orders, ""]
+            change = 100.0 * bracket.curve_change(rigid_part)
+            orders.add_row(
+                rigid_part, f"{content[3]:.4f}", f"{content[6]:.4f}", str(len(curve.peak_angles())), f"{change:.1f}"
+            )
+        parts += [orders, ""]
     return Group(*parts)
+
+
+def pin_fit_table(study: "PinFitStudy") -> RenderableType:
+    """Curve and best mix at each decade of the interface stiffness, where the curve changes, and the worst residuals."""
+    from workflows.pin_fit_pictures import RESIDUALS
+
+    columns = ("order 3, um", "order 6, um", "RMS, um", "peaks", "rho_s", "rho_f", "left, %", "sum one: left, %")
+    table = _table("pin interface, N m/rad", "stiffness", *columns)
+    for row in study.tied:
+        decade = np.log10(row.stiffness) % 1.0 if 0.0 < row.stiffness < np.inf else 0.0
+        if min(decade, 1.0 - decade) < 1e-9 or row.stiffness in PIN_FITS.values():
+            sizes = (f"{value * 1e6:.4f}" for value in (row.order_3, row.order_6, row.rms))
+            shares = (f"{row.rho_s:.3f}", f"{row.rho_f:.3f}")
+            left = (f"{100.0 * value:.2f}" for value in (row.residual, row.residual_convex))
+            table.add_row(f"{row.stiffness:.3g}", *sizes, str(row.peaks), *shares, *left)
+    changes = [f"{name}: from {stiffness:.3g} N m/rad" for name, stiffness in study.changes.items()]
+    worst = _table("worst over the sweep", "mix", "left, %", "at, N m/rad", "sliding pins: left, %")
+    for name, text in RESIDUALS.items():
+        tied, sliding = (study.worst[axial][name] for axial in ("tied", "sliding"))
+        values = (f"{100.0 * tied['residual']:.2f}", f"{tied['stiffness']:.3g}", f"{100.0 * sliding['residual']:.2f}")
+        worst.add_row(text, *values)
+    return Group(table, "", *changes, "", worst)
 
 
 def export_table(exported: "ExportedBody") -> RenderableType:

@@ -6,7 +6,7 @@ import skfem
 from numpy.testing import assert_allclose
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from fe.assembly import assemble_mass, assemble_stiffness
+from fe.assembly import assemble_mass, assemble_stiffness, assemble_stiffness_and_mass
 from fe.materials import BODY_MATERIALS, CAST_IRON, STEEL
 from fe.surface_integrals import rigid_motion
 from geometry.quality import mesh_quality
@@ -104,6 +104,17 @@ def test_stiffness_and_mass_scale_with_the_material_of_each_body(stiff_half):
     carrier_nodes = np.setdiff1d(np.arange(len(stiff_half.points)), stiff_half.tets[stiff_half.bodies["pins"]])
     assert abs(K[3 * carrier_nodes] - other[3 * carrier_nodes]).max() == 0.0
     assert abs(K[3 * pin_nodes] - other[3 * pin_nodes]).max() > 0.01 * abs(K).max()
+
+
+def test_both_matrices_at_once_are_those_made_one_by_one(stiff_half):
+    K, M = assemble_stiffness_and_mass(stiff_half, BODY_MATERIALS)
+    for once, alone in (
+        (K, assemble_stiffness(stiff_half, BODY_MATERIALS)),
+        (M, assemble_mass(stiff_half, BODY_MATERIALS)),
+    ):
+        assert (once.indptr == alone.indptr).all()
+        assert (once.indices == alone.indices).all()
+        assert (once.data == alone.data).all()
 
 
 def test_a_body_without_material_is_refused(stiff_half):

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from reduction.assembly import Joint, assembled
+from reduction.assembly import Joint, assembled, imposed_motion
 from reduction.craig_bampton import craig_bampton
-from reduction.reduced_static import pilot_compliance, static_coordinates
+from reduction.reduced_static import held_solution, pilot_compliance, static_coordinates
 from tests.reduction.small_bar import LENGTH, bar
 
 STIFF = 1e12
@@ -77,6 +77,64 @@ def test_two_stiffly_joined_bars_twist_and_bend_as_one_long_bar(one, two):
         single = static_coordinates(one, ["one_start"], {"one_end": moment})[one.coordinates_of("one_end")[axis]]
         found = static_coordinates(whole, ["one_start"], {"two_end": moment})[end]
         assert_allclose(found, 2.0 * single + 1.0 / stiffness, rtol=1e-9)
+
+
+def test_infinite_stiffness_ties_the_rotations_and_is_the_limit_of_stiffer_springs(one, two):
+    tied = assembled("chain", [one, two], [joint(np.inf, np.inf)])
+    assert (tied.coordinates_of("one_end") == tied.coordinates_of("two_start")).all()
+    assert tied.n_coordinates == one.n_coordinates + two.n_coordinates - 6
+    limit = pilot_compliance(tied, ["one_start"])
+    differences = []
+    for k in (1e8, 1e9):
+        sprung = pilot_compliance(assembled("chain", [one, two], [joint(k, k)]), ["one_start"])
+        differences.append(np.abs(sprung - limit).max() / limit.max())
+    # The springs add 1 / k: ten times stiffer, ten times nearer.
+    assert differences[1] < 1e-3
+    assert_allclose(differences[0] / differences[1], 10.0, rtol=0.01)
+
+
+def test_only_the_infinite_direction_is_tied(one, two):
+    whole = assembled("chain", [one, two], [joint(np.inf, 1e3)])
+    first, second = whole.coordinates_of("one_end"), whole.coordinates_of("two_start")
+    assert (first == second).tolist() == [True, True, True, False, True, True]
+
+
+def test_an_imposed_stretch_strains_both_bars_as_springs_in_series(one, two):
+    gap = np.array([2e-5, 0.0, 0.0, 0.0, 0.0, 0.0])
+    joints = [joint(np.inf, np.inf)]
+    whole, imposed = assembled("chain", [one, two], joints), imposed_motion([one, two], joints, {"two_start": gap})
+    fixed = np.concatenate([whole.coordinates_of("one_start"), whole.coordinates_of("two_end")])
+    q = held_solution(whole, fixed, imposed.load, "both ends")
+    compliance = [pilot_compliance(bar, [held])[0, 0] for bar, held in ((one, "one_start"), (two, "two_end"))]
+    force = gap[0] / sum(compliance)
+    # The gap pushes the first bar back: two_start stands 20 um downstream of one_end.
+    assert_allclose(q[whole.coordinates_of("one_end")[0]], -force * compliance[0], rtol=1e-9)
+    assert_allclose(imposed.strain_energy(whole.K, q), force * gap[0] / 2.0, rtol=1e-9)
+    assert_allclose((whole.K @ q - imposed.load)[fixed[0]], force, rtol=1e-9)
+
+
+def test_an_imposed_motion_offsets_the_sensors_of_the_second_body(one, two):
+    sensing = replace(two, sensor_names=("start",), sensor_rows=np.eye(1, two.n_coordinates, 4))
+    motion = np.array([0.0, 0.0, 0.0, 0.0, 3e-4, 0.0])
+    imposed = imposed_motion([one, sensing], [joint(np.inf, np.inf)], {"two_start": motion})
+    assert_allclose(imposed.sensor_offset, [3e-4], rtol=1e-14)
+    assert (imposed.pilot_offset["two_start"] == motion).all()
+
+
+def test_motions_that_no_joint_can_hold_are_refused(one, two, three):
+    kink = np.array([0.0, 0.0, 0.0, 0.0, 1e-3, 0.0])
+    with pytest.raises(ValueError, match="no joint has 'one_end' as its second pilot"):
+        imposed_motion([one, two], [joint(np.inf, np.inf)], {"one_end": kink})
+    with pytest.raises(
+        ValueError, match="joint one_end-two_start: a motion is imposed along a coordinate that is free or"
+    ):
+        imposed_motion([one, two], [joint(1e6, np.inf)], {"two_start": kink})
+    with pytest.raises(ValueError, match="a motion is imposed along a coordinate that is free or"):
+        imposed_motion([one, two], [joint(np.inf, np.inf, slides=True)], {"two_start": np.eye(6)[0]})
+    three = replace(three, pilots={name: point - [LENGTH, 0.0, 0.0] for name, point in three.pilots.items()})
+    chain = [joint(np.inf, np.inf), Joint("two_start", "three_start", np.inf, np.inf)]
+    with pytest.raises(ValueError, match="pilot two_start carries a further joint"):
+        imposed_motion([one, two, three], chain, {"two_start": kink})
 
 
 def test_more_stiffness_never_softens(one, two):

@@ -6,7 +6,14 @@ from numpy.testing import assert_allclose
 
 from fe.load_cases import gear_forces, simply_supported_pin_load, together
 from reduction.held_structure import HeldStructure
-from reduction.pin_joints import PAPER_STIFFNESS, TABLE_4_STIFFNESS, carrier_with_pins, drive_torque_load, pin_pilot
+from reduction.pin_joints import (
+    PAPER_STIFFNESS,
+    PIN_FITS,
+    TABLE_4_STIFFNESS,
+    carrier_with_pins,
+    drive_torque_load,
+    pin_pilot,
+)
 from reduction.reduced_static import static_coordinates
 
 
@@ -46,6 +53,35 @@ def test_stiffer_pin_fits_take_order_3_away_and_bring_order_6(flexible_reduction
     # at order 3, and 0.027 at order 6 for the stiffest fit.
     assert_allclose(third[1:] / third[0], np.array([0.179, 0.128, 0.117, 0.071, 0.056]) / 0.191, rtol=0.0, atol=0.08)
     assert_allclose(order(curves[-1], 6), 0.027e-6, rtol=0.2)
+
+
+def test_the_rigid_fit_is_the_limit_of_stiff_springs(flexible_reduction, pin_reduction, forces):
+    rigid, stiff, stiffer = (
+        rim_curve(flexible_reduction.model, pin_reduction.model, k, forces) for k in (PIN_FITS["rigid"], 1e10, 1e11)
+    )
+    near, nearer = (np.abs(curve - rigid).max() / np.abs(rigid).max() for curve in (stiff, stiffer))
+    assert nearer < 1e-3
+    assert_allclose(near / nearer, 10.0, rtol=0.02)
+    whole = carrier_with_pins(flexible_reduction.model, pin_reduction.model, PIN_FITS["rigid"])
+    assert (whole.coordinates_of("pin_2_upwind") == whole.coordinates_of(pin_pilot(2, "upwind"))).all()
+
+
+def test_all_six_interfaces_have_the_same_springs_and_no_others(flexible_reduction, pin_reduction):
+    bodies = (flexible_reduction.model, pin_reduction.model)
+    change = carrier_with_pins(*bodies, 3e6).K - carrier_with_pins(*bodies, 1e6).K
+    assert_allclose(np.linalg.eigvalsh(change)[-18:], 2.0 * 2e6, rtol=1e-5)
+    whole = carrier_with_pins(*bodies, 1e6)
+    for number in (1, 2, 3):
+        for side in ("upwind", "downwind"):
+            bore, end = whole.coordinates_of(f"pin_{number}_{side}"), whole.coordinates_of(pin_pilot(number, side))
+            assert (bore[:3] == end[:3]).all()
+            assert_allclose(change[bore[3:], end[3:]], -2e6, rtol=1e-5)  # difference of matrices of 1e11
+
+
+def test_the_papers_stiffness_is_the_default_and_fits_have_names(flexible_reduction, pin_reduction):
+    bodies = (flexible_reduction.model, pin_reduction.model)
+    assert (carrier_with_pins(*bodies).K == carrier_with_pins(*bodies, 1e6).K).all()
+    assert PIN_FITS == {"free": 0.0, "paper": 1e6, "table_4": 1.4e7, "rigid": np.inf}
 
 
 def test_more_stiffness_never_lets_the_pins_lag_further(flexible_reduction, pin_reduction, forces):

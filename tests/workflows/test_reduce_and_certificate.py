@@ -1,5 +1,7 @@
 """From the command's functions to a body file that can be trusted, and one that cannot."""
 
+import json
+
 import h5py
 import numpy as np
 import pytest
@@ -55,11 +57,22 @@ def test_cut_off_frequency_keeps_the_modes_below_it(tmp_path):
 
 
 def test_rigid_couplings_bound_the_stiffness_from_above(tmp_path):
-    brackets = compare_couplings.main(out=tmp_path, size=COARSE, quiet=True)
+    # Five solutions a carrier: coarser than the others.
+    brackets = compare_couplings.main(out=tmp_path, size=0.1, quiet=True)
     for bracket in brackets.values():
         soft, rigid = bracket.stiffness
         assert np.all(rigid > soft)
     # Without pins the bores' own deformation makes half of the rim's three waves: a rigid bore takes it away.
     distributing, stiff = (curve.axial_order_content()[3] for curve in brackets["flexible"].curves)
     assert stiff < 0.7 * distributing
-    assert (tmp_path / "couplings.json").exists()
+    assert [bracket.curve_name for bracket in brackets.values()] == ["delta_f", "delta_s"]
+    # The bores alone make more of the change than the seats or the face, and none of them all of it.
+    changes = [
+        brackets["flexible"].curve_change(part) for part in ("shaft face", "bearing seats", "pins", "everything")
+    ]
+    assert 0.0 < changes[0] < changes[1] < changes[2] < changes[3] < 1.0
+    assert brackets["flexible"].curve_change("nothing") == 0.0
+    # With bonded pins the load enters at the pins: what holds the shaft face hardly matters.
+    assert brackets["stiff"].curve_change("shaft face") < 0.02 < brackets["stiff"].curve_change("pins")
+    written = json.loads((tmp_path / "couplings.json").read_text())
+    assert written["curve_change"]["delta_f"]["pins"] == brackets["flexible"].curve_change("pins")

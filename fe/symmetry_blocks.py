@@ -1,0 +1,206 @@
+"""The carrier's finite elements as three independent blocks, assembled from its half sector alone.
+
+A displacement that follows an irreducible representation of D3 (:mod:`geometry.dihedral_group`) is known everywhere from
+its d partners u_1 ... u_d on the half sector: ``u_j(g x) = ρ(g) Σ_k D_jk(g) u_k(x)``. Energies of different
+representations, and of different partners, do not mix, and with ``U_j = √(d/6) T_j z`` one partner's is
+
+    zᵀ K_b z,   K_b = Σ_j T_jᵀ K_half T_j,
+
+K_half the half sector's own matrix. T picks the displacements that the symmetry admits on the cut planes: a node that stays
+where it is under g has ``ρ(g) u_j = Σ_k D_kj(g) u_k``. There it ties the two partners of a pair to one another; elsewhere
+it is the identity. The blocks have N/6, N/6 and N/3 unknowns; the last serves both partners, which have equal matrices.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fe.assembly import assemble_stiffness_and_mass
+from fe.materials import BODY_MATERIALS, Material
+from fe.structural_model import StructuralModel
+from fe.surface_integrals import rigid_motion, surface_moments
+from geometry.dihedral_group import MOTIONS, IrreducibleRepresentation, pilot_motions
+from geometry.tet_mesh import TetMesh
+
+#: Distance [m] within which a node counts as staying where it is under a motion of the group.
+_SAME_POINT = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class HalfSector:
+    """A sixth of a body with dihedral symmetry, and its share of the couplings.
+
+    Parameters
+    ----------
+    structure : StructuralModel
+        The half sector alone: its K, M and nodes, no pilots.
+    pilots : mapping of str to ndarray, shape (3,)
+        All p pilots of the whole body [m], in the order of the reduced coordinates.
+    B : csr_array, shape (6 p, n_dofs)
+        The half sector's share of ``∫ Rᵀ N dA`` over every pilot's surface.
+    Z : ndarray, shape (6 p, 6 p)
+        ``∫ Rᵀ R dA`` over the whole surfaces.
+    """
+
+    structure: StructuralModel
+    pilots: Mapping[str, NDArray[np.float64]]
+    B: sp.csr_array
+    Z: NDArray[np.float64]
+
+    @property
+    def pilot_points(self) -> NDArray[np.float64]:
+        """Positions of all pilots [m], shape (p, 3)."""
+        return np.array(list(self.pilots.values()), dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class SymmetryBlock:
+    """The body's problem for displacements of one irreducible representation, n unknowns.
+
+    Parameters
+    ----------
+    representation : IrreducibleRepresentation
+        How the displacement follows the group, d partners.
+    K, M : csr_array, shape (n, n)
+        Stiffness [N/m] and mass [kg] of either partner over the whole body.
+    G : csr_array, shape (m, n)
+        Motion of the pilots in this block's coordinates.
+    pilot_coordinates : ndarray, shape (d, 6 p, m)
+        These coordinates in terms of the pilots' own, orthonormal; one set for each partner.
+    rigid_modes : ndarray, shape (n, k)
+        Rigid motions of the body that follow this representation, k at most 2.
+    T : csr_array, shape (d n_half, n)
+        ``T_j``, one below the other.
+    """
+
+    representation: IrreducibleRepresentation
+    K: sp.csr_array
+    M: sp.csr_array
+    G: sp.csr_array
+    pilot_coordinates: NDArray[np.float64]
+    rigid_modes: NDArray[np.float64]
+    T: sp.csr_array
+
+    def partners(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Displacement of each partner on the half sector, shape (d, n_half, c), from unknowns z (n, c)."""
+        d = self.representation.dimension
+        return np.asarray(np.sqrt(d / 6.0) * (self.T @ z)).reshape(d, self.T.shape[0] // d, z.shape[1])
+
+
+def half_sector(
+    name: str,
+    half: TetMesh,
+    pilots: Mapping[str, NDArray[np.float64]],
+    *,
+    materials: Mapping[str, Material] = BODY_MATERIALS,
+) -> HalfSector:
+    """Assemble the half sector and integrate its share of every distributing coupling.
+
+    Parameters
+    ----------
+    name : str
+        Name of the whole body.
+    half : TetMesh
+        Half sector 0..60 deg with the parts of the surfaces that it holds.
+    pilots : mapping of str to ndarray, shape (3,)
+        All pilots of the whole body [m], named like their surfaces.
+    materials : mapping
+        Material of every body of the mesh.
+
+    Raises
+    ------
+    ValueError
+        Where the pilots do not map onto one another, or neither a pilot nor an image of it has a surface in the half sector.
+    """
+    points = np.array(list(pilots.values()), dtype=np.float64)
+    Q = pilot_motions(points)
+    shares, Z_half = [], np.zeros((6 * len(pilots), 6 * len(pilots)))
+    for i, (pilot, point) in enumerate(pilots.items()):
+        B, Z = surface_moments(half, half.surfaces.get(pilot, np.zeros((0, 6), dtype=np.int64)), point)
+        shares.append(sp.csr_array(B.reshape(6, -1)))
+        Z_half[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = Z
+    Z_whole = np.einsum("gab,bc,gdc->ad", Q, Z_half, Q, optimize=True)
+    for i, pilot in enumerate(pilots):
+        if not np.diagonal(Z_whole)[6 * i : 6 * i + 6].all():
+            raise ValueError(
+                f"pilot {pilot!r} has no surface in the half sector, nor has an image of it; the half sector has "
+                f"{', '.join(sorted(half.surfaces))}"
+            )
+    K, M = assemble_stiffness_and_mass(half, materials)
+    return HalfSector(
+        StructuralModel(name, K, M, half.points, ()), dict(pilots), sp.csr_array(sp.vstack(shares)), Z_whole
+    )
+
+
+def symmetry_block(half: HalfSector, representation: IrreducibleRepresentation) -> SymmetryBlock:
+    """The body's problem for displacements that follow `representation`.
+
+    The coupling is the body's own: of the six images' shares only ``√(6/d) Σ_j X_jᵀ Z⁻¹ B T_j`` is left, X the pilots'
+    coordinates of this kind.
+    """
+    structure = half.structure
+    T = _admitted_displacements(structure.points, representation)
+    parts = [T[j * structure.n_dofs : (j + 1) * structure.n_dofs] for j in range(representation.dimension)]
+    X = representation.adapted_coordinates(pilot_motions(half.pilot_points))
+    scale, shape = np.sqrt(6.0 / representation.dimension), (X.shape[2], T.shape[1])
+    mean = np.linalg.inv(half.Z)
+    G = sum(
+        (sp.csr_array(X_j.T @ mean) @ half.B @ T_j for X_j, T_j in zip(X, parts, strict=True)),
+        start=sp.csr_array(shape),
+    )
+    return SymmetryBlock(
+        representation=representation,
+        K=_summed([T_j.T @ structure.K @ T_j for T_j in parts]),
+        M=_summed([T_j.T @ structure.M @ T_j for T_j in parts]),
+        G=sp.csr_array(scale * G),
+        pilot_coordinates=X,
+        rigid_modes=_rigid_modes(structure.points, representation, T),
+        T=T,
+    )
+
+
+def _summed(matrices: list[sp.csr_array]) -> sp.csr_array:
+    """Sum, symmetric to the last bit."""
+    total = matrices[0] if len(matrices) == 1 else matrices[0] + matrices[1]
+    return sp.csr_array((total + total.T) * 0.5)
+
+
+def _rigid_modes(
+    points: NDArray[np.float64], representation: IrreducibleRepresentation, T: sp.csr_array
+) -> NDArray[np.float64]:
+    """Rigid motions about a point of the axis, as unknowns of the block."""
+    centre = np.array([[points[:, 0].mean(), 0.0, 0.0]])
+    X = representation.adapted_coordinates(pilot_motions(centre))
+    R = rigid_motion(points, centre[0]).reshape(-1, 6)
+    return np.asarray(np.sqrt(6.0 / representation.dimension) * (T.T @ np.concatenate([R @ X_j for X_j in X])))
+
+
+def _admitted_displacements(points: NDArray[np.float64], representation: IrreducibleRepresentation) -> sp.csr_array:
+    """Orthonormal basis T, shape (3 d n, n_unknowns), of the partners' displacements that the symmetry admits."""
+    n, d = len(points), representation.dimension
+    stays = np.stack([np.linalg.norm(points @ rho.T - points, axis=1) < _SAME_POINT for rho in MOTIONS], axis=1)
+    kinds, kind = np.unique(stays, axis=0, return_inverse=True)
+    bases = [_fixed_space(representation, stabiliser) for stabiliser in kinds]
+    first = np.concatenate([[0], np.cumsum(np.array([basis.shape[1] for basis in bases])[kind])])
+    rows, columns, values = [], [], []
+    for number, basis in enumerate(bases):
+        nodes = np.flatnonzero(kind == number)
+        entry, column = np.nonzero(basis)
+        partner, axis = np.divmod(entry, 3)
+        rows.append((3 * n * partner + axis + 3 * nodes[:, None]).ravel())
+        columns.append((first[nodes][:, None] + column).ravel())
+        values.append(np.tile(basis[entry, column], len(nodes)))
+    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+    return sp.csr_array(entries, shape=(3 * n * d, int(first[-1])))
+
+
+def _fixed_space(representation: IrreducibleRepresentation, stabiliser: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Orthonormal basis, shape (3 d, k), of the partners' values at a node that the motions of `stabiliser` leave in place."""
+    images = [np.kron(representation.matrices[g], MOTIONS[g]) for g in np.flatnonzero(stabiliser)]
+    P = np.mean(images, axis=0)
+    eigenvalues, vectors = np.linalg.eigh((P + P.T) / 2.0)
+    basis = vectors[:, eigenvalues > 0.5]
+    return np.where(np.abs(basis) > 1e-14, basis, 0.0)

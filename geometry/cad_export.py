@@ -1,0 +1,59 @@
+"""The parametric carrier as a CAD file: STEP in millimetres, as CAD programs write it."""
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import gmsh
+
+from geometry.carrier_solid import carrier_solid
+from geometry.half_sector import MeshingError, quiet_geometry
+from geometry.parameters import CarrierParameters, pin_angles
+from geometry.whole_files import whole_file
+
+
+def write_step(carrier: CarrierParameters, path: Path) -> None:
+    """Write the whole carrier without pins as one solid.
+
+    Parameters
+    ----------
+    carrier : CarrierParameters
+        Dimensions [m].
+    path : Path
+        STEP file (.step or .stp), unit millimetre.
+
+    Raises
+    ------
+    ValueError
+        Where the suffix is another.
+    MeshingError
+        Where OpenCASCADE cannot build or write the solid.
+    """
+    if path.suffix not in (".step", ".stp"):
+        raise ValueError(f"{path}: suffix {path.suffix!r}; expected .step or .stp")
+    with whole_file(path) as temporary, quiet_geometry() as geometry:
+        # The model's unit; OpenCASCADE writes millimetres and converts.
+        gmsh.option.setString("Geometry.OCCTargetUnit", "M")
+        try:
+            carrier_solid(geometry, carrier, [float(angle) for angle in pin_angles()])
+            geometry.synchronize()
+            with _silent_stdout():
+                gmsh.write(str(temporary))
+        except Exception as error:
+            raise MeshingError(f"{path}: OpenCASCADE could not write the carrier ({error})") from error
+
+
+@contextmanager
+def _silent_stdout() -> Iterator[None]:
+    """Keep OpenCASCADE's statistics, written past Python to the process's standard output, off the screen."""
+    sys.stdout.flush()
+    kept = os.dup(1)
+    try:
+        with open(os.devnull, "wb") as nowhere:
+            os.dup2(nowhere.fileno(), 1)
+            yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)

@@ -1,0 +1,254 @@
+"""The mesh of a carrier that comes as a STEP file: free quadratic tetrahedra, surfaces found as stated."""
+
+import logging
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import gmsh
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from geometry.cad_faces import CadFace, cad_faces
+from geometry.cad_surface_files import CadFrame, CadStatements
+from geometry.cad_surfaces import Circle, SurfaceStatement
+from geometry.half_sector import MeshingError, extracted, quiet_geometry, refuse_useless_size
+from geometry.mesh_checks import check_mesh, refuse_wrong_unit
+from geometry.parameters import N_PINS
+from geometry.tet_mesh import TetMesh, boundary_facets
+
+log = logging.getLogger(__name__)
+
+_HXT = 10
+_TRIANGLE6 = 9
+#: Distance [m] within which a node of gmsh's and one of the mesh are the same.
+_SAME_NODE = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class CadPins:
+    """Pins to bond into the bores.
+
+    Parameters
+    ----------
+    solids : tuple
+        Start (3,), vector to the end (3,) [m] and radius [m] of each pin.
+    seats : tuple of SurfaceStatement
+        The planet bearings' seats ``pin_i_midspan``.
+    """
+
+    solids: tuple[tuple[NDArray[np.float64], NDArray[np.float64], float], ...]
+    seats: tuple[SurfaceStatement, ...]
+
+
+def step_faces(path: Path, frame: CadFrame) -> tuple[CadFace, ...]:
+    """Measure the faces of the solid in a STEP file, in the carrier's frame; errors as in :func:`step_carrier_mesh`."""
+    with _step_solid(path, frame):
+        return cad_faces()
+
+
+def step_volume_and_area(path: Path, statements: CadStatements, *, pins: bool) -> tuple[float, float]:
+    """Volume [m^3] and surface [m^2] of the solid in a STEP file, with its pins; errors as in :func:`step_carrier_mesh`."""
+    with _step_solid(path, statements.frame) as solid:
+        faces = cad_faces()
+        volume, area = float(gmsh.model.occ.getMass(3, solid)), sum(face.area for face in faces)
+        for _, along, radius in (_pins(statements, faces) if pins else CadPins((), ())).solids:
+            length = float(np.linalg.norm(along))
+            volume, area = volume + np.pi * radius**2 * length, area + 2.0 * np.pi * radius * length
+    return volume, area
+
+
+def step_carrier_mesh(path: Path, statements: CadStatements, size: float, *, pins: bool) -> TetMesh:
+    """Mesh the carrier in a STEP file.
+
+    Parameters
+    ----------
+    path : Path
+        STEP file with one solid, in any length unit: OpenCASCADE reads the unit that the file declares and converts.
+    statements : CadStatements
+        Surfaces to find.
+    size : float
+        Edge length of the elements [m].
+    pins : bool
+        Bond pins into the bores (the stiff variant); a second body ``pins`` and the surfaces ``pin_i_midspan``.
+
+    Returns
+    -------
+    TetMesh
+        In the carrier's frame; ``symmetry_order`` 1, whatever symmetry the carrier has.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        Where the file is no STEP file with one solid, its size is no carrier's, or a surface has no or several matches.
+    KeyError
+        Where pins are asked for and a bore is not stated.
+    MeshingError, InvertedElementError
+        From meshing and from the quality check.
+    """
+    refuse_useless_size(size)
+    with _step_solid(path, statements.frame) as solid:
+        faces = cad_faces()
+        bonded = _pins(statements, faces) if pins else CadPins((), ())
+        carrier_volume, overlaps = _cut(solid, _circles(statements, faces, bonded), bonded)
+        if overlaps:
+            raise ValueError(
+                f"{path}: pins of the bores' radius overlap the carrier in {overlaps} places; expected bores that are free "
+                "from the first plate to the last"
+            )
+        cut = cad_faces()
+        wanted = statements.surfaces + bonded.seats
+        chosen = {s.name: [face.tag for face in s.chosen(cut, statements.tolerance)] for s in wanted}
+        _mesh(path, size)
+        mesh = extracted(lambda volume: "carrier" if volume in carrier_volume else "pins")
+        mesh = replace(mesh, surfaces={name: _facets(mesh, name, tags) for name, tags in chosen.items()})
+    check_mesh(mesh, str(path))
+    return mesh
+
+
+@contextmanager
+def _step_solid(path: Path, frame: CadFrame) -> Iterator[int]:
+    """Open the file's solid in the carrier's frame, in metres, inside a gmsh session; gives its number."""
+    unit = declared_unit(path)
+    with quiet_geometry():
+        gmsh.option.setString("Geometry.OCCTargetUnit", "M")
+        try:
+            gmsh.model.occ.importShapes(str(path), highestDimOnly=False)
+            gmsh.model.occ.synchronize()
+        except Exception as error:
+            raise ValueError(f"{path}: OpenCASCADE cannot read this STEP file ({error}); it may be cut short") from error
+        solids = [tag for _, tag in gmsh.model.getEntities(3)]
+        if len(solids) != 1:
+            raise ValueError(f"{path}: holds {len(solids)} solids; expected one, the carrier without pins and planets")
+        low, high = np.split(np.array(gmsh.model.getBoundingBox(3, solids[0])), 2)
+        refuse_wrong_unit(high - low, f"{path} (declared unit: {unit})")
+        log.info("%s: unit %s, converted to metres", path, unit)
+        _move(solids[0], frame)
+        yield solids[0]
+
+
+def declared_unit(path: Path) -> str:
+    """Length unit that a STEP file declares, in words.
+
+    Raises
+    ------
+    FileNotFoundError
+        Where there is no such file.
+    ValueError
+        Where the file is no STEP file, is cut short or declares no unit.
+    """
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file; expected a STEP file (.step, .stp)")
+    text = path.read_text(encoding="latin-1")
+    if not text.lstrip().startswith("ISO-10303-21"):
+        raise ValueError(f"{path}: not a STEP file; expected one that begins with ISO-10303-21")
+    if "END-ISO-10303-21" not in text[-1000:]:
+        raise ValueError(f"{path}: cut short, the line END-ISO-10303-21 is missing; expected a whole STEP file")
+    converted = re.search(r"CONVERSION_BASED_UNIT\s*\(\s*'(INCH|FOOT|[A-Z]*METRE)'", text, re.IGNORECASE)
+    if converted:
+        return converted.group(1).lower()
+    metric = re.search(r"LENGTH_UNIT\s*\(\s*\)[^;]*?SI_UNIT\s*\(\s*(?:\$|\.(\w+)\.)\s*,\s*\.METRE\.\s*\)", text)
+    metric = metric or re.search(r"SI_UNIT\s*\(\s*(?:\$|\.(\w+)\.)\s*,\s*\.METRE\.\s*\)", text)
+    if not metric:
+        raise ValueError(f"{path}: declares no length unit; expected a LENGTH_UNIT, such as SI_UNIT(.MILLI.,.METRE.)")
+    return f"{(metric.group(1) or '').lower()}metre"
+
+
+def _move(solid: int, frame: CadFrame) -> None:
+    """Move the solid into the carrier's frame by rotation and translation: an affine map would make B-splines of cylinders."""
+    turn = Rotation.from_matrix(frame.rotation).as_rotvec()
+    angle = float(np.linalg.norm(turn))
+    shift = -frame.origin
+    if not (angle or shift.any()):
+        return
+    gmsh.model.occ.translate([(3, solid)], *shift)
+    if angle:
+        gmsh.model.occ.rotate([(3, solid)], 0.0, 0.0, 0.0, *(turn / angle), angle)
+    gmsh.model.occ.synchronize()
+
+
+def _pins(statements: CadStatements, faces: tuple[CadFace, ...]) -> CadPins:
+    """Pins as thick as the bores found in the solid, from the first bore's start to the last one's end."""
+    if statements.bearing_width is None:
+        raise ValueError("the surfaces file has no [pin] bearing_width; expected one for the carrier with bonded pins")
+    solids, seats = [], []
+    for number in range(1, N_PINS + 1):
+        bores = [statements.named(f"pin_{number}_{side}") for side in ("upwind", "downwind")]
+        found = [bore.touched(faces, statements.tolerance) for bore in bores]
+        reach = [_reach(bore, touched) for bore, touched in zip(bores, found, strict=True)]
+        face = found[0][0]
+        axis = face.direction * np.sign(face.direction @ bores[0].direction)
+        foot = face.point - (face.point @ axis) * axis
+        solids.append((foot + reach[0][0] * axis, (reach[1][1] - reach[0][0]) * axis, face.radius))
+        middle, half = (reach[0][1] + reach[1][0]) / 2.0, statements.bearing_width / 2.0
+        if not 2.0 * half < reach[1][0] - reach[0][1]:
+            raise ValueError(
+                f"[pin] bearing_width is {2.0 * half} m; expected less than the {reach[1][0] - reach[0][1]:.4g} m between the "
+                f"bores of pin {number}"
+            )
+        seats.append(SurfaceStatement(f"pin_{number}_midspan", "cylinder", foot, axis, face.radius, (middle - half, middle + half)))
+    return CadPins(tuple(solids), tuple(seats))
+
+
+def _reach(bore: SurfaceStatement, faces: list[CadFace]) -> tuple[float, float]:
+    """Least and greatest station of the bore, within its window."""
+    extents = np.array([bore.extent(face) for face in faces])
+    return max(bore.window[0], float(extents[:, 0].min())), min(bore.window[1], float(extents[:, 1].max()))
+
+
+def _circles(statements: CadStatements, faces: tuple[CadFace, ...], pins: CadPins) -> list[Circle]:
+    circles = []
+    for surface in statements.surfaces:
+        circles += surface.circles(surface.touched(faces, statements.tolerance), statements.tolerance)
+    for seat in pins.seats:
+        foot = seat.point - (seat.point @ seat.direction) * seat.direction
+        circles += [(foot + end * seat.direction, seat.direction, seat.size) for end in seat.window]
+    return circles
+
+
+def _cut(solid: int, circles: list[Circle], pins: CadPins) -> tuple[set[int], int]:
+    """Cut faces along circles, and carrier and pins along the faces they share; the carrier's volumes, and overlaps."""
+    occ: Any = gmsh.model.occ
+    cylinders = [(3, occ.addCylinder(*start, *along, radius)) for start, along, radius in pins.solids]
+    rings = [(1, occ.addCircle(*centre, radius, zAxis=list(axis))) for centre, axis, radius in circles]
+    carrier, n_overlaps = {solid}, 0
+    if cylinders or rings:
+        _, pieces = occ.fragment([(3, solid), *cylinders], rings)
+        carrier = {tag for dimension, tag in pieces[0] if dimension == 3}
+        n_overlaps = sum(bool(carrier & {tag for _, tag in piece}) for piece in pieces[1 : 1 + len(cylinders)])
+    occ.synchronize()
+    return carrier, n_overlaps
+
+
+def _mesh(path: Path, size: float) -> None:
+    for option in ("Mesh.MeshSizeMin", "Mesh.MeshSizeMax"):
+        gmsh.option.setNumber(option, size)
+    gmsh.option.setNumber("Mesh.Algorithm3D", _HXT)
+    try:
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(2)
+    except Exception as error:
+        raise MeshingError(f"gmsh could not mesh {path} at size {size} m: {error}") from error
+
+
+def _facets(mesh: TetMesh, name: str, tags: list[int]) -> NDArray[np.int64]:
+    """Facets of the mesh on gmsh's faces `tags`, seen from outside the body that the surface belongs to."""
+    row_of, rows = cKDTree(mesh.points), []
+    for tag in tags:
+        numbers, coordinates, _ = gmsh.model.mesh.getNodes(2, tag, includeBoundary=True)
+        distance, nearest = row_of.query(coordinates.reshape(-1, 3))
+        if distance.max() > _SAME_NODE:
+            raise MeshingError(f"surface {name!r}: a node of face {tag} is not in the mesh; expected a face of the solid")
+        row = dict(zip(numbers.tolist(), nearest.tolist(), strict=True))
+        corners = np.array(gmsh.model.mesh.getElementsByType(_TRIANGLE6, tag)[1]).reshape(-1, 6)[:, :3]
+        rows.append(np.vectorize(row.__getitem__)(corners))
+    wanted = np.sort(np.concatenate(rows), axis=1)
+    outside = boundary_facets(mesh.tets[mesh.bodies["pins" if name.endswith("_midspan") else "carrier"]])
+    sorted_outside = np.sort(outside[:, :3], axis=1)
+    key = np.array([len(mesh.points) ** 2, len(mesh.points), 1], dtype=np.int64)
+    return outside[np.isin(sorted_outside @ key, wanted @ key)]

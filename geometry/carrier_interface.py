@@ -1,0 +1,112 @@
+"""Where a carrier is held, loaded and measured, read from the named surfaces of its mesh: for carriers without parameters."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.cad_faces import circle_through
+from geometry.parameters import N_PINS, pin_angles
+from geometry.tet_mesh import TetMesh
+
+#: Pins stand at 0, 120 and 240 deg to this angle [rad] ...
+_PIN_ANGLE = 1e-3
+#: ... and their distances from the axis and the stations of their bores agree to this length [m].
+_PIN_POSITION = 1e-4
+#: Deviation [m] of a bore's nodes from a cylinder along x.
+_ROUND = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class CarrierInterface:
+    """Points and dimensions that loads and pilots need of a carrier.
+
+    Parameters
+    ----------
+    points : mapping of str to ndarray, shape (3,)
+        Pilot position of every surface [m]: on the axis of its cylinder, half-way along.
+    pin_stations : tuple of float
+        Stations [m] of the pins' upwind bores, mid-spans and downwind bores.
+    centre_distance : float
+        Distance of the pins from the carrier's axis [m].
+    sensor_radius : float
+        Radius [m] of the sensor circle: the inner edge of the rim face.
+    """
+
+    points: Mapping[str, NDArray[np.float64]]
+    pin_stations: tuple[float, float, float]
+    centre_distance: float
+    sensor_radius: float
+
+
+def carrier_interface(mesh: TetMesh) -> CarrierInterface:
+    """Read the interface off the surfaces ``shaft_face``, ``rim_face``, ``upwind_seat``, ``downwind_seat`` and ``pin_i_...``.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+        Carrier in its own frame, with or without bonded pins.
+
+    Raises
+    ------
+    KeyError
+        Where a surface is missing.
+    ValueError
+        Where a bore is no cylinder along x, or the pins do not stand at 0, 120 and 240 deg at one distance and station.
+    """
+    points = {}
+    for name in ("shaft_face", "upwind_seat", "downwind_seat"):
+        points[name] = np.array([_middle(mesh, name), 0.0, 0.0])
+    stations, distances = [], []
+    for number, angle in enumerate(pin_angles(), start=1):
+        bores = [f"pin_{number}_{side}" for side in ("upwind", "downwind")]
+        points |= {name: _on_axis(mesh, name) for name in bores}
+        first, last = (_extent(mesh, name) for name in bores)
+        midspan = (first[1] + last[0]) / 2.0
+        points[f"pin_{number}_midspan"] = np.array([midspan, *points[bores[0]][1:]])
+        stations.append((points[bores[0]][0], midspan, points[bores[1]][0]))
+        distances += [_distance(name, points[name], float(angle)) for name in bores]
+    if np.ptp(stations, axis=0).max() > _PIN_POSITION or np.ptp(distances) > _PIN_POSITION:
+        shown = "; ".join(f"({a:.5g}, {m:.5g}, {b:.5g}) m" for a, m, b in stations)
+        raise ValueError(
+            f"the pins' bores differ: stations (upwind, middle, downwind) {shown}, distances from the axis "
+            f"{min(distances):.5g} to {max(distances):.5g} m; expected {N_PINS} alike to {_PIN_POSITION} m"
+        )
+    first_station, midspan, last_station = np.mean(stations, axis=0)
+    rim = mesh.points[np.unique(mesh.surface("rim_face"))]
+    radius = float(np.hypot(rim[:, 1], rim[:, 2]).min())
+    return CarrierInterface(points, (float(first_station), float(midspan), float(last_station)), float(np.mean(distances)), radius)
+
+
+def _extent(mesh: TetMesh, name: str) -> tuple[float, float]:
+    """Least and greatest station of the surface [m]."""
+    x = mesh.points[np.unique(mesh.surface(name)), 0]
+    return float(x.min()), float(x.max())
+
+
+def _middle(mesh: TetMesh, name: str) -> float:
+    return sum(_extent(mesh, name)) / 2.0
+
+
+def _on_axis(mesh: TetMesh, name: str) -> NDArray[np.float64]:
+    flat = mesh.points[np.unique(mesh.surface(name))] * np.array([0.0, 1.0, 1.0])
+    centre, radius, deviation = circle_through(flat)
+    if deviation > _ROUND:
+        raise ValueError(
+            f"surface {name!r} deviates by {deviation:.2g} m from a cylinder of radius {radius:.4g} m along x; expected a bore"
+        )
+    return centre + np.array([_middle(mesh, name), 0.0, 0.0])
+
+
+def _distance(name: str, point: NDArray[np.float64], angle: float) -> float:
+    """Distance of the bore from the carrier's axis [m]; ValueError where it does not stand at `angle` [rad]."""
+    found = math.atan2(-point[1], point[2])
+    off = math.remainder(found - angle, 2.0 * math.pi)
+    if abs(off) > _PIN_ANGLE:
+        raise ValueError(
+            f"surface {name!r} stands at {math.degrees(found) % 360.0:.4g} deg about the x axis; expected "
+            f"{math.degrees(angle):.4g} deg (pins 1, 2, 3 at 0, 120, 240 deg from z, angles turning about +x)"
+        )
+    return math.hypot(point[1], point[2])

@@ -1,0 +1,87 @@
+"""Dimensions of the main shaft, each default with its source (tags as in :mod:`geometry.parameters`)."""
+
+from dataclasses import dataclass
+
+from geometry.parameters import CarrierParameters, refuse_non_positive
+
+
+@dataclass(frozen=True)
+class MainShaftParameters:
+    """Dimensions of the main shaft [m]: a uniform tube from the coupling's flange to the carrier's hub.
+
+    The elastic shaft ends just upwind of the main bearing; the hub with its coupling, far stiffer, is the rigid arm from
+    there to the point where loads enter. The downwind end butts against the upwind face of the carrier's hub: the
+    shrink fit inside the hub counts as part of the joint.
+
+    Raises
+    ------
+    ValueError
+        Where a dimension is not positive or two of them contradict each other; the message names the parameter.
+    """
+
+    outer_diameter: float = 0.341
+    """Derived: the uniform shaft of 2.1 m and this bore has 50 MN m/rad, the torsional stiffness of the 2011 paper."""
+    inner_diameter: float = 0.060
+    """Chosen: bore for the pitch control's rods and cables."""
+    bearing_to_joint: float = 2.1
+    """GRC: main bearing to gearbox, drivetrain example of the 750 kW machine; the bearing's centre to the carrier."""
+    bearing_width: float = 0.180
+    """GRC: main bearing 24076."""
+    bearing_to_flange: float = 0.120
+    """Chosen: the coupling's flange stands clear of the bearing's seat, or the two could not both be held rigidly."""
+    hub_to_bearing: float = 1.22
+    """GRC: hub to main bearing, same example; where torque and loads of the rotor or dynamometer enter."""
+
+    def __post_init__(self) -> None:
+        refuse_non_positive(self)
+        if self.bearing_to_joint > 20.0:
+            raise ValueError(
+                f"MainShaftParameters.bearing_to_joint is {self.bearing_to_joint} m; expected dimensions in metres, at most 20 m"
+            )
+        if not self.inner_diameter < self.outer_diameter:
+            raise ValueError(
+                f"MainShaftParameters.inner_diameter is {self.inner_diameter} m; expected less than outer_diameter "
+                f"{self.outer_diameter} m"
+            )
+        room = 2.0 * min(self.bearing_to_joint, self.bearing_to_flange)
+        if not self.bearing_width < room:
+            raise ValueError(
+                f"MainShaftParameters.bearing_width is {self.bearing_width} m: the bearing reaches an end of the shaft; "
+                f"expected less than {room} m, twice bearing_to_joint and bearing_to_flange"
+            )
+        if not self.hub_to_bearing >= self.bearing_to_flange:
+            raise ValueError(
+                f"MainShaftParameters.hub_to_bearing is {self.hub_to_bearing} m; expected at least bearing_to_flange "
+                f"{self.bearing_to_flange} m: the hub stands upwind of the flange"
+            )
+
+    @property
+    def length(self) -> float:
+        """Length of the elastic shaft, flange to carrier joint [m]."""
+        return self.bearing_to_joint + self.bearing_to_flange
+
+    def joint_x(self, carrier: CarrierParameters) -> float:
+        """Axial position of the joint, the upwind face of the carrier's hub, in the carrier's frame [m]."""
+        return -carrier.hub_length
+
+    def bearing_x(self, carrier: CarrierParameters) -> float:
+        """Axial position of the main bearing's centre [m]."""
+        return self.joint_x(carrier) - self.bearing_to_joint
+
+    def bearing_seat_x(self, carrier: CarrierParameters) -> tuple[float, float]:
+        """Axial extent of the main bearing's seat [m]."""
+        centre = self.bearing_x(carrier)
+        return centre - self.bearing_width / 2.0, centre + self.bearing_width / 2.0
+
+    def flange_x(self, carrier: CarrierParameters) -> float:
+        """Axial position of the coupling's flange, the shaft's upwind end [m]."""
+        return self.joint_x(carrier) - self.length
+
+    def check_fits(self, carrier: CarrierParameters) -> None:
+        """Raise ValueError where the shaft does not fit `carrier`; the message names the parameter."""
+        if not carrier.hub_inner_diameter < self.outer_diameter <= carrier.hub_outer_diameter:
+            raise ValueError(
+                f"MainShaftParameters.outer_diameter is {self.outer_diameter} m; expected between the hub_inner_diameter "
+                f"{carrier.hub_inner_diameter} m and the hub_outer_diameter {carrier.hub_outer_diameter} m of the carrier, "
+                "whose hub it carries"
+            )

@@ -1,0 +1,84 @@
+"""Checks of a mesh that came from outside: unit, nodes without element, separate pieces, inverted elements."""
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+from geometry.quality import MeshQuality, check_quality
+from geometry.tet_mesh import TetMesh
+
+#: Sizes of a part of a wind turbine's gearbox [m]: one of ten metres is in millimetres, one of two centimetres in kilometres.
+_LARGEST, _SMALLEST = 10.0, 0.02
+_SHOWN = 4
+
+
+def check_mesh(mesh: TetMesh, where: str) -> MeshQuality:
+    """Measure `mesh` and refuse what would make its matrices meaningless.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+        One connected body, or bodies that share nodes.
+    where : str
+        What the messages call it: the file's name.
+
+    Raises
+    ------
+    ValueError
+        Where it has no elements, is not in metres, has nodes that no element uses, or falls into separate pieces.
+    InvertedElementError
+        Where an element is inverted.
+    """
+    if not len(mesh.tets):
+        raise ValueError(f"{where}: no elements; expected quadratic tetrahedra")
+    refuse_wrong_unit(np.ptp(mesh.points, axis=0), where)
+    _refuse_unused_nodes(mesh, where)
+    _refuse_pieces(mesh, where)
+    return check_quality(mesh)
+
+
+def refuse_wrong_unit(extent: NDArray[np.float64], where: str) -> None:
+    """Raise ValueError where the extent along x, y, z says that lengths are not in metres."""
+    largest = float(extent.max())
+    if largest > _LARGEST:
+        raise ValueError(
+            f"{where}: {largest:.4g} m across, as if millimetres were taken for metres; expected coordinates in metres, "
+            f"{_SMALLEST} to {_LARGEST} m in all"
+        )
+    if largest < _SMALLEST:
+        raise ValueError(
+            f"{where}: {largest:.4g} m across; expected coordinates in metres, {_SMALLEST} to {_LARGEST} m in all"
+        )
+
+
+def _refuse_unused_nodes(mesh: TetMesh, where: str) -> None:
+    used = np.zeros(len(mesh.points), dtype=np.bool_)
+    used[mesh.tets] = True
+    unused = np.flatnonzero(~used)
+    if len(unused):
+        first = ", ".join(map(str, unused[:_SHOWN])) + (", ..." if len(unused) > _SHOWN else "")
+        raise ValueError(
+            f"{where}: {len(unused)} of {len(used)} nodes belong to no element (numbers {first}, from 0), and would move "
+            "without stiffness; expected nodes of elements only"
+        )
+
+
+def _refuse_pieces(mesh: TetMesh, where: str) -> None:
+    n = len(mesh.points)
+    corners = mesh.tets[:, :4]
+    rows = np.repeat(corners[:, 0], 9)
+    graph = sp.coo_array((np.ones(rows.size, dtype=np.int8), (rows, mesh.tets[:, 1:].ravel())), shape=(n, n))
+    n_pieces, piece = connected_components(graph, directed=False)
+    if n_pieces == 1:
+        return
+    of_element = piece[corners[:, 0]]
+    sizes = np.bincount(of_element)
+    shown = []
+    for number in np.argsort(-sizes)[:_SHOWN]:
+        x, y, z = mesh.points[mesh.tets[of_element == number, :4]].mean(axis=(0, 1))
+        shown.append(f"{sizes[number]} elements about ({x:.3f}, {y:.3f}, {z:.3f}) m")
+    raise ValueError(
+        f"{where}: the mesh falls into {n_pieces} detached pieces ({'; '.join(shown)}{'; ...' if n_pieces > _SHOWN else ''}); "
+        "expected one piece whose parts share their nodes"
+    )

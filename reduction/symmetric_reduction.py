@@ -1,0 +1,193 @@
+"""Craig-Bampton reduction of a body with dihedral symmetry from its half sector: three small problems for one large.
+
+Every block of :mod:`fe.symmetry_blocks` gives constraint modes in its own pilot coordinates, and fixed-interface modes; pairs of
+equal frequency are the partners of one mode of the block E, so none can be missed. The pilots' own coordinates come back with
+the orthonormal X of each block, ``K_bb = Σ X_j K_b X_jᵀ``. On image g of the half sector the basis is
+
+    T(g x) = ρ(g) T(x) Q(g)ᵀ,
+
+Q the motion of the reduced coordinates under the group, so that mass, inertia invariants and sensor rows are sums over six
+images of integrals over one. Nothing of the whole body's size is ever made.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+import scipy.spatial
+from numpy.typing import NDArray
+
+from fe.symmetry_blocks import HalfSector, symmetry_block
+from geometry.dihedral_group import IRREDUCIBLE_REPRESENTATIONS, MOTIONS, IrreducibleRepresentation, pilot_motions
+from reduction.ffrf_data import FfrfData, ffrf_data
+from reduction.fixed_interface_modes import fixed_interface_modes
+from reduction.held_structure import GroundedBlock, HeldStructure
+
+#: Distance [m] within which a node counts as the image of another.
+_SAME_POINT = 1e-8
+#: Modes looked for in every block beyond its share, so that a second look is rarely needed.
+_SPARE_MODES = 3
+
+
+@dataclass(frozen=True, eq=False)
+class SymmetricBasis:
+    """Craig-Bampton basis of a body with dihedral symmetry, held on its half sector.
+
+    Parameters
+    ----------
+    half : HalfSector
+        Half sector that it was computed on.
+    K_bb : ndarray, shape (m, m)
+        Static stiffness of the pilots.
+    omega : ndarray, shape (k,)
+        Fixed-interface angular frequencies [rad/s], ascending; both partners of every pair.
+    T : ndarray, shape (n_half, m + k)
+        Basis on the half sector, pilots' coordinates first.
+    motions : ndarray, shape (6, m + k, m + k)
+        Motion Q(g) of the reduced coordinates under the group.
+    """
+
+    half: HalfSector
+    K_bb: NDArray[np.float64]
+    omega: NDArray[np.float64]
+    T: NDArray[np.float64]
+    motions: NDArray[np.float64]
+
+    def on_image(self, number: int, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Turn `rows` (..., m + k), read from the half sector, into those of its image; directions turn with the image."""
+        return np.asarray(rows @ self.motions[number].T)
+
+    def inertia_invariants(self) -> FfrfData:
+        """Inertia invariants of the whole body: those of six images of the half sector."""
+        own = ffrf_data(self.half.structure, self.T)
+        images = [own.turned(rho).transformed(Q.T) for rho, Q in zip(MOTIONS, self.motions, strict=True)]
+        return FfrfData(
+            mass=sum(image.mass for image in images),
+            first_moment=np.sum([image.first_moment for image in images], axis=0),
+            second_moment=np.sum([image.second_moment for image in images], axis=0),
+            N=np.sum([image.N for image in images], axis=0),
+            P=np.sum([image.P for image in images], axis=0),
+            Q=np.sum([image.Q for image in images], axis=0),
+        )
+
+    def whole_body(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Basis at the nodes of the whole body, shape (3 n, m + k): for pictures and comparisons, as large as it says.
+
+        Parameters
+        ----------
+        points : ndarray, shape (n, 3)
+            The whole body's nodes [m], images of the half sector's.
+
+        Raises
+        ------
+        ValueError
+            Where a node is not an image of one of the half sector's.
+        """
+        tree = scipy.spatial.KDTree(points)
+        field = np.full((len(points), 3, self.T.shape[1]), np.nan)
+        own = self.T.reshape(-1, 3, self.T.shape[1])
+        for number, rho in enumerate(MOTIONS):
+            distance, node = tree.query(self.half.structure.points @ rho.T)
+            if distance.max() > _SAME_POINT:
+                raise ValueError(
+                    f"a node of the half sector's image {number} lies {distance.max():.1e} m from the nearest node; "
+                    "expected the nodes of the body that the half sector belongs to"
+                )
+            field[node] = np.einsum("ab,nbc->nac", rho, self.on_image(number, own))
+        if np.isnan(field).any():
+            raise ValueError("the body has nodes that are no images of the half sector's; expected six images of it")
+        return field.reshape(-1, self.T.shape[1])
+
+
+@dataclass(frozen=True, eq=False)
+class _SolvedBlock:
+    """What is left of a block once its factor is gone: fields of its d partners on the half sector.
+
+    Constraint modes Psi (d, n_half, m) of the pilot coordinates X (d, 6 p, m), their stiffness, and modes Phi (d, n_half, k).
+    """
+
+    kind: IrreducibleRepresentation
+    X: NDArray[np.float64]
+    K_bb: NDArray[np.float64]
+    Psi: NDArray[np.float64]
+    omega: NDArray[np.float64]
+    Phi: NDArray[np.float64]
+
+
+def symmetric_basis(half: HalfSector, n_modes: int, *, seed: int = 0) -> SymmetricBasis:
+    """Craig-Bampton basis of a body with dihedral symmetry.
+
+    Parameters
+    ----------
+    half : HalfSector
+        The body's half sector with its share of the couplings.
+    n_modes : int
+        Number of fixed-interface modes; the second partner of a pair that this number cuts is kept as well.
+    seed : int
+        Seed of the Lanczos iterations' starting blocks.
+
+    Returns
+    -------
+    SymmetricBasis
+        Basis on the half sector and how it continues.
+
+    Raises
+    ------
+    SingularMatrixError, AccuracyError, ValueError
+        From the factorisations and the eigenvalue problems.
+    """
+    solved = _with_enough_modes(half, n_modes, seed)
+    chosen = _lowest(solved, n_modes)
+    n_half, pilots = half.structure.n_dofs, pilot_motions(half.pilot_points)
+    T_pilots = np.zeros((n_half, pilots.shape[1]))
+    K_bb = np.zeros(pilots.shape[1:])
+    for part in solved:
+        for Psi, X in zip(part.Psi, part.X, strict=True):
+            T_pilots += Psi @ X.T
+            K_bb += X @ part.K_bb @ X.T
+    T_modes = [solved[b].Phi[:, :, i].T for b, i in chosen]
+    kinds = [solved[b].kind for b, _ in chosen]
+    return SymmetricBasis(
+        half=half,
+        K_bb=(K_bb + K_bb.T) / 2.0,
+        omega=np.array([solved[b].omega[i] for b, i in chosen for _ in range(solved[b].kind.dimension)]),
+        T=np.concatenate([T_pilots, *T_modes], axis=1),
+        motions=np.array(
+            [scipy.linalg.block_diag(Q, *(kind.matrices[number] for kind in kinds)) for number, Q in enumerate(pilots)]
+        ),
+    )
+
+
+def _solved(half: HalfSector, kind: IrreducibleRepresentation, n_modes: int, seed: int) -> _SolvedBlock:
+    """Static and dynamic solution of one block; nothing of its own size outlives the call."""
+    block = symmetry_block(half, kind)
+    held = HeldStructure(GroundedBlock(block), (block,))
+    Psi, K_bb = held.constraint_modes()
+    modes = fixed_interface_modes(held, block.M, n_modes, rng=np.random.default_rng(seed))
+    return _SolvedBlock(
+        kind, block.pilot_coordinates, K_bb, block.partners(Psi), modes.omega, block.partners(modes.Phi)
+    )
+
+
+def _with_enough_modes(half: HalfSector, n_modes: int, seed: int) -> list[_SolvedBlock]:
+    """All blocks, each with a mode at or above the highest of the lowest `n_modes` of the body."""
+    shares = [-(-n_modes * kind.dimension // 6) + _SPARE_MODES for kind in IRREDUCIBLE_REPRESENTATIONS]
+    counts = shares if n_modes else [0, 0, 0]
+    solved = [_solved(half, kind, n, seed) for kind, n in zip(IRREDUCIBLE_REPRESENTATIONS, counts, strict=True)]
+    while n_modes:
+        have = np.sort(np.concatenate([np.repeat(part.omega, part.kind.dimension) for part in solved]))
+        highest = have[n_modes - 1] if len(have) >= n_modes else np.inf
+        if all(part.omega[-1] >= highest for part in solved):
+            break
+        solved = [
+            part if part.omega[-1] >= highest else _solved(half, part.kind, 2 * len(part.omega), seed)
+            for part in solved
+        ]
+    return solved
+
+
+def _lowest(solved: list[_SolvedBlock], n_modes: int) -> list[tuple[int, int]]:
+    """Block and number of the modes that make up the lowest `n_modes`, a pair counting as two, ascending."""
+    modes = sorted((omega, b, i) for b, part in enumerate(solved) for i, omega in enumerate(part.omega))
+    counts = np.cumsum([solved[b].kind.dimension for _, b, _ in modes])
+    return [(b, i) for _, b, i in modes[: int(np.searchsorted(counts, n_modes)) + 1]] if n_modes else []

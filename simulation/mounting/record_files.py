@@ -1,0 +1,149 @@
+"""Records of certification length, marched piece by piece into a Parquet file in constant memory."""
+
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pa_parquet
+from numpy.typing import NDArray
+
+from geometry.whole_files import whole_file
+from simulation.mounting.inputs import MountingInputs
+from simulation.mounting.march import DivergedError, marched, mounting_model, state_at_rest
+from simulation.mounting.parameters import INDEX, ParameterArray
+from simulation.mounting.rig import SENSORS, MountingRig
+
+Array = NDArray[np.float64]
+
+#: Signals of one piece with the time of their first sample.
+Piece = tuple[MountingInputs, Array]
+
+
+def marched_pieces(
+    rig: MountingRig, parameters: ParameterArray, pieces: Iterable[MountingInputs], *, largest_loads: Array
+) -> Iterator[Piece]:
+    """Inputs and zeroed signals of a record that is given in pieces; equal to those of the whole record.
+
+    Parameters
+    ----------
+    rig : MountingRig
+        Geometry and masses.
+    parameters : ndarray
+        Flat parameter set, without a sensor delay.
+    pieces : iterable of MountingInputs
+        Consecutive pieces on one even grid; the first holds the zeroing samples.
+    largest_loads : ndarray, shape (n, 3)
+        Extremes of torque, ntl_y, ntl_z in the whole record: they decide the step of nonlinear bushings.
+
+    Yields
+    ------
+    inputs, signals : MountingInputs, ndarray, shape (n, 6)
+        As they come; where the run diverges, the good samples come before the error.
+
+    Raises
+    ------
+    ValueError
+        Where the pieces are not consecutive, loads exceed `largest_loads`, or there is a delay.
+    DivergedError
+        Where the run leaves the model.
+    """
+    if parameters[INDEX["delay"]] != 0.0:
+        raise ValueError("a sensor delay is not possible piece by piece; expected delay 0")
+    gains, zeros = (np.array([parameters[INDEX[f"{kind}_{name}"]] for name in SENSORS]) for kind in ("gain", "zero"))
+    model = state = last = None
+    zero = np.zeros(6)
+    for piece in pieces:
+        _check_piece(piece, largest_loads, last)
+        if model is None or state is None or last is None:
+            model = mounting_model(rig, parameters, largest_loads, piece.step)
+            state = state_at_rest(model, piece.loads[0], float(piece.time[0]))
+            loads = piece.loads
+        else:
+            loads = np.concatenate([last.loads[-1:], piece.loads])
+        skip = 0 if last is None else 1
+        try:
+            signals, state = marched(model, state, loads)
+        except DivergedError as error:
+            good = error.signals[skip:] - zero
+            if len(good) >= 2:
+                yield _shortened(piece, len(good)), good * gains + zeros
+            raise
+        if last is None:
+            zero = signals[: rig.zeroing_samples].mean(axis=0)
+        yield piece, (signals[skip:] - zero) * gains + zeros
+        last = piece
+
+
+def _check_piece(piece: MountingInputs, largest_loads: Array, last: MountingInputs | None) -> None:
+    limits = np.abs(largest_loads).max(axis=0)
+    found = np.abs(piece.loads).max(axis=0)
+    if (found > limits * (1.0 + 1e-9)).any():
+        raise ValueError(
+            f"loads from {piece.time[0]:g} s reach {found} (torque, ntl_y, ntl_z); expected at most {limits} as announced"
+        )
+    if not piece.uniform:
+        raise ValueError(f"the piece from {piece.time[0]:g} s is not evenly sampled; expected an even grid")
+    if last is not None and not np.isclose(piece.time[0] - last.time[-1], last.step, rtol=1e-3):
+        raise ValueError(
+            f"a piece begins at {piece.time[0]:g} s after one that ended at {last.time[-1]:g} s; expected one interval between"
+        )
+
+
+def _shortened(piece: MountingInputs, count: int) -> MountingInputs:
+    return MountingInputs(*(values[:count] for values in piece.columns().values()))
+
+
+def write_record(pieces: Iterable[Piece], path: Path) -> int:
+    """Write pieces to a Parquet file with the columns of a campaign run; a diverging run keeps what was good.
+
+    Parameters
+    ----------
+    pieces : iterable
+        Result of :func:`marched_pieces`.
+    path : Path
+        File; it appears when the last piece is written.
+
+    Returns
+    -------
+    int
+        Samples written.
+
+    Raises
+    ------
+    DivergedError
+        After the good samples are safe in the file.
+    """
+    samples, diverged = 0, None
+    with whole_file(path) as temporary, ThreadPoolExecutor(1) as thread:
+        # Numbers of a simulation hardly repeat: a dictionary and compression cost time and save nothing.
+        writer = pa_parquet.ParquetWriter(temporary, _schema(), compression="none", use_dictionary=False)
+        try:
+            pending: Future[None] | None = None
+            for inputs, signals in pieces:
+                columns = [*inputs.columns().values(), *signals.T]
+                if pending is not None:
+                    pending.result()
+                # One piece is written while the next one is marched.
+                pending = thread.submit(_write_piece, writer, columns)
+                samples += len(signals)
+        except DivergedError as error:
+            diverged = error
+        finally:
+            if pending is not None:
+                pending.result()
+            writer.close()
+    if diverged is not None:
+        raise diverged
+    return samples
+
+
+def _schema() -> pa.Schema:
+    names = ("time", "torque", "speed", "carrier_angle", "ntl_y", "ntl_z", *SENSORS)
+    return pa.schema([(name, pa.float64()) for name in names])
+
+
+def _write_piece(writer: pa_parquet.ParquetWriter, columns: list[Array]) -> None:
+    arrays = [pa.array(np.ascontiguousarray(column)) for column in columns]
+    writer.write_table(pa.Table.from_arrays(arrays, schema=_schema()))

@@ -1,0 +1,116 @@
+"""Simulation of a run on the mounting rig: loads in, six displacement signals out."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulation.mounting.inputs import MountingInputs
+from simulation.mounting.march import DivergedError, marched, mounting_model, state_at_rest
+from simulation.mounting.parameters import INDEX, ParameterArray
+from simulation.mounting.rig import SENSORS, MountingRig
+
+Array = NDArray[np.float64]
+
+_GAINS = slice(INDEX[f"gain_{SENSORS[0]}"], INDEX[f"gain_{SENSORS[-1]}"] + 1)
+_ZEROS = slice(INDEX[f"zero_{SENSORS[0]}"], INDEX[f"zero_{SENSORS[-1]}"] + 1)
+
+
+@dataclass(frozen=True, eq=False)
+class MountingResponse:
+    """Signals of one run.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Time [s], that of the inputs.
+    signals : ndarray, shape (n, 6)
+        Displacements [m] in the order of ``SENSORS``, relative to the mean of the first samples.
+    """
+
+    time: Array
+    signals: Array
+
+    def by_sensor(self) -> dict[str, Array]:
+        """Signals by sensor name."""
+        return {sensor: self.signals[:, place] for place, sensor in enumerate(SENSORS)}
+
+
+def simulate(
+    rig: MountingRig, parameters: ParameterArray, inputs: MountingInputs, *, step: float | None = None
+) -> MountingResponse:
+    """Six motion sensors of the housing under measured torque and radial load.
+
+    The run begins in the static equilibrium under its first loads. The linear part of the model is solved
+    exactly for loads that are linear between samples; nonlinear bushing forces by an exponential Lobatto method of order four.
+
+    Parameters
+    ----------
+    rig : MountingRig
+        Geometry, masses and the number of zeroing samples.
+    parameters : ndarray
+        Flat parameter set, see :func:`simulation.mounting.parameters.parameter_array`.
+    inputs : MountingInputs
+        Loads of the run.
+    step : float, optional
+        Largest step [s]; chosen from the nonlinear stiffness where not given.
+
+    Returns
+    -------
+    MountingResponse
+        Signals at the times of the inputs.
+
+    Raises
+    ------
+    ValueError
+        Where a parameter is out of bounds or the step is too large.
+    DivergedError
+        Where the run leaves the model; it carries time, coordinate and the signals up to there.
+
+    References
+    ----------
+    .. [1] 2011 paper, equations (1)-(8), (14)-(16).
+    """
+    model = mounting_model(rig, parameters, inputs.loads, inputs.step, step=step)
+    start = state_at_rest(model, inputs.loads[0], float(inputs.time[0]))
+    signals, _ = marched(model, start, inputs.loads)
+    if not inputs.uniform:
+        signals = np.stack([np.interp(inputs.time, inputs.grid, column) for column in signals.T], axis=1)
+    return MountingResponse(inputs.time, sensed(zeroed(signals, rig.zeroing_samples), parameters, inputs.time))
+
+
+def zeroed(signals: Array, samples: int) -> Array:
+    """Signals relative to the mean of their first samples (equation 14)."""
+    return signals - signals[:samples].mean(axis=0)
+
+
+def zeroed_as_measured(simulated: Array, measured: Array, samples: int) -> Array:
+    """Simulated motion that starts where the measured one does, ``d + d_ini^m - d_ini^a`` (equations 13-15).
+
+    Parameters
+    ----------
+    simulated, measured : ndarray, shape (n, n_channels)
+        Motions of the same components.
+    samples : int
+        Samples of the simulation whose mean is its initial value; the paper takes 20.
+    """
+    return zeroed(simulated, samples) + measured[0]
+
+
+def sensed(signals: Array, parameters: ParameterArray, time: Array) -> Array:
+    """What sensors with a gain, an offset and a delay read; offsets come after the zeroing."""
+    delay, gains, zeros = parameters[INDEX["delay"]], parameters[_GAINS], parameters[_ZEROS]
+    if delay != 0.0:
+        signals = np.stack([np.interp(time - delay, time, column) for column in signals.T], axis=1)
+    if (gains == 1.0).all() and not zeros.any():
+        return signals
+    return signals * gains + zeros
+
+
+def with_noise(response: MountingResponse, noise_std: float, rng: np.random.Generator) -> MountingResponse:
+    """Response with white noise of a standard deviation [m] on every sensor."""
+    noise = noise_std * rng.standard_normal(response.signals.shape)
+    return MountingResponse(response.time, response.signals + noise)
+
+
+__all__ = ["DivergedError", "MountingResponse", "sensed", "simulate", "with_noise", "zeroed", "zeroed_as_measured"]

@@ -1,0 +1,158 @@
+"""The stage in the modes of its linear part: diagonal mass and stiffness, the form that a time step works with."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from simulation.stage.stage_model import StageModel
+
+
+@dataclass(frozen=True, eq=False)
+class ModalStage:
+    """Normal modes of the stage with mean mesh stiffness.
+
+    Parameters
+    ----------
+    model : StageModel
+        The equations.
+    Phi : ndarray, shape (n, n)
+        Modes in the coordinates c, mass-normalised, the free drive motion first, then ascending.
+    omega : ndarray, shape (n,)
+        Angular frequencies [rad/s]; the first is zero.
+    D : ndarray, shape (n, n)
+        Damping: structural on the diagonal, generator, mount and Coriolis forces full.
+    """
+
+    model: StageModel
+    Phi: NDArray[np.float64]
+    omega: NDArray[np.float64]
+    D: NDArray[np.float64]
+
+    @property
+    def structural_damping(self) -> NDArray[np.float64]:
+        """``2 zeta omega`` of every mode [1/s], shape (n,)."""
+        return 2.0 * self.model.data.damping_ratio * self.omega
+
+
+def modal_stage(model: StageModel) -> ModalStage:
+    """Normal modes of the stage.
+
+    The free drive motion is split off exactly, ``x_0 = e_0 / sqrt(M_00)``; the others solve ``K_yy x = omega^2 M' x`` with
+    ``M' = M_yy - M_y0 M_0y / M_00``, as the inverse problem ``M' x = mu K_yy x``, which keeps the low frequencies accurate.
+
+    Raises
+    ------
+    ValueError
+        Where the stiffness leaves another motion free or the mass is not positive.
+    """
+    K, M = model.K[1:, 1:], model.M
+    reduced = M[1:, 1:] - np.outer(M[1:, 0], M[0, 1:]) / M[0, 0]
+    scale = 1.0 / np.sqrt(K.diagonal())
+    try:
+        factor = scipy.linalg.cholesky(K * np.outer(scale, scale), lower=True)
+    except scipy.linalg.LinAlgError as error:
+        raise ValueError("the stage has a motion besides the drive's that meets no stiffness; expected none") from error
+    inner = scipy.linalg.solve_triangular(factor, scale[:, None] * reduced * scale, lower=True)
+    inner = scipy.linalg.solve_triangular(factor, inner.T, lower=True)
+    mu, V = scipy.linalg.eigh((inner + inner.T) / 2.0)
+    if not mu[0] > 0.0:
+        raise ValueError(
+            f"the stage's mass has an eigenvalue of {mu[0]:.2e} relative to its stiffness; expected positive ones"
+        )
+    mu, V = mu[::-1], V[:, ::-1]
+    modes = scale[:, None] * scipy.linalg.solve_triangular(factor, V, lower=True, trans="T") / np.sqrt(mu)
+    n = len(M)
+    Phi = np.zeros((n, n))
+    Phi[0, 0] = 1.0 / np.sqrt(M[0, 0])
+    Phi[1:, 1:] = modes
+    Phi[0, 1:] = -(M[0, 1:] @ modes) / M[0, 0]
+    omega = np.concatenate([[0.0], 1.0 / np.sqrt(mu)])
+    D = Phi.T @ (model.C + model.G) @ Phi + np.diag(2.0 * model.data.damping_ratio * omega)
+    return ModalStage(model, Phi, omega, D)
+
+
+class StepMatrices(NamedTuple):
+    """Constants of the compiled time step; modal unless it says. ``n`` modes, ``m`` channels."""
+
+    h: float
+    """Step [s]."""
+    stiffness: NDArray[np.float64]
+    """omega^2, shape (n,)."""
+    structural: NDArray[np.float64]
+    """2 zeta omega, shape (n,)."""
+    A_inverse: NDArray[np.float64]
+    """Inverse of ``2/h + D + h/2 omega^2``, shape (n, n)."""
+    B: NDArray[np.float64]
+    """Channels, shape (m, n)."""
+    A_inverse_B: NDArray[np.float64]
+    """Answer of the mid-step velocity to a unit channel force, shape (m, n)."""
+    W: NDArray[np.float64]
+    """The same seen by the channels, shape (m, m)."""
+    P: NDArray[np.float64]
+    """Loads: torque, generator, weight y z, radial y z, constant, shape (7, n)."""
+    generator_constant: float
+    """K of the paper's eq. 9 [N m s]."""
+    reference: NDArray[np.float64]
+    """Stiffness of each channel in the linear part [N/m], shape (m,)."""
+    real: NDArray[np.float64]
+    """Mesh stiffness amplitudes, real parts, shape (6, n_harmonics + 1)."""
+    imag: NDArray[np.float64]
+    """Imaginary parts."""
+    gaps: NDArray[np.float64]
+    """Play of the twelve flanks [m]."""
+    clearance: NDArray[np.float64]
+    """Play of the loose bearings [m]."""
+    K_mount: NDArray[np.float64]
+    """(6, 6), fixed frame."""
+    C_mount: NDArray[np.float64]
+    """(6, 6), fixed frame."""
+    K_mean: NDArray[np.float64]
+    """What the linear part has of it."""
+    C_mean: NDArray[np.float64]
+    """What the linear part has of it."""
+    speed: float
+    """Speed of the Coriolis terms [rad/s]."""
+    mesh_teeth: float
+    """Mesh periods a turn."""
+    gravity: float
+    """[m/s^2]."""
+
+
+def step_matrices(stage: ModalStage, h: float, gravity: float) -> StepMatrices:
+    """Constants of a step of `h` [s] under `gravity` [m/s^2]."""
+    model, channels, loads = stage.model, stage.model.channels, stage.model.loads
+    A = np.diag(2.0 / h + 0.5 * h * stage.omega**2) + stage.D
+    # Rows grow with omega^2: scale before inverting.
+    scale = 1.0 / np.sqrt(A.diagonal())
+    A_inverse = scale[:, None] * np.linalg.inv(A * np.outer(scale, scale)) * scale
+    B = np.ascontiguousarray(channels.B.T @ stage.Phi)
+    vectors = (
+        loads.torque, loads.generator, loads.weight_y, loads.weight_z, loads.radial_y, loads.radial_z, loads.constant,
+    )  # fmt: skip
+    amplitudes = np.array([own.amplitudes for own in channels.stiffness])
+    return StepMatrices(
+        h=h,
+        stiffness=stage.omega**2,
+        structural=stage.structural_damping,
+        A_inverse=np.ascontiguousarray(A_inverse),
+        B=B,
+        A_inverse_B=np.ascontiguousarray((A_inverse @ B.T).T),
+        W=np.ascontiguousarray(B @ A_inverse @ B.T),
+        P=np.ascontiguousarray(np.array(vectors) @ stage.Phi),
+        generator_constant=model.data.chain.generator_constant,
+        reference=channels.reference,
+        real=np.ascontiguousarray(amplitudes.real),
+        imag=np.ascontiguousarray(amplitudes.imag),
+        gaps=np.array([line.gap for line in channels.lines]),
+        clearance=channels.clearance,
+        K_mount=channels.K_mount,
+        C_mount=channels.C_mount,
+        K_mean=channels.K_mean,
+        C_mean=channels.C_mean,
+        speed=model.speed,
+        mesh_teeth=float(channels.mesh_teeth),
+        gravity=gravity,
+    )

@@ -1,0 +1,60 @@
+"""What teeth, pins and bearings carry, from coordinates over time."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.parameters import N_PINS, pin_angles
+from simulation.stage.stage_model import StageModel
+from simulation.stage.statics import mesh_amplitudes
+from simulation.stage.time_step import mesh_stiffness_at
+
+
+@dataclass(frozen=True, eq=False)
+class PartLoads:
+    """Loads of the stage's parts over N instants.
+
+    Parameters
+    ----------
+    mesh_force : ndarray, shape (N, 12)
+        Force along the normal [N]: drive flanks sun 1-3, ring 1-3, then back flanks.
+    pin_force : ndarray, shape (N, 3, 3)
+        Force of each planet on its pin [N]: x, radial (away from the axis), tangential (along increasing angle).
+    pin_moment : ndarray, shape (N, 3, 3)
+        Moment on the pin [N m] about the same directions.
+    """
+
+    mesh_force: NDArray[np.float64]
+    pin_force: NDArray[np.float64]
+    pin_moment: NDArray[np.float64]
+
+    @property
+    def load_share(self) -> NDArray[np.float64]:
+        """Each planet's share of the tangential pin forces, shape (N, 3)."""
+        tangential = self.pin_force[:, :, 2]
+        return np.asarray(tangential / tangential.sum(axis=1, keepdims=True))
+
+
+def part_loads(model: StageModel, c: NDArray[np.float64]) -> PartLoads:
+    """Loads from coordinates c, shape (N, n), the first of which is the carrier angle."""
+    channels = model.channels
+    delta = c @ channels.B - channels.free
+    real, imag = mesh_amplitudes(channels)
+    k = np.array([mesh_stiffness_at(real, imag, channels.mesh_teeth * angle) for angle in c[:, 0]])
+    gaps = np.array([line.gap for line in channels.lines])
+    mesh = np.concatenate([k, k], axis=1) * np.maximum(delta[:, channels.meshes] - gaps, 0.0)
+    # The drive motion does not stretch a bearing; leave the large angle out of the sums.
+    small = model.L[:, 1:]
+    force, moment = np.zeros((len(c), N_PINS, 3)), np.zeros((len(c), N_PINS, 3))
+    for i, angle in enumerate(pin_angles()):
+        name = f"planet_{i + 1}"
+        spring = model.springs[name]
+        stretch = c[:, 1:] @ (spring.G @ small).T - spring.free
+        if name in channels.bearings:
+            r = np.linalg.norm(stretch[:, 1:3], axis=1, keepdims=True)
+            stretch[:, 1:3] *= np.maximum(1.0 - spring.clearance / np.maximum(r, spring.clearance), 0.0)
+        load = stretch * spring.stiffness
+        axes = np.array([[1.0, 0.0, 0.0], [0.0, -np.sin(angle), np.cos(angle)], [0.0, -np.cos(angle), -np.sin(angle)]])
+        force[:, i], moment[:, i] = load[:, :3] @ axes.T, load[:, 3:] @ axes.T
+    return PartLoads(mesh, force, moment)

@@ -1,0 +1,203 @@
+"""What the proximity sensors read: the rim's material point under them against the housing, and the sensors' own errors."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulation.carrier_kinematics import carrier_tilt_pattern, housing_tilt_pattern, saddle_pattern
+from simulation.run_cases import AXIAL, Sensor
+from simulation.stage.response import StageRecord
+from simulation.stage.stage_body import RIM_AXIAL, RIM_RADIAL
+from simulation.stage.stage_model import StageModel
+
+#: Orders below this share of the largest are rounding and are left out.
+_NEGLIGIBLE = 1e-12
+
+
+@dataclass(frozen=True)
+class SensorError:
+    """Errors of one sensor: ids ``sensor_gain``, ``sensor_angle``, ``sensor_zero``."""
+
+    gain: float = 0.0
+    """Share by which it reads too much."""
+    angle: float = 0.0
+    """Where it stands beyond its stated angle [rad]."""
+    zero: float = 0.0
+    """[m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReadingEffects:
+    """Effects between the stage's motion and the record, each with its id; the default is none of them.
+
+    Raises
+    ------
+    ValueError
+        Where the noise is negative or an order of the run-out is below 2.
+    """
+
+    axial_offset: float = 0.0
+    """``axial_offset`` [m]."""
+    phi_H: float = 0.0  # noqa: N815 - the paper's symbol
+    """``housing_tilt``: assembly misalignment of the housing [rad]; the bearings keep their alignment."""
+    theta_H: float = 0.0  # noqa: N815
+    """``housing_tilt``: housing angle of its axis [rad]."""
+    phi_face: float = 0.0
+    """``carrier_tilt``: tilt of the measured face against the carrier [rad]; what the paper's eq. 1 calls phi_PLC."""
+    theta_face: float = 0.0
+    """``carrier_tilt``: carrier-frame angle of its axis [rad]."""
+    saddle: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """``flange_warp``: at no load [m], per torque [m/N m], per vertical radial load [m/N]."""
+    runout: Mapping[int, tuple[float, float]] | None = None
+    """``face_runout``: amplitude [m] and phase [rad] of the measured face by order, 2 and above."""
+    drift_rate: float = 0.0
+    """``thermal_drift`` [m/s], axial sensors."""
+    sensors: Mapping[str, SensorError] | None = None
+    """``sensor_gain``, ``sensor_angle``, ``sensor_zero`` by sensor name."""
+    delay: float = 0.0
+    """``sensor_delay``: displacement behind the carrier angle [s]."""
+    noise_std: float = 0.0
+    """White noise of every sensor [m]."""
+
+    def __post_init__(self) -> None:
+        if self.noise_std < 0.0:
+            raise ValueError(f"noise_std is {self.noise_std} m; expected a value >= 0")
+        for order in self.runout or {}:
+            if order < 2:
+                raise ValueError(f"face_runout has order {order}; expected 2 or more, order 1 is a tilt of the face")
+
+
+@dataclass(frozen=True, eq=False)
+class RimReader:
+    """Fourier series of the rim's rows over the carrier-frame angle.
+
+    Parameters
+    ----------
+    orders : ndarray of int, shape (k,)
+        Orders kept.
+    axial, radial : ndarray of complex, shape (k, n)
+        Displacement of the rim at the angle phi: ``Re Σ rows[k] c exp(j orders[k] phi)`` [m].
+    misaligned_axial, misaligned_radial : ndarray of complex, shape (k,)
+        What the imposed misalignment adds.
+    """
+
+    orders: NDArray[np.int64]
+    axial: NDArray[np.complex128]
+    radial: NDArray[np.complex128]
+    misaligned_axial: NDArray[np.complex128]
+    misaligned_radial: NDArray[np.complex128]
+
+
+def rim_reader(model: StageModel) -> RimReader:
+    """Series of the body's rim rows, which stand at equal angles from 0."""
+    body = model.places.body
+    tilt = body.misalignment_reading @ model.effects.misalignment
+    parts = []
+    for prefix in (RIM_AXIAL, RIM_RADIAL):
+        rows = [i for i, name in enumerate(body.model.sensor_names) if name.startswith(prefix)]
+        own = body.model.sensor_rows[rows] @ model.L[: body.model.n_coordinates]
+        # A turn about the axis moves no rim point axially or radially; rounding of it would grow with the angle.
+        own[:, 0] = 0.0
+        parts.append((_series(own), _series(tilt[rows][:, None])[:, 0]))
+    (axial, axial_tilt), (radial, radial_tilt) = parts
+    size = np.abs(np.concatenate([axial, radial, axial_tilt[:, None], radial_tilt[:, None]], axis=1)).max(axis=1)
+    kept = np.flatnonzero(size > _NEGLIGIBLE * size.max())
+    return RimReader(kept, axial[kept], radial[kept], axial_tilt[kept], radial_tilt[kept])
+
+
+def _series(rows: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Amplitudes of ``Re(a exp(j k phi))`` for samples at equal angles along axis 0."""
+    amplitude = 2.0 * np.fft.rfft(rows, axis=0) / len(rows)
+    amplitude[0] /= 2.0
+    if len(rows) % 2 == 0:
+        amplitude[-1] /= 2.0
+    return np.asarray(amplitude)
+
+
+def sensor_signals(
+    model: StageModel,
+    record: StageRecord,
+    sensors: Sequence[Sensor],
+    *,
+    effects: ReadingEffects | None = None,
+    reader: RimReader | None = None,
+    rng: np.random.Generator | None = None,
+) -> dict[str, NDArray[np.float64]]:
+    """Signals of sensors on the housing, shape (N,) each [m].
+
+    A sensor at v reads the rim's material point at ``phi = v - theta`` less the housing's own motion there, axial or along e(v).
+
+    Parameters
+    ----------
+    model : StageModel
+        The stage.
+    record : StageRecord
+        States.
+    sensors : sequence of Sensor
+        Sensors.
+    effects : ReadingEffects, optional
+        Errors and static patterns; none by default.
+    reader : RimReader, optional
+        From :func:`rim_reader`; made here where it is missing.
+    rng : numpy.random.Generator, optional
+        Source of the noise; needed where there is some.
+
+    Raises
+    ------
+    ValueError
+        Where noise is asked for without a generator, or an error names a sensor that is not there.
+    """
+    effects, reader = effects or ReadingEffects(), reader or rim_reader(model)
+    if effects.noise_std > 0.0 and rng is None:
+        raise ValueError("noise_std is positive; expected a random generator rng with it")
+    errors = dict(effects.sensors or {})
+    unknown = errors.keys() - {sensor.name for sensor in sensors}
+    if unknown:
+        raise ValueError(f"an error is given for sensor {min(unknown)!r}; expected one of the sensors")
+    signals = {}
+    for sensor in sensors:
+        error = errors.get(sensor.name, SensorError())
+        angle = sensor.angle + error.angle
+        clean = _clean(model, record, reader, sensor, angle) + _patterns(record, sensor, angle, effects)
+        signal = (1.0 + error.gain) * clean + error.zero
+        if effects.delay != 0.0:
+            signal = np.interp(record.time - effects.delay, record.time, signal)
+        if rng is not None:
+            signal = signal + effects.noise_std * rng.standard_normal(len(signal))
+        signals[sensor.name] = signal
+    return signals
+
+
+def _clean(
+    model: StageModel, record: StageRecord, reader: RimReader, sensor: Sensor, angle: float
+) -> NDArray[np.float64]:
+    """Rim less housing at one sensor."""
+    phi = angle - record.c[:, 0]
+    axial = sensor.quantity == AXIAL
+    rows, tilt = (reader.axial, reader.misaligned_axial) if axial else (reader.radial, reader.misaligned_radial)
+    amplitude = record.c @ rows.T + tilt
+    rim = (amplitude * np.exp(1j * np.outer(phi, reader.orders))).sum(axis=1).real
+    tx, ty, tz, _, wy, wz = (record.c @ model.channels.B[:, model.channels.housing]).T
+    y, z = -sensor.radius * np.sin(phi), sensor.radius * np.cos(phi)
+    # The rim face is the plane x = 0.
+    x = -model.data.housing.x
+    if axial:
+        return np.asarray(rim - (tx + wy * z - wz * y))
+    return np.asarray(rim - (-np.sin(phi) * (ty + wz * x) + np.cos(phi) * (tz - wy * x)))
+
+
+def _patterns(record: StageRecord, sensor: Sensor, angle: float, effects: ReadingEffects) -> NDArray[np.float64]:
+    """Static and face patterns of an axial sensor; zero on a radial one."""
+    theta, torque, vertical = record.c[:, 0], record.drive[:, 0], record.drive[:, 3]
+    if sensor.quantity != AXIAL:
+        return np.zeros(len(theta))
+    at_rest, per_torque, per_load = effects.saddle
+    signal = effects.axial_offset + effects.drift_rate * record.time
+    signal = signal + effects.phi_H * housing_tilt_pattern(theta, angle, sensor.radius, effects.theta_H)
+    signal = signal + effects.phi_face * carrier_tilt_pattern(theta, angle, sensor.radius, effects.theta_face)
+    signal = signal + (at_rest + per_torque * torque + per_load * vertical) * saddle_pattern(theta, angle)
+    for order, (amplitude, phase) in (effects.runout or {}).items():
+        signal = signal + amplitude * np.cos(order * (angle - theta) - phase)
+    return np.asarray(signal)

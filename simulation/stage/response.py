@@ -1,0 +1,224 @@
+"""The stage run through time: chunks of steps, what is kept, the energy balance, and what happens when it runs away."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulation.stage.modal_form import ModalStage, modal_stage, step_matrices
+from simulation.stage.stage_model import StageModel
+from simulation.stage.statics import SteadyLoad, mesh_amplitudes, static_coordinates
+from simulation.stage.time_step import advance, mesh_stiffness_at, play_force
+
+#: Steps a mesh period that resolve it: below this the midpoint rule is 1 % off at the mesh frequency.
+FEWEST_STEPS_PER_MESH = 18.0
+#: Kept states a chunk: progress is shown and memory bounded in between.
+CHUNK = 500
+#: Coordinates beyond this [m or rad] are not small motions; windings of shafts reach a few rad.
+_RUN_AWAY = 1e3
+
+#: Loads over time: time [s], shape (k,) to (k, 4): torque [N m], wanted generator speed [rad/s], radial y and z [N].
+Drive = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+
+
+@dataclass(frozen=True, eq=False)
+class StageRecord:
+    """States of the stage at N kept instants.
+
+    Parameters
+    ----------
+    time : ndarray, shape (N,)
+        [s].
+    c, c_rate : ndarray, shape (N, n)
+        Coordinates of :class:`StageModel` and their rates; the first is the carrier angle.
+    drive : ndarray, shape (N, 4)
+        Loads at those instants.
+    energy : ndarray, shape (N, 6)
+        Since the start [J]: from torque, from generator, from weight, radial load and constant forces, from the mount beyond its
+        turning mean, dissipated, stored.
+    """
+
+    time: NDArray[np.float64]
+    c: NDArray[np.float64]
+    c_rate: NDArray[np.float64]
+    drive: NDArray[np.float64]
+    energy: NDArray[np.float64]
+
+    @property
+    def imbalance(self) -> NDArray[np.float64]:
+        """Input less dissipated less stored [J], shape (N,)."""
+        return np.asarray(self.energy[:, :4].sum(axis=1) - self.energy[:, 4] - self.energy[:, 5])
+
+
+class StageDivergedError(RuntimeError):
+    """A run that left the range of small motions.
+
+    Parameters
+    ----------
+    time : float
+        Where it did [s].
+    coordinate : str
+        The coordinate that did, in words.
+    """
+
+    def __init__(self, time: float, coordinate: str) -> None:
+        super().__init__(
+            f"the run left the range of small motions at t = {time:.6g} s in '{coordinate}'; use a smaller step"
+        )
+        self.time, self.coordinate = time, coordinate
+
+
+def steady_drive(model: StageModel, load: SteadyLoad) -> Drive:
+    """Drive of a steady load whose mean speed is the model's, the generator's wanted speed after the paper's eq. 9."""
+    wanted = model.data.ratio * model.speed - load.torque / (model.data.ratio * model.data.chain.generator_constant)
+    row = np.array([load.torque, wanted, load.ntl_y, load.ntl_z])
+    return lambda time: np.tile(row, (len(time), 1))
+
+
+def quasi_static_start(model: StageModel, load: SteadyLoad) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Coordinates and rates of the static answer as the carrier turns: little is left to ring down, shapes (n,)."""
+    turn = 1e-4
+    before, here, after = (static_coordinates(model, load, angle) for angle in (-turn, 0.0, turn))
+    rate = (after - before) / (2.0 * turn) * model.speed
+    rate[0] = model.speed
+    return here, rate
+
+
+def run_stage(
+    model: StageModel,
+    drive: Drive,
+    start: tuple[NDArray[np.float64], NDArray[np.float64]],
+    *,
+    duration: float,
+    sample_rate: float,
+    step: float,
+    gravity: float = 9.81,
+) -> Iterator[StageRecord]:
+    """Records of a run, chunk by chunk; the first kept instant is one sample after the start.
+
+    Parameters
+    ----------
+    model : StageModel
+        The stage.
+    drive : callable
+        Loads over time.
+    start : tuple of ndarray
+        Coordinates and rates at time zero, shapes (n,).
+    duration : float
+        [s].
+    sample_rate : float
+        Kept states a second [1/s].
+    step : float
+        Longest step [s]; the one used divides the sample interval.
+    gravity : float
+        [m/s^2].
+
+    Yields
+    ------
+    StageRecord
+        Up to `CHUNK` instants.
+
+    Raises
+    ------
+    ValueError
+        Before the run, where the step does not resolve the mesh frequency or a load is not finite.
+    StageDivergedError
+        Where a coordinate runs away; the records until then have been yielded.
+    """
+    every = steps_per_sample(model.speed, model.channels.mesh_teeth, sample_rate=sample_rate, step=step)
+    h = 1.0 / (sample_rate * every)
+    n_kept = _n_kept(duration, sample_rate)
+    stage = modal_stage(model)
+    matrices = step_matrices(stage, h, gravity)
+    inverse = stage.Phi.T @ model.M
+    q, v = np.asarray(inverse @ start[0], np.float64), np.asarray(inverse @ start[1], np.float64)
+    reference = stored_energy(stage, q[None], v[None])[0]
+    spent = np.zeros(5)
+    for first in range(0, n_kept, CHUNK):
+        count = min(CHUNK, n_kept - first)
+        middles = (first * every + np.arange(count * every) + 0.5) * h
+        loads = _checked(drive(np.asarray(middles, np.float64)))
+        q_kept, v_kept, work, done = advance(matrices, q, v, model.channels.free, loads, every)
+        time = (first + 1 + np.arange(len(q_kept))) / sample_rate
+        stored = stored_energy(stage, q_kept, v_kept) - reference
+        energy = np.concatenate([spent + work, stored[:, None]], axis=1)
+        c = q_kept @ stage.Phi.T
+        runaway = np.flatnonzero(~(np.abs(c[:, 1:]) < _RUN_AWAY).all(axis=1))
+        kept = runaway[0] if len(runaway) else len(c)
+        if kept:
+            instants = _checked(drive(time[:kept]))
+            yield StageRecord(time[:kept], c[:kept], v_kept[:kept] @ stage.Phi.T, instants, energy[:kept])
+        if kept < count:
+            when = time[kept] if kept < len(c) else (first * every + done) * h
+            raise StageDivergedError(when, _largest(model, c[kept] if kept < len(c) else stage.Phi @ q))
+        spent = spent + work[-1]
+
+
+def _n_kept(duration: float, sample_rate: float) -> int:
+    n_kept = round(duration * sample_rate)
+    if n_kept < 1:
+        raise ValueError(
+            f"duration {duration} s at {sample_rate} samples a second keeps nothing; expected one sample or more"
+        )
+    return n_kept
+
+
+def steps_per_sample(speed: float, mesh_teeth: int, *, sample_rate: float, step: float) -> int:
+    """Steps between kept instants, the longest that are at most `step` [s].
+
+    Raises
+    ------
+    ValueError
+        Where the step does not resolve the mesh frequency of a carrier at `speed` [rad/s] with `mesh_teeth` meshes a turn.
+    """
+    if not (sample_rate > 0.0 and step > 0.0):
+        raise ValueError(f"sample rate {sample_rate} 1/s and step {step} s must be positive")
+    period = 2.0 * np.pi / (abs(speed) * mesh_teeth) if speed != 0.0 else np.inf
+    if step > period / FEWEST_STEPS_PER_MESH:
+        raise ValueError(
+            f"step is {step} s, too large for the mesh period of {period:.4g} s; expected at most "
+            f"{period / FEWEST_STEPS_PER_MESH:.4g} s"
+        )
+    return max(1, int(np.ceil(1.0 / (sample_rate * step) - 1e-9)))
+
+
+def _checked(drive: NDArray[np.float64]) -> NDArray[np.float64]:
+    if not np.isfinite(drive).all():
+        column = int(np.argwhere(~np.isfinite(drive))[0, 1])
+        name = ("torque", "generator speed", "ntl_y", "ntl_z")[column]
+        raise ValueError(f"{name} is not finite; expected finite loads at every instant")
+    return drive
+
+
+def _largest(model: StageModel, c: NDArray[np.float64]) -> str:
+    size = np.abs(c[1:])
+    return model.labels[1 + int(np.argmax(np.where(np.isfinite(size), size, np.inf)))]
+
+
+def stored_energy(stage: ModalStage, q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Kinetic and elastic energy in the carrier frame [J], shape (N,), of modal states of shape (N, n)."""
+    channels = stage.model.channels
+    energy = 0.5 * (v**2).sum(axis=1) + 0.5 * ((stage.omega * q) ** 2).sum(axis=1)
+    delta = q @ (stage.Phi.T @ channels.B) - channels.free
+    # What the linear part holds of the channels goes, what they hold themselves comes.
+    linear = channels.reference[: channels.housing.start]
+    energy -= 0.5 * (linear * delta[:, : channels.housing.start] ** 2).sum(axis=1)
+    real, imag = mesh_amplitudes(channels)
+    gaps = np.array([line.gap for line in channels.lines])
+    squeeze = np.maximum(delta[:, channels.meshes] - gaps, 0.0)
+    for instant, angle in enumerate(delta[:, 0]):
+        k = mesh_stiffness_at(real, imag, channels.mesh_teeth * angle)
+        energy[instant] += 0.5 * (np.concatenate([k, k]) * squeeze[instant] ** 2).sum()
+    for i, clearance in enumerate(channels.clearance):
+        own = channels.plays.start + 2 * i
+        for instant, (y, z) in enumerate(delta[:, own : own + 2]):
+            contact = play_force(y, z, clearance)[2]
+            energy[instant] += channels.reference[own] * (contact - 0.5 * (y * y + z * z))
+    return energy
+
+
+def joined_records(records: list[StageRecord]) -> StageRecord:
+    """One record from consecutive ones."""
+    names = ("time", "c", "c_rate", "drive", "energy")
+    return StageRecord(*(np.concatenate([getattr(record, name) for record in records]) for name in names))

@@ -1,0 +1,111 @@
+"""Linear springs of the stage: planet, carrier, sun and main bearings, the ring's bolts, the chain's shafts and meshes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.parameters import N_PINS, pin_angles
+from simulation.stage.effects import StageEffects
+from simulation.stage.places import Places, motion_at
+from simulation.stage.stage_data import MountingData
+
+
+@dataclass(frozen=True, eq=False)
+class Spring:
+    """A linear connection: elongation ``u = G q - free``, force ``-Gᵀ k u``.
+
+    Parameters
+    ----------
+    G : ndarray, shape (m, n)
+        Elongations [m or rad] from the coordinates.
+    stiffness : ndarray, shape (m,)
+        [N/m or N m/rad].
+    free : ndarray, shape (m,)
+        Elongation without force.
+    clearance : float
+        Radial play of rows 1 and 2 [m]; 0 for none.
+    """
+
+    G: NDArray[np.float64]
+    stiffness: NDArray[np.float64]
+    free: NDArray[np.float64]
+    clearance: float = 0.0
+
+
+def stage_springs(places: Places, effects: StageEffects) -> dict[str, Spring]:
+    """Every linear connection by name; mount and planetary meshes stand elsewhere, they change with the carrier angle."""
+    bearings, points = places.data.bearings, places.body.model.pilots
+    springs = {f"planet_{i}": _planet_bearing(places, effects, i) for i in range(1, N_PINS + 1)}
+
+    def bearing(
+        G: NDArray[np.float64], stiffness: tuple[float, float, float, float, float], clearance: float = 0.0
+    ) -> Spring:
+        axial, radial, _, tilt, torsion = stiffness
+        return Spring(G, np.array([axial, radial, radial, torsion, tilt, tilt]), np.zeros(6), clearance)
+
+    for side, radial, axial, clearance in (
+        ("upwind_seat", bearings.upwind_radial, bearings.carrier_axial, bearings.upwind_clearance),
+        ("downwind_seat", bearings.downwind_radial, 0.0, bearings.downwind_clearance),
+    ):
+        G = places.pilot_motion(side) - places.part_motion("housing", points[side])
+        springs[side] = bearing(G, (axial, radial, radial, 0.0, 0.0), clearance)
+    main = (bearings.main_axial, bearings.main_radial, bearings.main_radial, 0.0, 0.0)
+    springs["main_bearing"] = bearing(places.pilot_motion("main_bearing_seat"), main)
+    centre = places.centre("sun")
+    sun = (bearings.sun_axial, bearings.sun_radial, bearings.sun_radial, bearings.sun_tilt, 0.0)
+    springs["sun"] = bearing(places.part_motion("sun", centre) - places.part_motion("housing", centre), sun)
+    centre, bolted = places.centre("ring"), bearings.ring_to_housing
+    at_radius = bolted * (places.data.gear.centre_distance * 1.65) ** 2
+    ring = (bolted, bolted, bolted, at_radius, at_radius)
+    springs["ring"] = bearing(places.part_motion("ring", centre) - places.part_motion("housing", centre), ring)
+    return springs | _chain(places)
+
+
+def _planet_bearing(places: Places, effects: StageEffects, planet: int) -> Spring:
+    bearings, pilot = places.data.bearings, places.body.planet_pilots[planet - 1]
+    part = f"planet_{planet}"
+    G = places.part_motion(part, places.body.model.pilots[pilot]) - places.pilot_motion(pilot)
+    angle = float(pin_angles()[planet - 1])
+    free = np.zeros(6)
+    free[1:3] = effects.pin_offset[planet - 1] * np.array([-np.cos(angle), -np.sin(angle)])
+    radial = bearings.planet_radial
+    stiffness = np.array([bearings.planet_axial, radial, radial, 0.0, bearings.planet_tilt, bearings.planet_tilt])
+    return Spring(G, stiffness * effects.planet_bearing_factor[planet - 1], free, bearings.planet_clearance)
+
+
+def _chain(places: Places) -> dict[str, Spring]:
+    """Torsion of the sun shaft and the generator's coupling; the parallel meshes, whose centres the housing carries."""
+    chain, rows, n = places.data.chain, places.rows, places.n
+    low_ratio = chain.low_teeth[1] / chain.low_teeth[0]
+    high_ratio = chain.high_teeth[1] / chain.high_teeth[0]
+
+    def row(parts: Mapping[str, float]) -> NDArray[np.float64]:
+        G = np.zeros((1, n))
+        for part, factor in parts.items():
+            G[0, rows[part][3] if len(rows[part]) == 6 else rows[part][0]] += factor
+        return G
+
+    first, second = chain.low_base_radius, chain.high_base_radius
+    meshes = (
+        ("low_mesh", {"low_speed": first, "intermediate": first * low_ratio, "housing": -first * (1.0 + low_ratio)},
+         chain.low_stiffness),
+        ("high_mesh", {"intermediate": second, "high_speed": second * high_ratio, "housing": -second * (1.0 + high_ratio)},
+         chain.high_stiffness),
+        ("sun_shaft", {"sun": 1.0, "low_speed": -1.0}, chain.sun_shaft_torsion),
+        ("coupling", {"high_speed": 1.0, "generator": -1.0}, chain.coupling_torsion),
+    )  # fmt: skip
+    return {name: Spring(row(parts), np.array([stiffness]), np.zeros(1)) for name, parts, stiffness in meshes}
+
+
+def mount_matrices(
+    mounting: MountingData, centre: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Stiffness and damping of both bushings at the housing's centre [m], fixed frame, shapes (6, 6)."""
+    K, C = np.zeros((6, 6)), np.zeros((6, 6))
+    for y in (-mounting.arm, mounting.arm):
+        G = motion_at(np.array([mounting.x, y, 0.0]) - centre)[:3]
+        K += G.T @ np.diag([mounting.axial_stiffness] + 2 * [mounting.radial_stiffness]) @ G
+        C += G.T @ np.diag([mounting.axial_damping] + 2 * [mounting.radial_damping]) @ G
+    return K, C

@@ -1,0 +1,162 @@
+"""The elastic body of the stage: carrier with pins and main shaft as one reduced body, with an imposed misalignment."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.parameters import N_PINS
+from reduction.assembly import Joint, assembled, imposed_motion
+from reduction.reduced_model import PILOT_COORDINATES, MassProperties, ReducedModel
+from simulation.stage.beam import beam_matrices
+
+#: Where the stage takes hold of its elastic body.
+FIXED_PILOTS = ("main_bearing_seat", "upwind_seat", "downwind_seat")
+#: Sensor rows of the rim, one a degree: the names the recovery matrix has for them.
+RIM_AXIAL, RIM_RADIAL = "rim_axial_", "rim_radial_"
+
+
+@dataclass(frozen=True, eq=False)
+class StageBody:
+    """Elastic body with the load and the reading of a unit misalignment.
+
+    Parameters
+    ----------
+    model : ReducedModel
+        Body with the pilots ``main_bearing_seat``, ``upwind_seat``, ``downwind_seat`` and one pilot a planet.
+    planet_pilots : tuple of str
+        Where planets 1, 2 and 3 sit.
+    misalignment_load : ndarray, shape (n, 2)
+        Force of a carrier tilted against the shaft by 1 rad about y and z of the carrier frame, held unbent.
+    misalignment_reading : ndarray, shape (n_sensors, 2)
+        What that tilt adds to the sensors' displacement [m/rad].
+
+    Raises
+    ------
+    ValueError
+        Where a pilot or the rim's sensor rows are missing.
+    """
+
+    model: ReducedModel
+    planet_pilots: tuple[str, ...]
+    misalignment_load: NDArray[np.float64]
+    misalignment_reading: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        for pilot in (*FIXED_PILOTS, *self.planet_pilots):
+            if pilot not in self.model.pilots:
+                raise ValueError(
+                    f"{self.model.name} has no pilot {pilot!r}, which the planetary stage takes hold of; it has "
+                    f"{', '.join(self.model.pilots)}"
+                )
+        if not any(name.startswith(RIM_AXIAL) for name in self.model.sensor_names):
+            raise ValueError(f"{self.model.name} has no sensor rows {RIM_AXIAL}...; expected the rim's recovery rows")
+
+
+@dataclass(frozen=True)
+class ShaftData:
+    """Uniform main shaft from the main bearing to the carrier.
+
+    Raises
+    ------
+    ValueError
+        Where a dimension is not positive or the bore is as wide as the shaft.
+    """
+
+    length: float = 2.1
+    """GRC: WISDEM's GRC example [m]."""
+    outer_diameter: float = 0.341
+    """Derived: 50 MN m/rad over the length (2011 paper) [m]."""
+    inner_diameter: float = 0.060
+    """Derived, as above [m]."""
+    youngs_modulus: float = 210e9
+    """Chosen: steel [Pa]."""
+    shear_modulus: float = 79.3e9
+    """Derived: the one behind the diameter [Pa]."""
+    density: float = 7850.0
+    """Chosen: steel [kg/m^3]."""
+
+    def __post_init__(self) -> None:
+        for name in ("length", "outer_diameter", "youngs_modulus", "shear_modulus", "density"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"ShaftData.{name} is {getattr(self, name)}; expected a positive number")
+        if not 0.0 <= self.inner_diameter < self.outer_diameter:
+            raise ValueError(
+                f"ShaftData.inner_diameter is {self.inner_diameter} m; expected less than {self.outer_diameter} m"
+            )
+
+
+def beam_shaft(shaft: ShaftData, end: NDArray[np.float64]) -> ReducedModel:
+    """Shaft as one Timoshenko beam, pilots ``main_bearing_seat`` and ``carrier_joint``, the latter at `end` [m], shape (3,)."""
+    K, M = beam_matrices(
+        shaft.length,
+        shaft.outer_diameter / 2.0,
+        shaft.inner_diameter / 2.0,
+        moduli=(shaft.youngs_modulus, shaft.shear_modulus),
+        density=shaft.density,
+    )
+    pilots = {"main_bearing_seat": end - np.array([shaft.length, 0.0, 0.0]), "carrier_joint": end}
+    mass = float(M[0, 0] + 2.0 * M[0, 6] + M[6, 6])
+    polar = float(M[3, 3] + 2.0 * M[3, 9] + M[9, 9])
+    across = polar / 2.0 + mass * shaft.length**2 / 12.0
+    centre = end - np.array([shaft.length / 2.0, 0.0, 0.0])
+    return ReducedModel(
+        name="beam_shaft",
+        K=K,
+        M=M,
+        D=np.zeros((12, 12)),
+        labels=tuple(f"{pilot} {coordinate}" for pilot in pilots for coordinate in PILOT_COORDINATES),
+        pilots=pilots,
+        pilot_coordinates={"main_bearing_seat": np.arange(6), "carrier_joint": np.arange(6, 12)},
+        sensor_names=(),
+        sensor_rows=np.zeros((0, 12)),
+        mass_properties=MassProperties(mass, centre, np.diag([polar, across, across])),
+    )
+
+
+def joined_to_shaft(carrier: ReducedModel, shaft: ReducedModel) -> StageBody:
+    """Tie the carrier's ``shaft_face`` to the shaft's ``carrier_joint``, all six coordinates (:mod:`reduction.shaft_joint`).
+
+    Parameters
+    ----------
+    carrier : ReducedModel
+        Carrier with its pins: pilots ``pin_i_midspan`` or, joined in the reduced space, ``pin_i_midspan_of_pin``.
+    shaft : ReducedModel
+        Main shaft with the pilots ``main_bearing_seat`` and ``carrier_joint``, finite elements or :func:`beam_shaft`.
+
+    Returns
+    -------
+    StageBody
+        The joined body; its frame is the carrier's.
+
+    Raises
+    ------
+    KeyError, ValueError
+        Where a pilot is missing or the ends do not meet.
+    """
+    joint = Joint("carrier_joint", "shaft_face", math.inf, math.inf)
+    bodies = [shaft, carrier]
+    model = assembled(f"{carrier.name}_with_shaft", bodies, [joint])
+    tilts = [imposed_motion(bodies, [joint], {joint.second: motion}) for motion in np.eye(6)[4:]]
+    load = np.stack([tilt.load for tilt in tilts], axis=1)
+    reading = np.stack([tilt.sensor_offset for tilt in tilts], axis=1)
+    return StageBody(model, _planet_pilots(carrier), load, reading)
+
+
+def _planet_pilots(carrier: ReducedModel) -> tuple[str, ...]:
+    """Pilot of each planet: on the pin where pins are bodies of their own, else at the bonded pin's mid-span."""
+    names = []
+    for pin in range(1, N_PINS + 1):
+        own = f"pin_{pin}_midspan_of_pin"
+        names.append(own if own in carrier.pilots else f"pin_{pin}_midspan")
+    return tuple(names)
+
+
+def rigid_body(body: StageBody, factor: float = 1e4) -> StageBody:
+    """Copy whose carrier and shaft are `factor` times as stiff: the paper's rigid carrier, without a second model."""
+    return replace(
+        body,
+        model=replace(body.model, K=body.model.K * factor, D=body.model.D * np.sqrt(factor)),
+        misalignment_load=body.misalignment_load * factor,
+    )

@@ -1,0 +1,224 @@
+"""Masses, springs and gear data of the planetary stage outside its elastic body, each default with its source.
+
+Source tags as in :mod:`geometry.parameters`: *paper*, *GRC*, *derived*, *chosen*. Published bearing and mesh
+stiffnesses of this gearbox do not exist: those here follow from line contact and tooth stiffness formulas.
+"""
+
+import math
+from dataclasses import dataclass, field, fields
+
+from geometry.parameters import GearData
+
+
+def _refuse_negative(data: object) -> None:
+    """Raise ValueError naming the first number that is not finite or is negative."""
+    for entry in fields(data):  # type: ignore[arg-type]
+        value = getattr(data, entry.name)
+        if isinstance(value, int | float) and not (math.isfinite(value) and value >= 0.0):
+            raise ValueError(f"{type(data).__name__}.{entry.name} is {value!r}; expected a finite number >= 0")
+
+
+@dataclass(frozen=True)
+class RigidPart:
+    """Mass and inertia of a rigid part about its centre, and where the centre lies on the carrier's axis.
+
+    Raises
+    ------
+    ValueError
+        Where the mass or an inertia is not positive.
+    """
+
+    mass: float
+    """[kg]."""
+    polar_inertia: float
+    """About x [kg m^2]."""
+    transverse_inertia: float
+    """About y and z [kg m^2]."""
+    x: float
+    """Axial position of the centre [m]."""
+
+    def __post_init__(self) -> None:
+        for name in ("mass", "polar_inertia", "transverse_inertia"):
+            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
+                raise ValueError(f"RigidPart.{name} is {getattr(self, name)!r}; expected a positive number")
+
+
+@dataclass(frozen=True)
+class MeshData:
+    """Meshes of the planetary stage.
+
+    Raises
+    ------
+    ValueError
+        Where a value is negative, or a stiffness is zero.
+    """
+
+    sun_stiffness: float = 3.3e9
+    """Derived: mean along the tooth normal [N/m], ISO 6336 c_gamma of 15 N/(mm um) over the face width."""
+    ring_stiffness: float = 4.1e9
+    """Derived, as above with 18 N/(mm um)."""
+    backlash: float = 0.3e-3
+    """Chosen: play between the flanks along the normal [m], usual for module 10 mm."""
+    n_harmonics: int = 3
+    """Chosen: harmonics of the mesh frequency kept in the stiffness; a helical mesh of this overlap has little more."""
+
+    def __post_init__(self) -> None:
+        _refuse_negative(self)
+        if not (self.sun_stiffness > 0.0 and self.ring_stiffness > 0.0):
+            raise ValueError(
+                f"MeshData has stiffnesses {self.sun_stiffness} and {self.ring_stiffness} N/m; expected positive ones"
+            )
+
+
+@dataclass(frozen=True)
+class BearingData:
+    """Bearings as springs: radial, axial [N/m] and tilting [N m/rad], all isotropic about the axis.
+
+    Raises
+    ------
+    ValueError
+        Where a value is negative.
+    """
+
+    planet_radial: float = 1.7e10
+    """Derived: two rows NJ2232, Harris line contact at half the pin load."""
+    planet_axial: float = 1e9
+    """Chosen: stiff against the axial mesh forces, which cancel on a planet."""
+    planet_tilt: float = 2.7e7
+    """Derived: two rows 80 mm apart."""
+    upwind_radial: float = 6e9
+    """Derived: PLC-A, line contact."""
+    downwind_radial: float = 5e9
+    """Derived: PLC-B."""
+    carrier_axial: float = 1.6e9
+    """GRC: 63 um at 100 kN thrust (NREL/CP-5000-55207)."""
+    main_radial: float = 5e9
+    """Derived: SRB 24076; the paper's spherical joint with its stiffness."""
+    main_axial: float = 1e9
+    """Derived, as above."""
+    sun_radial: float = 5e6
+    """Chosen: the sun floats on its shaft."""
+    sun_axial: float = 3e8
+    """Chosen: bearings of the low-speed shaft."""
+    sun_tilt: float = 1e6
+    """Chosen: bending of the sun shaft."""
+    ring_to_housing: float = 1e10
+    """Chosen: bolted joint [N/m]; rotations at the ring's radius."""
+    upwind_clearance: float = 0.0
+    """Radial clearance of PLC-A [m], half the diametral one; GRC models have 0.14 mm."""
+    downwind_clearance: float = 0.0
+    """Radial clearance of PLC-B [m]."""
+    planet_clearance: float = 0.0
+    """Radial clearance of each planet on its pin [m]."""
+
+    def __post_init__(self) -> None:
+        _refuse_negative(self)
+
+
+@dataclass(frozen=True)
+class ChainData:
+    """Low-speed, intermediate and high-speed shaft and generator, as rotations with mesh springs between them.
+
+    Raises
+    ------
+    ValueError
+        Where a value is negative.
+    """
+
+    sun_shaft_torsion: float = 0.92e6
+    """Derived [N m/rad]: the rest that makes the gearbox 27 MN m/rad at the carrier (2011 paper, figure 12)."""
+    low_speed_inertia: float = 30.0
+    """2011 paper, figure 12 [kg m^2]."""
+    intermediate_inertia: float = 3.5
+    """Derived from the 88 teeth of module 5 mm, 120 mm wide [kg m^2]."""
+    high_speed_inertia: float = 0.2
+    """Derived from its tip radius and 84 kg (GRC) [kg m^2]."""
+    generator_inertia: float = 32.0
+    """2011 paper, figure 12 [kg m^2]."""
+    low_teeth: tuple[int, int] = (82, 23)
+    """GRC (NREL/TP-500-58190)."""
+    high_teeth: tuple[int, int] = (88, 22)
+    """GRC."""
+    low_base_radius: float = 0.327
+    """GRC: base radius of the 82 teeth, module 8.25 mm, helix 14 deg [m]."""
+    high_base_radius: float = 0.2125
+    """GRC: base radius of the 88 teeth, module 5 mm [m]."""
+    low_stiffness: float = 3.4e9
+    """Derived: ISO 6336, 20 N/(mm um) on 170 mm [N/m]."""
+    high_stiffness: float = 2.2e9
+    """Derived: the same on 110 mm [N/m]."""
+    coupling_torsion: float = 1e6
+    """Chosen: coupling of the generator [N m/rad]; 6.6e9 N m/rad seen from the carrier."""
+    generator_constant: float = 1e3
+    """Paper, eq. 9: K [N m s]."""
+
+    def __post_init__(self) -> None:
+        _refuse_negative(self)
+
+    @property
+    def parallel_ratio(self) -> float:
+        """Generator speed over sun speed."""
+        return self.low_teeth[0] / self.low_teeth[1] * self.high_teeth[0] / self.high_teeth[1]
+
+
+@dataclass(frozen=True)
+class MountingData:
+    """The two bushings under the housing and what hangs on the main shaft.
+
+    Raises
+    ------
+    ValueError
+        Where a value is negative.
+    """
+
+    arm: float = 0.75
+    """2011 paper, figure 5: bushings at y = +-arm [m]."""
+    x: float = 0.1
+    """Chosen: axial position of the bushings [m]."""
+    radial_stiffness: float = 20.2e6
+    """2011 paper, table 3: K1 of one bushing, y and z [N/m]."""
+    axial_stiffness: float = 1e6
+    """Chosen: the pins slide axially [N/m]."""
+    radial_damping: float = 4e4
+    """Chosen: 1 % of k/omega of the drive train's first mode [N s/m]; the paper's 4.83e6 locks the mode."""
+    axial_damping: float = 1e4
+    """Chosen [N s/m]."""
+    rotor_inertia: float = 2e5
+    """2011 paper, figure 12 [kg m^2]."""
+    coupling_mass: float = 4100.0
+    """2011 paper: equivalent mass of the dynamometer coupling [kg]."""
+    coupling_arm: float = 1.75
+    """2011 paper: its distance upwind of the main bearing [m]."""
+
+    def __post_init__(self) -> None:
+        _refuse_negative(self)
+
+
+@dataclass(frozen=True)
+class StageData:
+    """Everything of the stage but its elastic body."""
+
+    gear: GearData = field(default_factory=GearData)
+    mesh: MeshData = field(default_factory=MeshData)
+    bearings: BearingData = field(default_factory=BearingData)
+    chain: ChainData = field(default_factory=ChainData)
+    mounting: MountingData = field(default_factory=MountingData)
+    planet: RigidPart = field(default_factory=lambda: RigidPart(147.0, 3.4, 2.2, 0.185))
+    """Derived: gear 99 kg, 2.96 kg m^2, with two bearings of 24 kg; at the pins' mid-span."""
+    sun: RigidPart = field(default_factory=lambda: RigidPart(110.0, 0.5, 2.0, 0.185))
+    """Derived: back-scaled from a 5 MW gearbox with the same tooth numbers; transverse chosen."""
+    ring: RigidPart = field(default_factory=lambda: RigidPart(509.0, 150.0, 77.0, 0.185))
+    """GRC drawing; inertia of a ring of mean radius 0.54 m."""
+    housing: RigidPart = field(default_factory=lambda: RigidPart(2800.0, 1000.0, 1000.0, 0.5))
+    """GRC: housing parts without ring 1860 kg and the parallel stages' 943 kg; inertia and centre chosen."""
+    damping_ratio: float = 0.02
+    """Chosen: structural damping on every elastic mode of the assembled stage, share of critical."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.damping_ratio < 1.0:
+            raise ValueError(f"StageData.damping_ratio is {self.damping_ratio}; expected 0 <= ratio < 1")
+
+    @property
+    def ratio(self) -> float:
+        """Generator speed over carrier speed: 81.49."""
+        return self.gear.ratio * self.chain.parallel_ratio

@@ -1,0 +1,248 @@
+"""The planetary stage's equations of motion in the carrier frame: constant matrices, turning loads, contact channels."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.dihedral import rotation_about_x
+from simulation.stage.channels import Channels, stage_channels
+from simulation.stage.effects import StageEffects
+from simulation.stage.places import Places
+from simulation.stage.springs import Spring, mount_matrices, stage_springs
+from simulation.stage.stage_body import StageBody
+from simulation.stage.stage_data import StageData
+
+#: Standard gravity [m/s^2].
+GRAVITY = 9.81
+#: Force that the rigid drive motion may meet, over the largest stiffness on its way: rounding leaves 1e-13.
+_GROUNDED = 1e-9
+#: Angles that average a function of orders up to two exactly.
+_AVERAGE = 2.0 * np.pi * np.arange(8) / 8
+
+
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """Generalised forces in the coordinates c, shapes (n,); y and z in the carrier frame.
+
+    Parameters
+    ----------
+    torque : ndarray
+        Of 1 N m on the main shaft.
+    generator : ndarray
+        Of 1 N m on the generator, about +x.
+    weight_y, weight_z : ndarray
+        Of an acceleration of 1 m/s^2 along y or z.
+    radial_y, radial_z : ndarray
+        Of 1 N along y or z at the dynamometer coupling.
+    constant : ndarray
+        Misalignment, free elongations, and ``Omega^2 J M r_0``, which with the Coriolis force of the drive's speed,
+        ``-2 Omega^2 J M r_0``, is the centrifugal force.
+    """
+
+    torque: NDArray[np.float64]
+    generator: NDArray[np.float64]
+    weight_y: NDArray[np.float64]
+    weight_z: NDArray[np.float64]
+    radial_y: NDArray[np.float64]
+    radial_z: NDArray[np.float64]
+    constant: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class StageModel:
+    """``M c'' + (C + Omega G) c' + K c = f + B lambda(Bᵀ c, Bᵀ c', theta)``, with c = (theta, y) and ``q = L c``.
+
+    Parameters
+    ----------
+    places : Places
+        Where every coordinate stands.
+    effects : StageEffects
+        What departs from the nominal stage.
+    speed : float
+        Carrier speed that the small rotating terms are taken at [rad/s].
+    L : ndarray, shape (n, n)
+        All coordinates q from c: first column the rigid drive motion, the others a unit each.
+    K, M, C, G : ndarray, shape (n, n)
+        Stiffness with mean mesh stiffness, mass, damping of generator and mount (modal damping comes on top), and the
+        antisymmetric matrix of Coriolis forces at `speed`.
+    loads : Loads
+        Load vectors.
+    channels : Channels
+        Meshes, mount and clearances.
+    springs : mapping of str to Spring
+        Linear connections, for their loads; rows of q.
+    """
+
+    places: Places
+    effects: StageEffects
+    speed: float
+    L: NDArray[np.float64]
+    K: NDArray[np.float64]
+    M: NDArray[np.float64]
+    C: NDArray[np.float64]
+    G: NDArray[np.float64]
+    loads: Loads
+    channels: Channels
+    springs: Mapping[str, Spring] = field(default_factory=dict)
+
+    @property
+    def data(self) -> StageData:
+        """Data of the rigid parts."""
+        return self.places.data
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Coordinates c in words: the carrier angle, then those of q without the rotation it replaces."""
+        dropped = _seat_rotation(self.places)
+        return ("carrier angle [rad]", *(label for i, label in enumerate(self.places.labels) if i != dropped))
+
+
+def stage_model(
+    body: StageBody, data: StageData | None = None, *, effects: StageEffects | None = None, speed: float
+) -> StageModel:
+    """Assemble the stage.
+
+    Parameters
+    ----------
+    body : StageBody
+        Carrier, pins and main shaft.
+    data : StageData, optional
+        Rigid parts, springs, gears.
+    effects : StageEffects, optional
+        Departures from the nominal stage.
+    speed : float
+        Mean carrier speed [rad/s], for Coriolis and centrifugal terms.
+
+    Returns
+    -------
+    StageModel
+        Equations of motion.
+
+    Raises
+    ------
+    ValueError
+        Where the body is bound to the ground or to a part that the drive motion moves against it, or the speed is not finite.
+    """
+    if not np.isfinite(speed):
+        raise ValueError(f"carrier speed is {speed} rad/s; expected a finite number")
+    data, effects = data or StageData(), effects or StageEffects()
+    places = Places(body, data)
+    springs = stage_springs(places, effects)
+    K, M, constant = _elastic(places, springs, effects)
+    K_mount, C_mount = mount_matrices(data.mounting, places.centre("housing"))
+    H = places.rows["housing"]
+    K[np.ix_(H, H)] += _averaged(K_mount)
+    L = _split(places)
+    channels = stage_channels(places, effects, springs, (K_mount, C_mount), (_averaged(K_mount), _averaged(C_mount)), L)
+    _refuse_grounded(K, places.drive_motion)
+    C = np.zeros_like(K)
+    C[np.ix_(H, H)] += _averaged(C_mount)
+    generator = places.rows["generator"][0]
+    C[generator, generator] += data.chain.generator_constant
+    drum, Coriolis, centrifugal = _rotating_terms(places, M, speed, L)
+    mesh = channels.B[:, channels.meshes]
+    K_c = L.T @ K @ L + drum + (mesh * channels.reference[channels.meshes]) @ mesh.T
+    K_c[0], K_c[:, 0] = 0.0, 0.0
+    loads = _loads(places, M, L, L.T @ constant + centrifugal)
+    return StageModel(places, effects, speed, L, K_c, L.T @ M @ L, L.T @ C @ L, Coriolis, loads, channels, springs)
+
+
+def _elastic(
+    places: Places, springs: Mapping[str, Spring], effects: StageEffects
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Stiffness and mass of body, parts, chain and springs, and the constant force."""
+    n, body, data = places.n, places.body, places.data
+    K, M, force = np.zeros((n, n)), np.zeros((n, n)), np.zeros(n)
+    own = body.model.n_coordinates
+    K[:own, :own], M[:own, :own] = body.model.K, body.model.M
+    force[:own] = body.misalignment_load @ effects.misalignment
+    for part, rigid in places.parts.items():
+        inertia = [rigid.polar_inertia, rigid.transverse_inertia, rigid.transverse_inertia]
+        M[places.rows[part], places.rows[part]] = [rigid.mass] * 3 + inertia
+    chain = data.chain
+    for shaft in ("low_speed", "intermediate", "high_speed", "generator"):
+        M[places.rows[shaft][0], places.rows[shaft][0]] = getattr(chain, f"{shaft}_inertia")
+    hub = body.model.coordinates_of(places.hub)
+    moment = data.mounting.coupling_mass * places.hub_arm
+    M[np.ix_(hub, hub)] += _point_mass(data.mounting.coupling_mass, moment, moment * places.hub_arm)
+    M[hub[3], hub[3]] += data.mounting.rotor_inertia
+    for spring in springs.values():
+        K += spring.G.T @ (spring.stiffness[:, None] * spring.G)
+        force += spring.G.T @ (spring.stiffness * spring.free)
+    return K, M, force
+
+
+def _point_mass(mass: float, moment: float, inertia: float) -> NDArray[np.float64]:
+    """Mass matrix (6, 6) of a point mass at the distance moment/mass upwind of its pilot."""
+    M = np.diag([mass, mass, mass, 0.0, inertia, inertia])
+    # At x = -arm: u_y = y - arm rz, u_z = z + arm ry.
+    M[1, 5] = M[5, 1] = -moment
+    M[2, 4] = M[4, 2] = moment
+    return M
+
+
+def _averaged(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Mean over a turn of a (6, 6) matrix of the fixed frame as the carrier frame sees it."""
+    turns = [np.kron(np.eye(2), rotation_about_x(angle)) for angle in _AVERAGE]
+    return sum((R.T @ matrix @ R for R in turns), np.zeros((6, 6))) / len(turns)
+
+
+def _seat_rotation(places: Places) -> int:
+    return int(places.body.model.coordinates_of("upwind_seat")[3])
+
+
+def _split(places: Places) -> NDArray[np.float64]:
+    """Matrix L: carrier angle along the drive motion in place of the upwind seat's rotation."""
+    kept = np.delete(np.arange(places.n), _seat_rotation(places))
+    L = np.zeros((places.n, places.n))
+    L[:, 0] = places.drive_motion
+    L[kept, np.arange(1, places.n)] = 1.0
+    return L
+
+
+def _refuse_grounded(K: NDArray[np.float64], drive: NDArray[np.float64]) -> None:
+    force = np.abs(K @ drive) / (np.abs(K) @ np.abs(drive)).max()
+    if force.max() > _GROUNDED:
+        raise ValueError(
+            f"turning the drive train meets a force, {force.max():.1e} of its stiffness; expected a body that turns freely "
+            "(its pilots or its stiffness do not fit the stage)"
+        )
+
+
+def _rotating_terms(
+    places: Places, M: NDArray[np.float64], speed: float, L: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Centrifugal stiffness ``Omega^2 J M J``, Coriolis matrix and constant force of the drive motion, in c."""
+    J, S, r = places.turning, L[:, 1:], places.drive_motion
+    n = places.n
+    drum, Coriolis, force = np.zeros((n, n)), np.zeros((n, n)), np.zeros(n)
+    drum[1:, 1:] = speed**2 * S.T @ J @ M @ J @ S
+    Coriolis[1:, 1:] = speed * S.T @ (M @ J + J @ M) @ S
+    inward = S.T @ (J @ (M @ r))
+    Coriolis[1:, 0], Coriolis[0, 1:] = 2.0 * speed * inward, -2.0 * speed * inward
+    force[1:] = speed**2 * inward
+    return drum, Coriolis, force
+
+
+def _loads(places: Places, M: NDArray[np.float64], L: NDArray[np.float64], constant: NDArray[np.float64]) -> Loads:
+    hub, arm = places.body.model.coordinates_of(places.hub), places.hub_arm
+
+    def unit(*parts: tuple[int, float]) -> NDArray[np.float64]:
+        f = np.zeros(places.n)
+        for row, value in parts:
+            f[row] = value
+        return L.T @ f
+
+    weight = M @ places.translations
+    # A radial force at x = -arm: moment (-arm, 0, 0) × F.
+    return Loads(
+        torque=unit((hub[3], 1.0)),
+        generator=unit((places.rows["generator"][0], 1.0)),
+        weight_y=L.T @ weight[:, 1],
+        weight_z=L.T @ weight[:, 2],
+        radial_y=unit((hub[1], 1.0), (hub[5], -arm)),
+        radial_z=unit((hub[2], 1.0), (hub[4], arm)),
+        constant=constant,
+    )

@@ -1,0 +1,166 @@
+"""The reduction from the half sector against the reduction of the whole body: equal, whatever the path."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from fe.half_sector_sensors import half_sector_sensors
+from fe.structural_model import FLEXIBLE_CARRIER_PILOTS, STIFF_CARRIER_PILOTS, carrier_pilot_points
+from fe.symmetry_blocks import half_sector, symmetry_block
+from geometry.dihedral_group import IRREDUCIBLE_REPRESENTATIONS
+from reduction.certificate import inner_checks
+from reduction.craig_bampton import craig_bampton
+from reduction.symmetric_craig_bampton import symmetric_craig_bampton
+
+#: Wanted of the two paths; they reach 1e-12, the rounding of two different factorisations.
+AGREEMENT = 1e-8
+#: The highest of them is one of a pair, so that the number cuts it in two.
+N_MODES = 12
+
+
+@pytest.fixture(scope="module", params=["flexible", "stiff"])
+def paths(request, carrier):
+    """Whole body, its reduction, the half sector and the reduction made from it."""
+    mesh = request.getfixturevalue(f"{request.param}_half")
+    structure = request.getfixturevalue(f"{request.param}_structure")
+    names = FLEXIBLE_CARRIER_PILOTS if request.param == "flexible" else STIFF_CARRIER_PILOTS
+    points = carrier_pilot_points(carrier)
+    half = half_sector(structure.name, mesh, {name: points[name] for name in names})
+    sensors = half_sector_sensors(mesh, carrier.sensor_radius)
+    symmetric = symmetric_craig_bampton(half, N_MODES, sensors=sensors)
+    return structure, craig_bampton(structure, N_MODES), half, symmetric
+
+
+def assert_equal_matrices(found, expected):
+    scale = np.sqrt(np.outer(expected.diagonal(), expected.diagonal()))
+    assert_allclose(found / scale, expected / scale, rtol=0.0, atol=AGREEMENT)
+
+
+def test_static_stiffness_and_mass_of_the_pilots_agree(paths):
+    _, whole, _, symmetric = paths
+    m = whole.Psi.shape[1]
+    for letter in "KM":
+        found, expected = getattr(symmetric.model, letter), getattr(whole.model, letter)
+        assert_equal_matrices(found[:m, :m], expected[:m, :m])
+        assert (found == found.T).all()
+    assert not symmetric.model.K[:m, m:].any()
+
+
+def test_frequencies_labels_and_damping_agree(paths):
+    _, whole, _, symmetric = paths
+    m = whole.Psi.shape[1]
+    assert_allclose(symmetric.model.K.diagonal()[m:], whole.modes.omega**2, rtol=AGREEMENT)
+    assert_allclose(symmetric.model.D, whole.model.D, rtol=AGREEMENT)
+    assert symmetric.model.labels == whole.model.labels
+    assert_allclose(symmetric.model.M[m:, m:], np.eye(N_MODES), rtol=0.0, atol=AGREEMENT)
+
+
+def test_modes_of_one_frequency_span_the_same_space(paths):
+    structure, whole, _, symmetric = paths
+    m = whole.Psi.shape[1]
+    Phi = symmetric.basis.whole_body(structure.points)[:, m:]
+    products = whole.modes.Phi.T @ (structure.M @ Phi)
+    omega, complete = whole.modes.omega, symmetric.basis.omega
+    same = np.abs(omega[:, None] / complete[None, :] - 1.0) < 1e-6
+    assert same.sum() > len(omega)  # pairs there are
+    assert_allclose(np.where(same, products, 0.0) @ products.T, np.eye(N_MODES), rtol=0.0, atol=AGREEMENT)
+    assert_allclose(np.where(same, 0.0, products), 0.0, atol=AGREEMENT)
+
+
+def test_constraint_modes_agree_on_the_whole_body(paths):
+    structure, whole, _, symmetric = paths
+    Psi = symmetric.basis.whole_body(structure.points)[:, : whole.Psi.shape[1]]
+    # One column a pilot motion: metres per metre and metres per radian have scales of their own.
+    assert_allclose(Psi / np.abs(Psi).max(axis=0), whole.Psi / np.abs(Psi).max(axis=0), rtol=0.0, atol=AGREEMENT)
+
+
+def frequency_response(model, omega):
+    """Motion of pilots and sensors per unit load at the pilots, in units of each coordinate's stiffness."""
+    m = 6 * len(model.pilots)
+    scale = 1.0 / np.sqrt(model.K.diagonal()[:m])
+    H = np.linalg.inv(model.K + 1j * omega * model.D - omega**2 * model.M)[:, :m]
+    return H[:m] / np.outer(scale, scale), model.sensor_rows @ H / scale
+
+
+def test_frequency_response_at_pilots_and_sensors_agrees(paths):
+    _, whole, _, symmetric = paths
+    # Up to the mode before the pair that the number of modes cuts: one half of it is anybody's.
+    eleven = [model_without_last_mode(reduction.model) for reduction in (whole, symmetric)]
+    for share in (0.03, 0.4, 0.97):
+        omega = share * whole.modes.omega[-2]
+        for found, expected in zip(*(frequency_response(model, omega) for model in eleven[::-1]), strict=True):
+            assert_allclose(found, expected, rtol=0.0, atol=AGREEMENT * np.abs(expected).max())
+
+
+def model_without_last_mode(model):
+    kept = slice(0, model.n_coordinates - 1)
+    return type(model)(
+        model.name, model.K[kept, kept], model.M[kept, kept], model.D[kept, kept], model.labels[kept], model.pilots,
+        model.pilot_coordinates, model.sensor_names, model.sensor_rows[:, kept], model.mass_properties,
+    )  # fmt: skip
+
+
+def test_sensor_rows_of_the_constraint_modes_agree(paths):
+    _, whole, _, symmetric = paths
+    m = whole.Psi.shape[1]
+    expected = whole.model.sensor_rows[:, :m]
+    assert symmetric.model.sensor_names == whole.model.sensor_names
+    assert_allclose(symmetric.model.sensor_rows[:, :m], expected, rtol=0.0, atol=AGREEMENT * np.abs(expected).max())
+
+
+def test_mass_properties_and_inertia_invariants_agree(paths):
+    _, whole, _, symmetric = paths
+    m = whole.Psi.shape[1]
+    found, expected = symmetric.model.mass_properties, whole.model.mass_properties
+    assert_allclose(found.mass, expected.mass, rtol=AGREEMENT)
+    assert_allclose(found.centre, expected.centre, rtol=0.0, atol=AGREEMENT)
+    assert_allclose(found.inertia, expected.inertia, rtol=0.0, atol=AGREEMENT * expected.inertia.max())
+    for name in ("first_moment", "second_moment", "N", "P"):
+        a, b = (getattr(reduction.model.ffrf, name)[..., :m] for reduction in (symmetric, whole))
+        assert_allclose(a, b, rtol=0.0, atol=AGREEMENT * np.abs(b).max(), err_msg=name)
+    a, b = (reduction.model.ffrf.Q[:, :m, :m] for reduction in (symmetric, whole))
+    assert_allclose(a, b, rtol=0.0, atol=AGREEMENT * np.abs(b).max())
+
+
+def test_the_reduced_body_passes_the_checks_of_its_own_matrices(paths):
+    checks = inner_checks(paths[3].model)
+    assert any("120" in check.name for check in checks)
+    assert all(check.met for check in checks), checks
+
+
+def test_blocks_hold_a_sixth_a_sixth_and_a_third_of_the_unknowns(paths):
+    structure, _, half, _ = paths
+    sizes = [symmetry_block(half, kind).K.shape[0] for kind in IRREDUCIBLE_REPRESENTATIONS]
+    assert sizes[0] + sizes[1] + 2 * sizes[2] == structure.n_dofs
+
+
+def test_no_mode_is_missing_when_one_block_has_more_than_its_share(paths, monkeypatch):
+    _, whole, half, _ = paths
+    # Without spare modes the blocks have to be asked again.
+    monkeypatch.setattr("reduction.symmetric_reduction._SPARE_MODES", 0)
+    model = symmetric_craig_bampton(half, 5).model
+    assert_allclose(np.sqrt(model.K.diagonal()[-5:]), whole.modes.omega[:5], rtol=AGREEMENT)
+
+
+def test_no_modes_at_all_leave_the_static_body(paths):
+    _, whole, half, _ = paths
+    model = symmetric_craig_bampton(half, 0).model
+    assert model.n_coordinates == whole.Psi.shape[1]
+    assert_equal_matrices(model.M, whole.model.M[: model.n_coordinates, : model.n_coordinates])
+
+
+def test_nodes_of_another_mesh_are_refused(paths):
+    structure, _, _, symmetric = paths
+    with pytest.raises(ValueError, match=r"lies .* m from the nearest node; expected the nodes of the body"):
+        symmetric.basis.whole_body(structure.points + np.array([1e-3, 0.0, 0.0]))
+    with pytest.raises(ValueError, match="has nodes that are no images of the half sector's"):
+        symmetric.basis.whole_body(np.concatenate([structure.points, [[1.0, 1.0, 1.0]]]))
+
+
+def test_a_pilot_without_a_surface_is_refused(flexible_half, carrier):
+    points = carrier_pilot_points(carrier)
+    names = [f"pin_{number}_midspan" for number in (1, 2, 3)]
+    with pytest.raises(
+        ValueError, match="pilot 'pin_1_midspan' has no surface in the half sector, nor has an image of it"
+    ):
+        half_sector("carrier", flexible_half, {name: points[name] for name in names})

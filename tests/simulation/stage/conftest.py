@@ -1,0 +1,26 @@
+"""The stage on the coarse carrier that the whole test session shares."""
+
+import numpy as np
+import pytest
+
+from reduction.pin_joints import PAPER_STIFFNESS, carrier_with_pins
+from simulation.stage.stage_body import ShaftData, beam_shaft, joined_to_shaft
+from simulation.stage.stage_model import stage_model
+
+#: 22.1 rpm [rad/s].
+SPEED = 22.1 * np.pi / 30.0
+
+
+@pytest.fixture(scope="session")
+def pinned_carrier(flexible_reduction, pin_reduction):
+    return carrier_with_pins(flexible_reduction.model, pin_reduction.model, PAPER_STIFFNESS)
+
+
+@pytest.fixture(scope="session")
+def stage_body(pinned_carrier):
+    return joined_to_shaft(pinned_carrier, beam_shaft(ShaftData(), pinned_carrier.pilots["shaft_face"]))
+
+
+@pytest.fixture(scope="session")
+def nominal_stage(stage_body):
+    return stage_model(stage_body, speed=SPEED)

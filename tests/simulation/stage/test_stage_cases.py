@@ -1,0 +1,79 @@
+"""Stage cases: the shipped ones, and refusals."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from simulation.case_files import shipped_case
+from simulation.stage.stage_cases import read_stage_case
+from simulation.stage.stage_model import stage_model
+from simulation.stage.stage_run import simulate_stage
+
+
+def changed(tmp_path, *changes):
+    text = shipped_case("stage_lc1").read_text(encoding="utf-8")
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path = tmp_path / "case.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "torque", "radial"),
+    [("LC1", 360e3, 0.0), ("LC2", 180e3, 0.0), ("LC3", 360e3, -200e3), ("LC4", 360e3, 200e3)],
+)
+def test_shipped_cases_hold_the_papers_load_cases(name, torque, radial):
+    case = read_stage_case(shipped_case(f"stage_{name.lower()}"))
+    (run,) = case.runs
+    assert (run.name, run.load.torque, run.load.ntl_z) == (name, torque, radial)
+    assert [round(np.rad2deg(sensor.angle)) for sensor in case.sensors] == [47, 137, 227, 317, 40, 310]
+    assert case.effects.ids == ("carrier_tilt",)
+
+
+def test_tables_change_what_they_name_and_nothing_else(tmp_path):
+    path = changed(tmp_path, ("angle_deg = 47.0", "angle_deg = 47.0\ngain = 0.01"))
+    extra = (
+        "\n[bearings]\nupwind_clearance = 1.4e-4\n\n[[reading.runout]]\norder = 2\namplitude = 1e-6\nphase_deg = 90.0\n"
+    )
+    path.write_text(path.read_text(encoding="utf-8") + extra, encoding="utf-8")
+    case = read_stage_case(path)
+    assert case.data.bearings.upwind_clearance == 1.4e-4
+    assert case.data.bearings.downwind_clearance == 0.0
+    assert case.reading.runout == {2: (1e-6, np.pi / 2.0)}
+    assert case.reading.sensors["s047"].gain == 0.01
+    assert case.reading.sensors["s137"].gain == 0.0
+
+
+def test_a_case_runs_and_gives_every_sensor_a_signal(stage_body):
+    case = read_stage_case(shipped_case("stage_lc1"))
+    model = stage_model(stage_body, case.data, effects=case.effects, speed=case.speed)
+    (piece,) = simulate_stage(
+        model, case.runs[0].load, case.sensors, duration=0.5, sample_rate=100.0, step=case.step, effects=case.reading,
+        rng=np.random.default_rng(case.seed),
+    )  # fmt: skip
+    assert set(piece.signals) == {sensor.name for sensor in case.sensors}
+    assert all(signal.shape == (50,) and np.isfinite(signal).all() for signal in piece.signals.values())
+    assert_allclose(piece.loads.load_share.sum(axis=1), 1.0, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("speed_rpm = 22.1", "speed_rpm = 0.0", "key 'speed_rpm' is 0.0; expected a positive number"),
+        ("[effects] ", "[effect] ", "unknown key 'effect'"),
+        ("phi_PLC = ", "phi_PLX = ", r"\[effects\]: unknown key 'phi_PLX'"),
+        ('name = "s137"', 'name = "s047"', "sensor name 's047' stands twice"),
+        ("version = 1", "version = 2", "version is 2, written by a newer version; expected 1"),
+        ("ntl_z = 0.0", "ntl_z = nan", "key 'ntl_z' is nan; expected a finite number"),
+    ],
+)
+def test_wrong_cases_are_refused_with_the_key(tmp_path, old, new, message):
+    with pytest.raises(ValueError, match=rf"case\.toml.*{message}"):
+        read_stage_case(changed(tmp_path, (old, new)))
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(ValueError, match=r"none\.toml: expected a case file"):
+        read_stage_case(tmp_path / "none.toml")
