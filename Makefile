@@ -9,12 +9,13 @@ PYTEST := $(BIN)/pytest --doctest-modules $(PACKAGES) tests
 MAKEFLAGS += --no-print-directory
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: help install run test quick clean
+.PHONY: help install run test quick acceptance clean
 
 help:
 	@echo "make run     meshes, curves, reduced bodies, simulations and the gap report, written to $(OUT)/"
 	@echo "make test    ruff, mypy, doctests and all tests"
 	@echo "make quick   doctests and tests without the slow ones"
+	@echo "make acceptance   the tests that take minutes: coverage of intervals, full blind check"
 	@echo "make clean   removes everything the other targets made, .venv included"
 
 install:
@@ -30,7 +31,10 @@ test: install
 	$(PYTEST)
 
 quick: install
-	$(PYTEST) -m "not slow"
+	$(PYTEST) -m "not slow and not acceptance"
+
+acceptance: install
+	$(PYTEST) -m acceptance
 
 clean:
 	rm -rf .venv $(OUT) build *.egg-info .mypy_cache .ruff_cache .pytest_cache

@@ -7,11 +7,17 @@ from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from identification.bushing_models import BUSHING_MODELS, BushingModel, MountingResiduals, mounting_residuals
 from identification.campaign import Campaign
 from identification.complex_method import ComplexSearch, complex_search
-from identification.fit_uncertainty import FitUncertainty, fit_uncertainty
+from identification.fit_uncertainty import (
+    FitUncertainty,
+    bootstrap_covariance,
+    fit_uncertainty,
+    profile_likelihood,
+)
 from identification.nonlinear_fit import FreeParameter, NonlinearFit, bounded_fit
 from identification.several_starts import best_of_starts, check_nested, merged_values
 
@@ -25,6 +31,8 @@ _FEWEST_BLOCKS = 24
 _SEARCH_SAMPLES = 4000
 #: Starts that are searched from: the simpler model's solution and the best of the others.
 _SEARCHED_STARTS = 3
+#: Points of a likelihood profile.
+_PROFILE_POINTS = 9
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +162,68 @@ def search_bushings(
 
     lower, upper = (np.array([getattr(one, end) for one in free]) for end in ("lower", "upper"))
     rng = np.random.default_rng(seed)
-    return complex_search(cost, lower, upper, rng=rng, tolerance=tolerance, max_evaluations=max_evaluations)
+    with threadpool_limits(limits=1):  # small matrices, as in bounded_fit
+        return complex_search(cost, lower, upper, rng=rng, tolerance=tolerance, max_evaluations=max_evaluations)
+
+
+def bootstrapped(
+    campaign: Campaign,
+    estimate: BushingEstimate,
+    executor: Executor,
+    n_samples: int,
+    seed: int,
+    weights: Mapping[str, float] | None = None,
+) -> BushingEstimate:
+    """Copy of an estimate with the covariance of full refits to resampled time blocks.
+
+    Parameters
+    ----------
+    campaign, weights
+        As the estimate was made with.
+    estimate : BushingEstimate
+        Solution.
+    executor : Executor
+        Where the refits run.
+    n_samples, seed : int
+        Refits, and the seed of their draws.
+
+    Returns
+    -------
+    BushingEstimate
+        Same values.
+    """
+    residuals = mounting_residuals(campaign, estimate.model, weights)
+    rng = np.random.default_rng(seed)
+    blocks = residuals.blocks(_block_seconds(residuals))
+    covariance = bootstrap_covariance(residuals, estimate.fit, blocks, n_samples=n_samples, rng=rng, executor=executor)
+    return replace(estimate, uncertainty=replace(estimate.uncertainty, covariance=covariance))
+
+
+def profiled(
+    campaign: Campaign, estimate: BushingEstimate, name: str, weights: Mapping[str, float] | None = None
+) -> tuple[Array, Array]:
+    """Values of one parameter within three standard deviations, and the cost over the least one, others refitted.
+
+    Raises
+    ------
+    ValueError
+        Where the parameter has no finite standard deviation to step by.
+    """
+    k = estimate.fit.names.index(name)
+    std, free = float(estimate.uncertainty.std[k]), estimate.fit.free[k]
+    if not (np.isfinite(std) and std > 0.0):
+        raise ValueError(
+            f"profile of {name}: its standard deviation is {std}; expected a parameter that the data determine"
+        )
+    values = np.clip(estimate.fit.values[k] + std * np.linspace(-3.0, 3.0, _PROFILE_POINTS), free.lower, free.upper)
+    residuals = mounting_residuals(campaign, estimate.model, weights)
+    cost, _ = profile_likelihood(residuals, estimate.fit, name, values.tolist())
+    return values, cost / estimate.fit.cost
+
+
+def _block_seconds(residuals: MountingResiduals) -> float:
+    total = sum(float(inputs.time[-1] - inputs.time[0]) for inputs in residuals.inputs)
+    return min(_BLOCK_SECONDS, total / _FEWEST_BLOCKS)
 
 
 def _fitted(residuals: MountingResiduals, simpler: BushingEstimate | None, executor: Executor) -> NonlinearFit:
@@ -209,8 +278,7 @@ def _thinned(residuals: MountingResiduals) -> MountingResiduals:
 
 
 def _estimate(campaign: Campaign, residuals: MountingResiduals, fit: NonlinearFit, seconds: float) -> BushingEstimate:
-    total = sum(float(inputs.time[-1] - inputs.time[0]) for inputs in residuals.inputs)
-    uncertainty = fit_uncertainty(fit, residuals.blocks(min(_BLOCK_SECONDS, total / _FEWEST_BLOCKS)))
+    uncertainty = fit_uncertainty(fit, residuals.blocks(_block_seconds(residuals)))
     begin = perf_counter()
     plain = MountingResiduals(
         residuals.rig,

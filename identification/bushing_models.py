@@ -6,7 +6,7 @@ richer model can never be the worse one (the paper's table 2, where it is, tells
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from identification.campaign import Campaign
 from identification.nonlinear_fit import FreeParameter
 from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.parameters import parameter_array
+from simulation.mounting.parameters import INDEX, PARAMETERS, parameter_array
 from simulation.mounting.rig import HOUSING_MOTION, SENSORS, MountingRig
 from simulation.mounting.simulate import simulate
 
@@ -57,7 +57,8 @@ class BushingModel:
 
     def free(self, rig: MountingRig) -> tuple[FreeParameter, ...]:
         """Unknowns with physical bounds, scaled by the rig's nominal stiffness."""
-        return tuple(_free(name, self.unit(name), rig.bushing_radial_stiffness) for name in self.names)
+        free = (_free(name, self.unit(name), rig.bushing_radial_stiffness) for name in self.names)
+        return tuple(_within_simulator(one, own) for one, own in zip(free, self.simulated.values(), strict=True))
 
     def unit(self, name: str) -> str:
         """Unit of an unknown; the paper gives two quantities the symbol C1."""
@@ -195,6 +196,12 @@ def _motion_weight(rig: MountingRig, sensors: Sequence[str], weights: Mapping[st
     T = rig.sensor_matrix[[SENSORS.index(sensor) for sensor in sensors]]
     rows = [HOUSING_MOTION.index(name) for name in weights]
     return np.sqrt(list(weights.values()))[:, None] * np.linalg.inv(T)[rows]
+
+
+def _within_simulator(free: FreeParameter, simulated: str) -> FreeParameter:
+    """Copy with bounds that the simulator accepts."""
+    known = PARAMETERS[INDEX[simulated]]
+    return replace(free, lower=max(free.lower, known.lower), upper=min(free.upper, known.upper))
 
 
 def _free(name: str, unit: str, K: float) -> FreeParameter:

@@ -4,13 +4,19 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from identification.campaign import Channel
+from identification.bushing_identification import BushingEstimate
+from identification.campaign import Campaign, Channel
 from identification.carrier_identification import fitted_signal, two_revolutions
 from identification.carrier_models import CarrierModel
 from identification.parameter_estimate import ParameterEstimate
 from identification.printed_tables import FULL_TORQUE, LOAD_CASES, TABLE_4, DerivedFacts, Printed
 from identification.records import Run
+from simulation.mounting.inputs import MountingInputs
+from simulation.mounting.parameters import parameter_array
+from simulation.mounting.rig import MountingRig
+from simulation.mounting.simulate import simulate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -219,3 +225,71 @@ def _draw_intervals(axes: "Axes", by_case: Mapping[str, Printed], factor: float)
             k, quantity.value * factor, [[below * factor], [above * factor]], fmt="o", color="tab:blue", capsize=4
         )
     axes.set_xticks(range(len(by_case)), list(by_case))
+
+
+def bushing_signals_figure(campaign: Campaign, estimates: Mapping[str, BushingEstimate]) -> "Figure":
+    """Measured and simulated motion sensors of the housing, one column a run (figure 10 of the 2011 paper).
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Campaign of kind mounting.
+    estimates : mapping of str to BushingEstimate
+        Estimate by run.
+
+    Returns
+    -------
+    Figure
+        One panel a channel and run.
+    """
+    from matplotlib.figure import Figure
+
+    channels, runs = campaign.channels, campaign.runs
+    figure = Figure(figsize=(5.5 * len(runs) + 1.0, 1.7 * len(channels) + 0.8), layout="constrained")
+    panels = figure.subplots(len(channels), len(runs), sharex="col", squeeze=False)
+    rig = MountingRig.from_table(campaign.rig)
+    for column, run in enumerate(runs):
+        estimate = estimates[run.name]
+        values = estimate.model.simulator_values(estimate.fit.values)
+        inputs = MountingInputs.from_columns(run.time, run.inputs)
+        simulated = simulate(rig, parameter_array(rig, values), inputs).by_sensor()
+        for row, channel in enumerate(channels):
+            axes = panels[row, column]
+            axes.plot(run.time, run.signals[channel.name] * 1e3, color="0.6", linewidth=1.2, label="measured")
+            axes.plot(
+                run.time,
+                simulated[str(channel.sensor)] * 1e3,
+                color="tab:blue",
+                linewidth=0.8,
+                label=estimate.model.name,
+            )
+            axes.set_ylabel(f"{channel.name}, mm")
+        panels[0, column].set_title(f"{run.name}, RMS of the gap {estimate.rms * 1e6:.3g} um over all sensors")
+        panels[-1, column].set_xlabel("time, s")
+    panels[0, 0].legend(loc="lower right")
+    return figure
+
+
+def profile_figure(profiles: Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]]) -> "Figure":
+    """Cost over one parameter at a time, the others fitted again.
+
+    Parameters
+    ----------
+    profiles : mapping of str to (ndarray, ndarray)
+        Values and cost over the least one, by parameter.
+
+    Returns
+    -------
+    Figure
+        One panel a parameter.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(4.0 * len(profiles) + 0.5, 3.4), layout="constrained")
+    for axes, (name, (values, cost)) in zip(
+        figure.subplots(1, len(profiles), squeeze=False)[0], profiles.items(), strict=True
+    ):
+        axes.plot(values, (cost - 1.0) * 100.0, "o-")
+        axes.set(title=name, xlabel="value, SI units", ylabel="cost above the least, %")
+        axes.grid(alpha=0.3)
+    return figure

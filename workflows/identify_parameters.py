@@ -1,8 +1,9 @@
-"""Identify the motion of the carrier that explains the signals of the rim sensors.
+"""Identify the motion of the carrier, or the bushings of the mounting, that explain the measured signals.
 
-Fits M1 (offset and two tilts) or M2 (M1 and the two deflection curves) of the 2012 paper, and writes
-identification.json with the plots of the paper's figures 9 to 11. A good answer: M2 follows the signals up to a
-constant of each sensor, its RMS is never above that of M1, and rho_s and rho_f are not negative.
+Bushing models stand in :mod:`workflows.identify_bushings`. For a carrier this fits M1 (offset and two tilts) or M2 (M1
+and the two deflection curves) of the 2012 paper, and writes identification.json with the plots of the paper's figures 9
+to 11. A good answer: M2 follows the signals up to a constant of each sensor, its RMS is never above that of M1, and
+rho_s and rho_f are not negative.
 """
 
 from collections.abc import Mapping
@@ -32,6 +33,7 @@ from identification.piecewise_identification import identify_in_pieces
 from identification.pin_angle import identify_with_pin_angle
 from identification.robust_loss import Outliers, flagged_outliers
 from identification.view import parameters_figure, rms_figure, signals_figure
+from workflows.identify_bushings import BushingIdentification, identify
 from workflows.outputs import prepared_folder, save_figure
 from workflows.progress import Stages
 
@@ -57,7 +59,7 @@ class Identification:
 def main(
     campaign: Path,
     *,
-    model: Literal["m1", "m2"],
+    model: Literal["m1", "m2", "linear_bushing", "nonlinear_bushing", "hydrodynamic_bushing"],
     out: Path,
     per_run: bool = False,
     sensors: Literal["axial", "all"] = "axial",
@@ -65,20 +67,25 @@ def main(
     free_pin_angle: bool = False,
     bootstrap: int = 0,
     seed: int = 0,
+    weights: dict[str, float] | None = None,
+    profile: tuple[str, ...] = (),
+    compare_complex: bool = False,
+    workers: int = 1,
+    scheduler: str | None = None,
     quiet: bool = False,
-) -> Identification:
-    """Identify the motion of the planet carrier from a measurement campaign.
+) -> Identification | BushingIdentification:
+    """Identify the motion of the planet carrier, or the bushings of the mounting, from a measurement campaign.
 
     Parameters
     ----------
     campaign : Path
-        Campaign folder of kind "carrier".
-    model : {"m1", "m2"}
-        Rigid motion, or rigid motion and deflection under torque.
+        Campaign folder of kind "carrier" (m1, m2) or "mounting" (bushing models).
+    model : {"m1", "m2", "linear_bushing", "nonlinear_bushing", "hydrodynamic_bushing"}
+        Rigid motion; rigid motion and deflection under torque; or the bushing models up to this one.
     out : Path
         Folder for identification.json and the plots.
     per_run : bool
-        Fit every run by itself, the papers' way, instead of sharing phi_PLC, theta_PLC, rho_s and rho_f.
+        Fit every run by itself, the papers' way, instead of sharing phi_PLC, theta_PLC, rho_s and rho_f, or the bushings.
     sensors : {"axial", "all"}
         Axial sensors, the papers' way, or the radial ones too: rigid radial motion joins the model.
     loss : {"squares", "huber"}
@@ -86,15 +93,26 @@ def main(
     free_pin_angle : bool
         Fit the carrier-frame angle theta_rho of pin 1 too (model m2).
     bootstrap : int
-        Samples of a block bootstrap over revolutions for the errors, 50 or more; 0: the jackknife over revolutions.
+        Samples of a block bootstrap for the errors, over revolutions (50 or more) or time blocks; 0: the jackknife.
     seed : int
-        Seed of the bootstrap.
+        Seed of the bootstrap and of the complex method.
+    weights : dict
+        Bushing models: weights of the housing's motion in the objective, --weights.theta_x 1 (d_x, d_y, d_z in 1/m^2,
+        theta_x, theta_y, theta_z in 1/rad^2); without them the sensors are compared, each over its declared noise.
+    profile : tuple of str
+        Bushing models: parameters whose likelihood profile is drawn (K1, P_T ...).
+    compare_complex : bool
+        Bushing models: search by the complex method of Box too, as the paper did, and show what it costs.
+    workers : int
+        Processes for starts and bootstrap refits of bushing models; 1 runs in this process.
+    scheduler : str
+        Address of a Dask scheduler (tcp://host:8786) for the same, instead of workers.
     quiet : bool
         Show no progress.
 
     Returns
     -------
-    Identification
+    Identification or BushingIdentification
         Estimates with their uncertainty, RMS in m, angles in rad.
 
     Raises
@@ -104,6 +122,11 @@ def main(
     OSError
         Where `out` cannot be written.
     """
+    if model.endswith("_bushing"):
+        return identify(
+            campaign, model, out, per_run=per_run, weights=weights, compare_complex=compare_complex, profile=profile,
+            bootstrap=bootstrap, seed=seed, workers=workers, scheduler=scheduler, quiet=quiet,
+        )  # fmt: skip
     options = FitOptions(sensors == "all", loss == "huber", bootstrap, seed)
     if free_pin_angle and model != "m2":
         raise ValueError("--free-pin-angle belongs to the deflection curves; expected --model m2")

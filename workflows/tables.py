@@ -8,6 +8,7 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
+from diagnosis.results import Diagnosis
 from fe.deflection_curves import DeflectionCurve
 from geometry.cad_faces import CadFace
 from geometry.quality import MeshQuality
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from workflows.cost_preview import CostPreview
     from workflows.estimate_gear_life import GearLife
     from workflows.export_body import ExportedBody
+    from workflows.identify_bushings import BushingIdentification
     from workflows.identify_parameters import Identification
     from workflows.pin_fit_pictures import PinFitStudy
     from workflows.run import Job
@@ -160,13 +162,48 @@ def rms_table(identified: "Identification") -> RenderableType:
     return table
 
 
-def estimate_table(identified: "Identification") -> RenderableType:
+def estimate_table(identified: "Identification | BushingIdentification") -> RenderableType:
     """RMS, and the parameters of the model asked for with their 95 % intervals."""
+    from workflows.identify_bushings import BushingIdentification
+
+    if isinstance(identified, BushingIdentification):
+        return _bushing_table(identified)
     table = _table(f"parameters of {identified.model}", "parameter", "run", "value", "std", "95 %", "interval", "unit")
     for row in parameter_rows(identified.estimates[identified.model]):
         numbers = (f"{row['value']:.6g}", f"{row['std']:.1g}", f"{row['low']:.6g}", f"{row['high']:.6g}")
         table.add_row(row["parameter"], row["run"], *numbers, row["unit"])
-    return Group(rms_table(identified), "", table)
+    flagged = [
+        f"{one.run} {one.channel}: {one.count} samples beyond 6 standard deviations, "
+        f"the largest {one.largest:.3g} at {one.time:.6g} s"
+        for one in identified.outliers
+    ]
+    return Group(rms_table(identified), "", table, *flagged)
+
+
+def _bushing_table(identified: "BushingIdentification") -> RenderableType:
+    """Tables 2 and 3 of the 2011 paper, with what each fit cost in model runs."""
+    from workflows.identify_bushings import benchmark_rows
+
+    parts: list[RenderableType] = []
+    for group, estimates in identified.estimates.items():
+        rows = benchmark_rows(estimates, identified)
+        title = f"bushing models {group}".strip()
+        table = _table(title, "", *(row["model"] for row in rows))
+        table.add_row("parameters", *(str(row["n_parameters"]) for row in rows))
+        table.add_row("one simulation, s", *(f"{row['simulation_seconds']:.3g}" for row in rows))
+        table.add_row("accuracy (objective over linear)", *(f"{row['accuracy']:.6g}" for row in rows))
+        table.add_row("RMS of the gap, um", *(f"{row['rms'] * 1e6:.4g}" for row in rows))
+        for name in dict.fromkeys(name for row in rows for name in row["parameters"]):
+            own = [row["parameters"].get(name) for row in rows]
+            table.add_row(name, *("-" if p is None else f"{p['value']:.4g} +- {p['std']:.1g} {p['unit']}" for p in own))
+        table.add_row("model runs", *(str(row["model_runs"]) for row in rows))
+        table.add_row("time to identify, s", *(f"{row['seconds']:.3g}" for row in rows))
+        if identified.searches:
+            table.add_row("complex method: model runs", *(str(row["complex_model_runs"]) for row in rows))
+            table.add_row("complex method: time, s", *(f"{row['complex_seconds']:.3g}" for row in rows))
+            table.add_row("complex method: accuracy", *(f"{row['complex_accuracy']:.6g}" for row in rows))
+        parts += [table, *estimates[-1].uncertainty.undetermined]
+    return Group(*parts)
 
 
 def summary_table(job: "Job") -> RenderableType:
@@ -228,3 +265,25 @@ def gear_life_table(found: "GearLife") -> RenderableType:
     for name, mesh in found.meshes.items():
         papers.add_row(f"planet and {name}", f"{mesh.papers_misalignment * 1e6:.0f}")
     return Group(table, papers)
+
+
+def diagnosis_table(found: Diagnosis) -> RenderableType:
+    """Verdict, where, which and how far."""
+    far, which = found.shrinkage, found.attribution
+    table = _table("diagnosis", "quantity", "value")
+    rows = [("verdict", found.verdict), ("reason", found.reason), ("where", found.where_text)]
+    rows += [("effects", ", ".join(which.effects) or "none")]
+    rows += [("aliases", " = ".join(members)) for members in which.aliases]
+    for effect, values in which.parameters.items():
+        rows += [(f"{effect} {n}", f"{own.value:.5g} ± {own.std:.1g} {own.unit}") for n, own in values.items()]
+    rows.append(
+        ("RMS before, after, floor", f"{far.rms_before:.4g}, {far.rms_after:.4g}, {far.noise_floor:.3g} {found.unit}")
+    )
+    rows.append(("rho, 95 %", f"{far.rho:.4f} [{far.rho_ci95[0]:.4f}, {far.rho_ci95[1]:.4f}]"))
+    rows.append(("phi, 95 %", f"{far.phi:.4f} [{far.phi_ci95[0]:.4f}, {far.phi_ci95[1]:.4f}]"))
+    others = (far.placebo_rho, far.ceiling_rho, far.extrapolation_rho)
+    rows.append(("rho of placebo, ceiling, extrapolation", ", ".join(f"{value:.3f}" for value in others)))
+    rows += [("to tell them apart", which.separating_test)] if which.separating_test else []
+    for name, value in rows:
+        table.add_row(name, escape(value))
+    return table
