@@ -1,6 +1,6 @@
 """Bushing parameters from a mounting campaign: the three models in turn, each warm-started from the simpler one."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from time import perf_counter
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from identification.bushing_models import BUSHING_MODELS, BushingModel, MountingResiduals, mounting_residuals
+from identification.bushing_starts import search_starts, thinned
 from identification.campaign import Campaign
 from identification.complex_method import ComplexSearch, complex_search
 from identification.fit_uncertainty import (
@@ -18,8 +19,8 @@ from identification.fit_uncertainty import (
     fit_uncertainty,
     profile_likelihood,
 )
-from identification.nonlinear_fit import FreeParameter, NonlinearFit, bounded_fit
-from identification.several_starts import best_of_starts, check_nested, merged_values
+from identification.nonlinear_fit import NonlinearFit, bounded_fit
+from identification.several_starts import best_of_starts, check_nested
 
 Array = NDArray[np.float64]
 
@@ -27,8 +28,6 @@ Array = NDArray[np.float64]
 #: shaft; shorter where a campaign would have fewer than `_FEWEST_BLOCKS`.
 _BLOCK_SECONDS = 10.0
 _FEWEST_BLOCKS = 24
-#: Starts search on every n-th sample: so many samples of a run are enough to rank them.
-_SEARCH_SAMPLES = 4000
 #: Starts that are searched from: the simpler model's solution and the best of the others.
 _SEARCHED_STARTS = 3
 #: Points of a likelihood profile.
@@ -229,52 +228,14 @@ def _block_seconds(residuals: MountingResiduals) -> float:
 def _fitted(residuals: MountingResiduals, simpler: BushingEstimate | None, executor: Executor) -> NonlinearFit:
     """Search on a thinned record from several starts, then finish on the whole one, warm-started from the simpler model."""
     free = residuals.model.free(residuals.rig)
-    starts = _starts(residuals, simpler)
+    starts = search_starts(residuals, None if simpler is None else (simpler.model, simpler.fit.values))
     if simpler is None:  # nearly linear in its parameters: one start is enough
         return bounded_fit(residuals, free, starts[0])
-    searched = best_of_starts(_thinned(residuals), free, starts, executor, most=_SEARCHED_STARTS)
+    searched = best_of_starts(thinned(residuals), free, starts, executor, most=_SEARCHED_STARTS)
     candidates = [searched.values, starts[0]]
     costs = [float(np.square(residuals(start)).sum()) for start in candidates]
     fit = bounded_fit(residuals, free, candidates[int(np.argmin(costs))])
     return replace(fit, model_runs=fit.model_runs + searched.model_runs + 2)
-
-
-def _starts(residuals: MountingResiduals, simpler: BushingEstimate | None) -> list[Array]:
-    """First the simpler model's solution, then one for each way the added terms may matter."""
-    model, K = residuals.model, residuals.rig.bushing_radial_stiffness
-    free = model.free(residuals.rig)
-    zero = dict.fromkeys(model.names, 0.0)
-    if simpler is None:
-        base = {**zero, "K1": K, "C1": residuals.rig.bushing_radial_damping}
-        guesses: list[dict[str, float]] = [{}]
-    else:
-        known = simpler.model.simulator_values(simpler.fit.values)
-        base = {**zero, **model.values_of(known)}
-        guesses = [{}, *_guesses(model, base, free)]
-    return [merged_values(free, {**base, **guess}, zero) for guess in guesses]
-
-
-def _guesses(model: BushingModel, base: Mapping[str, float], free: Sequence[FreeParameter]) -> list[dict[str, float]]:
-    scale = {one.name: one.scale for one in free}
-    K1 = base["K1"]
-    guesses = [{"K1": share * K1, "K3": (1.0 - share) * scale["K3"]} for share in (0.7, 1.3)]
-    if "Kp" not in model.names:
-        return guesses
-    for tau in (0.1, 1.0):
-        for yielding in (0.1, 0.4):
-            hysteresis = {"k": K1, "c": tau * K1, "Kp": 0.4 * K1, "Fy": yielding * scale["Fy"]}
-            guesses.append({"K1": 0.6 * K1, **hysteresis})
-    return guesses
-
-
-def _thinned(residuals: MountingResiduals) -> MountingResiduals:
-    """Residuals of every n-th sample; the loads stay linear between the samples that are left."""
-    inputs, signals = [], []
-    for own, measured in zip(residuals.inputs, residuals.signals, strict=True):
-        every = slice(None, None, max(1, own.time.size // _SEARCH_SAMPLES))
-        inputs.append(type(own)(*(column[every] for column in own.columns().values())))
-        signals.append(measured[every])
-    return replace(residuals, inputs=tuple(inputs), signals=tuple(signals))
 
 
 def _estimate(campaign: Campaign, residuals: MountingResiduals, fit: NonlinearFit, seconds: float) -> BushingEstimate:

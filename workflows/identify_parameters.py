@@ -128,6 +128,11 @@ def main(
             bootstrap=bootstrap, seed=seed, workers=workers, scheduler=scheduler, quiet=quiet,
         )  # fmt: skip
     options = FitOptions(sensors == "all", loss == "huber", bootstrap, seed)
+    if weights or profile or compare_complex:
+        raise ValueError(
+            f"--weights, --profile and --compare-complex belong to the bushing models; {model} is solved in closed form, its "
+            "likelihood is a parabola with the given standard deviations"
+        )
     if free_pin_angle and model != "m2":
         raise ValueError("--free-pin-angle belongs to the deflection curves; expected --model m2")
     stages = Stages(3, quiet)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.signal import lfilter
 
 from identification.campaign import Campaign
 from identification.carrier_identification import (
@@ -23,6 +24,7 @@ from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 
 CURVES = stiff_curve(), flexible_curve()
 M2 = flexible_model(*CURVES)
+RIGID = replace(TRUTH, rho_s=0.0, rho_f=0.0)
 RADIALS = tuple(Sensor(f"r{angle:03d}", RADIAL, float(np.deg2rad(angle)), 0.412) for angle in (40, 310))
 
 
@@ -150,6 +152,27 @@ def test_bootstrap_covers_the_truth_under_noise_that_lasts_over_revolutions():
         white.append(estimate.rms / np.sqrt(estimate.n_samples) / estimate.std[k])
     assert 0.85 <= np.mean(inside) <= 1.0, np.mean(inside)
     assert np.mean(white) < 0.5
+
+
+@pytest.mark.parametrize(("model", "motion"), [(rigid_model(), RIGID), (M2, TRUTH)], ids=["m1", "m2"])
+def test_truth_lies_in_its_interval_in_90_to_99_percent_of_repeats_with_coloured_noise(model, motion):
+    """Noise with a memory of a tenth of a revolution, ten times its white level at low frequency."""
+    inside = []
+    for seed in range(200):
+        rng = np.random.default_rng(300 + seed)
+
+        def coloured(run, channel, signal, rng=rng):
+            share = np.exp(-1.0 / 4.0)
+            noise = lfilter([np.sqrt(1.0 - share**2)], [1.0, -share], rng.standard_normal(signal.size))
+            return signal + 1e-5 * noise
+
+        clean = carrier_campaign([run_case(motion=motion, sample_rate=15.0)], noise_std=0.0)
+        estimate = identify_each_run(_changed(clean, coloured), model)["LC1"]
+        truth = np.array([getattr(motion, name) for name in estimate.names])
+        inside.append((estimate.ci95[:, 0] < truth) & (truth < estimate.ci95[:, 1]))
+    coverage = np.mean(inside, axis=0)
+    assert (coverage >= 0.90).all(), dict(zip(estimate.names, coverage, strict=True))
+    assert (coverage <= 0.99).all(), dict(zip(estimate.names, coverage, strict=True))
 
 
 def _drifting(seed):
