@@ -12,7 +12,14 @@ import exudyn as exu
 import numpy as np
 
 from benchmarks.measured import print_ratios
-from benchmarks.mounting_peers import element_coordinates, exudyn_run, radial_at, scipy_run, torque_at
+from benchmarks.mounting_peers import (
+    element_coordinates,
+    exudyn_bodies,
+    exudyn_equations,
+    radial_at,
+    scipy_run,
+    torque_at,
+)
 from simulation.bushings import HydrodynamicBushing, LinearBushing, NonlinearBushing
 from simulation.mounting.inputs import MountingInputs
 from simulation.mounting.load_history import LoadHistory
@@ -21,6 +28,9 @@ from simulation.mounting.parameters import parameter_array
 from simulation.mounting.rig import MountingRig
 from simulation.mounting.simulate import simulate
 
+#: Error up to which a setting of a peer counts: a few times what is asked of ours (1e-4).
+ALLOWED = 5e-4
+RK4, ALPHA = exu.DynamicSolverType.RK44, exu.DynamicSolverType.GeneralizedAlpha
 RIG = MountingRig(zeroing_samples=1)
 MODELS = {
     "linear, moderate damping": ({**LinearBushing().parameters(), "C1": 1e5}, 80_000, 1e-9),
@@ -100,29 +110,51 @@ def peer_rows(duration=30.0):
             u, seconds = scipy_run(RIG, parameters, times, method)
             error = np.abs(u @ to_signals.T - reference).max() / size
             yield f"{name}: scipy {method}", "", f"{duration / seconds:8.0f} s/s, error {error:.0e}"
-        best = 0.0
-        for label, solver in (
-            ("RK4", exu.DynamicSolverType.RK44),
-            ("generalised-alpha", exu.DynamicSolverType.GeneralizedAlpha),
-        ):
-            for step in (2.5e-3, 5e-3, 10e-3):
-                runs = [exudyn_run(RIG, parameters, times, step, solver) for _ in range(3)]
-                error = np.abs(runs[0][0] @ to_signals.T - reference[-1]).max() / size
-                speed = duration / min(seconds for _, seconds in runs)
-                if error < 0.01:
-                    best = max(best, speed)
-                yield (
-                    f"{name}: Exudyn {label}, {step * 1e3:g} ms",
-                    "",
-                    f"{speed:8.0f} s/s, error at the end {error:.0e}",
-                )
-        yield f"{name}: ours over Exudyn's best below 1 %", ">= 100", f"{ours / best:.0f}"
+        runs = [("our equations handed over", exudyn_equations, RK4, step) for step in (2.5e-3, 5e-3, 10e-3)]
+        runs += [("our equations handed over", exudyn_equations, ALPHA, step) for step in (2.5e-3, 5e-3, 10e-3)]
+        # Explicit with eliminated constraints the rigid body moves wrongly (errors of 30 %): only the implicit one serves.
+        runs += [("bodies", exudyn_bodies, ALPHA, step) for step in (2.5e-3, 5e-3, 10e-3)]
+        yield from exudyn_rows(name, ours, runs, (parameters, times), reference)
+
+
+def exudyn_rows(name, ours, runs, model, reference):
+    best, (parameters, times) = {}, model
+    for how, run, solver, step in runs:
+        tries = [run(RIG, parameters, times, step, solver) for _ in range(2)]
+        signals = tries[0][0][:: max(1, len(tries[0][0]) // len(times))]
+        error = np.abs(signals - reference).max() / np.abs(reference).max()
+        speed = (times[-1] - times[0]) / min(seconds for _, seconds in tries)
+        best[how] = max(best.get(how, 0.0), speed if error < ALLOWED else 0.0)
+        label = "RK4" if solver == RK4 else "generalised-alpha"
+        yield f"{name}: Exudyn, {how}, {label}, {step * 1e3:g} ms", "", f"{speed:8.0f} s/s, error {error:.0e}"
+    for how, speed in best.items():
+        wanted = "" if "handed" in how else ">= 100"
+        yield f"{name}: ours over Exudyn's best ({how}, error < {ALLOWED:.0e})", wanted, f"{ours / speed:.0f}"
+
+
+def measured_rows():
+    """The same with loads from a record, what the model is for: 30 s with torque of the noisy history."""
+    whole = rough_inputs()
+    part = MountingInputs(*(values[50_000:] for values in whole.columns().values()))
+    ramp = np.minimum(1.0, (part.time - part.time[0]) / 2.0)
+    part = MountingInputs(
+        part.time - part.time[0], part.torque * ramp, part.speed, part.carrier_angle, part.ntl_y, part.ntl_z * ramp
+    )
+    for name in ("linear, moderate damping", "nonlinear, moderate damping"):
+        parameters = parameter_array(RIG, {**MODELS[name][0], "P_T": 0.0})
+        reference = simulate(RIG, parameters, part, step=part.step / 64).signals
+        ours = 520.0 / best_of(15, partial(simulate, RIG, parameters, whole))
+        yield f"{name}, measured loads: ours", "", f"{ours:8.0f} s/s"
+        bodies = partial(exudyn_bodies, measured=(part.torque, part.ntl_z))
+        runs = [("bodies", bodies, ALPHA, step) for step in (1.25e-3, 2.5e-3, 5e-3, 10e-3)]
+        yield from exudyn_rows(f"{name}, measured loads", ours, runs, (parameters, part.time), reference)
 
 
 def main():
     print_ratios(list(our_rows("figure 6", LoadHistory().inputs(40.0, 560.0))))
     print_ratios(list(our_rows("with noise", rough_inputs())))
     print_ratios(list(peer_rows()))
+    print_ratios(list(measured_rows()))
 
 
 if __name__ == "__main__":

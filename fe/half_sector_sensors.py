@@ -47,6 +47,6 @@ def half_sector_sensors(half: TetMesh, radius: float) -> HalfSectorSensors:
     mirrored = place > n_half
     # The second half of a third is the mirror image that the next rotation brings.
     images = np.where(mirrored, 2 * ((third + 1) % 3) + 1, 2 * third)
-    place = np.where(mirrored, place - n_half, place)
+    place = np.where(mirrored, 2 * n_half - place, place)
     rows = sp.csr_array(sp.vstack([axial[place], radial[place]]))
     return HalfSectorSensors(sensor_names(), rows, np.tile(images, 2))

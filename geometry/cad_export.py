@@ -1,9 +1,5 @@
 """The parametric carrier as a CAD file: STEP in millimetres, as CAD programs write it."""
 
-import os
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import gmsh
@@ -11,6 +7,7 @@ import gmsh
 from geometry.carrier_solid import carrier_solid
 from geometry.half_sector import MeshingError, quiet_geometry
 from geometry.parameters import CarrierParameters, pin_angles
+from geometry.silent_output import silent_stdout
 from geometry.whole_files import whole_file
 
 
@@ -39,21 +36,7 @@ def write_step(carrier: CarrierParameters, path: Path) -> None:
         try:
             carrier_solid(geometry, carrier, [float(angle) for angle in pin_angles()])
             geometry.synchronize()
-            with _silent_stdout():
+            with silent_stdout():
                 gmsh.write(str(temporary))
         except Exception as error:
             raise MeshingError(f"{path}: OpenCASCADE could not write the carrier ({error})") from error
-
-
-@contextmanager
-def _silent_stdout() -> Iterator[None]:
-    """Keep OpenCASCADE's statistics, written past Python to the process's standard output, off the screen."""
-    sys.stdout.flush()
-    kept = os.dup(1)
-    try:
-        with open(os.devnull, "wb") as nowhere:
-            os.dup2(nowhere.fileno(), 1)
-            yield
-    finally:
-        os.dup2(kept, 1)
-        os.close(kept)

@@ -20,6 +20,7 @@ from geometry.cad_surfaces import Circle, SurfaceStatement
 from geometry.half_sector import MeshingError, extracted, quiet_geometry, refuse_useless_size
 from geometry.mesh_checks import check_mesh, refuse_wrong_unit
 from geometry.parameters import N_PINS
+from geometry.silent_output import silent_stdout
 from geometry.tet_mesh import TetMesh, boundary_facets
 
 log = logging.getLogger(__name__)
@@ -118,10 +119,13 @@ def _step_solid(path: Path, frame: CadFrame) -> Iterator[int]:
     with quiet_geometry():
         gmsh.option.setString("Geometry.OCCTargetUnit", "M")
         try:
-            gmsh.model.occ.importShapes(str(path), highestDimOnly=False)
+            with silent_stdout():
+                gmsh.model.occ.importShapes(str(path), highestDimOnly=False)
             gmsh.model.occ.synchronize()
         except Exception as error:
-            raise ValueError(f"{path}: OpenCASCADE cannot read this STEP file ({error}); it may be cut short") from error
+            raise ValueError(
+                f"{path}: OpenCASCADE cannot read this STEP file ({error}); it may be cut short"
+            ) from error
         solids = [tag for _, tag in gmsh.model.getEntities(3)]
         if len(solids) != 1:
             raise ValueError(f"{path}: holds {len(solids)} solids; expected one, the carrier without pins and planets")
@@ -191,7 +195,11 @@ def _pins(statements: CadStatements, faces: tuple[CadFace, ...]) -> CadPins:
                 f"[pin] bearing_width is {2.0 * half} m; expected less than the {reach[1][0] - reach[0][1]:.4g} m between the "
                 f"bores of pin {number}"
             )
-        seats.append(SurfaceStatement(f"pin_{number}_midspan", "cylinder", foot, axis, face.radius, (middle - half, middle + half)))
+        seats.append(
+            SurfaceStatement(
+                f"pin_{number}_midspan", "cylinder", foot, axis, face.radius, (middle - half, middle + half)
+            )
+        )
     return CadPins(tuple(solids), tuple(seats))
 
 
@@ -243,7 +251,9 @@ def _facets(mesh: TetMesh, name: str, tags: list[int]) -> NDArray[np.int64]:
         numbers, coordinates, _ = gmsh.model.mesh.getNodes(2, tag, includeBoundary=True)
         distance, nearest = row_of.query(coordinates.reshape(-1, 3))
         if distance.max() > _SAME_NODE:
-            raise MeshingError(f"surface {name!r}: a node of face {tag} is not in the mesh; expected a face of the solid")
+            raise MeshingError(
+                f"surface {name!r}: a node of face {tag} is not in the mesh; expected a face of the solid"
+            )
         row = dict(zip(numbers.tolist(), nearest.tolist(), strict=True))
         corners = np.array(gmsh.model.mesh.getElementsByType(_TRIANGLE6, tag)[1]).reshape(-1, 6)[:, :3]
         rows.append(np.vectorize(row.__getitem__)(corners))

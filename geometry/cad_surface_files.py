@@ -104,7 +104,9 @@ def read_cad_statements(path: Path) -> CadStatements:
     if width is not None and not 0.0 < width < 5.0:
         raise ValueError(f"{path}, [pin]: bearing_width is {width} m; expected a positive width in metres")
     statements = tuple(_statement(name, table, f"{path}, [surfaces.{name}]") for name, table in tables.items())
-    return CadStatements(statements, _frame(_table(document, "frame", ("origin", "axis", "pin_1"), path), path), tolerance, width)
+    return CadStatements(
+        statements, _frame(_table(document, "frame", ("origin", "axis", "pin_1"), path), path), tolerance, width
+    )
 
 
 def write_cad_statements(path: Path, carrier: CarrierParameters, pin: PinParameters) -> None:
@@ -162,7 +164,7 @@ def _check_header(document: dict[str, Any], path: Path) -> None:
     if document.get("format") != FORMAT:
         raise ValueError(f"{path}: format is {document.get('format')!r}; expected {FORMAT!r}")
     version = document.get("version")
-    if not isinstance(version, int) or not 1 <= version:
+    if isinstance(version, bool) or not isinstance(version, int) or not 1 <= version:
         raise ValueError(f"{path}: version is {version!r}; expected {VERSION}")
     if version > VERSION:
         raise ValueError(f"{path}: written for a newer version ({version}); expected {VERSION}: update carrierflex")
@@ -183,7 +185,9 @@ def _frame(table: dict[str, Any], path: Path) -> CadFrame:
     axis = _unit(table, "axis", where, default=(1.0, 0.0, 0.0))
     pin_1 = _unit(table, "pin_1", where, default=(0.0, 0.0, 1.0))
     if abs(float(axis @ pin_1)) > 1e-6:
-        raise ValueError(f"{where}: axis {axis.tolist()} and pin_1 {pin_1.tolist()}; expected a right angle between them")
+        raise ValueError(
+            f"{where}: axis {axis.tolist()} and pin_1 {pin_1.tolist()}; expected a right angle between them"
+        )
     return CadFrame(_vector(table, "origin", where, default=(0.0, 0.0, 0.0)), axis, pin_1)
 
 
@@ -221,14 +225,18 @@ def _window(table: dict[str, Any], key: str, where: str) -> tuple[float, float]:
 def _number(table: dict[str, Any], key: str, where: str, *, default: float | None = None) -> float:
     if key not in table and default is not None:
         return default
-    return _numbers([table.get(key)], 1, f"{where}: {key}")[0]
+    return _numbers(table.get(key), 1, f"{where}: {key}")[0]
 
 
-def _vector(table: dict[str, Any], key: str, where: str, *, default: tuple[float, ...] | None = None) -> NDArray[np.float64]:
+def _vector(
+    table: dict[str, Any], key: str, where: str, *, default: tuple[float, ...] | None = None
+) -> NDArray[np.float64]:
     return np.array(_numbers(table.get(key, default), 3, f"{where}: {key}"))
 
 
-def _unit(table: dict[str, Any], key: str, where: str, *, default: tuple[float, ...] | None = None) -> NDArray[np.float64]:
+def _unit(
+    table: dict[str, Any], key: str, where: str, *, default: tuple[float, ...] | None = None
+) -> NDArray[np.float64]:
     vector = _vector(table, key, where, default=default)
     length = float(np.linalg.norm(vector))
     if not length > 0.0:

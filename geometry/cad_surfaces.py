@@ -88,16 +88,23 @@ class SurfaceStatement:
         """Circles (centre, axis, radius) at the window's ends that cut one of `faces`."""
         cuts = []
         for end in self.window:
-            across = [face for face in faces if self.extent(face)[0] + tolerance < end < self.extent(face)[1] - tolerance]
+            across = [
+                face for face in faces if self.extent(face)[0] + tolerance < end < self.extent(face)[1] - tolerance
+            ]
             if not across:
                 continue
             if self.kind == "plane":
-                station = self.point + (float(across[0].point @ self.direction) - self.point @ self.direction) * self.direction
+                station = (
+                    self.point
+                    + (float(across[0].point @ self.direction) - self.point @ self.direction) * self.direction
+                )
                 cuts.append((station, self.direction, end))
             else:
                 # The CAD model's own axis and radius: the cut has to lie on its face.
                 centre, axis = across[0].point, across[0].direction
-                cuts.append((centre + (end - centre @ self.direction) / (axis @ self.direction) * axis, axis, across[0].radius))
+                cuts.append(
+                    (centre + (end - centre @ self.direction) / (axis @ self.direction) * axis, axis, across[0].radius)
+                )
         return cuts
 
     def chosen(self, faces: tuple[CadFace, ...], tolerance: float) -> list[CadFace]:

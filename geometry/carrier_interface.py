@@ -77,7 +77,9 @@ def carrier_interface(mesh: TetMesh) -> CarrierInterface:
     first_station, midspan, last_station = np.mean(stations, axis=0)
     rim = mesh.points[np.unique(mesh.surface("rim_face"))]
     radius = float(np.hypot(rim[:, 1], rim[:, 2]).min())
-    return CarrierInterface(points, (float(first_station), float(midspan), float(last_station)), float(np.mean(distances)), radius)
+    return CarrierInterface(
+        points, (float(first_station), float(midspan), float(last_station)), float(np.mean(distances)), radius
+    )
 
 
 def _extent(mesh: TetMesh, name: str) -> tuple[float, float]:

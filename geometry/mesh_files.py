@@ -1,5 +1,6 @@
 """Mesh files through meshio: gmsh .msh, VTK .vtu and Abaqus .inp, named surfaces as sets; .msh is read back."""
 
+import re
 import struct
 from pathlib import Path
 
@@ -118,9 +119,19 @@ def read_mesh(path: Path) -> TetMesh:
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file; expected a gmsh mesh (.msh)")
     try:
+        _refuse_cut_short(path)
         found = meshio.gmsh.read(path)
         blocks = _named_blocks(found)
-    except (meshio.ReadError, ValueError, KeyError, IndexError, TypeError, struct.error, EOFError, MemoryError) as error:
+    except (
+        meshio.ReadError,
+        ValueError,
+        KeyError,
+        IndexError,
+        TypeError,
+        struct.error,
+        EOFError,
+        MemoryError,
+    ) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise ValueError(
             f"{path}: not a complete gmsh mesh ({reason}); expected .msh of version 2.2 or 4.1, whole, with physical groups"
@@ -128,6 +139,14 @@ def read_mesh(path: Path) -> TetMesh:
     mesh = _from_blocks(found.points, blocks, path)
     check_mesh(mesh, str(path))
     return mesh
+
+
+def _refuse_cut_short(path: Path) -> None:
+    """Raise ValueError where the file's last section is not closed; meshio only warns of that, on the screen."""
+    content = path.read_bytes()
+    closed = re.search(rb"\$End(\w+)\s*\Z", content)
+    if closed is None or not re.search(rb"^\$" + closed.group(1) + rb"\s*$", content, re.MULTILINE):
+        raise ValueError("the last section is not closed by $End...: cut short")
 
 
 def _named_blocks(found: meshio.Mesh) -> list[tuple[str, str, NDArray[np.int64]]]:
@@ -142,9 +161,7 @@ def _named_blocks(found: meshio.Mesh) -> list[tuple[str, str, NDArray[np.int64]]
     return blocks
 
 
-def _from_blocks(
-    points: NDArray[np.float64], blocks: list[tuple[str, str, NDArray[np.int64]]], path: Path
-) -> TetMesh:
+def _from_blocks(points: NDArray[np.float64], blocks: list[tuple[str, str, NDArray[np.int64]]], path: Path) -> TetMesh:
     solids: dict[str, list[NDArray[np.int64]]] = {}
     faces: dict[str, list[NDArray[np.int64]]] = {}
     for kind, name, nodes in blocks:
@@ -153,7 +170,9 @@ def _from_blocks(
         elif kind == "triangle6" and name:
             faces.setdefault(name, []).append(nodes)
         elif kind not in ("triangle6", "line3", "vertex"):
-            raise ValueError(f"{path}: {len(nodes)} elements of type {kind}; expected quadratic tetrahedra (tetra10) only")
+            raise ValueError(
+                f"{path}: {len(nodes)} elements of type {kind}; expected quadratic tetrahedra (tetra10) only"
+            )
     if not solids or "" in solids:
         what = "no quadratic tetrahedra" if not solids else "tetrahedra without a physical volume's name"
         raise ValueError(f"{path}: {what}; expected all of them in physical volumes such as 'carrier' and 'pins'")
@@ -161,7 +180,9 @@ def _from_blocks(
     edges = np.cumsum([0, *(len(part) for part in parts.values())])
     bodies = {name: np.arange(edges[i], edges[i + 1]) for i, name in enumerate(parts)}
     outside = [boundary_facets(part) for part in parts.values()]
-    surfaces = {name: _outward(np.concatenate(nodes), outside, f"{path}: surface {name!r}") for name, nodes in faces.items()}
+    surfaces = {
+        name: _outward(np.concatenate(nodes), outside, f"{path}: surface {name!r}") for name, nodes in faces.items()
+    }
     return TetMesh(np.asarray(points, dtype=np.float64), np.concatenate(list(parts.values())), surfaces, bodies)
 
 
@@ -172,4 +193,6 @@ def _outward(facets: NDArray[np.int64], outside: list[NDArray[np.int64]], what: 
         found = [row.get(tuple(corners), -1) for corners in np.sort(facets[:, :3], axis=1).tolist()]
         if min(found) >= 0:
             return of_body[found]
-    raise ValueError(f"{what}: {len(facets)} facets, not all of them on the boundary of one body; expected boundary facets")
+    raise ValueError(
+        f"{what}: {len(facets)} facets, not all of them on the boundary of one body; expected boundary facets"
+    )

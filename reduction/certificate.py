@@ -108,7 +108,8 @@ def inner_checks(model: ReducedModel) -> tuple[Check, ...]:
         name = "asymmetry under 120 deg, ppm"
         # A free mesh, of a CAD model or of another program, has no symmetry that rounding alone could disturb.
         free_mesh = model.provenance.get(FREE_MESH[0]) == FREE_MESH[1]
-        checks.append(Check(name, "told (free mesh)", ppm, True) if free_mesh else _below(name, ppm, _LIMITS["asymmetry"]))
+        told = Check(name, "told (free mesh)", ppm, True)
+        checks.append(told if free_mesh else _below(name, ppm, _LIMITS["asymmetry"]))
     return tuple(checks)
 
 

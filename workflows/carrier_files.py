@@ -39,7 +39,9 @@ class CarrierFiles:
     def __post_init__(self) -> None:
         if (self.step is None) != (self.surfaces is None):
             alone, absent = ("--step", "--surfaces") if self.surfaces is None else ("--surfaces", "--step")
-            raise ValueError(f"{alone} is given without {absent}; expected the CAD model and the file that states its surfaces")
+            raise ValueError(
+                f"{alone} is given without {absent}; expected the CAD model and the file that states its surfaces"
+            )
         if self.meshes and self.step is not None:
             raise ValueError("a mesh file and --step are both given; expected one of them")
 
@@ -57,7 +59,9 @@ class CarrierFiles:
         files = cls(step, surfaces, paths)
         for role, digest in files.digests().items():
             if digest != record[role]["sha256"]:
-                raise ValueError(f"{record[role]['file']}: changed since the body was made of it; expected the same file")
+                raise ValueError(
+                    f"{record[role]['file']}: changed since the body was made of it; expected the same file"
+                )
         return files
 
     @property
@@ -72,7 +76,9 @@ class CarrierFiles:
         mesh = read_mesh(self.meshes[variant])
         if ("pins" in mesh.bodies) != (variant == "stiff"):
             found, other = ("a body", "stiff") if "pins" in mesh.bodies else ("no body", "flexible")
-            raise ValueError(f"{self.meshes[variant]}: has {found} 'pins', a {other} carrier; expected the {variant} one")
+            raise ValueError(
+                f"{self.meshes[variant]}: has {found} 'pins', a {other} carrier; expected the {variant} one"
+            )
         return mesh
 
     def digests(self) -> dict[str, str]:

@@ -18,7 +18,7 @@ def main() -> None:
     """Run the command line; the process ends with 0, 1 (a check failed), 2 (refused input) or 130 (interrupted)."""
     logging.basicConfig(level=logging.ERROR, format="%(name)s: %(message)s")
     try:
-        _application()(exit_on_error=False, print_error=False)
+        _application()(sys.argv[1:], exit_on_error=False, print_error=False)
     except KeyboardInterrupt:
         _end("interrupted; files that were finished are whole and stay", EXIT_INTERRUPTED)
     except ImportError as error:
@@ -40,6 +40,7 @@ def _application() -> Any:
         check_certificate,
         compare_couplings,
         compute_curves,
+        diagnose_campaign,
         estimate_gear_life,
         export_body,
         identify_parameters,
@@ -69,6 +70,7 @@ def _application() -> Any:
         ("simulate", simulate_load_case.main, tables.campaign_table),
         ("gear-life", estimate_gear_life.main, tables.gear_life_table),
         ("identify", identify_parameters.main, tables.estimate_table),
+        ("diagnose", diagnose_campaign.main, tables.diagnosis_table),
         ("printed-tables", read_printed_tables.main, tables.printed_tables_table),
     ):
         app.command(_shown_by(table, workflow), name=name)

@@ -16,7 +16,6 @@ from workflows.cost_preview import CostPreview, curves_cost, tell
 from workflows.outputs import plain, prepared_folder, save_figure, save_json, versions
 from workflows.progress import Stages
 
-
 _CURVES, _PICTURE, _INPUTS = "deflection_curves.csv", "deflection_curves.png", "inputs.json"
 
 
@@ -85,7 +84,9 @@ def _files(step: Path | None, surfaces: Path | None, flexible: Path | None, stif
     if (flexible is None) != (stiff is None):
         alone, absent = ("--flexible-mesh", "--stiff-mesh") if stiff is None else ("--stiff-mesh", "--flexible-mesh")
         raise ValueError(f"{alone} is given without {absent}; expected the meshes of both variants")
-    return CarrierFiles(step, surfaces, {} if flexible is None or stiff is None else {"flexible": flexible, "stiff": stiff})
+    return CarrierFiles(
+        step, surfaces, {} if flexible is None or stiff is None else {"flexible": flexible, "stiff": stiff}
+    )
 
 
 def _compute(out: Path, stage: StageParameters, size: float, files: CarrierFiles, *, quiet: bool) -> None:

@@ -3,13 +3,16 @@
 Degrees of freedom follow from volume V, surface A and edge length h: ``n = c3 V / h³ + c2 A / h²``. Fitted to the default bodies
 at h = 60, 45, 30, 22 and 16 mm; the worst deviation there is 10 % for the carriers and 18 % for pin and main shaft.
 
-Memory and seconds follow from n. Measured on two cores with MKL (flexible carrier, nine pilots, 20 modes, certificate
-included); on another machine, and with another sparse library, expect other factors:
+Memory and seconds follow from n. Measured on two cores with MKL, other work running beside (flexible carrier, nine pilots, 20
+modes, certificate included; memory above the program's own 0.25 GB). Alone, on another machine, or with another sparse library,
+expect another factor; a reduction by symmetry costs less:
 
 ======== ========= ============== ========= ==============
 n        curves, s curves, GB     reduce, s reduce, GB
 ======== ========= ============== ========= ==============
-MEASURED
+34 434   0.6       0.22           4.4       0.36
+125 946  3.0       0.91           59        1.38
+329 634  23        3.04           191       3.92
 ======== ========= ============== ========= ==============
 
 between the points by power laws, beyond them by the last one. A reduction's time grows with the number of modes.
@@ -35,8 +38,8 @@ from workflows.carrier_files import CarrierFiles
 _DOFS = {"carrier": (4.94, 34.0), "pin": (2.83, 39.9), "main_shaft": (10.4, 25.7)}
 #: Edge length of the mesh that volume and surface are measured on [m].
 _COARSE = 0.06
-_CURVES = {"n": (34e3, 126e3, 330e3), "seconds": (0.6, 3.0, 22.8), "gigabytes": (0.22, 0.91, 3.04)}
-_REDUCTION = {"n": (34e3, 126e3, 330e3), "seconds": (4.4, 59.0, 191.0), "gigabytes": (0.36, 1.38, 3.92)}
+_CURVES = {"n": (34434, 125946, 329634), "seconds": (0.6, 3.0, 23.0), "gigabytes": (0.22, 0.91, 3.04)}
+_REDUCTION = {"n": (34434, 125946, 329634), "seconds": (4.4, 59.0, 191.0), "gigabytes": (0.36, 1.38, 3.92)}
 #: Memory of the program without any mesh [GB].
 _PROGRAM = 0.25
 #: Modes of the measured reductions, and the share of the time that grows with their number.
@@ -53,7 +56,7 @@ class CostPreview:
     seconds: float
 
     def __str__(self) -> str:
-        time = f"{self.seconds:.0f} s" if self.seconds < 90.0 else f"{self.seconds / 60.0:.0f} min"
+        time = f"{max(self.seconds, 1.0):.0f} s" if self.seconds < 90.0 else f"{self.seconds / 60.0:.0f} min"
         return f"{self.work}: about {self.n_dofs:,} degrees of freedom, {self.memory_gb:.1f} GB, {time}"
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from diagnosis.gap_files import write_gap_csv, write_gap_json
 from diagnosis.gap_map import GapMap, gap_map
 from diagnosis.gap_words import where_text
-from diagnosis.shrinkage import Shrinkage, shrinkage
+from diagnosis.shrinkage import RevolutionLadder, shrinkage
 from diagnosis.view import gap_map_figure, ladder_figure
 from fe.deflection_curves import DeflectionCurve
 from identification.campaign import Campaign
@@ -28,7 +28,7 @@ class Gap:
 
     before: GapMap
     after: GapMap
-    ladder: Shrinkage
+    ladder: RevolutionLadder
     where: str
 
 

@@ -92,25 +92,17 @@ def main(
         The body as written.
     """
     stage = read_parameters(parameters)
-    if out.suffix != ".h5":
-        raise ValueError(f"{out}: suffix {out.suffix!r}; expected .h5")
     files = CarrierFiles(step, surfaces, {} if mesh is None else {variant: mesh})
-    if files.given and body != "carrier":
-        raise ValueError(f"--body is {body}, a STEP or mesh file is given; expected --body carrier: files hold the carrier")
-    if modes is not None and max_frequency is not None:
-        raise ValueError("--modes and --max-frequency are both given; expected one of them")
     # Every option that changes the body is part of the key under which it is kept.
     options = {"body": body, "variant": variant, "coupling": coupling, "modes": modes, "max_frequency": max_frequency}
-    if by_symmetry:
-        refuse_whole_body_options(options, files_given=files.given)
-        options["by_symmetry"] = True
+    _refuse_contradictions(out, files, options, by_symmetry=by_symmetry)
+    options["by_symmetry"] = by_symmetry
+    n_modes = DEFAULT_MODES if modes is None else modes
     if preview:
-        n_modes = DEFAULT_MODES if modes is None else modes
         return reduction_cost(body_name(body, variant), stage, size, n_modes=n_modes, files=files)
     prepared_folder(out.parent)
 
     def compute() -> None:
-        n_modes = DEFAULT_MODES if modes is None else modes
         tell(reduction_cost(body_name(body, variant), stage, size, n_modes=n_modes, files=files), quiet=quiet)
         if by_symmetry:
             _reduce_by_symmetry(out, stage, size, {**options, "modes": n_modes}, quiet=quiet)
@@ -120,6 +112,20 @@ def main(
     inputs = {"kind": "reduced body", "parameters": stage, "size": size, "files": files.digests(), **options}
     cached_files({"body.h5": out}, compute, use=cache, quiet=quiet, inputs=inputs)
     return read_body(out)
+
+
+def _refuse_contradictions(out: Path, files: CarrierFiles, options: Mapping[str, Any], *, by_symmetry: bool) -> None:
+    body = options["body"]
+    if out.suffix != ".h5":
+        raise ValueError(f"{out}: suffix {out.suffix!r}; expected .h5")
+    if files.given and body != "carrier":
+        raise ValueError(
+            f"--body is {body}, a STEP or mesh file is given; expected --body carrier: files hold the carrier"
+        )
+    if options["modes"] is not None and options["max_frequency"] is not None:
+        raise ValueError("--modes and --max-frequency are both given; expected one of them")
+    if by_symmetry:
+        refuse_whole_body_options(options, files_given=files.given)
 
 
 def _reduce(

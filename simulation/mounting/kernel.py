@@ -1,10 +1,13 @@
-"""The inner loops: one block marched over the samples of a record, compiled."""
+"""The inner loops: one block marched over the samples of a record, compiled.
+
+The compiled code is kept by the date of this file: after a change in a module that it inlines, touch it.
+"""
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.bushings import elasto_plastic_force, hardening_force, hardening_stiffness
+from simulation.mounting.element_forces import solve_forces
 
 Array = NDArray[np.float64]
 
@@ -12,10 +15,6 @@ _jit = numba.njit(cache=True, nogil=True, error_model="numpy")
 #: Handing over ten arrays costs more than the arithmetic on them.
 _inline = numba.njit(cache=True, nogil=True, error_model="numpy", inline="always")
 
-
-#: Iterations for the element forces within one time step (two or three serve nearly always), and the gain in each below
-#: which Newton's method takes over.
-_ITERATIONS, _GAIN = 40, 0.1
 
 #: A small rotation or displacement [rad, m] above this has left the model, which is linear in its kinematics.
 LARGEST_MOTION = 0.3
@@ -94,7 +93,7 @@ def march_nonlinear(
     end, probes, feedback = matrices
     n, n_q, n_e, n_p = end.shape[0], output.shape[1], memory.shape[1], probes.shape[0]
     known, parts = np.empty(n + 6 + n_e), np.empty(n_p)
-    force, friction, new = np.empty(2 * n_e), np.empty(2 * n_e), np.empty(n)
+    force, friction = np.empty(2 * n_e), np.empty(2 * n_e)
     probe, work = np.empty(n_p), np.empty((2 * n_e, 2 * n_e + 1))
     for sample in range(1, loads.shape[0]):
         for part in range(substeps):
@@ -105,17 +104,9 @@ def march_nonlinear(
                 f0, fm, f1 = memory[4, e], memory[3, e], memory[2, e]
                 force[e] = f0 - 3.0 * fm + 3.0 * f1
                 force[n_e + e] = 3.0 * f0 - 8.0 * fm + 6.0 * f1
-            if not _solve_forces(feedback, parts, law, preload, memory, tolerance, force, friction, probe, work):
+            if not solve_forces(feedback, parts, law, preload, memory, tolerance, force, friction, probe, work):
                 return sample - 1, -1, NOT_CONVERGED
-            for row in range(n):
-                total = 0.0
-                for column in range(n + 6 + n_e):
-                    total += end[row, column] * known[column]
-                for column in range(2 * n_e):
-                    total += end[row, n + 6 + n_e + column] * force[column]
-                new[row] = total
-            for row in range(n):
-                state[row] = new[row]
+            _update_state(end, known, force, state)
             for e in range(n_e):
                 memory[0, e], memory[1, e] = friction[n_e + e], preload[e] + probe[n_e + e]
                 memory[4, e], memory[3, e], memory[2, e] = memory[2, e], force[e], force[n_e + e]
@@ -152,131 +143,21 @@ def _known_values(
 
 
 @_inline
+def _update_state(end: Array, known: Array, force: Array, state: Array) -> None:
+    """State after the step; `known` holds its own copy of the state before."""
+    for row in range(state.shape[0]):
+        total = 0.0
+        for column in range(known.shape[0]):
+            total += end[row, column] * known[column]
+        for column in range(force.shape[0]):
+            total += end[row, known.shape[0] + column] * force[column]
+        state[row] = total
+
+
+@_inline
 def _multiply(matrix: Array, vector: Array, product: Array) -> None:
     for row in range(matrix.shape[0]):
         total = 0.0
         for column in range(matrix.shape[1]):
             total += matrix[row, column] * vector[column]
         product[row] = total
-
-
-@_inline
-def _solve_forces(
-    feedback: Array,
-    parts: Array,
-    law: Array,
-    preload: Array,
-    memory: Array,
-    tolerance: float,
-    force: Array,
-    friction: Array,
-    probe: Array,
-    work: Array,
-) -> bool:
-    """Solve ``y = phi(parts + feedback y)`` for the element forces at the middle and the end of a step.
-
-    The step is short against the stiffness that phi adds, so putting phi back in mostly converges at once; where it does
-    not gain a digit a time, Newton's method takes over.
-    """
-    size, last, newton = force.shape[0], np.inf, False
-    for _ in range(_ITERATIONS):
-        for row in range(parts.shape[0]):
-            total = parts[row]
-            for column in range(size):
-                total += feedback[row, column] * force[column]
-            probe[row] = total
-        error, scale = _laws(law, preload, memory, probe, force, friction, work)
-        converged = error <= tolerance * scale
-        newton = newton or error > _GAIN * last
-        if newton and not converged:
-            _fill_jacobian(law, preload, memory, probe, feedback, friction, work)
-            if not _eliminate(work):
-                return False
-        # Converged or put back: the law's own value, one order better than the iterate it was made from.
-        for row in range(size):
-            force[row] -= work[row, size]
-        if converged:
-            return True
-        last = error
-    return False
-
-
-@_inline
-def _laws(
-    law: Array, preload: Array, memory: Array, probe: Array, force: Array, friction: Array, work: Array
-) -> tuple[float, float]:
-    """Fill the last column of `work` with ``y - phi`` and `friction`; return the largest entry and the scale."""
-    n_e, size = memory.shape[1], force.shape[0]
-    K3, K5, C3, Kp, Fy = law[0], law[1], law[2], law[3], law[4]
-    error, scale = 0.0, 1.0
-    for e in range(n_e):
-        before, u_before = memory[0, e], memory[1, e]
-        for half in range(2):
-            row = half * n_e + e
-            u = preload[e] + probe[row]
-            before = elasto_plastic_force(before, u - u_before, Kp, Fy)
-            friction[row] = before
-            phi = hardening_force(u, K3, K5) + before
-            if C3 > 0.0:
-                phi += C3 * u * u * probe[size + row]
-            work[row, size] = force[row] - phi
-            error = max(error, abs(work[row, size]))
-            scale = max(scale, abs(phi))
-            u_before = u
-    return error, scale
-
-
-@_inline
-def _fill_jacobian(
-    law: Array, preload: Array, memory: Array, probe: Array, feedback: Array, friction: Array, work: Array
-) -> None:
-    """Fill `work` but its last column with the derivative of ``y - phi``."""
-    n_e, size = memory.shape[1], friction.shape[0]
-    K3, K5, C3, Kp, Fy = law[0], law[1], law[2], law[3], law[4]
-    for e in range(n_e):
-        before, u_before, middle_slope = memory[0, e], memory[1, e], 0.0
-        for half in range(2):
-            row = half * n_e + e
-            u = preload[e] + probe[row]
-            yields = not abs(before + Kp * (u - u_before)) < Fy
-            own = 0.0 if yields else Kp
-            slope, rate_slope = hardening_stiffness(u, K3, K5) + own, 0.0
-            # An elastic second half remembers the middle, unless the first half was elastic too.
-            over_middle = middle_slope - own if half == 1 and not yields else 0.0
-            if C3 > 0.0:
-                slope += 2.0 * C3 * u * probe[size + row]
-                rate_slope = C3 * u * u
-            for column in range(size):
-                derivative = slope * feedback[row, column] + over_middle * feedback[e, column]
-                if C3 > 0.0:
-                    derivative += rate_slope * feedback[size + row, column]
-                work[row, column] = -derivative
-            work[row, row] += 1.0
-            before, u_before, middle_slope = friction[row], u, own
-
-
-@_inline
-def _eliminate(work: Array) -> bool:
-    """Solve the linear system in `work` by elimination with row exchange; the solution replaces the last column."""
-    size = work.shape[0]
-    for pivot in range(size):
-        best = pivot
-        for row in range(pivot + 1, size):
-            if abs(work[row, pivot]) > abs(work[best, pivot]):
-                best = row
-        if not abs(work[best, pivot]) > 0.0:
-            return False
-        if best != pivot:
-            for column in range(pivot, size + 1):
-                work[pivot, column], work[best, column] = work[best, column], work[pivot, column]
-        for row in range(pivot + 1, size):
-            factor = work[row, pivot] / work[pivot, pivot]
-            if factor != 0.0:
-                for column in range(pivot + 1, size + 1):
-                    work[row, column] -= factor * work[pivot, column]
-    for row in range(size - 1, -1, -1):
-        total = work[row, size]
-        for column in range(row + 1, size):
-            total -= work[row, column] * work[column, size]
-        work[row, size] = total / work[row, row]
-    return True

@@ -50,7 +50,12 @@ class DivergedError(ArithmeticError):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Travel between processes: keyword arguments are lost by the default way."""
-        known = {"samples": self.samples, "time": self.time, "coordinate": self.coordinate, "signals": self.signals}
+        known: dict[str, Any] = {
+            "samples": self.samples,
+            "time": self.time,
+            "coordinate": self.coordinate,
+            "signals": self.signals,
+        }
         return partial(DivergedError, **known), self.args
 
 

@@ -68,7 +68,9 @@ def test_faces_are_measured_in_metres(folder, carrier):
         assert_allclose(np.hypot(*bore.point[1:]), carrier.centre_distance, rtol=1e-9)
     rim = next(face for face in faces if face.kind == "plane" and abs(face.point[0]) < 1e-9)
     assert "plane, normal (1, 0, 0), station 0 m, radii 0.23 to 0.435 m" in str(rim)
-    volume, area = step_volume_and_area(folder / "carrier.step", read_cad_statements(folder / "surfaces.toml"), pins=False)
+    volume, area = step_volume_and_area(
+        folder / "carrier.step", read_cad_statements(folder / "surfaces.toml"), pins=False
+    )
     assert_allclose(volume, exact_volume(carrier), rtol=1e-6)  # STEP keeps 15 digits, the mass integral 7
     assert_allclose(area, sum(face.area for face in faces), rtol=1e-9)
 
@@ -156,7 +158,9 @@ def test_a_carrier_in_another_frame_is_brought_into_its_own(turned_step, stateme
     mesh = step_carrier_mesh(turned_step, replace(statements, frame=frame), COARSE, pins=False)
     assert_allclose(np.ptp(mesh.points, axis=0), np.ptp(cad_meshes[False].points, axis=0), atol=1e-9)
     assert_allclose(mesh.points.min(axis=0), cad_meshes[False].points.min(axis=0), atol=1e-9)
-    with pytest.raises(ValueError, match=r"surface 'shaft_face': the CAD model has no plane .*; candidates: \[1\] plane"):
+    with pytest.raises(
+        ValueError, match=r"surface 'shaft_face': the CAD model has no plane .*; candidates: \[1\] plane"
+    ):
         step_carrier_mesh(turned_step, statements, COARSE, pins=False)
 
 
@@ -165,15 +169,21 @@ def test_the_unit_that_the_file_declares_counts(folder, tmp_path):
     path = tmp_path / "centimetres.step"
     path.write_text(text.replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT(.CENTI.,.METRE.)"))
     assert declared_unit(path) == "centimetre"
-    radii = [max(face.radius for face in step_faces(p, CadFrame.of_the_file())) for p in (path, folder / "carrier.step")]
+    radii = [
+        max(face.radius for face in step_faces(p, CadFrame.of_the_file())) for p in (path, folder / "carrier.step")
+    ]
     assert_allclose(radii[0] / radii[1], 10.0, rtol=1e-9)
     inches = tmp_path / "inches.step"
-    inches.write_text("ISO-10303-21; #1=(CONVERSION_BASED_UNIT('INCH',#2)LENGTH_UNIT()NAMED_UNIT(#3)); END-ISO-10303-21;")
+    inches.write_text(
+        "ISO-10303-21; #1=(CONVERSION_BASED_UNIT('INCH',#2)LENGTH_UNIT()NAMED_UNIT(#3)); END-ISO-10303-21;"
+    )
     assert declared_unit(inches) == "inch"
 
 
 def test_pins_that_do_not_fit_between_the_plates_are_refused(folder, statements):
-    with pytest.raises(ValueError, match=r"bearing_width is 0\.25 m; expected less than the 0\.24 m between the bores of pin 1"):
+    with pytest.raises(
+        ValueError, match=r"bearing_width is 0\.25 m; expected less than the 0\.24 m between the bores of pin 1"
+    ):
         step_carrier_mesh(folder / "carrier.step", replace(statements, bearing_width=0.25), COARSE, pins=True)
     with pytest.raises(ValueError, match=r"no \[pin\] bearing_width"):
         step_carrier_mesh(folder / "carrier.step", replace(statements, bearing_width=None), COARSE, pins=True)

@@ -21,7 +21,7 @@ def accelerations(rig, forces_on_housing, theta, torque, ntl):
         (rig.coupling_mass, -rig.coupling_arm),
     )
     arms = sum(mass * arm**2 for mass, arm in bodies)
-    return moment / (np.array(rig.housing_inertia) + [0.0, arms, arms])
+    return moment / (np.array(rig.housing_inertia) + np.array([0.0, arms, arms]))
 
 
 def rates(rig, law, t, y, loads):

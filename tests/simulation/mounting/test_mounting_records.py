@@ -85,7 +85,7 @@ def test_a_diverging_record_keeps_what_was_written(tmp_path):
     parameters = parameter_array(RIG, {"C1": 1e5, "K1": 3e5})
     path = tmp_path / "record.parquet"
     pieces = marched_pieces(RIG, parameters, iter([calm, storm]), largest_loads=storm.loads)
-    with pytest.raises(DivergedError, match="theta_x: diverged after 1.*; the signals up to there are kept") as caught:
+    with pytest.raises(DivergedError, match=r"theta_x: diverged after 1.*; the signals up to there are kept") as caught:
         write_record(pieces, path)
     assert caught.value.time > 1.2
     kept = pa_parquet.read_table(path)["time"].to_numpy()
@@ -95,7 +95,7 @@ def test_a_diverging_record_keeps_what_was_written(tmp_path):
 
 def test_pieces_that_do_not_fit_are_refused(tmp_path):
     inputs, parameters = shaking_inputs(1.0), parameter_array(RIG)
-    with pytest.raises(ValueError, match="expected at most .* as announced"):
+    with pytest.raises(ValueError, match=r"expected at most .* as announced"):
         list(marched_pieces(RIG, parameters, pieces_of(inputs, 40), largest_loads=0.5 * inputs.loads))
     first, _, third = pieces_of(inputs, 40)
     with pytest.raises(ValueError, match=r"begins at 0\.8 s after one that ended at 0\.39 s; expected one interval"):
@@ -160,7 +160,7 @@ def test_torque_sweeps_of_the_bushings_give_both_stiffnesses():
     two = mounting_sweep(MountingRig(), parameter_array(MountingRig()), 80e3)
     one = mounting_sweep(MountingRig(), parameter_array(MountingRig(), {"K1": 20.2e6 / 2}), 80e3)
     assert_allclose([two.stiffness, one.stiffness], [22.7e6, 11.4e6], rtol=5e-3)
-    with pytest.raises(ValueError, match="torque is -1.0 N m, duration 60.0 s; expected positive numbers"):
+    with pytest.raises(ValueError, match=r"torque is -1.0 N m, duration 60.0 s; expected positive numbers"):
         mounting_sweep(MountingRig(), parameter_array(MountingRig()), -1.0)
 
 

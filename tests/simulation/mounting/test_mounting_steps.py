@@ -142,7 +142,7 @@ def test_loads_that_are_not_finite_are_refused_before_the_run(bad):
 
 
 def test_impossible_rigs_and_parameters_are_refused_by_name():
-    with pytest.raises(ValueError, match="parameter K1 is -2e.07 N/m; expected a value from 100000 to"):
+    with pytest.raises(ValueError, match=r"parameter K1 is -2e.07 N/m; expected a value from 100000 to"):
         parameter_array(RIG, {"K1": -20e6})
     with pytest.raises(ValueError, match="unknown parameter 'K2'; expected one of K1, C1"):
         parameter_array(RIG, {"K2": 1.0})

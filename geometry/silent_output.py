@@ -1,0 +1,20 @@
+"""Silence for libraries that write to the screen on their own."""
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def silent_stdout() -> Iterator[None]:
+    """Keep what OpenCASCADE writes past Python to the process's standard output off the screen while the block runs."""
+    sys.stdout.flush()
+    kept = os.dup(1)
+    try:
+        with open(os.devnull, "wb") as nowhere:
+            os.dup2(nowhere.fileno(), 1)
+            yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
