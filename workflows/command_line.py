@@ -1,6 +1,7 @@
 """The ``carrierflex`` command: one sub-command a workflow; errors in one line, exit codes for scripts."""
 
 import functools
+import importlib
 import logging
 import sys
 from collections.abc import Callable
@@ -8,6 +9,25 @@ from typing import Any
 
 #: Exit codes: a check failed, refused input, and interruption by the user (128 + SIGINT).
 EXIT_FAILED, EXIT_REFUSED, EXIT_INTERRUPTED = 1, 2, 130
+
+#: Module of the workflow behind each command, and what shows its result.
+_COMMANDS = {
+    "run": ("run", "summary_table"),
+    "mesh": ("mesh_carrier", "quality_table"),
+    "cad": ("write_cad", "cad_table"),
+    "cad-faces": ("list_cad_faces", "cad_table"),
+    "curves": ("compute_curves", "curve_table"),
+    "reduce": ("reduce_body", "reduced_table"),
+    "couplings": ("compare_couplings", "coupling_table"),
+    "pin-fit": ("study_pin_fit", "pin_fit_table"),
+    "export": ("export_body", "export_table"),
+    "certificate": ("check_certificate", "certificate_table"),
+    "simulate": ("simulate_load_case", "campaign_table"),
+    "gear-life": ("estimate_gear_life", "gear_life_table"),
+    "identify": ("identify_parameters", "estimate_table"),
+    "diagnose": ("diagnose_campaign", "diagnosis_table"),
+    "printed-tables": ("read_printed_tables", "printed_tables_table"),
+}
 
 _HELP = """From a planet carrier's parameters to a diagnosed gap between simulation and measurement.
 
@@ -36,44 +56,12 @@ def _application() -> Any:
     import cyclopts
 
     from identification.estimate_files import software_name
-    from workflows import (
-        check_certificate,
-        compare_couplings,
-        compute_curves,
-        diagnose_campaign,
-        estimate_gear_life,
-        export_body,
-        identify_parameters,
-        list_cad_faces,
-        mesh_carrier,
-        read_printed_tables,
-        reduce_body,
-        run,
-        simulate_load_case,
-        study_pin_fit,
-        tables,
-        write_cad,
-    )
+    from workflows import tables
 
     app = cyclopts.App(name="carrierflex", help=_HELP, version=software_name, suppress_keyboard_interrupt=False)
-    for name, workflow, table in (
-        ("run", run.main, tables.summary_table),
-        ("mesh", mesh_carrier.main, tables.quality_table),
-        ("cad", write_cad.main, tables.cad_table),
-        ("cad-faces", list_cad_faces.main, tables.cad_table),
-        ("curves", compute_curves.main, tables.curve_table),
-        ("reduce", reduce_body.main, tables.reduced_table),
-        ("couplings", compare_couplings.main, tables.coupling_table),
-        ("pin-fit", study_pin_fit.main, tables.pin_fit_table),
-        ("export", export_body.main, tables.export_table),
-        ("certificate", check_certificate.main, tables.certificate_table),
-        ("simulate", simulate_load_case.main, tables.campaign_table),
-        ("gear-life", estimate_gear_life.main, tables.gear_life_table),
-        ("identify", identify_parameters.main, tables.estimate_table),
-        ("diagnose", diagnose_campaign.main, tables.diagnosis_table),
-        ("printed-tables", read_printed_tables.main, tables.printed_tables_table),
-    ):
-        app.command(_shown_by(table, workflow), name=name)
+    for name, (module, table) in _COMMANDS.items():
+        workflow = importlib.import_module(f"workflows.{module}").main
+        app.command(_shown_by(getattr(tables, table), workflow), name=name)
     return app
 
 

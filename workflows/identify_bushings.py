@@ -42,22 +42,23 @@ class BushingIdentification:
     files: tuple[Path, ...]
 
 
-def identify(
-    campaign: Path,
-    model: str,
-    out: Path,
-    *,
-    per_run: bool,
-    weights: Mapping[str, float] | None,
-    compare_complex: bool,
-    profile: tuple[str, ...],
-    bootstrap: int,
-    seed: int,
-    workers: int,
-    scheduler: str | None,
-    quiet: bool,
-) -> BushingIdentification:
-    """Fit the bushing models up to `model`; the options are those of :func:`workflows.identify_parameters.main`.
+@dataclass(frozen=True)
+class BushingOptions:
+    """Options of :func:`workflows.identify_parameters.main` that bushing models take."""
+
+    per_run: bool = False
+    weights: Mapping[str, float] | None = None
+    compare_complex: bool = False
+    profile: tuple[str, ...] = ()
+    bootstrap: int = 0
+    seed: int = 0
+    workers: int = 1
+    scheduler: str | None = None
+    quiet: bool = False
+
+
+def identify(campaign: Path, model: str, out: Path, options: BushingOptions) -> BushingIdentification:
+    """Fit the bushing models up to `model`.
 
     Raises
     ------
@@ -67,32 +68,37 @@ def identify(
         Where `out` cannot be written or no scheduler answers.
     """
     last = next(one for one in BUSHING_MODELS if one.name == model)
-    stages = Stages(3 + compare_complex, quiet)
+    stages = Stages(3 + options.compare_complex, options.quiet)
     with stages.stage(f"reading {campaign}"):
         measured = read_campaign(campaign)
-    for name in profile:
+    for name in options.profile:
         if name not in last.names:
             raise ValueError(
                 f"--profile {name}: {model} has no such parameter; expected one of {', '.join(last.names)}"
             )
-    groups = {run.name: replace(measured, runs=(run,)) for run in measured.runs} if per_run else {"": measured}
+    groups = {run.name: replace(measured, runs=(run,)) for run in measured.runs} if options.per_run else {"": measured}
     estimates: dict[str, tuple[BushingEstimate, ...]] = {}
     profiles: dict[str, Any] = {}
-    with work_executor(workers, scheduler) as executor:
+    with work_executor(options.workers, options.scheduler) as executor:
         with stages.stage(f"{model}: simulating and fitting"):
             for name, group in groups.items():
-                found = identify_bushings(group, last, executor, weights=weights)
-                if bootstrap:
-                    found = (*found[:-1], bootstrapped(group, found[-1], executor, bootstrap, seed, weights))
+                found = identify_bushings(group, last, executor, weights=options.weights)
+                if options.bootstrap:
+                    found = (
+                        *found[:-1],
+                        bootstrapped(group, found[-1], executor, options.bootstrap, options.seed, options.weights),
+                    )
                 estimates[name] = found
-                profiles |= {f"{name} {one}".strip(): profiled(group, found[-1], one, weights) for one in profile}
+                profiles |= {
+                    f"{name} {one}".strip(): profiled(group, found[-1], one, options.weights) for one in options.profile
+                }
     prepared_folder(out)
     searches, seconds = {}, {}
-    if compare_complex:
+    if options.compare_complex:
         with stages.stage("complex method on the same record"):
             for one in BUSHING_MODELS[: BUSHING_MODELS.index(last) + 1]:
                 begin = perf_counter()
-                searches[one.name] = search_bushings(measured, one, weights=weights, seed=seed)
+                searches[one.name] = search_bushings(measured, one, weights=options.weights, seed=options.seed)
                 seconds[one.name] = perf_counter() - begin
     result = BushingIdentification(measured.name, estimates, searches, seconds, ())
     with stages.stage(f"writing {out}"):

@@ -18,6 +18,7 @@ from identification.campaign import Campaign
 from identification.campaign_document import CampaignHeader
 from identification.campaign_files import read_campaign, read_campaign_header
 from identification.carrier_identification import (
+    LEAST_SQUARES,
     FitOptions,
     axial_channels,
     identify_each_run,
@@ -33,7 +34,7 @@ from identification.piecewise_identification import identify_in_pieces
 from identification.pin_angle import identify_with_pin_angle
 from identification.robust_loss import Outliers, flagged_outliers
 from identification.view import parameters_figure, rms_figure, signals_figure
-from workflows.identify_bushings import BushingIdentification, identify
+from workflows.identify_bushings import BushingIdentification, BushingOptions, identify
 from workflows.outputs import prepared_folder, save_figure
 from workflows.progress import Stages
 
@@ -123,18 +124,38 @@ def main(
         Where `out` cannot be written.
     """
     if model.endswith("_bushing"):
-        return identify(
-            campaign, model, out, per_run=per_run, weights=weights, compare_complex=compare_complex, profile=profile,
-            bootstrap=bootstrap, seed=seed, workers=workers, scheduler=scheduler, quiet=quiet,
+        shared = BushingOptions(
+            per_run, weights, compare_complex, profile, bootstrap, seed, workers, scheduler, quiet
         )  # fmt: skip
-    options = FitOptions(sensors == "all", loss == "huber", bootstrap, seed)
+        return identify(campaign, model, out, shared)
     if weights or profile or compare_complex:
         raise ValueError(
-            f"--weights, --profile and --compare-complex belong to the bushing models; {model} is solved in closed form, its "
-            "likelihood is a parabola with the given standard deviations"
+            f"--weights, --profile and --compare-complex belong to the bushing models; {model} is solved in closed form, "
+            "its likelihood is a parabola with the given standard deviations"
         )
     if free_pin_angle and model != "m2":
         raise ValueError("--free-pin-angle belongs to the deflection curves; expected --model m2")
+    options = FitOptions(sensors == "all", loss == "huber", bootstrap, seed)
+    return identify_carrier(campaign, model, out, options, free_pin_angle=free_pin_angle, per_run=per_run, quiet=quiet)
+
+
+def identify_carrier(
+    campaign: Path,
+    model: str,
+    out: Path,
+    options: FitOptions = LEAST_SQUARES,
+    *,
+    free_pin_angle: bool = False,
+    per_run: bool = False,
+    quiet: bool = False,
+) -> Identification:
+    """Identify M1, and M2 where it is asked for; the arguments are those of :func:`main`.
+
+    Raises
+    ------
+    ValueError
+        Where the campaign is refused or is of another kind.
+    """
     stages = Stages(3, quiet)
     with stages.stage(f"reading {campaign}"):
         header = read_campaign_header(campaign)

@@ -120,8 +120,8 @@ def _signals(
             shipped_case(), out=campaign, curves=out / "deflection_curves.csv", quiet=True
         )
     with stages.stage("M1 and M2 identified"):
-        identified = identify_parameters.main(
-            campaign, model="m2", out=out / "identification", per_run=True, quiet=True
+        identified = identify_parameters.identify_carrier(
+            campaign, "m2", out / "identification", per_run=True, quiet=True
         )
     with stages.stage("gap mapped"):
         gap = map_gap.main(simulated.campaign, curves["delta_s"], curves["delta_f"], out=out / "gap")
