@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from geometry.whole_files import whole_file
 from reduction.certificate import Certificate, Check
 from reduction.ffrf_data import FfrfData
+from reduction.interface_mass import effective_interface_mass
+from reduction.orthonormal_form import orthonormal_form
 from reduction.reduced_model import MassProperties, ReducedModel
 
 T = TypeVar("T")
@@ -28,6 +30,10 @@ _FFRF_PARTS = ("mass", "first_moment", "second_moment", "N", "P", "Q")
 _FFRF_MEANING = (
     "inertia invariants about the frame's origin: mass, int rho x, int rho x x^T, N = int rho T, P[a, b] = int rho x_a T_b, "
     "Q = int rho T_a^T T_b for xx yy zz xy yz xz; T is the displacement field of each coordinate"
+)
+
+_ORTHONORMAL_MEANING = (
+    "q = X p: mass identity, stiffness diag(omega^2) [rad^2/s^2], rigid-body modes first; damping is D"
 )
 
 
@@ -77,6 +83,12 @@ def _fill(file: h5py.File, model: ReducedModel) -> None:
         model.mass_properties.inertia,
     )
     if model.ffrf is not None:
+        # One free body: the form that floating-frame codes of the Adams type take, and what each mode carries along.
+        orthonormal = orthonormal_form(model)
+        group = file.create_group("orthonormal_form")
+        group["X"], group["omega"] = orthonormal.X, orthonormal.omega
+        group.attrs.update(meaning=_ORTHONORMAL_MEANING, n_rigid=orthonormal.n_rigid)
+        file["effective_interface_mass"] = effective_interface_mass(model)
         ffrf = file.create_group("ffrf")
         ffrf.attrs["meaning"] = _FFRF_MEANING
         for name in _FFRF_PARTS:

@@ -13,6 +13,7 @@ from reduction.ffrf_data import ffrf_data
 from reduction.fixed_interface_modes import FixedInterfaceModes, fixed_interface_modes
 from reduction.held_structure import GroundedBody, HeldStructure
 from reduction.reduced_model import PILOT_COORDINATES, MassProperties, ReducedModel
+from reduction.residual_vectors import residual_vectors
 from reduction.rigid_body_checks import rigid_mass_properties
 
 #: Chosen, no damping being published for these parts: 2 % of critical on every fixed-interface mode.
@@ -33,12 +34,20 @@ class Reduction:
         Constraint modes.
     modes : FixedInterfaceModes
         Fixed-interface modes.
+    residuals : FixedInterfaceModes
+        Residual vectors with their pseudo-frequencies; often none.
     """
 
     model: ReducedModel
     body: GroundedBody
     Psi: NDArray[np.float64]
     modes: FixedInterfaceModes
+    residuals: FixedInterfaceModes
+
+    @property
+    def basis(self) -> NDArray[np.float64]:
+        """Displacement field of every coordinate, shape (n_dofs, n)."""
+        return np.concatenate([self.Psi, self.modes.Phi, self.residuals.Phi], axis=1)
 
 
 @one_dense_thread()
@@ -49,6 +58,8 @@ def craig_bampton(
     provenance: Mapping[str, str] | None = None,
     damping_ratio: float = MODAL_DAMPING_RATIO,
     seed: int = 0,
+    residual_loads: NDArray[np.float64] | None = None,
+    body: GroundedBody | None = None,
 ) -> Reduction:
     """Reduce a body to its pilots and `n_modes` fixed-interface modes.
 
@@ -67,6 +78,10 @@ def craig_bampton(
         Share ζ of critical damping on each fixed-interface mode.
     seed : int
         Seed of the Lanczos iteration's starting vector.
+    residual_loads : ndarray, shape (n_dofs, k), optional
+        Nodal forces whose static answer the basis is to hold exactly (:mod:`reduction.residual_vectors`).
+    body : GroundedBody, optional
+        The same body, factorised before.
 
     Returns
     -------
@@ -83,24 +98,27 @@ def craig_bampton(
     Craig and Bampton (1968), AIAA Journal 6(7), 1313-1319.
     """
     _refuse_partial_pilots(structure)
-    body = GroundedBody(structure.K, structure.points, structure.rigid_points)
+    body = body or GroundedBody(structure.K, structure.points, structure.rigid_points)
     held = HeldStructure(body, structure.pilots)
     Psi, K_bb = held.constraint_modes()
     modes = fixed_interface_modes(held, structure.M, n_modes, rng=np.random.default_rng(seed))
-    T = np.concatenate([Psi, modes.Phi], axis=1)
+    loads = np.zeros((structure.n_dofs, 0)) if residual_loads is None else residual_loads
+    residuals = residual_vectors(held, structure, modes, loads)
+    T = np.concatenate([Psi, modes.Phi, residuals.Phi], axis=1)
+    omega = np.concatenate([modes.omega, residuals.omega])
     M_r = T.T @ (structure.M @ T)
     m, n = len(K_bb), T.shape[1]
     K_r, D_r = np.zeros((n, n)), np.zeros((n, n))
     K_r[:m, :m] = K_bb
-    K_r[range(m, n), range(m, n)] = modes.omega**2
-    D_r[range(m, n), range(m, n)] = 2.0 * damping_ratio * modes.omega
+    K_r[range(m, n), range(m, n)] = omega**2
+    D_r[range(m, n), range(m, n)] = 2.0 * damping_ratio * omega
     sensors = structure.sensors
     model = ReducedModel(
         name=structure.name,
         K=K_r,
         M=(M_r + M_r.T) / 2.0,
         D=D_r,
-        labels=coordinate_labels((pilot.name for pilot in structure.pilots), modes.omega),
+        labels=coordinate_labels((pilot.name for pilot in structure.pilots), modes.omega, residuals.omega),
         pilots={pilot.name: pilot.point for pilot in structure.pilots},
         pilot_coordinates={p.name: np.arange(6 * i, 6 * i + 6) for i, p in enumerate(structure.pilots)},
         sensor_names=sensors.names if sensors else (),
@@ -109,7 +127,7 @@ def craig_bampton(
         provenance=dict(provenance or {}),
         ffrf=ffrf_data(structure, T),
     )
-    return Reduction(model, body, Psi, modes)
+    return Reduction(model, body, Psi, modes, residuals)
 
 
 def _refuse_partial_pilots(structure: StructuralModel) -> None:
@@ -127,8 +145,12 @@ def mass_properties(structure: StructuralModel) -> MassProperties:
     return rigid_mass_properties(R.T @ (structure.M @ R))
 
 
-def coordinate_labels(pilots: Iterable[str], omega: NDArray[np.float64]) -> tuple[str, ...]:
-    """Every coordinate of a reduced body in words: its pilots' six each, then its modes with their frequencies [Hz]."""
+def coordinate_labels(
+    pilots: Iterable[str], omega: NDArray[np.float64], residual_omega: NDArray[np.float64] | None = None
+) -> tuple[str, ...]:
+    """Every coordinate of a reduced body in words: its pilots' six each, its modes and residual vectors with frequency [Hz]."""
     moved = [f"{pilot} {coordinate}" for pilot in pilots for coordinate in PILOT_COORDINATES]
     modes = [f"mode {i} ({w / (2.0 * np.pi):.1f} Hz)" for i, w in enumerate(omega, start=1)]
-    return (*moved, *modes)
+    residual = np.zeros(0) if residual_omega is None else residual_omega
+    vectors = [f"residual vector {i} ({w / (2.0 * np.pi):.1f} Hz)" for i, w in enumerate(residual, start=1)]
+    return (*moved, *modes, *vectors)

@@ -61,7 +61,7 @@ def reduced_free_modes(reduction: Reduction, n_modes: int) -> FreeModes:
     scale = 1.0 / np.sqrt(model.M.diagonal())
     omega_squared, q = scipy.linalg.eigh(model.K * np.outer(scale, scale), model.M * np.outer(scale, scale))
     elastic = slice(_N_RIGID, _N_RIGID + n_modes)
-    T = np.concatenate([reduction.Psi, reduction.modes.Phi], axis=1)
+    T = reduction.basis
     return FreeModes(T @ (scale[:, None] * q[:, elastic]), np.sqrt(omega_squared[elastic]))
 
 

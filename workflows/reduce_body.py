@@ -4,8 +4,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-
 from fe.rigid_couplings import rigidly_coupled
 from fe.structural_model import (
     StructuralModel,
@@ -15,9 +13,10 @@ from geometry.parameter_files import StageParameters, read_parameters
 from reduction.body_files import read_body, write_body
 from reduction.certificate import certify
 from reduction.craig_bampton import craig_bampton
-from reduction.fixed_interface_modes import count_below
-from reduction.held_structure import GroundedBody, HeldStructure
+from reduction.held_structure import GroundedBody
+from reduction.mode_count import DEFAULT_MODES, chosen_mode_count
 from reduction.reduced_model import ReducedModel
+from reduction.residual_vectors import body_loads
 from workflows.cached_results import cached_files
 from workflows.carrier_files import CarrierFiles, given_structure
 from workflows.cost_preview import CostPreview, reduction_cost, tell
@@ -25,9 +24,6 @@ from workflows.half_sector_bodies import reduced_by_symmetry, refuse_whole_body_
 from workflows.named_bodies import body_name, body_structure
 from workflows.outputs import prepared_folder, provenance
 from workflows.progress import Stages
-
-#: Fixed-interface modes kept where the user does not say.
-DEFAULT_MODES = 20
 
 
 def main(
@@ -38,6 +34,9 @@ def main(
     coupling: Literal["rbe3", "rbe2"] = "rbe3",
     modes: int | None = None,
     max_frequency: float | None = None,
+    frf_tolerance: float | None = None,
+    frf_up_to: float | None = None,
+    residual_vectors: bool = False,
     size: float = DEFAULT_SIZE,
     parameters: Path | None = None,
     step: Path | None = None,
@@ -65,6 +64,14 @@ def main(
         Number of fixed-interface modes (20 where neither this nor a maximum frequency is given).
     max_frequency
         Keep all fixed-interface modes below this frequency [Hz] instead.
+    frf_tolerance
+        Keep the fewest modes whose frequency response at pilots and sensors differs from the full body's by at most this
+        share (0.01: 1 %) up to the frequency of --frf-up-to; 4 % structural loss in both.
+    frf_up_to
+        End of that band [Hz].
+    residual_vectors
+        Add what the kept modes lack of the static answer to weight in x, y and z and to centrifugal force, up to four
+        coordinates more. Loads at pilots (torque, tilting moment) are answered exactly without.
     size
         Element edge length [m].
     parameters
@@ -94,7 +101,8 @@ def main(
     stage = read_parameters(parameters)
     files = CarrierFiles(step, surfaces, {} if mesh is None else {variant: mesh})
     # Every option that changes the body is part of the key under which it is kept.
-    options = {"body": body, "variant": variant, "coupling": coupling, "modes": modes, "max_frequency": max_frequency}
+    options = {"body": body, "variant": variant, "coupling": coupling, "modes": modes, "max_frequency": max_frequency,
+               "frf_tolerance": frf_tolerance, "frf_up_to": frf_up_to, "residual_vectors": residual_vectors}  # fmt: skip
     _refuse_contradictions(out, files, options, by_symmetry=by_symmetry)
     options["by_symmetry"] = by_symmetry
     n_modes = DEFAULT_MODES if modes is None else modes
@@ -122,8 +130,12 @@ def _refuse_contradictions(out: Path, files: CarrierFiles, options: Mapping[str,
         raise ValueError(
             f"--body is {body}, a STEP or mesh file is given; expected --body carrier: files hold the carrier"
         )
-    if options["modes"] is not None and options["max_frequency"] is not None:
-        raise ValueError("--modes and --max-frequency are both given; expected one of them")
+    given = [name for name in ("modes", "max_frequency", "frf_tolerance") if options[name] is not None]
+    if len(given) > 1:
+        names = " and ".join(f"--{name.replace('_', '-')}" for name in given)
+        raise ValueError(f"{names} are both given; expected one of them")
+    if (options["frf_tolerance"] is None) != (options["frf_up_to"] is None):
+        raise ValueError("--frf-tolerance and --frf-up-to belong together; expected both or neither")
     if by_symmetry:
         refuse_whole_body_options(options, files_given=files.given)
 
@@ -136,12 +148,14 @@ def _reduce(
     with stages.stage(f"finite elements of {size} m"):
         structure = _structure(body, variant, stage, size, coupling=coupling, files=files)
     with stages.stage(f"reduction of {structure.n_dofs} degrees of freedom"):
-        n_modes = _n_modes(structure, options["modes"], options["max_frequency"])
+        grounded = GroundedBody(structure.K, structure.points, structure.rigid_points)
+        n_modes = chosen_mode_count(structure, grounded, options)
         choices = {"body": body, "variant": variant, "coupling": coupling, "modes": n_modes}
         # A free mesh has no symmetry to certify.
         origin = {"carrier_files": files.record(), "symmetry_order": 1} if files.given else {}
         record = provenance(parameters=stage, size=size, **choices, **origin)
-        reduction = craig_bampton(structure, n_modes, provenance=record)
+        loads = body_loads(structure) if options["residual_vectors"] else None
+        reduction = craig_bampton(structure, n_modes, provenance=record, residual_loads=loads, body=grounded)
     with stages.stage("certificate"):
         certificate = certify(structure, reduction)
     with stages.stage(f"writing {out}"):
@@ -158,13 +172,6 @@ def _reduce_by_symmetry(
         model, certificate = reduced_by_symmetry(name, stage, size, n_modes, provenance=record)
     with stages.stage(f"writing {out}"):
         write_body(model, out, certificate)
-
-
-def _n_modes(structure: StructuralModel, modes: int | None, max_frequency: float | None) -> int:
-    if max_frequency is None:
-        return DEFAULT_MODES if modes is None else modes
-    held = HeldStructure(GroundedBody(structure.K, structure.points, structure.rigid_points), structure.pilots)
-    return count_below(held, structure.M, max_frequency, rng=np.random.default_rng(0))
 
 
 def _structure(

@@ -15,6 +15,7 @@ from geometry.quality import MeshQuality
 from identification.printed_tables import DerivedFacts
 from identification.result_tables import parameter_rows, rms_rows
 from reduction.certificate import Certificate
+from reduction.interface_mass import DIRECTIONS, effective_interface_mass
 from reduction.mode_names import mode_names
 from reduction.pin_joints import PIN_FITS
 from reduction.reduced_model import PILOT_COORDINATES, ReducedModel
@@ -24,11 +25,16 @@ if TYPE_CHECKING:
     from workflows.cost_preview import CostPreview
     from workflows.estimate_gear_life import GearLife
     from workflows.export_body import ExportedBody
+    from workflows.export_fmu import ExportedUnit
     from workflows.identify_bushings import BushingIdentification
     from workflows.identify_parameters import Identification
     from workflows.pin_fit_pictures import PinFitStudy
     from workflows.run import Job
     from workflows.simulate_load_case import SimulatedLoadCases
+    from workflows.simulate_table_5 import Table5
+
+#: Smallest share of the effective interface mass that the mode table tells.
+_WORTH_TELLING = 0.01
 
 
 def _table(title: str, *columns: str) -> Table:
@@ -77,8 +83,11 @@ def reduced_table(model: "ReducedModel | CostPreview") -> RenderableType:
     table.add_row("mass, kg", f"{mass.mass:.4g}")
     table.add_row("inertia about x, kg m^2", f"{mass.inertia[0, 0]:.4g}")
     modes = [label for label in model.labels if label.startswith("mode")]
-    for label, name in zip(modes, mode_names(model), strict=True):
-        table.add_row(label, name)
+    shares = effective_interface_mass(model) if model.ffrf is not None else np.zeros((len(modes), 6))
+    for label, name, share in zip(modes, mode_names(model), shares, strict=False):
+        most = int(share.argmax())
+        carried = f"; carries {share[most]:.0%} of the {'mass' if most < 3 else 'inertia'} {DIRECTIONS[most]}"
+        table.add_row(label, name + (carried if share[most] >= _WORTH_TELLING else ""))
     return table
 
 
@@ -265,6 +274,27 @@ def gear_life_table(found: "GearLife") -> RenderableType:
     for name, mesh in found.meshes.items():
         papers.add_row(f"planet and {name}", f"{mesh.papers_misalignment * 1e6:.0f}")
     return Group(table, papers)
+
+
+def table_5_table(found: "Table5") -> RenderableType:
+    """RMS of the eight simulations beside the paper's."""
+    from workflows.simulate_table_5 import PAPER
+
+    table = _table("table 5 of the 2012 paper", "simulation", "RMS, mm", "paper, mm", "identified tilt, mrad")
+    for (name, kind), rms in found.rms.items():
+        cells = (f"{rms * 1e3:.3f}", f"{PAPER[name, kind] * 1e3:.3f}", f"{found.tilt[name] * 1e3:.3f}")
+        table.add_row(f"{name}, {kind}", *cells)
+    return table
+
+
+def fmu_table(found: "ExportedUnit") -> RenderableType:
+    """File of the unit and what it holds."""
+    table = _table("co-simulation unit", "figure", "value")
+    table.add_row("file", escape(str(found.file)))
+    table.add_row("own step, s", f"{found.step:g}")
+    compiled = "sources and a library for this platform" if found.compiled else "sources only: no C compiler was used"
+    table.add_row("holds", compiled)
+    return table
 
 
 def diagnosis_table(found: Diagnosis) -> RenderableType:

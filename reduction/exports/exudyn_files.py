@@ -61,7 +61,7 @@ def write_exudyn(
     model = reduction.model
     held = next(iter(model.pilots)) if pilot is None else pilot
     kept = np.setdiff1d(np.arange(model.n_coordinates), model.coordinates_of(held))
-    T = np.concatenate([reduction.Psi, reduction.modes.Phi], axis=1)[:, kept]
+    T = reduction.basis[:, kept]
     statement = "; ".join(header(model)) + f"; pilot {held} held, its columns left out of the basis"
     with whole_file(path) as temporary, h5py.File(temporary, "w") as file:
         _dictionary(file, "metaData", {"source": statement, "units": UNITS, "frame": FRAME})

@@ -1,0 +1,66 @@
+"""The eigen-orthonormalised form of a reduced body: uncoupled modes of the free body, as Adams-type codes want it.
+
+The same space as the physical form; what is lost is that a coordinate is a pilot's motion.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from reduction.reduced_model import ReducedModel
+
+#: A free body has six modes without stiffness.
+_N_RIGID = 6
+
+
+@dataclass(frozen=True, eq=False)
+class OrthonormalForm:
+    """Coordinates p with ``q = X p``, in which mass is the identity and stiffness diagonal.
+
+    Parameters
+    ----------
+    X : ndarray, shape (n, n)
+        Modes of the free reduced body in its physical coordinates, mass-normalised, rigid-body modes first.
+    omega : ndarray, shape (n,)
+        Angular frequencies [rad/s], ascending; exactly zero for the rigid-body modes.
+    n_rigid : int
+        Number of rigid-body modes; floating-frame codes leave these columns out.
+    """
+
+    X: NDArray[np.float64]
+    omega: NDArray[np.float64]
+    n_rigid: int
+
+    @property
+    def elastic(self) -> NDArray[np.float64]:
+        """Columns of the elastic modes, shape (n, n - n_rigid)."""
+        return self.X[:, self.n_rigid :]
+
+
+def orthonormal_form(model: ReducedModel) -> OrthonormalForm:
+    """Orthonormalise a reduced body: ``K_r X = M_r X Ω²``, ``Xᵀ M_r X = 1``.
+
+    Parameters
+    ----------
+    model : ReducedModel
+        A free body.
+
+    Returns
+    -------
+    OrthonormalForm
+        Modes, six of them rigid.
+
+    Raises
+    ------
+    ValueError
+        Where the body is not free: a seventh mode without stiffness, or fewer than six.
+    """
+    scale = 1.0 / np.sqrt(np.diag(model.M))
+    squared, q = scipy.linalg.eigh(model.K * np.outer(scale, scale), model.M * np.outer(scale, scale))
+    # Rounding of the stiffest modes hides a stiffness below this share of theirs.
+    rigid = squared < max(1e-13 * squared[-1], 1e-6 * squared[min(_N_RIGID, squared.size - 1)])
+    if int(rigid.sum()) != _N_RIGID:
+        raise ValueError(f"{model.name}: {int(rigid.sum())} modes without stiffness; expected {_N_RIGID}, a free body")
+    return OrthonormalForm(scale[:, None] * q, np.sqrt(np.where(rigid, 0.0, squared)), _N_RIGID)
