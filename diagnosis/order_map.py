@@ -46,7 +46,7 @@ def order_coefficients(
     for r, samples in enumerate(revolutions):
         present = samples[np.isfinite(signal[samples])]
         angle = carrier_angle[present]
-        if _too_sparse(angle, max_order):
+        if too_sparse(angle, max_order):
             continue
         phase = np.outer(angle, orders)
         design = np.hstack([np.ones((angle.size, 1)), np.cos(phase), np.sin(phase)])
@@ -81,7 +81,7 @@ def sensor_patterns(coefficients: NDArray[np.complex128], sensor_angles: NDArray
     return coefficients @ weights
 
 
-def _too_sparse(angle: NDArray[np.float64], max_order: int) -> bool:
+def too_sparse(angle: NDArray[np.float64], max_order: int) -> bool:
     """Whether the samples of a revolution leave a gap of more than half a period of the highest order."""
     if angle.size < 2 * max_order + 2:
         return True
@@ -90,9 +90,14 @@ def _too_sparse(angle: NDArray[np.float64], max_order: int) -> bool:
     return bool(gaps.max() > np.pi / max_order)
 
 
-def _check_quarter_turns(sensor_angles: NDArray[np.float64]) -> None:
+def are_quarter_turns(sensor_angles: NDArray[np.float64]) -> bool:
+    """Whether sensors are four, 90 deg apart."""
     place = np.sort(np.mod(sensor_angles, 2.0 * np.pi))
     gaps = np.diff(place, append=place[:1] + 2.0 * np.pi)
-    if place.size != 4 or np.abs(gaps - np.pi / 2.0).max() > _ANGLE_TOLERANCE:
+    return bool(place.size == 4 and np.abs(gaps - np.pi / 2.0).max() <= _ANGLE_TOLERANCE)
+
+
+def _check_quarter_turns(sensor_angles: NDArray[np.float64]) -> None:
+    if not are_quarter_turns(sensor_angles):
         found = ", ".join(f"{np.rad2deg(angle):.1f}" for angle in sensor_angles)
         raise ValueError(f"axial sensors stand at {found} deg; expected four sensors 90 deg apart")

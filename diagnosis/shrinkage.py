@@ -36,7 +36,7 @@ class NestedCostError(ArithmeticError):
 
 
 @dataclass(frozen=True, eq=False)
-class Shrinkage:
+class RevolutionLadder:
     """RMS on held-out revolutions as effects are added, in turn and each alone.
 
     Parameters
@@ -89,7 +89,7 @@ def _placebo_sine(inputs: Inputs, channel: Channel) -> NDArray[np.float64]:
 PLACEBO = Effect("placebo", (_placebo_cosine, _placebo_sine), ("placebo_cos", "placebo_sin"), ("m", "m"))
 
 
-def shrinkage(campaign: Campaign, base: Sequence[Effect], added: Sequence[Effect]) -> Shrinkage:
+def shrinkage(campaign: Campaign, base: Sequence[Effect], added: Sequence[Effect]) -> RevolutionLadder:
     """Add effects to a baseline one after the other and score each model on held-out revolutions.
 
     ``rho = RMS_after / RMS_before``, ``phi = 1 - (MSE_after - s²) / (MSE_before - s²)``, s the noise floor.
@@ -105,7 +105,7 @@ def shrinkage(campaign: Campaign, base: Sequence[Effect], added: Sequence[Effect
 
     Returns
     -------
-    Shrinkage
+    RevolutionLadder
         Overall and by run.
 
     Raises
@@ -129,7 +129,7 @@ def shrinkage(campaign: Campaign, base: Sequence[Effect], added: Sequence[Effect
     floor_square = float(np.average(floor_by_run**2, weights=split.n_held_out))
     mean_square = np.array([score.mean_square for score in ladder])
     rms_alone = np.sqrt([score.mean_square for score in alone])
-    return Shrinkage(
+    return RevolutionLadder(
         effects=tuple(steps),
         runs=tuple(run.name for run in campaign.runs),
         rms=np.sqrt(mean_square),

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from diagnosis.gap_map import GapMap
 from diagnosis.order_map import PATTERNS
-from diagnosis.shrinkage import Shrinkage
+from diagnosis.shrinkage import RevolutionLadder
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -60,12 +60,12 @@ def cell_rms_um(gap: GapMap) -> NDArray[np.float64]:
     return 1e6 * np.sqrt(gap.mean_square.mean(axis=0))
 
 
-def ladder_figure(result: Shrinkage) -> "Figure":
+def ladder_figure(result: RevolutionLadder) -> "Figure":
     """Held-out RMS as effects are added in turn, by run, with the noise floor.
 
     Parameters
     ----------
-    result : Shrinkage
+    result : RevolutionLadder
         The ladder.
 
     Returns

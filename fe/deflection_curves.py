@@ -15,7 +15,7 @@ from scipy.interpolate import CubicHermiteSpline
 #: Points of the table that long records are read from: order 180 is met to 2e-10 of its amplitude.
 _TABLE_SIZE = 65536
 #: Angles from which on the table is worth its making.
-_LONG_RECORD = 2_000
+_LONG_RECORD = 500
 #: An extremum between two grid points is found on a grid this many times finer than the samples.
 _PEAK_REFINEMENT = 16
 

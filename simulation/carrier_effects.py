@@ -35,7 +35,8 @@ def pin_radius_of(delta: DeflectionCurve, g: DeflectionCurve, n_planets: int) ->
     ValueError
         Where the pin curve has no part that repeats from pin to pin.
     """
-    summed = sum(g.axial_at(delta.angle - angle) for angle in pin_angles(n_planets)) / (n_planets * g.unit_load)
+    at_pins = np.array([g.axial_at(delta.angle - angle) for angle in pin_angles(n_planets)])
+    summed = at_pins.sum(axis=0) / (n_planets * g.unit_load)
     product = float((delta.axial / delta.unit_load) @ summed)
     if product == 0.0:
         raise ValueError(f"curve {g.name} summed over {n_planets} pins is zero; expected the shape of {delta.name}")
@@ -162,9 +163,7 @@ def load_shift_pattern(sensor_angle: float, along_y: FloatArray, along_z: FloatA
     return along_z * np.cos(sensor_angle) - along_y * np.sin(sensor_angle)
 
 
-def face_waves_pattern(
-    carrier_angle: FloatArray, sensor_angle: float, order: int
-) -> tuple[FloatArray, FloatArray]:
+def face_waves_pattern(carrier_angle: FloatArray, sensor_angle: float, order: int) -> tuple[FloatArray, FloatArray]:
     """Axial signal of `order` waves on the measured face: ``cos n (v - theta)`` and ``sin n (v - theta)``.
 
     Parameters

@@ -23,6 +23,8 @@ _COMMANDS = {
     "export": ("export_body", "export_table"),
     "certificate": ("check_certificate", "certificate_table"),
     "simulate": ("simulate_load_case", "campaign_table"),
+    "table-5": ("simulate_table_5", "table_5_table"),
+    "export-fmu": ("export_fmu", "fmu_table"),
     "gear-life": ("estimate_gear_life", "gear_life_table"),
     "identify": ("identify_parameters", "estimate_table"),
     "diagnose": ("diagnose_campaign", "diagnosis_table"),

@@ -7,7 +7,7 @@ energy that balances to rounding, and planets that share the load but for weight
 
 import shutil
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -83,12 +83,12 @@ def main(
         with stages.stage(f"{run.name}, {what.duration:g} s"):
             pieces, diverged = _pieces(model, what, run, rng)
         if pieces:
-            records.append(_record(run, pieces))
+            records.append(stage_run_record(run, pieces))
             imbalance[run.name] = max(float(np.abs(piece.record.imbalance).max()) for piece in pieces) / _work(pieces)
         if diverged:
             break
     if records:
-        campaign = _campaign(what, records)
+        campaign = stage_campaign(what, records)
         with stages.stage(f"writing {out}"):
             write_campaign(campaign, out, more_files=_files(case, curve_set))
     if diverged:
@@ -102,14 +102,18 @@ def _curves(curves: Path | None) -> Mapping[str, DeflectionCurve]:
     return default_curves() if curves is None else read_curves(curves)
 
 
-def default_stage_body(pin_fit_stiffness: float, size: float) -> StageBody:
-    """Default carrier and pins by finite elements of `size` [m], reduced and joined, on the beam of the main shaft."""
+def default_stage_body(pin_fit_stiffness: float, size: float, *, carrier_factor: float = 1.0) -> StageBody:
+    """Default carrier and pins by finite elements of `size` [m], reduced and joined, on the beam of the main shaft.
+
+    `carrier_factor` multiplies the carrier's stiffness: a large one makes it rigid.
+    """
     stage = read_parameters(None)
     reduced = {}
     for name, n_modes in (("flexible_carrier", _CARRIER_MODES), ("pin", _PIN_MODES)):
         _, structure = body_structure(name, stage, size)
         reduced[name] = craig_bampton(structure, n_modes).model
-    carrier = carrier_with_pins(reduced["flexible_carrier"], reduced["pin"], pin_fit_stiffness)
+    own = reduced["flexible_carrier"]
+    carrier = carrier_with_pins(replace(own, K=carrier_factor * own.K), reduced["pin"], pin_fit_stiffness)
     return joined_to_shaft(carrier, beam_shaft(ShaftData(), carrier.pilots["shaft_face"]))
 
 
@@ -140,7 +144,8 @@ def _work(pieces: list[StageResponse]) -> float:
     return max(1.0, *(float(np.abs(piece.record.energy[:, 0]).max()) for piece in pieces))
 
 
-def _record(run: StageRun, pieces: list[StageResponse]) -> Run:
+def stage_run_record(run: StageRun, pieces: list[StageResponse]) -> Run:
+    """Pieces of a run as one run of a campaign."""
     record = joined_records([piece.record for piece in pieces])
     columns = ("torque", "generator_speed", "ntl_y", "ntl_z")
     inputs = {name: record.drive[:, i] for i, name in enumerate(columns) if name != "generator_speed"}
@@ -154,7 +159,8 @@ def _record(run: StageRun, pieces: list[StageResponse]) -> Run:
     )
 
 
-def _campaign(what: StageCase, records: list[Run]) -> Campaign:
+def stage_campaign(what: StageCase, records: list[Run]) -> Campaign:
+    """Records of a case as a campaign of kind ``carrier``."""
     noise = what.reading.noise_std or None
     channels = tuple(
         Channel(sensor.name, sensor.quantity, "m", angle=sensor.angle, radius=sensor.radius, noise_std=noise)

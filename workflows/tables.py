@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.console import Group, RenderableType
 from rich.markup import escape
-from rich.table import Table
 
 from diagnosis.results import Diagnosis
 from fe.deflection_curves import DeflectionCurve
@@ -19,31 +18,23 @@ from reduction.interface_mass import DIRECTIONS, effective_interface_mass
 from reduction.mode_names import mode_names
 from reduction.pin_joints import PIN_FITS
 from reduction.reduced_model import PILOT_COORDINATES, ReducedModel
+from workflows.simulation_tables import fmu_table as fmu_table
+from workflows.simulation_tables import table_5_table as table_5_table
+from workflows.titled_table import titled_table as _table
 
 if TYPE_CHECKING:
     from reduction.coupling_bracket import CouplingBracket
     from workflows.cost_preview import CostPreview
     from workflows.estimate_gear_life import GearLife
     from workflows.export_body import ExportedBody
-    from workflows.export_fmu import ExportedUnit
     from workflows.identify_bushings import BushingIdentification
     from workflows.identify_parameters import Identification
     from workflows.pin_fit_pictures import PinFitStudy
     from workflows.run import Job
     from workflows.simulate_load_case import SimulatedLoadCases
-    from workflows.simulate_table_5 import Table5
 
 #: Smallest share of the effective interface mass that the mode table tells.
 _WORTH_TELLING = 0.01
-
-
-def _table(title: str, *columns: str) -> Table:
-    table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
-    for number, column in enumerate(columns):
-        table.add_column(
-            column, justify="left" if number == 0 else "right", min_width=len(title) if number == 0 else None
-        )
-    return table
 
 
 def quality_table(quality: MeshQuality) -> RenderableType:
@@ -274,27 +265,6 @@ def gear_life_table(found: "GearLife") -> RenderableType:
     for name, mesh in found.meshes.items():
         papers.add_row(f"planet and {name}", f"{mesh.papers_misalignment * 1e6:.0f}")
     return Group(table, papers)
-
-
-def table_5_table(found: "Table5") -> RenderableType:
-    """RMS of the eight simulations beside the paper's."""
-    from workflows.simulate_table_5 import PAPER
-
-    table = _table("table 5 of the 2012 paper", "simulation", "RMS, mm", "paper, mm", "identified tilt, mrad")
-    for (name, kind), rms in found.rms.items():
-        cells = (f"{rms * 1e3:.3f}", f"{PAPER[name, kind] * 1e3:.3f}", f"{found.tilt[name] * 1e3:.3f}")
-        table.add_row(f"{name}, {kind}", *cells)
-    return table
-
-
-def fmu_table(found: "ExportedUnit") -> RenderableType:
-    """File of the unit and what it holds."""
-    table = _table("co-simulation unit", "figure", "value")
-    table.add_row("file", escape(str(found.file)))
-    table.add_row("own step, s", f"{found.step:g}")
-    compiled = "sources and a library for this platform" if found.compiled else "sources only: no C compiler was used"
-    table.add_row("holds", compiled)
-    return table
 
 
 def diagnosis_table(found: Diagnosis) -> RenderableType:

@@ -1,0 +1,135 @@
+"""Diagnosis of a plant, of any kind: screen, ladder, selection, alias classes, shrinkage, verdict."""
+
+from collections.abc import Callable
+
+from diagnosis.alias_classes import alias_class, separating_measurement
+from diagnosis.folds import held_out_folds
+from diagnosis.how_far import shrinkage_of
+from diagnosis.ladder import Ladder, climb
+from diagnosis.named_values import named_values
+from diagnosis.plants import Effects, Plant
+from diagnosis.results import NOT_DIAGNOSABLE, Attribution, Diagnosis, Shrinkage
+from diagnosis.screening import Screen, learnable_share, screen
+from diagnosis.selection import Selection, selected
+from diagnosis.thresholds import Thresholds
+from diagnosis.verdict import verdict
+
+
+def diagnose(
+    plant: Plant,
+    *,
+    campaign: str,
+    kind: str,
+    floor_is_measured: bool = True,
+    thresholds: Thresholds | None = None,
+    note: Callable[[str], None] = lambda text: None,
+) -> Diagnosis:
+    """Tell where the gap of a plant lies, which effect is missing, and how far it shrinks.
+
+    Parameters
+    ----------
+    plant : Plant
+        Records, simulator and library.
+    campaign, kind : str
+        Name and kind of the campaign.
+    floor_is_measured : bool
+        Whether the noise floor was declared or comes from repeats.
+    thresholds : Thresholds, optional
+        Limits.
+    note : callable
+        Told each step, for progress.
+
+    Returns
+    -------
+    Diagnosis
+        Verdict with everything behind it.
+    """
+    limits = thresholds or Thresholds()
+    missing = _missing(plant, limits)
+    if missing:
+        return _not_diagnosable(campaign, kind, plant.unit, missing)
+    note("screen")
+    signatures = plant.signatures()
+    screened, learnable = screen(signatures), learnable_share(signatures)
+    own = any(parameter.run is not None for parameter in plant.parameters(()))
+    ladder = Ladder(plant, held_out_folds(plant.pieces, runs_have_own=own), limits, note)
+    climb(ladder, screened, signatures)
+    selection = selected(ladder)
+    classes = tuple(alias_class(ladder, screened, selection.accepted, effect) for effect in selection.accepted)
+    note("intervals")
+    far = shrinkage_of(ladder, selection.accepted, learnable)
+    kind_of_verdict, reason = verdict(
+        ladder, screened, selection, classes, far, floor_is_measured=floor_is_measured, learnable=learnable
+    )
+    return Diagnosis(
+        campaign=campaign,
+        kind=kind,
+        verdict=kind_of_verdict,
+        reason=reason,
+        unit=plant.unit,
+        where_text=plant.where_text((), ladder.score(()).fit.theta),
+        attribution=_attribution(ladder, screened, selection, classes, kind_of_verdict, learnable),
+        shrinkage=far,
+    )
+
+
+def _missing(plant: Plant, limits: Thresholds) -> str:
+    """What the records lack for a diagnosis; empty where nothing."""
+    runs = dict.fromkeys(piece.run for piece in plant.pieces)
+    for run in runs:
+        samples = sum(piece.n_samples for piece in plant.pieces if piece.run == run)
+        if samples < limits.fewest_samples:
+            return f"run {run} holds {samples} samples that count; expected at least {limits.fewest_samples}"
+    if len(plant.pieces) < limits.fewest_pieces:
+        return (
+            f"the records hold {len(plant.pieces)} blocks to fit and score; expected at least {limits.fewest_pieces}: "
+            "a longer record or another run"
+        )
+    if not plant.cards:
+        return "the baseline contains every effect of the library; nothing is left to look for"
+    return ""
+
+
+def _attribution(
+    ladder: Ladder,
+    screened: Screen,
+    selection: Selection,
+    classes: tuple[Effects, ...],
+    kind_of_verdict: str,
+    learnable: float,
+) -> Attribution:
+    fit = ladder.score(selection.accepted).fit
+    return Attribution(
+        effects=selection.accepted if kind_of_verdict.startswith(("named", "aliased")) else (),
+        aliases=tuple(members for members in classes if len(members) > 1),
+        parameters=named_values(fit),
+        ranking=selection.ranking,
+        screen=screened,
+        learnable=learnable,
+        separating_test=_separating_test(ladder, selection, classes),
+    )
+
+
+def _separating_test(ladder: Ladder, selection: Selection, classes: tuple[Effects, ...]) -> str:
+    """Text for the first class with more than one member: the computed trial, and what the card says."""
+    for members in classes:
+        if len(members) < 2:
+            continue
+        other = tuple(sorted((*(own for own in selection.accepted if own != members[0]), members[1])))
+        computed = separating_measurement(ladder, ladder.score(selection.accepted).fit, ladder.score(other).fit)
+        return "; ".join(text for text in (computed, ladder.plant.cards[members[0]].separating_test) if text)
+    return ""
+
+
+def _not_diagnosable(campaign: str, kind: str, unit: str, missing: str) -> Diagnosis:
+    nan, none = float("nan"), (float("nan"), float("nan"))
+    return Diagnosis(
+        campaign=campaign,
+        kind=kind,
+        verdict=NOT_DIAGNOSABLE,
+        reason=missing,
+        unit=unit,
+        where_text="not diagnosed",
+        attribution=Attribution((), (), {}, (), None, nan, missing),
+        shrinkage=Shrinkage(nan, nan, nan, nan, none, nan, none, nan, nan, nan, nan, (), (), (), ()),
+    )

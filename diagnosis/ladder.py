@@ -1,0 +1,171 @@
+"""S2 and S3: the ladder of effect sets, each refitted in full and scored on held-out pieces; which of them are supported."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import combinations
+
+import numpy as np
+
+from diagnosis.bounded_fit import EffectFit, fit_effects
+from diagnosis.folds import Fold
+from diagnosis.held_out import HeldOut, held_out_score, shrink_interval
+from diagnosis.plants import Effects, Plant, Signatures
+from diagnosis.screening import Screen, screen
+from diagnosis.thresholds import Thresholds
+
+#: Sets of one size that are extended by a further effect, and further effects tried on each.
+_EXTENDED_SETS = 2
+_FURTHER_EFFECTS = 4
+#: A set whose held-out mean square is this many times that of the best of its size is not extended.
+_FAR_BEHIND = 10.0
+#: A set within this ratio of the noise's mean square leaves nothing for a further effect.
+_NOTHING_LEFT = 1.03
+_SEED = 7
+
+
+@dataclass(eq=False)
+class Ladder:
+    """Sets of effects tried so far; grows while the search runs.
+
+    Parameters
+    ----------
+    plant : Plant
+        Records and simulator.
+    folds : sequence of Fold
+        Splits.
+    thresholds : Thresholds
+        Limits.
+    note : callable
+        Told what is tried, for progress.
+    scores : dict
+        Held-out scores by sorted set.
+    fits : dict
+        Fits by sorted set, also of those that were not worth a held-out score.
+    """
+
+    plant: Plant
+    folds: Sequence[Fold]
+    thresholds: Thresholds
+    note: Callable[[str], None]
+    scores: dict[Effects, HeldOut] = field(default_factory=dict)
+    fits: dict[Effects, EffectFit] = field(default_factory=dict)
+
+    def score(self, effects: Effects) -> HeldOut:
+        """Score of a set, fitted now where it was not yet."""
+        key = tuple(sorted(effects))
+        if key not in self.scores:
+            self.scores[key] = held_out_score(self.plant, self.fit(key), self.folds)
+        return self.scores[key]
+
+    def fit(self, effects: Effects) -> EffectFit:
+        """Fit of a set to all pieces, made now where it was not yet."""
+        key = tuple(sorted(effects))
+        if key not in self.fits:
+            self.note(" + ".join(("baseline", *key)))
+            contained = [self.fits[smaller] for smaller in self.fits if set(smaller) < set(key)]
+            self.fits[key] = fit_effects(self.plant, key, contained=contained)
+        return self.fits[key]
+
+    def is_worth_scoring(self, effects: Effects) -> bool:
+        """Whether a set fits its own data enough better than each fitted set it extends; held-out gains are smaller still."""
+        square = self.fit(effects).sums.square.sum()
+        floor = float(self.plant.noise_square.sum())
+        smaller = [own for own in combinations(sorted(effects), len(effects) - 1) if own in self.fits]
+        shares = [explained_share(self.fits[own].sums.square.sum(), square, floor) for own in smaller]
+        return all(share >= self.thresholds.explained for share in shares)
+
+    def mean_square(self, effects: Effects) -> float:
+        """Held-out mean square of a set."""
+        return float(self.score(effects).square.sum() / self.plant.cell_counts.sum())
+
+    @property
+    def floor(self) -> float:
+        """Mean square of the noise."""
+        return float(self.plant.noise_square.sum() / self.plant.cell_counts.sum())
+
+    def refusal(self, effects: Effects) -> str:
+        """Why a set is not supported; empty where every effect in it is.
+
+        An effect must stand off its physical bounds, explain at least the share `explained` of what is left without it, and
+        shrink the held-out RMS in 97.5 % of the bootstrap draws.
+        """
+        score = self.score(effects)
+        for parameter, hit in zip(score.fit.parameters, score.fit.at_bound, strict=True):
+            if hit and parameter.effect in effects:
+                return f"{parameter.name} of {parameter.effect} stands on its physical bound"
+        smaller = [tuple(own for own in effects if own != effect) for effect in effects]
+        # Sets that are scored already come first: they may settle it without another fit.
+        for effect, rest in sorted(zip(effects, smaller, strict=True), key=lambda pair: pair[1] not in self.scores):
+            without = self.score(rest)
+            share = explained_share(without.square.sum(), score.square.sum(), float(self.plant.noise_square.sum()))
+            if share < self.thresholds.explained:
+                return f"{effect} explains {max(share, 0.0):.0%} of what is left without it"
+            draws = self.shrink_draws(without, score)
+            if np.quantile(draws, 0.975) >= 1.0:
+                return f"{effect} does not shrink the held-out gap in every draw"
+        return ""
+
+    def shrink_draws(self, before: HeldOut, after: HeldOut) -> np.ndarray:
+        """Bootstrap draws of RMS after over before."""
+        return shrink_interval(
+            before.square,
+            after.square,
+            [piece.condition for piece in self.plant.pieces],
+            n_samples=self.thresholds.bootstrap_samples,
+            rng=np.random.default_rng(_SEED),
+        )
+
+
+def explained_share(before: float, after: float, floor: float) -> float:
+    """Share of a sum of squares above the floor that is explained: ``1 - (after - floor) / (before - floor)``."""
+    above = before - floor
+    return 1.0 - (after - floor) / above if above > 0.0 else 0.0
+
+
+def climb(ladder: Ladder, screened: Screen, signatures: Signatures) -> None:
+    """Try singles, pairs and triples until nothing is left or no set pays.
+
+    Parameters
+    ----------
+    ladder : Ladder
+        Grows by the sets tried.
+    screened : Screen
+        Force-space screen of the baseline's residual.
+    signatures : Signatures
+        Columns of the screen, to screen again beside the best set.
+    """
+    ladder.score(())
+    survivors = screened.survivors(ladder.thresholds)
+    level: list[Effects] = [ladder.score((effect,)).fit.effects for effect in survivors]
+    for size in range(2, ladder.thresholds.most_effects + 1):
+        level.sort(key=ladder.mean_square)
+        nothing_left = bool(level) and ladder.mean_square(level[0]) <= _NOTHING_LEFT * ladder.floor
+        if not level or nothing_left or (size > 2 and not _last_level_pays(ladder, level)):
+            return
+        larger = []
+        for effects in level[:_EXTENDED_SETS]:
+            if ladder.mean_square(effects) <= _FAR_BEHIND * ladder.mean_square(level[0]):
+                further = _further_effects(effects, screened, signatures, survivors)
+                larger += [tuple(sorted((*effects, effect))) for effect in further]
+        level = [effects for effects in dict.fromkeys(larger) if ladder.is_worth_scoring(effects)]
+        for effects in level:
+            ladder.score(effects)
+
+
+def _last_level_pays(ladder: Ladder, level: list[Effects]) -> bool:
+    """Whether the best supported set so far is one of the largest sets tried."""
+    supported = [effects for effects in list(ladder.scores) if effects and not ladder.refusal(effects)]
+    return bool(supported) and min(supported, key=ladder.mean_square) in level
+
+
+def _further_effects(effects: Effects, screened: Screen, signatures: Signatures, survivors: Effects) -> list[str]:
+    """Effects to add: the best of a new screen beside the set, then survivors of the first."""
+    beside = screen(signatures, beside={effect: screened.of(effect).variant for effect in effects})
+    ranked = [own.id for own in beside.effects if own.id not in effects and own.surviving > 0.0]
+    chosen = ranked[:_FURTHER_EFFECTS]
+    return [*chosen, *(effect for effect in survivors[:2] if effect not in (*chosen, *effects))]
+
+
+def placebo_scores(ladder: Ladder, beside: Effects) -> list[HeldOut]:
+    """Scores of every placebo added to a set."""
+    return [ladder.score((*beside, placebo)) for placebo in ladder.plant.placebos]

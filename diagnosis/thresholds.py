@@ -1,0 +1,74 @@
+"""Every threshold of the diagnosis in one place, with its reason."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """Limits of the verdicts and of the search; see docs/diagnosis.md for the null runs they were set on.
+
+    Parameters
+    ----------
+    floor_ratio : float
+        At the floor: held-out mean square of the baseline over the floor. Null runs of kind element with
+        declared noise stay below 1.05; noise known to 5 % adds another 10 %.
+    floor_ratio_estimated : float
+        The same where the floor itself is estimated from the record.
+    explained : float
+        An effect belongs to a set only where it explains this share of what is left without it: a smaller share is a
+        remainder, not a cause.
+    named_share : float
+        A set is named only where it explains this share of the gap above the floor. True effects of the library explain more
+        than 0.9 even where their law differs in form; a one-sided spring passes for a quadratic one at 0.6.
+    class_weight : float
+        Stacking weight that the class of the named effect must hold.
+    placebo_share : float
+        Nothing is named where a placebo reaches this share of the mean square that the named set explains. Placebos of null
+        runs scatter within 0.98 to 1.02; beside a large gap that the baseline extrapolates badly, within 0.92 to 1.00.
+    fold_consistency : float
+        Largest difference of a parameter between folds, in its standard deviations over the folds.
+    remainder : float
+        RMS left over the floor above which a remainder is reported.
+    ceiling_share : float
+        "None of these" where the best set explains less than this share of what a flexible model can learn.
+    surviving_share : float
+        An effect whose signature keeps less than this beside the baseline cannot be seen at all.
+    keep_within : float
+        The screen keeps every effect whose R² is within this of the best.
+    keep_at_least : int
+        The screen never keeps fewer effects.
+    most_effects : int
+        Largest set tried.
+    alias_correlation : float
+        Signatures correlated at least this much are put to the exchange test.
+    exchange_ratio : float
+        Aliased where the other effect reproduces the fitted one up to this many floors.
+    equal_rms : float
+        Held-out RMS within this ratio counts as equal, whatever the standard error says.
+    bootstrap_samples : int
+        Draws of every interval: enough for the 2.5 % quantile to be within half a per cent.
+    fewest_pieces : int
+        Fewer pieces of record carry no held-out score.
+    fewest_samples : int
+        Fewer samples a run carry no diagnosis.
+    """
+
+    floor_ratio: float = 1.15
+    floor_ratio_estimated: float = 1.5
+    explained: float = 0.5
+    named_share: float = 0.7
+    class_weight: float = 0.9
+    placebo_share: float = 0.25
+    fold_consistency: float = 3.0
+    remainder: float = 1.25
+    ceiling_share: float = 0.7
+    surviving_share: float = 0.05
+    keep_within: float = 0.15
+    keep_at_least: int = 4
+    most_effects: int = 3
+    alias_correlation: float = 0.7
+    exchange_ratio: float = 2.0
+    equal_rms: float = 1.05
+    bootstrap_samples: int = 1000
+    fewest_pieces: int = 4
+    fewest_samples: int = 200

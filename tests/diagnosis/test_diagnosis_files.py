@@ -1,0 +1,89 @@
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from diagnosis.diagnose import diagnose
+from diagnosis.diagnosis_files import FORMAT, diagnosis_document, read_diagnosis, write_diagnosis
+from diagnosis.element_plant import element_plant
+from diagnosis.results import VERDICTS
+from identification.campaign_files import write_campaign
+from tests.diagnosis.element_campaigns import displacement_campaign
+
+
+@pytest.fixture(scope="module")
+def campaign():
+    return displacement_campaign(lambda q, v: 5e8 * q**3, n=1500)
+
+
+@pytest.fixture(scope="module")
+def diagnosis(campaign):
+    return diagnose(element_plant(campaign), campaign="twin", kind="element")
+
+
+def test_file_holds_the_contract(tmp_path, diagnosis):
+    write_diagnosis(tmp_path / "diagnosis.json", diagnosis)
+    document = read_diagnosis(tmp_path / "diagnosis.json")
+    assert document == json.loads(json.dumps(diagnosis_document(diagnosis)))
+    assert document["verdict"] in VERDICTS
+    assert document["effects"] == ["cubic_stiffness"]
+    assert set(document["parameters"]["cubic_stiffness"]["K3"]) == {"value", "std", "unit"}
+    assert set(document["ranking"][0]) >= {"effects", "weight", "held_out_rms"}
+    assert set(document["where"][0]) >= {"channel_pattern", "order", "run", "share", "share_ci95", "p_value"}
+    contract = (
+        "rms_before",
+        "rms_after",
+        "noise_floor",
+        "rho",
+        "rho_ci95",
+        "phi",
+        "phi_ci95",
+        "placebo_rho",
+        "ceiling_rho",
+    )
+    assert set(document["how_far"]) >= set(contract)
+    assert document["how_far"]["held_out"] is True
+    assert np.isclose(sum(row["weight"] for row in document["ranking"]), 1.0)
+    assert [path.name for path in tmp_path.iterdir()] == ["diagnosis.json"]
+
+
+def test_other_and_newer_files_are_refused(tmp_path):
+    path = tmp_path / "diagnosis.json"
+    with pytest.raises(ValueError, match=r"no such file; expected a diagnosis\.json"):
+        read_diagnosis(path)
+    for text, message in (
+        ("{", "not a JSON file"),
+        ("[]", "key 'format' is None"),
+        (
+            '{"format": "carrierflex-gap-map"}',
+            "key 'format' is 'carrierflex-gap-map'; expected 'carrierflex-diagnosis'",
+        ),
+        (f'{{"format": "{FORMAT}", "version": 2}}', "key 'version' is 2, written by a newer version; expected 1"),
+        (f'{{"format": "{FORMAT}", "version": true}}', "key 'version' is True; expected 1"),
+    ):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(ValueError, match=message):
+            read_diagnosis(path)
+
+
+def test_the_command_writes_the_file_and_ends_with_zero(tmp_path, campaign):
+    write_campaign(campaign, tmp_path / "campaign")
+    command = [sys.executable, "-m", "workflows.command_line", "diagnose", "campaign", "--out", "out"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "cubic_stiffness" in done.stdout
+    assert read_diagnosis(tmp_path / "out" / "diagnosis.json")["verdict"] == "named"
+
+
+def test_an_unknown_effect_in_the_baseline_gets_one_line(tmp_path, campaign):
+    write_campaign(campaign, tmp_path / "campaign")
+    document = tmp_path / "campaign" / "campaign.toml"
+    document.write_text(document.read_text().replace("effects = []", 'effects = ["cubic_stifness"]'))
+    command = [sys.executable, "-m", "workflows.command_line", "diagnose", "campaign", "--out", "out"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "unknown effect 'cubic_stifness'" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert not (tmp_path / "out").exists()

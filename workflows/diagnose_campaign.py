@@ -1,0 +1,72 @@
+"""Tell where the gap between a campaign and its simulation lies, which effect is missing, how far it shrinks.
+
+Writes diagnosis.json. A good answer: a verdict whose held-out shrink interval excludes one, a placebo that does not
+shrink the gap, and what is left near the noise floor; "none of these" and "not diagnosable" are answers too.
+"""
+
+from pathlib import Path
+
+from diagnosis.diagnose import diagnose
+from diagnosis.diagnosis_files import write_diagnosis
+from diagnosis.plant_kinds import plant_of
+from diagnosis.results import Diagnosis
+from fe.curve_files import read_curves
+from fe.deflection_curves import DeflectionCurve
+from identification.campaign import Campaign
+from identification.campaign_files import read_campaign
+from workflows.default_curves import default_curves
+from workflows.outputs import prepared_folder
+from workflows.progress import Stages
+
+DIAGNOSIS_FILE = "diagnosis.json"
+
+
+def main(campaign: Path, *, out: Path, quiet: bool = False) -> Diagnosis:
+    """Diagnose the gap between a measurement campaign and its baseline simulation.
+
+    Parameters
+    ----------
+    campaign : Path
+        Campaign folder.
+    out : Path
+        Folder for diagnosis.json.
+    quiet : bool
+        Show no progress.
+
+    Returns
+    -------
+    Diagnosis
+        Verdict, effects with parameters, and how far the gap shrinks on held-out records.
+
+    Raises
+    ------
+    ValueError
+        Where the campaign is refused.
+    OSError
+        Where `out` cannot be written.
+    """
+    stages = Stages(3, quiet)
+    with stages.stage(f"reading {campaign}"):
+        measured = read_campaign(campaign)
+    with stages.stage("signals and noise floor"):
+        plant, floor_is_measured = plant_of(measured, _curves(measured, campaign))
+    prepared_folder(out)
+    with stages.stage("which effect, and how far"):
+        found = diagnose(
+            plant,
+            campaign=measured.name,
+            kind=measured.kind,
+            floor_is_measured=floor_is_measured,
+            note=stages.note,
+        )
+    write_diagnosis(out / DIAGNOSIS_FILE, found)
+    return found
+
+
+def _curves(campaign: Campaign, folder: Path) -> dict[str, DeflectionCurve] | None:
+    """Deflection curves of a carrier: the campaign's own, or the default carrier's."""
+    if campaign.kind != "carrier":
+        return None
+    if "deflection_curves" in campaign.rig:
+        return read_curves(folder / campaign.rig["deflection_curves"])
+    return default_curves()
