@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from diagnosis.plants import GapCell
-from diagnosis.results import Diagnosis, Interval, Shrinkage, finite_or_none
+from diagnosis.results import Attribution, Diagnosis, Interval, Shrinkage, finite_or_none
 from geometry.whole_files import whole_file
 from identification.estimate_files import software_name
 
@@ -41,22 +41,8 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "reason": diagnosis.reason,
         "effects": list(which.effects),
         "aliases": [list(members) for members in which.aliases],
-        "parameters": {
-            effect: {
-                name: {"value": finite_or_none(own.value), "std": finite_or_none(own.std), "unit": own.unit}
-                for name, own in values.items()
-            }
-            for effect, values in which.parameters.items()
-        },
-        "ranking": [
-            {
-                "effects": list(own.effects),
-                "weight": finite_or_none(own.weight),
-                "held_out_rms": finite_or_none(own.held_out_rms),
-                "refused": own.refused,
-            }
-            for own in which.ranking
-        ],
+        "parameters": _parameters(which),
+        "ranking": _ranking(which),
         "where": [_cell(cell) for cell in far.cells_before[:_MOST_CELLS] if cell.share >= _SMALLEST_SHARE],
         "where_text": diagnosis.where_text,
         "how_far": _how_far(far),
@@ -124,6 +110,28 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
     if version > VERSION:
         raise ValueError(f"{path}: key 'version' is {version}, written by a newer version; expected {VERSION}")
     return document
+
+
+def _parameters(which: Attribution) -> dict[str, Any]:
+    return {
+        effect: {
+            name: {"value": finite_or_none(own.value), "std": finite_or_none(own.std), "unit": own.unit}
+            for name, own in values.items()
+        }
+        for effect, values in which.parameters.items()
+    }
+
+
+def _ranking(which: Attribution) -> list[dict[str, Any]]:
+    return [
+        {
+            "effects": list(own.effects),
+            "weight": finite_or_none(own.weight),
+            "held_out_rms": finite_or_none(own.held_out_rms),
+            "refused": own.refused,
+        }
+        for own in which.ranking
+    ]
 
 
 def _how_far(far: Shrinkage) -> dict[str, Any]:

@@ -16,8 +16,6 @@ _SEED = 1
 #: Cells of the sentence: significance, smallest share, and the part of the gap they hold together.
 _SIGNIFICANCE = 0.01
 _CORE = 0.8
-#: Growth is told where the amplitude of the blocks spans at least this factor.
-_SPAN = 1.5
 #: Even (or odd) lines count as not driven below this share of the drive's power.
 _NOT_DRIVEN = 0.01
 _PURE = 0.9
@@ -113,29 +111,6 @@ def element_where_text(
     signal = "deflection" if by_force else "force"
     grows = "" if growth is None else f", grows with deflection^{growth:.1f}"
     return f"{min(share, 100.0):.0f} % of the gap in {signal} lies {place}, {where}{grows}{_parity_text(seen, records)}"
-
-
-def growth_exponent(
-    records: Sequence[ElementRecord], residuals: Sequence[FloatArray], noise: FloatArray
-) -> float | None:
-    """Exponent p of ``gap ~ deflection^p`` over the blocks of the upper half of the deflection.
-
-    At small deflection the gap is what the refitted stiffness gets wrong, whatever the law. None where the deflection does not
-    vary or no gap is seen.
-    """
-    points = []
-    for record, residual, variance in zip(records, residuals, noise, strict=True):
-        for block in range(record.n_blocks):
-            own = record.block == block
-            gap = float(np.mean(residual[own] ** 2) - variance)
-            if gap > variance:
-                points.append((np.log(record.motion[0][own].std()), 0.5 * np.log(gap)))
-    if len(points) < 3:
-        return None
-    x, y = np.array(points).T
-    upper = x >= np.median(x)
-    x, y = x[upper], y[upper]
-    return float(np.polyfit(x, y, 1)[0]) if np.ptp(x) >= np.log(_SPAN) else None
 
 
 _Table = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]

@@ -110,14 +110,29 @@ def _smooth_motion(force, state, substeps, p, h, size, deflection, speed):  # ty
             b += h / 6.0 * (b1 + 2.0 * (b2 + b3) + b4)
 
 
+@njit(cache=True, nogil=True, inline="always")
+def _drive_of_step(force, j, place, length, drive):  # type: ignore[no-untyped-def]
+    """Drive at the three stages of a part of step `j`: a parabola through its beginning, middle and end."""
+    u0, u1, u2 = force[2 * j], force[2 * j + 1], force[2 * j + 2]
+    for k in range(3):
+        t = place + 0.5 * k * length
+        drive[k] = u0 + t * (4.0 * u1 - 3.0 * u0 - u2 + t * 2.0 * (u0 - 2.0 * u1 + u2))
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _breaks_loose(net, p):  # type: ignore[no-untyped-def]
+    """Direction in which a net force moves a body at rest against dry friction; 0 where it sticks."""
+    if net > p[_FP] + p[_FS]:
+        return 1.0
+    return -1.0 if net < -(p[_FM] + p[_FS]) else 0.0
+
+
 @njit(
     types.UniTuple(_array, 2)(_array, _array, types.int64, _array, _array, _law, _law, _array, _array),
     cache=True,
     nogil=True,
 )
-def driven_motion(  # type: ignore[no-untyped-def]
-    force, state, substeps, p, limits, law_1, law_2, p_1, p_2
-):
+def driven_motion(force, state, substeps, p, limits, law_1, law_2, p_1, p_2):  # type: ignore[no-untyped-def]
     """Deflection and speed under a force, at every sample.
 
     Parameters
@@ -157,33 +172,21 @@ def driven_motion(  # type: ignore[no-untyped-def]
             left, place = h, 0.0
             # With dry friction a step ends where the speed passes zero; there it sticks or goes on.
             for _ in range(3):
-                u0, u1, u2 = force[2 * j], force[2 * j + 1], force[2 * j + 2]
-                for k in range(3):
-                    t = place + 0.5 * k * left / h
-                    drive[k] = u0 + t * (4.0 * u1 - 3.0 * u0 - u2 + t * 2.0 * (u0 - 2.0 * u1 + u2))
-                sign = 0.0
-                if rubs:
-                    sign = np.sign(v)
-                    if v == 0.0:
-                        net = drive[0] - _stage_forces(q, v, 0.0, slider, p, law_1, law_2, p_1, p_2) - branch
-                        if net > p[_FP] + p[_FS]:
-                            sign = 1.0
-                        elif net < -(p[_FM] + p[_FS]):
-                            sign = -1.0
-                        else:
-                            branch *= np.exp(-left / p[_TAU])
-                            break
+                _drive_of_step(force, j, place, left / h, drive)
+                sign = np.sign(v) if rubs else 0.0
+                if rubs and v == 0.0:
+                    net = drive[0] - _stage_forces(q, v, 0.0, slider, p, law_1, law_2, p_1, p_2) - branch
+                    sign = _breaks_loose(net, p)
+                    if sign == 0.0:
+                        branch *= np.exp(-left / p[_TAU])
+                        break
                 q1, v1, b1 = _runge_kutta(q, v, branch, slider, drive, left, sign, p, law_1, law_2, p_1, p_2)
-                stops = sign != 0.0 and v1 * sign < 0.0 and v != 0.0
-                part = v / (v - v1) if stops else 1.0
-                if stops:
-                    for k in range(3):
-                        t = place + 0.5 * k * part * left / h
-                        drive[k] = u0 + t * (4.0 * u1 - 3.0 * u0 - u2 + t * 2.0 * (u0 - 2.0 * u1 + u2))
+                reverses = sign != 0.0 and v1 * sign < 0.0
+                part = v / (v - v1) if reverses and v != 0.0 else 1.0
+                if part < 1.0:
+                    _drive_of_step(force, j, place, part * left / h, drive)
                     q1, v1, b1 = _runge_kutta(q, v, branch, slider, drive, part * left, sign, p, law_1, law_2, p_1, p_2)
-                    v1 = 0.0
-                elif sign != 0.0 and v1 * sign < 0.0:
-                    v1 = 0.0
+                v1 = 0.0 if reverses else v1
                 slider = min(max(slider + p[_KP] * (q1 - q), -p[_FY]), p[_FY])
                 q, v, branch = q1, v1, b1
                 place += part * left / h

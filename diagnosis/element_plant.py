@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from diagnosis.effect_cards import EffectCard, effect_library
 from diagnosis.element_bands import BandTable, band_table, block_squares
 from diagnosis.element_effects import ELEMENT_CARDS, KIND, PLACEBO_CARDS
-from diagnosis.element_gap import element_gap_cells, element_where_text, growth_exponent
+from diagnosis.element_gap import element_gap_cells, element_where_text
+from diagnosis.element_growth import growth_exponent
 from diagnosis.element_model import ElementModel, ElementScale, compiled_laws, substeps_for
 from diagnosis.element_records import ElementRecord, element_records, noise_variance
 from diagnosis.element_signals import band_limited
@@ -132,9 +133,8 @@ class ElementPlant:
 
     def where_text(self, effects: Effects, theta: FloatArray) -> str:
         """One sentence."""
-        residuals = [self._residual(record, effects, theta) for record in self.records]
-        cells = element_gap_cells(self.records, residuals, self.noise, channel=self.channel)
-        growth = growth_exponent(self.records, residuals, self.noise)
+        cells = self.gap_cells(effects, theta)
+        growth = growth_exponent(self.model, self.records)
         return element_where_text(cells, self.records, by_force=self.model.by_force, growth=growth)
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "ElementPlant":

@@ -55,7 +55,23 @@ def verdict(
         return NOT_DIAGNOSABLE, "the baseline absorbs the signature of every effect in these records"
     if not selection.accepted:
         return NONE_OF_THESE, _nothing_found(ladder, selection, learnable)
-    weight = selection.class_weight(classes)
+    refused = _doubt(ladder, selection, classes, shrinkage, learnable)
+    if refused:
+        return refused
+    explained = f"explains {shrinkage.phi:.1%} of the gap above the floor on held-out records"
+    if shrinkage.floor_multiple > limits.remainder:
+        return (
+            NAMED_WITH_REMAINDER,
+            f"{explained}; what is left is {shrinkage.floor_multiple:.1f} times the noise floor",
+        )
+    return NAMED, f"{explained}; what is left is {shrinkage.floor_multiple:.2f} times the noise floor"
+
+
+def _doubt(
+    ladder: Ladder, selection: Selection, classes: tuple[Effects, ...], shrinkage: Shrinkage, learnable: float
+) -> tuple[str, str] | None:
+    """Verdict where the accepted effects are not to be named, and why."""
+    limits = ladder.thresholds
     best_phi = shrinkage.phi
     if best_phi < limits.named_share:
         return NONE_OF_THESE, (
@@ -72,6 +88,7 @@ def verdict(
     fit: HeldOut = ladder.score(selection.accepted)
     if not is_named_consistently(limits, fit.fit, fit.theta_by_fold):
         return NONE_OF_THESE, "the parameters of the best set change from fold to fold beyond their error"
+    weight = selection.class_weight(classes)
     if weight < limits.class_weight and selection.rivals:
         return ALIASED, f"the class holds {weight:.2f} of the stacking weight; {_listed(selection.rivals)} is as good"
     if 1.0 - shrinkage.placebo_rho**2 > limits.placebo_share * (1.0 - shrinkage.rho**2):
@@ -79,13 +96,7 @@ def verdict(
             NONE_OF_THESE,
             f"a placebo shrinks the gap to {shrinkage.placebo_rho:.2f} too: the records allow no naming",
         )
-    explained = f"explains {best_phi:.1%} of the gap above the floor on held-out records"
-    if shrinkage.floor_multiple > limits.remainder:
-        return (
-            NAMED_WITH_REMAINDER,
-            f"{explained}; what is left is {shrinkage.floor_multiple:.1f} times the noise floor",
-        )
-    return NAMED, f"{explained}; what is left is {shrinkage.floor_multiple:.2f} times the noise floor"
+    return None
 
 
 def _nothing_found(ladder: Ladder, selection: Selection, learnable: float) -> str:

@@ -102,8 +102,7 @@ def craig_bampton(
     held = HeldStructure(body, structure.pilots)
     Psi, K_bb = held.constraint_modes()
     modes = fixed_interface_modes(held, structure.M, n_modes, rng=np.random.default_rng(seed))
-    loads = np.zeros((structure.n_dofs, 0)) if residual_loads is None else residual_loads
-    residuals = residual_vectors(held, structure, modes, loads)
+    residuals = residual_vectors(held, structure, modes, residual_loads)
     T = np.concatenate([Psi, modes.Phi, residuals.Phi], axis=1)
     omega = np.concatenate([modes.omega, residuals.omega])
     M_r = T.T @ (structure.M @ T)

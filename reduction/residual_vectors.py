@@ -41,7 +41,7 @@ def body_loads(structure: StructuralModel) -> NDArray[np.float64]:
 
 
 def residual_vectors(
-    held: HeldStructure, structure: StructuralModel, modes: FixedInterfaceModes, loads: NDArray[np.float64]
+    held: HeldStructure, structure: StructuralModel, modes: FixedInterfaceModes, loads: NDArray[np.float64] | None
 ) -> FixedInterfaceModes:
     """Pseudo-modes that complete the kept modes to the exact static answer to some loads.
 
@@ -56,8 +56,8 @@ def residual_vectors(
         The body.
     modes : FixedInterfaceModes
         Kept modes.
-    loads : ndarray, shape (n_dofs, k)
-        Nodal forces [N], of any size.
+    loads : ndarray, shape (n_dofs, k), or None
+        Nodal forces [N], of any size; None: no residual vectors.
 
     Returns
     -------
@@ -68,7 +68,7 @@ def residual_vectors(
     ----------
     .. [1] R. R. Craig, A. J. Kurdila, "Fundamentals of Structural Dynamics", 2nd ed. (2006), section 17.
     """
-    if loads.shape[1] == 0:
+    if loads is None or loads.shape[1] == 0:
         return FixedInterfaceModes(np.zeros((structure.n_dofs, 0)), np.zeros(0))
     U = held.answer(loads)
     energy = np.einsum("nk,nk->k", U, loads)

@@ -105,14 +105,30 @@ def main(
                "frf_tolerance": frf_tolerance, "frf_up_to": frf_up_to, "residual_vectors": residual_vectors}  # fmt: skip
     _refuse_contradictions(out, files, options, by_symmetry=by_symmetry)
     options["by_symmetry"] = by_symmetry
-    n_modes = DEFAULT_MODES if modes is None else modes
     if preview:
+        n_modes = DEFAULT_MODES if modes is None else modes
         return reduction_cost(body_name(body, variant), stage, size, n_modes=n_modes, files=files)
     prepared_folder(out.parent)
+    return _kept_or_computed(out, stage, size, files, options, cache=cache, quiet=quiet)
+
+
+def _kept_or_computed(
+    out: Path,
+    stage: StageParameters,
+    size: float,
+    files: CarrierFiles,
+    options: Mapping[str, Any],
+    *,
+    cache: bool,
+    quiet: bool,
+) -> ReducedModel:
+    """Body from the cache where the same one was reduced before, computed otherwise."""
+    body, variant = options["body"], options["variant"]
+    n_modes = DEFAULT_MODES if options["modes"] is None else options["modes"]
 
     def compute() -> None:
         tell(reduction_cost(body_name(body, variant), stage, size, n_modes=n_modes, files=files), quiet=quiet)
-        if by_symmetry:
+        if options["by_symmetry"]:
             _reduce_by_symmetry(out, stage, size, {**options, "modes": n_modes}, quiet=quiet)
         else:
             _reduce(out, stage, size, files, options, quiet=quiet)

