@@ -5,15 +5,15 @@ at h = 60, 45, 30, 22 and 16 mm; the worst deviation there is 10 % for the carri
 
 Memory and seconds follow from n. Measured on two cores with MKL, other work running beside (flexible carrier, nine pilots, 20
 modes, certificate included; memory above the program's own 0.25 GB). Alone, on another machine, or with another sparse library,
-expect another factor; a reduction by symmetry costs less:
+expect another factor; n is that of the whole body where its half sector serves ("by symmetry").
 
-======== ========= ============== ========= ==============
-n        curves, s curves, GB     reduce, s reduce, GB
-======== ========= ============== ========= ==============
-34 434   0.6       0.22           4.4       0.36
-125 946  3.0       0.91           59        1.38
-329 634  23        3.04           191       3.92
-======== ========= ============== ========= ==============
+======== ========= ============== ========= ============== ============== ===============
+n        curves, s curves, GB     reduce, s reduce, GB     by symmetry, s by symmetry, GB
+======== ========= ============== ========= ============== ============== ===============
+34 434   0.6       0.22           4.4       0.48           1.4            0.25
+125 946  3.0       0.91           20        1.51           4.2            0.55
+329 634  23        3.04           83        4.01           12             1.26
+======== ========= ============== ========= ============== ============== ===============
 
 between the points by power laws, beyond them by the last one. A reduction's time grows with the number of modes.
 """
@@ -39,7 +39,8 @@ _DOFS = {"carrier": (4.94, 34.0), "pin": (2.83, 39.9), "main_shaft": (10.4, 25.7
 #: Edge length of the mesh that volume and surface are measured on [m].
 _COARSE = 0.06
 _CURVES = {"n": (34434, 125946, 329634), "seconds": (0.6, 3.0, 23.0), "gigabytes": (0.22, 0.91, 3.04)}
-_REDUCTION = {"n": (34434, 125946, 329634), "seconds": (4.4, 59.0, 191.0), "gigabytes": (0.36, 1.38, 3.92)}
+_REDUCTION = {"n": (34434, 125946, 329634), "seconds": (4.4, 20.0, 83.0), "gigabytes": (0.48, 1.51, 4.01)}
+_BY_SYMMETRY = {"n": (34434, 125946, 329634), "seconds": (1.4, 4.2, 12.0), "gigabytes": (0.25, 0.55, 1.26)}
 #: Memory of the program without any mesh [GB].
 _PROGRAM = 0.25
 #: Modes of the measured reductions, and the share of the time that grows with their number.
@@ -69,12 +70,16 @@ def curves_cost(stage: StageParameters, size: float, files: CarrierFiles) -> Cos
     return CostPreview("deflection curves", max(each), memory, seconds)
 
 
-def reduction_cost(name: str, stage: StageParameters, size: float, *, n_modes: int, files: CarrierFiles) -> CostPreview:
+def reduction_cost(
+    name: str, stage: StageParameters, size: float, *, n_modes: int, files: CarrierFiles, by_symmetry: bool = False
+) -> CostPreview:
     """Cost of reducing the body `name` to its pilots and `n_modes` modes, with certificate."""
     n = estimated_dofs(name, stage, size, files)
     share = 1.0 - _MODES_SHARE + _MODES_SHARE * n_modes / _MEASURED_MODES
-    memory = _PROGRAM + _at(_REDUCTION["n"], _REDUCTION["gigabytes"], n)
-    return CostPreview(f"reduction of {name}", n, memory, share * _at(_REDUCTION["n"], _REDUCTION["seconds"], n))
+    measured = _BY_SYMMETRY if by_symmetry else _REDUCTION
+    memory = _PROGRAM + _at(measured["n"], measured["gigabytes"], n)
+    work = f"reduction of {name}" + (" by symmetry" if by_symmetry else "")
+    return CostPreview(work, n, memory, share * _at(measured["n"], measured["seconds"], n))
 
 
 def estimated_dofs(name: str, stage: StageParameters, size: float, files: CarrierFiles) -> int:

@@ -106,8 +106,7 @@ def main(
     _refuse_contradictions(out, files, options, by_symmetry=by_symmetry)
     options["by_symmetry"] = by_symmetry
     if preview:
-        n_modes = DEFAULT_MODES if modes is None else modes
-        return reduction_cost(body_name(body, variant), stage, size, n_modes=n_modes, files=files)
+        return _cost(stage, size, files, options)
     prepared_folder(out.parent)
     return _kept_or_computed(out, stage, size, files, options, cache=cache, quiet=quiet)
 
@@ -123,19 +122,26 @@ def _kept_or_computed(
     quiet: bool,
 ) -> ReducedModel:
     """Body from the cache where the same one was reduced before, computed otherwise."""
-    body, variant = options["body"], options["variant"]
-    n_modes = DEFAULT_MODES if options["modes"] is None else options["modes"]
 
     def compute() -> None:
-        tell(reduction_cost(body_name(body, variant), stage, size, n_modes=n_modes, files=files), quiet=quiet)
+        tell(_cost(stage, size, files, options), quiet=quiet)
         if options["by_symmetry"]:
-            _reduce_by_symmetry(out, stage, size, {**options, "modes": n_modes}, quiet=quiet)
+            _reduce_by_symmetry(out, stage, size, {**options, "modes": _n_modes(options)}, quiet=quiet)
         else:
             _reduce(out, stage, size, files, options, quiet=quiet)
 
     inputs = {"kind": "reduced body", "parameters": stage, "size": size, "files": files.digests(), **options}
     cached_files({"body.h5": out}, compute, use=cache, quiet=quiet, inputs=inputs)
     return read_body(out)
+
+
+def _cost(stage: StageParameters, size: float, files: CarrierFiles, options: Mapping[str, Any]) -> CostPreview:
+    name, by_symmetry = body_name(options["body"], options["variant"]), options["by_symmetry"]
+    return reduction_cost(name, stage, size, n_modes=_n_modes(options), files=files, by_symmetry=by_symmetry)
+
+
+def _n_modes(options: Mapping[str, Any]) -> int:
+    return int(DEFAULT_MODES if options["modes"] is None else options["modes"])
 
 
 def _refuse_contradictions(out: Path, files: CarrierFiles, options: Mapping[str, Any], *, by_symmetry: bool) -> None:

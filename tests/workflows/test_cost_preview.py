@@ -39,8 +39,13 @@ def test_costs_grow_with_fineness_and_modes_and_meet_the_measured_points():
     assert coarse.seconds < fine.seconds
     assert coarse.memory_gb < fine.memory_gb
     assert reduction_cost("flexible_carrier", STAGE, 0.03, n_modes=80, files=NONE).seconds > 2.0 * coarse.seconds
+    by_symmetry = reduction_cost("flexible_carrier", STAGE, 0.03, n_modes=20, files=NONE, by_symmetry=True)
+    assert by_symmetry.n_dofs == coarse.n_dofs
+    assert by_symmetry.seconds < coarse.seconds / 3.0
+    assert by_symmetry.memory_gb < coarse.memory_gb / 2.0
+    assert "by symmetry" in str(by_symmetry)
     assert curves_cost(STAGE, 0.03, NONE).seconds < coarse.seconds
-    for points in (cost_preview._CURVES, cost_preview._REDUCTION):
+    for points in (cost_preview._CURVES, cost_preview._REDUCTION, cost_preview._BY_SYMMETRY):
         for n, seconds in zip(points["n"], points["seconds"], strict=True):
             assert_allclose(cost_preview._at(points["n"], points["seconds"], int(n)), seconds, rtol=1e-9)
 
