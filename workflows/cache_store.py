@@ -2,7 +2,8 @@
 
 An entry is a folder of ordinary versioned files (a body file, a curve file) beside ``entry.json``, which names their
 SHA-256. Its name is the SHA-256 of everything the result depends on: inputs, material data, the source text of the numerics
-and the versions of the libraries below them. An entry that is not what it says is removed and computed again.
+and the versions of the libraries below them. An entry that is not what it says is removed and computed again. Where the
+cache outgrows its limit, the entries that were not used for the longest time go.
 """
 
 import hashlib
@@ -26,6 +27,8 @@ VERSION = 1
 #: Environment variable with another folder for the cache.
 FOLDER_VARIABLE = "CARRIERFLEX_CACHE"
 _ENTRY = "entry.json"
+#: Size of the cache above which the oldest entries go [bytes]: several hundred bodies of the default size.
+_LIMIT = 2_000_000_000
 _NUMERICS = ("geometry", "fe", "reduction")
 
 
@@ -61,6 +64,7 @@ class CacheStore:
     """Entries in one folder, safe for several processes at once: an entry appears whole by a rename, or not at all."""
 
     folder: Path
+    limit: int = _LIMIT
 
     def found(self, key: str, names: Collection[str]) -> Path | None:
         """Folder of the entry `key` with the files `names`, each as it was written; None where there is none to trust."""
@@ -69,6 +73,7 @@ class CacheStore:
             return None
         reason = _damage(entry, key, names)
         if reason is None:
+            _mark_used(entry)
             return entry
         log.error("%s: %s; removed, to be computed again", entry, reason)
         self._remove(entry)
@@ -95,6 +100,24 @@ class CacheStore:
             log.error("%s: cannot write into the cache (%s); the result is not kept", self.folder, error.strerror)
         finally:
             shutil.rmtree(part, ignore_errors=True)
+        self._trim(newest=key)
+
+    def _trim(self, newest: str) -> None:
+        """Remove entries, least recently used first, until the cache fits its limit; the newest stays whatever its size."""
+        ages, sizes = {}, {}
+        for entry in self.folder.iterdir():
+            try:
+                if not entry.name.startswith("."):
+                    ages[entry] = (entry.name == newest, entry.stat().st_mtime)
+                    sizes[entry] = sum(path.stat().st_size for path in entry.iterdir())
+            except OSError as error:  # another process removes it
+                log.info("%s: %s", entry, error.strerror)
+        total = sum(sizes.values())
+        for entry in sorted(sizes, key=lambda one: ages[one])[:-1]:
+            if total <= self.limit:
+                return
+            self._remove(entry)
+            total -= sizes[entry]
 
     def _remove(self, entry: Path) -> None:
         """Take the entry away in one step, so that no reader meets half of it, then delete it."""
@@ -105,6 +128,14 @@ class CacheStore:
             log.info("%s: another process removed it first", entry)
         finally:
             shutil.rmtree(grave, ignore_errors=True)
+
+
+def _mark_used(entry: Path) -> None:
+    """Set the entry's time to now; a cache that is read-only keeps the time it was written."""
+    try:
+        os.utime(entry)
+    except OSError as error:
+        log.info("%s: time of use not kept (%s)", entry, error.strerror)
 
 
 def _damage(entry: Path, key: str, names: Collection[str]) -> str | None:

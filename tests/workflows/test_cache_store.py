@@ -2,6 +2,7 @@
 
 import inspect
 import json
+import os
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -157,3 +158,25 @@ def test_reduced_bodies_come_back_from_the_cache_as_the_same_file(folder, capsys
     reduce_body.main(body="pin", out=folder / "more.h5", modes=3, size=0.08)
     assert "cache" not in capsys.readouterr().err
     assert cached_results.cache_folder() == folder / "cache"
+
+
+def test_a_full_cache_loses_what_was_not_used_for_the_longest_time(tmp_path):
+    source = tmp_path / "source"
+    source.write_bytes(bytes(1000))
+    store = CacheStore(tmp_path / "cache", limit=4000)
+    for age, key in enumerate(("first", "second", "third")):
+        store.keep(key, {"file": source}, {})
+        os.utime(tmp_path / "cache" / key, (age, age))
+    assert store.found("first", ["file"])  # used: now the youngest
+    store.keep("fourth", {"file": source}, {})
+    assert sorted(path.name for path in (tmp_path / "cache").iterdir()) == ["first", "fourth", "third"]
+
+
+def test_an_entry_larger_than_the_limit_stays_until_the_next(tmp_path):
+    source = tmp_path / "source"
+    source.write_bytes(bytes(1000))
+    store = CacheStore(tmp_path / "cache", limit=10)
+    store.keep("first", {"file": source}, {})
+    assert store.found("first", ["file"])
+    store.keep("second", {"file": source}, {})
+    assert [path.name for path in (tmp_path / "cache").iterdir()] == ["second"]
