@@ -42,8 +42,11 @@ def _card(
     group: tuple[str, ...],
     test: str,
     law: laws.Law | None = None,
+    *,
+    acts_on_others: bool = False,
 ) -> EffectCard:
-    return EffectCard(id, KIND, equation, parameters, signature, tuple(g for g in group if g != id), test, law)
+    aliases = tuple(own for own in group if own != id)
+    return EffectCard(id, KIND, equation, parameters, signature, aliases, test, law=law, acts_on_others=acts_on_others)
 
 
 CARRIER_CARDS = (
@@ -197,6 +200,7 @@ CARRIER_CARDS = (
         "all orders of one channel alike: leaks into m = 2 in one constant ratio",
         ("sensor_angle", "sensor_zero"),
         "the sensor's calibration on a micrometer",
+        acts_on_others=True,
     ),
     _card(
         "sensor_angle",
@@ -205,6 +209,7 @@ CARRIER_CARDS = (
         "phase of one channel in proportion to the order",
         ("sensor_gain", "sensor_delay"),
         "the sensor's place measured on the housing",
+        acts_on_others=True,
     ),
     _card(
         "sensor_zero",
@@ -221,6 +226,7 @@ CARRIER_CARDS = (
         "phase of all channels in proportion to the order and to the speed",
         ("carrier_tilt", "sensor_angle"),
         "the same torque at two speeds",
+        acts_on_others=True,
     ),
 )
 

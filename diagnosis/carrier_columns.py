@@ -1,7 +1,8 @@
 """Columns of the carrier's signals: every basis function an effect can ask for, at one sensor and one piece of record.
 
 Effects that move a sensor or delay a signal are polynomials through the exact columns at a few shifts: with nodes 3 deg
-(sensor) and 6 deg (delay) apart the interpolation misses order 6 by less than half a per cent of its amplitude.
+(sensor, up to 6) and 6 deg (delay, up to 18) apart the interpolation misses order 6 by less than half a per cent of its
+amplitude.
 A closing clearance is linear between its nodes, as the law itself is wherever the torque stays off the node's cell.
 """
 
@@ -24,8 +25,8 @@ from simulation.carrier_effects import closing_torque, load_shift_pattern, load_
 FloatArray = NDArray[np.float64]
 
 #: Shifts of a sensor [rad], and of the carrier angle behind a delay [rad], at which columns are computed.
-ANGLE_NODES = np.deg2rad([-3.0, 0.0, 3.0])
-DELAY_NODES = np.deg2rad([-12.0, -6.0, 0.0, 6.0, 12.0])
+ANGLE_NODES = np.deg2rad([-6.0, -3.0, 0.0, 3.0, 6.0])
+DELAY_NODES = np.deg2rad([-18.0, -12.0, -6.0, 0.0, 6.0, 12.0, 18.0])
 #: Threshold torques over the nominal torque; saturating loads over the largest load.
 TORQUE_NODES = np.linspace(0.0, 1.0, 11)
 LOAD_NODES = np.geomspace(0.02, 4.0, 9)
@@ -96,11 +97,11 @@ class ColumnSource:
                 continue
             rows.update(_keyed(name, "", 0, card.law(sensor, inputs, self.rig)))
             if name in MOVED:
-                for node in (0, 2):
+                for node in np.flatnonzero(ANGLE_NODES).tolist():
                     moved = replace(sensor, angle=sensor.angle + ANGLE_NODES[node])
                     rows.update(_keyed(name, "angle", node, card.law(moved, inputs, self.rig)))
             if name in DELAYED:
-                for node in (0, 1, 3, 4):
+                for node in np.flatnonzero(DELAY_NODES).tolist():
                     rows.update(_keyed(name, "delay", node, card.law(sensor, shifts[node], self.rig)))
         rows.update(self._clearance_rows(sensor, inputs))
         rows.update(_keyed(CEILING_COLUMN, "", 0, self._flexible_rows(inputs)))

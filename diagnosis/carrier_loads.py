@@ -32,3 +32,10 @@ def largest_load(campaign: Campaign) -> float:
 def bounds_of(parameters: Sequence[Parameter]) -> tuple[FloatArray, FloatArray]:
     """Lower and upper bounds of parameters."""
     return np.array([own.lower for own in parameters]), np.array([own.upper for own in parameters])
+
+
+def used_columns(W: FloatArray, D: FloatArray) -> NDArray[np.int64]:
+    """Places of the target and of every column with a weight or a derivative anywhere."""
+    used = (W != 0.0).any(axis=(0, 1)) | (D != 0.0).any(axis=(0, 1, 2))
+    used[0] = True
+    return np.flatnonzero(used)

@@ -5,6 +5,7 @@ The reading of channel c is ``(1 + g_c) (prediction + sum_k w_k X_k(v + dv_c, th
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +31,8 @@ Choice = Mapping[str, int]
 #: Prior of a candidate's parameter, in its scales.
 _PRIOR = 30.0
 #: Largest delay, as an angle [rad]: where the columns at the nodes still carry.
-_LARGEST_DELAY = np.deg2rad(15.0)
-_LARGEST_MOVE = np.deg2rad(5.0)
+_LARGEST_DELAY = np.deg2rad(20.0)
+_LARGEST_MOVE = np.deg2rad(7.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,9 +212,18 @@ def _hats(nodes: FloatArray, value: float) -> tuple[FloatArray, FloatArray]:
 
 def _lagrange(nodes: FloatArray, value: float) -> tuple[FloatArray, FloatArray]:
     """Interpolation through all nodes: weights of the nodes at a value, and their derivatives."""
-    values, slopes = np.empty(nodes.size), np.empty(nodes.size)
-    for k in range(nodes.size):
-        others = np.delete(nodes, k)
-        polynomial = np.poly1d(np.poly(others) / np.prod(nodes[k] - others))
-        values[k], slopes[k] = polynomial(value), polynomial.deriv()(value)
-    return values, slopes
+    polynomials, slopes = _node_polynomials(tuple(nodes.tolist()))
+    powers = value ** np.arange(nodes.size)
+    return polynomials @ powers, slopes @ powers[:-1]
+
+
+@lru_cache(maxsize=8)
+def _node_polynomials(nodes: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
+    """Coefficients, lowest power first, of the polynomials that are one at one node and zero at the others; derivatives."""
+    places = np.array(nodes)
+    rows = []
+    for k in range(places.size):
+        others = np.delete(places, k)
+        rows.append(np.poly(others)[::-1] / np.prod(places[k] - others))
+    polynomials = np.array(rows)
+    return polynomials, polynomials[:, 1:] * np.arange(1, places.size)

@@ -9,16 +9,19 @@ from numpy.typing import NDArray
 
 from diagnosis.carrier_cards import CARRIER_CARDS, KIND, ONE_CHANNEL, PLACEBO_CARDS
 from diagnosis.carrier_columns import ColumnSource, all_cards
-from diagnosis.carrier_gap import carrier_gap_cells, carrier_where_text
+from diagnosis.carrier_gap_detail import CarrierGap
 from diagnosis.carrier_laws import CarrierRig
-from diagnosis.carrier_loads import bounds_of, largest_load, piece_squares, typical_speed
+from diagnosis.carrier_loads import bounds_of, largest_load, piece_squares, typical_speed, used_columns
 from diagnosis.carrier_model import CarrierModel, Choice
 from diagnosis.carrier_noise import channel_noise, refuse_silent_channels
 from diagnosis.carrier_signatures import carrier_signatures
 from diagnosis.carrier_sums import CarrierSums, accumulated_sums
 from diagnosis.carrier_trials import carrier_trials
 from diagnosis.effect_cards import EffectCard, effect_library
+from diagnosis.gap_detail import GapFindings, Scalar
 from diagnosis.plants import BoolArray, Effects, FloatArray, GapCell, Parameter, Piece, PieceSums, Signatures, Trial
+from diagnosis.report_carrier_polar import carrier_pictures
+from diagnosis.report_pictures import Picture
 from fe.deflection_curves import DeflectionCurve
 from identification.campaign import Campaign
 from simulation.carrier_effects import pin_radius_of
@@ -93,7 +96,7 @@ class CarrierPlant:
         for k, parameter in enumerate(self.parameters(effects)):
             name = parameter.name if parameter.run is None else f"{parameter.name} of {parameter.run}"
             warm[k] = known.get((parameter.effect, name), quick[k] if parameter.shape else 0.0)
-        return [np.clip(warm, *self._bounds(effects)), quick]
+        return [np.clip(warm, *bounds_of(self.parameters(effects))), quick]
 
     def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> PieceSums:
         """Gauss-Newton sums from the products of the columns."""
@@ -121,26 +124,23 @@ class CarrierPlant:
 
     def gap_cells(self, effects: Effects, theta: FloatArray) -> tuple[GapCell, ...]:
         """Gap by run, pattern and order."""
-        places, left, _ = self._active(effects, theta)
-        weights = left[self.records.run_of_revolution]
-        residual = np.einsum("rcnk,rck->rcn", self.records.orders[..., places], weights)
-        samples = self.records.within[..., 1].mean(axis=1) + residual.shape[2] * 2.0
-        noise = [
-            2.0 * self.noise.mean() / max(float(samples[self.records.run_of_revolution == r].mean()), 1.0)
-            for r in range(len(self.campaign.runs))
-        ]
-        names = [run.name for run in self.campaign.runs]
-        return carrier_gap_cells(
-            self.campaign.channels, residual, names, self.records.run_of_revolution, np.array(noise)
-        )
+        return self._gap(effects, theta).cells
 
     def where_text(self, effects: Effects, theta: FloatArray) -> str:
         """One sentence about the gap map of a model."""
-        loads = {
-            run.name: self.records.loads[self.records.run_of_revolution == r].mean(axis=0)
-            for r, run in enumerate(self.campaign.runs)
-        }
-        return carrier_where_text(self.gap_cells(effects, theta), loads)
+        return self._gap(effects, theta).where_text
+
+    def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
+        """Gap in time, incoherent part and growth."""
+        return self._gap(effects, theta).findings()
+
+    def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
+        """Tilts, eccentricity and peak to peak of a model."""
+        return self._gap(effects, theta).scalars()
+
+    def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
+        """Polar plots for the report."""
+        return carrier_pictures(self.model, self.records, effects, theta, self._choice(effects))
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "CarrierPlant":
         """Plant that measured what a model predicts."""
@@ -168,6 +168,12 @@ class CarrierPlant:
         weights, _ = model.weights(effects, choice, own)
         return CarrierPlant(campaign, model, records.with_target(weights), self.noise)
 
+    def _gap(self, effects: Effects, theta: FloatArray) -> CarrierGap:
+        places, left, _ = self._active(effects, theta)
+        weights = left[self.records.run_of_revolution]
+        residual = np.einsum("rcnk,rck->rcn", self.records.orders[..., places], weights)
+        return CarrierGap(self.campaign, self.records, self.noise, residual)
+
     def _gram_of(self, places: NDArray[np.int64]) -> FloatArray:
         """Products of some columns by piece and channel."""
         key = places.tobytes()
@@ -178,9 +184,7 @@ class CarrierPlant:
     def _active(self, effects: Effects, theta: FloatArray) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
         """Columns in use, weights of the residual in them, and derivatives of the prediction."""
         W, D = self.model.weights(effects, self._choice(effects), theta)
-        used = (W != 0.0).any(axis=(0, 1)) | (D != 0.0).any(axis=(0, 1, 2))
-        used[0] = True
-        places = np.flatnonzero(used)
+        places = used_columns(W, D)
         left = -W[..., places]
         left[..., 0] += 1.0
         return places, left, D[..., places]
@@ -235,9 +239,7 @@ class CarrierPlant:
         self, effects: Effects, choice: dict[str, int], theta: FloatArray
     ) -> tuple[FloatArray, FloatArray, float]:
         W, D = self.model.weights(effects, choice, theta)
-        used = (W != 0.0).any(axis=(0, 1)) | (D != 0.0).any(axis=(0, 1, 2))
-        used[0] = True
-        places = np.flatnonzero(used)
+        places = used_columns(W, D)
         left, slopes = -W[..., places], D[..., places]
         left[..., 0] += 1.0
         gram = self._run_gram[..., places[:, None], places]
@@ -251,9 +253,6 @@ class CarrierPlant:
         """Products of the columns by run and channel."""
         runs = range(len(self.campaign.runs))
         return np.stack([self.records.gram[self.records.run_of_piece == r].sum(axis=0) for r in runs])
-
-    def _bounds(self, effects: Effects) -> tuple[FloatArray, FloatArray]:
-        return bounds_of(self.parameters(effects))
 
 
 def carrier_plant(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -> CarrierPlant:

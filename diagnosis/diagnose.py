@@ -4,10 +4,12 @@ from collections.abc import Callable
 
 from diagnosis.alias_classes import alias_class, separating_measurement
 from diagnosis.folds import held_out_folds
+from diagnosis.gap_detail import Detailed, GapDetail, cell_validations, scalar_gaps
 from diagnosis.how_far import shrinkage_of
 from diagnosis.ladder import Ladder, climb
 from diagnosis.named_values import named_values
 from diagnosis.plants import Effects, Plant
+from diagnosis.report_pictures import Picture, Pictured
 from diagnosis.results import NOT_DIAGNOSABLE, Attribution, Diagnosis, Shrinkage
 from diagnosis.screening import Screen, learnable_share, screen
 from diagnosis.selection import Selection, selected
@@ -61,15 +63,19 @@ def diagnose(
     kind_of_verdict, reason = verdict(
         ladder, screened, selection, classes, far, floor_is_measured=floor_is_measured, learnable=learnable
     )
+    gap = _gap_detail(ladder, selection, far)
+    where_text = plant.where_text((), ladder.score(()).fit.theta)
     return Diagnosis(
         campaign=campaign,
         kind=kind,
         verdict=kind_of_verdict,
         reason=reason,
         unit=plant.unit,
-        where_text=plant.where_text((), ladder.score(()).fit.theta),
+        where_text="; ".join(text for text in (where_text, gap.findings.text if gap else "") if text),
         attribution=_attribution(ladder, screened, selection, classes, kind_of_verdict, learnable),
         shrinkage=far,
+        pictures=_pictures(ladder, selection),
+        gap=gap,
     )
 
 
@@ -108,6 +114,24 @@ def _attribution(
         learnable=learnable,
         separating_test=_separating_test(ladder, selection, classes),
     )
+
+
+def _gap_detail(ladder: Ladder, selection: Selection, far: Shrinkage) -> GapDetail | None:
+    """The baseline's gap beyond its map, with its uncertainty before and after, where the plant looks at it."""
+    plant, before, after = ladder.plant, ladder.score(()).fit, ladder.score(selection.accepted).fit
+    if not isinstance(plant, Detailed):
+        return None
+    return GapDetail(
+        plant.gap_findings((), before.theta),
+        cell_validations(far.cells_before, far.cells_after, plant.numerical_error((), before.theta)),
+        scalar_gaps(plant.scalars((), before.theta), plant.scalars(after.effects, after.theta)),
+    )
+
+
+def _pictures(ladder: Ladder, selection: Selection) -> tuple[Picture, ...]:
+    """Gap along the motion with the accepted effects, where the plant draws it."""
+    fit = ladder.score(selection.accepted).fit
+    return ladder.plant.pictures(fit.effects, fit.theta) if isinstance(ladder.plant, Pictured) else ()
 
 
 def _separating_test(ladder: Ladder, selection: Selection, classes: tuple[Effects, ...]) -> str:

@@ -1,10 +1,12 @@
 """Writing and reading of diagnosis.json; a file appears complete or not at all."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from diagnosis.gap_detail import SIGNIFICANCE, detail_document
 from diagnosis.plants import GapCell
 from diagnosis.results import Attribution, Diagnosis, Interval, Shrinkage, finite_or_none
 from geometry.whole_files import whole_file
@@ -12,8 +14,8 @@ from identification.estimate_files import software_name
 
 FORMAT = "carrierflex-diagnosis"
 VERSION = 1
-#: Cells of the gap map that stand in the file, and the smallest share worth a row.
-_MOST_CELLS = 60
+#: Cells of the gap map that stand in the file, and the smallest share worth a row where chance could make it.
+_MOST_CELLS = 200
 _SMALLEST_SHARE = 1e-3
 
 
@@ -28,7 +30,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
     Returns
     -------
     dict
-        Keys of the contract, and beside them ``kind``, ``reason``, ``unit``, ``ladder``, ``screen``, ``validation``.
+        Keys of the contract, and beside them ``kind``, ``reason``, ``unit``, ``ladder``, ``screen``, ``validation``, ``gap``.
     """
     which, far = diagnosis.attribution, diagnosis.shrinkage
     return {
@@ -43,11 +45,11 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "aliases": [list(members) for members in which.aliases],
         "parameters": _parameters(which),
         "ranking": _ranking(which),
-        "where": [_cell(cell) for cell in far.cells_before[:_MOST_CELLS] if cell.share >= _SMALLEST_SHARE],
+        "where": _cells(far.cells_before),
         "where_text": diagnosis.where_text,
         "how_far": _how_far(far),
         "unit": diagnosis.unit,
-        "remaining": [_cell(cell) for cell in far.cells_after[:_MOST_CELLS] if cell.share >= _SMALLEST_SHARE],
+        "remaining": _cells(far.cells_after),
         "ladder": [
             {"added": step.added, "rms": step.rms, "rho": step.rho, "rho_ci95": _interval(step.rho_ci95)}
             for step in far.ladder
@@ -58,6 +60,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         ],
         "learnable_share": finite_or_none(which.learnable),
         "validation": [asdict(own) for own in far.validation],
+        "gap": detail_document(diagnosis.gap, most=_MOST_CELLS) if diagnosis.gap else None,
         "separating_test": which.separating_test,
     }
 
@@ -148,6 +151,12 @@ def _how_far(far: Shrinkage) -> dict[str, Any]:
     }
     intervals = {"rho_ci95": _interval(far.rho_ci95), "phi_ci95": _interval(far.phi_ci95)}
     return {name: finite_or_none(value) for name, value in numbers.items()} | intervals | {"held_out": True}
+
+
+def _cells(cells: Sequence[GapCell]) -> list[dict[str, Any]]:
+    """Largest cells; a small one only where chance would not make it."""
+    known = [cell for cell in cells if cell.share >= _SMALLEST_SHARE or cell.p_value < SIGNIFICANCE]
+    return [_cell(cell) for cell in known[:_MOST_CELLS]]
 
 
 def _cell(cell: GapCell) -> dict[str, Any]:

@@ -72,6 +72,8 @@ class EffectCard:
         Ids it is commonly confused with.
     separating_test : str
         The measurement that tells it from them.
+    acts_on_others : bool
+        Whether it changes how other effects are read (a sensor's gain, place or delay): it is tried beside each of them.
     law : object, optional
         How the plant computes it; each kind says what it expects. Kind element: a function
         ``(deflection, speed, parameters) -> force`` of floats and one array that numba can compile.
@@ -84,6 +86,7 @@ class EffectCard:
     signature: str
     aliases: tuple[str, ...] = ()
     separating_test: str = ""
+    acts_on_others: bool = False
     law: Any = None
 
     def __post_init__(self) -> None:

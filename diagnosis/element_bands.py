@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from diagnosis.element_records import N_BANDS, ElementRecord
-from diagnosis.element_signals import FloatArray, pass_gain
+from diagnosis.element_signals import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class BandTable:
     noise_square: FloatArray
 
 
-def band_table(records: Sequence[ElementRecord], noise: FloatArray, *, filtered: bool) -> BandTable:
+def band_table(records: Sequence[ElementRecord], noise: FloatArray) -> BandTable:
     """Bands common to all records, evenly wide on a logarithmic axis.
 
     Parameters
@@ -35,8 +35,6 @@ def band_table(records: Sequence[ElementRecord], noise: FloatArray, *, filtered:
         Runs.
     noise : ndarray, shape (n_runs,)
         Variance of the noise by run.
-    filtered : bool
-        Whether residuals hold the trusted band only.
 
     Returns
     -------
@@ -52,9 +50,8 @@ def band_table(records: Sequence[ElementRecord], noise: FloatArray, *, filtered:
             own = record.block == block
             span = _span(own)
             frequency, weight = _lines(span.stop - span.start, record.step)
-            gain = pass_gain(frequency, record.cutoff_hz) ** 2 if filtered else np.ones(frequency.size)
             present = own.sum() / (span.stop - span.start)
-            counts.append(np.histogram(frequency, edges, weights=weight * gain * present)[0])
+            counts.append(np.histogram(frequency, edges, weights=weight * present)[0])
     table = np.array(counts)
     variance = np.repeat(noise, [record.n_blocks for record in records])
     return BandTable(edges, table, table * variance[:, None])

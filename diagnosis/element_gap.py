@@ -48,7 +48,7 @@ def element_gap_cells(
     """
     tables = []
     for record, residual, variance in zip(records, residuals, noise, strict=True):
-        periods = _periods(record, residual)
+        periods = whole_periods(record, residual)
         tables.append(
             _band_table(record, residual, float(variance)) if periods is None else _line_table(record, periods)
         )
@@ -73,7 +73,7 @@ def element_gap_cells(
 
 
 def element_where_text(
-    cells: Sequence[GapCell], records: Sequence[ElementRecord], *, by_force: bool, growth: float | None
+    cells: Sequence[GapCell], records: Sequence[ElementRecord], *, by_force: bool, growth: str
 ) -> str:
     """Say in one sentence where the gap lies.
 
@@ -85,8 +85,8 @@ def element_where_text(
         Runs.
     by_force : bool
         Drive.
-    growth : float, optional
-        Exponent of the gap's growth with deflection.
+    growth : str
+        Growth of the unexplained force with deflection, in words.
 
     Returns
     -------
@@ -109,15 +109,24 @@ def element_where_text(
     share = 100.0 * sum(cell.share for cell in core)
     place = f"at {high:.3g} Hz" if high <= 1.001 * low else f"between {low:.3g} and {high:.3g} Hz"
     signal = "deflection" if by_force else "force"
-    grows = "" if growth is None else f", grows with deflection^{growth:.1f}"
-    return f"{min(share, 100.0):.0f} % of the gap in {signal} lies {place}, {where}{grows}{_parity_text(seen, records)}"
+    parity = parity_text(cells, records)
+    parity = f", {parity}" if parity else ""
+    return f"{min(share, 100.0):.0f} % of the gap in {signal} lies {place}, {where}{growth}{parity}"
 
 
 _Table = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 
 
-def _periods(record: ElementRecord, residual: FloatArray) -> FloatArray | None:
-    """Residual by period, shape (n_periods, period); None where the drive has fewer than two."""
+def whole_periods(record: ElementRecord, residual: FloatArray) -> FloatArray | None:
+    """Residual by period, shape (n_periods, period); None where the drive has fewer than two.
+
+    Parameters
+    ----------
+    record : ElementRecord
+        Run.
+    residual : ndarray, shape (n,)
+        Signal of that run.
+    """
     first = int(np.argmax(record.counts))
     n = (residual.size - first) // record.period if record.period else 0
     return residual[first : first + n * record.period].reshape(n, record.period) if n >= 2 else None
@@ -174,8 +183,19 @@ def _drawn_shares(draws: FloatArray, others: float) -> FloatArray:
     return draws / np.where(total == 0.0, np.nan, total)
 
 
-def _parity_text(seen: Sequence[GapCell], records: Sequence[ElementRecord]) -> str:
-    """Parity of the lines of the gap where the drive is periodic and of one parity itself."""
+def parity_text(cells: Sequence[GapCell], records: Sequence[ElementRecord]) -> str:
+    """Parity of the significant lines of the gap; empty where the drive is not periodic or not of odd lines itself.
+
+    Parameters
+    ----------
+    cells : sequence of GapCell
+        Gap map.
+    records : sequence of ElementRecord
+        Runs.
+    """
+    seen = [cell for cell in cells if cell.p_value < _SIGNIFICANCE and cell.coherent > 0.0]
+    if not seen:
+        return ""
     record = records[0]
     if not all(own.period for own in records):
         return ""
@@ -187,5 +207,5 @@ def _parity_text(seen: Sequence[GapCell], records: Sequence[ElementRecord]) -> s
     lines = [(int(cell.order), cell.coherent) for cell in seen if cell.order >= 1]
     odd = sum(value for line, value in lines if line % 2) / max(sum(value for _, value in lines), np.finfo(float).tiny)
     if odd >= _PURE:
-        return ", on odd lines: the missing law is odd"
-    return ", on even lines: the missing law is even" if odd <= 1.0 - _PURE else ", on odd and even lines"
+        return "on odd lines: the missing law is odd"
+    return "on even lines: the missing law is even" if odd <= 1.0 - _PURE else "on odd and even lines"

@@ -142,7 +142,7 @@ class ElementModel:
             response = restoring_force(q, v, a, flat, limits, *laws, *own) + placebo
             slope = np.gradient(response)
         delay = flat[SLOT["delay"]] / record.step
-        return shifted(response, slope, delay) if delay else response
+        return shifted(response, slope, delay) if delay and np.isfinite(response).all() else response
 
     def _motion(
         self,

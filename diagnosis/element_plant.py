@@ -13,14 +13,18 @@ from diagnosis.effect_cards import EffectCard, effect_library
 from diagnosis.element_bands import BandTable, band_table, block_squares
 from diagnosis.element_effects import ELEMENT_CARDS, KIND, PLACEBO_CARDS
 from diagnosis.element_gap import element_gap_cells, element_where_text
-from diagnosis.element_growth import growth_exponent
+from diagnosis.element_gap_detail import element_findings, element_scalars
+from diagnosis.element_growth import growth_exponent, growth_words
 from diagnosis.element_model import ElementModel, ElementScale, compiled_laws, substeps_for
 from diagnosis.element_records import ElementRecord, element_records, noise_variance
-from diagnosis.element_signals import band_limited
-from diagnosis.element_signatures import Column, base_columns, element_signatures, known_force, signature_columns
+from diagnosis.element_scale import element_scale
+from diagnosis.element_signatures import Column, element_signatures, signature_columns
 from diagnosis.element_starts import element_starts
 from diagnosis.element_trials import element_trials
+from diagnosis.gap_detail import GapFindings, Scalar
 from diagnosis.plants import BoolArray, Effects, FloatArray, GapCell, Parameter, Piece, PieceSums, Signatures, Trial
+from diagnosis.report_element_loops import element_loops
+from diagnosis.report_pictures import Picture
 from identification.campaign import Campaign
 
 #: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
@@ -45,6 +49,8 @@ class ElementPlant:
         Whether it was declared or comes from repeats.
     channel : str
         Name of the channel.
+    noise_is_declared : bool
+        Whether the campaign declares it, so that the scatter of repeats can be held against it.
     """
 
     model: ElementModel
@@ -52,6 +58,7 @@ class ElementPlant:
     noise: FloatArray
     noise_is_measured: bool
     channel: str
+    noise_is_declared: bool = False
 
     @property
     def unit(self) -> str:
@@ -81,7 +88,7 @@ class ElementPlant:
     @cached_property
     def bands(self) -> BandTable:
         """Bands of frequency of the score."""
-        return band_table(self.records, self.noise, filtered=not self.model.by_force)
+        return band_table(self.records, self.noise)
 
     @property
     def cell_counts(self) -> FloatArray:
@@ -108,6 +115,9 @@ class ElementPlant:
         square = np.zeros(len(self.pieces))
         for record, places in self._chosen_runs(chosen):
             residual = self._residual(record, effects, theta)
+            if not np.isfinite(residual).all():
+                square[places] = np.inf
+                continue
             rows = self._derivatives(record, effects, theta, residual)
             for block, place in enumerate(places):
                 own, left = rows[:, record.block == block], residual[record.block == block]
@@ -128,14 +138,33 @@ class ElementPlant:
 
     def gap_cells(self, effects: Effects, theta: FloatArray) -> tuple[GapCell, ...]:
         """Gap by line or band and run."""
-        residuals = [self._residual(record, effects, theta) for record in self.records]
-        return element_gap_cells(self.records, residuals, self.noise, channel=self.channel)
+        return element_gap_cells(self.records, self._residuals(effects, theta), self.noise, channel=self.channel)
 
     def where_text(self, effects: Effects, theta: FloatArray) -> str:
         """One sentence."""
         cells = self.gap_cells(effects, theta)
-        growth = growth_exponent(self.model, self.records)
+        growth = growth_words(growth_exponent(self.model, self.records, self.noise))
         return element_where_text(cells, self.records, by_force=self.model.by_force, growth=growth)
+
+    def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
+        """Gap by block, incoherent part, growth and parity."""
+        return element_findings(
+            self.model,
+            self.records,
+            self._residuals(effects, theta),
+            self.gap_cells(effects, theta),
+            noise=self.noise,
+            is_declared=self.noise_is_declared,
+            channel=self.channel,
+        )
+
+    def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
+        """Peak to peak and RMS of a model."""
+        return element_scalars(self.records, self._residuals(effects, theta), self.unit)
+
+    def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
+        """Force-space loops for the report."""
+        return element_loops(self.model, self.records, effects, theta)
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "ElementPlant":
         """Plant that measured what a model predicts."""
@@ -177,11 +206,14 @@ class ElementPlant:
             first += record.n_blocks
         return runs
 
+    def _residuals(self, effects: Effects, theta: FloatArray) -> list[FloatArray]:
+        return [self._residual(record, effects, theta) for record in self.records]
+
     def _residual(self, record: ElementRecord, effects: Effects, theta: FloatArray) -> FloatArray:
         """Measured less predicted; zero where nothing was measured."""
         residual = record.response - self.model.predicted(record, effects, theta)
-        if not self.model.by_force:
-            residual = band_limited(residual, record.step, record.cutoff_hz)
+        if not np.isfinite(residual).all():  # the motion ran away
+            return np.where(record.block >= 0, np.inf, 0.0)
         return np.where(record.block >= 0, residual, 0.0)
 
     def _derivatives(
@@ -195,8 +227,8 @@ class ElementPlant:
             step = -step if theta[k] + step > parameter.upper else step
             moved = theta.copy()
             moved[k] += step
-            change = (residual - self._residual(record, effects, moved)) / step
-            return np.where(np.isfinite(change), change, 0.0)
+            changed = self._residual(record, effects, moved)
+            return (residual - changed) / step if np.isfinite(changed).all() else np.zeros(residual.size)
 
         parameters = self.parameters(effects)
         if residual.size < _THREADED:
@@ -244,7 +276,7 @@ def element_plant(campaign: Campaign) -> ElementPlant:
     )
     scale = element_scale(unscaled, records)
     model = replace(unscaled, scale=scale, substeps=substeps_for(scale, max(record.step for record in records)))
-    return ElementPlant(model, records, noise, measured, channel.name)
+    return ElementPlant(model, records, noise, measured, channel.name, channel.noise_std is not None)
 
 
 def _refuse_mixed_units(campaign: Campaign, input_name: str) -> None:
@@ -258,26 +290,3 @@ def _refuse_mixed_units(campaign: Campaign, input_name: str) -> None:
             f"[[channels]]: unit of '{channel.name}' is {channel.unit} and that of the input '{input_name}' is {declared}; "
             "expected both in SI units, or both declared as an analogue"
         )
-
-
-def element_scale(model: ElementModel, records: Sequence[ElementRecord]) -> ElementScale:
-    """Sizes of an element from its measured motion, and its baseline by least squares in force space."""
-    plain = replace(model, contained=())
-    rows = [base_columns(plain, record)[:, record.block >= 0] for record in records]
-    force = [known_force(model, record)[record.block >= 0] for record in records]
-    design, target = np.concatenate(rows, axis=1), np.concatenate(force)
-    size = np.linalg.norm(design, axis=1)
-    solution = np.linalg.lstsq((design / size[:, None]).T, target, rcond=1e-10)[0] / size
-    mass = model.mass if model.mass is not None else max(float(solution[0]), 0.0)
-    inertia = 0.0 if model.mass is not None else solution[0] * design[0]
-    K1, C1, f0 = (float(value) for value in solution[-3:])
-    restoring = target - inertia
-    return ElementScale(
-        force=float(restoring.std()) or float(target.std()),
-        deflection=float(design[-3].std()),
-        speed=float(np.sqrt(np.mean(design[-2] ** 2))),
-        m=mass,
-        K1=max(K1, 0.0),
-        C1=max(C1, 0.0),
-        f0=f0,
-    )

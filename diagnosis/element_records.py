@@ -19,6 +19,8 @@ _PIECES = 24
 FEWEST_IN_BLOCK = 64
 #: Bands of frequency of the score.
 N_BANDS = 16
+#: Periods of the trusted band's end that a derivative needs beside it, and the share of a record they may take at either end.
+_EDGE_PERIODS, _LARGEST_EDGE = 10.0, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +158,9 @@ def prepared_record(
     """Record of evenly sampled signals; fields as in :class:`ElementRecord`, `names` are run and condition."""
     deflection, force = (response, drive) if by_force else (drive, response)
     cutoff = trusted_frequency(deflection, step)
-    block, n_blocks = _blocks(counts, int(np.argmax(counts)), period, n_blocks)
+    if not (by_force and period):
+        counts = counts & _is_inner(counts.size, cutoff * step)
+    block, n_blocks = _blocks(counts, period, n_blocks)
     return ElementRecord(
         name=names[0],
         condition=names[1],
@@ -175,6 +179,17 @@ def prepared_record(
     )
 
 
+def _is_inner(n: int, cutoff: float) -> NDArray[np.bool_]:
+    """Samples far enough from the ends of a record of `n` for their derivatives; `cutoff` in cycles a sample.
+
+    Beyond its ends a record is unknown: the acceleration there is a guess that is felt some periods into the record. Where
+    the deflection is predicted whole periods count more.
+    """
+    edge = min(int(np.ceil(_EDGE_PERIODS / cutoff)), int(_LARGEST_EDGE * n))
+    place = np.arange(n)
+    return (place >= edge) & (place < n - edge)
+
+
 def _placebo_seeds(run: str) -> tuple[int, int]:
     """Seeds of a run's two surrogates."""
     own = zlib.crc32(run.encode())
@@ -186,16 +201,21 @@ def _motion(deflection: FloatArray, step: float, cutoff: float) -> tuple[FloatAr
     return q, v, a
 
 
-def _blocks(counts: NDArray[np.bool_], settle: int, period: int, wanted: int) -> tuple[NDArray[np.int64], int]:
-    """Cut the settled part into blocks of like length; whole periods where there are as many as blocks."""
-    n = counts.size - settle
+def _blocks(counts: NDArray[np.bool_], period: int, wanted: int) -> tuple[NDArray[np.int64], int]:
+    """Cut from the first to the last sample that counts into blocks of like length; whole periods where there are as many."""
+    counted = np.flatnonzero(counts)
+    first, n = int(counted[0]), int(counted[-1] - counted[0]) + 1
     n_blocks = max(1, min(wanted, n // FEWEST_IN_BLOCK))
     length = -(-n // n_blocks)
     if period and n // period >= n_blocks:
         length = max(1, (n // period) // n_blocks) * period
         n_blocks = max(1, n // length)
-    place = np.minimum((np.arange(counts.size) - settle) // length, n_blocks - 1)
-    return np.where(counts, place, -1), n_blocks
+    place = np.minimum((counted - first) // length, n_blocks - 1)
+    # A block that is missing throughout is no block.
+    present, number = np.unique(place, return_inverse=True)
+    block = np.full(counts.size, -1)
+    block[counted] = number
+    return block, present.size
 
 
 def noise_variance(campaign: Campaign, records: Sequence[ElementRecord]) -> tuple[FloatArray, bool]:

@@ -49,6 +49,13 @@ def element_starts(
         for found in solutions
         if known
     ]
+    if model.by_force and not known:
+        # What the response to the force says of the baseline, which noise in the deflection does not touch.
+        scale = {(BASELINE, name): getattr(model.scale, name) for name in ("m", "K1", "C1", "f0")}
+        starts += [
+            np.array([scale.get((p.effect, p.name), found.get((p.effect, p.name), _off(p))) for p in parameters])
+            for found in solutions
+        ]
     lower, upper = np.array([[p.lower, p.upper] for p in parameters]).T
     return [np.clip(start, lower, upper) for start in starts]
 

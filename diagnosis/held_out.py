@@ -12,6 +12,8 @@ from diagnosis.plants import FloatArray, Plant
 #: Steps of a fold's fit: it starts at the fit to all pieces, next to its own minimum.
 _FOLD_STEPS = 4
 _STACKING_STEPS = 500
+#: Largest squared miss of one cell that still counts, in variances.
+_WORST = 1e12
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,9 +164,15 @@ def drawn_counts(groups: Sequence[str], *, n_samples: int, rng: np.random.Genera
 
 
 def _log_density(plant: Plant, trained: FloatArray, fold: Fold, held: FloatArray) -> FloatArray:
-    counts = np.maximum(plant.cell_counts[fold.training].sum(axis=0), 1.0)
+    trained_counts = plant.cell_counts[fold.training].sum(axis=0)
+    counts = np.maximum(trained_counts, 1.0)
     noise = plant.noise_square[fold.training].sum(axis=0) / counts
     variance = np.maximum(trained[fold.training].sum(axis=0) / counts, np.maximum(noise, np.finfo(float).tiny))
     own_counts = plant.cell_counts[fold.held_out]
-    terms = own_counts * np.log(2.0 * np.pi * variance) + held[fold.held_out] / variance
-    return -0.5 * np.where(own_counts > 0.0, terms, 0.0).sum(axis=1)
+    # A model that runs away predicts as badly as any model can.
+    with np.errstate(over="ignore"):
+        misses = np.minimum(held[fold.held_out] / variance, _WORST)
+    terms = own_counts * np.log(2.0 * np.pi * variance) + misses
+    # A cell that no training piece holds says nothing of its variance.
+    counted = (own_counts > 0.0) & (trained_counts > 0.0)
+    return -0.5 * np.where(counted, terms, 0.0).sum(axis=1)

@@ -71,12 +71,30 @@ class Ladder:
         square = self.fit(effects).sums.square.sum()
         floor = float(self.plant.noise_square.sum())
         smaller = [own for own in combinations(sorted(effects), len(effects) - 1) if own in self.fits]
-        shares = [explained_share(self.fits[own].sums.square.sum(), square, floor) for own in smaller]
-        return all(share >= self.thresholds.explained for share in shares)
+        left = [float(self.fits[own].sums.square.sum()) for own in smaller]
+        whole = float(self.fit(()).sums.square.sum()) - floor
+        return all(
+            explained_share(own, square, floor) >= self.thresholds.explained
+            and self._is_material(own, square, floor, whole)
+            for own in left
+        )
+
+    def _is_material(self, before: float, after: float, floor: float, whole: float) -> bool:
+        """Whether a step is a large enough part of the whole gap, or clears what stands out of the floor."""
+        limits = self.thresholds
+        clears = explained_share(before, after, floor) >= limits.clears and before >= limits.stands_out**2 * floor
+        return clears or before - after >= limits.material * whole
 
     def mean_square(self, effects: Effects) -> float:
         """Held-out mean square of a set."""
         return float(self.score(effects).square.sum() / self.plant.cell_counts.sum())
+
+    def leaves_nothing(self, effects: Effects) -> bool:
+        """Whether what a set leaves above the floor is too little for a further effect."""
+        left, floor = self.mean_square(effects), self.floor
+        material = self.thresholds.material * (self.mean_square(()) - floor)
+        small = left - floor <= material and left < self.thresholds.stands_out**2 * floor
+        return left <= _NOTHING_LEFT * floor or small
 
     @property
     def floor(self) -> float:
@@ -86,20 +104,25 @@ class Ladder:
     def refusal(self, effects: Effects) -> str:
         """Why a set is not supported; empty where every effect in it is.
 
-        An effect must stand off its physical bounds, explain at least the share `explained` of what is left without it, and
-        shrink the held-out RMS in 97.5 % of the bootstrap draws.
+        An effect must stand off its physical bounds, explain at least the share `explained` of what is left without it and,
+        beside others, a material part of the whole gap (:class:`diagnosis.thresholds.Thresholds`), and shrink the held-out
+        RMS in 97.5 % of the bootstrap draws.
         """
         score = self.score(effects)
         for parameter, hit in zip(score.fit.parameters, score.fit.at_bound, strict=True):
             if hit and parameter.effect in effects:
                 return f"{parameter.name} of {parameter.effect} stands on its physical bound"
         smaller = [tuple(own for own in effects if own != effect) for effect in effects]
+        floor = float(self.plant.noise_square.sum())
+        whole = float(self.score(()).square.sum()) - floor
         # Sets that are scored already come first: they may settle it without another fit.
         for effect, rest in sorted(zip(effects, smaller, strict=True), key=lambda pair: pair[1] not in self.scores):
             without = self.score(rest)
-            share = explained_share(without.square.sum(), score.square.sum(), float(self.plant.noise_square.sum()))
+            share = explained_share(without.square.sum(), score.square.sum(), floor)
             if share < self.thresholds.explained:
                 return f"{effect} explains {max(share, 0.0):.0%} of what is left without it"
+            if rest and not self._is_material(float(without.square.sum()), float(score.square.sum()), floor, whole):
+                return f"{effect} explains less than {self.thresholds.material:.0%} of the whole gap"
             draws = self.shrink_draws(without, score)
             if np.quantile(draws, 0.975) >= 1.0:
                 return f"{effect} does not shrink the held-out gap in every draw"
@@ -139,7 +162,7 @@ def climb(ladder: Ladder, screened: Screen, signatures: Signatures) -> None:
     level: list[Effects] = [ladder.score((effect,)).fit.effects for effect in survivors]
     for size in range(2, ladder.thresholds.most_effects + 1):
         level.sort(key=ladder.mean_square)
-        nothing_left = bool(level) and ladder.mean_square(level[0]) <= _NOTHING_LEFT * ladder.floor
+        nothing_left = bool(level) and ladder.leaves_nothing(level[0])
         if not level or nothing_left or (size > 2 and not _last_level_pays(ladder, level)):
             return
         larger = []
@@ -147,9 +170,17 @@ def climb(ladder: Ladder, screened: Screen, signatures: Signatures) -> None:
             if ladder.mean_square(effects) <= _FAR_BEHIND * ladder.mean_square(level[0]):
                 further = _further_effects(effects, screened, signatures, survivors)
                 larger += [tuple(sorted((*effects, effect))) for effect in further]
+        if size == 2:
+            larger += _beside_sensors(ladder.plant, survivors)
         level = [effects for effects in dict.fromkeys(larger) if ladder.is_worth_scoring(effects)]
         for effects in level:
             ladder.score(effects)
+
+
+def _beside_sensors(plant: Plant, survivors: Effects) -> list[Effects]:
+    """Every survivor with every effect that acts on it: neither need show alone what both do together."""
+    acting = [card.id for card in plant.cards.values() if card.acts_on_others]
+    return [tuple(sorted((effect, other))) for effect in survivors for other in acting if effect != other]
 
 
 def _last_level_pays(ladder: Ladder, level: list[Effects]) -> bool:

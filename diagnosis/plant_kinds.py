@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 
 from diagnosis.carrier_plant import carrier_plant
 from diagnosis.element_plant import element_plant
+from diagnosis.mounting_plant import mounting_plant
 from diagnosis.plants import Plant
 from fe.deflection_curves import DeflectionCurve
 from identification.campaign import Campaign
@@ -48,8 +49,14 @@ def _carrier(campaign: Campaign, curves: Curves | None) -> tuple[Plant, bool]:
     return carrier_plant(campaign, curves), True
 
 
+def _mounting(campaign: Campaign, curves: Curves | None) -> tuple[Plant, bool]:
+    plant = mounting_plant(campaign)
+    return plant, plant.noise_is_measured
+
+
 #: Builder by kind: gives the plant, and whether its noise floor was declared or comes from repeats.
 PLANT_BUILDERS: dict[str, Callable[[Campaign, Curves | None], tuple[Plant, bool]]] = {
     "carrier": _carrier,
     "element": _element,
+    "mounting": _mounting,
 }

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from diagnosis.gap_detail import GapDetail
 from diagnosis.plants import Effects, GapCell
+from diagnosis.report_pictures import Picture
 from diagnosis.screening import Screen
 
 NAMED, NAMED_WITH_REMAINDER, ALIASED = "named", "named_with_remainder", "aliased"
@@ -155,6 +157,10 @@ class Diagnosis:
         Which.
     shrinkage : Shrinkage
         How far.
+    pictures : tuple of Picture
+        Gap along the motion, where the plant draws it.
+    gap : GapDetail, optional
+        The baseline's gap beyond its map, where the plant looks at it.
     """
 
     campaign: str
@@ -165,6 +171,8 @@ class Diagnosis:
     where_text: str
     attribution: Attribution
     shrinkage: Shrinkage
+    pictures: tuple[Picture, ...] = ()
+    gap: GapDetail | None = None
 
 
 def finite_or_none(value: float) -> float | None:

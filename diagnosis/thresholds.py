@@ -14,9 +14,20 @@ class Thresholds:
         declared noise stay below 1.05; noise known to 5 % adds another 10 %.
     floor_ratio_estimated : float
         The same where the floor itself is estimated from the record.
+    coloured_ratio : float
+        The same where a flexible model learns nothing of the gap: noise whose neighbours are correlated by a half carries, at low
+        frequencies, three times the mean square of white noise of the declared size.
+    nothing_learnt : float
+        Largest share of the gap that counts as nothing learnt.
     explained : float
         An effect belongs to a set only where it explains this share of what is left without it: a smaller share is a
         remainder, not a cause.
+    material : float
+        Beside others, an effect belongs to a set where it explains this share of the whole gap above the floor: below a tenth of
+        the amplitude, what the law of the larger effect gets wrong may look like another effect.
+    stands_out, clears : float
+        A smaller effect belongs to a set too where what is left without it is this many times the RMS of the floor and the
+        effect explains this share of that: an error in the form of a law is not the form of another law.
     named_share : float
         A set is named only where it explains this share of the gap above the floor. True effects of the library explain more
         than 0.9 even where their law differs in form; a one-sided spring passes for a quadratic one at 0.6.
@@ -55,7 +66,12 @@ class Thresholds:
 
     floor_ratio: float = 1.15
     floor_ratio_estimated: float = 1.5
+    coloured_ratio: float = 3.0
+    nothing_learnt: float = 0.1
     explained: float = 0.5
+    material: float = 0.01
+    stands_out: float = 2.0
+    clears: float = 0.9
     named_share: float = 0.7
     class_weight: float = 0.9
     placebo_share: float = 0.25

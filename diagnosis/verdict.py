@@ -48,8 +48,13 @@ def verdict(
     limits = ladder.thresholds
     ratio = (shrinkage.rms_before / shrinkage.noise_floor) ** 2 if shrinkage.noise_floor > 0.0 else np.inf
     highest = limits.floor_ratio if floor_is_measured else limits.floor_ratio_estimated
-    if ratio <= highest and not selection.accepted:
+    if ratio <= highest and (floor_is_measured or not selection.accepted):
         return AT_NOISE_FLOOR, f"the held-out gap is {ratio:.3f} times the mean square of the noise floor"
+    if ratio <= limits.coloured_ratio and learnable <= limits.nothing_learnt and not selection.accepted:
+        return AT_NOISE_FLOOR, (
+            f"the held-out gap is {ratio:.2f} times the mean square of the noise floor, and a flexible model learns nothing of "
+            "it: as from noise whose neighbouring samples are correlated"
+        )
     visible = [own for own in screened.effects if own.surviving >= limits.surviving_share]
     if not visible:
         return NOT_DIAGNOSABLE, "the baseline absorbs the signature of every effect in these records"

@@ -91,7 +91,11 @@ def read_campaign_header(folder: Path) -> CampaignHeader:
 
 
 def write_campaign(
-    campaign: Campaign, folder: Path, *, more_files: Mapping[str, Callable[[Path], None]] | None = None
+    campaign: Campaign,
+    folder: Path,
+    *,
+    more_files: Mapping[str, Callable[[Path], None]] | None = None,
+    standing: Mapping[str, Path] | None = None,
 ) -> None:
     """Write a campaign folder; it appears complete or not at all.
 
@@ -103,6 +107,9 @@ def write_campaign(
         New, empty, or an earlier campaign, which is replaced.
     more_files : mapping of str to callable, optional
         Functions that write further files of the folder (deflection curves), by file name.
+    standing : mapping of str to Path, optional
+        Run files that stand already, by file name (:mod:`identification.growing_runs`): moved into the folder, in place of what
+        the campaign's runs hold.
 
     Raises
     ------
@@ -111,14 +118,18 @@ def write_campaign(
     """
     document = campaign_document(campaign)
     campaign_header(document)  # what is written must be readable again
-    _refuse_foreign_folder(folder)
+    refuse_foreign_folder(folder)
     partial = folder.with_name(f".{folder.name}.{uuid4().hex[:8]}.partial")
     partial.mkdir(parents=True)
     try:
         for name, write in (more_files or {}).items():
             write(partial / checked_file_name(name, "file"))
         for run in campaign.runs:
-            _write_run(run, partial / checked_file_name(run.file, f"run {run.name}: file"))
+            path = partial / checked_file_name(run.file, f"run {run.name}: file")
+            if standing and run.file in standing:
+                os.replace(standing[run.file], path)
+            else:
+                _write_run(run, path)
         (partial / DOCUMENT_NAME).write_bytes(tomli_w.dumps(document).encode())
         _replace_folder(partial, folder)
     finally:
@@ -140,8 +151,14 @@ def _replace_folder(new: Path, folder: Path) -> None:
     shutil.rmtree(old)
 
 
-def _refuse_foreign_folder(folder: Path) -> None:
-    """Only an empty folder or one that holds nothing but a campaign may be replaced."""
+def refuse_foreign_folder(folder: Path) -> None:
+    """Only an empty folder or one that holds nothing but a campaign may be replaced.
+
+    Raises
+    ------
+    ValueError
+        Where it is a file or a link, or holds something else; the message names it.
+    """
     if folder.is_file() or folder.is_symlink():
         raise ValueError(f"{folder}: a file or a link; expected a new folder for the campaign")
     if not folder.exists() or not any(folder.iterdir()):

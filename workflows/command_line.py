@@ -28,6 +28,7 @@ _COMMANDS = {
     "gear-life": ("estimate_gear_life", "gear_life_table"),
     "identify": ("identify_parameters", "estimate_table"),
     "diagnose": ("diagnose_campaign", "diagnosis_table"),
+    "blind-check": ("run_blind_check", "blind_check_table"),
     "printed-tables": ("read_printed_tables", "printed_tables_table"),
 }
 

@@ -1,24 +1,28 @@
 """Tell where the gap between a campaign and its simulation lies, which effect is missing, how far it shrinks.
 
-Writes diagnosis.json. A good answer: a verdict whose held-out shrink interval excludes one, a placebo that does not
-shrink the gap, and what is left near the noise floor; "none of these" and "not diagnosable" are answers too.
+Writes diagnosis.json and report.html. A good answer: a verdict whose held-out shrink interval excludes one, a placebo
+that does not shrink the gap, and what is left near the noise floor; "none of these" and "not diagnosable" are answers too.
 """
 
+from datetime import datetime
 from pathlib import Path
 
 from diagnosis.diagnose import diagnose
 from diagnosis.diagnosis_files import write_diagnosis
 from diagnosis.plant_kinds import plant_of
+from diagnosis.report import ReportSource
+from diagnosis.report_files import write_report
 from diagnosis.results import Diagnosis
 from fe.curve_files import read_curves
 from fe.deflection_curves import DeflectionCurve
 from identification.campaign import Campaign
 from identification.campaign_files import read_campaign
 from workflows.default_curves import default_curves
-from workflows.outputs import prepared_folder
+from workflows.outputs import prepared_folder, versions
 from workflows.progress import Stages
 
 DIAGNOSIS_FILE = "diagnosis.json"
+REPORT_FILE = "report.html"
 
 
 def main(campaign: Path, *, out: Path, quiet: bool = False) -> Diagnosis:
@@ -29,7 +33,7 @@ def main(campaign: Path, *, out: Path, quiet: bool = False) -> Diagnosis:
     campaign : Path
         Campaign folder.
     out : Path
-        Folder for diagnosis.json.
+        Folder for diagnosis.json and report.html, which need no network to be read.
     quiet : bool
         Show no progress.
 
@@ -45,11 +49,11 @@ def main(campaign: Path, *, out: Path, quiet: bool = False) -> Diagnosis:
     OSError
         Where `out` cannot be written.
     """
-    stages = Stages(3, quiet)
+    stages = Stages(4, quiet)
     with stages.stage(f"reading {campaign}"):
         measured = read_campaign(campaign)
     with stages.stage("signals and noise floor"):
-        plant, floor_is_measured = plant_of(measured, _curves(measured, campaign))
+        plant, floor_is_measured = plant_of(measured, campaign_curves(measured, campaign))
     prepared_folder(out)
     with stages.stage("which effect, and how far"):
         found = diagnose(
@@ -59,11 +63,14 @@ def main(campaign: Path, *, out: Path, quiet: bool = False) -> Diagnosis:
             floor_is_measured=floor_is_measured,
             note=stages.note,
         )
-    write_diagnosis(out / DIAGNOSIS_FILE, found)
+    with stages.stage(f"writing {out / REPORT_FILE}"):
+        write_diagnosis(out / DIAGNOSIS_FILE, found)
+        written = f"{datetime.now():%Y-%m-%d %H:%M}"
+        write_report(out / REPORT_FILE, found, ReportSource(measured, str(campaign), versions(), written))
     return found
 
 
-def _curves(campaign: Campaign, folder: Path) -> dict[str, DeflectionCurve] | None:
+def campaign_curves(campaign: Campaign, folder: Path) -> dict[str, DeflectionCurve] | None:
     """Deflection curves of a carrier: the campaign's own, or the default carrier's."""
     if campaign.kind != "carrier":
         return None

@@ -74,7 +74,11 @@ def plain(value: Any) -> Any:
 
 def save_json(path: Path, content: Mapping[str, Any]) -> None:
     """Write `content` as indented JSON."""
-    text = json.dumps(plain(content), indent=2, ensure_ascii=False) + "\n"
+    save_text(path, json.dumps(plain(content), indent=2, ensure_ascii=False) + "\n")
+
+
+def save_text(path: Path, text: str) -> None:
+    """Write text."""
     with whole_file(path) as file:
         file.write_text(text, encoding="utf-8")
 

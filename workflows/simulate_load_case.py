@@ -45,7 +45,7 @@ class SimulatedLoadCases:
 
 
 def main(
-    case: Path, *, out: Path, curves: Path | None = None, quiet: bool = False
+    case: Path, *, out: Path, curves: Path | None = None, linearised: Path | None = None, quiet: bool = False
 ) -> SimulatedLoadCases | simulate_mounting.SimulatedMounting | simulate_stage.SimulatedStage:
     """Simulate the sensors in a set of load cases and write them as a campaign folder.
 
@@ -59,6 +59,8 @@ def main(
     curves : Path, optional
         Deflection curves of the carrier (CSV: theta_deg, delta_s, delta_f [m per kN m]); without it those of the
         default carrier serve. A case of kind mounting has none.
+    linearised : Path, optional
+        Folder for the modes, the frequency response of the sensors and the Campbell diagram of a case of kind mounting.
     quiet : bool
         Show no progress.
 
@@ -73,13 +75,15 @@ def main(
         Where the case or the curves are refused, or the folder holds something that is not a campaign.
     """
     document = read_case_document(case)
+    if linearised is not None and document.get("kind") != "mounting":
+        raise ValueError(f"--linearised is {linearised}; only a case of kind mounting is linearised here")
     if document.get("format") == STAGE_FORMAT:
         return simulate_stage.main(case, out=out, curves=curves, quiet=quiet)
     if document.get("kind") != "mounting":
         return simulate_carrier(case, out=out, curves=curves, quiet=quiet)
     if curves is not None:
         raise ValueError(f"--curves is {curves}; a case of kind mounting has no deflection curves")
-    return simulate_mounting.main(case, out=out, quiet=quiet)
+    return simulate_mounting.main(case, out=out, linearised=linearised, quiet=quiet)
 
 
 def simulate_carrier(case: Path, *, out: Path, curves: Path | None = None, quiet: bool = False) -> SimulatedLoadCases:

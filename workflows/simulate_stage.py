@@ -1,13 +1,14 @@
 """Simulate the whole planetary stage in a set of load cases: what a ``carrierflex-stage-case`` asks for.
 
-Bodies come from the parameters by finite elements and Craig-Bampton reduction, the stage runs in time, and the sensors'
-signals become a campaign of kind ``carrier``. A good answer: order 3 of the rim's deflection in proportion to the torque,
-energy that balances to rounding, and planets that share the load but for weight and pin errors.
+Bodies come from the parameters by finite elements and Craig-Bampton reduction or from files, the stage runs in time, and
+the sensors' signals become a campaign of kind ``carrier``, written as they come: memory does not grow with the length. A
+good answer: order 3 of the rim's deflection in proportion to the torque, energy that balances to rounding, and planets that
+share the load but for weight and pin errors.
 """
 
 import shutil
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,33 +16,42 @@ import numpy as np
 from fe.curve_files import read_curves, write_curves
 from fe.deflection_curves import DeflectionCurve
 from geometry.carrier_mesh import DEFAULT_SIZE
-from geometry.parameter_files import read_parameters
 from identification.campaign import Baseline, Campaign, Channel
 from identification.campaign_files import CASE_COPY, write_campaign
+from identification.growing_runs import GrowingRuns, growing_runs
 from identification.records import Run
 from identification.simulated_campaign import CURVES_FILE
-from reduction.craig_bampton import craig_bampton
-from reduction.pin_joints import carrier_with_pins
 from simulation.stage.response import StageDivergedError, joined_records, steps_per_sample
-from simulation.stage.stage_body import ShaftData, StageBody, beam_shaft, joined_to_shaft
 from simulation.stage.stage_cases import StageCase, StageRun, read_stage_case
 from simulation.stage.stage_model import StageModel, stage_model
 from simulation.stage.stage_run import StageResponse, simulate_stage
-from workflows.named_bodies import body_structure
 from workflows.progress import Stages
-
-#: Fixed-interface modes of carrier and pin: up to about 2 kHz, far beyond the mesh frequency's harmonics.
-_CARRIER_MODES, _PIN_MODES = 20, 4
+from workflows.stage_bodies import default_stage_body, stage_body_of_files
 
 
 @dataclass(frozen=True, eq=False)
 class SimulatedStage:
-    """The case, the campaign, its folder, and the energy that each run's balance left over, over the work done."""
+    """What the workflow made.
+
+    Parameters
+    ----------
+    case : StageCase
+        The case.
+    campaign : Campaign
+        The campaign; of every run it holds the last piece alone, the records are in the folder.
+    folder : Path
+        Where they were written.
+    imbalance : dict of str to float
+        Energy that each run's balance left over, over the work done.
+    n_samples : dict of str to int
+        Length of each run.
+    """
 
     case: StageCase
     campaign: Campaign
     folder: Path
     imbalance: dict[str, float]
+    n_samples: dict[str, int]
 
 
 def main(
@@ -65,35 +75,41 @@ def main(
     Raises
     ------
     ValueError
-        Where the case is refused, or the folder holds something that is not a campaign.
+        Before the run, where the case or a body is refused, or the folder holds something that is not a campaign.
     StageDivergedError
         Where a run leaves the range of small motions; what there is of it is written first.
+    KeyboardInterrupt
+        Likewise.
     """
     what = read_stage_case(case)
     steps_per_sample(what.speed, what.data.gear.ring_teeth, sample_rate=what.sample_rate, step=what.step)
     curve_set = _curves(curves)
     stages = Stages(len(what.runs) + 2, quiet)
     with stages.stage(f"reduced carrier and pins, elements of {size} m"):
-        body = default_stage_body(what.pin_fit_stiffness, size)
+        if what.bodies:
+            body = stage_body_of_files(what.bodies, what.pin_fit_stiffness, size)
+        else:
+            body = default_stage_body(what.pin_fit_stiffness, size)
     model = stage_model(body, what.data, effects=what.effects, speed=what.speed)
-    rng, records = np.random.default_rng(what.seed), []
-    imbalance: dict[str, float] = {}
-    diverged: StageDivergedError | None = None
-    for run in what.runs:
-        with stages.stage(f"{run.name}, {what.duration:g} s"):
-            pieces, diverged = _pieces(model, what, run, rng)
-        if pieces:
-            records.append(stage_run_record(run, pieces))
-            imbalance[run.name] = max(float(np.abs(piece.record.imbalance).max()) for piece in pieces) / _work(pieces)
-        if diverged:
-            break
-    if records:
-        campaign = stage_campaign(what, records)
+    rng, imbalance = np.random.default_rng(what.seed), dict[str, float]()
+    stopped: BaseException | None = None
+    with growing_runs(out) as growing:
+        for run in what.runs:
+            with stages.stage(f"{run.name}, {what.duration:g} s"):
+                try:
+                    imbalance[run.name] = _grown(model, what, run, rng, growing)
+                except (StageDivergedError, KeyboardInterrupt) as error:
+                    stopped = _stopped(run, growing, error)
+            if stopped is not None:
+                break
+        if not growing.runs:
+            raise stopped or ValueError(f"{case.name}: no run; expected one or more")
+        campaign = stage_campaign(what, list(growing.runs))
         with stages.stage(f"writing {out}"):
-            write_campaign(campaign, out, more_files=_files(case, curve_set))
-    if diverged:
-        raise diverged
-    return SimulatedStage(what, campaign, out, imbalance)
+            write_campaign(campaign, out, more_files=_files(case, curve_set), standing=growing.files)
+    if stopped is not None:
+        raise stopped
+    return SimulatedStage(what, campaign, out, imbalance, growing.n_samples)
 
 
 def _curves(curves: Path | None) -> Mapping[str, DeflectionCurve]:
@@ -102,46 +118,32 @@ def _curves(curves: Path | None) -> Mapping[str, DeflectionCurve]:
     return default_curves() if curves is None else read_curves(curves)
 
 
-def default_stage_body(pin_fit_stiffness: float, size: float, *, carrier_factor: float = 1.0) -> StageBody:
-    """Default carrier and pins by finite elements of `size` [m], reduced and joined, on the beam of the main shaft.
-
-    `carrier_factor` multiplies the carrier's stiffness: a large one makes it rigid.
-    """
-    stage = read_parameters(None)
-    reduced = {}
-    for name, n_modes in (("flexible_carrier", _CARRIER_MODES), ("pin", _PIN_MODES)):
-        _, structure = body_structure(name, stage, size)
-        reduced[name] = craig_bampton(structure, n_modes).model
-    own = reduced["flexible_carrier"]
-    carrier = carrier_with_pins(replace(own, K=carrier_factor * own.K), reduced["pin"], pin_fit_stiffness)
-    return joined_to_shaft(carrier, beam_shaft(ShaftData(), carrier.pilots["shaft_face"]))
-
-
-def _pieces(
-    model: StageModel, what: StageCase, run: StageRun, rng: np.random.Generator
-) -> tuple[list[StageResponse], StageDivergedError | None]:
-    """Pieces of a run, all of it or as far as it came, and why it came no further."""
-    pieces: list[StageResponse] = []
-    try:
-        for piece in simulate_stage(
-            model,
-            run.load,
-            what.sensors,
-            duration=what.duration,
-            sample_rate=what.sample_rate,
-            step=what.step,
-            effects=what.reading,
-            rng=rng,
-        ):
-            pieces.append(piece)  # one by one: a run that stops early keeps its pieces
-    except StageDivergedError as error:
-        return pieces, error
-    return pieces, None
+def _grown(model: StageModel, what: StageCase, run: StageRun, rng: np.random.Generator, growing: GrowingRuns) -> float:
+    """Write a run as it comes; the energy that its balance leaves over, over the work done."""
+    imbalance, work = 0.0, 1.0  # J: a run without torque does no work
+    for piece in simulate_stage(
+        model,
+        run.load,
+        what.sensors,
+        duration=what.duration,
+        sample_rate=what.sample_rate,
+        step=what.step,
+        effects=what.reading,
+        rng=rng,
+        rest_angle=what.rest_angle,
+    ):
+        growing.append(stage_run_record(run, [piece]))
+        imbalance = max(imbalance, float(np.abs(piece.record.imbalance).max()))
+        work = max(work, float(np.abs(piece.record.energy[:, 0]).max()))
+    return imbalance / work
 
 
-def _work(pieces: list[StageResponse]) -> float:
-    """Work of the torque over a run [J]; 1 where none is done."""
-    return max(1.0, *(float(np.abs(piece.record.energy[:, 0]).max()) for piece in pieces))
+def _stopped(run: StageRun, growing: GrowingRuns, error: BaseException) -> BaseException:
+    """The error, noted in the condition of what stays of the run."""
+    if run.name in growing.n_samples:
+        why = f"{error.coordinate} diverged" if isinstance(error, StageDivergedError) else "interrupted"
+        growing.cut(run.name, why)
+    return error
 
 
 def stage_run_record(run: StageRun, pieces: list[StageResponse]) -> Run:

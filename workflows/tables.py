@@ -18,6 +18,7 @@ from reduction.interface_mass import DIRECTIONS, effective_interface_mass
 from reduction.mode_names import mode_names
 from reduction.pin_joints import PIN_FITS
 from reduction.reduced_model import PILOT_COORDINATES, ReducedModel
+from workflows.blind.score_tables import blind_check_table as blind_check_table
 from workflows.simulation_tables import fmu_table as fmu_table
 from workflows.simulation_tables import table_5_table as table_5_table
 from workflows.titled_table import titled_table as _table
@@ -148,8 +149,10 @@ def certificate_table(certificate: Certificate) -> RenderableType:
 def campaign_table(simulated: "SimulatedLoadCases") -> RenderableType:
     """Runs of a simulated campaign."""
     table = _table("simulated campaign", "run", "condition", "samples", "file")
+    lengths = getattr(simulated, "n_samples", {})  # of runs that went to their files piece by piece
     for run in simulated.campaign.runs:
-        table.add_row(run.name, run.condition, str(len(run.time)), str(simulated.folder / run.file))
+        n_samples = lengths.get(run.name, len(run.time))
+        table.add_row(run.name, run.condition, str(n_samples), str(simulated.folder / run.file))
     return table
 
 
@@ -271,6 +274,7 @@ def diagnosis_table(found: Diagnosis) -> RenderableType:
     """Verdict, where, which and how far."""
     far, which = found.shrinkage, found.attribution
     table = _table("diagnosis", "quantity", "value")
+    table.columns[1].justify = "left"
     rows = [("verdict", found.verdict), ("reason", found.reason), ("where", found.where_text)]
     rows += [("effects", ", ".join(which.effects) or "none")]
     rows += [("aliases", " = ".join(members)) for members in which.aliases]

@@ -13,6 +13,7 @@ from simulation.toml_tables import (
     COUNT,
     NOT_NEGATIVE,
     NUMBER,
+    POSITIVE,
     POSITIVE_COUNT,
     TABLE,
     TABLES,
@@ -69,6 +70,8 @@ class MountingCase:
         Flat parameter set of the true mounting.
     runs : tuple of MountingRun
         Runs.
+    step : float, optional
+        Largest step [s] of nonlinear bushings; chosen from their stiffness where the case has none.
     """
 
     name: str
@@ -77,6 +80,7 @@ class MountingCase:
     rig: MountingRig
     truth: ParameterArray
     runs: tuple[MountingRun, ...]
+    step: float | None = None
 
 
 def read_mounting_case(path: Path) -> MountingCase:
@@ -98,7 +102,7 @@ def read_mounting_case(path: Path) -> MountingCase:
     ValueError
         Where the file is missing, not TOML, or a key is unknown, missing or wrong.
     """
-    document = checked_table(read_case_document(path), path.name, required=_CASE_KEYS)
+    document = checked_table(read_case_document(path), path.name, required=_CASE_KEYS, optional={"step": POSITIVE})
     if document["version"] > 1:
         raise ValueError(f"{path.name}: version is {document['version']}, written by a newer version; expected 1")
     rig_table = checked_table(document["rig"], f"{path.name}, [rig]", required={}, optional=_RIG_KEYS)
@@ -111,7 +115,9 @@ def read_mounting_case(path: Path) -> MountingCase:
         values = parameter_array(rig, truth)
     except ValueError as error:
         raise ValueError(f"{path.name}: {error}") from error
-    return MountingCase(document["name"], document["seed"], float(document["noise_std"]), rig, values, runs)
+    return MountingCase(
+        document["name"], document["seed"], float(document["noise_std"]), rig, values, runs, document.get("step")
+    )
 
 
 def _run(table: Mapping[str, Any], where: str) -> MountingRun:

@@ -103,6 +103,10 @@ class MountingInputs:
             columns = [np.interp(self.grid, self.time, values) for values in columns]
         return np.ascontiguousarray(np.stack(columns, axis=1))
 
+    def shortened(self, count: int) -> "MountingInputs":
+        """Inputs of the first `count` samples."""
+        return MountingInputs(*(values[:count] for values in self.columns().values()))
+
     def refined(self, factor: int) -> "MountingInputs":
         """Inputs on a grid `factor` times finer, on the same straight lines between samples."""
         fine = np.interp(np.arange((self.time.size - 1) * factor + 1) / factor, np.arange(self.time.size), self.time)

@@ -7,12 +7,13 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from simulation.mounting.block_records import BlockRecord
 from simulation.mounting.element_forces import solve_forces
 
 Array = NDArray[np.float64]
 
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy")
-#: Handing over ten arrays costs more than the arithmetic on them.
+#: Handing over arrays costs more than the arithmetic on them.
 _inline = numba.njit(cache=True, nogil=True, error_model="numpy", inline="always")
 
 
@@ -54,34 +55,20 @@ def march_linear(end: Array, output: Array, state: Array, loads: Array, signals:
 
 @_jit
 def march_nonlinear(
-    matrices: tuple[Array, Array, Array],
-    law: Array,
-    preload: Array,
-    output: Array,
-    substeps: int,
-    tolerance: float,
-    state: Array,
-    memory: Array,
-    loads: Array,
-    signals: Array,
+    block: BlockRecord, output: Array, substeps: int, tolerance: float, loads: Array, signals: Array
 ) -> tuple[int, int, int]:
-    """March a block with nonlinear bushing elements; arrays `state`, `memory` and `signals` are updated.
+    """March a block with nonlinear bushing elements; `block` and `signals` are updated.
 
     Parameters
     ----------
-    matrices : tuple of ndarray
-        ``end``, ``probes`` and ``feedback`` of the propagator over one substep.
-    law, preload, output : ndarray
-        Of the block.
+    block : BlockRecord
+        Propagator, law and state.
+    output : ndarray, shape (6, n_q)
+        Sensors over the coordinates.
     substeps : int
         Steps in a sampling interval.
     tolerance : float
-        Of Newton's method, relative to the forces of the elements.
-    state : ndarray, shape (n,)
-        Linear states.
-    memory : ndarray, shape (5, n_elements)
-        Elasto-plastic force and deflection where the step begins; nonlinear force there, at the middle of the last
-        step and where that began.
+        Of the iteration, relative to the forces of the elements.
     loads, signals : ndarray, shape (n_samples, 3), (n_samples, 6)
         Inputs; outputs from the second sample on.
 
@@ -90,31 +77,55 @@ def march_nonlinear(
     samples, coordinate, outcome : int
         Samples marched, the coordinate that diverged, and what ended the march.
     """
-    end, probes, feedback = matrices
-    n, n_q, n_e, n_p = end.shape[0], output.shape[1], memory.shape[1], probes.shape[0]
-    known, parts = np.empty(n + 6 + n_e), np.empty(n_p)
-    force, friction = np.empty(2 * n_e), np.empty(2 * n_e)
-    probe, work = np.empty(n_p), np.empty((2 * n_e, 2 * n_e + 1))
+    n_state, share = block.state.shape[0], 1.0 / substeps
     for sample in range(1, loads.shape[0]):
         for part in range(substeps):
-            _known_values(state, loads, sample, part, substeps, memory, known)
-            _multiply(probes, known, parts)
-            for e in range(n_e):
-                # The parabola of the last step, drawn on.
-                f0, fm, f1 = memory[4, e], memory[3, e], memory[2, e]
-                force[e] = f0 - 3.0 * fm + 3.0 * f1
-                force[n_e + e] = 3.0 * f0 - 8.0 * fm + 6.0 * f1
-            if not solve_forces(feedback, parts, law, preload, memory, tolerance, force, friction, probe, work):
+            for column in range(3):
+                rise = (loads[sample, column] - loads[sample - 1, column]) * share
+                block.loads[column] = loads[sample - 1, column] + part * rise
+                block.loads[3 + column] = block.loads[column] + rise
+            _follow_state(block)
+            if not solve_forces(block, tolerance):
                 return sample - 1, -1, NOT_CONVERGED
-            _update_state(end, known, force, state)
-            for e in range(n_e):
-                memory[0, e], memory[1, e] = friction[n_e + e], preload[e] + probe[n_e + e]
-                memory[4, e], memory[3, e], memory[2, e] = memory[2, e], force[e], force[n_e + e]
-        for row in range(n_q):
-            if not abs(state[row]) < LARGEST_MOTION:
+            for i in range(n_state):
+                total = block.known[block.probe.shape[0] + i]
+                for row in range(block.force.shape[0]):
+                    total += block.by_force[row, block.probe.shape[0] + i] * block.force[row]
+                block.state[i] = total
+            _remember(block)
+        for row in range(output.shape[1]):
+            if not abs(block.state[row]) < LARGEST_MOTION:
                 return sample - 1, row, DIVERGED
-        _add_signals(output, state, signals, sample)
+        _add_signals(output, block.state, signals, sample)
     return loads.shape[0] - 1, -1, DONE
+
+
+@_inline
+def _follow_state(block: BlockRecord) -> None:
+    """Probes and end of a step as far as they are known before it, and forces drawn on from the last step's parabola."""
+    n_state, n_e = block.state.shape[0], block.preload.shape[0]
+    for row in range(block.known.shape[0]):
+        total = 0.0
+        for i in range(n_state):
+            total += block.by_state[i, row] * block.state[i]
+        for i in range(6):
+            total += block.by_load[i, row] * block.loads[i]
+        for e in range(n_e):
+            total += block.by_first_force[e, row] * block.last[2, e]
+        block.known[row] = total
+    for e in range(n_e):
+        f0, fm, f1 = block.last[0, e], block.last[1, e], block.last[2, e]
+        block.force[e] = f0 - 3.0 * fm + 3.0 * f1
+        block.force[n_e + e] = 3.0 * f0 - 8.0 * fm + 6.0 * f1
+
+
+@_inline
+def _remember(block: BlockRecord) -> None:
+    n_e = block.preload.shape[0]
+    for e in range(n_e):
+        end = n_e + e
+        block.friction_before[e], block.u_before[e] = block.friction[end], block.preload[e] + block.probe[end]
+        block.last[0, e], block.last[1, e], block.last[2, e] = block.last[2, e], block.force[e], block.force[end]
 
 
 @_inline
@@ -124,40 +135,3 @@ def _add_signals(output: Array, state: Array, signals: Array, sample: int) -> No
         for column in range(output.shape[1]):
             total += output[sensor, column] * state[column]
         signals[sample, sensor] = total
-
-
-@_inline
-def _known_values(
-    state: Array, loads: Array, sample: int, part: int, substeps: int, memory: Array, known: Array
-) -> None:
-    """Gather ``[x, loads_0, loads_1, phi_0]`` of one substep; loads are linear between samples."""
-    n = state.shape[0]
-    for i in range(n):
-        known[i] = state[i]
-    for column in range(3):
-        before, rise = loads[sample - 1, column], loads[sample, column] - loads[sample - 1, column]
-        known[n + column] = before + rise * part / substeps
-        known[n + 3 + column] = before + rise * (part + 1) / substeps
-    for e in range(memory.shape[1]):
-        known[n + 6 + e] = memory[2, e]
-
-
-@_inline
-def _update_state(end: Array, known: Array, force: Array, state: Array) -> None:
-    """State after the step; `known` holds its own copy of the state before."""
-    for row in range(state.shape[0]):
-        total = 0.0
-        for column in range(known.shape[0]):
-            total += end[row, column] * known[column]
-        for column in range(force.shape[0]):
-            total += end[row, known.shape[0] + column] * force[column]
-        state[row] = total
-
-
-@_inline
-def _multiply(matrix: Array, vector: Array, product: Array) -> None:
-    for row in range(matrix.shape[0]):
-        total = 0.0
-        for column in range(matrix.shape[1]):
-            total += matrix[row, column] * vector[column]
-        product[row] = total

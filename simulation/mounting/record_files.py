@@ -68,7 +68,7 @@ def marched_pieces(
         except DivergedError as error:
             good = error.signals[skip:] - zero
             if len(good) >= 2:
-                yield _shortened(piece, len(good)), good * gains + zeros
+                yield piece.shortened(len(good)), good * gains + zeros
             raise
         if last is None:
             zero = signals[: rig.zeroing_samples].mean(axis=0)
@@ -89,10 +89,6 @@ def _check_piece(piece: MountingInputs, largest_loads: Array, last: MountingInpu
         raise ValueError(
             f"a piece begins at {piece.time[0]:g} s after one that ended at {last.time[-1]:g} s; expected one interval between"
         )
-
-
-def _shortened(piece: MountingInputs, count: int) -> MountingInputs:
-    return MountingInputs(*(values[:count] for values in piece.columns().values()))
 
 
 def write_record(pieces: Iterable[Piece], path: Path) -> int:

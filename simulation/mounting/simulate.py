@@ -1,16 +1,20 @@
 """Simulation of a run on the mounting rig: loads in, six displacement signals out."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.march import DivergedError, marched, mounting_model, state_at_rest
+from simulation.mounting.march import DivergedError, first_signals, marched, mounting_model, state_at_rest
 from simulation.mounting.parameters import INDEX, ParameterArray
 from simulation.mounting.rig import SENSORS, MountingRig
 
 Array = NDArray[np.float64]
+
+#: Samples of a piece: an interruption is heard after each, within a fraction of a second.
+_PIECE = 2000
 
 _GAINS = slice(INDEX[f"gain_{SENSORS[0]}"], INDEX[f"gain_{SENSORS[-1]}"] + 1)
 _ZEROS = slice(INDEX[f"zero_{SENSORS[0]}"], INDEX[f"zero_{SENSORS[-1]}"] + 1)
@@ -74,12 +78,68 @@ def simulate(
     model = mounting_model(rig, parameters, inputs.loads, inputs.step, step=step)
     start = state_at_rest(model, inputs.loads[0], float(inputs.time[0]))
     signals, _ = marched(model, start, inputs.loads)
+    return response_of(rig, parameters, inputs, signals)
+
+
+def signal_pieces(
+    rig: MountingRig, parameters: ParameterArray, inputs: MountingInputs, *, step: float | None = None
+) -> Iterator[Array]:
+    """Signals of a run piece by piece, not zeroed: what came before a stop or an interruption is not lost.
+
+    Parameters
+    ----------
+    rig, parameters, inputs, step
+        As for :func:`simulate`.
+
+    Yields
+    ------
+    ndarray, shape (n, 6)
+        Signals [m] on the even grid of the inputs; joined they are those of one march.
+
+    Raises
+    ------
+    ValueError
+        Where a parameter is out of bounds or the step is too large; before the first piece.
+    DivergedError
+        Where the run leaves the model; the good samples have been yielded.
+    """
+    model = mounting_model(rig, parameters, inputs.loads, inputs.step, step=step)
+    state = state_at_rest(model, inputs.loads[0], float(inputs.time[0]))
+    yield first_signals(model, state)[None]
+    for first in range(0, len(inputs.loads) - 1, _PIECE):
+        try:
+            signals, state = marched(model, state, inputs.loads[first : first + _PIECE + 1])
+        except DivergedError as error:
+            yield error.signals[1:]
+            raise
+        yield signals[1:]
+
+
+def response_of(
+    rig: MountingRig, parameters: ParameterArray, inputs: MountingInputs, signals: Array
+) -> MountingResponse:
+    """Response whose signals are zeroed and read by the sensors, as far as a run came.
+
+    Parameters
+    ----------
+    rig, parameters, inputs
+        As for :func:`simulate`.
+    signals : ndarray, shape (n, 6)
+        Signals [m] on the first n instants of the inputs' even grid; changed in place.
+
+    Returns
+    -------
+    MountingResponse
+        At the times of the inputs that the signals cover.
+    """
+    time = inputs.time[: len(signals)]
     if not inputs.uniform:
-        signals = np.stack([np.interp(inputs.time, inputs.grid, column) for column in signals.T], axis=1)
-    signals -= signals[: rig.zeroing_samples].mean(
-        axis=0
-    )  # in place: a second array of a long record costs as much time
-    return MountingResponse(inputs.time, sensed(signals, parameters, inputs.time))
+        grid = inputs.grid[: len(signals)]
+        time = inputs.time[inputs.time <= grid[-1]]
+        signals = np.stack([np.interp(time, grid, column) for column in signals.T], axis=1)
+    # In place: a second array of a long record costs as much time.
+    signals -= signals[: rig.zeroing_samples].mean(axis=0)
+    return MountingResponse(time, sensed(signals, parameters, time))
 
 
 def zeroed(signals: Array, samples: int) -> Array:
@@ -116,4 +176,14 @@ def with_noise(response: MountingResponse, noise_std: float, rng: np.random.Gene
     return MountingResponse(response.time, response.signals + noise)
 
 
-__all__ = ["DivergedError", "MountingResponse", "sensed", "simulate", "with_noise", "zeroed", "zeroed_as_measured"]
+__all__ = [
+    "DivergedError",
+    "MountingResponse",
+    "response_of",
+    "sensed",
+    "signal_pieces",
+    "simulate",
+    "with_noise",
+    "zeroed",
+    "zeroed_as_measured",
+]

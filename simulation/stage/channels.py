@@ -10,10 +10,14 @@ from geometry.parameters import N_PINS
 from simulation.stage.effects import StageEffects
 from simulation.stage.gear_meshes import FlankLine, MeshStiffness, flank_line, mesh_stiffness
 from simulation.stage.places import Places
+from simulation.stage.roller_bearing import no_rollers, roller_set
+from simulation.stage.roller_contact import RollerSet
 from simulation.stage.springs import Spring
 
 #: Channel 0 is the carrier angle: the mesh stiffness depends on it, and answers with a torque.
 ANGLE = 0
+#: Rows of a planet bearing's spring that its rollers take over: y, z and the tilts.
+ROLLING_ROWS = [1, 2, 4, 5]
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +25,7 @@ class Channels:
     """Columns ``B`` of the channels, ``delta = Bᵀ c - free``, and what each needs.
 
     Order: carrier angle; six drive flanks (sun 1-3, ring 1-3); six back flanks; six motions of the housing; two a bearing
-    with clearance.
+    with clearance; four a roller bearing: y, z, ry, rz of planet 1, 2, 3 against its pin.
 
     Parameters
     ----------
@@ -41,6 +45,8 @@ class Channels:
         Radial play [m] of each bearing with clearance.
     bearings : tuple of str
         Their names.
+    rollers : RollerSet
+        Rollers of the planet bearings; no bearings where those are springs.
     mesh_teeth : int
         Mesh periods a turn of the carrier.
     """
@@ -56,7 +62,26 @@ class Channels:
     C_mean: NDArray[np.float64]
     clearance: NDArray[np.float64]
     bearings: tuple[str, ...]
+    rollers: RollerSet
     mesh_teeth: int
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Every channel in words."""
+        flanks = [
+            f"{line.mate} mesh of planet {line.planet}, {'back' if i >= len(self.stiffness) else 'drive'} flank [m]"
+            for i, line in enumerate(self.lines)
+        ]
+        housing = [
+            f"housing {coordinate}" for coordinate in ("Tx [m]", "Ty [m]", "Tz [m]", "Rx [rad]", "Ry [rad]", "Rz [rad]")
+        ]
+        plays = [f"play of {name}, {axis}" for name in self.bearings for axis in "yz"]
+        rollers = [
+            f"rollers of planet {i + 1}, {motion}"
+            for i in range(len(self.rollers.directions))
+            for motion in ("Ty [m]", "Tz [m]", "Ry [rad]", "Rz [rad]")
+        ]
+        return ("carrier angle [rad]", *flanks, *housing, *plays, *rollers)
 
     @property
     def meshes(self) -> slice:
@@ -73,6 +98,11 @@ class Channels:
         """Channels of the bearings with clearance."""
         return slice(self.housing.stop, self.housing.stop + 2 * len(self.bearings))
 
+    @property
+    def rolling(self) -> slice:
+        """Channels of the roller bearings."""
+        return slice(self.plays.stop, self.plays.stop + 4 * len(self.rollers.directions))
+
 
 def stage_channels(
     places: Places,
@@ -86,23 +116,34 @@ def stage_channels(
     lines, stiffness = _meshes(places, effects)
     loose = tuple(name for name, spring in springs.items() if spring.clearance > 0.0)
     n_lines = len(lines)
-    rows = np.zeros((1 + n_lines + 6 + 2 * len(loose), places.n))
+    rollers = _rollers(places, effects)
+    rows = np.zeros((1 + n_lines + 6 + 2 * len(loose) + 4 * len(rollers.directions), places.n))
     rows[1 : 1 + n_lines] = [_approach_row(places, line) for line in lines]
     rows[1 + n_lines + np.arange(6), places.rows["housing"]] = 1.0
     free, reference = np.zeros(len(rows)), np.zeros(len(rows))
     reference[1 : 1 + len(stiffness)] = [own.mean for own in stiffness]
-    for k, name in enumerate(loose):
-        own = 1 + n_lines + 6 + 2 * k + np.arange(2)
-        rows[own] = springs[name].G[1:3]
-        free[own], reference[own] = springs[name].free[1:3], springs[name].stiffness[1:3]
+    # Which rows of which spring each channel that takes over from one has.
+    taken = [(springs[name], [1, 2]) for name in loose]
+    taken += [(springs[f"planet_{i + 1}"], ROLLING_ROWS) for i in range(len(rollers.directions))]
+    first = 1 + n_lines + 6
+    for spring, own_rows in taken:
+        own = first + np.arange(len(own_rows))
+        rows[own], free[own], reference[own] = spring.G[own_rows], spring.free[own_rows], spring.stiffness[own_rows]
+        first += len(own_rows)
     B = L.T @ rows.T
     # Flanks and clearances do not see the drive motion; what rounding leaves of it would grow with the angle.
     B[0] = 0.0
     B[0, ANGLE] = 1.0
     clearance = np.array([springs[name].clearance for name in loose])
-    return Channels(
-        B, free, reference, lines, stiffness, *mount, *mean_mount, clearance, loose, places.data.gear.ring_teeth
-    )
+    teeth = places.data.gear.ring_teeth
+    return Channels(B, free, reference, lines, stiffness, *mount, *mean_mount, clearance, loose, rollers, teeth)
+
+
+def _rollers(places: Places, effects: StageEffects) -> RollerSet:
+    data = places.data
+    if data.planet_rollers is None:
+        return no_rollers()
+    return roller_set(data.planet_rollers, data.gear, data.bearings.planet_clearance, effects.planet_bearing_factor)
 
 
 def _meshes(places: Places, effects: StageEffects) -> tuple[tuple[FlankLine, ...], tuple[MeshStiffness, ...]]:

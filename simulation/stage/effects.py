@@ -38,6 +38,19 @@ class StageEffects:
     """``unequal_load_sharing``: stiffness of each ring mesh over the nominal one."""
     planet_bearing_factor: tuple[float, ...] = _ONE_EACH
     """``unequal_load_sharing``: stiffness of each planet bearing over the nominal one."""
+    pin_fit_play: float = 0.0
+    """``pin_clearance``: angle by which a pin bends in its bore before it bears on the bore's edges [rad]; 0 for no such contact.
+
+    Diametral clearance over the bore's length: 0.5 mrad is 0.03 mm over 65 mm."""
+    pin_fit_closed: float = 1e8
+    """Stiffness of each interface beyond the play, on top of the pin fit's [N m/rad]. Derived: from 1e8 on the beam model of a
+    pin in the carrier deflects with six peaks; acts only where there is a play."""
+    ring_pass_offset: tuple[float, ...] = (0.0, 0.0)
+    """``ring_pass``: axial motion of the housing's flange under the sensors per torque, as cos and sin of three times the carrier
+    angle [m/N m]."""
+    ring_pass_tilt: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
+    """``ring_pass``: tilt of the flange per torque, about the housing angle 0 as cos and sin, then about 90 deg [rad/N m]; its
+    sign is that of the housing's tilt (:mod:`simulation`)."""
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.phi_PLC) and math.isfinite(self.theta_PLC)):
@@ -48,6 +61,15 @@ class StageEffects:
                 raise ValueError(f"StageEffects.{name} is {values}; expected {N_PINS} finite numbers, one a planet")
             if name.endswith("factor") and not min(values) > 0.0:
                 raise ValueError(f"StageEffects.{name} is {values}; expected positive factors")
+        for name, n in (("ring_pass_offset", 2), ("ring_pass_tilt", 4)):
+            values = getattr(self, name)
+            if len(values) != n or not all(math.isfinite(value) for value in values):
+                raise ValueError(f"StageEffects.{name} is {values}; expected {n} finite numbers")
+        if not (self.pin_fit_play >= 0.0 and self.pin_fit_closed > 0.0 and math.isfinite(self.pin_fit_closed)):
+            raise ValueError(
+                f"StageEffects: pin_fit_play {self.pin_fit_play} rad and pin_fit_closed {self.pin_fit_closed} N m/rad; expected "
+                "a play >= 0 and a positive stiffness"
+            )
 
     @property
     def misalignment(self) -> NDArray[np.float64]:
@@ -66,4 +88,8 @@ class StageEffects:
             for name in ("pin_offset", "sun_mesh_factor", "ring_mesh_factor", "planet_bearing_factor")
         ):
             found.append("unequal_load_sharing")
+        if self.pin_fit_play > 0.0:
+            found.append("pin_clearance")
+        if any(self.ring_pass_offset + self.ring_pass_tilt):
+            found.append("ring_pass")
         return tuple(found)

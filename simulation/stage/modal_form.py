@@ -7,6 +7,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from simulation.stage.roller_contact import RollerSet
 from simulation.stage.stage_model import StageModel
 
 
@@ -105,6 +106,8 @@ class StepMatrices(NamedTuple):
     """Play of the twelve flanks [m]."""
     clearance: NDArray[np.float64]
     """Play of the loose bearings [m]."""
+    rollers: RollerSet
+    """Rollers of the planet bearings."""
     K_mount: NDArray[np.float64]
     """(6, 6), fixed frame."""
     C_mount: NDArray[np.float64]
@@ -148,6 +151,7 @@ def step_matrices(stage: ModalStage, h: float, gravity: float) -> StepMatrices:
         imag=np.ascontiguousarray(amplitudes.imag),
         gaps=np.array([line.gap for line in channels.lines]),
         clearance=channels.clearance,
+        rollers=channels.rollers,
         K_mount=channels.K_mount,
         C_mount=channels.C_mount,
         K_mean=channels.K_mean,

@@ -6,9 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.parameters import N_PINS, pin_angles
+from simulation.stage.channels import ROLLING_ROWS, Channels
+from simulation.stage.contact_laws import mesh_stiffness_at
+from simulation.stage.roller_bearing import EXPONENT
+from simulation.stage.roller_contact import roller_load
 from simulation.stage.stage_model import StageModel
 from simulation.stage.statics import mesh_amplitudes
-from simulation.stage.time_step import mesh_stiffness_at
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +58,34 @@ def part_loads(model: StageModel, c: NDArray[np.float64]) -> PartLoads:
             r = np.linalg.norm(stretch[:, 1:3], axis=1, keepdims=True)
             stretch[:, 1:3] *= np.maximum(1.0 - spring.clearance / np.maximum(r, spring.clearance), 0.0)
         load = stretch * spring.stiffness
+        if len(channels.rollers.directions):
+            load[:, ROLLING_ROWS] = _bearing_loads(channels, i, delta)
         axes = np.array([[1.0, 0.0, 0.0], [0.0, -np.sin(angle), np.cos(angle)], [0.0, -np.cos(angle), -np.sin(angle)]])
         force[:, i], moment[:, i] = load[:, :3] @ axes.T, load[:, 3:] @ axes.T
     return PartLoads(mesh, force, moment)
+
+
+def _bearing_loads(channels: Channels, b: int, delta: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Force y and z [N], moment y and z [N m] of a roller bearing over time, shape (N, 4)."""
+    own, tangent = channels.rolling.start + 4 * b + np.arange(4), np.zeros((4, 4))
+    loads = np.zeros((len(delta), 4))
+    for instant, motions in enumerate(delta):
+        roller_load(channels.rollers, b, motions[own], float(motions[0]), loads[instant], tangent)
+    return loads
+
+
+def roller_forces(model: StageModel, c: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Force of every roller on its races over N instants [N], shape (N, 3, n_rollers, rows * slices).
+
+    Slices of each roller stand in the order of :attr:`simulation.stage.roller_bearing.RollerBearingData.slices`, row by row; a
+    model with springs for bearings has none and gives shape (N, 0, 1, 1).
+    """
+    channels, rollers = model.channels, model.channels.rollers
+    delta = c @ channels.B - channels.free
+    motion = delta[:, channels.rolling].reshape(len(c), -1, 4)
+    y, z, ry, rz = (motion[:, :, i, None] for i in range(4))
+    start = np.arctan2(rollers.directions[..., 1], rollers.directions[..., 0])
+    phi = start + rollers.cage * c[:, 0, None, None]
+    middle, slope = np.sin(phi) * y - np.cos(phi) * z, np.sin(phi) * rz + np.cos(phi) * ry
+    approach = middle[..., None] + slope[..., None] * rollers.x - rollers.gap
+    return np.asarray(rollers.stiffness[:, None, :] * np.maximum(approach, 0.0) ** EXPONENT)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.parameters import N_PINS
 from simulation.carrier_kinematics import carrier_tilt_pattern, housing_tilt_pattern, saddle_pattern
 from simulation.run_cases import AXIAL, Sensor
 from simulation.stage.response import StageRecord
@@ -161,6 +162,7 @@ def sensor_signals(
         error = errors.get(sensor.name, SensorError())
         angle = sensor.angle + error.angle
         clean = _clean(model, record, reader, sensor, angle) + _patterns(record, sensor, angle, effects)
+        clean = clean + _ring_pass(model, record, sensor, angle)
         signal = (1.0 + error.gain) * clean + error.zero
         if effects.delay != 0.0:
             signal = np.interp(record.time - effects.delay, record.time, signal)
@@ -201,3 +203,18 @@ def _patterns(record: StageRecord, sensor: Sensor, angle: float, effects: Readin
     for order, (amplitude, phase) in (effects.runout or {}).items():
         signal = signal + amplitude * np.cos(order * (angle - theta) - phase)
     return np.asarray(signal)
+
+
+def _ring_pass(model: StageModel, record: StageRecord, sensor: Sensor, angle: float) -> NDArray[np.float64] | float:
+    """Motion of the flange under an axial sensor as the planets press the ring: three waves a turn."""
+    offset, tilt = model.effects.ring_pass_offset, model.effects.ring_pass_tilt
+    if sensor.quantity != AXIAL or not any(offset + tilt):
+        return 0.0
+    theta, torque = record.c[:, 0], record.drive[:, 0]
+    waves = np.cos(N_PINS * theta), np.sin(N_PINS * theta)
+    signal = np.zeros(len(theta))
+    for i, wave in enumerate(waves):
+        own = offset[i] + tilt[i] * housing_tilt_pattern(theta, angle, sensor.radius, 0.0)
+        own = own + tilt[2 + i] * housing_tilt_pattern(theta, angle, sensor.radius, np.pi / 2.0)
+        signal += torque * own * wave
+    return signal

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simulation.stage.contact_laws import mesh_stiffness_at, play_force
 from simulation.stage.modal_form import ModalStage, modal_stage, step_matrices
+from simulation.stage.roller_contact import roller_energy
 from simulation.stage.stage_model import StageModel
 from simulation.stage.statics import SteadyLoad, mesh_amplitudes, static_coordinates
-from simulation.stage.time_step import advance, mesh_stiffness_at, play_force
+from simulation.stage.time_step import advance
 
 #: Steps a mesh period that resolve it: below this the midpoint rule is 1 % off at the mesh frequency.
 FEWEST_STEPS_PER_MESH = 18.0
@@ -60,13 +62,14 @@ class StageDivergedError(RuntimeError):
         Where it did [s].
     coordinate : str
         The coordinate that did, in words.
+    settled : bool
+        False where the contact forces of a step found no balance while the motions were still small.
     """
 
-    def __init__(self, time: float, coordinate: str) -> None:
-        super().__init__(
-            f"the run left the range of small motions at t = {time:.6g} s in '{coordinate}'; use a smaller step"
-        )
-        self.time, self.coordinate = time, coordinate
+    def __init__(self, time: float, coordinate: str, *, settled: bool = True) -> None:
+        what = "the run left the range of small motions" if settled else "the contact forces found no balance"
+        super().__init__(f"{what} at t = {time:.6g} s in '{coordinate}'; use a smaller step, or smaller loads")
+        self.time, self.coordinate, self.settled = time, coordinate, settled
 
 
 def steady_drive(model: StageModel, load: SteadyLoad) -> Drive:
@@ -139,7 +142,7 @@ def run_stage(
         count = min(CHUNK, n_kept - first)
         middles = (first * every + np.arange(count * every) + 0.5) * h
         loads = _checked(drive(np.asarray(middles, np.float64)))
-        q_kept, v_kept, work, done = advance(matrices, q, v, model.channels.free, loads, every)
+        q_kept, v_kept, work, done, unsettled = advance(matrices, q, v, model.channels.free, loads, every)
         time = (first + 1 + np.arange(len(q_kept))) / sample_rate
         stored = stored_energy(stage, q_kept, v_kept) - reference
         energy = np.concatenate([spent + work, stored[:, None]], axis=1)
@@ -150,8 +153,9 @@ def run_stage(
             instants = _checked(drive(time[:kept]))
             yield StageRecord(time[:kept], c[:kept], v_kept[:kept] @ stage.Phi.T, instants, energy[:kept])
         if kept < count:
-            when = time[kept] if kept < len(c) else (first * every + done) * h
-            raise StageDivergedError(when, _largest(model, c[kept] if kept < len(c) else stage.Phi @ q))
+            if kept < len(c):
+                raise StageDivergedError(time[kept], _largest(model, c[kept]))
+            raise _diverged(model, stage.Phi @ q, (first * every + done) * h, unsettled)
         spent = spent + work[-1]
 
 
@@ -191,6 +195,13 @@ def _checked(drive: NDArray[np.float64]) -> NDArray[np.float64]:
     return drive
 
 
+def _diverged(model: StageModel, c: NDArray[np.float64], time: float, unsettled: int) -> StageDivergedError:
+    """Error of a step that failed: the coordinate that is far off, or the channel whose force found no balance."""
+    if unsettled < 0 or not (np.abs(c[1:]) < _RUN_AWAY).all():
+        return StageDivergedError(time, _largest(model, c))
+    return StageDivergedError(time, model.channels.labels[unsettled], settled=False)
+
+
 def _largest(model: StageModel, c: NDArray[np.float64]) -> str:
     size = np.abs(c[1:])
     return model.labels[1 + int(np.argmax(np.where(np.isfinite(size), size, np.inf)))]
@@ -215,6 +226,11 @@ def stored_energy(stage: ModalStage, q: NDArray[np.float64], v: NDArray[np.float
         for instant, (y, z) in enumerate(delta[:, own : own + 2]):
             contact = play_force(y, z, clearance)[2]
             energy[instant] += channels.reference[own] * (contact - 0.5 * (y * y + z * z))
+    rolling = delta[:, channels.rolling]
+    energy -= 0.5 * (channels.reference[channels.rolling] * rolling**2).sum(axis=1)
+    for b in range(len(channels.rollers.directions)):
+        for instant, angle in enumerate(delta[:, 0]):
+            energy[instant] += roller_energy(channels.rollers, b, rolling[instant, 4 * b : 4 * b + 4], angle)
     return energy
 
 

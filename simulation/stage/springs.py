@@ -1,4 +1,4 @@
-"""Linear springs of the stage: planet, carrier, sun and main bearings, the ring's bolts, the chain's shafts and meshes."""
+"""Springs of the stage: planet, carrier, sun and main bearings, ring bolts, pins in bores, the chain's shafts and meshes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 from geometry.parameters import N_PINS, pin_angles
 from simulation.stage.effects import StageEffects
 from simulation.stage.places import Places, motion_at
+from simulation.stage.roller_bearing import roller_set, stiffness_at
 from simulation.stage.stage_data import MountingData
 
 
 @dataclass(frozen=True, eq=False)
 class Spring:
-    """A linear connection: elongation ``u = G q - free``, force ``-Gᵀ k u``.
+    """A connection: elongation ``u = G q - free``, force ``-Gᵀ k u``, linear but for a play.
 
     Parameters
     ----------
@@ -25,7 +26,7 @@ class Spring:
     free : ndarray, shape (m,)
         Elongation without force.
     clearance : float
-        Radial play of rows 1 and 2 [m]; 0 for none.
+        Play of rows 1 and 2 together [m or rad]; 0 for none.
     """
 
     G: NDArray[np.float64]
@@ -35,7 +36,7 @@ class Spring:
 
 
 def stage_springs(places: Places, effects: StageEffects) -> dict[str, Spring]:
-    """Every linear connection by name; mount and planetary meshes stand elsewhere, they change with the carrier angle."""
+    """Every connection by name; mount and planetary meshes stand elsewhere, they change with the carrier angle."""
     bearings, points = places.data.bearings, places.body.model.pilots
     springs = {f"planet_{i}": _planet_bearing(places, effects, i) for i in range(1, N_PINS + 1)}
 
@@ -60,7 +61,26 @@ def stage_springs(places: Places, effects: StageEffects) -> dict[str, Spring]:
     at_radius = bolted * (places.data.gear.centre_distance * 1.65) ** 2
     ring = (bolted, bolted, bolted, at_radius, at_radius)
     springs["ring"] = bearing(places.part_motion("ring", centre) - places.part_motion("housing", centre), ring)
-    return springs | _chain(places)
+    return springs | _chain(places) | _pin_fits(places, effects)
+
+
+def _pin_fits(places: Places, effects: StageEffects) -> dict[str, Spring]:
+    """Bearing of every pin on the edges of its two bores, where there is a play: relative rotation about y and z."""
+    if effects.pin_fit_play == 0.0:
+        return {}
+    stiffness, springs = np.array([0.0, effects.pin_fit_closed, effects.pin_fit_closed]), {}
+    for pin in range(1, N_PINS + 1):
+        for side in ("upwind", "downwind"):
+            bore, own = f"pin_{pin}_{side}", f"pin_{pin}_{side}_of_pin"
+            missing = {bore, own} - places.body.model.pilots.keys()
+            if missing:
+                raise ValueError(
+                    f"{places.body.model.name} has no pilot {min(missing)!r}; expected pins as bodies of their own where "
+                    "pin_fit_play is given"
+                )
+            G = (places.pilot_motion(own) - places.pilot_motion(bore))[3:]
+            springs[f"{bore}_fit"] = Spring(G, stiffness, np.zeros(3), effects.pin_fit_play)
+    return springs
 
 
 def _planet_bearing(places: Places, effects: StageEffects, planet: int) -> Spring:
@@ -70,9 +90,16 @@ def _planet_bearing(places: Places, effects: StageEffects, planet: int) -> Sprin
     angle = float(pin_angles()[planet - 1])
     free = np.zeros(6)
     free[1:3] = effects.pin_offset[planet - 1] * np.array([-np.cos(angle), -np.sin(angle)])
-    radial = bearings.planet_radial
-    stiffness = np.array([bearings.planet_axial, radial, radial, 0.0, bearings.planet_tilt, bearings.planet_tilt])
-    return Spring(G, stiffness * effects.planet_bearing_factor[planet - 1], free, bearings.planet_clearance)
+    data, clearance = places.data, bearings.planet_clearance
+    radial, tilt = bearings.planet_radial, bearings.planet_tilt
+    if data.planet_rollers is not None:
+        # The rollers take over; the linear part keeps what they answer at their reference load.
+        radial, tilt = stiffness_at(
+            roller_set(data.planet_rollers, data.gear, clearance), data.planet_rollers.reference_load
+        )
+        clearance = 0.0
+    stiffness = np.array([bearings.planet_axial, radial, radial, 0.0, tilt, tilt])
+    return Spring(G, stiffness * effects.planet_bearing_factor[planet - 1], free, clearance)
 
 
 def _chain(places: Places) -> dict[str, Spring]:

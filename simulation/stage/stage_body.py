@@ -1,18 +1,21 @@
 """The elastic body of the stage: carrier with pins and main shaft as one reduced body, with an imposed misalignment."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.parameters import N_PINS
+from geometry.parameters import N_PINS, GearData, pin_angles
 from reduction.assembly import Joint, assembled, imposed_motion
 from reduction.reduced_model import PILOT_COORDINATES, MassProperties, ReducedModel
 from simulation.stage.beam import beam_matrices
 
 #: Where the stage takes hold of its elastic body.
 FIXED_PILOTS = ("main_bearing_seat", "upwind_seat", "downwind_seat")
+#: Planets and pins farther apart than this [m] do not belong together.
+_SAME_PLACE = 1e-3
 #: Sensor rows of the rim, one a degree: the names the recovery matrix has for them.
 RIM_AXIAL, RIM_RADIAL = "rim_axial_", "rim_radial_"
 
@@ -44,14 +47,54 @@ class StageBody:
     misalignment_reading: NDArray[np.float64]
 
     def __post_init__(self) -> None:
-        for pilot in (*FIXED_PILOTS, *self.planet_pilots):
-            if pilot not in self.model.pilots:
-                raise ValueError(
-                    f"{self.model.name} has no pilot {pilot!r}, which the planetary stage takes hold of; it has "
-                    f"{', '.join(self.model.pilots)}"
-                )
-        if not any(name.startswith(RIM_AXIAL) for name in self.model.sensor_names):
-            raise ValueError(f"{self.model.name} has no sensor rows {RIM_AXIAL}...; expected the rim's recovery rows")
+        refuse_missing_pilots(self.model, (*FIXED_PILOTS, *self.planet_pilots))
+        _refuse_blind(self.model)
+
+
+def refuse_missing_pilots(model: ReducedModel, pilots: Sequence[str]) -> None:
+    """Raise ValueError naming the first of the pilots that a body does not have."""
+    for pilot in pilots:
+        if pilot not in model.pilots:
+            raise ValueError(
+                f"{model.name} has no pilot {pilot!r}, which the planetary stage takes hold of; it has "
+                f"{', '.join(model.pilots)}"
+            )
+
+
+def _refuse_blind(model: ReducedModel) -> None:
+    if not any(name.startswith(RIM_AXIAL) for name in model.sensor_names):
+        raise ValueError(f"{model.name} has no sensor rows {RIM_AXIAL}...; expected the rim's recovery rows")
+
+
+def holds_pins(carrier: ReducedModel) -> bool:
+    """Whether a carrier comes with its pins, bonded or joined: planets sit on its own pilots."""
+    return any(name in carrier.pilots for name in ("pin_1_midspan", "pin_1_midspan_of_pin"))
+
+
+def refuse_unfit_carrier(carrier: ReducedModel, gear: GearData) -> None:
+    """Check a carrier before it is joined to pins and shaft.
+
+    Raises
+    ------
+    ValueError
+        Where a pilot or the rim's sensor rows are missing, or a planet would sit elsewhere than its gears' centre distance says.
+    """
+    refuse_missing_pilots(carrier, ("shaft_face", *FIXED_PILOTS[1:]))
+    _refuse_blind(carrier)
+    if holds_pins(carrier):
+        places = _planet_pilots(carrier)
+    else:
+        places = tuple(f"pin_{pin}_{side}" for pin in range(1, N_PINS + 1) for side in ("upwind", "downwind"))
+    refuse_missing_pilots(carrier, places)
+    for pilot in places:
+        angle = float(pin_angles()[int(pilot[4]) - 1])
+        wanted = gear.centre_distance * np.array([-math.sin(angle), math.cos(angle)])
+        found = np.asarray(carrier.pilots[pilot])[1:]
+        if np.abs(found - wanted).max() > _SAME_PLACE:
+            raise ValueError(
+                f"{carrier.name} has {pilot} at y, z = {found[0]:.4f}, {found[1]:.4f} m; expected {wanted[0]:.4f}, "
+                f"{wanted[1]:.4f} m, the centre distance of the gears"
+            )
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from simulation.run_cases import AXIAL, RADIAL, Sensor
 from simulation.stage.effects import StageEffects
 from simulation.stage.readings import ReadingEffects, SensorError
+from simulation.stage.roller_bearing import RollerBearingData
 from simulation.stage.stage_data import StageData
 from simulation.stage.statics import SteadyLoad
 from simulation.toml_tables import (
@@ -30,10 +31,16 @@ from simulation.toml_tables import (
 #: First line of a stage case.
 STAGE_FORMAT = "carrierflex-stage-case"
 _LARGEST_CASE_FILE = 1_000_000
-_THREE = Value(
-    "three finite numbers",
-    lambda value: isinstance(value, list) and len(value) == 3 and all(NUMBER.accepts(item) for item in value),
-)
+
+
+def _numbers(count: str, n: int) -> Value:
+    def accepts(value: Any) -> bool:
+        return isinstance(value, list) and len(value) == n and all(NUMBER.accepts(item) for item in value)
+
+    return Value(f"{count} finite numbers", accepts)
+
+
+_THREE = _numbers("three", 3)
 _CASE_KEYS = {
     "format": one_of(STAGE_FORMAT), "version": POSITIVE_COUNT, "name": TEXT, "seed": COUNT, "speed_rpm": POSITIVE,
     "duration": POSITIVE, "sample_rate_hz": POSITIVE, "step": POSITIVE, "pin_fit_stiffness": NOT_NEGATIVE,
@@ -45,7 +52,8 @@ _SENSOR_ERRORS = {"gain": NUMBER, "angle_error_deg": NUMBER, "zero": NUMBER}
 _RUN_KEYS = {"name": TEXT, "condition": TEXT, "torque": NUMBER, "ntl_y": NUMBER, "ntl_z": NUMBER}
 _STAGE_EFFECTS = {
     "phi_PLC": NUMBER, "theta_PLC_deg": NUMBER, "pin_offset": _THREE, "sun_mesh_factor": _THREE, "ring_mesh_factor": _THREE,
-    "planet_bearing_factor": _THREE,
+    "planet_bearing_factor": _THREE, "pin_fit_play": NOT_NEGATIVE, "pin_fit_closed": POSITIVE,
+    "ring_pass_offset": _numbers("two", 2), "ring_pass_tilt": _numbers("four", 4),
 }  # fmt: skip
 _READING_EFFECTS = {
     "axial_offset": NUMBER, "phi_H": NUMBER, "theta_H_deg": NUMBER, "phi_face": NUMBER, "theta_face_deg": NUMBER,
@@ -54,6 +62,11 @@ _READING_EFFECTS = {
 _RUNOUT_KEYS = {"order": POSITIVE_COUNT, "amplitude": NUMBER, "phase_deg": NUMBER}
 #: Tables of the case that change fields of the data of the same name.
 _DATA_TABLES = ("mesh", "bearings", "chain", "mounting")
+#: Bodies that a case may bring as files of ``carrierflex reduce``, relative to the case.
+BODIES = ("carrier", "pin", "shaft")
+#: Table that puts rollers in place of the planet bearings' springs; it may be empty.
+_ROLLERS = "planet_rollers"
+_ZERO_KEYS = {"carrier_angle_deg": NUMBER}
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +106,10 @@ class StageCase:
         Sensors.
     runs : tuple of StageRun
         Runs.
+    bodies : mapping of str to Path
+        Body files in place of the default carrier, pin or main shaft.
+    rest_angle : float or None
+        Carrier angle [rad] of the rest reading that the signals count from; None where they count from the unloaded model.
     """
 
     name: str
@@ -108,6 +125,8 @@ class StageCase:
     reading: ReadingEffects
     sensors: tuple[Sensor, ...]
     runs: tuple[StageRun, ...]
+    bodies: Mapping[str, Path] = field(default_factory=dict)
+    rest_angle: float | None = None
 
     def __post_init__(self) -> None:
         for what, names in (("sensor", [s.name for s in self.sensors]), ("run", [r.name for r in self.runs])):
@@ -133,7 +152,7 @@ def read_stage_case(path: Path) -> StageCase:
     """
     if not path.is_file() or path.stat().st_size > _LARGEST_CASE_FILE:
         raise ValueError(f"{path}: expected a case file (TOML) of at most {_LARGEST_CASE_FILE} bytes")
-    tables = dict.fromkeys((*_DATA_TABLES, "effects", "reading"), TABLE)
+    tables = dict.fromkeys((*_DATA_TABLES, _ROLLERS, "effects", "reading", "bodies", "zeroing"), TABLE)
     document = checked_table(_parsed(path), path.name, required=_CASE_KEYS, optional=tables)
     if document["version"] > 1:
         raise ValueError(f"{path.name}: version is {document['version']}, written by a newer version; expected 1")
@@ -144,7 +163,7 @@ def read_stage_case(path: Path) -> StageCase:
             document["name"], document["seed"], float(document["speed_rpm"]) * np.pi / 30.0, float(document["duration"]),
             float(document["sample_rate_hz"]), float(document["step"]), float(document["pin_fit_stiffness"]), rig,
             _data(document, path.name), _stage_effects(document, path.name), _reading(document, path.name, errors),
-            sensors, _runs(document, path.name),
+            sensors, _runs(document, path.name), _bodies(document, path), _rest_angle(document, path.name),
         )  # fmt: skip
     except ValueError as error:
         text = str(error)
@@ -155,10 +174,28 @@ def _data(document: Mapping[str, Any], where: str) -> StageData:
     data = StageData()
     for table in _DATA_TABLES:
         part = getattr(data, table)
-        known = {field.name: NUMBER for field in fields(part) if isinstance(getattr(part, field.name), int | float)}
+        known = {own.name: NUMBER for own in fields(part) if isinstance(getattr(part, own.name), int | float)}
         given = checked_table(document.get(table, {}), f"{where}, [{table}]", required={}, optional=known)
         data = replace(data, **{table: replace(part, **given)})
-    return data
+    if _ROLLERS not in document:
+        return data
+    known = dict.fromkeys((entry.name for entry in fields(RollerBearingData)), NUMBER)
+    counts = {name: POSITIVE_COUNT for name in known if name.startswith("n_")}
+    given = checked_table(document[_ROLLERS], f"{where}, [{_ROLLERS}]", required={}, optional=known | counts)
+    return replace(data, planet_rollers=RollerBearingData(**given))
+
+
+def _bodies(document: Mapping[str, Any], path: Path) -> dict[str, Path]:
+    where = f"{path.name}, [bodies]"
+    given = checked_table(document.get("bodies", {}), where, required={}, optional=dict.fromkeys(BODIES, TEXT))
+    return {name: path.parent / file for name, file in given.items()}
+
+
+def _rest_angle(document: Mapping[str, Any], where: str) -> float | None:
+    if "zeroing" not in document:
+        return None
+    given = checked_table(document["zeroing"], f"{where}, [zeroing]", required=_ZERO_KEYS)
+    return float(np.deg2rad(given["carrier_angle_deg"]))
 
 
 def _stage_effects(document: Mapping[str, Any], where: str) -> StageEffects:

@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass, field, fields
 
 from geometry.parameters import GearData
+from simulation.stage.roller_bearing import RollerBearingData
 
 
 def _refuse_negative(data: object) -> None:
@@ -211,6 +212,8 @@ class StageData:
     """GRC drawing; inertia of a ring of mean radius 0.54 m."""
     housing: RigidPart = field(default_factory=lambda: RigidPart(2800.0, 1000.0, 1000.0, 0.5))
     """GRC: housing parts without ring 1860 kg and the parallel stages' 943 kg; inertia and centre chosen."""
+    planet_rollers: RollerBearingData | None = None
+    """Rollers of the planet bearings, with the clearance of `bearings`; None for springs."""
     damping_ratio: float = 0.02
     """Chosen: structural damping on every elastic mode of the assembled stage, share of critical."""
 

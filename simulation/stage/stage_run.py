@@ -12,6 +12,7 @@ from simulation.stage.readings import ReadingEffects, rim_reader, sensor_signals
 from simulation.stage.response import StageRecord, quasi_static_start, run_stage, steady_drive
 from simulation.stage.stage_model import StageModel
 from simulation.stage.statics import SteadyLoad
+from simulation.stage.zeroing import rest_readings
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +44,7 @@ def simulate_stage(
     step: float,
     effects: ReadingEffects | None = None,
     rng: np.random.Generator | None = None,
+    rest_angle: float | None = None,
 ) -> Iterator[StageResponse]:
     """Run under a steady load from its quasi-static answer, chunk by chunk.
 
@@ -60,6 +62,8 @@ def simulate_stage(
         What lies between motion and record.
     rng : numpy.random.Generator, optional
         Source of the noise.
+    rest_angle : float, optional
+        Count every signal from its reading at rest at this carrier angle [rad]; from nothing where it is missing.
 
     Yields
     ------
@@ -72,6 +76,9 @@ def simulate_stage(
         As :func:`simulation.stage.response.run_stage`.
     """
     reader, start = rim_reader(model), quasi_static_start(model, load)
+    zero = dict.fromkeys((sensor.name for sensor in sensors), 0.0)
+    if rest_angle is not None:
+        zero |= rest_readings(model, sensors, rest_angle, effects=effects)
     records = run_stage(
         model,
         steady_drive(model, load),
@@ -83,4 +90,5 @@ def simulate_stage(
     )
     for record in records:
         signals = sensor_signals(model, record, sensors, effects=effects, reader=reader, rng=rng)
+        signals = {name: signal - zero[name] for name, signal in signals.items()}
         yield StageResponse(record, signals, part_loads(model, record.c))

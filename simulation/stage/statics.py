@@ -11,15 +11,18 @@ from numpy.typing import NDArray
 
 from geometry.dihedral import rotation_about_x
 from simulation.stage.channels import Channels
+from simulation.stage.contact_laws import mesh_stiffness_at, play_force, play_stiffness
+from simulation.stage.roller_contact import roller_load
 from simulation.stage.stage_model import GRAVITY, StageModel
-from simulation.stage.time_step import mesh_stiffness_at, play_force, play_stiffness
 
 #: Newton steps; meshes alone need three or four, bearings that float in their clearance some tens.
 _MOST_ITERATIONS = 200
 #: Residual that ends the iteration, over the largest load, each scaled by its coordinate's stiffness.
 _CONVERGED = 1e-11
-#: Share of the linear stiffness that a bearing keeps in its clearance while the iteration looks for contact.
+#: Share of the stiffness of closed contacts that the first step adds to the true one.
 _FLOATING = 1e-3
+#: Share of a Newton step below which the next one has more of the linear stiffness added.
+_CUT_SHORT = 0.5
 #: Multiple of a Newton step that the search along it goes to.
 _LONGEST_STEP = 1e4
 
@@ -114,6 +117,12 @@ def channel_forces(
         yy, yz, zz = play_stiffness(y, z, clearance)
         force[first : first + 2] = stiffness * np.array([y - fy, z - fz])
         tangent[first : first + 2, first : first + 2] = stiffness * np.array([[1.0 - yy, -yz], [-yz, 1.0 - zz]])
+    own_force, own_tangent = np.zeros(4), np.zeros((4, 4))
+    for b in range(len(channels.rollers.directions)):
+        rolling = slice(channels.rolling.start + 4 * b, channels.rolling.start + 4 * b + 4)
+        roller_load(channels.rollers, b, delta[rolling], angle, own_force, own_tangent)
+        force[rolling] = channels.reference[rolling] * delta[rolling] - own_force
+        tangent[rolling, rolling] = np.diag(channels.reference[rolling]) - own_tangent
     return force, tangent
 
 
@@ -125,6 +134,15 @@ def turning_force(model: StageModel, load: SteadyLoad, angle: float) -> NDArray[
     force = force - load.gravity * (s * f.weight_y + c * f.weight_z)
     force = force + (c * load.ntl_y + s * load.ntl_z) * f.radial_y + (c * load.ntl_z - s * load.ntl_y) * f.radial_z
     return force - force[0] / f.generator[0] * f.generator
+
+
+def _closed_stiffness(channels: Channels) -> NDArray[np.float64]:
+    """Stiffness of every channel with its contact closed [N/m], shape (m,): the linear part's, on both flanks of a tooth."""
+    stiffness = channels.reference.copy()
+    n_meshes = len(channels.stiffness)
+    drive = channels.meshes.start + np.arange(n_meshes)
+    stiffness[drive + n_meshes] = stiffness[drive]
+    return stiffness
 
 
 def _slope(
@@ -175,27 +193,36 @@ def static_coordinates(
     ------
     NotConvergedError
         Where the contact iteration does not settle.
+    ValueError
+        Where centrifugal forces outweigh a stiffness.
     """
     K, B, channels = model.K[1:, 1:], model.channels.B[1:], model.channels
     scale = 1.0 / np.sqrt(K.diagonal())
     k = frozen_stiffness(channels, None if mean_stiffness else angle)
     f = turning_force(model, load, angle)[1:]
-    y = scale * scipy.linalg.solve(K * np.outer(scale, scale), scale * f, assume_a="pos")
+    try:
+        y = scale * scipy.linalg.solve(K * np.outer(scale, scale), scale * f, assume_a="pos")
+    except scipy.linalg.LinAlgError as error:
+        raise ValueError(
+            f"at {model.speed:.4g} rad/s a motion of the stage besides the drive's meets no stiffness; expected a speed below "
+            "the first critical one"
+        ) from error
     size = np.abs(scale * f).max()
-    kept, before = _FLOATING, np.inf
+    kept, closed = _FLOATING, np.diag(_closed_stiffness(channels))
     for _ in range(_MOST_ITERATIONS):
         force, tangent = channel_forces(channels, B.T @ y - channels.free, angle, k)
         residual = K @ y - f - B @ force
         if np.abs(scale * residual).max() <= _CONVERGED * size:
             return np.concatenate([[angle], y])
-        left = float(np.linalg.norm(scale * residual))
-        kept, before = float(np.clip(kept * (0.03 if left < 0.5 * before else 10.0), 1e-12, 1.0)), left
-        # A part that floats in its clearances meets no stiffness; what is kept of the linear one moves it into contact.
-        stiffness = (K - (1.0 - kept) * B @ tangent @ B.T) * np.outer(scale, scale)
+        # A part that floats in its clearances meets no stiffness; what is added of the linear one moves it into contact.
+        stiffness = (K + B @ (kept * closed - tangent) @ B.T) * np.outer(scale, scale)
         change = -scale * scipy.linalg.solve(stiffness, scale * residual, assume_a="sym")
         linear = float(change @ (residual + B @ force)), float(change @ K @ change)
         slope = partial(_slope, channels, (B.T @ y - channels.free, B.T @ change), linear, (angle, k))
-        y = y + _lowest(slope) * change
+        length = _lowest(slope)
+        y = y + length * change
+        # A step cut short had too little stiffness added; any other may do with less.
+        kept = float(np.clip(kept * (10.0 if length < _CUT_SHORT else 0.03), 1e-12, 1.0))
     raise NotConvergedError(
         f"contact at rest leaves a residual of {np.abs(scale * residual).max() / size:.1e} after {_MOST_ITERATIONS} steps"
     )

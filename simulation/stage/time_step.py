@@ -7,91 +7,35 @@ With the mid-step velocity ``w = (v_0 + v_1)/2``: ``q_1 = q_0 + h w``, ``v_1 = 2
 The matrix is constant; the channels' forces ``lambda`` depend on their mid-step velocities ``s = B w`` alone, a small system
 ``s = s_free + W lambda(s)`` for Newton's method. Discrete gradients make work and stored energy balance to rounding.
 
-The contact laws stand here too: numba's cache of a compiled caller does not see changes in another file.
+Numba's cache of a compiled caller does not see changes in another file: touch this one after a change of
+:mod:`simulation.stage.contact_laws` or :mod:`simulation.stage.roller_contact`.
 """
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from simulation.stage.contact_laws import mesh_stiffness_at, play_gradient, squeeze_gradient
 from simulation.stage.modal_form import StepMatrices
+from simulation.stage.roller_contact import roller_energy, roller_gradient
 
 #: Change of the channels' motion over a step that ends Newton's method [m]: 1e-9 of a loaded mesh's approach.
 _CONVERGED = 1e-13
-_MOST_ITERATIONS = 40
+#: The same for a step of Newton's method, which leaves less than a thousandth of it.
+_CONVERGED_NEWTON = 1e-9
+#: Share of the largest motion over a step that rounding may leave; matters where a run is about to run away.
+_ROUNDING = 1e-11
+_MOST_ITERATIONS = 60
+#: Newton's steps are halved from here on: whoever has not arrived by now goes to and fro between pieces of a contact law.
+_HALVED_FROM = 16
 #: Plain iterations before Newton's: in steady contact the forces beyond the linear part are a few per cent of it.
 _PLAIN = 8
+#: Rollers coming into contact change the tangent at once; plain iterations would cost more than they save.
+_PLAIN_ROLLERS = 2
 #: First channels: the carrier angle, then the flanks.
 _FLANKS = 1
 #: Channels of the housing's motion.
 _HOUSING = 6
-#: Motions over a step smaller than this [m] count as none: the difference quotient would be rounding.
-_STILL = 1e-13
-
-
-@numba.njit(cache=True)
-def mesh_stiffness_at(real: NDArray[np.float64], imag: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
-    """Stiffness [N/m] of every mesh at the mesh angle [rad]: ``Σ_h real cos(h angle) - imag sin(h angle)``.
-
-    Parameters
-    ----------
-    real, imag : ndarray, shape (n_meshes, n_harmonics + 1)
-        Amplitudes of :class:`simulation.stage.gear_meshes.MeshStiffness`.
-    angle : float
-        Mesh angle [rad].
-    """
-    k = real[:, 0].copy()
-    for h in range(1, real.shape[1]):
-        c, s = np.cos(h * angle), np.sin(h * angle)
-        for j in range(len(k)):
-            k[j] += real[j, h] * c - imag[j, h] * s
-    return k
-
-
-@numba.njit(cache=True)
-def squeeze_gradient(old: float, new: float) -> tuple[float, float]:
-    """Mean of ``max(d, 0)`` from `old` to `new` and its derivative by `new`: discrete gradient of ``max(d, 0)^2 / 2``."""
-    if old >= 0.0 and new >= 0.0:
-        return 0.5 * (old + new), 0.5
-    if old <= 0.0 and new <= 0.0:
-        return 0.0, 0.0
-    a, b = max(old, 0.0), max(new, 0.0)
-    mean = 0.5 * (b * b - a * a) / (new - old)
-    return mean, (b - mean) / (new - old)
-
-
-@numba.njit(cache=True)
-def play_force(y: float, z: float, clearance: float) -> tuple[float, float, float]:
-    """Radial contact per stiffness: force y and z [m], and the energy per stiffness [m^2] of ``max(|r| - c, 0)^2 / 2``."""
-    r = np.sqrt(y * y + z * z)
-    if r <= clearance:
-        return 0.0, 0.0, 0.0
-    share = 1.0 - clearance / r
-    return share * y, share * z, 0.5 * (r - clearance) ** 2
-
-
-@numba.njit(cache=True)
-def play_gradient(old_y: float, old_z: float, new_y: float, new_z: float, clearance: float) -> tuple[float, float]:
-    """Discrete gradient of the radial contact's energy over a step (Gonzalez 1996, eq. 3.8), per stiffness [m]."""
-    mid_y, mid_z, _ = play_force(0.5 * (old_y + new_y), 0.5 * (old_z + new_z), clearance)
-    _, _, old_energy = play_force(old_y, old_z, clearance)
-    _, _, new_energy = play_force(new_y, new_z, clearance)
-    dy, dz = new_y - old_y, new_z - old_z
-    square = dy * dy + dz * dz
-    if square < _STILL * _STILL:
-        return mid_y, mid_z
-    rest = (new_energy - old_energy - mid_y * dy - mid_z * dz) / square
-    return mid_y + rest * dy, mid_z + rest * dz
-
-
-@numba.njit(cache=True)
-def play_stiffness(y: float, z: float, clearance: float) -> tuple[float, float, float]:
-    """Tangent of the radial contact, per stiffness: yy, yz, zz."""
-    r = np.sqrt(y * y + z * z)
-    if r <= clearance:
-        return 0.0, 0.0, 0.0
-    share = clearance / r
-    return 1.0 - share * z * z / (r * r), share * y * z / (r * r), 1.0 - share * y * y / (r * r)
 
 
 @numba.njit(cache=True)
@@ -148,13 +92,58 @@ def _plays(
         z = y + 1
         stiffness = k.reference[y]
         new_y, new_z = delta[y] + k.h * s[y], delta[z] + k.h * s[z]
-        fy, fz = play_gradient(delta[y], delta[z], new_y, new_z, k.clearance[i])
-        yy, yz, zz = play_stiffness(0.5 * (delta[y] + new_y), 0.5 * (delta[z] + new_z), k.clearance[i])
+        fy, fz, yy, yz, zy, zz = play_gradient(delta[y], delta[z], new_y, new_z, k.clearance[i])
         force[y] = stiffness * (0.5 * (delta[y] + new_y) - fy)
         force[z] = stiffness * (0.5 * (delta[z] + new_z) - fz)
-        half = 0.5 * k.h * stiffness
-        tangent[y, y], tangent[z, z] = half * (1.0 - yy), half * (1.0 - zz)
-        tangent[y, z] = tangent[z, y] = -half * yz
+        scale = k.h * stiffness
+        tangent[y, y], tangent[y, z] = scale * (0.5 - yy), -scale * yz
+        tangent[z, y], tangent[z, z] = -scale * zy, scale * (0.5 - zz)
+
+
+@numba.njit(cache=True)
+def _rollers(
+    k: StepMatrices,
+    s: NDArray[np.float64],
+    delta: NDArray[np.float64],
+    old_energy: NDArray[np.float64],
+    force: NDArray[np.float64],
+    tangent: NDArray[np.float64],
+) -> None:
+    """Force and tangent of the roller bearings, and the torque that their rollers' passing puts on the carrier angle."""
+    first = _FLANKS + len(k.gaps) + _HOUSING + 2 * len(k.clearance)
+    gradient, stiffness = np.zeros(4), np.zeros((4, 4))
+    angles = (delta[0], delta[0] + k.h * s[0])
+    for b in range(len(old_energy)):
+        own = slice(first + 4 * b, first + 4 * b + 4)
+        ends = (delta[own], delta[own] + k.h * s[own])
+        force[0] -= roller_gradient(k.rollers, b, ends, angles, old_energy[b], gradient, stiffness)
+        force[own] = k.reference[own] * 0.5 * (ends[0] + ends[1]) - gradient
+        tangent[own, own] = 0.5 * k.h * (np.diag(k.reference[own]) - stiffness)
+
+
+@numba.njit(cache=True)
+def _roller_energies(k: StepMatrices, delta: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Energy of every roller bearing [J]."""
+    energy = np.zeros(len(k.rollers.directions))
+    for b in range(len(energy)):
+        first = _FLANKS + len(k.gaps) + _HOUSING + 2 * len(k.clearance) + 4 * b
+        energy[b] = roller_energy(k.rollers, b, delta[first : first + 4], delta[0])
+    return energy
+
+
+@numba.njit(cache=True)
+def _newton_matrix(k: StepMatrices, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
+    """``1 - W tangent``, shape (m, m); the tangent has blocks of one flank, the housing, a play (2) or a bearing (4)."""
+    matrix, first = np.eye(len(tangent)), _FLANKS
+    for size, count in ((1, len(k.gaps)), (_HOUSING, 1), (2, len(k.clearance)), (4, len(k.rollers.directions))):
+        for _ in range(count):
+            for i in range(first, first + size):
+                for j in range(first, first + size):
+                    if tangent[i, j] != 0.0:
+                        # W is symmetric but for Coriolis forces: its rows are not its columns.
+                        matrix[:, j] -= tangent[i, j] * k.W[:, i]
+            first += size
+    return matrix
 
 
 @numba.njit(cache=True)
@@ -164,34 +153,42 @@ def solve_channels(
     delta: NDArray[np.float64],
     old_k: NDArray[np.float64],
     force: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
-    """Mid-step velocities of the channels, the meshes' new stiffness, and whether Newton's method settled.
+) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+    """Mid-step velocities of the channels, the meshes' new stiffness, and the channel that did not settle, -1 for none.
 
-    `force` holds the last step's forces, a good guess, and takes the new ones.
+    `force` holds a guess and takes the forces.
     """
     m = len(s_free)
-    s, tangent, angle = s_free + k.W @ force, np.zeros((m, m)), delta[0]
+    s, change, tangent, angle = s_free + k.W @ force, np.zeros(m), np.zeros((m, m)), delta[0]
     first = _FLANKS + len(k.gaps)
     own = slice(first, first + _HOUSING)
     K_turned, C_turned = _mount_tangent(k, angle + 0.5 * k.h * s_free[0])
     mount = 0.5 * k.h * K_turned + C_turned
     tangent[own, own] = -mount
-    new_k = old_k
+    new_k, old_energy = old_k, _roller_energies(k, delta)
+    plain = _PLAIN if len(old_energy) == 0 else _PLAIN_ROLLERS
+    rounding = _ROUNDING * k.h * np.abs(s).max()
     for iteration in range(_MOST_ITERATIONS):
         mid_k = mesh_stiffness_at(k.real, k.imag, k.mesh_teeth * (angle + 0.5 * k.h * s[0]))
         new_k = mesh_stiffness_at(k.real, k.imag, k.mesh_teeth * (angle + k.h * s[0]))
         _flanks(k, s, delta, (old_k, mid_k, new_k), force, tangent)
         force[own] = -(mount @ s[own]) - K_turned @ delta[own]
         _plays(k, s, delta, force, tangent)
-        change = s - s_free - k.W @ force
-        if iteration >= _PLAIN:
-            change[:] = np.linalg.solve(np.eye(m) - k.W @ tangent, change)
+        _rollers(k, s, delta, old_energy, force, tangent)
+        change, enough = s - s_free - k.W @ force, _CONVERGED
+        if iteration >= plain:
+            change[:] = np.linalg.solve(_newton_matrix(k, tangent), change)
+            if iteration >= _HALVED_FROM and np.abs(change).max() * k.h > _CONVERGED_NEWTON:
+                change *= 0.5
+            # Forces of the new velocities but for a second-order rest, and in balance with them to rounding.
+            force -= tangent @ change
+            enough = _CONVERGED_NEWTON
         s = s - change
         if not np.isfinite(change).all():
-            return s, new_k, False
-        if np.abs(change).max() * k.h <= _CONVERGED:
-            return s, new_k, True
-    return s, new_k, False
+            return s, new_k, int(np.argmin(np.isfinite(change)))
+        if np.abs(change).max() * k.h <= enough + rounding:
+            return s, new_k, -1
+    return s, new_k, int(np.argmax(np.abs(change)))
 
 
 @numba.njit(cache=True)
@@ -202,7 +199,7 @@ def advance(
     free: NDArray[np.float64],
     drive: NDArray[np.float64],
     every: int,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], int]:
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], int, int]:
     """Advance by ``len(drive)`` steps, keeping every `every`-th state.
 
     Parameters
@@ -227,12 +224,13 @@ def advance(
         mount beyond its turning mean, and dissipated.
     done : int
         Steps done; fewer than asked for where the state ran away.
+    unsettled : int
+        Channel whose force found no balance then, -1 where all did.
     """
     n_kept = len(drive) // every
     q_kept, v_kept, work = np.zeros((n_kept, len(q))), np.zeros((n_kept, len(q))), np.zeros((n_kept, 5))
     delta = k.B @ q - free
-    total, a, force = np.zeros(5), np.zeros(len(k.P)), np.zeros(len(delta))
-    a[-1] = 1.0
+    total, a, force, before = np.zeros(5), np.ones(len(k.P)), np.zeros(len(delta)), np.zeros(len(delta))
     house = slice(_FLANKS + len(k.gaps), _FLANKS + len(k.gaps) + _HOUSING)
     stiffness = mesh_stiffness_at(k.real, k.imag, k.mesh_teeth * delta[0])
     for step in range(len(drive)):
@@ -243,10 +241,11 @@ def advance(
         a[4] = c * drive[step, 2] + s_ * drive[step, 3]
         a[5] = c * drive[step, 3] - s_ * drive[step, 2]
         free_w = k.A_inverse @ ((2.0 / k.h) * v - k.stiffness * q + a @ k.P)
-        s, stiffness, settled = solve_channels(k, k.B @ free_w, delta, stiffness, force)
+        force, before = 2.0 * force - before, force
+        s, stiffness, unsettled = solve_channels(k, k.B @ free_w, delta, stiffness, force)
         w = free_w + force @ k.A_inverse_B
-        if not (settled and np.isfinite(w).all()):
-            return q_kept[: step // every], v_kept[: step // every], work[: step // every], step
+        if unsettled >= 0 or not np.isfinite(w).all():
+            return q_kept[: step // every], v_kept[: step // every], work[: step // every], step, unsettled
         rates = k.P @ w
         total[0] += k.h * a[0] * rates[0]
         total[1] += k.h * (a[1] - k.generator_constant * rates[1]) * rates[1]
@@ -259,4 +258,4 @@ def advance(
         if (step + 1) % every == 0:
             kept = step // every
             q_kept[kept], v_kept[kept], work[kept] = q, v, total
-    return q_kept, v_kept, work, len(drive)
+    return q_kept, v_kept, work, len(drive), -1

@@ -75,6 +75,7 @@ def test_the_command_writes_the_file_and_ends_with_zero(tmp_path, campaign):
     assert done.returncode == 0, done.stderr
     assert "cubic_stiffness" in done.stdout
     assert read_diagnosis(tmp_path / "out" / "diagnosis.json")["verdict"] == "named"
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"diagnosis.json", "report.html"}
 
 
 def test_an_unknown_effect_in_the_baseline_gets_one_line(tmp_path, campaign):

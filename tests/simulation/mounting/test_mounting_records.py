@@ -17,7 +17,7 @@ from simulation.mounting.march import DivergedError
 from simulation.mounting.parameters import EFFECT_PARAMETERS, PARAMETERS, parameter_array, parameters_of
 from simulation.mounting.record_files import marched_pieces, write_record
 from simulation.mounting.rig import SENSORS, MountingRig
-from simulation.mounting.simulate import simulate
+from simulation.mounting.simulate import response_of, signal_pieces, simulate
 from simulation.mounting.torque_sweep import mounting_sweep
 from tests.simulation.mounting.mounting_runs import BUSHINGS, shaking_inputs
 
@@ -77,6 +77,31 @@ def test_a_record_in_pieces_equals_the_whole_one(tmp_path, name):
     assert_allclose(signals, simulate(RIG, parameters, inputs).signals, rtol=0.0, atol=1e-14)
     assert_allclose(table["torque"].to_numpy(), inputs.torque, rtol=0.0, atol=0.0)
     assert_allclose(table["time"].to_numpy(), inputs.time, rtol=0.0, atol=0.0)
+
+
+@pytest.mark.parametrize("name", ["linear", "nonlinear", "hydro-dynamic"])
+def test_a_run_in_pieces_equals_the_whole_one_and_may_end_early(name):
+    # 4500 samples: two whole pieces and a part of one.
+    inputs, parameters = shaking_inputs(45.0), parameter_array(RIG, {**BUSHINGS[name], "gain_spz": 1.1, "delay": 0.02})
+    pieces = list(signal_pieces(RIG, parameters, inputs))
+    assert [len(piece) for piece in pieces] == [1, 2000, 2000, 500]
+    whole = simulate(RIG, parameters, inputs).signals
+    joined = response_of(RIG, parameters, inputs, np.concatenate(pieces))
+    assert_allclose(joined.signals, whole, rtol=0.0, atol=1e-14)
+    early = response_of(RIG, parameters, inputs, np.concatenate(pieces[:2]))
+    assert_allclose(early.time, inputs.time[:2001])
+    assert_allclose(early.signals, whole[:2001], rtol=0.0, atol=1e-14)
+
+
+def test_a_run_that_ends_early_on_an_uneven_grid_keeps_the_times_it_covers():
+    even, parameters = shaking_inputs(1.0, rate=400.0), parameter_array(RIG, BUSHINGS["linear"])
+    kept = np.unique(np.concatenate([np.arange(0, 401, 3), np.arange(0, 401, 7)]))
+    inputs = MountingInputs(*(values[kept] for values in even.columns().values()))
+    (signals,) = list(signal_pieces(RIG, parameters, inputs))[1:]
+    part = response_of(RIG, parameters, inputs, signals[:50].copy())
+    assert inputs.grid[48] < part.time[-1] <= inputs.grid[49]
+    whole = simulate(RIG, parameters, inputs).signals
+    assert len(part.signals) == len(part.time) < len(whole)
 
 
 def test_a_diverging_record_keeps_what_was_written(tmp_path):

@@ -12,7 +12,7 @@ from simulation.mounting.energy import energy_balance
 from simulation.mounting.inputs import MountingInputs
 from simulation.mounting.march import DivergedError, marched, mounting_model, state_at_rest
 from simulation.mounting.parameters import parameter_array
-from simulation.mounting.rig import MountingRig
+from simulation.mounting.rig import SENSORS, MountingRig
 from simulation.mounting.simulate import simulate
 from tests.simulation.mounting.mounting_runs import BUSHINGS, shaking_inputs
 
@@ -128,6 +128,51 @@ def test_a_softening_bushing_diverges_with_time_coordinate_and_the_signals_befor
     assert len(error.signals) == error.samples == round(error.time / inputs.step) + 1
     assert np.isfinite(error.signals).all()
     assert np.abs(error.signals).max() > 1e-3
+
+
+@pytest.mark.parametrize("name", ["linear", "nonlinear", "hydro-dynamic"])
+def test_a_block_without_loads_rests_as_if_it_had_been_marched(name):
+    inputs, parameters = shaking_inputs(1.0), parameter_array(RIG, {**BUSHINGS[name], "k_x": 2e6})
+    vertical = replace(inputs, ntl_y=np.zeros_like(inputs.time))
+    hardly = replace(inputs, ntl_y=np.full_like(inputs.time, 1e-9))
+    signals = [simulate(RIG, parameters, loads).signals for loads in (vertical, hardly)]
+    assert_allclose(signals[0], signals[1], rtol=0.0, atol=1e-15)
+    # A load that has gone leaves motion behind: the block goes on.
+    model = mounting_model(RIG, parameters, inputs.loads, inputs.step)
+    _, moved = marched(model, state_at_rest(model, np.zeros(3)), inputs.loads)
+    rest, _ = marched(model, moved, np.zeros((50, 3)))
+    assert np.abs(np.diff(rest[1:, SENSORS.index("spy")])).max() > 1e-6
+
+
+def test_the_block_that_diverges_first_is_told_and_both_have_come_as_far():
+    # Soft bushings: the radial load in y throws the yaw out before the torque, which grows slowly, does so with the roll.
+    time = np.arange(401) / 100.0
+    rest = np.zeros_like(time)
+    torque, ntl_y = 9e4 * time / 4.0, 2e6 * np.clip(time - 1.0, 0.0, 1.0)
+    for nonlinear in ({}, {"K3": 1.0}):
+        law = parameter_array(RIG, {"K1": 2e5, "C1": 1e4, **nonlinear})
+        with pytest.raises(DivergedError, match="theta_x") as of_roll:
+            simulate(RIG, law, MountingInputs(time, torque, rest, rest, rest, rest))
+        with pytest.raises(DivergedError, match="theta_z: diverged after") as of_both:
+            simulate(RIG, law, MountingInputs(time, torque, rest, rest, ntl_y, rest))
+        assert of_both.value.time < of_roll.value.time
+        # Roll up to there is that of the run without the radial load.
+        count = of_both.value.samples
+        roll = [RIG.housing_motion(error.value.signals[:count])[:, 3] for error in (of_roll, of_both)]
+        assert_allclose(roll[1], roll[0], rtol=0.0, atol=1e-12)
+        assert np.abs(roll[0][-1]) > 1e-2
+        yaw = RIG.housing_motion(of_both.value.signals)[:, 5]
+        assert 0.1 < np.abs(yaw[-1]) < 0.3
+        late = np.where(time < of_roll.value.time - 0.1, 0.0, 1e5)
+        with pytest.raises(DivergedError, match="theta_x: diverged after") as of_roll_again:
+            simulate(RIG, law, MountingInputs(time, torque, rest, rest, late, rest))
+        # Yaw would go on: its share ends where roll did.
+        assert of_roll_again.value.time == of_roll.value.time
+        assert np.abs(RIG.housing_motion(of_roll_again.value.signals)[-1, 5]) > 1e-3
+        late[-1] = 1e9
+        with pytest.raises(DivergedError, match="theta_x: diverged after") as with_yaw_later:
+            simulate(RIG, law, MountingInputs(time, torque, rest, rest, late, rest))
+        assert with_yaw_later.value.time == of_roll.value.time
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from simulation.stage.time_step import (
+from simulation.stage.contact_laws import (
     mesh_stiffness_at,
     play_force,
     play_gradient,
@@ -27,9 +27,20 @@ def test_squeeze_does_the_work_that_it_stores(old, new):
 def test_play_does_the_work_that_it_stores():
     rng = np.random.default_rng(3)
     for old, new in rng.normal(0.0, 1.2e-4, (200, 2, 2)):
-        force = play_gradient(*old, *new, 1e-4)
+        force = play_gradient(*old, *new, 1e-4)[:2]
         stored = play_force(*new, 1e-4)[2] - play_force(*old, 1e-4)[2]
         assert_allclose(np.dot(force, new - old), stored, rtol=1e-9, atol=1e-22)
+
+
+def test_plays_tangent_is_the_derivative_of_its_discrete_gradient():
+    rng, step = np.random.default_rng(5), 1e-9
+    for old, new in rng.normal(0.0, 1.2e-4, (50, 2, 2)):
+        ends = [
+            (play_gradient(*old, *(new + step * e), 1e-4), play_gradient(*old, *(new - step * e), 1e-4))
+            for e in np.eye(2)
+        ]
+        slopes = np.array([(np.array(up[:2]) - down[:2]) / (2.0 * step) for up, down in ends]).T
+        assert_allclose(play_gradient(*old, *new, 1e-4)[2:], slopes.ravel(), rtol=0.0, atol=2e-4)
 
 
 def test_play_pushes_back_along_the_displacement_beyond_the_clearance():

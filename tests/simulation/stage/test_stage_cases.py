@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from simulation.case_files import shipped_case
+from simulation.stage.roller_bearing import RollerBearingData
 from simulation.stage.stage_cases import read_stage_case
 from simulation.stage.stage_model import stage_model
 from simulation.stage.stage_run import simulate_stage
@@ -46,6 +47,30 @@ def test_tables_change_what_they_name_and_nothing_else(tmp_path):
     assert case.reading.sensors["s137"].gain == 0.0
 
 
+def test_rollers_effects_bodies_and_zero_come_from_their_tables(tmp_path):
+    path = changed(tmp_path, ("[effects] ", "[effects]\npin_fit_play = 5e-4\nring_pass_offset = [1e-11, 2e-11]\n#"))
+    extra = """
+[planet_rollers]
+n_slices = 5
+profile = 3.5e-4
+
+[bodies]
+carrier = "mine/carrier.h5"
+
+[zeroing]
+carrier_angle_deg = 90.0
+"""
+    path.write_text(path.read_text(encoding="utf-8") + extra, encoding="utf-8")
+    case = read_stage_case(path)
+    assert case.data.planet_rollers == RollerBearingData(n_slices=5, profile=3.5e-4)
+    assert (case.effects.pin_fit_play, case.effects.ring_pass_offset) == (5e-4, (1e-11, 2e-11))
+    assert set(case.effects.ids) == {"carrier_tilt", "pin_clearance", "ring_pass"}
+    assert case.bodies == {"carrier": tmp_path / "mine" / "carrier.h5"}
+    assert_allclose(case.rest_angle, np.pi / 2.0, rtol=1e-15)
+    plain = read_stage_case(shipped_case("stage_lc1"))
+    assert (plain.data.planet_rollers, dict(plain.bodies), plain.rest_angle) == (None, {}, None)
+
+
 def test_a_case_runs_and_gives_every_sensor_a_signal(stage_body):
     case = read_stage_case(shipped_case("stage_lc1"))
     model = stage_model(stage_body, case.data, effects=case.effects, speed=case.speed)
@@ -65,6 +90,19 @@ def test_a_case_runs_and_gives_every_sensor_a_signal(stage_body):
         ("[effects] ", "[effect] ", "unknown key 'effect'"),
         ("phi_PLC = ", "phi_PLX = ", r"\[effects\]: unknown key 'phi_PLX'"),
         ('name = "s137"', 'name = "s047"', "sensor name 's047' stands twice"),
+        (
+            "[effects] ",
+            "[planet_rollers]\nn_rollers = 17.5\n[effects] ",
+            "key 'n_rollers' is 17.5; expected a whole number",
+        ),
+        ("[effects] ", "[planet_rollers]\nn_rollers = 40\n[effects] ", "40 rollers of 0.036 m overlap"),
+        ("[effects] ", "[bodies]\nplanet = 'x.h5'\n[effects] ", r"\[bodies\]: unknown key 'planet'"),
+        ("[effects] ", "[zeroing]\n[effects] ", r"\[zeroing\]: .*'carrier_angle_deg'"),
+        (
+            "phi_PLC = ",
+            "ring_pass_tilt = [1.0]\nphi_PLC = ",
+            "key 'ring_pass_tilt' is .*; expected four finite numbers",
+        ),
         ("version = 1", "version = 2", "version is 2, written by a newer version; expected 1"),
         ("ntl_z = 0.0", "ntl_z = nan", "key 'ntl_z' is nan; expected a finite number"),
     ],

@@ -1,0 +1,99 @@
+"""Contact laws of teeth and of round parts with play: force, tangent, energy, and their discrete gradients (compiled).
+
+A discrete gradient is a force whose work over a step is the change of the energy. Numba's cache of a compiled caller
+(:mod:`simulation.stage.time_step`) does not see changes here: touch that file after one.
+"""
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+#: Motions over a step smaller than this [m] count as none: the difference quotient would be rounding.
+_STILL = 1e-13
+
+
+@numba.njit(cache=True)
+def mesh_stiffness_at(real: NDArray[np.float64], imag: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
+    """Stiffness [N/m] of every mesh at the mesh angle [rad]: ``Σ_h real cos(h angle) - imag sin(h angle)``.
+
+    Parameters
+    ----------
+    real, imag : ndarray, shape (n_meshes, n_harmonics + 1)
+        Amplitudes of :class:`simulation.stage.gear_meshes.MeshStiffness`.
+    angle : float
+        Mesh angle [rad].
+    """
+    k = real[:, 0].copy()
+    for h in range(1, real.shape[1]):
+        c, s = np.cos(h * angle), np.sin(h * angle)
+        for j in range(len(k)):
+            k[j] += real[j, h] * c - imag[j, h] * s
+    return k
+
+
+@numba.njit(cache=True)
+def squeeze_gradient(old: float, new: float) -> tuple[float, float]:
+    """Mean of ``max(d, 0)`` from `old` to `new` and its derivative by `new`: discrete gradient of ``max(d, 0)^2 / 2``."""
+    if old >= 0.0 and new >= 0.0:
+        return 0.5 * (old + new), 0.5
+    if old <= 0.0 and new <= 0.0:
+        return 0.0, 0.0
+    a, b = max(old, 0.0), max(new, 0.0)
+    mean = 0.5 * (b * b - a * a) / (new - old)
+    return mean, (b - mean) / (new - old)
+
+
+@numba.njit(cache=True)
+def play_force(y: float, z: float, clearance: float) -> tuple[float, float, float]:
+    """Radial contact per stiffness: force y and z [m], and the energy per stiffness [m^2] of ``max(|r| - c, 0)^2 / 2``."""
+    r = np.sqrt(y * y + z * z)
+    if r <= clearance:
+        return 0.0, 0.0, 0.0
+    share = 1.0 - clearance / r
+    return share * y, share * z, 0.5 * (r - clearance) ** 2
+
+
+@numba.njit(cache=True)
+def play_stiffness(y: float, z: float, clearance: float) -> tuple[float, float, float]:
+    """Tangent of the radial contact, per stiffness: yy, yz, zz."""
+    r = np.sqrt(y * y + z * z)
+    if r <= clearance:
+        return 0.0, 0.0, 0.0
+    share = clearance / r
+    return 1.0 - share * z * z / (r * r), share * y * z / (r * r), 1.0 - share * y * y / (r * r)
+
+
+@numba.njit(cache=True)
+def play_gradient(
+    old_y: float, old_z: float, new_y: float, new_z: float, clearance: float
+) -> tuple[float, float, float, float, float, float]:
+    """Discrete gradient of the radial contact's energy over a step (Gonzalez 1996, eq. 3.8), per stiffness.
+
+    With d the step, g and H gradient and tangent at its middle: ``f = g + r d``, ``r = (E_1 - E_0 - g · d) / |d|^2``.
+
+    Returns
+    -------
+    tuple of float
+        f along y and z [m], then its derivative by the new place, yy, yz, zy, zz. Newton's method needs all of it: with half of H
+        alone it jumps to and fro over the edge of the clearance.
+    """
+    mid_y, mid_z, _ = play_force(0.5 * (old_y + new_y), 0.5 * (old_z + new_z), clearance)
+    yy, yz, zz = play_stiffness(0.5 * (old_y + new_y), 0.5 * (old_z + new_z), clearance)
+    yy, yz, zz = 0.5 * yy, 0.5 * yz, 0.5 * zz
+    _, _, old_energy = play_force(old_y, old_z, clearance)
+    end_y, end_z, new_energy = play_force(new_y, new_z, clearance)
+    dy, dz = new_y - old_y, new_z - old_z
+    square = dy * dy + dz * dz
+    if square < _STILL * _STILL:
+        return mid_y, mid_z, yy, yz, yz, zz
+    rest = (new_energy - old_energy - mid_y * dy - mid_z * dz) / square
+    by_y = (end_y - mid_y - yy * dy - yz * dz - 2.0 * rest * dy) / square
+    by_z = (end_z - mid_z - yz * dy - zz * dz - 2.0 * rest * dz) / square
+    return (
+        mid_y + rest * dy,
+        mid_z + rest * dz,
+        yy + rest + dy * by_y,
+        yz + dy * by_z,
+        yz + dz * by_y,
+        zz + rest + dz * by_z,
+    )
