@@ -37,6 +37,8 @@ class Column:
         Values of the shapes.
     channel : int
         Channel of an effect of one sensor; -1 otherwise.
+    bounds : tuple of float
+        Physical bounds of the amplitude.
     """
 
     effect: str
@@ -44,6 +46,7 @@ class Column:
     size: float
     shapes: Mapping[str, float]
     channel: int = -1
+    bounds: tuple[float, float] = (-np.inf, np.inf)
 
     @property
     def variant(self) -> tuple[float, ...]:
@@ -67,7 +70,8 @@ def signature_columns(model: MountingModel) -> tuple[Column, ...]:
             if shape is not None:
                 # Yield force and damper go with the amplitude of the column.
                 shapes = {shape.name: float(np.clip(share * shape.scale * _SIZE, shape.lower, shape.upper))}
-            columns.append(Column(name, amplitude.name, size, shapes, channel))
+            bounds = (amplitude.lower, amplitude.upper)
+            columns.append(Column(name, amplitude.name, size, shapes, channel, bounds))
     return tuple(columns)
 
 
@@ -147,14 +151,33 @@ def solutions(
     found = []
     for chosen in product(*(group or [-1] for group in groups)):
         own = [k for k in chosen if k >= 0]
-        places = [*range(1, first), *(first + k for k in own)]
-        matrix = gram[np.ix_(places, places)]
-        size = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
-        values = np.linalg.lstsq(matrix / np.outer(size, size), gram[places, 0] / size, rcond=1e-10)[0] / size
-        left = float(gram[0, 0] - values @ gram[places, 0])
+        left, values = _bounded_solution(gram, [*range(1, first), *(first + k for k in own)], [columns[k] for k in own])
         found.append((left, _named([columns[k] for k in own], values, first - 1, known)))
     found.sort(key=lambda pair: pair[0])
     return [own for _, own in found[:_MOST_STARTS]]
+
+
+def _bounded_solution(gram: FloatArray, places: Sequence[int], columns: Sequence[Column]) -> tuple[float, FloatArray]:
+    """Sum of squares left and least-squares values; an amplitude that would leave its physical bounds stays on zero.
+
+    Without the bounds a larger set would choose the channel of a sensor's effect beside an effect that cannot be.
+    """
+    values, active = np.zeros(len(places)), list(range(len(places)))
+    n_base = len(places) - len(columns)
+    while True:
+        own = [places[k] for k in active]
+        matrix = gram[np.ix_(own, own)]
+        size = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
+        solution = np.linalg.lstsq(matrix / np.outer(size, size), gram[own, 0] / size, rcond=1e-10)[0] / size
+        outside = [
+            k
+            for k, value in zip(active, solution, strict=True)
+            if k >= n_base and not columns[k - n_base].bounds[0] <= value <= columns[k - n_base].bounds[1]
+        ]
+        if not outside:
+            values[active] = solution
+            return float(gram[0, 0] - solution @ gram[own, 0]), values
+        active = [k for k in active if k not in outside]
 
 
 def _named(

@@ -31,6 +31,10 @@ class Thresholds:
     named_share : float
         A set is named only where it explains this share of the gap above the floor. True effects of the library explain more
         than 0.9 even where their law differs in form; a one-sided spring passes for a quadratic one at 0.6.
+    named_share_far : float
+        The same where what is left stands out of the floor (`stands_out`): a law of the right form leaves less than 30 % of the
+        gap's amplitude; a stop that acts on one side passes for backlash or a cubic spring at 0.83 to 0.90, dry friction of a
+        real axis for Coulomb's at 0.93.
     class_weight : float
         Stacking weight that the class of the named effect must hold.
     placebo_share : float
@@ -73,6 +77,7 @@ class Thresholds:
     stands_out: float = 2.0
     clears: float = 0.9
     named_share: float = 0.7
+    named_share_far: float = 0.91
     class_weight: float = 0.9
     placebo_share: float = 0.25
     fold_consistency: float = 3.0

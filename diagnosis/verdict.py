@@ -78,10 +78,11 @@ def _doubt(
     """Verdict where the accepted effects are not to be named, and why."""
     limits = ladder.thresholds
     best_phi = shrinkage.phi
-    if best_phi < limits.named_share:
+    share = limits.named_share_far if shrinkage.floor_multiple > limits.stands_out else limits.named_share
+    if best_phi < share:
         return NONE_OF_THESE, (
-            f"the best set, {' + '.join(selection.accepted)}, explains {best_phi:.0%} of the gap; a cause explains at least "
-            f"{limits.named_share:.0%}"
+            f"the best set, {' + '.join(selection.accepted)}, explains {best_phi:.0%} of the gap and leaves "
+            f"{shrinkage.floor_multiple:.1f} times the noise floor; a cause explains at least {share:.0%} then"
         )
     if best_phi < limits.ceiling_share * min(learnable, 1.0):
         return NONE_OF_THESE, (

@@ -173,3 +173,9 @@ def test_one_run_alone_is_diagnosed_by_its_blocks():
     result = found(mounting_plant(mounting_campaign(TRUTH["unequal_bushings"][0], conditions=CONDITIONS[:1])))
     named = {*result.attribution.effects, *(own for group in result.attribution.aliases for own in group)}
     assert "unequal_bushings" in named or result.verdict == "not_diagnosable"
+
+
+def test_the_gain_is_looked_for_at_the_sensor_that_has_it():
+    plant = mounting_plant(mounting_campaign(TRUTH["sensor_gain"][0], conditions=CONDITIONS[:2]))
+    assert plant.choice(("sensor_gain",)) == {"sensor_gain": SENSORS.index("spz")}
+    assert_allclose(fit_effects(plant, ("sensor_gain",)).theta[2], 0.05, rtol=1e-2)

@@ -12,7 +12,7 @@ _CLASSES: dict[str, dict[str, tuple[str, ...]]] = {
     },
     "element": {
         "hardening": ("cubic_stiffness", "quintic_stiffness"),  # 0.93 to 0.97
-        # 0.84 to 0.99; bristles give before they slide, as an elasto-plastic spring does.
+        # 0.84 to 0.99; friction that creeps gives before it slides, as an elasto-plastic spring does.
         "dry friction": ("coulomb_friction", "elasto_plastic_friction", "stribeck_friction", "friction_asymmetry"),
         # 0.88 to 0.99 where the force is driven, less where the motion is.
         "nonlinear damping": ("quadratic_damping", "cubic_damping", "deflection_dependent_damping"),

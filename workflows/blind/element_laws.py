@@ -2,8 +2,8 @@
 
 ========================= =====================================================================================================
 stiffness                 hyperbolic functions of the deflection whose first term is the named power
-dry friction              LuGre bristles with a short presliding length (Canudas de Wit et al. 1995), with a Stribeck curve or
-                          another level in each direction; elasto-plastic: Bouc-Wen with a sharp knee (exponent 6)
+dry friction              a hyperbolic tangent of the speed instead of sticking, with a Stribeck curve or another level in each
+                          direction; elasto-plastic: Bouc-Wen with a sharp knee (exponent 10)
 damping                   the named power of the speed, smoothed about rest or with a hyperbolic tail
 Maxwell branch            two branches whose time constants lie 10 % about the named one
 backlash                  a dead zone with rounded corners
@@ -24,7 +24,7 @@ LAWS = {
     "unmeasured_force": 15, "end_stop": 16,
 }  # fmt: skip
 N_MEMORY = 2
-_PRESLIDING = 0.01  # of the deflection's size
+_CREEP = 0.002  # speed at which dry friction is three quarters of its level, of the speed's size
 _HYPERBOLIC = 0.6  # argument of the hyperbolic functions at the deflection's size
 
 _inline = njit(cache=True, inline="always")
@@ -41,7 +41,7 @@ def _elastic_force(law: int, p: FloatArray, b: float, q: float) -> float:
     if law == 3:
         return 120.0 * p[0] * (np.sinh(x) - x - x**3 / 6.0) / b**5
     if law == 7:
-        corner = 0.05 * p[0]
+        corner = 0.03 * p[0]
         over = corner * (np.logaddexp(0.0, (q - p[0]) / corner) - np.logaddexp(0.0, (-q - p[0]) / corner))
         return p[3] * (over - q)
     if law == 16:  # a stop on one side
@@ -64,22 +64,21 @@ def _viscous_force(law: int, p: FloatArray, size: FloatArray, q: float, v: float
 
 
 @_inline
-def _bristle_force(law: int, p: FloatArray, size: FloatArray, v: float, memory: FloatArray, rate: FloatArray) -> float:
-    """LuGre: force level / length z of the bristles' deflection z, rate z' = v - |v| z / length."""
-    level, length = p[0], _PRESLIDING * size[0]
+def _dry_force(law: int, p: FloatArray, size: FloatArray, v: float) -> float:
+    """Dry friction that creeps where the library's sticks."""
+    level = p[0]
     if law == 9:
         level = p[0] + p[1] * np.exp(-((v / p[2]) ** 2))
     if law == 10:
-        level = p[0] if memory[0] > 0.0 else p[1]
-    rate[0] = v - abs(v) / length * memory[0]
-    return level / length * memory[0]
+        level = p[0] if v > 0.0 else p[1]
+    return level * np.tanh(v / (_CREEP * size[1]))
 
 
 @_inline
 def _memory_force(law: int, p: FloatArray, q: float, v: float, memory: FloatArray, rate: FloatArray) -> float:
-    """Force of inner states other than bristles."""
+    """Force of inner states."""
     if law == 11:
-        share = (abs(memory[0]) * p[0] / p[1]) ** 6
+        share = (abs(memory[0]) * p[0] / p[1]) ** 10
         rate[0] = v - (share * v if v * memory[0] > 0.0 else 0.0)
         return p[0] * memory[0]
     if law == 12:
@@ -117,7 +116,7 @@ def law_force(
     """
     rate[0] = rate[1] = 0.0
     if law == 8 or law == 9 or law == 10:
-        return _bristle_force(law, p, size, v, memory, rate)
+        return _dry_force(law, p, size, v)
     if law == 11 or law == 12 or law == 14:
         return _memory_force(law, p, q, v, memory, rate)
     if law == 13:  # the spring loses stiffness as it warms

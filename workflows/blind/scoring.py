@@ -22,6 +22,8 @@ FEWEST = 20
 _FEWEST_FOR_99 = 100
 _SECONDS = {"carrier": 60.0, "element": 60.0, "mounting": 120.0}
 _NORMAL_95 = 1.959964
+#: Share of an effect's largest parameter that counts as close: the truth has gains of 3 %, torques of 1 %, laws of another form.
+_CLOSE = 0.05
 
 
 @dataclass(frozen=True)
@@ -132,6 +134,11 @@ def _figures(kind: str, cases: Sequence[Judged]) -> list[Figure]:
         _share(kind, '"outside": real sensor errors not counted', unreal),
         _share(kind, "rho inside its 95 % interval", [_is_covered(c) for c in named], "90 to 99 %", _is_nominal),
         _share(kind, "parameters inside their 95 % interval", [hit for c in named for hit in _parameter_hits(c)]),
+        _share(
+            kind,
+            f"the same, or within {_CLOSE:.0%}".replace("%", " %"),
+            [hit for c in named for hit in _parameter_hits(c, close=_CLOSE)],
+        ),
         _median_error(kind, named),
         _share(kind, "largest cell right, gap >= 5 floors", [_top_cell(c) for c in clear if c.label.where]),
     ]
@@ -188,23 +195,39 @@ def _is_covered(case: Judged) -> bool:
     return interval is not None and interval[0] <= case.label.rho <= interval[1]
 
 
-def _parameter_hits(case: Judged) -> list[bool]:
-    """For every parameter that answer and label both name: whether its 95 % interval holds the true value."""
+def _parameter_hits(case: Judged, *, close: float = 0.0) -> list[bool]:
+    """For every parameter that answer and label both name: whether its 95 % interval holds the true value.
+
+    With `close`, an error up to that share of the effect's largest parameter of the same unit counts as a hit too.
+    """
     hits = []
-    for effect, values in case.verdict.document.get("parameters", {}).items():
-        for name, true in case.label.parameters.get(effect, {}).items():
-            own = values.get(name)
-            if own is not None and own["value"] is not None and own["std"] is not None:
-                hits.append(abs(own["value"] - true) <= _NORMAL_95 * own["std"])
+    for effect, claimed in case.verdict.document.get("parameters", {}).items():
+        values = case.label.parameters.get(effect, {})
+        for name, true in values.items():
+            own = claimed.get(name)
+            if own is None or own["value"] is None or own["std"] is None:
+                continue
+            alike = [
+                abs(values[key]) for key, other in claimed.items() if key in values and other["unit"] == own["unit"]
+            ]
+            hits.append(abs(own["value"] - true) <= max(_NORMAL_95 * own["std"], close * max(alike)))
     return hits
 
 
 def _top_cell(case: Judged) -> bool:
+    """Whether the largest cell has the true order and pattern; where the label has none of these, the true run.
+
+    Runs of equal load share the gap of one cell evenly; at order 0 the patterns m = +1 and m = -1 are one tilt.
+    """
     cells = case.verdict.document.get("where", ())
     if not cells:
         return False
-    top = max(cells, key=lambda cell: cell["share"] or 0.0)
-    return all(top.get(name) == value for name, value in case.label.where.items())
+    top, where = max(cells, key=lambda cell: cell["share"] or 0.0), case.label.where
+    if "order" not in where:
+        return all(top.get(name) == value for name, value in where.items())
+    static = top["order"] == where["order"] == 0
+    patterns = [str(cell["channel_pattern"]).replace("-1", "+1" if static else "-1") for cell in (top, where)]
+    return bool(top["order"] == where["order"] and patterns[0] == patterns[1])
 
 
 def _confusion(kind: str, cases: Sequence[Judged]) -> list[ClassRow]:
