@@ -1,7 +1,7 @@
 """Parameters of one element and the response they predict for a record."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -76,6 +76,8 @@ class ElementModel:
         Steps of integration a sample.
     laws : mapping of str to object
         Users' compiled laws by effect.
+    held : tuple of float
+        Values at which the baseline's own parameters are held; empty where they are fitted.
     """
 
     by_force: bool
@@ -86,6 +88,7 @@ class ElementModel:
     units: tuple[str, str]
     substeps: int
     laws: Mapping[str, object]
+    held: tuple[float, ...] = ()
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns: mass (where it is not given), K1, C1, f0, then those of every effect."""
@@ -96,6 +99,8 @@ class ElementModel:
             Parameter(BASELINE, name, _unit(powers, self.units), lower, np.inf, self.scale.of(powers))
             for name, powers, lower in base
         ]
+        if self.held:
+            own = [replace(one, lower=value, upper=value) for one, value in zip(own, self.held, strict=True)]
         for effect in (*self.contained, *effects):
             own += [self._parameter(effect, parameter) for parameter in self.cards[effect].parameters]
         return tuple(own)

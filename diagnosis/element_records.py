@@ -51,6 +51,8 @@ class ElementRecord:
         Whether the record starts in the steady state of a periodic drive.
     placebos : tuple of ndarray, shape (n,)
         Surrogates of the force.
+    gap : ndarray, shape (n,), optional
+        Measured less predicted where the baseline is another simulator's prediction.
     """
 
     name: str
@@ -66,15 +68,16 @@ class ElementRecord:
     period: int
     in_steady_state: bool
     placebos: tuple[FloatArray, ...]
+    gap: FloatArray | None = None
 
     def with_response(self, response: FloatArray) -> "ElementRecord":
         """Copy that measured another response (force drive: the motion follows)."""
         motion = _motion(response, self.step, self.cutoff_hz)
-        return replace(self, response=response, motion=motion)
+        return replace(self, response=response, motion=motion, gap=None)
 
     def with_force(self, response: FloatArray) -> "ElementRecord":
         """Copy that measured another force under the same motion."""
-        return replace(self, response=response)
+        return replace(self, response=response, gap=None)
 
 
 def element_records(campaign: Campaign) -> tuple[ElementRecord, ...]:

@@ -91,10 +91,25 @@ def column_values(model: ElementModel, record: ElementRecord, column: Column) ->
 
 
 def known_force(model: ElementModel, record: ElementRecord) -> FloatArray:
-    """Measured force less that of a given mass, in the trusted band, shape (n,)."""
+    """Measured force less that of a given mass, in the trusted band, shape (n,).
+
+    Beside another simulator's prediction it is the force that the prediction lacks.
+    """
+    if record.gap is not None:
+        return _lacking_force(model, record, record.gap)
     force = record.drive if model.by_force else record.response
     inertia = (model.mass or 0.0) * record.motion[2]
     return band_limited(force, record.step, record.cutoff_hz) - inertia
+
+
+def _lacking_force(model: ElementModel, record: ElementRecord, gap: FloatArray) -> FloatArray:
+    """Force that would close the gap: the gap itself, or ``-(m e'' + C1 e' + K1 e)`` where deflections were predicted."""
+    e, e_1, e_2 = (band_limited(gap, record.step, record.cutoff_hz, derivative=order) for order in (0, 1, 2))
+    if not model.by_force:
+        return e
+    K1, C1 = model.held[-3:-1]
+    m = model.mass if model.mass is not None else model.held[0]
+    return -(m * e_2 + C1 * e_1 + K1 * e)
 
 
 def element_signatures(model: ElementModel, records: Sequence[ElementRecord]) -> Signatures:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 
 from diagnosis.carrier_plant import carrier_plant
 from diagnosis.element_plant import element_plant
+from diagnosis.element_prediction import beside_prediction
 from diagnosis.mounting_plant import mounting_plant
 from diagnosis.plants import Plant
 from fe.deflection_curves import DeflectionCurve
@@ -40,6 +41,8 @@ def plant_of(campaign: Campaign, curves: Curves | None = None) -> tuple[Plant, b
 
 def _element(campaign: Campaign, curves: Curves | None) -> tuple[Plant, bool]:
     plant = element_plant(campaign)
+    if campaign.baseline.source == "columns":
+        plant = beside_prediction(plant, campaign)
     return plant, plant.noise_is_measured
 
 
