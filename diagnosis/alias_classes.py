@@ -76,7 +76,8 @@ def separating_measurement(ladder: Ladder, first: EffectFit, second: EffectFit) 
     ----------
     .. [1] A. C. Atkinson, V. V. Fedorov, "The design of experiments for discriminating between two rival models" (1975).
     """
-    best, text = 0.0, ""
+    # Below one floor the trial would separate no better than the records at hand.
+    best, text = 1.0, ""
     for trial in ladder.plant.trials():
         ladder.note(f"trial: {trial.text}")
         plant = trial.plant(first.effects, first.theta)

@@ -75,12 +75,18 @@ class EffectFit:
 
     @property
     def covariance(self) -> FloatArray:
-        """Covariance of the parameters with blocks as independent draws (sandwich), shape (p, p)."""
+        """Covariance of the parameters with blocks as independent draws (sandwich), shape (p, p).
+
+        Not a number where neither the records nor a prior see a parameter.
+        """
         matrix = self.sums.matrix.sum(axis=0) + np.diag(self.prior)
         inverse = _pseudo_inverse(matrix)
         scores = self.sums.right_side - self.sums.right_side.mean(axis=0)
         pieces = max(len(scores), 2)
-        return inverse @ (scores.T @ scores) @ inverse * pieces / (pieces - 1.0)
+        covariance = inverse @ (scores.T @ scores) @ inverse * pieces / (pieces - 1.0)
+        unseen = np.diag(matrix) <= 0.0
+        covariance[unseen], covariance[:, unseen] = np.nan, np.nan
+        return covariance
 
 
 def parameter_key(parameter: Parameter) -> tuple[str, str]:

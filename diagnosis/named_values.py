@@ -48,7 +48,8 @@ def named_values(fit: EffectFit) -> dict[str, dict[str, NamedValue]]:
 def _polar(components: np.ndarray, covariance: np.ndarray, unit: str) -> tuple[NamedValue, NamedValue]:
     """Size and direction of two components."""
     a, b = (float(part) for part in components)
-    smallest = max(_SMALLEST_SHARE * float(np.sqrt(max(np.trace(covariance), 0.0))), np.finfo(float).tiny)
+    trace = float(np.nan_to_num(np.trace(covariance)))
+    smallest = max(_SMALLEST_SHARE * float(np.sqrt(max(trace, 0.0))), np.finfo(float).tiny)
     size = float(np.hypot(a, b))
     if size < smallest:
         size, a, b = smallest, smallest, 0.0

@@ -38,7 +38,7 @@ class Selection:
 
 
 def selected(ladder: Ladder) -> Selection:
-    """Accept the smallest supported set within one standard error of the best.
+    """Accept the smallest supported set that predicts as well as the best.
 
     Parameters
     ----------
@@ -57,7 +57,8 @@ def selected(ladder: Ladder) -> Selection:
     accepted: Effects = ()
     rivals: list[Effects] = []
     if supported:
-        best = max(supported, key=lambda effects: ladder.scores[effects].elpd)
+        # Supported sets have shrunk the gap in every draw; of their densities the smallest residuals are the most overconfident.
+        best = min(supported, key=ladder.mean_square)
         equal = [effects for effects in supported if _equal(ladder, effects, best)]
         accepted = min(equal, key=lambda effects: (*_size(ladder, effects), -ladder.scores[effects].elpd))
         rivals = [e for e in equal if e != accepted and _size(ladder, e) <= _size(ladder, accepted)]
@@ -65,11 +66,13 @@ def selected(ladder: Ladder) -> Selection:
 
 
 def _equal(ladder: Ladder, effects: Effects, best: Effects) -> bool:
-    """Whether a set is within one standard error of the best, or its held-out RMS within a few per cent."""
+    """Whether a set's score is within one standard error of the best set's, or its held-out RMS within a few per cent."""
     difference = ladder.scores[best].log_density - ladder.scores[effects].log_density
     error = float(np.sqrt(difference.size) * difference.std(ddof=1))
     ratio = np.sqrt(ladder.mean_square(effects) / ladder.mean_square(best))
-    return bool(difference.sum() <= error or ratio <= ladder.thresholds.equal_rms) and bool(ratio <= 1.5)
+    return bool(difference.sum() <= error or ratio <= ladder.thresholds.equal_rms) and bool(
+        ratio <= ladder.thresholds.never_equal_rms
+    )
 
 
 def _size(ladder: Ladder, effects: Effects) -> tuple[int, int]:

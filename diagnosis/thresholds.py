@@ -60,6 +60,8 @@ class Thresholds:
         Aliased where the other effect reproduces the fitted one up to this many floors.
     equal_rms : float
         Held-out RMS within this ratio counts as equal, whatever the standard error says.
+    never_equal_rms : float
+        Above this ratio of held-out RMS two sets are not equal, however much the score scatters over the pieces.
     bootstrap_samples : int
         Draws of every interval: enough for the 2.5 % quantile to be within half a per cent.
     fewest_pieces : int
@@ -90,6 +92,7 @@ class Thresholds:
     alias_correlation: float = 0.7
     exchange_ratio: float = 2.0
     equal_rms: float = 1.05
+    never_equal_rms: float = 1.25
     bootstrap_samples: int = 1000
     fewest_pieces: int = 4
     fewest_samples: int = 200

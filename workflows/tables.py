@@ -7,7 +7,7 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.markup import escape
 
-from diagnosis.results import Diagnosis
+from diagnosis.results import Diagnosis, NamedValue
 from fe.deflection_curves import DeflectionCurve
 from geometry.cad_faces import CadFace
 from geometry.quality import MeshQuality
@@ -270,6 +270,12 @@ def gear_life_table(found: "GearLife") -> RenderableType:
     return Group(table, papers)
 
 
+def _value_text(own: NamedValue) -> str:
+    if not np.isfinite(own.std):
+        return "not determined by these records"
+    return f"{own.value:.5g} ± {own.std:.1g} {own.unit}"
+
+
 def diagnosis_table(found: Diagnosis) -> RenderableType:
     """Verdict, where, which and how far."""
     far, which = found.shrinkage, found.attribution
@@ -279,7 +285,7 @@ def diagnosis_table(found: Diagnosis) -> RenderableType:
     rows += [("effects", ", ".join(which.effects) or "none")]
     rows += [("aliases", " = ".join(members)) for members in which.aliases]
     for effect, values in which.parameters.items():
-        rows += [(f"{effect} {n}", f"{own.value:.5g} ± {own.std:.1g} {own.unit}") for n, own in values.items()]
+        rows += [(f"{effect} {n}", _value_text(own)) for n, own in values.items()]
     rows.append(
         ("RMS before, after, floor", f"{far.rms_before:.4g}, {far.rms_after:.4g}, {far.noise_floor:.3g} {found.unit}")
     )
