@@ -35,6 +35,7 @@ quick: install
 
 acceptance: install
 	$(PYTEST) -m acceptance
+	$(BIN)/carrierflex blind-check --workers 2 --no-keep --out $(OUT)/blind_check
 
 clean:
 	rm -rf .venv $(OUT) build *.egg-info .mypy_cache .ruff_cache .pytest_cache
