@@ -17,7 +17,7 @@ from identification.campaign import Campaign, Channel
 from identification.carrier_models import sensor_position
 from identification.records import Run
 from identification.revolutions import whole_revolutions
-from simulation.carrier_effects import delayed_angle
+from simulation.carrier_effects import delayed_values
 from simulation.run_cases import AXIAL
 
 FloatArray = NDArray[np.float64]
@@ -138,7 +138,7 @@ def _run_sums(run: Run, campaign: Campaign, source: ColumnSource) -> _RunSums:
     blocks = np.array_split(np.arange(len(revolutions)), min(_MOST_BLOCKS, len(revolutions)))
     inputs = inputs_of(run)
     shifts = [
-        replace(inputs, carrier_angle=delayed_angle(run.time, inputs.carrier_angle, float(node / source.speed)))
+        replace(inputs, carrier_angle=delayed_values(run.time, inputs.carrier_angle, float(node / source.speed)))
         for node in DELAY_NODES
     ]
     book: ColumnBook | None = None

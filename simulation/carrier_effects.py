@@ -224,20 +224,20 @@ def drift_patterns(time: FloatArray, start: float, end: float) -> tuple[FloatArr
     return u, 1.5 * u**2 - 0.5, 2.5 * u**3 - 1.5 * u
 
 
-def delayed_angle(time: FloatArray, carrier_angle: FloatArray, delay: float) -> FloatArray:
-    """Carrier angle a while ago, ``theta(t - delay)`` [rad]; at the ends of the record by its speed there.
+def delayed_values(time: FloatArray, values: FloatArray, delay: float) -> FloatArray:
+    """A carrier angle or a signal a while ago, ``x(t - delay)``; at the ends of the record by its rate there.
 
     Parameters
     ----------
-    time, carrier_angle : ndarray, shape (n,)
-        Time [s] and carrier angle [rad].
+    time, values : ndarray, shape (n,)
+        Time [s] and values.
     delay : float
         Delay of the displacement signals [s]; negative where they lead.
     """
     asked = time - delay
-    result = np.interp(asked, time, carrier_angle)
-    speed = np.gradient(carrier_angle, time)
+    result = np.interp(asked, time, values)
+    rate = np.gradient(values, time)
     before, after = asked < time[0], asked > time[-1]
-    result[before] = carrier_angle[0] + speed[0] * (asked[before] - time[0])
-    result[after] = carrier_angle[-1] + speed[-1] * (asked[after] - time[-1])
+    result[before] = values[0] + rate[0] * (asked[before] - time[0])
+    result[after] = values[-1] + rate[-1] * (asked[after] - time[-1])
     return result

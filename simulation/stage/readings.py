@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.parameters import N_PINS
+from simulation.carrier_effects import delayed_values
 from simulation.carrier_kinematics import carrier_tilt_pattern, housing_tilt_pattern, saddle_pattern
 from simulation.run_cases import AXIAL, Sensor
 from simulation.stage.response import StageRecord
@@ -125,6 +126,7 @@ def sensor_signals(
     effects: ReadingEffects | None = None,
     reader: RimReader | None = None,
     rng: np.random.Generator | None = None,
+    before: StageRecord | None = None,
 ) -> dict[str, NDArray[np.float64]]:
     """Signals of sensors on the housing, shape (N,) each [m].
 
@@ -144,6 +146,8 @@ def sensor_signals(
         From :func:`rim_reader`; made here where it is missing.
     rng : numpy.random.Generator, optional
         Source of the noise; needed where there is some.
+    before : StageRecord, optional
+        The piece of the run before this one, in which delayed signals begin.
 
     Raises
     ------
@@ -160,16 +164,32 @@ def sensor_signals(
     signals = {}
     for sensor in sensors:
         error = errors.get(sensor.name, SensorError())
-        angle = sensor.angle + error.angle
-        clean = _clean(model, record, reader, sensor, angle) + _patterns(record, sensor, angle, effects)
-        clean = clean + _ring_pass(model, record, sensor, angle)
-        signal = (1.0 + error.gain) * clean + error.zero
+        signal = _read(model, record, reader, sensor, effects, error)
         if effects.delay != 0.0:
-            signal = np.interp(record.time - effects.delay, record.time, signal)
+            time = record.time
+            if before is not None:
+                time = np.concatenate([before.time, time])
+                signal = np.concatenate([_read(model, before, reader, sensor, effects, error), signal])
+            signal = delayed_values(time, signal, effects.delay)[-len(record.time) :]
         if rng is not None:
             signal = signal + effects.noise_std * rng.standard_normal(len(signal))
         signals[sensor.name] = signal
     return signals
+
+
+def _read(
+    model: StageModel,
+    record: StageRecord,
+    reader: RimReader,
+    sensor: Sensor,
+    effects: ReadingEffects,
+    error: SensorError,
+) -> NDArray[np.float64]:
+    """Signal of one sensor with its errors, neither delayed nor noisy."""
+    angle = sensor.angle + error.angle
+    clean = _clean(model, record, reader, sensor, angle) + _patterns(record, sensor, angle, effects)
+    clean = clean + _ring_pass(model, record, sensor, angle)
+    return (1.0 + error.gain) * clean + error.zero
 
 
 def _clean(

@@ -88,7 +88,9 @@ def simulate_stage(
         step=step,
         gravity=load.gravity,
     )
+    before = None
     for record in records:
-        signals = sensor_signals(model, record, sensors, effects=effects, reader=reader, rng=rng)
+        signals = sensor_signals(model, record, sensors, effects=effects, reader=reader, rng=rng, before=before)
+        before = record
         signals = {name: signal - zero[name] for name, signal in signals.items()}
         yield StageResponse(record, signals, part_loads(model, record.c))

@@ -9,7 +9,7 @@ from identification.campaign import Baseline, Campaign, Channel
 from identification.records import Run
 from simulation.carrier_effects import (
     closing_torque,
-    delayed_angle,
+    delayed_values,
     load_shift_pattern,
     load_tilt_pattern,
     pin_radius_of,
@@ -81,7 +81,7 @@ def clean_signal(effect, channel, time, columns):
     if effect == "sensor_angle" and first:
         sensor = RimSensor(channel.angle + 0.04, channel.radius, True)
     if effect == "sensor_delay":
-        columns = {**columns, "carrier_angle": delayed_angle(time, columns["carrier_angle"], 0.05)}
+        columns = {**columns, "carrier_angle": delayed_values(time, columns["carrier_angle"], 0.05)}
     inputs = CarrierInputs(time, *columns.values(), start=time[0], end=time[-1])
     signal = sum(np.array(v) @ LAWS[name](sensor, inputs, CARRIER_RIG) for name, v in KNOWN.items())
     if effect in INJECTED:

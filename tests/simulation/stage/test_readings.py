@@ -106,3 +106,18 @@ def test_impossible_readings_are_refused(nominal_stage):
         ReadingEffects(runout={1: (1e-6, 0.0)})
     with pytest.raises(ValueError, match="an error is given for sensor 'x'"):
         read(nominal_stage, rest(nominal_stage), effects=ReadingEffects(sensors={"x": SensorError()}))
+
+
+def test_a_delayed_run_reads_alike_in_pieces_and_as_a_whole(nominal_stage):
+    effects = ReadingEffects(phi_face=1e-4, theta_face=0.3, delay=0.25)
+    whole = record_of(nominal_stage, rest(nominal_stage))
+    names = ("time", "c", "c_rate", "drive", "energy")
+    first, last = (
+        StageRecord(*(getattr(whole, name)[part] for name in names)) for part in (slice(0, 20), slice(20, None))
+    )
+    expected = sensor_signals(nominal_stage, whole, [SENSOR], effects=effects)["s"]
+    pieces = [
+        sensor_signals(nominal_stage, first, [SENSOR], effects=effects)["s"],
+        sensor_signals(nominal_stage, last, [SENSOR], effects=effects, before=first)["s"],
+    ]
+    assert_allclose(np.concatenate(pieces), expected, rtol=0.0, atol=1e-15)
