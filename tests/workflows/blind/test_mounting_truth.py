@@ -149,7 +149,7 @@ def test_one_condition_is_one_run(tmp_path):
     assert label.gap_over_floor == pytest.approx(5.0)
 
 
-@pytest.mark.slow
+@pytest.mark.acceptance
 @pytest.mark.parametrize("name", ["fluid_branch", "main_bearing_compliance", "sensor_zero", "softening_in_time"])
 def test_other_effects_and_causes_make_a_case(name, tmp_path):
     family = OUTSIDE if name in OUTSIDE_NAMES["mounting"] else SINGLE
