@@ -31,10 +31,11 @@ class Thresholds:
     named_share : float
         A set is named only where it explains this share of the gap above the floor. True effects of the library explain more
         than 0.9 even where their law differs in form; a one-sided spring passes for a quadratic one at 0.6.
-    named_share_far : float
-        The same where what is left stands out of the floor (`stands_out`): a law of the right form leaves less than 30 % of the
-        gap's amplitude; a stop that acts on one side passes for backlash or a cubic spring at 0.83 to 0.90, dry friction of a
-        real axis for Coulomb's at 0.93.
+    named_share_far, far : float
+        The same where what is left is `far` times the RMS of the floor or more: a law of the right form leaves nothing but
+        noise, or less than 30 % of the gap's amplitude. A stop that acts on one side passes for backlash or a cubic spring
+        at 0.72 to 0.90, dry friction of a real axis for Coulomb's at 0.93; right names of small gaps (0.77 and more)
+        leave 1.08 at most.
     class_weight : float
         Stacking weight that the class of the named effect must hold.
     placebo_share : float
@@ -80,6 +81,7 @@ class Thresholds:
     clears: float = 0.9
     named_share: float = 0.7
     named_share_far: float = 0.91
+    far: float = 1.15
     class_weight: float = 0.9
     placebo_share: float = 0.25
     fold_consistency: float = 3.0

@@ -78,7 +78,7 @@ def _doubt(
     """Verdict where the accepted effects are not to be named, and why."""
     limits = ladder.thresholds
     best_phi = shrinkage.phi
-    share = limits.named_share_far if shrinkage.floor_multiple > limits.stands_out else limits.named_share
+    share = limits.named_share_far if shrinkage.floor_multiple > limits.far else limits.named_share
     if best_phi < share:
         return NONE_OF_THESE, (
             f"the best set, {' + '.join(selection.accepted)}, explains {best_phi:.0%} of the gap and leaves "
