@@ -224,7 +224,7 @@ class CarrierPlant:
     ) -> tuple[FloatArray, float]:
         """Gauss-Newton steps on the sums of whole runs, thresholds held; within bounds."""
         theta = start.copy()
-        free = np.array([not parameter.shape for parameter in parameters])
+        free = np.array([not parameter.shape for parameter in parameters], dtype=bool)
         bilinear = any(own in (*ONE_CHANNEL, "sensor_delay") for own in (*self.model.contained, *effects))
         for _ in range(_QUICK_STEPS if bilinear else 1):
             matrix, right, _ = self._whole_sums(effects, choice, theta)

@@ -13,6 +13,7 @@ from diagnosis.report_pictures import Picture, Pictured
 from diagnosis.results import NOT_DIAGNOSABLE, Attribution, Diagnosis, Shrinkage
 from diagnosis.screening import Screen, learnable_share, screen
 from diagnosis.selection import Selection, selected
+from diagnosis.several_causes import climb_together
 from diagnosis.thresholds import Thresholds
 from diagnosis.verdict import verdict
 
@@ -56,6 +57,7 @@ def diagnose(
     own = any(parameter.run is not None for parameter in plant.parameters(()))
     ladder = Ladder(plant, held_out_folds(plant.pieces, runs_have_own=own), limits, note)
     climb(ladder, screened, signatures)
+    climb_together(ladder, screened, signatures)
     selection = selected(ladder)
     classes = tuple(alias_class(ladder, screened, selection.accepted, effect) for effect in selection.accepted)
     note("intervals")

@@ -78,9 +78,9 @@ def held_out_score(plant: Plant, fit: EffectFit, folds: Sequence[Fold]) -> HeldO
 
 def fold_theta(plant: Plant, fit: EffectFit, fold: Fold) -> FloatArray:
     """Parameters fitted without the held-out pieces, shape (p,)."""
-    shared = np.array([parameter.run is None for parameter in fit.parameters])
+    shared = np.array([parameter.run is None for parameter in fit.parameters], dtype=bool)
     in_training = {plant.pieces[k].run for k in np.flatnonzero(fold.training)}
-    free = shared | np.array([parameter.run in in_training for parameter in fit.parameters])
+    free = shared | np.array([parameter.run in in_training for parameter in fit.parameters], dtype=bool)
     theta, _, _ = minimised(
         plant,
         fit.effects,

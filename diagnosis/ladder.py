@@ -20,6 +20,8 @@ _FURTHER_EFFECTS = 4
 _FAR_BEHIND = 10.0
 #: A set within this ratio of the noise's mean square leaves nothing for a further effect.
 _NOTHING_LEFT = 1.03
+#: RMS ratio of a draw that holds none of the conditions in which an effect acts: one, but for how shared parameters shift.
+_UNCHANGED = 1.001
 _SEED = 7
 
 
@@ -106,7 +108,7 @@ class Ladder:
 
         An effect must stand off its physical bounds, explain at least the share `explained` of what is left without it and,
         beside others, a material part of the whole gap (:class:`diagnosis.thresholds.Thresholds`), and shrink the held-out
-        RMS in 97.5 % of the bootstrap draws.
+        RMS in 97.5 % of the bootstrap draws, or leave it as it is where the drawn conditions do not call for it.
         """
         score = self.score(effects)
         for parameter, hit in zip(score.fit.parameters, score.fit.at_bound, strict=True):
@@ -124,9 +126,13 @@ class Ladder:
             if rest and not self._is_material(float(without.square.sum()), float(score.square.sum()), floor, whole):
                 return f"{effect} explains less than {self.thresholds.material:.0%} of the whole gap"
             draws = self.shrink_draws(without, score)
-            if np.quantile(draws, 0.975) >= 1.0:
-                return f"{effect} does not shrink the held-out gap in every draw"
+            if np.quantile(draws, 0.975) >= _UNCHANGED:
+                return f"{effect} grows the held-out gap in some draws of the conditions"
         return ""
+
+    def supported_sets(self) -> list[Effects]:
+        """Sets scored so far that no rule refuses."""
+        return [effects for effects in list(self.scores) if effects and not self.refusal(effects)]
 
     def shrink_draws(self, before: HeldOut, after: HeldOut) -> np.ndarray:
         """Bootstrap draws of RMS after over before."""
@@ -185,7 +191,7 @@ def _beside_sensors(plant: Plant, survivors: Effects) -> list[Effects]:
 
 def _last_level_pays(ladder: Ladder, level: list[Effects]) -> bool:
     """Whether the best supported set so far is one of the largest sets tried."""
-    supported = [effects for effects in list(ladder.scores) if effects and not ladder.refusal(effects)]
+    supported = ladder.supported_sets()
     return bool(supported) and min(supported, key=ladder.mean_square) in level
 
 

@@ -29,7 +29,7 @@ def flexible_features(record: MountingRecord) -> list[FloatArray]:
     features = [np.ones(len(loads))]
     for x in (loads / sizes).T:
         features += [x, x**2, x**3, x**5, np.gradient(x), *(_play(x, width) for width in _PLAYS)]
-    features += [loads[:, 0] * loads[:, k] / (sizes[0] * sizes[k]) for k in (1, 2)]
+    features += [loads[:, 0] / sizes[0] * (loads[:, k] / sizes[k]) for k in (1, 2)]
     n_channels, rows = record.measured.shape[1], []
     for feature, channel in product(features, range(n_channels)):
         row = np.zeros((len(loads), n_channels))

@@ -57,7 +57,7 @@ def selected(ladder: Ladder) -> Selection:
     accepted: Effects = ()
     rivals: list[Effects] = []
     if supported:
-        # Supported sets have shrunk the gap in every draw; of their densities the smallest residuals are the most overconfident.
+        # Supported sets shrink the gap whatever conditions are drawn; the densities of the smallest residuals are overconfident.
         best = min(supported, key=ladder.mean_square)
         equal = [effects for effects in supported if _equal(ladder, effects, best)]
         accepted = min(equal, key=lambda effects: (*_size(ladder, effects), -ladder.scores[effects].elpd))

@@ -90,7 +90,7 @@ class Thresholds:
     surviving_share: float = 0.05
     keep_within: float = 0.15
     keep_at_least: int = 4
-    most_effects: int = 3
+    most_effects: int = 8
     alias_correlation: float = 0.7
     exchange_ratio: float = 2.0
     equal_rms: float = 1.05
