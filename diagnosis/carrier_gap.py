@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from scipy.stats import chi2, false_discovery_control
 from scipy.stats import f as fisher_f
 
+from diagnosis.carrier_orders import MAX_ORDER
 from diagnosis.carrier_patterns import ComplexArray, FloatArray, PatternSplit, pattern_split
-from diagnosis.order_map import MAX_ORDER
 from diagnosis.plants import GapCell
 from identification.campaign import Channel
 

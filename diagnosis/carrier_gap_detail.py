@@ -10,6 +10,7 @@ from scipy.stats import f as fisher_f
 from diagnosis.carrier_gap import carrier_gap_cells
 from diagnosis.carrier_gap_parts import Conditions, growth_table
 from diagnosis.carrier_gap_words import RADIAL_LOAD, SPEED, TORQUE, carrier_where_text
+from diagnosis.carrier_orders import MAX_ORDER
 from diagnosis.carrier_patterns import RADIAL, ComplexArray, FloatArray, PatternSplit, pattern_split
 from diagnosis.carrier_sums import CarrierSums
 from diagnosis.gap_detail import Drift, GapFindings, GapMoment, IncoherentCell, Scalar
@@ -20,7 +21,6 @@ from diagnosis.incoherent_gap import (
     scatter_p_values_estimated,
     significant_incoherent,
 )
-from diagnosis.order_map import MAX_ORDER
 from diagnosis.plants import GapCell
 from identification.campaign import Campaign
 from identification.revolutions import whole_revolutions

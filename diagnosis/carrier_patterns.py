@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.order_map import MAX_ORDER, PATTERNS, are_quarter_turns
+from diagnosis.carrier_orders import MAX_ORDER, PATTERNS, are_quarter_turns
 from identification.campaign import Channel
 from simulation.run_cases import AXIAL
 

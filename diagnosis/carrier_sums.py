@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from diagnosis.carrier_columns import DELAY_NODES, PREDICTION, TARGET, ColumnBook, ColumnSource, Key
 from diagnosis.carrier_laws import CarrierInputs, RimSensor
-from diagnosis.order_map import MAX_ORDER, too_sparse
+from diagnosis.carrier_orders import MAX_ORDER, order_amplitudes, too_sparse
 from diagnosis.plants import Piece
 from identification.campaign import Campaign, Channel
 from identification.carrier_models import sensor_position
@@ -211,15 +211,5 @@ def _block_sums(
         gram += own @ own.T
         count += theta.size
         if not too_sparse(theta, MAX_ORDER):
-            orders[r], within[r] = _order_sums(own, theta)
+            orders[r], within[r] = order_amplitudes(own, theta)
     return gram, count, orders, within
-
-
-def _order_sums(own: FloatArray, theta: FloatArray) -> tuple[NDArray[np.complex128], FloatArray]:
-    """Order amplitudes of the columns of one revolution, and the target's scatter about its own."""
-    phase = np.outer(theta, np.arange(1, MAX_ORDER + 1))
-    design = np.hstack([np.ones((theta.size, 1)), np.cos(phase), np.sin(phase)])
-    solution = np.linalg.solve(design.T @ design, design.T @ own.T)
-    left = own[0] - design @ solution[:, 0]
-    sines = np.vstack([np.zeros(len(own)), solution[MAX_ORDER + 1 :]])
-    return solution[: MAX_ORDER + 1] - 1j * sines, np.array([left @ left, theta.size - design.shape[1]])

@@ -8,7 +8,7 @@ from diagnosis.gap_detail import Detailed, GapDetail, cell_validations, scalar_g
 from diagnosis.how_far import shrinkage_of
 from diagnosis.ladder import Ladder, climb
 from diagnosis.named_values import named_values
-from diagnosis.plants import Effects, Plant
+from diagnosis.plants import Effects, Plant, Signatures
 from diagnosis.report_pictures import Picture, Pictured
 from diagnosis.results import NOT_DIAGNOSABLE, Attribution, Diagnosis, Shrinkage
 from diagnosis.screening import Screen, learnable_share, screen
@@ -56,9 +56,7 @@ def diagnose(
     screened, learnable = screen(signatures), learnable_share(signatures)
     own = any(parameter.run is not None for parameter in plant.parameters(()))
     ladder = Ladder(plant, held_out_folds(plant.pieces, runs_have_own=own), limits, note)
-    climb(ladder, screened, signatures)
-    climb_together(ladder, screened, signatures)
-    selection = selected(ladder)
+    selection = _searched(ladder, screened, signatures)
     classes = tuple(alias_class(ladder, screened, selection.accepted, effect) for effect in selection.accepted)
     note("intervals")
     far = shrinkage_of(ladder, selection.accepted, learnable)
@@ -79,6 +77,13 @@ def diagnose(
         pictures=_pictures(ladder, selection),
         gap=gap,
     )
+
+
+def _searched(ladder: Ladder, screened: Screen, signatures: Signatures) -> Selection:
+    """Singles, pairs and triples that pay; where they explain too little, larger sets; then the one that predicts best."""
+    climb(ladder, screened, signatures)
+    climb_together(ladder, screened, signatures)
+    return selected(ladder)
 
 
 def _missing(plant: Plant, limits: Thresholds) -> str:

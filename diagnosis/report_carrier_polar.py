@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.carrier_model import CarrierModel, Choice
+from diagnosis.carrier_orders import MAX_ORDER
 from diagnosis.carrier_sums import CarrierSums
-from diagnosis.order_map import MAX_ORDER
 from diagnosis.plants import Effects, FloatArray
 from diagnosis.report_pictures import GAP, LAW, LEFT, Panel, Picture, Trace
 

@@ -64,17 +64,6 @@ class NormalEquations:
             self.run, self.channels, matrix, self.right_side[:, :, kept], self.square_sum, self.n_samples
         )
 
-    def with_revolutions(self, chosen: NDArray[np.bool_]) -> "NormalEquations":
-        """Equations of some of the revolutions; `chosen` has shape (n_revolutions,)."""
-        return NormalEquations(
-            self.run,
-            self.channels,
-            self.matrix[chosen],
-            self.right_side[chosen],
-            self.square_sum[chosen],
-            self.n_samples[chosen],
-        )
-
 
 def normal_equations(
     run: Run,

@@ -7,6 +7,8 @@ that does not shrink the gap, and what is left near the noise floor; "none of th
 from datetime import datetime
 from pathlib import Path
 
+from threadpoolctl import threadpool_limits
+
 from diagnosis.diagnose import diagnose
 from diagnosis.diagnosis_files import write_diagnosis
 from diagnosis.plant_kinds import plant_of
@@ -49,7 +51,12 @@ def main(campaign: Path, *, out: Path, quiet: bool = False) -> Diagnosis:
     OSError
         Where `out` cannot be written.
     """
-    stages = Stages(4, quiet)
+    # Small matrices in long loops: on a busy machine the threads of a parallel product wait for each other ten times longer.
+    with threadpool_limits(limits=1):
+        return _diagnosed(campaign, out, Stages(4, quiet))
+
+
+def _diagnosed(campaign: Path, out: Path, stages: Stages) -> Diagnosis:
     with stages.stage(f"reading {campaign}"):
         measured = read_campaign(campaign)
     with stages.stage("signals and noise floor"):

@@ -1,7 +1,7 @@
 """The main job: from the carrier's parameters to a first report on the gap between simulation and measurement.
 
 Meshes, deflection curves, reduced bodies, the load cases LC1 to LC4 of the 2012 paper simulated at the rim sensors,
-the motion identified from those signals, and the gap of a model without misalignment and flexibility mapped.
+the motion identified from those signals, and the gap of a model without misalignment and flexibility diagnosed.
 """
 
 import resource
@@ -18,7 +18,13 @@ from geometry.mesh_files import write_mesh
 from geometry.parameter_files import StageParameters, read_parameters
 from reduction.body_files import write_body
 from simulation.case_files import shipped_case
-from workflows import check_mesh_convergence, identify_parameters, map_gap, reduce_carrier, simulate_load_case
+from workflows import (
+    check_mesh_convergence,
+    diagnose_load_cases,
+    identify_parameters,
+    reduce_carrier,
+    simulate_load_case,
+)
 from workflows.carrier_variants import CarrierVariant, flexible_variant, stiff_variant
 from workflows.outputs import prepared_folder, provenance, save_json, versions
 from workflows.pictures import draw_carriers
@@ -39,7 +45,7 @@ class Job:
     reduced: reduce_carrier.ReducedCarrier
     simulated: simulate_load_case.SimulatedLoadCases
     identified: identify_parameters.Identification
-    gap: map_gap.Gap
+    gap: diagnose_load_cases.Gap
     summary: dict[str, Any]
 
 
@@ -112,8 +118,8 @@ def _write_meshes(folder: Path, variants: Mapping[str, CarrierVariant]) -> None:
 
 def _signals(
     out: Path, curves: Mapping[str, DeflectionCurve], stages: Stages
-) -> tuple[simulate_load_case.SimulatedLoadCases, identify_parameters.Identification, map_gap.Gap]:
-    """Simulate the load cases, identify the motion from their signals, map the gap of the simplest model."""
+) -> tuple[simulate_load_case.SimulatedLoadCases, identify_parameters.Identification, diagnose_load_cases.Gap]:
+    """Simulate the load cases, identify the motion from their signals, diagnose the gap of the simplest model."""
     campaign = out / "campaign"
     with stages.stage("load cases LC1 to LC4 simulated"):
         simulated = simulate_load_case.simulate_carrier(
@@ -123,6 +129,6 @@ def _signals(
         identified = identify_parameters.identify_carrier(
             campaign, "m2", out / "identification", per_run=True, quiet=True
         )
-    with stages.stage("gap mapped"):
-        gap = map_gap.main(simulated.campaign, curves["delta_s"], curves["delta_f"], out=out / "gap")
+    with stages.stage("gap diagnosed"):
+        gap = diagnose_load_cases.main(campaign, out=out / "gap")
     return simulated, identified, gap

@@ -49,16 +49,7 @@ def job_summary(job: "Job", size: float) -> dict[str, Any]:
             for model, runs in job.identified.estimates.items()
         },
         "truth": truth,
-        "gap": {
-            "where": job.gap.where,
-            "effects": job.gap.ladder.effects,
-            "rho": job.gap.ladder.rho,
-            "phi": job.gap.ladder.phi,
-            "rms_um": job.gap.ladder.rms * _UM,
-            "rms_alone_um": job.gap.ladder.rms_alone * _UM,
-            "placebo_rho": job.gap.ladder.placebo_rho,
-            "noise_floor_um": job.gap.ladder.noise_floor * _UM,
-        },
+        "gap": _gap(job),
         "checks": _checks(job, truth, pin_fit, list(quality.values())),
     }
 
@@ -80,6 +71,25 @@ def _largest_other(curve: DeflectionCurve) -> float:
     content = curve.axial_order_content()
     others = np.arange(content.size) % 3 != 0
     return float(content[others].max() / content.max())
+
+
+def _gap(job: "Job") -> dict[str, Any]:
+    found, in_turn = job.gap.diagnosis, job.gap.in_turn
+    return {
+        "where": found.where_text,
+        "verdict": found.verdict,
+        "named": found.attribution.effects,
+        "named_rho": found.shrinkage.rho,
+        "named_rms_um": [step.rms * _UM for step in found.shrinkage.ladder],
+        "named_in_turn": [step.added for step in found.shrinkage.ladder],
+        "effects": in_turn.effects,
+        "rho": in_turn.rho,
+        "phi": in_turn.phi,
+        "rms_um": in_turn.rms * _UM,
+        "rms_alone_um": in_turn.rms_alone * _UM,
+        "placebo_rho": in_turn.placebo_rho,
+        "noise_floor_um": in_turn.noise_floor * _UM,
+    }
 
 
 def _pin_fit(job: "Job") -> dict[str, Any]:

@@ -211,20 +211,21 @@ def _bushing_table(identified: "BushingIdentification") -> RenderableType:
 
 def summary_table(job: "Job") -> RenderableType:
     """Checks of the main job, identification and ladder, and where the gap lies."""
-    summary = job.summary
+    summary, in_turn, found = job.summary, job.gap.in_turn, job.gap.diagnosis
     checks = _table("checks", "figure", "wanted", "reached", "met")
     for row in summary["checks"]:
         checks.add_row(row["check"], row["wanted"], f"{row['reached']:.3g}", "yes" if row["met"] else "[red]no[/]")
     ladder = _table("held-out RMS, um, as effects are added", "effect", "alone", "in turn", "rho")
-    steps = zip(("baseline", *job.gap.ladder.effects), (np.nan, *job.gap.ladder.rms_alone), strict=True)
-    for (effect, alone), rms, rho in zip(steps, job.gap.ladder.rms, job.gap.ladder.rho, strict=True):
+    steps = zip(("baseline", *in_turn.effects), (np.nan, *in_turn.rms_alone), strict=True)
+    for (effect, alone), rms, rho in zip(steps, in_turn.rms, in_turn.rho, strict=True):
         ladder.add_row(effect, "" if np.isnan(alone) else f"{alone * 1e6:.1f}", f"{rms * 1e6:.1f}", f"{rho:.3f}")
     seconds, memory = sum(summary["seconds"].values()), summary["peak_memory_gb"]
     moment = summary["tilting_moment_nm"]
     return Group(
         _mesh_study_table(job), "", curve_table(job.curves), "", rms_table(job.identified), "", ladder, "", checks, "",
         f"tilting moment M_t of 1 kN m: {moment['computed']:.2f} N m (the paper prints {moment['paper']})",
-        f"where the gap lies: {job.gap.where}",
+        f"where the gap lies: {found.where_text}",
+        f"what is missing: {found.verdict}, {' + '.join(found.attribution.effects) or 'no effect'}; {found.reason}",
         f"{seconds:.0f} s, peak memory {memory:.1f} GB",
     )  # fmt: skip
 

@@ -6,8 +6,8 @@ from numpy.testing import assert_allclose
 
 from diagnosis.carrier_gap import carrier_gap_cells
 from diagnosis.carrier_gap_parts import frame_of, gap_parts
+from diagnosis.carrier_orders import MAX_ORDER
 from diagnosis.carrier_patterns import RADIAL, pattern_split
-from diagnosis.order_map import MAX_ORDER
 from identification.campaign import Channel
 from tests.diagnosis.carrier_twin import CHANNELS, twin_plant
 

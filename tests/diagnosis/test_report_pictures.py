@@ -5,8 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from diagnosis.bounded_fit import fit_effects
+from diagnosis.carrier_orders import MAX_ORDER
 from diagnosis.element_plant import element_plant
-from diagnosis.order_map import MAX_ORDER
 from diagnosis.report_carrier_polar import carrier_polar, mean_turns
 from diagnosis.report_element_loops import strip_means
 from diagnosis.report_motion_figures import panel_figure

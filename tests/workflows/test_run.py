@@ -54,6 +54,16 @@ def test_misalignment_shrinks_the_gap_more_than_flexibility_and_a_placebo_does_n
 
 
 @pytest.mark.slow
+def test_what_the_load_cases_hold_is_named_without_being_told(summary):
+    gap = summary["gap"]
+    assert gap["verdict"] == "named_with_remainder"
+    assert {"carrier_tilt", "flexible_pins", "flange_warp"} < set(gap["named"])
+    # The truth's tilts of the housing follow the torque and the radial load.
+    assert {"housing_tilt", "torque_tilt"} & set(gap["named"])
+    assert gap["named_rho"] < 0.15
+
+
+@pytest.mark.slow
 def test_files_are_whole_and_readable(job_folder):
     curves = read_curves(job_folder / "deflection_curves.csv")
     assert set(curves) == {"delta_s", "delta_f", "g_s", "g_f"}
@@ -68,7 +78,8 @@ def test_files_are_whole_and_readable(job_folder):
         assert "tetra10" in mesh.cells_dict
     assert not list(job_folder.rglob(".*"))
     pictures = [path.name for path in job_folder.rglob("*.png")]
-    assert len(pictures) >= 15
+    assert len(pictures) >= 14
+    assert {path.name for path in (job_folder / "gap").iterdir()} == {"diagnosis.json", "report.html"}
     assert min(path.stat().st_size for path in job_folder.rglob("*.png")) > 5_000
 
 

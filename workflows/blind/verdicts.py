@@ -10,8 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from threadpoolctl import threadpool_limits
-
 from diagnosis.diagnosis_files import read_diagnosis
 from workflows.diagnose_campaign import DIAGNOSIS_FILE
 from workflows.diagnose_campaign import main as diagnose_campaign
@@ -52,8 +50,7 @@ def diagnose_case(campaign: Path, out: Path) -> None:
     start = time.perf_counter()
     error = None
     try:
-        with threadpool_limits(1):
-            diagnose_campaign(campaign, out=out, quiet=True)
+        diagnose_campaign(campaign, out=out, quiet=True)
     except (ValueError, ArithmeticError, RuntimeError, KeyError) as raised:
         error = f"{type(raised).__name__}: {raised}"
     out.mkdir(parents=True, exist_ok=True)
