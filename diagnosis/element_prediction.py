@@ -14,7 +14,7 @@ from diagnosis.element_signals import even_time, filled
 from identification.campaign import Campaign
 
 
-def beside_prediction(plant: ElementPlant, campaign: Campaign) -> ElementPlant:
+def element_beside_prediction(plant: ElementPlant, campaign: Campaign) -> ElementPlant:
     """Plant whose baseline is the prediction in the run files.
 
     Parameters

@@ -64,6 +64,8 @@ class MountingModel:
         Names of the channels and the sensors they are.
     scale : MountingScale
         Sizes of everything.
+    held : tuple of float
+        Values at which K1 and C1 are held; empty where they are fitted.
     """
 
     rig: MountingRig
@@ -72,6 +74,7 @@ class MountingModel:
     channels: tuple[str, ...]
     sensors: tuple[str, ...]
     scale: MountingScale
+    held: tuple[float, ...] = ()
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns: K1, C1, then those of every effect."""
@@ -80,6 +83,8 @@ class MountingModel:
             Parameter(BASELINE, "K1", "N/m", _STIFFNESS_RANGE[0] * K, _STIFFNESS_RANGE[1] * K, K),
             Parameter(BASELINE, "C1", "N s/m", 0.0, PARAMETERS[INDEX["C1"]].upper, C),
         ]
+        if self.held:
+            own = [replace(one, lower=value, upper=value) for one, value in zip(own, self.held, strict=True)]
         for effect in (*self.contained, *effects):
             own += [self._parameter(effect, parameter) for parameter in self.cards[effect].parameters]
         return tuple(own)

@@ -210,6 +210,8 @@ class MountingPlant:
 
     def bare_fit(self) -> FloatArray:
         """K1 and C1 of the linear bushings alone, shape (2,)."""
+        if self.model.held:
+            return np.array(self.model.held)
         rig = self.model.rig
         start = np.array([rig.bushing_radial_stiffness, rig.bushing_radial_damping])
         everything, free = np.ones(len(self.pieces), dtype=bool), np.ones(2, dtype=bool)
@@ -275,13 +277,8 @@ def mounting_plant(campaign: Campaign) -> MountingPlant:
     Raises
     ------
     ValueError
-        Where the baseline is another simulator's, a signal is missing throughout, or the loads never change.
+        Where a signal is missing throughout, or the loads never change.
     """
-    if campaign.baseline.source != "model":
-        raise ValueError(
-            f"campaign '{campaign.name}': baseline source is '{campaign.baseline.source}'; kind mounting is diagnosed "
-            "with source 'model'"
-        )
     records = mounting_records(campaign)
     rig = MountingRig.from_table(campaign.rig)
     cards = {**effect_library(KIND, MOUNTING_CARDS), **{card.id: card for card in PLACEBO_CARDS}}

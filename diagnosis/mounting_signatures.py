@@ -87,7 +87,9 @@ def column_values(model: MountingModel, record: MountingRecord, column: Column, 
 
 
 def base_columns(model: MountingModel, record: MountingRecord, known: Known) -> list[FloatArray]:
-    """Derivatives of the prediction by K1 and C1 at the fitted baseline."""
+    """Derivatives of the prediction by K1 and C1 at the fitted baseline; zero where they are held."""
+    if model.held:
+        return [np.zeros(record.measured.shape)] * 2
     bare = replace(model, contained=())
     base = np.array([known[BASELINE, "K1"], known[BASELINE, "C1"]])
     start = bare.predicted(record, (), base, {})

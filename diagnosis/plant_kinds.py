@@ -4,8 +4,9 @@ from collections.abc import Callable, Mapping
 
 from diagnosis.carrier_plant import carrier_plant
 from diagnosis.element_plant import element_plant
-from diagnosis.element_prediction import beside_prediction
+from diagnosis.element_prediction import element_beside_prediction
 from diagnosis.mounting_plant import mounting_plant
+from diagnosis.mounting_prediction import mounting_beside_prediction
 from diagnosis.plants import Plant
 from fe.deflection_curves import DeflectionCurve
 from identification.campaign import Campaign
@@ -42,7 +43,7 @@ def plant_of(campaign: Campaign, curves: Curves | None = None) -> tuple[Plant, b
 def _element(campaign: Campaign, curves: Curves | None) -> tuple[Plant, bool]:
     plant = element_plant(campaign)
     if campaign.baseline.source == "columns":
-        plant = beside_prediction(plant, campaign)
+        plant = element_beside_prediction(plant, campaign)
     return plant, plant.noise_is_measured
 
 
@@ -54,6 +55,8 @@ def _carrier(campaign: Campaign, curves: Curves | None) -> tuple[Plant, bool]:
 
 def _mounting(campaign: Campaign, curves: Curves | None) -> tuple[Plant, bool]:
     plant = mounting_plant(campaign)
+    if campaign.baseline.source == "columns":
+        plant = mounting_beside_prediction(plant, campaign)
     return plant, plant.noise_is_measured
 
 
