@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from diagnosis.bounded_fit import minimised
 from diagnosis.effect_cards import EffectCard, effect_library
+from diagnosis.gap_detail import GapFindings, Scalar
 from diagnosis.mounting_cards import KIND, MOUNTING_CARDS, ONE_CHANNEL, PLACEBO_CARDS
 from diagnosis.mounting_gap import band_edges_hz, block_powers, mounting_gap_cells
+from diagnosis.mounting_gap_detail import mounting_findings, mounting_scalars
 from diagnosis.mounting_gap_words import mounting_where_text
 from diagnosis.mounting_model import Choice, MountingModel, mounting_scale
 from diagnosis.mounting_records import MountingRecord, mounting_records
@@ -152,9 +154,17 @@ class MountingPlant:
 
     def where_text(self, effects: Effects, theta: FloatArray) -> str:
         """One sentence."""
-        cells = self.gap_cells(effects, theta)
-        residuals = self._residuals(effects, theta)
-        return mounting_where_text(cells, self.records, residuals, self.model.sensors, self.model.channels)
+        cells, own = self.gap_cells(effects, theta), self._residuals(effects, theta)
+        return mounting_where_text(cells, self.records, own, self.model.sensors, self.model.channels)
+
+    def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
+        """Gap in time, between repeats, and its growth."""
+        cells, own = self.gap_cells(effects, theta), self._residuals(effects, theta)
+        return mounting_findings(self.records, own, cells, self.model.sensors, self.model.channels)
+
+    def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
+        """Mean and peak to peak of every motion."""
+        return mounting_scalars(self.records, self._residuals(effects, theta), self.model.sensors, self.model.channels)
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "MountingPlant":
         """Plant that measured what a model predicts, where there was a measurement."""
