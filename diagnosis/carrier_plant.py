@@ -59,6 +59,11 @@ class CarrierPlant:
         """Unit of the channels."""
         return "m"
 
+    @property
+    def n_channels(self) -> int:
+        """Signals that are compared."""
+        return len(self.noise)
+
     @cached_property
     def cards(self) -> Mapping[str, EffectCard]:
         """Candidates by id."""
@@ -289,11 +294,6 @@ def carrier_plant(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -> 
     if campaign.baseline.source == "columns":
         # Another simulator's prediction stands as it is; only its zero is free.
         contained = tuple(own for own in contained if own == "axial_offset")
-    model = CarrierModel(
-        source,
-        records.book,
-        contained,
-        tuple(run.name for run in campaign.runs),
-        tuple(channel.name for channel in campaign.channels),
-    )
+    runs, channels = (tuple(own.name for own in table) for table in (campaign.runs, campaign.channels))
+    model = CarrierModel(source, records.book, contained, runs, channels)
     return CarrierPlant(campaign, model, records, channel_noise(campaign, records))

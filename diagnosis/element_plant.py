@@ -65,6 +65,11 @@ class ElementPlant:
         """Unit of the channel."""
         return self.model.units[1 if self.model.by_force else 0]
 
+    @property
+    def n_channels(self) -> int:
+        """Signals that are compared."""
+        return 1
+
     @cached_property
     def cards(self) -> Mapping[str, EffectCard]:
         """Candidates by id."""

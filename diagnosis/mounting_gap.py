@@ -86,6 +86,34 @@ def block_powers(record: MountingRecord, signals: FloatArray, edges_hz: FloatArr
     return np.array(powers), np.array(lines)
 
 
+def score_cells(records: Sequence[MountingRecord], edges_hz: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Degrees of freedom and sum of squares of the noise by block and cell of the score: channels, each in every band.
+
+    Parameters
+    ----------
+    records : sequence of MountingRecord
+        Runs.
+    edges_hz : ndarray
+        Ends of the bands [Hz].
+
+    Returns
+    -------
+    tuple of ndarray, each of shape (n_pieces, n_channels * n_bands)
+        Counts and squares [m²].
+    """
+    counts, noise = [], []
+    for record in records:
+        _, lines = block_powers(record, np.zeros(record.measured.shape), edges_hz)
+        for block in range(record.n_blocks):
+            present = np.isfinite(record.measured[record.block == block]).mean(axis=0)
+            own = np.multiply.outer(present, lines[block])
+            square = own * record.noise[:, None]
+            square[:, 0] += record.zero_noise * present * (record.block == block).sum()
+            counts.append(own.ravel())
+            noise.append(square.ravel())
+    return np.array(counts), np.array(noise)
+
+
 def mounting_gap_cells(
     records: Sequence[MountingRecord], residuals: Sequence[FloatArray], sensors: Sequence[str], channels: Sequence[str]
 ) -> tuple[GapCell, ...]:

@@ -13,7 +13,7 @@ from diagnosis.bounded_fit import minimised
 from diagnosis.effect_cards import EffectCard, effect_library
 from diagnosis.gap_detail import GapFindings, Scalar
 from diagnosis.mounting_cards import KIND, MOUNTING_CARDS, ONE_CHANNEL, PLACEBO_CARDS
-from diagnosis.mounting_gap import band_edges_hz, block_powers, mounting_gap_cells
+from diagnosis.mounting_gap import band_edges_hz, block_powers, mounting_gap_cells, score_cells
 from diagnosis.mounting_gap_detail import mounting_findings, mounting_scalars
 from diagnosis.mounting_gap_words import mounting_where_text
 from diagnosis.mounting_model import Choice, MountingModel, mounting_scale
@@ -21,6 +21,8 @@ from diagnosis.mounting_records import MountingRecord, mounting_records
 from diagnosis.mounting_signatures import Column, mounting_signatures, solutions, value_off
 from diagnosis.mounting_trials import mounting_trials
 from diagnosis.plants import BoolArray, Effects, FloatArray, GapCell, Parameter, Piece, PieceSums, Signatures, Trial
+from diagnosis.report_mounting_motion import mounting_pictures
+from diagnosis.report_pictures import Picture
 from identification.campaign import Campaign
 from simulation.mounting.rig import MountingRig
 
@@ -51,6 +53,11 @@ class MountingPlant:
         """Unit of the sensors."""
         return "m"
 
+    @property
+    def n_channels(self) -> int:
+        """Signals that are compared."""
+        return len(self.model.channels)
+
     @cached_property
     def cards(self) -> Mapping[str, EffectCard]:
         """Candidates by id."""
@@ -77,18 +84,7 @@ class MountingPlant:
 
     @cached_property
     def _cells(self) -> tuple[FloatArray, FloatArray]:
-        """Degrees of freedom and noise by piece and cell: channels, each in three bands."""
-        counts, noise = [], []
-        for record in self.records:
-            _, lines = block_powers(record, np.zeros(record.measured.shape), self._edges_hz)
-            for block in range(record.n_blocks):
-                present = np.isfinite(record.measured[record.block == block]).mean(axis=0)
-                own = np.multiply.outer(present, lines[block])
-                square = own * record.noise[:, None]
-                square[:, 0] += record.zero_noise * present * (record.block == block).sum()
-                counts.append(own.ravel())
-                noise.append(square.ravel())
-        return np.array(counts), np.array(noise)
+        return score_cells(self.records, self._edges_hz)
 
     @property
     def cell_counts(self) -> FloatArray:
@@ -165,6 +161,10 @@ class MountingPlant:
     def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
         """Mean and peak to peak of every motion."""
         return mounting_scalars(self.records, self._residuals(effects, theta), self.model.sensors, self.model.channels)
+
+    def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
+        """Gap along the motion that holds most of it."""
+        return mounting_pictures(self.model, self.records, effects, theta, self.choice(effects))
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "MountingPlant":
         """Plant that measured what a model predicts, where there was a measurement."""

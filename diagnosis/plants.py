@@ -177,7 +177,7 @@ class Plant(Protocol):
 
     `cards` are the candidates by id; the effects the baseline already contains are always in and not among them.
     `cell_counts` and `noise_square`, shape (n_pieces, n_cells), are the degrees of freedom of each cell of the score and the
-    sum of squares that noise alone leaves there; `unit` is the unit of the residual.
+    sum of squares that noise alone leaves there; `unit` is the unit of the residual, `n_channels` how many signals it has.
     """
 
     @property
@@ -188,6 +188,8 @@ class Plant(Protocol):
     def pieces(self) -> tuple[Piece, ...]: ...  # noqa: D102
     @property
     def unit(self) -> str: ...  # noqa: D102
+    @property
+    def n_channels(self) -> int: ...  # noqa: D102
     @property
     def cell_counts(self) -> FloatArray: ...  # noqa: D102
     @property

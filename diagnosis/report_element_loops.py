@@ -9,7 +9,7 @@ from diagnosis.element_model import ElementModel
 from diagnosis.element_records import ElementRecord
 from diagnosis.element_signatures import Column, column_values, known_force
 from diagnosis.plants import BASELINE, Effects, FloatArray
-from diagnosis.report_pictures import GAP, LAW, Panel, Picture, Trace, is_function
+from diagnosis.report_pictures import GAP, LAW, Panel, Picture, Trace, is_function, strip_means
 from diagnosis.report_words import set_name
 
 #: Runs drawn at most, and points of a cloud: enough for its shape, few enough for the file.
@@ -17,8 +17,6 @@ _MOST_RUNS = 3
 _MOST_POINTS = 2000
 #: Points at each end of the range, which an even choice would miss although they tell most about a law.
 _END_POINTS = 150
-#: Strips over the range of x for the line of a law.
-_STRIPS = 36
 
 
 def element_loops(
@@ -100,18 +98,6 @@ def _chosen_points(places: NDArray[np.int64], x: FloatArray) -> NDArray[np.int64
     by_size = places[np.argsort(x[places])]
     every = places[:: -(-places.size // _MOST_POINTS)]
     return np.unique(np.concatenate([every, by_size[:_END_POINTS], by_size[-_END_POINTS:]]))
-
-
-def strip_means(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Means of x and y over strips of equal width along x, empty strips left out: a law's line without its scatter.
-
-    The trusted band ends within the harmonics of the law, which blurs the law itself.
-    """
-    strip = np.minimum((_STRIPS * (x - x.min()) / np.ptp(x)).astype(int), _STRIPS - 1)
-    counts = np.bincount(strip, minlength=_STRIPS)
-    x_sum, y_sum = (np.bincount(strip, own, minlength=_STRIPS) for own in (x, y))
-    used = counts > 0
-    return x_sum[used] / counts[used], y_sum[used] / counts[used]
 
 
 def _picture(

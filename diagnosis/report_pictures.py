@@ -14,6 +14,8 @@ ROLES = (GAP, LAW, LEFT)
 #: Neighbours along x of a law that is a function of it differ by less than this share of its standard deviation on
 #: average; those of a loop change branch half of the time. The limit leaves room for the end of the trusted band.
 _NEIGHBOURS = 0.3
+#: Strips over the range of x for the line of a law.
+_STRIPS = 36
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,3 +99,15 @@ def is_function(x: FloatArray, y: FloatArray) -> bool:
     """Whether y follows x along one line: neighbours along x have nearly the same y."""
     sorted_y = y[np.argsort(x, kind="stable")]
     return bool(np.abs(np.diff(sorted_y)).mean() <= _NEIGHBOURS * y.std())
+
+
+def strip_means(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Means of x and y over strips of equal width along x, empty strips left out: a law's line without its scatter.
+
+    The trusted band ends within the harmonics of the law, which blurs the law itself.
+    """
+    strip = np.minimum((_STRIPS * (x - x.min()) / np.ptp(x)).astype(int), _STRIPS - 1)
+    counts = np.bincount(strip, minlength=_STRIPS)
+    x_sum, y_sum = (np.bincount(strip, own, minlength=_STRIPS) for own in (x, y))
+    used = counts > 0
+    return x_sum[used] / counts[used], y_sum[used] / counts[used]

@@ -7,6 +7,8 @@ from diagnosis.screening import Screen, screen
 #: Sets of one size that are extended, and effects tried on each.
 _BEAM = 3
 _FURTHER_EFFECTS = 4
+#: A sum of laws of one motion fits any curve: several causes are told apart by the pattern they make over channels.
+_FEWEST_CHANNELS = 2
 #: The search ends where the best set of a size explains less than this of what the best of the size before it leaves.
 _LEAST_STEP = 0.2
 
@@ -21,13 +23,13 @@ def climb_together(ladder: Ladder, screened: Screen, signatures: Signatures) -> 
     Parameters
     ----------
     ladder : Ladder
-        Grows by the sets tried; left alone where a set already explains enough to be named.
+        Grows by the sets tried; left alone where a set already explains enough to be named, and where one channel is measured.
     screened : Screen
         Force-space screen of the baseline's residual.
     signatures : Signatures
         Columns of the screen.
     """
-    if _is_explained(ladder):
+    if ladder.plant.n_channels < _FEWEST_CHANNELS or _is_explained(ladder):
         return
     largest = _grown(ladder, screened, signatures)
     while len(largest) > 2 and (weakest := _weakest(ladder, largest)):

@@ -75,3 +75,17 @@ def test_the_diagnosis_holds_the_detail_before_and_after():
     roll = next(own for own in found.gap.scalars if own.name == "roll, peak to peak")
     assert roll.area_after < 0.3 * roll.area_before
     assert all(own.error_after < own.error_before for own in found.gap.cells[:3])
+
+
+def test_the_picture_shows_the_law_that_the_baseline_lacks():
+    campaign = mounting_campaign({"K3": 6e12})
+    plant = mounting_plant(campaign)
+    theta = np.array([*THETA, 6e12])
+    (picture,) = plant.pictures(("cubic_stiffness",), theta)
+    assert picture.title == "Unexplained roll motion"
+    gap, law = picture.panels[0].traces
+    assert (gap.role, law.role) == ("gap", "law")
+    # Left of the law is noise: strips of the gap lie on it.
+    on_law = np.interp(gap.x, law.x, law.y)
+    assert np.std(gap.y - on_law) < 0.1 * np.std(gap.y)
+    assert plant.pictures((), THETA)[0].panels[0].traces[0].role == "gap"

@@ -10,7 +10,6 @@ from diagnosis.mounting_cards import MOUNTING_CARDS
 from diagnosis.mounting_gap import PATTERNS, block_powers, pattern_matrix
 from diagnosis.mounting_plant import mounting_plant
 from diagnosis.mounting_records import mounting_records
-from identification.campaign import Baseline
 from identification.campaign_kinds import MOUNTING
 from simulation.mounting.rig import SENSORS
 from tests.diagnosis.mounting_campaigns import CONDITIONS, NOISE, TRUE_LINEAR, mounting_campaign
@@ -152,11 +151,6 @@ def with_signals(campaign, change):
     return replace(campaign, runs=tuple(runs))
 
 
-def of_another_simulator(campaign):
-    runs = tuple(replace(run, predictions=dict(run.signals)) for run in campaign.runs)
-    return replace(campaign, runs=runs, baseline=Baseline("columns"))
-
-
 def test_unusable_campaigns_are_refused_in_plain_words():
     campaign = mounting_campaign(conditions=CONDITIONS[:1])
     with pytest.raises(ValueError, match="column 'spy' holds 0 measured samples"):
@@ -165,8 +159,6 @@ def test_unusable_campaigns_are_refused_in_plain_words():
         mounting_plant(with_signals(campaign, lambda name, own: 0.0 * own))
     with pytest.raises(ValueError, match="nothing but rest"):
         mounting_plant(mounting_campaign(conditions=((0.0, 0.0, 0.0),)))
-    with pytest.raises(ValueError, match="baseline source is 'columns'"):
-        mounting_plant(of_another_simulator(campaign))
 
 
 def test_one_run_alone_is_diagnosed_by_its_blocks():

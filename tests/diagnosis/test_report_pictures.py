@@ -8,9 +8,8 @@ from diagnosis.bounded_fit import fit_effects
 from diagnosis.carrier_orders import MAX_ORDER
 from diagnosis.element_plant import element_plant
 from diagnosis.report_carrier_polar import carrier_polar, mean_turns
-from diagnosis.report_element_loops import strip_means
 from diagnosis.report_motion_figures import panel_figure
-from diagnosis.report_pictures import GAP, LAW, LEFT, Pictured, Trace, is_function
+from diagnosis.report_pictures import GAP, LAW, LEFT, Pictured, Trace, is_function, strip_means
 from tests.diagnosis.carrier_twin import NOISE, twin_plant
 from tests.diagnosis.element_campaigns import DAMPING, STIFFNESS, displacement_campaign, force_campaign
 
