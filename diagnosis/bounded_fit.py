@@ -19,25 +19,6 @@ _MOST_DAMPINGS = 10
 _ON_BOUND = 1e-6
 
 
-class NestedCostError(ArithmeticError):
-    """A model fitted its data worse than a model it contains; the solution is not a minimum.
-
-    Parameters
-    ----------
-    effects, contained : tuple of str
-        The larger set and the smaller.
-    cost, contained_cost : float
-        Their costs.
-    """
-
-    def __init__(self, effects: Effects, contained: Effects, cost: float, contained_cost: float) -> None:
-        super().__init__(
-            f"effects {', '.join(effects)} cost {cost:.8e}, more than {contained_cost:.8e} with "
-            f"{', '.join(contained) or 'the baseline'} alone; the search stuck"
-        )
-        self.effects, self.contained, self.cost, self.contained_cost = effects, contained, cost, contained_cost
-
-
 @dataclass(frozen=True, eq=False)
 class EffectFit:
     """Fitted parameters of baseline + effects.
@@ -87,6 +68,25 @@ class EffectFit:
         unseen = np.diag(matrix) <= 0.0
         covariance[unseen], covariance[:, unseen] = np.nan, np.nan
         return covariance
+
+
+class NestedCostError(ArithmeticError):
+    """A model fitted its data worse than a model it contains; the solution is not a minimum.
+
+    Parameters
+    ----------
+    fit : EffectFit
+        Where the search of the larger set stuck.
+    smaller : EffectFit
+        Fit of the smaller set.
+    """
+
+    def __init__(self, fit: EffectFit, smaller: EffectFit) -> None:
+        super().__init__(
+            f"effects {', '.join(fit.effects)} cost {fit.cost:.8e}, more than {smaller.cost:.8e} with "
+            f"{', '.join(smaller.effects) or 'the baseline'} alone; the search stuck"
+        )
+        self.fit, self.smaller = fit, smaller
 
 
 def parameter_key(parameter: Parameter) -> tuple[str, str]:
@@ -141,10 +141,10 @@ def fit_effects(
     if best is not None and cost > best.cost:
         # The most promising start led astray; the warm start cannot.
         theta, cost, sums = search(candidates[0])
-    for smaller in contained:
-        if cost > smaller.cost * (1.0 + NESTED_TOLERANCE):
-            raise NestedCostError(effects, smaller.effects, cost, smaller.cost)
-    return EffectFit(effects, parameters, theta, cost, sums, prior, _bound_hits(parameters, theta))
+    fit = EffectFit(effects, parameters, theta, cost, sums, prior, _bound_hits(parameters, theta))
+    if best is not None and cost > best.cost * (1.0 + NESTED_TOLERANCE):
+        raise NestedCostError(fit, best)
+    return fit
 
 
 def minimised(

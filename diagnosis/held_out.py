@@ -170,6 +170,7 @@ def _log_density(plant: Plant, trained: FloatArray, fold: Fold, held: FloatArray
     variance = np.maximum(trained[fold.training].sum(axis=0) / counts, np.maximum(noise, np.finfo(float).tiny))
     own_counts = plant.cell_counts[fold.held_out]
     # A model that runs away predicts as badly as any model can.
+    variance = np.minimum(variance, np.sqrt(np.finfo(float).max))
     with np.errstate(over="ignore"):
         misses = np.minimum(held[fold.held_out] / variance, _WORST)
     terms = own_counts * np.log(2.0 * np.pi * variance) + misses

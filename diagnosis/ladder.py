@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from diagnosis.bounded_fit import EffectFit, fit_effects
+from diagnosis.bounded_fit import EffectFit, NestedCostError, fit_effects
 from diagnosis.folds import Fold
 from diagnosis.held_out import HeldOut, held_out_score, shrink_interval
 from diagnosis.plants import Effects, Plant, Signatures
@@ -43,6 +43,8 @@ class Ladder:
         Held-out scores by sorted set.
     fits : dict
         Fits by sorted set, also of those that were not worth a held-out score.
+    stuck : dict
+        Sets whose search ended above a set they contain, and how; none of them is supported.
     """
 
     plant: Plant
@@ -51,6 +53,7 @@ class Ladder:
     note: Callable[[str], None]
     scores: dict[Effects, HeldOut] = field(default_factory=dict)
     fits: dict[Effects, EffectFit] = field(default_factory=dict)
+    stuck: dict[Effects, str] = field(default_factory=dict)
 
     def score(self, effects: Effects) -> HeldOut:
         """Score of a set, fitted now where it was not yet."""
@@ -65,7 +68,10 @@ class Ladder:
         if key not in self.fits:
             self.note(" + ".join(("baseline", *key)))
             contained = [self.fits[smaller] for smaller in self.fits if set(smaller) < set(key)]
-            self.fits[key] = fit_effects(self.plant, key, contained=contained)
+            try:
+                self.fits[key] = fit_effects(self.plant, key, contained=contained)
+            except NestedCostError as error:
+                self.fits[key], self.stuck[key] = error.fit, str(error)
         return self.fits[key]
 
     def is_worth_scoring(self, effects: Effects) -> bool:
@@ -111,6 +117,8 @@ class Ladder:
         RMS in 97.5 % of the bootstrap draws, or leave it as it is where the drawn conditions do not call for it.
         """
         score = self.score(effects)
+        if tuple(sorted(effects)) in self.stuck:
+            return self.stuck[tuple(sorted(effects))]
         for parameter, hit in zip(score.fit.parameters, score.fit.at_bound, strict=True):
             if hit and parameter.effect in effects:
                 return f"{parameter.name} of {parameter.effect} stands on its physical bound"
@@ -120,6 +128,8 @@ class Ladder:
         # Sets that are scored already come first: they may settle it without another fit.
         for effect, rest in sorted(zip(effects, smaller, strict=True), key=lambda pair: pair[1] not in self.scores):
             without = self.score(rest)
+            if tuple(sorted(rest)) in self.stuck:
+                return f"nothing is known without {effect}: {self.stuck[tuple(sorted(rest))]}"
             share = explained_share(without.square.sum(), score.square.sum(), floor)
             if share < self.thresholds.explained:
                 return f"{effect} explains {max(share, 0.0):.0%} of what is left without it"

@@ -18,7 +18,7 @@ from diagnosis.mounting_gap_detail import mounting_findings, mounting_scalars
 from diagnosis.mounting_gap_words import mounting_where_text
 from diagnosis.mounting_model import Choice, MountingModel, mounting_scale
 from diagnosis.mounting_records import MountingRecord, mounting_records
-from diagnosis.mounting_signatures import Column, mounting_signatures, solutions, value_off
+from diagnosis.mounting_signatures import Column, Solution, mounting_signatures, solutions, values_array
 from diagnosis.mounting_trials import mounting_trials
 from diagnosis.plants import BoolArray, Effects, FloatArray, GapCell, Parameter, Piece, PieceSums, Signatures, Trial
 from diagnosis.report_mounting_motion import mounting_pictures
@@ -101,15 +101,14 @@ class MountingPlant:
         return self.model.parameters(effects)
 
     def starts(self, effects: Effects, known: Mapping[tuple[str, str], float]) -> Sequence[FloatArray]:
-        """What is known with the new effects off, then linear solutions over the shapes."""
+        """What is known with the new effects off, linear bushings alone, then linear solutions over the shapes."""
         parameters = self.parameters(effects)
         found = [values for values, _ in self._solutions(effects)]
-        warm = {**{key: found[0][key] for key in self._known}, **known}
-        starts = [_array(parameters, warm)]
-        starts += [_array(parameters, {**values, **known}) for values in found]
-        starts += [_array(parameters, {**known, **values}) for values in found]
+        values = [{**{key: found[0][key] for key in self._known}, **known}, {**self._known, **known}]
+        values += [{**own, **known} for own in found] + [{**known, **own} for own in found]
+        values += [{**found[0], **own, **known} for own, _ in self._contained_solutions]
         lower, upper = np.array([[p.lower, p.upper] for p in parameters]).T
-        return [np.clip(start, lower, upper) for start in starts]
+        return [np.clip(values_array(parameters, own), lower, upper) for own in values]
 
     def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> PieceSums:
         """Gauss-Newton sums with derivatives by differences, parameters in threads (the march holds no lock)."""
@@ -196,11 +195,15 @@ class MountingPlant:
         return {**{name: 0 for name in wanted}, **self._contained_choice, **self._solutions(effects)[0][1]}
 
     @cached_property
+    def _contained_solutions(self) -> list[Solution]:
+        """Linear solutions of the contained effects by themselves, best first."""
+        if not self.model.contained:
+            return []
+        return replace(self, model=replace(self.model, contained=()))._solutions(self.model.contained)
+
+    @cached_property
     def _contained_choice(self) -> Choice:
-        if not any(own in ONE_CHANNEL for own in self.model.contained):
-            return {}
-        free = replace(self, model=replace(self.model, contained=()))
-        return free._solutions(self.model.contained)[0][1]
+        return self._contained_solutions[0][1] if self._contained_solutions else {}
 
     @cached_property
     def _bare(self) -> "tuple[MountingPlant, FloatArray]":
@@ -228,10 +231,10 @@ class MountingPlant:
         return minimised(self, (), start, chosen=everything, free=free, prior=np.zeros(2))[0]
 
     @cached_property
-    def _found(self) -> dict[Effects, list[tuple[dict[tuple[str, str], float], dict[str, int]]]]:
+    def _found(self) -> dict[Effects, list[Solution]]:
         return {}
 
-    def _solutions(self, effects: Effects) -> list[tuple[dict[tuple[str, str], float], dict[str, int]]]:
+    def _solutions(self, effects: Effects) -> list[Solution]:
         if effects not in self._found:
             self._found[effects] = solutions(*self._columns, effects, self._known)
         return self._found[effects]
@@ -265,10 +268,6 @@ class MountingPlant:
         moved[k] += step
         changed = self._residual(record, effects, moved)
         return (residual - changed) / step if np.isfinite(changed).all() else np.zeros(residual.shape)
-
-
-def _array(parameters: Sequence[Parameter], values: Mapping[tuple[str, str], float]) -> FloatArray:
-    return np.array([values.get((p.effect, p.name), value_off(p)) for p in parameters])
 
 
 def mounting_plant(campaign: Campaign) -> MountingPlant:

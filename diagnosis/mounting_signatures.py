@@ -21,6 +21,8 @@ _PLACEBOS = tuple(card.id for card in PLACEBO_CARDS)
 _SIZE = 0.05
 _MOST_STARTS = 6
 Known = Mapping[tuple[str, str], float]
+#: Values by effect and name, and the channel of each effect of one sensor.
+Solution = tuple[dict[tuple[str, str], float], dict[str, int]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,9 +146,7 @@ def mounting_signatures(
     return signatures, tuple(columns)
 
 
-def solutions(
-    signatures: Signatures, columns: Sequence[Column], effects: Effects, known: Known
-) -> list[tuple[dict[tuple[str, str], float], dict[str, int]]]:
+def solutions(signatures: Signatures, columns: Sequence[Column], effects: Effects, known: Known) -> list[Solution]:
     """Least-squares values over the variants of the effects, best first, and the channels they stand at."""
     gram, first = signatures.gram.sum(axis=0), 1 + signatures.n_base
     groups = [[k for k, column in enumerate(columns) if column.effect == effect] for effect in effects]
@@ -182,9 +182,7 @@ def _bounded_solution(gram: FloatArray, places: Sequence[int], columns: Sequence
         active = [k for k in active if k not in outside]
 
 
-def _named(
-    columns: Sequence[Column], values: FloatArray, n_base: int, known: Known
-) -> tuple[dict[tuple[str, str], float], dict[str, int]]:
+def _named(columns: Sequence[Column], values: FloatArray, n_base: int, known: Known) -> Solution:
     named = {(BASELINE, name): known[BASELINE, name] + float(values[k]) for k, name in enumerate(("K1", "C1"))}
     for column, value in zip(columns, values[n_base:], strict=True):
         named[column.effect, column.amplitude] = float(value)
@@ -194,6 +192,7 @@ def _named(
     return named, {column.effect: column.channel for column in columns if column.channel >= 0}
 
 
-def value_off(parameter: Parameter) -> float:
-    """Value at which a parameter leaves the baseline as it is."""
-    return parameter.scale if parameter.shape else 0.0
+def values_array(parameters: Sequence[Parameter], values: Known) -> FloatArray:
+    """Values in the order of the parameters; what is not known leaves the baseline as it is."""
+    off = [p.scale if p.shape else 0.0 for p in parameters]
+    return np.array([values.get((p.effect, p.name), own) for p, own in zip(parameters, off, strict=True)])

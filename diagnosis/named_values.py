@@ -11,6 +11,8 @@ from diagnosis.results import NamedValue
 _COMPONENT = re.compile(r"^(?P<size>\S+) (?P<part>cos|sin) (?P<angle>\S+)(?P<run> of .+)?$")
 #: A vector of exactly zero has no direction; this share of its error makes the angle's error huge instead of infinite.
 _SMALLEST_SHARE = 1e-6
+#: Size that stands for nothing, where the records do not see it at all.
+_SMALLEST = 1e-100
 
 
 def named_values(fit: EffectFit) -> dict[str, dict[str, NamedValue]]:
@@ -49,7 +51,7 @@ def _polar(components: np.ndarray, covariance: np.ndarray, unit: str) -> tuple[N
     """Size and direction of two components."""
     a, b = (float(part) for part in components)
     trace = float(np.nan_to_num(np.trace(covariance)))
-    smallest = max(_SMALLEST_SHARE * float(np.sqrt(max(trace, 0.0))), np.finfo(float).tiny)
+    smallest = max(_SMALLEST_SHARE * float(np.sqrt(max(trace, 0.0))), _SMALLEST)
     size = float(np.hypot(a, b))
     if size < smallest:
         size, a, b = smallest, smallest, 0.0

@@ -41,6 +41,9 @@ class Thresholds:
     placebo_share : float
         Nothing is named where a placebo reaches this share of the mean square that the named set explains. Placebos of null
         runs scatter within 0.98 to 1.02; beside a large gap that the baseline extrapolates badly, within 0.92 to 1.00.
+    wholly_explained : float
+        A set that explains this share and leaves the noise alone (`far`) is named whatever a placebo does: with few conditions a
+        further regressor may steady a baseline that extrapolates badly (a third of the gap), and none leaves the noise.
     fold_consistency : float
         Largest difference of a parameter between folds, in its standard deviations over the folds.
     remainder : float
@@ -84,6 +87,7 @@ class Thresholds:
     far: float = 1.15
     class_weight: float = 0.9
     placebo_share: float = 0.25
+    wholly_explained: float = 0.99
     fold_consistency: float = 3.0
     remainder: float = 1.25
     ceiling_share: float = 0.7

@@ -1,0 +1,56 @@
+"""Campaigns with few sensors, few conditions, or a baseline that contains nonlinear effects."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from diagnosis.bounded_fit import fit_effects
+from diagnosis.diagnose import diagnose
+from diagnosis.folds import held_out_folds
+from diagnosis.ladder import Ladder
+from diagnosis.mounting_plant import mounting_plant
+from diagnosis.thresholds import Thresholds
+from tests.diagnosis.carrier_twin import CHANNELS, KNOWN, twin_plant
+from tests.diagnosis.mounting_campaigns import CONDITIONS, NOISE, mounting_campaign
+
+FLUID = {"k": 1e7, "c": 5e6}
+
+
+def without(campaign, *sensors):
+    kept = tuple(channel for channel in campaign.channels if channel.name not in sensors)
+    runs = tuple(replace(run, signals={c.name: run.signals[c.name] for c in kept}) for run in campaign.runs)
+    return replace(campaign, channels=kept, runs=runs)
+
+
+def test_a_mounting_whose_baseline_contains_the_fluid_is_at_the_noise_floor():
+    campaign = mounting_campaign(FLUID, conditions=CONDITIONS[:3], effects=("fluid_branch",))
+    fit = fit_effects(mounting_plant(campaign), ())
+    assert fit.known["fluid_branch", "k"] == pytest.approx(FLUID["k"], rel=0.01)
+    assert fit.known["fluid_branch", "c"] == pytest.approx(FLUID["c"], rel=0.01)
+    found = diagnose(mounting_plant(without(campaign, "spx")), campaign="twin", kind="mounting")
+    assert found.verdict == "at_noise_floor", found.reason
+
+
+def test_a_baseline_with_a_sensors_gain_beside_a_stiff_spring_starts_from_a_motion_within_the_model():
+    plant = mounting_plant(mounting_campaign({"K5": 1e17}, conditions=CONDITIONS[:2], effects=("sensor_gain",)))
+    fit = fit_effects(plant, ())
+    assert np.sqrt(fit.cost / plant.cell_counts.sum()) < 100.0 * NOISE
+
+
+def test_with_two_conditions_what_leaves_the_noise_alone_is_named_whatever_a_placebo_does():
+    campaign = without(mounting_campaign({"K5": 1e17}, conditions=(CONDITIONS[2], CONDITIONS[0])), "spz", "sbx")
+    found = diagnose(mounting_plant(campaign), campaign="twin", kind="mounting")
+    assert found.attribution.effects == ("quintic_stiffness",), found.reason
+    assert found.verdict == "named"
+
+
+def test_a_set_whose_search_stuck_is_refused_and_ends_no_diagnosis():
+    plant = twin_plant(contained=tuple(KNOWN)[1:3], loads=((0.75, 0, 5e4),), turns=6, channels=CHANNELS[:3], seed=23)
+    ladder = Ladder(plant, held_out_folds(plant.pieces, runs_have_own=False), Thresholds(), lambda text: None)
+    good = ladder.score(("sensor_zero",)).fit
+    # A baseline that claims an impossible fit: every larger set is then stuck above it.
+    ladder.fits[()] = replace(ladder.fit(()), cost=0.5 * good.cost)
+    ladder.fits.pop(("flexible_pins", "sensor_zero"), None)
+    assert "the search stuck" in ladder.refusal(("flexible_pins", "sensor_zero"))
+    assert diagnose(plant, campaign="twin", kind="carrier").verdict in ("named", "aliased", "named_with_remainder")
