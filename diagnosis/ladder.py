@@ -122,6 +122,8 @@ class Ladder:
         for parameter, hit in zip(score.fit.parameters, score.fit.at_bound, strict=True):
             if hit and parameter.effect in effects:
                 return f"{parameter.name} of {parameter.effect} stands on its physical bound"
+        if self._fits_any_curve(effects):
+            return f"{', '.join(effects)} are laws of one kind along one motion: together they fit any curve"
         smaller = [tuple(own for own in effects if own != effect) for effect in effects]
         floor = float(self.plant.noise_square.sum())
         whole = float(self.score(()).square.sum()) - floor
@@ -139,6 +141,15 @@ class Ladder:
             if np.quantile(draws, 0.975) >= _UNCHANGED:
                 return f"{effect} grows the held-out gap in some draws of the conditions"
         return ""
+
+    def _fits_any_curve(self, effects: Effects) -> bool:
+        """Whether three effects or more, each an alias of every other by its card, act on one channel."""
+        cards = self.plant.cards
+        return (
+            self.plant.n_channels == 1
+            and len(effects) > 2
+            and all(two in cards[one].aliases for one in effects for two in effects if one != two)
+        )
 
     def supported_sets(self) -> list[Effects]:
         """Sets scored so far that no rule refuses."""

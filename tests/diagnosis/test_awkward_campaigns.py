@@ -7,11 +7,13 @@ import pytest
 
 from diagnosis.bounded_fit import fit_effects
 from diagnosis.diagnose import diagnose
+from diagnosis.element_plant import element_plant
 from diagnosis.folds import held_out_folds
 from diagnosis.ladder import Ladder
 from diagnosis.mounting_plant import mounting_plant
 from diagnosis.thresholds import Thresholds
 from tests.diagnosis.carrier_twin import CHANNELS, KNOWN, twin_plant
+from tests.diagnosis.element_campaigns import displacement_campaign
 from tests.diagnosis.mounting_campaigns import CONDITIONS, NOISE, mounting_campaign
 
 FLUID = {"k": 1e7, "c": 5e6}
@@ -54,3 +56,12 @@ def test_a_set_whose_search_stuck_is_refused_and_ends_no_diagnosis():
     ladder.fits.pop(("flexible_pins", "sensor_zero"), None)
     assert "the search stuck" in ladder.refusal(("flexible_pins", "sensor_zero"))
     assert diagnose(plant, campaign="twin", kind="carrier").verdict in ("named", "aliased", "named_with_remainder")
+
+
+def test_three_springs_of_one_kind_are_no_explanation():
+    plant = element_plant(displacement_campaign(lambda q, v: 4e9 * q**3))
+    ladder = Ladder(plant, held_out_folds(plant.pieces, runs_have_own=False), Thresholds(), lambda text: None)
+    ladder.score(())
+    springs = ("cubic_stiffness", "quadratic_stiffness", "quintic_stiffness")
+    assert "together they fit any curve" in ladder.refusal(springs)
+    assert "together they fit any curve" not in ladder.refusal(("coulomb_friction", *springs[:2]))
