@@ -42,8 +42,8 @@ class Thresholds:
         Nothing is named where a placebo reaches this share of the mean square that the named set explains. Placebos of null
         runs scatter within 0.98 to 1.02; beside a large gap that the baseline extrapolates badly, within 0.92 to 1.00.
     wholly_explained : float
-        A set that explains this share and leaves the noise alone (`far`) is named whatever a placebo does: with few conditions a
-        further regressor may steady a baseline that extrapolates badly (a third of the gap), and none leaves the noise.
+        A set that explains this share is named whatever a placebo does: with few conditions a further regressor may steady a
+        baseline that extrapolates badly (by a third of the gap), and never leaves a hundredth.
     fold_consistency : float
         Largest difference of a parameter between folds, in its standard deviations over the folds.
     remainder : float

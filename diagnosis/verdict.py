@@ -97,7 +97,7 @@ def _doubt(
     weight = selection.class_weight(classes)
     if weight < limits.class_weight and selection.rivals:
         return ALIASED, f"the class holds {weight:.2f} of the stacking weight; {_listed(selection.rivals)} is as good"
-    whole = best_phi >= limits.wholly_explained and shrinkage.floor_multiple <= limits.far
+    whole = best_phi >= limits.wholly_explained
     if not whole and 1.0 - shrinkage.placebo_rho**2 > limits.placebo_share * (1.0 - shrinkage.rho**2):
         return (
             NONE_OF_THESE,

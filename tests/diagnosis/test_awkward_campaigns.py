@@ -40,7 +40,7 @@ def test_a_baseline_with_a_sensors_gain_beside_a_stiff_spring_starts_from_a_moti
     assert np.sqrt(fit.cost / plant.cell_counts.sum()) < 100.0 * NOISE
 
 
-def test_with_two_conditions_what_leaves_the_noise_alone_is_named_whatever_a_placebo_does():
+def test_with_two_conditions_what_explains_the_whole_gap_is_named_whatever_a_placebo_does():
     campaign = without(mounting_campaign({"K5": 1e17}, conditions=(CONDITIONS[2], CONDITIONS[0])), "spz", "sbx")
     found = diagnose(mounting_plant(campaign), campaign="twin", kind="mounting")
     assert found.attribution.effects == ("quintic_stiffness",), found.reason
