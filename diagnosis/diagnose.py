@@ -10,12 +10,15 @@ from diagnosis.ladder import Ladder, climb
 from diagnosis.named_values import named_values
 from diagnosis.plants import Effects, Plant, Signatures
 from diagnosis.report_pictures import Picture, Pictured
-from diagnosis.results import NOT_DIAGNOSABLE, Attribution, Diagnosis, Shrinkage
+from diagnosis.results import ALIASED, NAMED, NAMED_WITH_REMAINDER, NOT_DIAGNOSABLE, Attribution, Diagnosis, Shrinkage
 from diagnosis.screening import Screen, learnable_share, screen
 from diagnosis.selection import Selection, selected
 from diagnosis.several_causes import climb_together
 from diagnosis.thresholds import Thresholds
 from diagnosis.verdict import verdict
+
+#: Verdicts that name effects.
+_NAMING = (NAMED, NAMED_WITH_REMAINDER, ALIASED)
 
 
 def diagnose(
@@ -72,7 +75,7 @@ def diagnose(
         reason=reason,
         unit=plant.unit,
         where_text="; ".join(text for text in (where_text, gap.findings.text if gap else "") if text),
-        attribution=_attribution(ladder, screened, selection, classes, kind_of_verdict, learnable),
+        attribution=_attribution(ladder, screened, selection, classes, kind_of_verdict, learnable, far),
         shrinkage=far,
         pictures=_pictures(ladder, selection),
         gap=gap,
@@ -110,10 +113,11 @@ def _attribution(
     classes: tuple[Effects, ...],
     kind_of_verdict: str,
     learnable: float,
+    far: Shrinkage,
 ) -> Attribution:
     fit = ladder.score(selection.accepted).fit
     return Attribution(
-        effects=selection.accepted if kind_of_verdict.startswith(("named", "aliased")) else (),
+        effects=tuple(step.added for step in far.ladder[1:]) if kind_of_verdict in _NAMING else (),
         aliases=tuple(members for members in classes if len(members) > 1),
         parameters=named_values(fit),
         ranking=selection.ranking,

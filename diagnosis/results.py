@@ -48,7 +48,7 @@ class Attribution:
     Parameters
     ----------
     effects : tuple of str
-        Named effects; for the verdict "aliased" the best member of each class.
+        Named effects, the one that explains most first; for the verdict "aliased" the best member of each class.
     aliases : tuple of tuple of str
         Classes of effects that these records cannot tell apart, the named one first.
     parameters : mapping of str to mapping of str to NamedValue
