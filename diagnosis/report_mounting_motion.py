@@ -53,7 +53,7 @@ def mounting_pictures(
     k = int(np.argmax(np.sum([np.square(gap).sum(axis=0) for _, gap, _ in rows], axis=0)))
     largest: dict[str, tuple[float, Panel]] = {}
     for record, (motion, gap, law) in zip(records, rows, strict=True):
-        size = float(gap[:, k].std()) if len(gap) > 1 else -1.0
+        size = float(gap[:, k].std()) if len(gap) > 1 and np.ptp(motion[:, k]) > 0.0 else -1.0
         if size > largest.get(record.condition, (0.0,))[0]:
             largest[record.condition] = size, _panel(record, motion[:, k], gap[:, k], law[:, k] if effects else None)
     panels = [panel for _, panel in sorted(largest.values(), key=lambda entry: -entry[0])[:_MOST_RUNS]]
