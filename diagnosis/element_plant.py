@@ -1,7 +1,7 @@
 """The kind "element" as a plant of the diagnosis: both drives, its library, sums by block and band."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -29,8 +29,8 @@ from identification.campaign import Campaign
 
 #: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
 _DIFFERENCE = 1e-5
-#: Samples from which the derivatives of a record are worth threads; the compiled motion holds no lock.
-_THREADED = 20_000
+#: Samples of all runs from which threads are worth their start.
+_THREADED = 2_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,15 +115,15 @@ class ElementPlant:
 
     def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> PieceSums:
         """Gauss-Newton sums with derivatives by forward differences."""
-        p = theta.size
-        matrix, right = np.zeros((len(self.pieces), p, p)), np.zeros((len(self.pieces), p))
-        square = np.zeros(len(self.pieces))
-        for record, places in self._chosen_runs(chosen):
-            residual = self._residual(record, effects, theta)
+        n, p = len(self.pieces), theta.size
+        matrix, right, square = np.zeros((n, p, p)), np.zeros((n, p)), np.zeros(n)
+        runs = self._chosen_runs(chosen)
+        residuals = self._in_threads(lambda k: self._residual(runs[k][0], effects, theta), len(runs))
+        rows_of = self._derivatives([record for record, _ in runs], effects, theta, residuals)
+        for (record, places), residual, rows in zip(runs, residuals, rows_of, strict=True):
             if not np.isfinite(residual).all():
                 square[places] = np.inf
                 continue
-            rows = self._derivatives(record, effects, theta, residual)
             for block, place in enumerate(places):
                 own, left = rows[:, record.block == block], residual[record.block == block]
                 matrix[place], right[place], square[place] = own @ own.T, own @ left, left @ left
@@ -132,8 +132,9 @@ class ElementPlant:
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         """Squared residuals by piece and band; infinite where the model runs away."""
         result = np.zeros(self.cell_counts.shape)
-        for record, places in self._chosen_runs(chosen):
-            residual = self._residual(record, effects, theta)
+        runs = self._chosen_runs(chosen)
+        residuals = self._in_threads(lambda k: self._residual(runs[k][0], effects, theta), len(runs))
+        for (record, places), residual in zip(runs, residuals, strict=True):
             result[places] = block_squares(record, residual, self.bands.edges_hz)
         return result
 
@@ -147,20 +148,14 @@ class ElementPlant:
 
     def where_text(self, effects: Effects, theta: FloatArray) -> str:
         """One sentence."""
-        cells = self.gap_cells(effects, theta)
-        growth = growth_words(growth_exponent(self.model, self.records, self.noise))
-        return element_where_text(cells, self.records, by_force=self.model.by_force, growth=growth)
+        cells, exponent = self.gap_cells(effects, theta), growth_exponent(self.model, self.records, self.noise)
+        return element_where_text(cells, self.records, by_force=self.model.by_force, growth=growth_words(exponent))
 
     def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
         """Gap by block, incoherent part, growth and parity."""
+        own, cells, known = self._residuals(effects, theta), self.gap_cells(effects, theta), self.noise_is_declared
         return element_findings(
-            self.model,
-            self.records,
-            self._residuals(effects, theta),
-            self.gap_cells(effects, theta),
-            noise=self.noise,
-            is_declared=self.noise_is_declared,
-            channel=self.channel,
+            self.model, self.records, own, cells, noise=self.noise, is_declared=known, channel=self.channel
         )
 
     def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
@@ -222,24 +217,32 @@ class ElementPlant:
         return np.where(record.block >= 0, residual, 0.0)
 
     def _derivatives(
-        self, record: ElementRecord, effects: Effects, theta: FloatArray, residual: FloatArray
-    ) -> FloatArray:
-        """Change of the prediction by every parameter, shape (p, n)."""
+        self, records: Sequence[ElementRecord], effects: Effects, theta: FloatArray, residuals: Sequence[FloatArray]
+    ) -> list[FloatArray]:
+        """Change of the prediction of every run by every parameter, shape (p, n) each."""
 
-        def row(k: int) -> FloatArray:
-            parameter = parameters[k]
+        def row(place: int) -> FloatArray:
+            r, k = divmod(place, theta.size)
+            parameter, residual = parameters[k], residuals[r]
+            if not np.isfinite(residual).all():
+                return np.zeros(residual.size)
             step = _DIFFERENCE * max(abs(theta[k]), 0.1 * parameter.scale)
             step = -step if theta[k] + step > parameter.upper else step
             moved = theta.copy()
             moved[k] += step
-            changed = self._residual(record, effects, moved)
+            changed = self._residual(records[r], effects, moved)
             return (residual - changed) / step if np.isfinite(changed).all() else np.zeros(residual.size)
 
         parameters = self.parameters(effects)
-        if residual.size < _THREADED:
-            return np.array([row(k) for k in range(theta.size)])
+        rows = self._in_threads(row, len(records) * theta.size)
+        return [np.array(rows[r * theta.size : (r + 1) * theta.size]) for r in range(len(records))]
+
+    def _in_threads(self, work: Callable[[int], FloatArray], count: int) -> list[FloatArray]:
+        """Results of a piece of work for every number; the compiled motion holds no lock."""
+        if sum(own.response.size for own in self.records) < _THREADED:
+            return list(map(work, range(count)))
         with ThreadPoolExecutor(os.cpu_count()) as threads:
-            return np.array(list(threads.map(row, range(theta.size))))
+            return list(threads.map(work, range(count)))
 
 
 def element_plant(campaign: Campaign) -> ElementPlant:

@@ -68,7 +68,7 @@ def main(
     seed : int
         Seed of the cases.
     workers : int
-        Processes that write and diagnose cases, each on one thread.
+        Processes that write and diagnose cases.
     scheduler : str
         Address of a Dask scheduler (tcp://host:8786) for the same, instead of workers; its workers see the folder.
     keep : bool
