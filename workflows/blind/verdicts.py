@@ -38,7 +38,7 @@ class Verdict:
 
 
 def diagnose_case(campaign: Path, out: Path) -> None:
-    """Diagnose a campaign on one thread and write diagnosis.json, report.html and the time it took.
+    """Diagnose a campaign and write diagnosis.json, report.html and the time it took.
 
     An input that is refused or a numerical failure is an answer too, and a wrong one: it is kept as such and ends no check.
 
