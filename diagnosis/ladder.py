@@ -13,7 +13,7 @@ from diagnosis.plants import Effects, Plant, Signatures
 from diagnosis.screening import Screen, screen
 from diagnosis.thresholds import Thresholds
 
-#: Single effects that are extended by a further one (of larger sets the best), and further effects tried on each.
+#: Sets of one size that are extended by a further effect, and further effects tried on each.
 _EXTENDED_SETS = 2
 _FURTHER_EFFECTS = 4
 #: A set whose held-out mean square is this many times that of the best of its size is not extended.
@@ -193,7 +193,9 @@ def climb(ladder: Ladder, screened: Screen, signatures: Signatures) -> None:
         if not level or nothing_left or (size > 2 and not _last_level_pays(ladder, level)):
             return
         larger = []
-        for effects in level[: _EXTENDED_SETS if size == 2 else 1]:
+        # Several laws along one motion are hardly ever right beyond two: there the best pair alone is extended.
+        extended = _EXTENDED_SETS if size == 2 or ladder.plant.n_channels > 1 else 1
+        for effects in level[:extended]:
             if ladder.mean_square(effects) <= _FAR_BEHIND * ladder.mean_square(level[0]):
                 further = _further_effects(effects, screened, signatures, survivors)
                 larger += [tuple(sorted((*effects, effect))) for effect in further]

@@ -44,7 +44,7 @@ def test_a_missing_effect_is_named(effect):
     check_named(effect)
 
 
-@pytest.mark.slow
+@pytest.mark.acceptance
 @pytest.mark.parametrize("effect", [effect for effect in EFFECTS if effect not in FAST])
 def test_every_other_missing_effect_is_named(effect):
     check_named(effect)
