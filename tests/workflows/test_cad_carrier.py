@@ -23,7 +23,7 @@ def cad(tmp_path_factory):
     return {"step": folder / "carrier.step", "surfaces": folder / "surfaces.toml"}
 
 
-@pytest.mark.slow
+@pytest.mark.acceptance
 def test_curves_of_the_exported_carrier_are_those_of_the_parametric_one(tmp_path, cad):
     parametric = compute_curves.main(out=tmp_path / "parametric", quiet=True)
     from_cad = compute_curves.main(out=tmp_path / "cad", **cad, quiet=True)
