@@ -3,10 +3,9 @@
 from collections.abc import Callable
 
 from diagnosis.alias_classes import alias_class, separating_measurement
-from diagnosis.folds import held_out_folds
 from diagnosis.gap_detail import Detailed, GapDetail, cell_validations, scalar_gaps
 from diagnosis.how_far import shrinkage_of
-from diagnosis.ladder import Ladder, climb
+from diagnosis.ladder import Ladder, climb, ladder_of
 from diagnosis.named_values import named_values
 from diagnosis.plants import Effects, Plant, Signatures
 from diagnosis.report_pictures import Picture, Pictured
@@ -57,8 +56,7 @@ def diagnose(
     note("screen")
     signatures = plant.signatures()
     screened, learnable = screen(signatures), learnable_share(signatures)
-    own = any(parameter.run is not None for parameter in plant.parameters(()))
-    ladder = Ladder(plant, held_out_folds(plant.pieces, runs_have_own=own), limits, note)
+    ladder = ladder_of(plant, limits, note)
     selection = _searched(ladder, screened, signatures)
     classes = tuple(alias_class(ladder, screened, selection.accepted, effect) for effect in selection.accepted)
     note("intervals")

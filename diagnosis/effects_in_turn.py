@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.folds import held_out_folds
-from diagnosis.ladder import Ladder, explained_share, placebo_scores
+from diagnosis.ladder import explained_share, ladder_of, placebo_scores
 from diagnosis.plants import Effects, FloatArray, Plant
 from diagnosis.thresholds import Thresholds
 
@@ -67,8 +66,7 @@ def effects_in_turn(plant: Plant, effects: Sequence[str]) -> EffectsInTurn:
     unknown = [effect for effect in effects if effect not in plant.cards]
     if unknown:
         raise ValueError(f"effects {', '.join(unknown)}; expected candidates of the plant: {', '.join(plant.cards)}")
-    own = any(parameter.run is not None for parameter in plant.parameters(()))
-    ladder = Ladder(plant, held_out_folds(plant.pieces, runs_have_own=own), Thresholds(), lambda text: None)
+    ladder = ladder_of(plant, Thresholds())
     squares = np.array([ladder.mean_square(tuple(effects[:k])) for k in range(len(effects) + 1)])
     before = ladder.score(()).square.sum()
     placebo = min(float(score.square.sum() / before) for score in placebo_scores(ladder, ()))

@@ -6,8 +6,6 @@ change is added to the prediction. The gap without effects is exactly measured l
 
 from dataclasses import replace
 
-import numpy as np
-
 from diagnosis.bounded_fit import fit_effects
 from diagnosis.element_plant import ElementPlant
 from diagnosis.element_signals import even_time, filled
@@ -28,21 +26,10 @@ def element_beside_prediction(plant: ElementPlant, campaign: Campaign) -> Elemen
     -------
     ElementPlant
         Same records; mass, spring, damper and constant force held at what the prediction obeys.
-
-    Raises
-    ------
-    ValueError
-        Where a prediction is missing throughout.
     """
     by_force = plant.model.by_force
-    predicted = []
-    for run in campaign.runs:
-        values = run.predictions[campaign.channels[0].name]
-        if not np.isfinite(values).any():
-            raise ValueError(
-                f"run {run.name}: column '{campaign.channels[0].name}_sim' is empty; expected a prediction"
-            )
-        predicted.append(filled(values, run.time, even_time(run.time)))
+    name = campaign.channels[0].name
+    predicted = [filled(run.predictions[name], run.time, even_time(run.time)) for run in campaign.runs]
     simulated = tuple(
         record.with_response(own) if by_force else record.with_force(own)
         for record, own in zip(plant.records, predicted, strict=True)

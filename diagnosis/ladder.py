@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from diagnosis.bounded_fit import EffectFit, NestedCostError, fit_effects
-from diagnosis.folds import Fold
+from diagnosis.folds import Fold, held_out_folds
 from diagnosis.held_out import HeldOut, held_out_score, shrink_interval
 from diagnosis.plants import Effects, Plant, Signatures
 from diagnosis.screening import Screen, screen
@@ -172,8 +172,14 @@ def explained_share(before: float, after: float, floor: float) -> float:
     return 1.0 - (after - floor) / above if above > 0.0 else 0.0
 
 
+def ladder_of(plant: Plant, thresholds: Thresholds, note: Callable[[str], None] = lambda text: None) -> Ladder:
+    """Empty ladder of a plant, scored on the folds that its pieces and parameters allow."""
+    own = any(parameter.run is not None for parameter in plant.parameters(()))
+    return Ladder(plant, held_out_folds(plant.pieces, runs_have_own=own), thresholds, note)
+
+
 def climb(ladder: Ladder, screened: Screen, signatures: Signatures) -> None:
-    """Try singles, pairs and triples until nothing is left or no set pays.
+    """Try single effects, pairs and larger sets until nothing is left or no set pays.
 
     Parameters
     ----------
@@ -220,10 +226,14 @@ def _last_level_pays(ladder: Ladder, level: list[Effects]) -> bool:
 
 def _further_effects(effects: Effects, screened: Screen, signatures: Signatures, survivors: Effects) -> list[str]:
     """Effects to add: the best of a new screen beside the set, then survivors of the first."""
-    beside = screen(signatures, beside={effect: screened.of(effect).variant for effect in effects})
-    ranked = [own.id for own in beside.effects if own.id not in effects and own.surviving > 0.0]
-    chosen = ranked[:_FURTHER_EFFECTS]
+    chosen = best_beside(effects, screened, signatures)
     return [*chosen, *(effect for effect in survivors[:2] if effect not in (*chosen, *effects))]
+
+
+def best_beside(effects: Effects, screened: Screen, signatures: Signatures) -> list[str]:
+    """Effects that explain most of what a set leaves in the space of the screen, best first."""
+    beside = screen(signatures, beside={effect: screened.of(effect).variant for effect in effects})
+    return [own.id for own in beside.effects if own.id not in effects and own.surviving > 0.0][:_FURTHER_EFFECTS]
 
 
 def placebo_scores(ladder: Ladder, beside: Effects) -> list[HeldOut]:

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Mapping
 
+import numpy as np
+
 from diagnosis.carrier_plant import carrier_plant
 from diagnosis.element_plant import element_plant
 from diagnosis.element_prediction import element_beside_prediction
@@ -43,8 +45,16 @@ def plant_of(campaign: Campaign, curves: Curves | None = None) -> tuple[Plant, b
 def _element(campaign: Campaign, curves: Curves | None) -> tuple[Plant, bool]:
     plant = element_plant(campaign)
     if campaign.baseline.source == "columns":
+        _refuse_empty_predictions(campaign)
         plant = element_beside_prediction(plant, campaign)
     return plant, plant.noise_is_measured
+
+
+def _refuse_empty_predictions(campaign: Campaign) -> None:
+    for run in campaign.runs:
+        for name, values in run.predictions.items():
+            if not np.isfinite(values).any():
+                raise ValueError(f"run {run.name}: column '{name}_sim' is empty; expected a prediction")
 
 
 def _carrier(campaign: Campaign, curves: Curves | None) -> tuple[Plant, bool]:
@@ -56,6 +66,7 @@ def _carrier(campaign: Campaign, curves: Curves | None) -> tuple[Plant, bool]:
 def _mounting(campaign: Campaign, curves: Curves | None) -> tuple[Plant, bool]:
     plant = mounting_plant(campaign)
     if campaign.baseline.source == "columns":
+        _refuse_empty_predictions(campaign)
         plant = mounting_beside_prediction(plant, campaign)
     return plant, plant.noise_is_measured
 

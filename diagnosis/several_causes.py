@@ -1,12 +1,11 @@
 """S3 where no small set is supported: several causes of like size, none of which pays before the others are in."""
 
-from diagnosis.ladder import Ladder, explained_share
+from diagnosis.ladder import Ladder, best_beside, explained_share
 from diagnosis.plants import Effects, Signatures
-from diagnosis.screening import Screen, screen
+from diagnosis.screening import Screen
 
-#: Sets of one size that are extended, and effects tried on each.
+#: Sets of one size that are extended.
 _BEAM = 3
-_FURTHER_EFFECTS = 4
 #: A sum of laws of one motion fits any curve: several causes are told apart by the pattern they make over channels.
 _FEWEST_CHANNELS = 2
 #: The search ends where the best set of a size explains less than this of what the best of the size before it leaves.
@@ -54,9 +53,7 @@ def _grown(ladder: Ladder, screened: Screen, signatures: Signatures) -> Effects:
     beam: list[Effects] = [()]
     while len(beam[0]) < ladder.thresholds.most_effects and _left(ladder, beam[0]) > near:
         larger = {
-            _with(effects, further): None
-            for effects in beam
-            for further in _further_effects(effects, screened, signatures)
+            _with(effects, further): None for effects in beam for further in best_beside(effects, screened, signatures)
         }
         grown = sorted(larger, key=lambda effects: _left(ladder, effects))[:_BEAM]
         if not grown:
@@ -73,7 +70,7 @@ def _exchanged(ladder: Ladder, effects: Effects, screened: Screen, signatures: S
     """The set after each member that another effect replaces with a better fit has been replaced."""
     for member in effects:
         rest = _without(effects, member)
-        others = [_with(rest, other) for other in _further_effects(rest, screened, signatures)]
+        others = [_with(rest, other) for other in best_beside(rest, screened, signatures)]
         effects = min([effects, *others], key=lambda own: _left(ladder, own))
         if member in effects:
             continue
@@ -92,11 +89,6 @@ def _with(effects: Effects, further: str) -> Effects:
 
 def _without(effects: Effects, member: str) -> Effects:
     return tuple(own for own in effects if own != member)
-
-
-def _further_effects(effects: Effects, screened: Screen, signatures: Signatures) -> list[str]:
-    beside = screen(signatures, beside={effect: screened.of(effect).variant for effect in effects})
-    return [own.id for own in beside.effects if own.id not in effects and own.surviving > 0.0][:_FURTHER_EFFECTS]
 
 
 def _weakest(ladder: Ladder, effects: Effects) -> str:
