@@ -11,15 +11,15 @@ import sys
 import numpy as np
 from measured import measured, print_ratios
 
-from identification.bushing_identification import identify_bushings, search_bushings
-from identification.bushing_models import BUSHING_MODELS
-from identification.campaign import Baseline, Campaign, Channel
-from identification.records import Run
+from identification.campaign.campaign import Baseline, Campaign, Channel
+from identification.campaign.records import Run
+from identification.mounting.bushing_identification import identify_bushings, search_bushings
+from identification.mounting.bushing_models import BUSHING_MODELS
 from simulation.mounting.load_history import LoadHistory
 from simulation.mounting.parameters import parameter_array
 from simulation.mounting.rig import SENSORS, MountingRig
 from simulation.mounting.simulate import simulate
-from workflows.executors import work_executor
+from workflows.support.executors import work_executor
 
 SECONDS, NOISE = 520.0, 5e-6
 #: Nonlinear bushings and the parasitic torque of the 2011 paper's fit [SI].

@@ -11,13 +11,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.carrier_identification import FitOptions, identify_each_run, rim_channels
-from identification.carrier_models import CarrierModel, flexible_model, rigid_model, with_radial_motion
-from identification.complex_method import complex_search
-from identification.simulated_campaign import simulated_campaign
-from simulation.carrier_motion import simulate_run
-from simulation.case_files import read_case, shipped_case
-from workflows.default_curves import default_curves
+from identification.campaign.simulated_campaign import simulated_campaign
+from identification.carrier.carrier_identification import FitOptions, identify_each_run, rim_channels
+from identification.carrier.models import CarrierModel, flexible_model, rigid_model, with_radial_motion
+from identification.estimation.complex_method import complex_search
+from simulation.carrier.case_files import read_case, shipped_case
+from simulation.carrier.motion import simulate_run
+from workflows.support.default_curves import default_curves
 
 MINUTES, RATE = 10, 100.0
 

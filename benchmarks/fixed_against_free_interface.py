@@ -18,7 +18,7 @@ from reduction.free_interface import free_interface_reduction
 from reduction.free_modes import full_free_modes
 from reduction.held_structure import GroundedBody
 from reduction.residual_vectors import body_loads
-from workflows.named_bodies import body_structure
+from workflows.support.named_bodies import body_structure
 
 MODE_COUNTS = (5, 10, 20, 40)
 N_FREQUENCIES = 20

@@ -20,11 +20,11 @@ import pyarrow as pa
 import pyarrow.csv as pa_csv
 import pyarrow.parquet as pa_parquet
 
-from identification.campaign_files import write_campaign
-from identification.simulated_campaign import simulated_campaign
-from simulation.carrier_motion import simulate_run
-from simulation.case_files import read_case, shipped_case
-from workflows.default_curves import default_curves
+from identification.campaign.campaign_files import write_campaign
+from identification.campaign.simulated_campaign import simulated_campaign
+from simulation.carrier.case_files import read_case, shipped_case
+from simulation.carrier.motion import simulate_run
+from workflows.support.default_curves import default_curves
 
 PIECE_SECONDS = 5000.0
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.measured import measured, peak_gb, print_ratios
-from simulation.bushings import HydrodynamicBushing, LinearBushing, NonlinearBushing
 from simulation.mounting.batch import rms_of_sensors, simulate_batch
+from simulation.mounting.bushings import HydrodynamicBushing, LinearBushing, NonlinearBushing
 from simulation.mounting.inputs import MountingInputs
 from simulation.mounting.load_history import LoadHistory
 from simulation.mounting.parameters import INDEX, parameter_array

@@ -12,8 +12,8 @@ import numpy as np
 
 from benchmarks.mounting_peers import best_of, exudyn_bodies, exudyn_equations, radial_at, timed, torque_at
 from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.march import marched, mounting_model, state_at_rest
 from simulation.mounting.simulate import simulate
+from simulation.mounting.time_integration import marched, mounting_model, state_at_rest
 
 RK4, ALPHA = exu.DynamicSolverType.RK44, exu.DynamicSolverType.GeneralizedAlpha
 

@@ -15,13 +15,13 @@ from benchmarks.measured import print_ratios
 from benchmarks.mounting_equal_error import equal_error_rows, formula_inputs
 from benchmarks.mounting_equal_error import error_of as error_of_peer
 from benchmarks.mounting_peers import best_of, element_coordinates, scipy_run, timed
-from simulation.bushings import HydrodynamicBushing, LinearBushing, NonlinearBushing
+from simulation.mounting.bushings import HydrodynamicBushing, LinearBushing, NonlinearBushing
 from simulation.mounting.inputs import MountingInputs
 from simulation.mounting.load_history import LoadHistory
-from simulation.mounting.march import mounting_model
 from simulation.mounting.parameters import parameter_array
 from simulation.mounting.rig import MountingRig
 from simulation.mounting.simulate import response_of, signal_pieces, simulate
+from simulation.mounting.time_integration import mounting_model
 
 RIG = MountingRig(zeroing_samples=1)
 MODELS = {

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from simulation.run_cases import AXIAL, RADIAL, Sensor
+from simulation.carrier.run_cases import AXIAL, RADIAL, Sensor
 from simulation.stage.effects import StageEffects
 from simulation.stage.modal_form import modal_stage, step_matrices
 from simulation.stage.readings import sensor_signals
@@ -24,7 +24,7 @@ from simulation.stage.stage_data import BearingData, StageData
 from simulation.stage.stage_model import GRAVITY, stage_model
 from simulation.stage.stage_run import simulate_stage
 from simulation.stage.statics import SteadyLoad, channel_forces, frozen_stiffness
-from workflows.simulate_stage import default_stage_body
+from workflows.simulation.simulate_stage import default_stage_body
 
 SPEED = 22.1 * np.pi / 30.0
 LOAD = SteadyLoad(360e3, ntl_z=200e3)

@@ -2,19 +2,19 @@
 
 from collections.abc import Callable
 
-from diagnosis.alias_classes import alias_class, separating_measurement
-from diagnosis.gap_detail import Detailed, GapDetail, cell_validations, scalar_gaps
-from diagnosis.how_far import shrinkage_of
-from diagnosis.ladder import Ladder, climb, ladder_of
-from diagnosis.named_values import named_values
-from diagnosis.plants import Effects, Plant, Signatures
-from diagnosis.report_pictures import Picture, Pictured
+from diagnosis.comparison.pictures import Picture, Pictured
+from diagnosis.comparison.problem import Effects, Plant, Signatures
+from diagnosis.gap.findings import Detailed, GapDetail, cell_validations, scalar_gaps
+from diagnosis.inference.alias_classes import alias_class, separating_measurement
+from diagnosis.inference.forward_selection import Ladder, climb, ladder_of
+from diagnosis.inference.gap_reduction import shrinkage_of
+from diagnosis.inference.joint_selection import climb_together
+from diagnosis.inference.named_values import named_values
+from diagnosis.inference.screening import Screen, learnable_share, screen
+from diagnosis.inference.selection import Selection, selected
+from diagnosis.inference.thresholds import Thresholds
+from diagnosis.inference.verdict import verdict
 from diagnosis.results import ALIASED, NAMED, NAMED_WITH_REMAINDER, NOT_DIAGNOSABLE, Attribution, Diagnosis, Shrinkage
-from diagnosis.screening import Screen, learnable_share, screen
-from diagnosis.selection import Selection, selected
-from diagnosis.several_causes import climb_together
-from diagnosis.thresholds import Thresholds
-from diagnosis.verdict import verdict
 
 #: Verdicts that name effects.
 _NAMING = (NAMED, NAMED_WITH_REMAINDER, ALIASED)

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.gap_detail import GapDetail
-from diagnosis.plants import Effects, GapCell
-from diagnosis.report_pictures import Picture
-from diagnosis.screening import Screen
+from diagnosis.comparison.pictures import Picture
+from diagnosis.comparison.problem import Effects, GapCell
+from diagnosis.gap.findings import GapDetail
+from diagnosis.inference.screening import Screen
 
 NAMED, NAMED_WITH_REMAINDER, ALIASED = "named", "named_with_remainder", "aliased"
 NONE_OF_THESE, AT_NOISE_FLOOR, NOT_DIAGNOSABLE = "none_of_these", "at_noise_floor", "not_diagnosable"

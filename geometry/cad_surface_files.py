@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from files.whole_files import whole_file
 from geometry.cad_surfaces import SurfaceStatement
 from geometry.parameters import CarrierParameters, PinParameters, pin_angles
-from geometry.whole_files import whole_file
 
 FORMAT = "carrierflex-surfaces"
 VERSION = 1

@@ -8,9 +8,9 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from geometry.whole_files import whole_file
-from identification.parameter_estimate import SHARED, ParameterEstimate
-from identification.robust_loss import Outliers
+from files.whole_files import whole_file
+from identification.carrier.parameter_estimate import SHARED, ParameterEstimate
+from identification.carrier.robust_loss import Outliers
 
 FORMAT = "carrierflex-identification"
 VERSION = 1

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.bushing_identification import BushingEstimate
-from identification.campaign import Campaign, Channel
-from identification.carrier_identification import fitted_signal, two_revolutions
-from identification.carrier_models import CarrierModel
-from identification.parameter_estimate import ParameterEstimate
-from identification.printed_tables import FULL_TORQUE, LOAD_CASES, TABLE_4, DerivedFacts, Printed
-from identification.records import Run
+from identification.campaign.campaign import Campaign, Channel
+from identification.campaign.records import Run
+from identification.carrier.carrier_identification import fitted_signal, two_revolutions
+from identification.carrier.models import CarrierModel
+from identification.carrier.parameter_estimate import ParameterEstimate
+from identification.carrier.printed_tables import FULL_TORQUE, LOAD_CASES, TABLE_4, DerivedFacts, Printed
+from identification.mounting.bushing_identification import BushingEstimate
 from simulation.mounting.inputs import MountingInputs
 from simulation.mounting.parameters import parameter_array
 from simulation.mounting.rig import MountingRig
@@ -117,7 +117,7 @@ def parameters_figure(estimates: Mapping[str, Mapping[str, ParameterEstimate]]) 
     Parameters
     ----------
     estimates : mapping of str to mapping of str to ParameterEstimate
-        Estimate by model name and run, as :func:`~identification.carrier_identification.identify_each_run` gives
+        Estimate by model name and run, as :func:`~identification.carrier.carrier_identification.identify_each_run` gives
         them; a joint estimate may stand under every run.
 
     Returns

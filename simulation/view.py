@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.tooth_contact import MeshContact
+from simulation.stage.tooth_contact import MeshContact
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -14,7 +14,7 @@ from geometry.carrier_mesh import (
 )
 from geometry.parameters import CarrierParameters, GearData, PinParameters
 from reduction.craig_bampton import craig_bampton
-from workflows.cache_store import FOLDER_VARIABLE
+from workflows.support.cache_store import FOLDER_VARIABLE
 
 #: Coarse [m]: identities of the method hold on any mesh, and the curves' orders are within a few per cent already.
 SIZE = 0.06

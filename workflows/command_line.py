@@ -13,23 +13,23 @@ EXIT_FAILED, EXIT_REFUSED, EXIT_INTERRUPTED = 1, 2, 130
 #: Module of the workflow behind each command, and what shows its result.
 _COMMANDS = {
     "run": ("run", "summary_table"),
-    "mesh": ("mesh_carrier", "quality_table"),
-    "cad": ("write_cad", "cad_table"),
-    "cad-faces": ("list_cad_faces", "cad_table"),
-    "curves": ("compute_curves", "curve_table"),
-    "reduce": ("reduce_body", "reduced_table"),
-    "couplings": ("compare_couplings", "coupling_table"),
-    "pin-fit": ("study_pin_fit", "pin_fit_table"),
-    "export": ("export_body", "export_table"),
-    "certificate": ("check_certificate", "certificate_table"),
-    "simulate": ("simulate_load_case", "campaign_table"),
-    "table-5": ("simulate_table_5", "table_5_table"),
-    "export-fmu": ("export_fmu", "fmu_table"),
-    "gear-life": ("estimate_gear_life", "gear_life_table"),
-    "identify": ("identify_parameters", "estimate_table"),
-    "diagnose": ("diagnose_campaign", "diagnosis_table"),
-    "blind-check": ("run_blind_check", "blind_check_table"),
-    "printed-tables": ("read_printed_tables", "printed_tables_table"),
+    "mesh": ("geometry.mesh_carrier", "quality_table"),
+    "cad": ("geometry.write_cad", "cad_table"),
+    "cad-faces": ("geometry.list_cad_faces", "cad_table"),
+    "curves": ("fe.compute_curves", "curve_table"),
+    "reduce": ("reduction.reduce_body", "reduced_table"),
+    "couplings": ("fe.compare_couplings", "coupling_table"),
+    "pin-fit": ("fe.study_pin_fit", "pin_fit_table"),
+    "export": ("reduction.export_body", "export_table"),
+    "certificate": ("reduction.check_certificate", "certificate_table"),
+    "simulate": ("simulation.simulate_load_case", "campaign_table"),
+    "table-5": ("simulation.simulate_table_5", "table_5_table"),
+    "export-fmu": ("simulation.export_fmu", "fmu_table"),
+    "gear-life": ("simulation.estimate_gear_life", "gear_life_table"),
+    "identify": ("identification.identify_parameters", "estimate_table"),
+    "diagnose": ("diagnosis.diagnose_campaign", "diagnosis_table"),
+    "blind-check": ("diagnosis.run_blind_check", "blind_check_table"),
+    "printed-tables": ("identification.read_printed_tables", "printed_tables_table"),
 }
 
 _HELP = """From a planet carrier's parameters to a diagnosed gap between simulation and measurement.
@@ -59,7 +59,7 @@ def _application() -> Any:
     import cyclopts
 
     from identification.estimate_files import software_name
-    from workflows import tables
+    from workflows.screen import tables
 
     app = cyclopts.App(name="carrierflex", help=_HELP, version=software_name, suppress_keyboard_interrupt=False)
     for name, (module, table) in _COMMANDS.items():

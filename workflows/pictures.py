@@ -7,9 +7,9 @@ from fe.deflection_curves import DeflectionCurve
 from fe.view import curves_figure, deformed_picture, order_content_figure
 from geometry.view import mesh_picture
 from reduction.view import modes_picture
-from workflows.carrier_variants import CarrierVariant
-from workflows.outputs import save_figure, save_image
-from workflows.reduce_carrier import ReducedCarrier
+from workflows.reduction.reduce_carrier import ReducedCarrier
+from workflows.support.carrier_variants import CarrierVariant
+from workflows.support.outputs import save_figure, save_image
 
 _TITLES = {"flexible": "carrier without pins (flexible)", "stiff": "carrier with bonded pins (stiff)"}
 

@@ -17,19 +17,17 @@ from geometry.carrier_mesh import DEFAULT_SIZE
 from geometry.mesh_files import write_mesh
 from geometry.parameter_files import StageParameters, read_parameters
 from reduction.body_files import write_body
-from simulation.case_files import shipped_case
-from workflows import (
-    check_mesh_convergence,
-    diagnose_load_cases,
-    identify_parameters,
-    reduce_carrier,
-    simulate_load_case,
-)
-from workflows.carrier_variants import CarrierVariant, flexible_variant, stiff_variant
-from workflows.outputs import prepared_folder, provenance, save_json, versions
+from simulation.carrier.case_files import shipped_case
+from workflows.diagnosis import diagnose_load_cases
+from workflows.fe import check_mesh_convergence
+from workflows.identification import identify_parameters
 from workflows.pictures import draw_carriers
-from workflows.progress import Stages
+from workflows.reduction import reduce_carrier
+from workflows.simulation import simulate_load_case
 from workflows.summary import job_summary
+from workflows.support.carrier_variants import CarrierVariant, flexible_variant, stiff_variant
+from workflows.support.outputs import prepared_folder, provenance, save_json, versions
+from workflows.support.progress import Stages
 
 _MESH_SUFFIXES = (".msh", ".vtu", ".inp")
 

@@ -9,8 +9,8 @@ from fe.deflection_curves import DeflectionCurve
 from fe.load_cases import gear_forces
 from fe.surface_integrals import rigid_motion
 from geometry.quality import MeshQuality, mesh_quality
-from identification.parameter_estimate import ParameterEstimate
-from workflows.check_mesh_convergence import STUDY_ORDERS
+from identification.carrier.parameter_estimate import ParameterEstimate
+from workflows.fe.check_mesh_convergence import STUDY_ORDERS
 
 if TYPE_CHECKING:
     from workflows.run import Job

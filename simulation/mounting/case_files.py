@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from simulation.case_files import read_case_document
+from simulation.carrier.case_files import read_case_document
 from simulation.mounting.load_history import LoadHistory
 from simulation.mounting.parameters import PARAMETERS, ParameterArray, parameter_array
 from simulation.mounting.rig import MountingRig

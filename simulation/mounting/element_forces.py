@@ -3,8 +3,8 @@
 import numba
 import numpy as np
 
-from simulation.bushings import elasto_plastic_force, hardening_force, hardening_stiffness
 from simulation.mounting.block_records import BlockRecord
+from simulation.mounting.bushings import elasto_plastic_force, hardening_force, hardening_stiffness
 
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy")
 _inline = numba.njit(cache=True, nogil=True, error_model="numpy", inline="always")

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from simulation.mounting.equations import Block
 from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.march import marched, mounting_model, state_at_rest
 from simulation.mounting.parameters import ParameterArray
 from simulation.mounting.rig import MountingRig
+from simulation.mounting.time_integration import marched, mounting_model, state_at_rest
 
 Array = NDArray[np.float64]
 

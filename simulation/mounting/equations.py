@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.bushings import elasto_plastic_force, hardening_force, hardening_stiffness
+from simulation.mounting.bushings import elasto_plastic_force, hardening_force, hardening_stiffness
 from simulation.mounting.parameters import INDEX, ParameterArray
 from simulation.mounting.rig import MountingRig
 

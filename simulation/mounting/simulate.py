@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.march import DivergedError, first_signals, marched, mounting_model, state_at_rest
 from simulation.mounting.parameters import INDEX, ParameterArray
 from simulation.mounting.rig import SENSORS, MountingRig
+from simulation.mounting.time_integration import DivergedError, first_signals, marched, mounting_model, state_at_rest
 
 Array = NDArray[np.float64]
 

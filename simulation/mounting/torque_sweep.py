@@ -6,7 +6,7 @@ from simulation.mounting.inputs import MountingInputs
 from simulation.mounting.parameters import INDEX, ParameterArray
 from simulation.mounting.rig import MountingRig
 from simulation.mounting.simulate import simulate
-from simulation.torsional_train import TorqueSweep
+from simulation.mounting.torsional_train import TorqueSweep
 
 
 def mounting_sweep(

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.parameters import N_PINS
+from simulation.stage.coordinate_layout import Places
 from simulation.stage.effects import StageEffects
 from simulation.stage.gear_meshes import FlankLine, MeshStiffness, flank_line, mesh_stiffness
-from simulation.stage.places import Places
 from simulation.stage.roller_bearing import no_rollers, roller_set
 from simulation.stage.roller_contact import RollerSet
 from simulation.stage.springs import Spring

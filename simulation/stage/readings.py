@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.parameters import N_PINS
-from simulation.carrier_effects import delayed_values
-from simulation.carrier_kinematics import carrier_tilt_pattern, housing_tilt_pattern, saddle_pattern
-from simulation.run_cases import AXIAL, Sensor
+from simulation.carrier.effects import delayed_values
+from simulation.carrier.kinematics import carrier_tilt_pattern, housing_tilt_pattern, saddle_pattern
+from simulation.carrier.run_cases import AXIAL, Sensor
 from simulation.stage.response import StageRecord
 from simulation.stage.stage_body import RIM_AXIAL, RIM_RADIAL
 from simulation.stage.stage_model import StageModel

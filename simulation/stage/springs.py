@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.parameters import N_PINS, pin_angles
+from simulation.stage.coordinate_layout import Places, motion_at
 from simulation.stage.effects import StageEffects
-from simulation.stage.places import Places, motion_at
 from simulation.stage.roller_bearing import roller_set, stiffness_at
 from simulation.stage.stage_data import MountingData
 

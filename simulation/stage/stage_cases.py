@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from simulation.run_cases import AXIAL, RADIAL, Sensor
+from simulation.carrier.run_cases import AXIAL, RADIAL, Sensor
 from simulation.stage.effects import StageEffects
 from simulation.stage.readings import ReadingEffects, SensorError
 from simulation.stage.roller_bearing import RollerBearingData

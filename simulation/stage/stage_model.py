@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from geometry.dihedral import rotation_about_x
 from simulation.stage.channels import Channels, stage_channels
+from simulation.stage.coordinate_layout import Places
 from simulation.stage.effects import StageEffects
-from simulation.stage.places import Places
 from simulation.stage.springs import Spring, mount_matrices, stage_springs
 from simulation.stage.stage_body import StageBody
 from simulation.stage.stage_data import StageData

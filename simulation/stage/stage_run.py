@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.run_cases import Sensor
+from simulation.carrier.run_cases import Sensor
 from simulation.stage.part_loads import PartLoads, part_loads
 from simulation.stage.readings import ReadingEffects, rim_reader, sensor_signals
 from simulation.stage.response import StageRecord, quasi_static_start, run_stage, steady_drive

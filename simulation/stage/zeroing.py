@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from simulation.run_cases import Sensor
+from simulation.carrier.run_cases import Sensor
 from simulation.stage.readings import ReadingEffects, rim_reader, sensor_signals
 from simulation.stage.response import StageRecord
 from simulation.stage.stage_model import StageModel, stage_model

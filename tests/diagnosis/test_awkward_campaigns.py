@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.bounded_fit import fit_effects
 from diagnosis.diagnose import diagnose
-from diagnosis.element_plant import element_plant
-from diagnosis.folds import held_out_folds
-from diagnosis.ladder import Ladder
-from diagnosis.mounting_plant import mounting_plant
-from diagnosis.thresholds import Thresholds
-from tests.diagnosis.carrier_twin import CHANNELS, KNOWN, twin_plant
-from tests.diagnosis.element_campaigns import displacement_campaign
-from tests.diagnosis.mounting_campaigns import CONDITIONS, NOISE, mounting_campaign
+from diagnosis.element.problem import element_plant
+from diagnosis.inference.bounded_fit import fit_effects
+from diagnosis.inference.folds import held_out_folds
+from diagnosis.inference.forward_selection import Ladder
+from diagnosis.inference.thresholds import Thresholds
+from diagnosis.mounting.problem import mounting_plant
+from tests.diagnosis.carrier.carrier_twin import CHANNELS, KNOWN, twin_plant
+from tests.diagnosis.element.element_campaigns import displacement_campaign
+from tests.diagnosis.mounting.mounting_campaigns import CONDITIONS, NOISE, mounting_campaign
 
 FLUID = {"k": 1e7, "c": 5e6}
 

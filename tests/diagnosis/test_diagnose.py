@@ -7,13 +7,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 from diagnosis.diagnose import diagnose
-from diagnosis.element_plant import element_plant
-from diagnosis.folds import held_out_folds
-from diagnosis.ladder import Ladder, explained_share
-from diagnosis.plant_kinds import plant_of
-from diagnosis.screening import screen
-from diagnosis.thresholds import Thresholds
-from tests.diagnosis.element_campaigns import displacement_campaign, force_campaign
+from diagnosis.element.problem import element_plant
+from diagnosis.inference.folds import held_out_folds
+from diagnosis.inference.forward_selection import Ladder, explained_share
+from diagnosis.inference.screening import screen
+from diagnosis.inference.thresholds import Thresholds
+from diagnosis.kinds import plant_of
+from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign
 from tests.identification.synthetic_campaigns import carrier_campaign
 
 
@@ -168,7 +168,7 @@ def test_signals_that_say_nothing_are_refused():
 
 
 def test_a_kind_without_a_plant_is_refused(monkeypatch):
-    monkeypatch.setattr("diagnosis.plant_kinds.PLANT_BUILDERS", {"element": element_plant})
+    monkeypatch.setattr("diagnosis.kinds.PLANT_BUILDERS", {"element": element_plant})
     with pytest.raises(ValueError, match=r"is of kind carrier; diagnose knows the kinds element"):
         plant_of(carrier_campaign())
 

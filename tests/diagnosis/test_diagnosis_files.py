@@ -7,10 +7,10 @@ import pytest
 
 from diagnosis.diagnose import diagnose
 from diagnosis.diagnosis_files import FORMAT, diagnosis_document, read_diagnosis, write_diagnosis
-from diagnosis.element_plant import element_plant
+from diagnosis.element.problem import element_plant
 from diagnosis.results import VERDICTS
-from identification.campaign_files import write_campaign
-from tests.diagnosis.element_campaigns import displacement_campaign
+from identification.campaign.campaign_files import write_campaign
+from tests.diagnosis.element.element_campaigns import displacement_campaign
 
 
 @pytest.fixture(scope="module")

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.campaign import Baseline, Campaign, Channel
-from identification.records import Run
-from simulation.carrier_motion import simulate_run
-from simulation.run_cases import AXIAL, CarrierMotion, RunCase, Sensor
+from identification.campaign.campaign import Baseline, Campaign, Channel
+from identification.campaign.records import Run
+from simulation.carrier.motion import simulate_run
+from simulation.carrier.run_cases import AXIAL, CarrierMotion, RunCase, Sensor
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 
 SPEED = 22.1 * 2.0 * np.pi / 60.0

@@ -4,8 +4,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.carrier_identification import identify_each_run, identify_jointly
-from identification.carrier_models import flexible_model
+from identification.carrier.carrier_identification import identify_each_run, identify_jointly
+from identification.carrier.models import flexible_model
 from identification.estimate_files import identification_document, write_identification
 from tests.identification.synthetic_campaigns import carrier_campaign
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve

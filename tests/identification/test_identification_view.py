@@ -1,8 +1,8 @@
 import numpy as np
 from numpy.testing import assert_allclose
 
-from identification.carrier_identification import axial_channels, fitted_signal, identify_each_run
-from identification.carrier_models import flexible_model, rigid_model
+from identification.carrier.carrier_identification import axial_channels, fitted_signal, identify_each_run
+from identification.carrier.models import flexible_model, rigid_model
 from identification.view import parameters_figure, rms_figure, signals_figure
 from tests.identification.synthetic_campaigns import carrier_campaign
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve

@@ -25,7 +25,7 @@ from reduction.shaft_joint import (
     carrier_on_shaft,
     rotating_group,
 )
-from simulation.carrier_kinematics import carrier_tilt_pattern
+from simulation.carrier.kinematics import carrier_tilt_pattern
 
 SHAFT = MainShaftParameters()
 TILT = Misalignment(phi=0.6e-3, theta=math.radians(60.0))

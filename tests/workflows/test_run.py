@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fe.curve_files import read_curves
-from identification.campaign_files import read_campaign
+from identification.campaign.campaign_files import read_campaign
 from reduction.body_files import read_body
 from workflows import run
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simulation.bushings import HydrodynamicBushing, LinearBushing, NonlinearBushing
+from simulation.mounting.bushings import HydrodynamicBushing, LinearBushing, NonlinearBushing
 from simulation.mounting.inputs import MountingInputs
 
 BUSHINGS = {

@@ -4,10 +4,10 @@ from numpy.testing import assert_allclose
 
 from simulation.mounting.equations import mounting_blocks
 from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.march import mounting_model, state_at_rest
 from simulation.mounting.parameters import INDEX, parameter_array
 from simulation.mounting.rig import SENSORS, MountingRig
 from simulation.mounting.simulate import simulate, zeroed, zeroed_as_measured
+from simulation.mounting.time_integration import mounting_model, state_at_rest
 from tests.simulation.mounting.mounting_runs import BUSHINGS, shaking_inputs
 from tests.simulation.mounting.scipy_reference import reference_signals
 

@@ -8,16 +8,16 @@ import pyarrow.parquet as pa_parquet
 import pytest
 from numpy.testing import assert_allclose
 
-from simulation.case_files import shipped_case
+from simulation.carrier.case_files import shipped_case
 from simulation.mounting.batch import rms_of_sensors, simulate_batch
 from simulation.mounting.case_files import read_mounting_case
 from simulation.mounting.inputs import MountingInputs
 from simulation.mounting.load_history import LoadHistory
-from simulation.mounting.march import DivergedError
 from simulation.mounting.parameters import EFFECT_PARAMETERS, PARAMETERS, parameter_array, parameters_of
 from simulation.mounting.record_files import marched_pieces, write_record
 from simulation.mounting.rig import SENSORS, MountingRig
 from simulation.mounting.simulate import response_of, signal_pieces, simulate
+from simulation.mounting.time_integration import DivergedError
 from simulation.mounting.torque_sweep import mounting_sweep
 from tests.simulation.mounting.mounting_runs import BUSHINGS, shaking_inputs
 
@@ -131,7 +131,7 @@ def test_pieces_that_do_not_fit_are_refused(tmp_path):
 
 
 def test_every_effect_of_the_contract_has_parameters_within_bounds():
-    from identification.campaign_kinds import MOUNTING
+    from identification.campaign.campaign_kinds import MOUNTING
 
     assert set(EFFECT_PARAMETERS) == set(MOUNTING.effects)
     neutral = parameter_array(RIG)

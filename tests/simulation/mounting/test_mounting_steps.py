@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from simulation.bushings import elasto_plastic_force
+from simulation.mounting.bushings import elasto_plastic_force
 from simulation.mounting.energy import energy_balance
 from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.march import DivergedError, marched, mounting_model, state_at_rest
 from simulation.mounting.parameters import parameter_array
 from simulation.mounting.rig import SENSORS, MountingRig
 from simulation.mounting.simulate import simulate
+from simulation.mounting.time_integration import DivergedError, marched, mounting_model, state_at_rest
 from tests.simulation.mounting.mounting_runs import BUSHINGS, shaking_inputs
 
 RIG = MountingRig(zeroing_samples=1)

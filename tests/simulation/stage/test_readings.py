@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from reduction.rigid_body_checks import geometric_rigid_modes
-from simulation.run_cases import AXIAL, RADIAL, Sensor
+from simulation.carrier.run_cases import AXIAL, RADIAL, Sensor
 from simulation.stage.readings import ReadingEffects, SensorError, sensor_signals
 from simulation.stage.response import StageRecord
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from simulation.case_files import shipped_case
+from simulation.carrier.case_files import shipped_case
 from simulation.stage.roller_bearing import RollerBearingData
 from simulation.stage.stage_cases import read_stage_case
 from simulation.stage.stage_model import stage_model

@@ -10,8 +10,8 @@ from geometry.parameters import pin_angles
 from reduction.assembly import Joint, assembled
 from reduction.pin_joints import PAPER_STIFFNESS, pin_pilot
 from reduction.reduced_model import turned
-from simulation.carrier_kinematics import carrier_tilt_pattern, housing_tilt_pattern
-from simulation.run_cases import AXIAL, RADIAL, Sensor
+from simulation.carrier.kinematics import carrier_tilt_pattern, housing_tilt_pattern
+from simulation.carrier.run_cases import AXIAL, RADIAL, Sensor
 from simulation.stage.effects import StageEffects
 from simulation.stage.readings import ReadingEffects, SensorError, rim_reader, sensor_signals
 from simulation.stage.response import StageRecord, joined_records, quasi_static_start, run_stage, steady_drive

@@ -1,0 +1,1 @@
+"""Where the gap lies: findings beside the gap map, in time, by conditions and between repetitions; knows no kind."""

@@ -1,0 +1,1 @@
+"""Which effects the records support: screening, selection, alias classes, gap reduction, verdict; knows no kind."""

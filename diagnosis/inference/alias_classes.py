@@ -1,0 +1,126 @@
+"""S4: which effects these records cannot tell apart, and the measurement that could."""
+
+import numpy as np
+
+from diagnosis.comparison.problem import Effects, FloatArray, Plant
+from diagnosis.inference.bounded_fit import EffectFit, fit_effects
+from diagnosis.inference.forward_selection import Ladder
+from diagnosis.inference.screening import Screen
+from diagnosis.inference.thresholds import Thresholds
+
+#: Exchange tests for one effect at most, most correlated first.
+_MOST_EXCHANGES = 4
+_TRIAL_STEPS = 8
+
+
+def alias_class(ladder: Ladder, screened: Screen, accepted: Effects, effect: str) -> Effects:
+    """Effects that reproduce a fitted one within the noise, the effect itself first.
+
+    Effects whose projected signature is correlated with its signature, and the aliases on its card that reached the ladder,
+    are put to the exchange test: refit the other effect to the simulated signals of the fitted one.
+
+    Parameters
+    ----------
+    ladder : Ladder
+        Fitted sets.
+    screened : Screen
+        Correlations of the signatures.
+    accepted : tuple of str
+        Accepted set.
+    effect : str
+        Its member that is exchanged.
+
+    Returns
+    -------
+    tuple of str
+        The class.
+    """
+    plant, thresholds = ladder.plant, ladder.thresholds
+    fit = ladder.score(accepted).fit
+    others = [own.id for own in screened.effects if own.id not in accepted]
+    related = [
+        other
+        for other in others
+        if screened.correlated(effect, other) >= thresholds.alias_correlation or (other,) in ladder.scores
+    ]
+    related.sort(key=lambda other: -screened.correlated(effect, other))
+    simulated = plant.with_signals_of(fit.effects, fit.theta)
+    members = [effect]
+    for other in related[:_MOST_EXCHANGES]:
+        ladder.note(f"exchange test: {other} for {effect}")
+        exchanged = tuple(sorted((*(own for own in accepted if own != effect), other)))
+        left = _left_over(simulated, exchanged, ladder)
+        if left < thresholds.exchange_ratio * np.sqrt(ladder.floor):
+            members.append(other)
+    return tuple(members)
+
+
+def separating_measurement(ladder: Ladder, first: EffectFit, second: EffectFit) -> str:
+    """T-optimal measurement: where the second set, refitted, stays farthest from the signals of the first.
+
+    ``argmax_u min_theta2 |y_1(u) - y_2(u; theta2)|²`` over the plant's feasible trials.
+
+    Parameters
+    ----------
+    ladder : Ladder
+        Plant and progress.
+    first, second : EffectFit
+        Sets that these records cannot tell apart.
+
+    Returns
+    -------
+    str
+        The trial in words with the difference in noise floors; empty where none separates.
+
+    References
+    ----------
+    .. [1] A. C. Atkinson, V. V. Fedorov, "The design of experiments for discriminating between two rival models" (1975).
+    """
+    # Below one floor the trial would separate no better than the records at hand.
+    best, text = 1.0, ""
+    for trial in ladder.plant.trials():
+        ladder.note(f"trial: {trial.text}")
+        plant = trial.plant(first.effects, first.theta)
+        if plant is None:
+            continue
+        # A trial may hold another number of runs, and with them of parameters.
+        starts = [second.theta] if len(plant.parameters(second.effects)) == second.theta.size else []
+        fit = fit_effects(plant, second.effects, starts=starts, most_steps=_TRIAL_STEPS)
+        ratio = _rms(plant, fit) / np.sqrt(ladder.floor)
+        if np.isfinite(ratio) and ratio > best:
+            best, text = ratio, trial.text
+    if not text:
+        return ""
+    names = " and ".join("+".join(fit.effects) for fit in (first, second))
+    return f"{text} separates {names}: they would differ by {best:.1f} noise floors there"
+
+
+def is_named_consistently(thresholds: Thresholds, fit: EffectFit, theta_by_fold: FloatArray) -> bool:
+    """Whether no added effect moves, between folds, by more than its error and half its signal.
+
+    The change of an effect's signal is ``(d' M d)^1/2`` with M the Gauss-Newton matrix of its parameters: several of them
+    may trade against one another in a fold that cannot tell them apart.
+    """
+    std = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+    matrix = fit.sums.matrix.sum(axis=0)
+    for effect in fit.effects:
+        own = [
+            k
+            for k, parameter in enumerate(fit.parameters)
+            if parameter.effect == effect and not parameter.shape and parameter.run is None
+        ]
+        block, theta = matrix[np.ix_(own, own)], fit.theta[own]
+        for moved in theta_by_fold[:, own] - theta:
+            beyond_error = (np.abs(moved) > thresholds.fold_consistency * std[own]).any()
+            if beyond_error and moved @ block @ moved > 0.25 * (theta @ block @ theta):
+                return False
+    return True
+
+
+def _left_over(simulated: Plant, exchanged: Effects, ladder: Ladder) -> float:
+    starts = [ladder.scores[exchanged].fit.theta] if exchanged in ladder.scores else []
+    return _rms(simulated, fit_effects(simulated, exchanged, starts=starts))
+
+
+def _rms(plant: Plant, fit: EffectFit) -> float:
+    return float(np.sqrt(fit.sums.square.sum() / plant.cell_counts.sum()))

@@ -1,0 +1,126 @@
+"""How far the gap shrinks on held-out records, with intervals, placebos, ceiling, and the ladder of accepted effects."""
+
+import numpy as np
+
+from diagnosis.comparison.problem import Effects, FloatArray, GapCell, Plant
+from diagnosis.inference.bounded_fit import EffectFit
+from diagnosis.inference.folds import extrapolation_fold
+from diagnosis.inference.forward_selection import Ladder, explained_share, placebo_scores
+from diagnosis.inference.held_out import HeldOut, drawn_counts, fold_theta
+from diagnosis.results import NO_INTERVAL, Interval, LadderStep, RunValidation, Shrinkage
+
+_SEED = 11
+
+
+def shrinkage_of(ladder: Ladder, accepted: Effects, learnable: float) -> Shrinkage:
+    """Shrinkage of the accepted set; of the baseline against itself where none is accepted.
+
+    ``rho = RMS after / before``, ``phi = 1 - (MSE after - s²) / (MSE before - s²)`` on held-out pieces, intervals by the
+    two-level bootstrap (conditions, then pieces).
+
+    Parameters
+    ----------
+    ladder : Ladder
+        Scores.
+    accepted : tuple of str
+        Accepted set.
+    learnable : float
+        Share of the gap a flexible model explains.
+
+    Returns
+    -------
+    Shrinkage
+        All figures.
+    """
+    plant = ladder.plant
+    before, after = ladder.score(()), ladder.score(accepted)
+    rho, rho_draws, phi, phi_draws = _ratios(ladder, before, after)
+    floor = float(np.sqrt(ladder.floor))
+    rms = [float(np.sqrt(ladder.mean_square(effects))) for effects in ((), accepted)]
+    placebo = min(_rho(before, own) for own in placebo_scores(ladder, ()))
+    cells = [plant.gap_cells(score.fit.effects, score.fit.theta) for score in (before, after)]
+    return Shrinkage(
+        rms_before=rms[0],
+        rms_after=rms[1],
+        noise_floor=floor,
+        rho=rho,
+        rho_ci95=_interval(rho_draws),
+        phi=phi,
+        phi_ci95=_interval(phi_draws),
+        floor_multiple=rms[1] / floor if floor > 0.0 else float("inf"),
+        placebo_rho=placebo,
+        ceiling_rho=float(np.sqrt(np.clip(1.0 - learnable, 0.0, 1.0))),
+        extrapolation_rho=_extrapolation(ladder, accepted),
+        ladder=_steps(ladder, accepted),
+        cells_before=cells[0],
+        cells_after=cells[1],
+        validation=_validation(plant, cells[0], cells[1], after.fit),
+    )
+
+
+def _rho(before: HeldOut, after: HeldOut) -> float:
+    return float(np.sqrt(after.square.sum() / before.square.sum()))
+
+
+def _ratios(ladder: Ladder, before: HeldOut, after: HeldOut) -> tuple[float, FloatArray, float, FloatArray]:
+    """Values of rho and phi, and their draws."""
+    counts = drawn_counts(
+        [piece.condition for piece in ladder.plant.pieces],
+        n_samples=ladder.thresholds.bootstrap_samples,
+        rng=np.random.default_rng(_SEED),
+    )
+    noise = ladder.plant.noise_square.sum(axis=1)
+    sums = [counts @ values for values in (before.square, after.square, noise)]
+    phi_draws = np.array([explained_share(b, a, n) for b, a, n in zip(*sums, strict=True)])
+    phi = explained_share(before.square.sum(), after.square.sum(), noise.sum())
+    return _rho(before, after), np.sqrt(sums[1] / sums[0]), phi, phi_draws
+
+
+def _interval(draws: FloatArray) -> Interval:
+    low, high = np.quantile(draws, (0.025, 0.975))
+    return float(low), float(high)
+
+
+def _steps(ladder: Ladder, accepted: Effects) -> tuple[LadderStep, ...]:
+    """Baseline, then the accepted effects, each time the one that shrinks the gap most."""
+    base = ladder.score(())
+    steps = [LadderStep("baseline", float(np.sqrt(ladder.mean_square(()))), 1.0, NO_INTERVAL)]
+    inside: Effects = ()
+    while len(inside) < len(accepted):
+        options = [tuple(sorted((*inside, effect))) for effect in accepted if effect not in inside]
+        larger = min(options, key=ladder.mean_square)
+        added = next(effect for effect in larger if effect not in inside)
+        inside = larger
+        score = ladder.score(inside)
+        draws = ladder.shrink_draws(base, score)
+        steps.append(LadderStep(added, float(np.sqrt(ladder.mean_square(inside))), _rho(base, score), _interval(draws)))
+    return tuple(steps)
+
+
+def _extrapolation(ladder: Ladder, accepted: Effects) -> float:
+    """Ratio of RMS in the condition with the largest gap, predicted from all others."""
+    plant = ladder.plant
+    base = ladder.score(())
+    counts = np.array([piece.n_samples for piece in plant.pieces])
+    fold = extrapolation_fold(plant.pieces, base.square / counts)
+    if fold is None or not accepted:
+        return float("nan")
+    squares = []
+    for effects in ((), accepted):
+        fit = ladder.score(effects).fit
+        theta = fold_theta(plant, fit, fold)
+        squares.append(plant.squares(effects, theta, fold.held_out)[fold.held_out].sum())
+    return float(np.sqrt(squares[1] / squares[0]))
+
+
+def _validation(
+    plant: Plant, before: tuple[GapCell, ...], after: tuple[GapCell, ...], fit: EffectFit
+) -> tuple[RunValidation, ...]:
+    """Comparison error by run: RMS of the coherent gap; u_val from the step of integration and the floor of the map."""
+    numerical = plant.numerical_error(fit.effects, fit.theta)
+    result = []
+    for run in dict.fromkeys(piece.run for piece in plant.pieces):
+        errors = [np.sqrt(max(sum(c.coherent for c in cells if c.run == run), 0.0)) for cells in (before, after)]
+        noise = sum(max(c.mean_square - c.coherent, 0.0) for c in after if c.run == run)
+        result.append(RunValidation(run, float(errors[0]), float(errors[1]), float(np.sqrt(numerical**2 + noise))))
+    return tuple(result)

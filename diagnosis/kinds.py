@@ -1,0 +1,79 @@
+"""The plant of a campaign, by its kind; a new kind joins this table."""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from diagnosis.carrier.problem import carrier_plant
+from diagnosis.comparison.problem import Plant
+from diagnosis.element.prediction import element_beside_prediction
+from diagnosis.element.problem import element_plant
+from diagnosis.mounting.prediction import mounting_beside_prediction
+from diagnosis.mounting.problem import mounting_plant
+from fe.deflection_curves import DeflectionCurve
+from identification.campaign.campaign import Campaign
+
+Curves = Mapping[str, DeflectionCurve]
+
+
+def plant_of(campaign: Campaign, curves: Curves | None = None) -> tuple[Plant, bool]:
+    """Plant of a campaign, and whether its noise floor is measured.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Measured runs.
+    curves : mapping of str to DeflectionCurve, optional
+        Deflection curves, which kind carrier asks for.
+
+    Returns
+    -------
+    tuple of (Plant, bool)
+        Ready to be diagnosed.
+
+    Raises
+    ------
+    ValueError
+        Where no plant knows the kind, or the plant refuses the records.
+    """
+    if campaign.kind not in PLANT_BUILDERS:
+        known = ", ".join(PLANT_BUILDERS)
+        raise ValueError(f"campaign '{campaign.name}' is of kind {campaign.kind}; diagnose knows the kinds {known}")
+    return PLANT_BUILDERS[campaign.kind](campaign, curves)
+
+
+def _element(campaign: Campaign, curves: Curves | None) -> tuple[Plant, bool]:
+    plant = element_plant(campaign)
+    if campaign.baseline.source == "columns":
+        _refuse_empty_predictions(campaign)
+        plant = element_beside_prediction(plant, campaign)
+    return plant, plant.noise_is_measured
+
+
+def _refuse_empty_predictions(campaign: Campaign) -> None:
+    for run in campaign.runs:
+        for name, values in run.predictions.items():
+            if not np.isfinite(values).any():
+                raise ValueError(f"run {run.name}: column '{name}_sim' is empty; expected a prediction")
+
+
+def _carrier(campaign: Campaign, curves: Curves | None) -> tuple[Plant, bool]:
+    if curves is None:
+        raise ValueError(f"campaign '{campaign.name}' is of kind carrier; expected deflection curves with it")
+    return carrier_plant(campaign, curves), True
+
+
+def _mounting(campaign: Campaign, curves: Curves | None) -> tuple[Plant, bool]:
+    plant = mounting_plant(campaign)
+    if campaign.baseline.source == "columns":
+        _refuse_empty_predictions(campaign)
+        plant = mounting_beside_prediction(plant, campaign)
+    return plant, plant.noise_is_measured
+
+
+#: Builder by kind: gives the plant, and whether its noise floor was declared or comes from repeats.
+PLANT_BUILDERS: dict[str, Callable[[Campaign, Curves | None], tuple[Plant, bool]]] = {
+    "carrier": _carrier,
+    "element": _element,
+    "mounting": _mounting,
+}

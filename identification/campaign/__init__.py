@@ -1,0 +1,1 @@
+"""Measurement campaigns: what they hold, how they are read and written, and signals made ready for a fit."""

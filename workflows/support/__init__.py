@@ -1,0 +1,1 @@
+"""What several workflows share: output folders, progress, processes, cached results, named bodies."""
