@@ -10,11 +10,12 @@ from diagnosis.inference.forward_selection import Ladder, climb, ladder_of
 from diagnosis.inference.gap_reduction import shrinkage_of
 from diagnosis.inference.joint_selection import climb_together
 from diagnosis.inference.named_values import named_values
+from diagnosis.inference.results import ALIASED, NAMED, NAMED_WITH_REMAINDER, NOT_DIAGNOSABLE, Attribution, Shrinkage
 from diagnosis.inference.screening import Screen, learnable_share, screen
 from diagnosis.inference.selection import Selection, selected
 from diagnosis.inference.thresholds import Thresholds
 from diagnosis.inference.verdict import verdict
-from diagnosis.results import ALIASED, NAMED, NAMED_WITH_REMAINDER, NOT_DIAGNOSABLE, Attribution, Diagnosis, Shrinkage
+from diagnosis.results import Diagnosis
 
 #: Verdicts that name effects.
 _NAMING = (NAMED, NAMED_WITH_REMAINDER, ALIASED)

@@ -1,4 +1,4 @@
-"""Writing and reading of diagnosis.json; a file appears complete or not at all."""
+"""Writing and reading of diagnosis.json and writing of report.html; a file appears complete or not at all."""
 
 import json
 from collections.abc import Sequence
@@ -8,10 +8,13 @@ from typing import Any
 
 from diagnosis.comparison.problem import GapCell
 from diagnosis.gap.findings import SIGNIFICANCE, detail_document
-from diagnosis.results import Attribution, Diagnosis, Interval, Shrinkage, finite_or_none
+from diagnosis.inference.results import Attribution, Interval, Shrinkage
+from diagnosis.results import Diagnosis, finite_or_none
+from files.json_files import save_text
+from files.versions import software_name
 from files.whole_files import whole_file
-from identification.estimate_files import software_name
 
+DIAGNOSIS_FILE = "diagnosis.json"
 FORMAT = "carrierflex-diagnosis"
 VERSION = 1
 #: Cells of the gap map that stand in the file, and the smallest share worth a row where chance could make it.
@@ -78,6 +81,19 @@ def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
     text = json.dumps(diagnosis_document(diagnosis), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     with whole_file(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def write_report(path: Path, page: str) -> None:
+    """Write report.html.
+
+    Parameters
+    ----------
+    path : Path
+        File to write; its folder exists.
+    page : str
+        The page, :func:`diagnosis.report.page.report_page`.
+    """
+    save_text(path, page)
 
 
 def read_diagnosis(path: Path) -> dict[str, Any]:

@@ -4,24 +4,16 @@ import dataclasses
 import json
 import math
 from collections.abc import Mapping, Sequence
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from files.versions import software_name
 from files.whole_files import whole_file
 from identification.carrier.parameter_estimate import SHARED, ParameterEstimate
 from identification.carrier.robust_loss import Outliers
 
 FORMAT = "carrierflex-identification"
 VERSION = 1
-
-
-def software_name() -> str:
-    """Name and version of this software: ``carrierflex 0.1.0``."""
-    try:
-        return f"carrierflex {version('carrierflex')}"
-    except PackageNotFoundError:
-        return "carrierflex (not installed)"
 
 
 def identification_document(

@@ -1,7 +1,10 @@
 """The project's direction, kept by reading the source: imports point left, few files know a library, nothing is long."""
 
 import ast
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).parents[1]
 CHAIN = (
@@ -15,6 +18,12 @@ CHAIN = (
     "blind_check",
     "workflows",
 )
+KINDS = ("carrier", "element", "mounting")
+#: What every kind is made of: it knows none of them.
+BELOW_THE_KINDS = ("comparison", "inference", "gap")
+MOST_LEVELS = 4
+MOST_FILES_IN_A_ROOM = 16
+MOST_FILES_IN_A_FOLDER = 30
 TREES = {
     path.relative_to(ROOT): ast.parse(path.read_text(encoding="utf-8"))
     for package in CHAIN
@@ -24,14 +33,47 @@ TREES = {
 CURVES = {"fe.deflection_curves", "fe.curve_files"}
 
 
+def module_of(path):
+    """Name of a file's module below the import name, ``diagnosis.carrier`` for ``diagnosis/carrier/__init__.py``."""
+    return ".".join(path.with_suffix("").parts).removesuffix(".__init__")
+
+
+MODULES = {module_of(path) for path in TREES}
+
+
+def imported_names(tree):
+    """Dotted names that a file imports, also inside functions; members of a module with the module before them."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, "an import is relative; expected absolute names"
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def module_behind(name):
+    """The project's module that a dotted name leads to; None for other libraries."""
+    while name and name not in MODULES:
+        name = name.rpartition(".")[0]
+    return name or None
+
+
+GRAPH = {
+    module_of(path): {module_behind(name) for name in imported_names(tree)} - {None, module_of(path)}
+    for path, tree in TREES.items()
+}
+
+
 def imports():
     """Package, file name and imported module of every import, also of those inside functions."""
     for path, tree in TREES.items():
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Import):
-                yield from ((path.parts[0], path.name, alias.name) for alias in node.names)
-            elif isinstance(node, ast.ImportFrom):
-                yield path.parts[0], path.name, "." * node.level + str(node.module)
+        for name in imported_names(tree):
+            yield path.parts[0], path.name, module_behind(name) or name
+
+
+def room_of(module):
+    """Room of a module of the diagnosis: its sub-folder, or the file itself where it stands outside all rooms."""
+    return module.split(".")[1] if module.count(".") else "diagnosis"
 
 
 def test_packages_import_only_from_packages_to_their_left():
@@ -42,6 +84,68 @@ def test_packages_import_only_from_packages_to_their_left():
             assert CHAIN.index(library) <= CHAIN.index(package), f"{package} imports {name}"
         if library == "fe" and package in ("simulation", "identification", "diagnosis"):
             assert name in CURVES, f"{package} imports {name}"
+
+
+def test_no_circle_between_any_two_files():
+    try:
+        TopologicalSorter(GRAPH).prepare()
+    except CycleError as error:
+        pytest.fail(" -> ".join(error.args[1]))
+
+
+def test_no_kind_imports_another_and_nothing_below_the_kinds_knows_one():
+    for module, imported in GRAPH.items():
+        if not module.startswith("diagnosis."):
+            continue
+        others = {room_of(name) for name in imported if name.startswith("diagnosis.")} & set(KINDS)
+        room = room_of(module)
+        if room in KINDS:
+            assert others <= {room}, f"{module} imports {others}"
+        elif room != "kinds":
+            assert not others, f"{module} imports {others}; only diagnosis.kinds lists the kinds"
+
+
+def test_inference_knows_no_gap_and_no_report():
+    allowed = {"inference", "comparison"}
+    for module, imported in GRAPH.items():
+        if module.startswith("diagnosis.inference."):
+            rooms = {room_of(name) for name in imported if name.startswith("diagnosis.")}
+            assert rooms <= allowed, f"{module} imports from {rooms - allowed}"
+
+
+def test_nothing_below_the_list_of_kinds_names_a_kind():
+    for path, tree in TREES.items():
+        if path.parts[0] != "diagnosis" or path.parts[1] not in BELOW_THE_KINDS:
+            continue
+        named = {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)} & set(KINDS)
+        assert not named, f"{path} names {named}"
+
+
+def levels_of(graph):
+    """Level of every node: 1 where it imports nothing, one more than the highest it imports otherwise."""
+    levels = {}
+    for node in TopologicalSorter(graph).static_order():
+        levels[node] = 1 + max((levels[other] for other in graph.get(node, ())), default=0)
+    return levels
+
+
+def test_rooms_of_the_diagnosis_stand_on_at_most_four_levels():
+    rooms = {}
+    for module, imported in GRAPH.items():
+        if module.startswith("diagnosis."):
+            inside = {room_of(name) for name in imported if name.startswith("diagnosis.")}
+            rooms.setdefault(room_of(module), set()).update(inside - {room_of(module)})
+    levels = levels_of(rooms)
+    assert max(levels.values()) <= MOST_LEVELS, levels
+
+
+def test_no_folder_holds_more_files_than_one_can_take_in():
+    counts = {}
+    for path in TREES:
+        counts[path.parent] = counts.get(path.parent, 0) + 1
+    for folder, count in counts.items():
+        most = MOST_FILES_IN_A_ROOM if folder.parts[0] == "diagnosis" else MOST_FILES_IN_A_FOLDER
+        assert count <= most, f"{folder} holds {count} files"
 
 
 def test_each_library_of_meshes_and_pictures_has_one_place():

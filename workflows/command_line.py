@@ -58,7 +58,7 @@ def _application() -> Any:
     """Import the workflows and register them: late, so that a library that does not load is told in one line."""
     import cyclopts
 
-    from identification.estimate_files import software_name
+    from files.versions import software_name
     from workflows.screen import tables
 
     app = cyclopts.App(name="carrierflex", help=_HELP, version=software_name, suppress_keyboard_interrupt=False)

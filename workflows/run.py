@@ -6,45 +6,32 @@ the motion identified from those signals, and the gap of a model without misalig
 
 import resource
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from fe.carrier_curves import named_curves
 from fe.curve_files import write_curves
 from fe.deflection_curves import DeflectionCurve
+from files.json_files import save_json
+from files.versions import provenance, versions
 from geometry.carrier_mesh import DEFAULT_SIZE
 from geometry.mesh_files import write_mesh
-from geometry.parameter_files import StageParameters, read_parameters
+from geometry.parameter_files import read_parameters
 from reduction.body_files import write_body
 from simulation.carrier.case_files import shipped_case
 from workflows.diagnosis import diagnose_load_cases
 from workflows.fe import check_mesh_convergence
 from workflows.identification import identify_parameters
+from workflows.job import Job
 from workflows.pictures import draw_carriers
 from workflows.reduction import reduce_carrier
 from workflows.simulation import simulate_load_case
 from workflows.summary import job_summary
 from workflows.support.carrier_variants import CarrierVariant, flexible_variant, stiff_variant
-from workflows.support.outputs import prepared_folder, provenance, save_json, versions
+from workflows.support.outputs import prepared_folder
 from workflows.support.progress import Stages
 
 _MESH_SUFFIXES = (".msh", ".vtu", ".inp")
-
-
-@dataclass(frozen=True, eq=False)
-class Job:
-    """Everything the main job computed, and its summary as written to summary.json."""
-
-    stage: StageParameters
-    variants: dict[str, CarrierVariant]
-    curves: dict[str, DeflectionCurve]
-    mesh_study: check_mesh_convergence.MeshStudy
-    reduced: reduce_carrier.ReducedCarrier
-    simulated: simulate_load_case.SimulatedLoadCases
-    identified: identify_parameters.Identification
-    gap: diagnose_load_cases.Gap
-    summary: dict[str, Any]
 
 
 def main(

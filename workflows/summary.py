@@ -13,7 +13,7 @@ from identification.carrier.parameter_estimate import ParameterEstimate
 from workflows.fe.check_mesh_convergence import STUDY_ORDERS
 
 if TYPE_CHECKING:
-    from workflows.run import Job
+    from workflows.job import Job
 
 #: Micrometres per metre: deflections are shown in um per kN m.
 _UM = 1e6

@@ -15,8 +15,8 @@ from typing import Any
 
 from blind_check.labels import CasePlan, Label
 from blind_check.sealing.seals import Seals, new_salt, read_seals, seal, verify, write_seals
-from blind_check.sealing.verdicts import Verdict, diagnose_case, is_finished, read_verdict
-from workflows.support.outputs import save_json
+from blind_check.sealing.verdicts import Verdict, is_finished, read_verdict
+from files.json_files import save_json
 
 SEALS_FILE, SALTS_FILE, LABELS_FILE = "seals.json", "salts.json", "labels.json"
 _REPORT_FILE = "report.html"
@@ -98,7 +98,7 @@ def sealed_check(
 
 
 def diagnosed(
-    sealed: SealedCheck, executor: Executor, *, keep: bool, note: Note, diagnose: DiagnoseCase = diagnose_case
+    sealed: SealedCheck, diagnose: DiagnoseCase, executor: Executor, *, keep: bool, note: Note
 ) -> dict[str, Verdict]:
     """Diagnose every case that has no finished diagnosis yet.
 
@@ -106,14 +106,14 @@ def diagnosed(
     ----------
     sealed : SealedCheck
         Check whose seals are published.
+    diagnose : callable
+        Diagnosis of one case, given the campaign's folder and the folder to write to.
     executor : concurrent.futures.Executor
-        Where cases are diagnosed; each call is given the campaign's folder and the folder to write to.
+        Where cases are diagnosed.
     keep : bool
         Keep campaigns and reports; otherwise they go once a case is diagnosed.
     note : callable
         Is told the progress and the time left.
-    diagnose : callable
-        Diagnosis of one case.
 
     Returns
     -------

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from blind_check.labels import Label
-from workflows.support.outputs import save_json
+from files.json_files import save_json
 
 FORMAT = "carrierflex-seals"
 VERSION = 1

@@ -1,19 +1,12 @@
-"""Diagnosis of one sealed case, as ``carrierflex diagnose`` makes it: all it is given is the folder of the campaign.
-
-Nothing of the truth is imported here: a process that runs it has never held a label.
-"""
+"""What a diagnosis said of one sealed case, read from its folder."""
 
 import json
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from diagnosis.diagnosis_files import read_diagnosis
-from workflows.diagnosis.diagnose_campaign import DIAGNOSIS_FILE
-from workflows.diagnosis.diagnose_campaign import main as diagnose_campaign
-from workflows.support.outputs import save_json
+from diagnosis.diagnosis_files import DIAGNOSIS_FILE, read_diagnosis
 
 #: Written last: a folder that holds it is finished.
 TIMES_FILE = "times.json"
@@ -37,33 +30,13 @@ class Verdict:
     seconds: float
 
 
-def diagnose_case(campaign: Path, out: Path) -> None:
-    """Diagnose a campaign and write diagnosis.json, report.html and the time it took.
-
-    An input that is refused or a numerical failure is an answer too, and a wrong one: it is kept as such and ends no check.
-
-    Parameters
-    ----------
-    campaign, out : Path
-        Folder of the campaign, folder for the files.
-    """
-    start = time.perf_counter()
-    error = None
-    try:
-        diagnose_campaign(campaign, out=out, quiet=True)
-    except (ValueError, ArithmeticError, RuntimeError, KeyError) as raised:
-        error = f"{type(raised).__name__}: {raised}"
-    out.mkdir(parents=True, exist_ok=True)
-    save_json(out / TIMES_FILE, {"seconds": time.perf_counter() - start, "error": error})
-
-
 def is_finished(out: Path) -> bool:
     """Whether a case's folder holds a finished diagnosis."""
     return (out / TIMES_FILE).is_file()
 
 
 def read_verdict(out: Path) -> Verdict:
-    """Read what :func:`diagnose_case` wrote.
+    """Read what the diagnosis of a case wrote.
 
     Raises
     ------

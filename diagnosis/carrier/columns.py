@@ -20,6 +20,7 @@ from diagnosis.carrier.laws import (
     deflection,
 )
 from diagnosis.comparison.effect_cards import EffectCard
+from identification.campaign.campaign import Campaign
 from simulation.carrier.effects import closing_torque, load_shift_pattern, load_tilt_pattern, saturated_load
 
 FloatArray = NDArray[np.float64]
@@ -148,3 +149,16 @@ def all_cards(cards: Mapping[str, EffectCard]) -> dict[str, EffectCard]:
 
 def _keyed(effect: str, family: str, node: int, rows: FloatArray) -> dict[Key, FloatArray]:
     return {(effect, number, family, node): row for number, row in enumerate(rows)}
+
+
+def typical_speed(campaign: Campaign) -> float:
+    """Typical speed of the carrier [rad/s]."""
+    turned = [abs(float(run.inputs["carrier_angle"][-1] - run.inputs["carrier_angle"][0])) for run in campaign.runs]
+    lasted = [float(run.time[-1] - run.time[0]) for run in campaign.runs]
+    return max(sum(turned) / max(sum(lasted), np.finfo(float).tiny), np.finfo(float).tiny)
+
+
+def largest_load(campaign: Campaign) -> float:
+    """Largest radial load [N]; 1 where there is none."""
+    largest = max(float(np.hypot(run.inputs["ntl_y"], run.inputs["ntl_z"]).max()) for run in campaign.runs)
+    return largest or 1.0

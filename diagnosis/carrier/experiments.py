@@ -2,39 +2,42 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from diagnosis.comparison.problem import Effects, FloatArray, Trial
+from diagnosis.carrier.columns import ColumnSource
+from diagnosis.comparison.problem import Effects, FloatArray, Plant, Trial
 from identification.campaign.campaign import Campaign
 from identification.campaign.records import Run
-
-if TYPE_CHECKING:
-    from diagnosis.carrier.problem import CarrierPlant
 
 #: Radial load of the dynamometer where the records hold none [N]: that of the 2012 paper's load cases.
 _RADIAL_LOAD = 200e3
 _REVOLUTIONS = 4
 _SAMPLES = 144
 _Load = tuple[float, float, float]
+#: Plant that measured what a model predicts under the inputs of another campaign.
+Under = Callable[[Campaign, Effects, FloatArray], Plant]
 
 
-def carrier_trials(plant: "CarrierPlant") -> tuple[Trial, ...]:
+def carrier_trials(campaign: Campaign, source: ColumnSource, under: Under) -> tuple[Trial, ...]:
     """Steps of torque, of radial load along z and y, and radial loads at low torque.
 
     Parameters
     ----------
-    plant : CarrierPlant
+    campaign : Campaign
         What was measured.
+    source : ColumnSource
+        Nominal torque, largest radial load and typical speed of the records.
+    under : callable
+        ``(campaign, effects, theta) -> Plant`` whose signals are those of a model under the inputs of a campaign.
 
     Returns
     -------
     tuple of Trial
         Each a short campaign of several steady runs.
     """
-    nominal = plant.model.source.rig.nominal_torque
-    size = plant.model.source.largest_load
+    nominal = source.rig.nominal_torque
+    size = source.largest_load
     force = size if size > 1.0 else _RADIAL_LOAD
     shares = (-1.0, -0.5, 0.25, 0.5, 1.0)
     kilo = f"{force / 1e3:g} kN"
@@ -50,22 +53,22 @@ def carrier_trials(plant: "CarrierPlant") -> tuple[Trial, ...]:
             [(t, y, z) for t in (0.25, 1.0) for y, z in ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))],
         ),
     ]
-    return tuple(
-        Trial(text, _builder(plant, [(t * nominal, y * force, z * force) for t, y, z in loads]))
-        for text, loads in plans
-    )
+    trials = []
+    for text, shares_of_loads in plans:
+        loads = [(torque * nominal, y * force, z * force) for torque, y, z in shares_of_loads]
+        runs = _steady_runs(campaign, loads, source.speed)
+        trials.append(Trial(text, _builder(runs, under)))
+    return tuple(trials)
 
 
-def _builder(plant: "CarrierPlant", loads: Sequence[_Load]) -> "Callable[[Effects, FloatArray], CarrierPlant | None]":
-    campaign = _campaign(plant.campaign, loads, plant.model.source.speed)
-
-    def build(effects: Effects, theta: FloatArray) -> "CarrierPlant | None":
-        return plant.under(campaign, effects, theta)
+def _builder(campaign: Campaign, under: Under) -> Callable[[Effects, FloatArray], Plant | None]:
+    def build(effects: Effects, theta: FloatArray) -> Plant | None:
+        return under(campaign, effects, theta)
 
     return build
 
 
-def _campaign(campaign: Campaign, loads: Sequence[_Load], speed: float) -> Campaign:
+def _steady_runs(campaign: Campaign, loads: Sequence[_Load], speed: float) -> Campaign:
     """Campaign of steady runs; its signals are blank."""
     n = _REVOLUTIONS * _SAMPLES + 1
     angle = 2.0 * np.pi * np.arange(n) / _SAMPLES

@@ -10,7 +10,6 @@ from scipy.stats import f as fisher_f
 from diagnosis.carrier.gap_map import carrier_gap_cells
 from diagnosis.carrier.gap_parts import Conditions, growth_table
 from diagnosis.carrier.gap_words import RADIAL_LOAD, SPEED, TORQUE, carrier_where_text
-from diagnosis.carrier.patterns import RADIAL, ComplexArray, FloatArray, PatternSplit, pattern_split
 from diagnosis.carrier.sums import CarrierSums
 from diagnosis.comparison.problem import GapCell
 from diagnosis.gap.findings import Drift, GapFindings, GapMoment, IncoherentCell, Scalar
@@ -24,6 +23,7 @@ from diagnosis.gap.non_synchronous import (
 from identification.campaign.campaign import Campaign
 from identification.campaign.order_analysis import MAX_ORDER
 from identification.campaign.revolutions import whole_revolutions
+from identification.carrier.sensor_patterns import RADIAL, ComplexArray, FloatArray, PatternSplit, pattern_split
 from simulation.carrier.run_cases import AXIAL
 
 #: Unknowns of the orders of one revolution.

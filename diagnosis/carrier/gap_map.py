@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 from scipy.stats import chi2, false_discovery_control
 from scipy.stats import f as fisher_f
 
-from diagnosis.carrier.patterns import ComplexArray, FloatArray, PatternSplit, pattern_split
 from diagnosis.comparison.problem import GapCell
 from identification.campaign.campaign import Channel
 from identification.campaign.order_analysis import MAX_ORDER
+from identification.carrier.sensor_patterns import ComplexArray, FloatArray, PatternSplit, pattern_split
 
 _Table = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.carrier.patterns import PATTERN_NAMES, RADIAL, FloatArray
 from diagnosis.comparison.problem import GapCell
 from diagnosis.gap.findings import SIGNIFICANCE, PartGrowth
 from diagnosis.gap.power_laws import exponents
+from identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL, FloatArray
 
 HOUSING, CARRIER, UNDECIDED = "housing", "carrier", "undecided"
 #: A wave is fixed to the carrier where it holds this share of its order; a weaker one may be the leak of a sensor's gain.

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 
 from diagnosis.carrier.gap_parts import CARRIER, HOUSING, Conditions, GapPart, frame_of, gap_parts, part_growth
-from diagnosis.carrier.patterns import PATTERN_NAMES, RADIAL
 from diagnosis.comparison.problem import GapCell
 from diagnosis.gap.findings import PartGrowth
 from diagnosis.gap.power_laws import WITHOUT
+from identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL
 
 #: Parts of the gap named in the sentence at most, and the smallest share worth naming.
 _MOST_PARTS = 3

@@ -8,16 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.carrier.cards import CARRIER_CARDS, KIND, ONE_CHANNEL, PLACEBO_CARDS
-from diagnosis.carrier.columns import ColumnSource, all_cards
+from diagnosis.carrier.closed_fit import closed_fit
+from diagnosis.carrier.columns import ColumnSource, all_cards, largest_load, typical_speed
 from diagnosis.carrier.experiments import carrier_trials
 from diagnosis.carrier.gap_findings import CarrierGap
 from diagnosis.carrier.laws import CarrierRig
-from diagnosis.carrier.loads import bounds_of, largest_load, piece_squares, typical_speed, used_columns
 from diagnosis.carrier.model import CarrierModel, Choice
 from diagnosis.carrier.noise import channel_noise, refuse_silent_channels
 from diagnosis.carrier.pictures import carrier_pictures
 from diagnosis.carrier.signatures import carrier_signatures
-from diagnosis.carrier.sums import CarrierSums, accumulated_sums
+from diagnosis.carrier.sums import CarrierSums, accumulated_sums, piece_squares, used_columns
 from diagnosis.comparison.effect_cards import EffectCard, effect_library
 from diagnosis.comparison.pictures import Picture
 from diagnosis.comparison.problem import (
@@ -30,14 +30,12 @@ from diagnosis.comparison.problem import (
     PieceSums,
     Signatures,
     Trial,
+    bounds_of,
 )
 from diagnosis.gap.findings import GapFindings, Scalar
 from fe.deflection_curves import DeflectionCurve
 from identification.campaign.campaign import Campaign
 from simulation.carrier.effects import pin_radius_of
-
-#: Steps of the fits that choose a channel or a threshold.
-_QUICK_STEPS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +162,7 @@ class CarrierPlant:
 
     def trials(self) -> Sequence[Trial]:
         """Loads that were not applied."""
-        return carrier_trials(self)
+        return carrier_trials(self.campaign, self.model.source, self.under)
 
     def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
         """Zero: the signals are a closed form."""
@@ -225,43 +223,14 @@ class CarrierPlant:
         """Best fit to all pieces over the nodes of the thresholds, those of one effect at a time."""
         parameters = self.model.parameters(effects, choice)
         start = np.array([0.5 * (p.lower + p.upper) if p.shape else 0.0 for p in parameters])
-        best = self._closed_fit(effects, choice, parameters, start)
+        best = closed_fit(self.model, self._run_gram, effects, choice, start)
         for k, parameter in enumerate(parameters):
             for variant in self.model.variants(parameter.effect) if parameter.shape else ():
                 trial = best[0].copy()
                 trial[k] = variant[0]
-                found = self._closed_fit(effects, choice, parameters, trial)
+                found = closed_fit(self.model, self._run_gram, effects, choice, trial)
                 best = min(best, found, key=lambda own: own[1])
         return best
-
-    def _closed_fit(
-        self, effects: Effects, choice: dict[str, int], parameters: Sequence[Parameter], start: FloatArray
-    ) -> tuple[FloatArray, float]:
-        """Gauss-Newton steps on the sums of whole runs, thresholds held; within bounds."""
-        theta = start.copy()
-        free = np.array([not parameter.shape for parameter in parameters], dtype=bool)
-        bilinear = any(own in (*ONE_CHANNEL, "sensor_delay") for own in (*self.model.contained, *effects))
-        for _ in range(_QUICK_STEPS if bilinear else 1):
-            matrix, right, _ = self._whole_sums(effects, choice, theta)
-            seen = free & (np.diag(matrix) > 0.0)
-            size = np.sqrt(np.diag(matrix)[seen])
-            scaled = matrix[np.ix_(seen, seen)] / np.outer(size, size) + 1e-9 * np.eye(size.size)
-            theta[seen] += np.linalg.lstsq(scaled, right[seen] / size, rcond=1e-12)[0] / size
-            theta = np.clip(theta, *bounds_of(parameters))
-        return theta, self._whole_sums(effects, choice, theta)[2]
-
-    def _whole_sums(
-        self, effects: Effects, choice: dict[str, int], theta: FloatArray
-    ) -> tuple[FloatArray, FloatArray, float]:
-        W, D = self.model.weights(effects, choice, theta)
-        places = used_columns(W, D)
-        left, slopes = -W[..., places], D[..., places]
-        left[..., 0] += 1.0
-        gram = self._run_gram[..., places[:, None], places]
-        own = slopes @ gram
-        matrix = np.einsum("rcpk,rcqk->pq", own, slopes, optimize=True)
-        square = np.einsum("rck,rckl,rcl->", left, gram, left, optimize=True)
-        return matrix, np.einsum("rcpk,rck->p", own, left, optimize=True), float(square)
 
     @cached_property
     def _run_gram(self) -> FloatArray:

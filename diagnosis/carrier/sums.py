@@ -213,3 +213,15 @@ def _block_sums(
         if not too_sparse(theta, MAX_ORDER):
             orders[r], within[r] = order_amplitudes(own, theta)
     return gram, count, orders, within
+
+
+def piece_squares(left: FloatArray, gram: FloatArray) -> FloatArray:
+    """Sum of squares by piece and channel; a perfect fit leaves rounding of either sign."""
+    return np.maximum(np.einsum("pck,pckl,pcl->pc", left, gram, left, optimize=True), 0.0)
+
+
+def used_columns(W: FloatArray, D: FloatArray) -> NDArray[np.int64]:
+    """Places of the target and of every column with a weight or a derivative anywhere."""
+    used = (W != 0.0).any(axis=(0, 1)) | (D != 0.0).any(axis=(0, 1, 2))
+    used[0] = True
+    return np.flatnonzero(used)

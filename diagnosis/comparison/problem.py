@@ -74,6 +74,11 @@ class Parameter:
     shape: bool = False
 
 
+def bounds_of(parameters: Sequence[Parameter]) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper bounds of parameters."""
+    return np.array([own.lower for own in parameters]), np.array([own.upper for own in parameters])
+
+
 @dataclass(frozen=True, eq=False)
 class PieceSums:
     """Gauss-Newton sums of every piece at one parameter set; zero where a piece was not asked for.

@@ -1,88 +1,84 @@
 """Feasible drives of an element among which a separating one is sought."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from diagnosis.comparison.problem import Effects, FloatArray, Trial
-from diagnosis.element.model import substeps_for
-from diagnosis.element.records import prepared_record
-
-if TYPE_CHECKING:
-    from diagnosis.element.problem import ElementPlant
+from diagnosis.comparison.problem import Effects, FloatArray, Plant, Trial
+from diagnosis.element.model import ElementModel, substeps_for
+from diagnosis.element.records import ElementRecord, prepared_record
 
 _AMPLITUDES = (0.25, 0.5, 2.0)
 _FREQUENCIES = (0.1, 0.5, 1.0, 2.0)
 #: Samples and cycles of a trial record.
 _SAMPLES = 4096
 _CYCLES = 12
+#: Plant with the response of a record measured, by a model of the record's step.
+Measured = Callable[[ElementModel, ElementRecord], Plant]
 
 
-def element_trials(plant: "ElementPlant") -> tuple[Trial, ...]:
+def element_trials(model: ElementModel, records: Sequence[ElementRecord], measured: Measured) -> tuple[Trial, ...]:
     """Drives at other amplitudes and frequencies: the measured drive scaled, sines about the natural frequency.
 
     Parameters
     ----------
-    plant : ElementPlant
+    model : ElementModel
+        Parameters and scales of the element.
+    records : sequence of ElementRecord
         What was measured.
+    measured : callable
+        ``(model, record) -> Plant`` that holds that record alone.
 
     Returns
     -------
     tuple of Trial
         Texts name amplitude and frequency.
     """
-    largest = max(plant.records, key=lambda record: float(record.drive.std()))
+    largest = max(records, key=lambda record: float(record.drive.std()))
     mean, size = float(largest.drive.mean()), float(largest.drive.std())
     n = min(_SAMPLES, largest.drive.size)
     first = largest.drive.size - n
     trials = [
         Trial(
             f"the drive of run {largest.name} at {factor:g} times its amplitude",
-            _builder(plant, mean + factor * (largest.drive[first:] - mean), largest.step),
+            _builder(model, mean + factor * (largest.drive[first:] - mean), largest.step, measured),
         )
         for factor in _AMPLITUDES
     ]
-    for frequency in _frequencies_hz(plant):
+    for frequency in _frequencies_hz(model):
         step = min(largest.step, 1.0 / (40.0 * frequency))
         time = step * np.arange(min(_SAMPLES, int(_CYCLES / (frequency * step))))
         for factor in (0.5, 1.0, 2.0):
             drive = mean + np.sqrt(2.0) * factor * size * np.sin(2.0 * np.pi * frequency * time)
             amplitude = np.sqrt(2.0) * factor * size
-            text = (
-                f"a steady sine of {frequency:.3g} Hz and amplitude {amplitude:.3g} {plant.model.units[_drive(plant)]}"
-            )
-            trials.append(Trial(text, _builder(plant, drive, step)))
+            text = f"a steady sine of {frequency:.3g} Hz and amplitude {amplitude:.3g} {model.units[0 if model.by_force else 1]}"
+            trials.append(Trial(text, _builder(model, drive, step, measured)))
     return tuple(trials)
 
 
-def _drive(plant: "ElementPlant") -> int:
-    return 0 if plant.model.by_force else 1
-
-
-def _frequencies_hz(plant: "ElementPlant") -> list[float]:
+def _frequencies_hz(model: ElementModel) -> list[float]:
     """Frequencies about the natural one, or about the mean frequency of the motion."""
-    scale = plant.model.scale
+    scale = model.scale
     own = np.sqrt(scale.K1 / scale.m) if scale.m > 0.0 and scale.K1 > 0.0 else scale.speed / scale.deflection
     return [float(factor * own / (2.0 * np.pi)) for factor in _FREQUENCIES]
 
 
 def _builder(
-    plant: "ElementPlant", drive: FloatArray, step: float
-) -> Callable[[Effects, FloatArray], "ElementPlant | None"]:
+    model: ElementModel, drive: FloatArray, step: float, measured: Measured
+) -> Callable[[Effects, FloatArray], Plant | None]:
     """Plant under the drive, its response that of a model; the first quarter is left to settle."""
 
-    def build(effects: Effects, theta: FloatArray) -> "ElementPlant | None":
-        by_force = plant.model.by_force
+    def build(effects: Effects, theta: FloatArray) -> Plant | None:
+        by_force = model.by_force
         counts = np.arange(drive.size) >= drive.size // 4
-        blank = np.linspace(0.0, plant.model.scale.deflection, drive.size)
-        model = replace(plant.model, substeps=substeps_for(plant.model.scale, step))
+        blank = np.linspace(0.0, model.scale.deflection, drive.size)
+        stepped = replace(model, substeps=substeps_for(model.scale, step))
         record = prepared_record(("trial", "trial"), step, drive, blank, by_force=by_force, counts=counts)
-        predicted = model.predicted(record, effects, theta)
+        predicted = stepped.predicted(record, effects, theta)
         if not np.isfinite(predicted).all():
             return None
         record = prepared_record(("trial", "trial"), step, drive, predicted, by_force=by_force, counts=counts)
-        return replace(plant, model=model, records=(record,), noise=plant.noise[:1])
+        return measured(stepped, record)
 
     return build

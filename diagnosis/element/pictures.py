@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.comparison.effect_names import set_name
 from diagnosis.comparison.pictures import GAP, LAW, Panel, Picture, Trace, is_function, strip_means
 from diagnosis.comparison.problem import BASELINE, Effects, FloatArray
 from diagnosis.element.model import ElementModel
 from diagnosis.element.records import ElementRecord
 from diagnosis.element.signatures import Column, column_values, known_force
-from diagnosis.report.words import set_name
 
 #: Runs drawn at most, and points of a cloud: enough for its shape, few enough for the file.
 _MOST_RUNS = 3

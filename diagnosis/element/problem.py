@@ -186,7 +186,7 @@ class ElementPlant:
 
     def trials(self) -> Sequence[Trial]:
         """Drives that were not applied."""
-        return element_trials(self)
+        return element_trials(self.model, self.records, self._with_record)
 
     def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
         """RMS change of the prediction with half the step."""
@@ -246,6 +246,10 @@ class ElementPlant:
         parameters = self.parameters(effects)
         rows = self._in_threads(row, len(records) * theta.size)
         return [np.array(rows[r * theta.size : (r + 1) * theta.size]) for r in range(len(records))]
+
+    def _with_record(self, model: ElementModel, record: ElementRecord) -> "ElementPlant":
+        """Plant that measured one other record."""
+        return replace(self, model=model, records=(record,), noise=self.noise[:1])
 
     def _in_threads(self, work: Callable[[int], FloatArray], count: int) -> list[FloatArray]:
         """Results of a piece of work for every number; the compiled motion holds no lock."""

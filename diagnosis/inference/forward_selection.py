@@ -114,7 +114,8 @@ class Ladder:
 
         An effect must stand off its physical bounds, explain at least the share `explained` of what is left without it and,
         beside others, a material part of the whole gap (:class:`diagnosis.inference.thresholds.Thresholds`), and
-        shrink the held-out RMS in 97.5 % of the bootstrap draws, or leave it as it is where the drawn conditions do not call for it.
+        shrink the held-out RMS in 97.5 % of the bootstrap draws, or leave it as it is where the drawn
+        conditions do not call for it.
         """
         score = self.score(effects)
         if tuple(sorted(effects)) in self.stuck:

@@ -7,7 +7,7 @@ from diagnosis.inference.bounded_fit import EffectFit
 from diagnosis.inference.folds import extrapolation_fold
 from diagnosis.inference.forward_selection import Ladder, explained_share, placebo_scores
 from diagnosis.inference.held_out import HeldOut, drawn_counts, fold_theta
-from diagnosis.results import NO_INTERVAL, Interval, LadderStep, RunValidation, Shrinkage
+from diagnosis.inference.results import NO_INTERVAL, Interval, LadderStep, RunValidation, Shrinkage
 
 _SEED = 11
 

@@ -5,7 +5,7 @@ import re
 import numpy as np
 
 from diagnosis.inference.bounded_fit import EffectFit, parameter_key
-from diagnosis.results import NamedValue
+from diagnosis.inference.results import NamedValue
 
 #: Linear components of a tilt or another vector: ``phi_PLC cos theta_PLC``, with the run where it has one.
 _COMPONENT = re.compile(r"^(?P<size>\S+) (?P<part>cos|sin) (?P<angle>\S+)(?P<run> of .+)?$")

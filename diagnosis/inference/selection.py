@@ -7,7 +7,7 @@ import numpy as np
 from diagnosis.comparison.problem import Effects
 from diagnosis.inference.forward_selection import Ladder
 from diagnosis.inference.held_out import HeldOut, stacking_weights
-from diagnosis.results import RankedSet
+from diagnosis.inference.results import RankedSet
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,9 +6,7 @@ from diagnosis.comparison.problem import Effects
 from diagnosis.inference.alias_classes import is_named_consistently
 from diagnosis.inference.forward_selection import Ladder
 from diagnosis.inference.held_out import HeldOut
-from diagnosis.inference.screening import Screen
-from diagnosis.inference.selection import Selection
-from diagnosis.results import (
+from diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
     NAMED,
@@ -17,6 +15,8 @@ from diagnosis.results import (
     NOT_DIAGNOSABLE,
     Shrinkage,
 )
+from diagnosis.inference.screening import Screen
+from diagnosis.inference.selection import Selection
 
 
 def verdict(

@@ -2,28 +2,29 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from diagnosis.comparison.problem import Effects, FloatArray, Trial
+from diagnosis.comparison.problem import Effects, FloatArray, Plant, Trial
+from diagnosis.mounting.records import MountingRecord
 from simulation.mounting.inputs import MountingInputs
-
-if TYPE_CHECKING:
-    from diagnosis.mounting.problem import MountingPlant
 
 _STEP, _LENGTH = 0.05, 120.0
 #: Limits of the rig: 400 kN m (NREL/TP-5000-66594), 200 kN (table 2 of the 2012 paper).
 _TORQUE, _LOAD = 4.0e5, 2.0e5
+#: Plant whose only record has the signals of a model; None where the model leaves its range.
+UnderLoads = Callable[[MountingRecord, Effects, FloatArray], Plant | None]
 
 
-def mounting_trials(plant: "MountingPlant") -> tuple[Trial, ...]:
+def mounting_trials(record: MountingRecord, under: UnderLoads) -> tuple[Trial, ...]:
     """Torque, vertical and sideways load alone, slow and fast, small and large; torque beside a constant load.
 
     Parameters
     ----------
-    plant : MountingPlant
-        What was measured.
+    record : MountingRecord
+        A measured record, for its channels and steps.
+    under : callable
+        ``(record, effects, theta) -> Plant`` whose only record has the signals of a model.
 
     Returns
     -------
@@ -42,32 +43,29 @@ def mounting_trials(plant: "MountingPlant") -> tuple[Trial, ...]:
             for frequency in (0.05, 1.0):
                 values = share * largest * rise * np.sin(2.0 * np.pi * frequency * time)
                 text = f"{words} alone, a sine of {frequency:g} Hz and {share * largest / 1e3:g} {unit}"
-                trials.append(Trial(text, _builder(plant, time, {load: values})))
+                trials.append(Trial(text, _builder(record, under, time, {load: values})))
     wave = 0.5 * _TORQUE * rise * (1.0 + 0.5 * np.sin(np.pi * time))
     for load, words in (("ntl_z", "vertical"), ("ntl_y", "sideways")):
         text = f"torque of 200 kN m with a sine of 0.5 Hz and 100 kN m beside a constant {words} load of 200 kN"
-        trials.append(Trial(text, _builder(plant, time, {"torque": wave, load: _LOAD * rise})))
+        trials.append(Trial(text, _builder(record, under, time, {"torque": wave, load: _LOAD * rise})))
     return tuple(trials)
 
 
 def _builder(
-    plant: "MountingPlant", time: FloatArray, loads: dict[str, FloatArray]
-) -> Callable[[Effects, FloatArray], "MountingPlant | None"]:
+    record: MountingRecord, under: UnderLoads, time: FloatArray, loads: dict[str, FloatArray]
+) -> Callable[[Effects, FloatArray], Plant | None]:
     """Plant under the loads, its signals those of a model."""
 
-    def build(effects: Effects, theta: FloatArray) -> "MountingPlant | None":
+    def build(effects: Effects, theta: FloatArray) -> Plant | None:
         still = {name: np.zeros(time.size) for name in ("torque", "speed", "carrier_angle", "ntl_y", "ntl_z")}
-        record = replace(
-            plant.records[0],
+        blank = replace(
+            record,
             name="trial",
             condition="trial",
             inputs=MountingInputs.from_columns(time, {**still, **loads}),
-            measured=np.zeros((time.size, len(plant.model.channels))),
+            measured=np.zeros((time.size, record.measured.shape[1])),
             block=np.arange(time.size) * 4 // time.size,
         )
-        predicted = plant.model.predicted(record, effects, theta, plant.choice(effects))
-        if not np.isfinite(predicted).all():
-            return None
-        return replace(plant, records=(replace(record, measured=predicted),))
+        return under(blank, effects, theta)
 
     return build

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from diagnosis.comparison.effect_names import set_name
 from diagnosis.comparison.pictures import GAP, LAW, Panel, Picture, Trace, is_function, strip_means
 from diagnosis.comparison.problem import Effects, FloatArray
 from diagnosis.mounting.gap_map import PATTERNS, pattern_matrix
 from diagnosis.mounting.model import Choice, MountingModel
 from diagnosis.mounting.records import MountingRecord
-from diagnosis.report.words import set_name
 
 #: Runs drawn at most, and points of a cloud.
 _MOST_RUNS = 3

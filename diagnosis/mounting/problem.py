@@ -185,7 +185,14 @@ class MountingPlant:
 
     def trials(self) -> Sequence[Trial]:
         """Loads that were not applied."""
-        return mounting_trials(self)
+        return mounting_trials(self.records[0], self._under)
+
+    def _under(self, record: MountingRecord, effects: Effects, theta: FloatArray) -> "MountingPlant | None":
+        """Plant whose only record has the signals of a model; None where the model leaves its range."""
+        predicted = self.model.predicted(record, effects, theta, self.choice(effects))
+        if not np.isfinite(predicted).all():
+            return None
+        return replace(self, records=(replace(record, measured=predicted),))
 
     def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
         """RMS change of the prediction with half the step."""

@@ -6,17 +6,19 @@ from functools import partial
 
 import numpy as np
 
+from diagnosis.comparison.effect_names import set_name
 from diagnosis.comparison.pictures import Picture
 from diagnosis.comparison.problem import Effects, GapCell
 from diagnosis.gap.findings import GapMoment
+from diagnosis.inference.results import Shrinkage
 from diagnosis.inference.screening import Screen
 from diagnosis.report.figures import MOST_EFFECTS, colour_limits, gap_map_figure, ladder_figure, likeness_figure
 from diagnosis.report.gap_grid import GapGrid, gap_grids
 from diagnosis.report.motion_figures import panel_figure
 from diagnosis.report.svg import inline_svg
 from diagnosis.report.time_figure import MOST_RUNS, gap_in_time_figure
-from diagnosis.report.words import added_effects, place_of, set_name, sized
-from diagnosis.results import Diagnosis, Shrinkage
+from diagnosis.report.words import added_effects, place_of, sized
+from diagnosis.results import Diagnosis
 
 
 @dataclass(frozen=True, eq=False)

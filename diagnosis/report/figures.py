@@ -4,11 +4,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from diagnosis.comparison.effect_names import plain_name
+from diagnosis.inference.results import Shrinkage
 from diagnosis.inference.screening import Screen
 from diagnosis.report.gap_grid import GapGrid
 from diagnosis.report.svg import BLACK, BLUE, CHANCE, GREEN, GREY, MAGNITUDE_MAP, WIDTH, scaled_unit
-from diagnosis.report.words import plain_name
-from diagnosis.results import Shrinkage
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

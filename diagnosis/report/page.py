@@ -8,12 +8,12 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from diagnosis.comparison.problem import GapCell
+from diagnosis.report import words
 from diagnosis.report.drawings import Drawing, Drawings, drawings
 from diagnosis.report.gap_grid import SIGNIFICANCE
-from diagnosis.report import words
 from diagnosis.results import Diagnosis
+from files.versions import software_name
 from identification.campaign.campaign import Campaign
-from identification.estimate_files import software_name
 
 _TEMPLATE = "report.html.j2"
 #: Rows of the tables that could be long.

@@ -7,22 +7,23 @@ from typing import TypeVar
 
 from markupsafe import Markup, escape
 
+from diagnosis.comparison.effect_names import plain_name
 from diagnosis.comparison.problem import Effects, GapCell
 from diagnosis.gap.findings import SIGNIFICANCE, Drift, IncoherentCell, PartGrowth
 from diagnosis.gap.power_laws import Exponent
-from diagnosis.report.svg import scaled_unit
-from diagnosis.results import (
+from diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
     NAMED,
     NAMED_WITH_REMAINDER,
     NONE_OF_THESE,
     NOT_DIAGNOSABLE,
-    Diagnosis,
     Interval,
     RankedSet,
     Shrinkage,
 )
+from diagnosis.report.svg import scaled_unit
+from diagnosis.results import Diagnosis
 
 _Row = TypeVar("_Row", Drift, IncoherentCell)
 
@@ -37,7 +38,6 @@ _MOST_ROWS = 12
 _MOST_BEYOND = 6
 #: An exponent with a wider interval tells no law from another.
 WIDEST_EXPONENT = 3.0
-_PROPER_NAMES = {"coulomb": "Coulomb", "stribeck": "Stribeck", "maxwell": "Maxwell", "ntl": "non-torque-load"}
 _POWER = re.compile(r"\^(-?\d+(?:\.\d+)?)")
 _TEN = re.compile(r"(?<![\w.])(-?\d+(?:\.\d+)?)e([+-]?\d+)\b")
 
@@ -90,12 +90,6 @@ def alias_sentence(diagnosis: Diagnosis) -> str:
     return f"These records do not tell {listed(texts)}." if texts else ""
 
 
-def plain_name(effect: str) -> str:
-    """Effect id in words: ``cubic stiffness``, ``Coulomb friction``."""
-    words = effect.replace("elasto_plastic", "elasto-plastic").split("_")
-    return " ".join(_PROPER_NAMES.get(word, word) for word in words)
-
-
 def separating_text(diagnosis: Diagnosis) -> str:
     """Measurement that would tell more, as a sentence with the effects in words; empty where none is asked for."""
     text = in_words(diagnosis.attribution.separating_test, diagnosis)
@@ -119,11 +113,6 @@ def capitalised(text: str) -> str:
 def counted(count: int, word: str) -> str:
     """Number with its noun: ``1 run``, ``3 runs``."""
     return f"{count} {word}" if count == 1 else f"{count} {word}s"
-
-
-def set_name(effects: Effects) -> str:
-    """Set of effects in words; the empty one is the baseline."""
-    return " + ".join(plain_name(own) for own in effects) or "baseline alone"
 
 
 def added_effects(far: Shrinkage) -> Effects:

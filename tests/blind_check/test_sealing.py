@@ -80,7 +80,7 @@ def test_seals_are_read_back_and_a_changed_file_is_refused(sealed, tmp_path):
 _AUDITED = """
 import os, sys
 from pathlib import Path
-from blind_check.sealing.verdicts import diagnose_case
+from workflows.diagnosis.diagnose_case import diagnose_case
 opened = set()
 def watch(event, arguments):
     if event == "open" and isinstance(arguments[0], (str, bytes)):
@@ -108,6 +108,6 @@ def test_diagnosis_reads_its_campaign_and_nothing_else_of_the_check(tmp_path):
     inside = [Path(path) for path in paths if path.startswith(str(tmp_path))]
     assert campaign / "campaign.toml" in inside
     assert all(path.is_relative_to(campaign) or path.is_relative_to(out) for path in inside)
-    truth = ROOT / "workflows" / "blind"
+    truth = ROOT / "blind_check"
     assert not [path for path in paths if Path(path).is_relative_to(truth) and "verdicts" not in path]
-    assert set(modules.split()[1:]) == {"blind_check", "blind_check.sealing.verdicts"}
+    assert set(modules.split()[1:]) == {"blind_check", "blind_check.sealing", "blind_check.sealing.verdicts"}

@@ -8,7 +8,7 @@ import pytest
 from diagnosis.diagnose import diagnose
 from diagnosis.diagnosis_files import FORMAT, diagnosis_document, read_diagnosis, write_diagnosis
 from diagnosis.element.problem import element_plant
-from diagnosis.results import VERDICTS
+from diagnosis.inference.results import VERDICTS
 from identification.campaign.campaign_files import write_campaign
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 

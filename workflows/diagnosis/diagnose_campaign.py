@@ -10,20 +10,19 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from diagnosis.diagnose import diagnose
-from diagnosis.diagnosis_files import write_diagnosis
+from diagnosis.diagnosis_files import DIAGNOSIS_FILE, write_diagnosis, write_report
 from diagnosis.kinds import plant_of
-from diagnosis.report.page import ReportSource
-from diagnosis.report.report_files import write_report
+from diagnosis.report.page import ReportSource, report_page
 from diagnosis.results import Diagnosis
 from fe.curve_files import read_curves
 from fe.deflection_curves import DeflectionCurve
+from files.versions import versions
 from identification.campaign.campaign import Campaign
 from identification.campaign.campaign_files import read_campaign
 from workflows.support.default_curves import default_curves
-from workflows.support.outputs import prepared_folder, versions
+from workflows.support.outputs import prepared_folder
 from workflows.support.progress import Stages
 
-DIAGNOSIS_FILE = "diagnosis.json"
 REPORT_FILE = "report.html"
 
 
@@ -73,7 +72,8 @@ def _diagnosed(campaign: Path, out: Path, stages: Stages) -> Diagnosis:
     with stages.stage(f"writing {out / REPORT_FILE}"):
         write_diagnosis(out / DIAGNOSIS_FILE, found)
         written = f"{datetime.now():%Y-%m-%d %H:%M}"
-        write_report(out / REPORT_FILE, found, ReportSource(measured, str(campaign), versions(), written))
+        source = ReportSource(measured, str(campaign), versions(), written)
+        write_report(out / REPORT_FILE, report_page(found, source))
     return found
 
 

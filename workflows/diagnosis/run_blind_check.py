@@ -7,7 +7,6 @@ blind_check.md. A good answer: every wanted figure is met by a full run (docs/bl
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
 from datetime import datetime
 from multiprocessing import get_context
 from pathlib import Path
@@ -18,30 +17,20 @@ from rich.console import Console
 from blind_check.case_plans import case_plans, full_size
 from blind_check.labels import KINDS
 from blind_check.scoring.judging import Judged, judged_cases
+from blind_check.scoring.result import BlindCheck
 from blind_check.scoring.scoring import Score, score
 from blind_check.sealing.check import diagnosed, opened, sealed_check
 from blind_check.truth.campaigns import write_case
+from files.json_files import plain, save_json
+from files.versions import software_name
 from files.whole_files import whole_file
-from identification.estimate_files import software_name
+from workflows.diagnosis.diagnose_case import diagnose_case
 from workflows.screen.score_tables import score_page
 from workflows.support.executors import work_executor
-from workflows.support.outputs import plain, prepared_folder, save_json
+from workflows.support.outputs import prepared_folder
 from workflows.support.progress import Stages
 
 Kind = Literal["carrier", "mounting", "element", "all"]
-
-
-@dataclass(frozen=True)
-class BlindCheck:
-    """Score of a blind check and the digest of its seals."""
-
-    score: Score
-    digest: str
-
-    @property
-    def met(self) -> bool:
-        """Whether no wanted figure is missed."""
-        return self.score.met
 
 
 def main(
@@ -101,7 +90,7 @@ def main(
     )
     # Fresh processes: those that wrote the cases have held labels.
     with stages.stage("diagnosing"), _processes(workers, scheduler) as executor:
-        verdicts = diagnosed(sealed, executor, keep=keep, note=stages.note)
+        verdicts = diagnosed(sealed, diagnose_case, executor, keep=keep, note=stages.note)
     with stages.stage("opening the labels"):
         judged = judged_cases(opened(sealed), verdicts)
         found = score(judged)

@@ -6,11 +6,13 @@ A distributing coupling (RBE3) lets the surface deform, a rigid one (RBE2) forbi
 from pathlib import Path
 
 from fe.carrier_curves import CASES, flexible_cases, stiff_cases
+from files.json_files import save_json
+from files.versions import versions
 from geometry.carrier_mesh import DEFAULT_SIZE
 from geometry.parameter_files import read_parameters
 from reduction.coupling_bracket import CouplingBracket, coupling_bracket
 from workflows.support.named_bodies import body_structure
-from workflows.support.outputs import prepared_folder, save_json, versions
+from workflows.support.outputs import prepared_folder
 from workflows.support.progress import Stages
 
 

@@ -7,13 +7,15 @@ from fe.carrier_curves import named_curves
 from fe.curve_files import read_curves, write_curves
 from fe.deflection_curves import DeflectionCurve
 from fe.view import curves_figure
+from files.json_files import plain, save_json
+from files.versions import versions
 from geometry.carrier_mesh import DEFAULT_SIZE
 from geometry.parameter_files import StageParameters, read_parameters
 from workflows.support.cached_results import cached_files
 from workflows.support.carrier_files import CarrierFiles
 from workflows.support.carrier_variants import CarrierVariant, flexible_variant, given_variant, stiff_variant
 from workflows.support.cost_preview import CostPreview, curves_cost, tell
-from workflows.support.outputs import plain, prepared_folder, save_figure, save_json, versions
+from workflows.support.outputs import prepared_folder, save_figure
 from workflows.support.progress import Stages
 
 _CURVES, _PICTURE, _INPUTS = "deflection_curves.csv", "deflection_curves.png", "inputs.json"

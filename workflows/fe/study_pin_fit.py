@@ -14,6 +14,8 @@ import numpy as np
 from fe.carrier_curves import CASES, UNIT_TORQUE, carrier_deflection, flexible_cases, stiff_cases
 from fe.deflection_curves import DeflectionCurve
 from fe.load_cases import gear_forces
+from files.json_files import save_json
+from files.versions import versions
 from files.whole_files import whole_file
 from geometry.carrier_mesh import DEFAULT_SIZE
 from geometry.parameter_files import StageParameters, read_parameters
@@ -22,7 +24,7 @@ from reduction.pin_fit import ExtremeCurves, PinFitFamily, PinFitRow, pin_fit_ro
 from reduction.pin_joints import PIN_FITS
 from workflows.fe.pin_fit_pictures import PinFitStudy, mix_figure, sweep_figure
 from workflows.support.named_bodies import body_structure
-from workflows.support.outputs import prepared_folder, save_figure, save_json, versions
+from workflows.support.outputs import prepared_folder, save_figure
 from workflows.support.progress import Stages
 
 #: Interface stiffnesses between which the sweep runs, beside its two ends [N m/rad].

@@ -13,9 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from files.json_files import plain
+from files.versions import software_name
 from identification.campaign.campaign import Campaign
 from identification.campaign.campaign_files import read_campaign
-from identification.estimate_files import FORMAT, VERSION, software_name, write_identification
+from identification.estimate_files import FORMAT, VERSION, write_identification
 from identification.estimation.complex_method import ComplexSearch
 from identification.mounting.bushing_identification import (
     BushingEstimate,
@@ -27,7 +29,7 @@ from identification.mounting.bushing_identification import (
 from identification.mounting.bushing_models import BUSHING_MODELS
 from identification.view import bushing_signals_figure, profile_figure
 from workflows.support.executors import work_executor
-from workflows.support.outputs import plain, prepared_folder, save_figure
+from workflows.support.outputs import prepared_folder, save_figure
 from workflows.support.progress import Stages
 
 

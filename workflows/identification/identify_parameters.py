@@ -1,7 +1,8 @@
 """Identify the motion of the carrier, or the bushings of the mounting, that explain the measured signals.
 
 Bushing models stand in :mod:`workflows.identification.identify_bushings`. For a carrier this fits M1 (offset and two
-tilts) or M2 (M1 and the two deflection curves) of the 2012 paper, and writes identification.json with the plots of the paper's figures 9
+tilts) or M2 (M1 and the two deflection curves) of the 2012 paper, and writes identification.json with the plots of the
+paper's figures 9
 to 11. A good answer: M2 follows the signals up to a constant of each sensor, its RMS is never above that of M1, and
 rho_s and rho_f are not negative.
 """

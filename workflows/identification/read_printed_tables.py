@@ -6,9 +6,11 @@ the interval that the printed digits allow. Figures to hold a simulation or an i
 
 from pathlib import Path
 
+from files.json_files import save_json
+from files.versions import versions
 from identification.carrier.printed_tables import DerivedFacts, derived_facts
 from identification.view import printed_tables_figure
-from workflows.support.outputs import prepared_folder, save_figure, save_json, versions
+from workflows.support.outputs import prepared_folder, save_figure
 
 
 def main(*, out: Path) -> DerivedFacts:

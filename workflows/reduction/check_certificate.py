@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
+from files.json_files import plain, save_json
 from reduction.body_files import read_body, read_certificate
 from reduction.certificate import Certificate, inner_checks
-from workflows.support.outputs import plain, prepared_folder, save_json
+from workflows.support.outputs import prepared_folder
 
 
 def main(body: Path, *, json: Path | None = None) -> Certificate:

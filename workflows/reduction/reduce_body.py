@@ -8,6 +8,7 @@ from fe.rigid_couplings import rigidly_coupled
 from fe.structural_model import (
     StructuralModel,
 )
+from files.versions import provenance
 from geometry.carrier_mesh import DEFAULT_SIZE
 from geometry.parameter_files import StageParameters, read_parameters
 from reduction.body_files import read_body, write_body
@@ -22,7 +23,7 @@ from workflows.support.carrier_files import CarrierFiles, given_structure
 from workflows.support.cost_preview import CostPreview, reduction_cost, tell
 from workflows.support.half_sector_bodies import reduced_by_symmetry, refuse_whole_body_options
 from workflows.support.named_bodies import body_name, body_structure
-from workflows.support.outputs import prepared_folder, provenance
+from workflows.support.outputs import prepared_folder
 from workflows.support.progress import Stages
 
 

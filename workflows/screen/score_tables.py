@@ -11,7 +11,7 @@ from blind_check.scoring.scoring import ClassRow, Figure, Score
 from workflows.screen.titled_table import titled_table
 
 if TYPE_CHECKING:
-    from workflows.diagnosis.run_blind_check import BlindCheck
+    from blind_check.scoring.result import BlindCheck
 
 _FIGURES = ("kind", "figure", "wanted", "reached", "95 %", "cases", "met")
 _CLASSES = ("kind", "true class", "cases", "right", "95 %", "answers")

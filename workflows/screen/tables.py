@@ -7,7 +7,8 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.markup import escape
 
-from diagnosis.results import Diagnosis, NamedValue
+from diagnosis.inference.results import NamedValue
+from diagnosis.results import Diagnosis
 from fe.deflection_curves import DeflectionCurve
 from geometry.cad_faces import CadFace
 from geometry.quality import MeshQuality
@@ -28,8 +29,8 @@ if TYPE_CHECKING:
     from workflows.fe.pin_fit_pictures import PinFitStudy
     from workflows.identification.identify_bushings import BushingIdentification
     from workflows.identification.identify_parameters import Identification
+    from workflows.job import Job
     from workflows.reduction.export_body import ExportedBody
-    from workflows.run import Job
     from workflows.simulation.estimate_gear_life import GearLife
     from workflows.simulation.simulate_load_case import SimulatedLoadCases
     from workflows.support.cost_preview import CostPreview

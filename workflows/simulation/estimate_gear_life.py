@@ -12,12 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from files.json_files import save_json
+from files.versions import versions
 from geometry.involute_pair import InvolutePair, ring_planet_pair, sun_planet_pair
 from geometry.parameter_files import read_parameters
 from geometry.parameters import N_PINS, GearData
 from simulation.stage.tooth_contact import ToothFlank, life_ratio, mesh_contact
 from simulation.view import mesh_contact_figure
-from workflows.support.outputs import prepared_folder, save_figure, save_json, versions
+from workflows.support.outputs import prepared_folder, save_figure
 
 #: Largest misalignment of the sweep, the phi_PLC of LC1 that table 5 of the paper determines [rad].
 _PHI_PLC = 5.8e-4

@@ -7,11 +7,11 @@ sensors from, equal to the project's own integrator.
 from dataclasses import dataclass
 from pathlib import Path
 
+from files.versions import versions
 from simulation.mounting.case_files import read_mounting_case
 from simulation.mounting.functional_mockup import c_compiler, mounting_system, write_fmu
 from simulation.mounting.parameters import parameter_array
 from simulation.mounting.rig import MountingRig
-from workflows.support.outputs import versions
 
 
 @dataclass(frozen=True, eq=False)

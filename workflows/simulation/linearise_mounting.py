@@ -12,13 +12,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from files.json_files import save_json
+from files.versions import versions
 from files.whole_files import whole_file
 from simulation.mounting.case_files import MountingCase, MountingRun
 from simulation.mounting.linearised import campbell_diagram, frequency_response, mounting_modes
 from simulation.mounting.rig import SENSORS
 from simulation.mounting.view import linearised_figure
 from simulation.stage.linearised import CampbellDiagram
-from workflows.support.outputs import prepared_folder, save_figure, save_json, versions
+from workflows.support.outputs import prepared_folder, save_figure
 
 Array = NDArray[np.float64]
 

@@ -16,6 +16,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from files.json_files import save_json
+from files.versions import provenance
 from files.whole_files import whole_file
 from geometry.carrier_mesh import DEFAULT_SIZE
 from identification.campaign.records import Run
@@ -30,7 +32,7 @@ from simulation.stage.stage_cases import StageCase, read_stage_case
 from simulation.stage.stage_model import StageModel, stage_model
 from simulation.stage.stage_run import simulate_stage
 from workflows.simulation.simulate_stage import default_stage_body, stage_campaign, stage_run_record
-from workflows.support.outputs import prepared_folder, provenance, save_figure, save_json
+from workflows.support.outputs import prepared_folder, save_figure
 from workflows.support.progress import Stages
 
 MISALIGNED, ALIGNED, RIGID = "phi != 0", "phi = 0", "rigid carrier"

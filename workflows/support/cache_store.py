@@ -18,7 +18,8 @@ from functools import cache
 from pathlib import Path
 
 from fe.materials import BODY_MATERIALS
-from workflows.support.outputs import plain, save_json, versions
+from files.json_files import plain, save_json
+from files.versions import versions
 
 log = logging.getLogger(__name__)
 

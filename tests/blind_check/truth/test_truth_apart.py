@@ -48,7 +48,7 @@ def modules_of_the_truth():
 
 def test_truth_imports_nothing_that_fits():
     modules = modules_of_the_truth()
-    assert {f"blind_check.{kind}_truth" for kind in KINDS} < set(modules)
+    assert {f"blind_check.truth.{kind}.truth" for kind in KINDS} < set(modules)
     for module, names in modules.items():
         for name in names:
             if name.split(".")[0] in OTHERS and not name.startswith("blind_check"):

@@ -6,9 +6,9 @@ from numpy.testing import assert_allclose
 
 from diagnosis.carrier.gap_map import carrier_gap_cells
 from diagnosis.carrier.gap_parts import frame_of, gap_parts
-from diagnosis.carrier.patterns import RADIAL, pattern_split
 from identification.campaign.campaign import Channel
 from identification.campaign.order_analysis import MAX_ORDER
+from identification.carrier.sensor_patterns import RADIAL, pattern_split
 from tests.diagnosis.carrier.carrier_twin import CHANNELS, twin_plant
 
 QUIET = ((1.0, 0, 0), (0.5, 0, 0))

@@ -4,11 +4,11 @@ from numpy.testing import assert_allclose
 
 from diagnosis.comparison.problem import GapCell
 from diagnosis.gap.findings import GapMoment
+from diagnosis.inference.results import LadderStep, Shrinkage
 from diagnosis.inference.screening import Screen, ScreenedEffect
 from diagnosis.report.figures import colour_limits, gap_map_figure, ladder_figure, likeness_figure
 from diagnosis.report.gap_grid import gap_grids
 from diagnosis.report.time_figure import gap_in_time_figure
-from diagnosis.results import LadderStep, Shrinkage
 
 NAN = float("nan")
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from diagnosis.diagnose import diagnose
+from diagnosis.diagnosis_files import write_report
 from diagnosis.element.problem import element_plant
-from diagnosis.report.page import ReportSource, report_page
+from diagnosis.inference.results import VERDICTS
 from diagnosis.report import page as report
-from diagnosis.report.report_files import write_report
-from diagnosis.results import VERDICTS
+from diagnosis.report.page import ReportSource, report_page
 from tests.diagnosis.carrier.carrier_twin import twin_campaign, twin_plant
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 from tests.diagnosis.report.browser import browser
@@ -225,7 +225,7 @@ def test_a_plant_without_pictures_gives_a_page_without_them(element):
 
 
 def test_page_is_the_same_each_time_and_written_whole(element, tmp_path, page):
-    write_report(tmp_path / "report.html", *element)
+    write_report(tmp_path / "report.html", report_page(*element))
     assert (tmp_path / "report.html").read_text(encoding="utf-8") == page
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from diagnosis.carrier.patterns import PATTERN_NAMES, pattern_split
 from identification.campaign.order_analysis import MAX_ORDER, PATTERNS, order_amplitudes, too_sparse
+from identification.carrier.sensor_patterns import PATTERN_NAMES, pattern_split
 from simulation.carrier.kinematics import carrier_tilt_pattern, housing_tilt_pattern, saddle_pattern
 from tests.diagnosis.carrier.carrier_twin import CHANNELS
 

@@ -8,11 +8,12 @@ from blind_check.labels import NOTHING, SINGLE, CasePlan, Label
 from blind_check.scoring.judging import judged_cases
 from blind_check.scoring.scoring import score
 from blind_check.sealing.check import LABELS_FILE, diagnosed, opened, sealed_check
-from blind_check.sealing.verdicts import TIMES_FILE, diagnose_case, read_verdict
+from blind_check.sealing.verdicts import TIMES_FILE, read_verdict
 from diagnosis.diagnosis_files import FORMAT, VERSION
+from files.json_files import save_json
+from workflows.diagnosis.diagnose_case import diagnose_case
 from workflows.diagnosis.run_blind_check import main
 from workflows.support.executors import SerialExecutor
-from workflows.support.outputs import save_json
 
 PLANS = tuple(
     CasePlan("element", k, 3, SINGLE if k % 2 else NOTHING, ("backlash",) if k % 2 else (), 10.0 * (k % 2))
@@ -45,7 +46,7 @@ def sealed_tiny(out, plans=PLANS, write=write_tiny, check=None):
 
 
 def diagnosed_tiny(sealed, diagnose=diagnose_tiny, *, keep=True):
-    return diagnosed(sealed, SerialExecutor(), keep=keep, note=lambda text: None, diagnose=diagnose)
+    return diagnosed(sealed, diagnose, SerialExecutor(), keep=keep, note=lambda text: None)
 
 
 def test_cases_are_sealed_diagnosed_and_opened_in_this_order(tmp_path):

@@ -1,0 +1,16 @@
+"""Effects in words: ids of the contract as an engineer would say them."""
+
+from diagnosis.comparison.problem import Effects
+
+_PROPER_NAMES = {"coulomb": "Coulomb", "stribeck": "Stribeck", "maxwell": "Maxwell", "ntl": "non-torque-load"}
+
+
+def plain_name(effect: str) -> str:
+    """Effect id in words: ``cubic stiffness``, ``Coulomb friction``."""
+    words = effect.replace("elasto_plastic", "elasto-plastic").split("_")
+    return " ".join(_PROPER_NAMES.get(word, word) for word in words)
+
+
+def set_name(effects: Effects) -> str:
+    """Set of effects in words; the empty one is the baseline."""
+    return " + ".join(plain_name(own) for own in effects) or "baseline alone"

@@ -1,0 +1,133 @@
+"""What the inference says: verdicts, effects with their values and rivals, and how far the gap shrinks."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from diagnosis.comparison.problem import Effects, GapCell
+from diagnosis.inference.screening import Screen
+
+NAMED, NAMED_WITH_REMAINDER, ALIASED = "named", "named_with_remainder", "aliased"
+NONE_OF_THESE, AT_NOISE_FLOOR, NOT_DIAGNOSABLE = "none_of_these", "at_noise_floor", "not_diagnosable"
+VERDICTS = (NAMED, NAMED_WITH_REMAINDER, ALIASED, NONE_OF_THESE, AT_NOISE_FLOOR, NOT_DIAGNOSABLE)
+
+Interval = tuple[float, float]
+NO_INTERVAL: Interval = (float("nan"), float("nan"))
+
+
+@dataclass(frozen=True, eq=False)
+class NamedValue:
+    """A parameter's value, standard deviation and unit."""
+
+    value: float
+    std: float
+    unit: str
+
+
+@dataclass(frozen=True, eq=False)
+class RankedSet:
+    """One set of effects that was tried: stacking weight, held-out RMS and log density, and why it was left out.
+
+    `refused` is empty for a set that passed every rule.
+    """
+
+    effects: Effects
+    weight: float
+    held_out_rms: float
+    elpd: float
+    refused: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Attribution:
+    """Which effects explain the gap.
+
+    Parameters
+    ----------
+    effects : tuple of str
+        Named effects, the one that explains most first; for the verdict "aliased" the best member of each class.
+    aliases : tuple of tuple of str
+        Classes of effects that these records cannot tell apart, the named one first.
+    parameters : mapping of str to mapping of str to NamedValue
+        Values by effect (``baseline`` too) and name.
+    ranking : tuple of RankedSet
+        Sets tried, best first.
+    screen : Screen, optional
+        Force-space screen.
+    learnable : float
+        Share of the gap that a flexible model explains on held-out pieces, in the space of the screen.
+    separating_test : str
+        The measurement that would tell aliased effects apart or show a silent one.
+    """
+
+    effects: Effects
+    aliases: tuple[Effects, ...]
+    parameters: Mapping[str, Mapping[str, NamedValue]]
+    ranking: tuple[RankedSet, ...]
+    screen: Screen | None
+    learnable: float
+    separating_test: str
+
+
+@dataclass(frozen=True, eq=False)
+class LadderStep:
+    """Held-out result after effects were added in turn: RMS, rho against the baseline with its interval."""
+
+    added: str
+    rms: float
+    rho: float
+    rho_ci95: Interval
+
+
+@dataclass(frozen=True, eq=False)
+class RunValidation:
+    """Comparison error of a run, measured less simulated, and its uncertainty (ASME V&V 20).
+
+    `error_before` and `error_after` are the RMS of E; `u_val` is the root of the squares of the numerical and the noise part.
+    """
+
+    run: str
+    error_before: float
+    error_after: float
+    u_val: float
+
+
+@dataclass(frozen=True, eq=False)
+class Shrinkage:
+    """How far the gap shrinks on held-out records.
+
+    Parameters
+    ----------
+    rms_before, rms_after, noise_floor : float
+        RMS in the unit of the channels.
+    rho, rho_ci95 : float, tuple of float
+        RMS after over before.
+    phi, phi_ci95 : float, tuple of float
+        Share of the mean square above the floor that is explained.
+    floor_multiple : float
+        RMS after over the floor.
+    placebo_rho, ceiling_rho, extrapolation_rho : float
+        rho of the best placebo, of a flexible model, and in the condition with the largest gap predicted from the others
+        (NaN with one condition).
+    ladder : tuple of LadderStep
+        Accepted effects in turn.
+    cells_before, cells_after : tuple of GapCell
+        Gap map of the baseline and of the accepted model.
+    validation : tuple of RunValidation
+        By run.
+    """
+
+    rms_before: float
+    rms_after: float
+    noise_floor: float
+    rho: float
+    rho_ci95: Interval
+    phi: float
+    phi_ci95: Interval
+    floor_multiple: float
+    placebo_rho: float
+    ceiling_rho: float
+    extrapolation_rho: float
+    ladder: tuple[LadderStep, ...]
+    cells_before: tuple[GapCell, ...]
+    cells_after: tuple[GapCell, ...]
+    validation: tuple[RunValidation, ...]

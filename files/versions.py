@@ -1,0 +1,31 @@
+"""What made a result: the versions of this project and of the packages that can change it."""
+
+import importlib.metadata
+import json
+import platform
+from importlib.metadata import PackageNotFoundError, version
+
+from files.json_files import plain
+
+#: Packages whose version can change a result.
+_RECORDED_PACKAGES = ("carrierflex", "numpy", "scipy", "scikit-fem", "gmsh", "pygmsh")
+
+
+def software_name() -> str:
+    """Name and version of this software: ``carrierflex 0.1.0``."""
+    try:
+        return f"carrierflex {version('carrierflex')}"
+    except PackageNotFoundError:
+        return "carrierflex (not installed)"
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python and of the packages that can change a result."""
+    return {"python": platform.python_version()} | {
+        name: importlib.metadata.version(name) for name in _RECORDED_PACKAGES
+    }
+
+
+def provenance(**inputs: object) -> dict[str, str]:
+    """Inputs (dataclasses spelled out) and versions as text, for files that record what made them."""
+    return {name: json.dumps(plain(value)) for name, value in inputs.items()} | versions()

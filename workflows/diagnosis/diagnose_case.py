@@ -1,0 +1,31 @@
+"""Diagnosis of one sealed case, as ``carrierflex diagnose`` makes it: all it is given is the folder of the campaign.
+
+Nothing of the truth is imported here: a process that runs it has never held a label.
+"""
+
+import time
+from pathlib import Path
+
+from blind_check.sealing.verdicts import TIMES_FILE
+from files.json_files import save_json
+from workflows.diagnosis.diagnose_campaign import main as diagnose_campaign
+
+
+def diagnose_case(campaign: Path, out: Path) -> None:
+    """Diagnose a campaign and write diagnosis.json, report.html and the time it took.
+
+    An input that is refused or a numerical failure is an answer too, and a wrong one: it is kept as such and ends no check.
+
+    Parameters
+    ----------
+    campaign, out : Path
+        Folder of the campaign, folder for the files.
+    """
+    start = time.perf_counter()
+    error = None
+    try:
+        diagnose_campaign(campaign, out=out, quiet=True)
+    except (ValueError, ArithmeticError, RuntimeError, KeyError) as raised:
+        error = f"{type(raised).__name__}: {raised}"
+    out.mkdir(parents=True, exist_ok=True)
+    save_json(out / TIMES_FILE, {"seconds": time.perf_counter() - start, "error": error})

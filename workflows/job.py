@@ -1,0 +1,28 @@
+"""Everything the main job computed."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from fe.deflection_curves import DeflectionCurve
+from geometry.parameter_files import StageParameters
+from workflows.diagnosis import diagnose_load_cases
+from workflows.fe import check_mesh_convergence
+from workflows.identification import identify_parameters
+from workflows.reduction import reduce_carrier
+from workflows.simulation import simulate_load_case
+from workflows.support.carrier_variants import CarrierVariant
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """Everything the main job computed, and its summary as written to summary.json."""
+
+    stage: StageParameters
+    variants: dict[str, CarrierVariant]
+    curves: dict[str, DeflectionCurve]
+    mesh_study: check_mesh_convergence.MeshStudy
+    reduced: reduce_carrier.ReducedCarrier
+    simulated: simulate_load_case.SimulatedLoadCases
+    identified: identify_parameters.Identification
+    gap: diagnose_load_cases.Gap
+    summary: dict[str, Any]
