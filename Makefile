@@ -4,7 +4,9 @@ PYTHON ?=
 OUT := out
 BIN := .venv/bin
 PACKAGES := files geometry fe reduction simulation identification diagnosis blind_check workflows
-PYTEST := $(BIN)/pytest --doctest-modules $(PACKAGES) tests
+# The import name over the folders, as links; what mypy and pytest read.
+LINKS := build/import/carrierflex
+PYTEST := $(BIN)/pytest --doctest-modules $(LINKS) tests
 
 MAKEFLAGS += --no-print-directory
 unexport PYTHONPATH PYTHONHOME
@@ -20,6 +22,7 @@ help:
 
 install:
 	@tools/install.sh $(PYTHON)
+	@tools/link_packages.sh
 
 run: install
 	$(BIN)/carrierflex run --out $(OUT)

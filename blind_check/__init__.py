@@ -1,15 +1,18 @@
 """The blind check: campaigns whose missing effect is sealed, the diagnosis of each, and the score once all are in.
 
-Three parts that share nothing but :mod:`blind_check.labels`, :mod:`blind_check.case_plans`,
-:mod:`blind_check.truth.alias_table` and one function::
+Three parts that share nothing but :mod:`carrierflex.blind_check.labels`, :mod:`carrierflex.blind_check.case_plans`,
+:mod:`carrierflex.blind_check.truth.alias_table` and one function::
 
-    blind_check.truth.campaigns.write_case(plan: CasePlan, folder: Path, *, repeat: int = 0) -> Label
+    carrierflex.blind_check.truth.campaigns.write_case(plan: CasePlan, folder: Path, *, repeat: int = 0) -> Label
 
 Truth (``truth.py``, ``*_truth.py``, ``*_laws.py`` and what they import)
-    Writes campaigns. Own equations and own integrator; imports the types and files of a campaign from :mod:`identification` and
-    nothing of what fits (:mod:`simulation`, :mod:`diagnosis`, the models of :mod:`identification`). A test reads the imports.
+    Writes campaigns. Own equations and own integrator; imports the types and files of a campaign
+    from :mod:`carrierflex.identification` and nothing of what fits (:mod:`carrierflex.simulation`,
+    :mod:`carrierflex.diagnosis`, the models of :mod:`carrierflex.identification`). A test reads the
+    imports.
 Seals
-    SHA-256 of every label and a random salt, published before the first diagnosis and verified at the opening.
+    SHA-256 of every label and a random salt, published before the first diagnosis and verified at
+    the opening.
 Score
     Reads diagnosis.json by its contract and the labels.
 

@@ -1,15 +1,34 @@
-"""Which cases a check holds: families in fixed shares, effects in turn, gaps from half to thirty times the floor."""
+"""Which cases a check holds.
+
+Families in fixed shares, effects in turn, gaps from half to thirty times the floor.
+"""
 
 import math
 from collections.abc import Mapping
 
 import numpy as np
 
-from blind_check.labels import ALIASED, FAMILIES, KINDS, NOTHING, ONE_CONDITION, OUTSIDE, PAIR, SINGLE, CasePlan
-from blind_check.truth.alias_table import CONSTANT_LOAD, ONE_CONDITION_EFFECTS, OUTSIDE_NAMES, SINGLES, same_class
+from carrierflex.blind_check.labels import (
+    ALIASED,
+    FAMILIES,
+    KINDS,
+    NOTHING,
+    ONE_CONDITION,
+    OUTSIDE,
+    PAIR,
+    SINGLE,
+    CasePlan,
+)
+from carrierflex.blind_check.truth.alias_table import (
+    CONSTANT_LOAD,
+    ONE_CONDITION_EFFECTS,
+    OUTSIDE_NAMES,
+    SINGLES,
+    same_class,
+)
 
-#: Shares of the families in a check; a full one holds twelve cases of each single effect, 24 pairs, 24 with nothing missing, 24
-#: outside the library, 12 aliased, 12 of one condition.
+#: Shares of the families in a check; a full one holds twelve cases of each single effect, 24 pairs,
+#: 24 with nothing missing, 24 outside the library, 12 aliased, 12 of one condition.
 _WEIGHTS = {PAIR: 24, NOTHING: 24, OUTSIDE: 24, ALIASED: 12, ONE_CONDITION: 12}
 _PER_EFFECT = 12
 #: Gap over floor, drawn with a uniform logarithm.
@@ -64,8 +83,11 @@ def case_plans(kind: str, cases: int, seed: int) -> tuple[CasePlan, ...]:
 
 def _weights(kind: str) -> dict[str, int]:
     weights = {SINGLE: _PER_EFFECT * len(SINGLES[kind]), **_WEIGHTS}
-    # Sets of loads at which the effects of the mounting cannot be told apart are no case of their own yet.
-    return {family: weights[family] for family in FAMILIES if kind != "mounting" or family != ALIASED}
+    # Sets of loads at which the effects of the mounting cannot be told apart are no case of their
+    # own yet.
+    return {
+        family: weights[family] for family in FAMILIES if kind != "mounting" or family != ALIASED
+    }
 
 
 def _counts(weights: Mapping[str, int], cases: int) -> dict[str, int]:
@@ -73,13 +95,18 @@ def _counts(weights: Mapping[str, int], cases: int) -> dict[str, int]:
     total = sum(weights.values())
     exact = {family: cases * weight / total for family, weight in weights.items()}
     counts = {family: math.floor(share) for family, share in exact.items()}
-    missing = sorted(exact, key=lambda family: counts[family] - exact[family])[: cases - sum(counts.values())]
+    missing = sorted(exact, key=lambda family: counts[family] - exact[family])[
+        : cases - sum(counts.values())
+    ]
     counts.update({family: counts[family] + 1 for family in missing})
     return {family: count for family, count in counts.items() if count}
 
 
 def _effects(kind: str, family: str, count: int, rng: np.random.Generator) -> list[tuple[str, ...]]:
-    """Effects of every case of a family: each in turn, in a random order, not in step with the gap."""
+    """Effects of every case of a family.
+
+    Each in turn, in a random order, not in step with the gap.
+    """
     if family == NOTHING:
         return [()] * count
     if family == PAIR:

@@ -26,7 +26,8 @@ class CasePlan:
     family : str
         One of FAMILIES.
     effects : tuple of str
-        Effects to withhold; for the family "outside" the name of a disturbance that no library holds.
+        Effects to withhold; for the family "outside" the name of a disturbance that no library
+        holds.
     ratio : float
         Wanted gap over the floor.
     """
@@ -57,19 +58,23 @@ class Label:
     acceptable : tuple of tuple of str
         For each withheld effect, the ids that these records cannot tell from it, itself included.
     present : tuple of str
-        Effects of the library that the disturbances amount to (errors of gain and angle of the sensors): naming them too is not
-        wrong. Empty with nothing missing: there the disturbances leave at most 0.1 of the floor, and every name is false.
+        Effects of the library that the disturbances amount to (errors of gain and angle of the
+        sensors): naming them too is not wrong. Empty with nothing missing: there the disturbances
+        leave at most 0.1 of the floor, and every name is false.
     gap_over_floor : float
-        RMS of what the withheld effects leave after the baseline's own refit to all runs, over the RMS of the noise; of the cause
-        in the family "outside". As planned, or less where the effect is at its physical limit.
+        RMS of what the withheld effects leave after the baseline's own refit to all runs, over the
+        RMS of the noise; of the cause in the family "outside". As planned, or less where the effect
+        is at its physical limit.
     floor : float
         RMS of the noise, in the unit of the channels.
     rho : float
-        Held-out RMS with the true effect taken out over that without, disturbances and noise included.
+        Held-out RMS with the true effect taken out over that without, disturbances and noise
+        included.
     parameters : mapping of str to mapping of str to float
         True values by effect and name.
     where : mapping of str to str or float
-        Largest cell of the gap: ``run``; for the carrier also ``order`` and ``channel_pattern``. Empty where the gap has none.
+        Largest cell of the gap: ``run``; for the carrier also ``order`` and ``channel_pattern``.
+        Empty where the gap has none.
     """
 
     case: str
@@ -87,9 +92,12 @@ class Label:
     def text(self) -> str:
         """The label as JSON of one form only: what is sealed.
 
-        Numbers keep six digits, so that another library version that rounds the last bits otherwise breaks no seal.
+        Numbers keep six digits, so that another library version that rounds the last bits otherwise
+        breaks no seal.
         """
-        return json.dumps(_rounded(asdict(self)), sort_keys=True, separators=(",", ":"), allow_nan=False)
+        return json.dumps(
+            _rounded(asdict(self)), sort_keys=True, separators=(",", ":"), allow_nan=False
+        )
 
     @classmethod
     def from_text(cls, text: str) -> "Label":

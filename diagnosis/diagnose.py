@@ -1,21 +1,31 @@
-"""Diagnosis of a plant, of any kind: screen, ladder, selection, alias classes, shrinkage, verdict."""
+"""Diagnosis of a plant, of any kind.
+
+Screen, ladder, selection, alias classes, shrinkage, verdict.
+"""
 
 from collections.abc import Callable
 
-from diagnosis.comparison.pictures import Picture, Pictured
-from diagnosis.comparison.problem import Effects, Plant, Signatures
-from diagnosis.gap.findings import Detailed, GapDetail, cell_validations, scalar_gaps
-from diagnosis.inference.alias_classes import alias_class, separating_measurement
-from diagnosis.inference.forward_selection import Ladder, climb, ladder_of
-from diagnosis.inference.gap_reduction import shrinkage_of
-from diagnosis.inference.joint_selection import climb_together
-from diagnosis.inference.named_values import named_values
-from diagnosis.inference.results import ALIASED, NAMED, NAMED_WITH_REMAINDER, NOT_DIAGNOSABLE, Attribution, Shrinkage
-from diagnosis.inference.screening import Screen, learnable_share, screen
-from diagnosis.inference.selection import Selection, selected
-from diagnosis.inference.thresholds import Thresholds
-from diagnosis.inference.verdict import verdict
-from diagnosis.results import Diagnosis
+from carrierflex.diagnosis.comparison.pictures import Picture, Pictured
+from carrierflex.diagnosis.comparison.problem import Effects, Plant, Signatures
+from carrierflex.diagnosis.gap.findings import Detailed, GapDetail, cell_validations, scalar_gaps
+from carrierflex.diagnosis.inference.alias_classes import alias_class, separating_measurement
+from carrierflex.diagnosis.inference.forward_selection import Ladder, climb, ladder_of
+from carrierflex.diagnosis.inference.gap_reduction import shrinkage_of
+from carrierflex.diagnosis.inference.joint_selection import climb_together
+from carrierflex.diagnosis.inference.named_values import named_values
+from carrierflex.diagnosis.inference.results import (
+    ALIASED,
+    NAMED,
+    NAMED_WITH_REMAINDER,
+    NOT_DIAGNOSABLE,
+    Attribution,
+    Shrinkage,
+)
+from carrierflex.diagnosis.inference.screening import Screen, learnable_share, screen
+from carrierflex.diagnosis.inference.selection import Selection, selected
+from carrierflex.diagnosis.inference.thresholds import Thresholds
+from carrierflex.diagnosis.inference.verdict import verdict
+from carrierflex.diagnosis.results import Diagnosis
 
 #: Verdicts that name effects.
 _NAMING = (NAMED, NAMED_WITH_REMAINDER, ALIASED)
@@ -59,11 +69,19 @@ def diagnose(
     screened, learnable = screen(signatures), learnable_share(signatures)
     ladder = ladder_of(plant, limits, note)
     selection = _searched(ladder, screened, signatures)
-    classes = tuple(alias_class(ladder, screened, selection.accepted, effect) for effect in selection.accepted)
+    classes = tuple(
+        alias_class(ladder, screened, selection.accepted, effect) for effect in selection.accepted
+    )
     note("intervals")
     far = shrinkage_of(ladder, selection.accepted, learnable)
     kind_of_verdict, reason = verdict(
-        ladder, screened, selection, classes, far, floor_is_measured=floor_is_measured, learnable=learnable
+        ladder,
+        screened,
+        selection,
+        classes,
+        far,
+        floor_is_measured=floor_is_measured,
+        learnable=learnable,
     )
     gap = _gap_detail(ladder, selection, far)
     where_text = plant.where_text((), ladder.score(()).fit.theta)
@@ -73,8 +91,12 @@ def diagnose(
         verdict=kind_of_verdict,
         reason=reason,
         unit=plant.unit,
-        where_text="; ".join(text for text in (where_text, gap.findings.text if gap else "") if text),
-        attribution=_attribution(ladder, screened, selection, classes, kind_of_verdict, learnable, far),
+        where_text="; ".join(
+            text for text in (where_text, gap.findings.text if gap else "") if text
+        ),
+        attribution=_attribution(
+            ladder, screened, selection, classes, kind_of_verdict, learnable, far
+        ),
         shrinkage=far,
         pictures=_pictures(ladder, selection),
         gap=gap,
@@ -82,7 +104,10 @@ def diagnose(
 
 
 def _searched(ladder: Ladder, screened: Screen, signatures: Signatures) -> Selection:
-    """Singles, pairs and triples that pay; where they explain too little, larger sets; then the one that predicts best."""
+    """Singles, pairs and triples that pay.
+
+    Where they explain too little, larger sets; then the one that predicts best.
+    """
     climb(ladder, screened, signatures)
     climb_together(ladder, screened, signatures)
     return selected(ladder)
@@ -133,7 +158,9 @@ def _gap_detail(ladder: Ladder, selection: Selection, far: Shrinkage) -> GapDeta
         return None
     return GapDetail(
         plant.gap_findings((), before.theta),
-        cell_validations(far.cells_before, far.cells_after, plant.numerical_error((), before.theta)),
+        cell_validations(
+            far.cells_before, far.cells_after, plant.numerical_error((), before.theta)
+        ),
         scalar_gaps(plant.scalars((), before.theta), plant.scalars(after.effects, after.theta)),
     )
 
@@ -141,17 +168,28 @@ def _gap_detail(ladder: Ladder, selection: Selection, far: Shrinkage) -> GapDeta
 def _pictures(ladder: Ladder, selection: Selection) -> tuple[Picture, ...]:
     """Gap along the motion with the accepted effects, where the plant draws it."""
     fit = ladder.score(selection.accepted).fit
-    return ladder.plant.pictures(fit.effects, fit.theta) if isinstance(ladder.plant, Pictured) else ()
+    return (
+        ladder.plant.pictures(fit.effects, fit.theta) if isinstance(ladder.plant, Pictured) else ()
+    )
 
 
 def _separating_test(ladder: Ladder, selection: Selection, classes: tuple[Effects, ...]) -> str:
-    """Text for the first class with more than one member: the computed trial, and what the card says."""
+    """Text for the first class with more than one member.
+
+    The computed trial, and what the card says.
+    """
     for members in classes:
         if len(members) < 2:
             continue
-        other = tuple(sorted((*(own for own in selection.accepted if own != members[0]), members[1])))
-        computed = separating_measurement(ladder, ladder.score(selection.accepted).fit, ladder.score(other).fit)
-        return "; ".join(text for text in (computed, ladder.plant.cards[members[0]].separating_test) if text)
+        other = tuple(
+            sorted((*(own for own in selection.accepted if own != members[0]), members[1]))
+        )
+        computed = separating_measurement(
+            ladder, ladder.score(selection.accepted).fit, ladder.score(other).fit
+        )
+        return "; ".join(
+            text for text in (computed, ladder.plant.cards[members[0]].separating_test) if text
+        )
     return ""
 
 
@@ -165,5 +203,7 @@ def _not_diagnosable(campaign: str, kind: str, unit: str, missing: str) -> Diagn
         unit=unit,
         where_text="not diagnosed",
         attribution=Attribution((), (), {}, (), None, nan, missing),
-        shrinkage=Shrinkage(nan, nan, nan, nan, none, nan, none, nan, nan, nan, nan, (), (), (), ()),
+        shrinkage=Shrinkage(
+            nan, nan, nan, nan, none, nan, none, nan, nan, nan, nan, (), (), (), ()
+        ),
     )

@@ -1,4 +1,7 @@
-"""Writing and reading of diagnosis.json and writing of report.html; a file appears complete or not at all."""
+"""Writing and reading of diagnosis.json and writing of report.html.
+
+A file appears complete or not at all.
+"""
 
 import json
 from collections.abc import Sequence
@@ -6,18 +9,19 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from diagnosis.comparison.problem import GapCell
-from diagnosis.gap.findings import SIGNIFICANCE, detail_document
-from diagnosis.inference.results import Attribution, Interval, Shrinkage
-from diagnosis.results import Diagnosis, finite_or_none
-from files.json_files import save_text
-from files.versions import software_name
-from files.whole_files import whole_file
+from carrierflex.diagnosis.comparison.problem import GapCell
+from carrierflex.diagnosis.gap.findings import SIGNIFICANCE, detail_document
+from carrierflex.diagnosis.inference.results import Attribution, Interval, Shrinkage
+from carrierflex.diagnosis.results import Diagnosis, finite_or_none
+from carrierflex.files.json_files import save_text
+from carrierflex.files.versions import software_name
+from carrierflex.files.whole_files import whole_file
 
 DIAGNOSIS_FILE = "diagnosis.json"
 FORMAT = "carrierflex-diagnosis"
 VERSION = 1
-#: Cells of the gap map that stand in the file, and the smallest share worth a row where chance could make it.
+#: Cells of the gap map that stand in the file, and the smallest share worth a row where chance
+#: could make it.
 _MOST_CELLS = 200
 _SMALLEST_SHARE = 1e-3
 
@@ -33,7 +37,8 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
     Returns
     -------
     dict
-        Keys of the contract, and beside them ``kind``, ``reason``, ``unit``, ``ladder``, ``screen``, ``validation``, ``gap``.
+        Keys of the contract, and beside them ``kind``, ``reason``, ``unit``, ``ladder``,
+        ``screen``, ``validation``, ``gap``.
     """
     which, far = diagnosis.attribution, diagnosis.shrinkage
     return {
@@ -54,7 +59,12 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "unit": diagnosis.unit,
         "remaining": _cells(far.cells_after),
         "ladder": [
-            {"added": step.added, "rms": step.rms, "rho": step.rho, "rho_ci95": _interval(step.rho_ci95)}
+            {
+                "added": step.added,
+                "rms": step.rms,
+                "rho": step.rho,
+                "rho_ci95": _interval(step.rho_ci95),
+            }
             for step in far.ladder
         ],
         "screen": [
@@ -78,7 +88,10 @@ def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
     diagnosis : Diagnosis
         What was found.
     """
-    text = json.dumps(diagnosis_document(diagnosis), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    text = (
+        json.dumps(diagnosis_document(diagnosis), indent=2, allow_nan=False, ensure_ascii=False)
+        + "\n"
+    )
     with whole_file(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
@@ -91,7 +104,7 @@ def write_report(path: Path, page: str) -> None:
     path : Path
         File to write; its folder exists.
     page : str
-        The page, :func:`diagnosis.report.page.report_page`.
+        The page, :func:`carrierflex.diagnosis.report.page.report_page`.
     """
     save_text(path, page)
 
@@ -127,14 +140,20 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
     if not isinstance(version, int) or isinstance(version, bool) or version < 1:
         raise ValueError(f"{path}: key 'version' is {version!r}; expected {VERSION}")
     if version > VERSION:
-        raise ValueError(f"{path}: key 'version' is {version}, written by a newer version; expected {VERSION}")
+        raise ValueError(
+            f"{path}: key 'version' is {version}, written by a newer version; expected {VERSION}"
+        )
     return document
 
 
 def _parameters(which: Attribution) -> dict[str, Any]:
     return {
         effect: {
-            name: {"value": finite_or_none(own.value), "std": finite_or_none(own.std), "unit": own.unit}
+            name: {
+                "value": finite_or_none(own.value),
+                "std": finite_or_none(own.std),
+                "unit": own.unit,
+            }
             for name, own in values.items()
         }
         for effect, values in which.parameters.items()
@@ -166,7 +185,11 @@ def _how_far(far: Shrinkage) -> dict[str, Any]:
         "extrapolation_rho": far.extrapolation_rho,
     }
     intervals = {"rho_ci95": _interval(far.rho_ci95), "phi_ci95": _interval(far.phi_ci95)}
-    return {name: finite_or_none(value) for name, value in numbers.items()} | intervals | {"held_out": True}
+    return (
+        {name: finite_or_none(value) for name, value in numbers.items()}
+        | intervals
+        | {"held_out": True}
+    )
 
 
 def _cells(cells: Sequence[GapCell]) -> list[dict[str, Any]]:

@@ -4,14 +4,14 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from diagnosis.carrier.problem import carrier_plant
-from diagnosis.comparison.problem import Plant
-from diagnosis.element.prediction import element_beside_prediction
-from diagnosis.element.problem import element_plant
-from diagnosis.mounting.prediction import mounting_beside_prediction
-from diagnosis.mounting.problem import mounting_plant
-from fe.deflection_curves import DeflectionCurve
-from identification.campaign.campaign import Campaign
+from carrierflex.diagnosis.carrier.problem import carrier_plant
+from carrierflex.diagnosis.comparison.problem import Plant
+from carrierflex.diagnosis.element.prediction import element_beside_prediction
+from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.mounting.prediction import mounting_beside_prediction
+from carrierflex.diagnosis.mounting.problem import mounting_plant
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.identification.campaign.campaign import Campaign
 
 Curves = Mapping[str, DeflectionCurve]
 
@@ -38,7 +38,9 @@ def plant_of(campaign: Campaign, curves: Curves | None = None) -> tuple[Plant, b
     """
     if campaign.kind not in PLANT_BUILDERS:
         known = ", ".join(PLANT_BUILDERS)
-        raise ValueError(f"campaign '{campaign.name}' is of kind {campaign.kind}; diagnose knows the kinds {known}")
+        raise ValueError(
+            f"campaign '{campaign.name}' is of kind {campaign.kind}; diagnose knows the kinds {known}"
+        )
     return PLANT_BUILDERS[campaign.kind](campaign, curves)
 
 
@@ -54,12 +56,16 @@ def _refuse_empty_predictions(campaign: Campaign) -> None:
     for run in campaign.runs:
         for name, values in run.predictions.items():
             if not np.isfinite(values).any():
-                raise ValueError(f"run {run.name}: column '{name}_sim' is empty; expected a prediction")
+                raise ValueError(
+                    f"run {run.name}: column '{name}_sim' is empty; expected a prediction"
+                )
 
 
 def _carrier(campaign: Campaign, curves: Curves | None) -> tuple[Plant, bool]:
     if curves is None:
-        raise ValueError(f"campaign '{campaign.name}' is of kind carrier; expected deflection curves with it")
+        raise ValueError(
+            f"campaign '{campaign.name}' is of kind carrier; expected deflection curves with it"
+        )
     return carrier_plant(campaign, curves), True
 
 

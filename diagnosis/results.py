@@ -1,12 +1,15 @@
-"""What a diagnosis says: where the gap lies, which effect is missing, how far it shrinks, and the verdict."""
+"""What a diagnosis says.
+
+Where the gap lies, which effect is missing, how far it shrinks, and the verdict.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.comparison.pictures import Picture
-from diagnosis.gap.findings import GapDetail
-from diagnosis.inference.results import Attribution, Shrinkage
+from carrierflex.diagnosis.comparison.pictures import Picture
+from carrierflex.diagnosis.gap.findings import GapDetail
+from carrierflex.diagnosis.inference.results import Attribution, Shrinkage
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,13 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from files.whole_files import whole_file
+from carrierflex.files.whole_files import whole_file
 
 
 def plain(value: Any) -> Any:
     """Copy of `value` made of what JSON knows; floats that are not finite become null."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        return {
+            field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)
+        }
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, np.ndarray):

@@ -5,7 +5,7 @@ import json
 import platform
 from importlib.metadata import PackageNotFoundError, version
 
-from files.json_files import plain
+from carrierflex.files.json_files import plain
 
 #: Packages whose version can change a result.
 _RECORDED_PACKAGES = ("carrierflex", "numpy", "scipy", "scikit-fem", "gmsh", "pygmsh")

@@ -3,14 +3,14 @@
 from dataclasses import dataclass
 from typing import Any
 
-from fe.deflection_curves import DeflectionCurve
-from geometry.parameter_files import StageParameters
-from workflows.diagnosis import diagnose_load_cases
-from workflows.fe import check_mesh_convergence
-from workflows.identification import identify_parameters
-from workflows.reduction import reduce_carrier
-from workflows.simulation import simulate_load_case
-from workflows.support.carrier_variants import CarrierVariant
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.workflows.diagnosis import diagnose_load_cases
+from carrierflex.workflows.fe import check_mesh_convergence
+from carrierflex.workflows.identification import identify_parameters
+from carrierflex.workflows.reduction import reduce_carrier
+from carrierflex.workflows.simulation import simulate_load_case
+from carrierflex.workflows.support.carrier_variants import CarrierVariant
 
 
 @dataclass(frozen=True, eq=False)

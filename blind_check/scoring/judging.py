@@ -1,12 +1,14 @@
 """How one answer is judged against its label.
 
-An answer names where its verdict is ``named``, ``named_with_remainder`` or ``aliased``; ``at_noise_floor``, ``none_of_these`` and
-``not_diagnosable`` name nothing; an error is an answer that is always wrong.
+An answer names where its verdict is ``named``, ``named_with_remainder`` or ``aliased``;
+``at_noise_floor``, ``none_of_these`` and ``not_diagnosable`` name nothing; an error is an answer
+that is always wrong.
 
 single, aliased, one_condition
-    Right where it names, and each withheld effect is met by exactly one named effect: one of the ids that the label holds
-    acceptable, or one whose listed alias class holds the withheld effect. Every other named effect must be ``present`` in the
-    label (a sensor's real error), else the answer is wrong.
+    Right where it names, and each withheld effect is met by exactly one named effect: one of the
+    ids that the label holds acceptable, or one whose listed alias class holds the withheld effect.
+    Every other named effect must be ``present`` in the label (a sensor's real error), else the
+    answer is wrong.
 pair
     The same with two withheld effects: both must be met.
 nothing, outside
@@ -16,9 +18,9 @@ nothing, outside
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from blind_check.labels import NOTHING, OUTSIDE, Label
-from blind_check.sealing.verdicts import ERROR, Verdict
-from blind_check.truth.alias_table import class_of
+from carrierflex.blind_check.labels import NOTHING, OUTSIDE, Label
+from carrierflex.blind_check.sealing.verdicts import ERROR, Verdict
+from carrierflex.blind_check.truth.alias_table import class_of
 
 NAMING = ("named", "named_with_remainder", "aliased")
 NO_NAME = "no effect"
@@ -43,7 +45,9 @@ class Judged:
         """Row of the confusion matrix."""
         if not self.has_effect:
             return self.label.family
-        return " + ".join(sorted(class_of(self.label.kind, effect) for effect in self.label.effects))
+        return " + ".join(
+            sorted(class_of(self.label.kind, effect) for effect in self.label.effects)
+        )
 
     @property
     def answered_class(self) -> str:
@@ -83,7 +87,9 @@ def judge(label: Label, verdict: Verdict) -> Judged:
     return Judged(label, verdict, named, _meets(label, aliases))
 
 
-def judged_cases(labels: Mapping[str, Label], verdicts: Mapping[str, Verdict]) -> tuple[Judged, ...]:
+def judged_cases(
+    labels: Mapping[str, Label], verdicts: Mapping[str, Verdict]
+) -> tuple[Judged, ...]:
     """Judge every case.
 
     Raises
@@ -93,13 +99,16 @@ def judged_cases(labels: Mapping[str, Label], verdicts: Mapping[str, Verdict]) -
     """
     if set(labels) != set(verdicts):
         odd = ", ".join(sorted(set(labels) ^ set(verdicts))[:3])
-        raise ValueError(f"labels and verdicts are of other cases ({odd}); expected one verdict for each label")
+        raise ValueError(
+            f"labels and verdicts are of other cases ({odd}); expected one verdict for each label"
+        )
     return tuple(judge(labels[case], verdicts[case]) for case in sorted(labels))
 
 
 def _meets(label: Label, aliases: Mapping[str, set[str]]) -> bool:
     unused = set(aliases)
-    # Exact names first: in a pair, a member of one's class must not take the place of the other's own name.
+    # Exact names first: in a pair, a member of one's class must not take the place of the other's
+    # own name.
     for effect, acceptable in sorted(
         zip(label.effects, label.acceptable, strict=True), key=lambda own: own[0] not in aliases
     ):

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from blind_check.scoring.scoring import Score
+from carrierflex.blind_check.scoring.scoring import Score
 
 
 @dataclass(frozen=True)

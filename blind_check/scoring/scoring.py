@@ -1,4 +1,7 @@
-"""Score of a blind check: figures with what is wanted, confusion matrix, power; shares with Wilson intervals."""
+"""Score of a blind check.
+
+Figures with what is wanted, confusion matrix, power; shares with Wilson intervals.
+"""
 
 import math
 from collections import Counter
@@ -9,8 +12,8 @@ from itertools import pairwise
 import numpy as np
 from scipy import stats
 
-from blind_check.labels import KINDS, NOTHING, OUTSIDE
-from blind_check.scoring.judging import Judged
+from carrierflex.blind_check.labels import KINDS, NOTHING, OUTSIDE
+from carrierflex.blind_check.scoring.judging import Judged
 
 #: Gap over the floor from which an effect has to be found.
 CLEAR_GAP = 5.0
@@ -22,7 +25,8 @@ FEWEST = 20
 _FEWEST_FOR_99 = 100
 _SECONDS = {"carrier": 60.0, "element": 60.0, "mounting": 120.0}
 _NORMAL_95 = 1.959964
-#: Share of an effect's largest parameter that counts as close: the truth has gains of 3 %, torques of 1 %, laws of another form.
+#: Share of an effect's largest parameter that counts as close: the truth has gains of 3 %, torques
+#: of 1 %, laws of another form.
 _CLOSE = 0.05
 
 
@@ -67,7 +71,10 @@ class ClassRow:
 
 @dataclass(frozen=True)
 class Score:
-    """Figures, confusion matrix (gap of CLEAR_GAP floors or more; every case of "nothing" and "outside") and the wrong cases."""
+    """Figures, confusion matrix (gap of CLEAR_GAP floors or more.
+
+    Every case of "nothing" and "outside") and the wrong cases.
+    """
 
     figures: tuple[Figure, ...]
     confusion: tuple[ClassRow, ...]
@@ -128,19 +135,45 @@ def _figures(kind: str, cases: Sequence[Judged]) -> list[Figure]:
     false_nothing = [bool(case.named) for case in cases if case.label.family == NOTHING]
     unreal = [not set(case.named) <= set(case.label.present) for case in outside]
     found = [
-        _share(kind, "class right, gap >= 5 floors", [c.is_right for c in clear], ">= 90 %", lambda p, n: p >= 0.9),
+        _share(
+            kind,
+            "class right, gap >= 5 floors",
+            [c.is_right for c in clear],
+            ">= 90 %",
+            lambda p, n: p >= 0.9,
+        ),
         _share(kind, 'false naming, "nothing"', false_nothing, "<= 5 %", lambda p, n: p <= 0.05),
-        _share(kind, 'false naming, "outside"', [bool(c.named) for c in outside], "<= 15 %", lambda p, n: p <= 0.15),
+        _share(
+            kind,
+            'false naming, "outside"',
+            [bool(c.named) for c in outside],
+            "<= 15 %",
+            lambda p, n: p <= 0.15,
+        ),
         _share(kind, '"outside": real sensor errors not counted', unreal),
-        _share(kind, "rho inside its 95 % interval", [_is_covered(c) for c in named], "90 to 99 %", _is_nominal),
-        _share(kind, "parameters inside their 95 % interval", [hit for c in named for hit in _parameter_hits(c)]),
+        _share(
+            kind,
+            "rho inside its 95 % interval",
+            [_is_covered(c) for c in named],
+            "90 to 99 %",
+            _is_nominal,
+        ),
+        _share(
+            kind,
+            "parameters inside their 95 % interval",
+            [hit for c in named for hit in _parameter_hits(c)],
+        ),
         _share(
             kind,
             f"the same, or within {_CLOSE:.0%}".replace("%", " %"),
             [hit for c in named for hit in _parameter_hits(c, close=_CLOSE)],
         ),
         _median_error(kind, named),
-        _share(kind, "largest cell right, gap >= 5 floors", [_top_cell(c) for c in clear if c.label.where]),
+        _share(
+            kind,
+            "largest cell right, gap >= 5 floors",
+            [_top_cell(c) for c in clear if c.label.where],
+        ),
     ]
     for low, high in pairwise(BINS):
         inside = [case.is_right for case in effects if low <= case.label.gap_over_floor < high]
@@ -167,7 +200,9 @@ def _is_nominal(share: float, cases: int) -> bool:
 
 
 def _median_error(kind: str, named: Sequence[Judged]) -> Figure:
-    errors = [abs(float(case.verdict.document["how_far"]["rho"]) - case.label.rho) for case in named]
+    errors = [
+        abs(float(case.verdict.document["how_far"]["rho"]) - case.label.rho) for case in named
+    ]
     value = float(np.median(errors)) if errors else math.nan
     met = value <= 0.05 if len(errors) >= FEWEST else None
     return Figure(kind, "median |rho claimed - rho true|", "<= 0.05", value, None, len(errors), met)
@@ -196,9 +231,12 @@ def _is_covered(case: Judged) -> bool:
 
 
 def _parameter_hits(case: Judged, *, close: float = 0.0) -> list[bool]:
-    """For every parameter that answer and label both name: whether its 95 % interval holds the true value.
+    """For every parameter that answer and label both name.
 
-    With `close`, an error up to that share of the effect's largest parameter of the same unit counts as a hit too.
+    Whether its 95 % interval holds the true value.
+
+    With `close`, an error up to that share of the effect's largest parameter of the same unit
+    counts as a hit too.
     """
     hits = []
     for effect, claimed in case.verdict.document.get("parameters", {}).items():
@@ -208,16 +246,23 @@ def _parameter_hits(case: Judged, *, close: float = 0.0) -> list[bool]:
             if own is None or own["value"] is None or own["std"] is None:
                 continue
             alike = [
-                abs(values[key]) for key, other in claimed.items() if key in values and other["unit"] == own["unit"]
+                abs(values[key])
+                for key, other in claimed.items()
+                if key in values and other["unit"] == own["unit"]
             ]
-            hits.append(abs(own["value"] - true) <= max(_NORMAL_95 * own["std"], close * max(alike)))
+            hits.append(
+                abs(own["value"] - true) <= max(_NORMAL_95 * own["std"], close * max(alike))
+            )
     return hits
 
 
 def _top_cell(case: Judged) -> bool:
-    """Whether the largest cell has the true order and pattern; where the label has none of these, the true run.
+    """Whether the largest cell has the true order and pattern.
 
-    Runs of equal load share the gap of one cell evenly; at order 0 the patterns m = +1 and m = -1 are one tilt.
+    Where the label has none of these, the true run.
+
+    Runs of equal load share the gap of one cell evenly; at order 0 the patterns m = +1 and m = -1
+    are one tilt.
     """
     cells = case.verdict.document.get("where", ())
     if not cells:
@@ -226,7 +271,10 @@ def _top_cell(case: Judged) -> bool:
     if "order" not in where:
         return all(top.get(name) == value for name, value in where.items())
     static = top["order"] == where["order"] == 0
-    patterns = [str(cell["channel_pattern"]).replace("-1", "+1" if static else "-1") for cell in (top, where)]
+    patterns = [
+        str(cell["channel_pattern"]).replace("-1", "+1" if static else "-1")
+        for cell in (top, where)
+    ]
     return bool(top["order"] == where["order"] and patterns[0] == patterns[1])
 
 

@@ -1,7 +1,8 @@
 """The order of a blind check: write and seal every case, publish, diagnose case by case, open.
 
-Labels live in the memory of the calling process until every verdict is written; what diagnoses is handed two folders. The salts
-lie on disk meanwhile so that an interrupted check can go on: they are random and tell nothing of a label.
+Labels live in the memory of the calling process until every verdict is written; what diagnoses is
+handed two folders. The salts lie on disk meanwhile so that an interrupted check can go on: they are
+random and tell nothing of a label.
 """
 
 import json
@@ -13,10 +14,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from blind_check.labels import CasePlan, Label
-from blind_check.sealing.seals import Seals, new_salt, read_seals, seal, verify, write_seals
-from blind_check.sealing.verdicts import Verdict, is_finished, read_verdict
-from files.json_files import save_json
+from carrierflex.blind_check.labels import CasePlan, Label
+from carrierflex.blind_check.sealing.seals import (
+    Seals,
+    new_salt,
+    read_seals,
+    seal,
+    verify,
+    write_seals,
+)
+from carrierflex.blind_check.sealing.verdicts import Verdict, is_finished, read_verdict
+from carrierflex.files.json_files import save_json
 
 SEALS_FILE, SALTS_FILE, LABELS_FILE = "seals.json", "salts.json", "labels.json"
 _REPORT_FILE = "report.html"
@@ -45,9 +53,17 @@ class SealedCheck:
 
 
 def sealed_check(
-    plans: Sequence[CasePlan], out: Path, write: WriteCase, executor: Executor, *, check: Mapping[str, Any], note: Note
+    plans: Sequence[CasePlan],
+    out: Path,
+    write: WriteCase,
+    executor: Executor,
+    *,
+    check: Mapping[str, Any],
+    note: Note,
 ) -> SealedCheck:
-    """Write every campaign, seal every label and publish the seals; or go on with a check that was interrupted.
+    """Write every campaign, seal every label and publish the seals.
+
+    Or go on with a check that was interrupted.
 
     Parameters
     ----------
@@ -80,7 +96,9 @@ def sealed_check(
             f"{out}: holds a check of {dict(earlier.check)}, asked for {dict(check)}; expected another --out"
         )
     _refuse_opened(out, plans)
-    futures = {executor.submit(write, plan, out / "campaigns" / plan.name): plan.name for plan in plans}
+    futures = {
+        executor.submit(write, plan, out / "campaigns" / plan.name): plan.name for plan in plans
+    }
     written = {}
     for future in as_completed(futures):
         written[futures[future]] = future.result()
@@ -91,7 +109,9 @@ def sealed_check(
         verify(labels, salts, earlier)
         return SealedCheck(out, labels, salts, earlier)
     salts = {case: new_salt() for case in labels}
-    published = Seals(dict(check), {case: seal(label, salts[case]) for case, label in labels.items()})
+    published = Seals(
+        dict(check), {case: seal(label, salts[case]) for case, label in labels.items()}
+    )
     save_json(out / SALTS_FILE, salts)
     write_seals(out / SEALS_FILE, published)
     return SealedCheck(out, labels, salts, published)
@@ -144,16 +164,24 @@ def opened(sealed: SealedCheck) -> Mapping[str, Label]:
     Raises
     ------
     ValueError
-        Where a verdict is missing, the published seals have changed, or a label is not the sealed one.
+        Where a verdict is missing, the published seals have changed, or a label is not the sealed
+        one.
     """
     missing = [case for case in sealed.labels if not is_finished(sealed.diagnosis(case))]
     if missing:
-        raise ValueError(f"{len(missing)} cases have no verdict (first: {missing[0]}); expected all before the opening")
+        raise ValueError(
+            f"{len(missing)} cases have no verdict (first: {missing[0]}); expected all before the opening"
+        )
     published = read_seals(sealed.out / SEALS_FILE)
     if published.digest != sealed.published.digest:
-        raise ValueError(f"{sealed.out / SEALS_FILE}: changed during the check; expected {sealed.published.digest}")
+        raise ValueError(
+            f"{sealed.out / SEALS_FILE}: changed during the check; expected {sealed.published.digest}"
+        )
     verify(sealed.labels, sealed.salts, published)
-    rows = {case: {"label": json.loads(own.text()), "salt": sealed.salts[case]} for case, own in sealed.labels.items()}
+    rows = {
+        case: {"label": json.loads(own.text()), "salt": sealed.salts[case]}
+        for case, own in sealed.labels.items()
+    }
     save_json(sealed.out / LABELS_FILE, rows)
     return sealed.labels
 
@@ -170,6 +198,11 @@ def _refuse_opened(out: Path, plans: Sequence[CasePlan]) -> None:
 
 def _read_salts(path: Path) -> dict[str, str]:
     try:
-        return {str(case): str(salt) for case, salt in json.loads(path.read_text(encoding="utf-8")).items()}
+        return {
+            str(case): str(salt)
+            for case, salt in json.loads(path.read_text(encoding="utf-8")).items()
+        }
     except (OSError, json.JSONDecodeError, AttributeError) as error:
-        raise ValueError(f"{path}: no salts of the published seals: {error}; expected a new --out") from error
+        raise ValueError(
+            f"{path}: no salts of the published seals: {error}; expected a new --out"
+        ) from error

@@ -1,7 +1,8 @@
 """Seals of labels: published before the first diagnosis, verified when the labels are opened.
 
-The seal of a label is ``SHA-256(text of the label + salt)`` with a random salt of 32 bytes in hexadecimal digits: nobody can
-guess a label from its seal, and nobody can change the label afterwards.
+The seal of a label is ``SHA-256(text of the label + salt)`` with a random salt of 32 bytes in
+hexadecimal digits: nobody can guess a label from its seal, and nobody can change the label
+afterwards.
 """
 
 import hashlib
@@ -12,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from blind_check.labels import Label
-from files.json_files import save_json
+from carrierflex.blind_check.labels import Label
+from carrierflex.files.json_files import save_json
 
 FORMAT = "carrierflex-seals"
 VERSION = 1
@@ -50,7 +51,7 @@ def new_salt() -> str:
 def seal(label: Label, salt: str) -> str:
     """Seal of a label: SHA-256 of its text and a salt.
 
-    >>> from blind_check.labels import Label
+    >>> from carrierflex.blind_check.labels import Label
     >>> label = Label("element-0001", "element", "nothing", (), (), (), 0.0, 1.0, 1.0, {}, {})
     >>> len(seal(label, "00")), seal(label, "00") == seal(label, "01")
     (64, False)
@@ -67,11 +68,15 @@ def verify(labels: Mapping[str, Label], salts: Mapping[str, str], published: Sea
         Where a label has no seal, a seal no label, or a label is another than the sealed one.
     """
     if set(labels) != set(published.seals) or set(salts) != set(published.seals):
-        odd = sorted((set(labels) | set(salts)) ^ set(published.seals)) or sorted(set(labels) ^ set(salts))
+        odd = sorted((set(labels) | set(salts)) ^ set(published.seals)) or sorted(
+            set(labels) ^ set(salts)
+        )
         raise ValueError(
             f"labels and seals are of other cases ({', '.join(odd[:3])}); expected one seal for each label"
         )
-    broken = [case for case, label in labels.items() if seal(label, salts[case]) != published.seals[case]]
+    broken = [
+        case for case, label in labels.items() if seal(label, salts[case]) != published.seals[case]
+    ]
     if broken:
         raise ValueError(
             f"{len(broken)} labels are not the sealed ones (first: {broken[0]}); expected the labels of the published seals; "
@@ -81,7 +86,12 @@ def verify(labels: Mapping[str, Label], salts: Mapping[str, str], published: Sea
 
 def write_seals(path: Path, published: Seals) -> None:
     """Publish the seals."""
-    content = {"format": FORMAT, "version": VERSION, "check": published.check, "digest": published.digest}
+    content = {
+        "format": FORMAT,
+        "version": VERSION,
+        "check": published.check,
+        "digest": published.digest,
+    }
     save_json(path, content | {"seals": published.seals})
 
 
@@ -102,5 +112,7 @@ def read_seals(path: Path) -> Seals:
     if not known:
         raise ValueError(f"{path}: found another format or version; expected '{FORMAT}' {VERSION}")
     if published.digest != content.get("digest"):
-        raise ValueError(f"{path}: its seals do not give its digest; expected a file that nobody has changed")
+        raise ValueError(
+            f"{path}: its seals do not give its digest; expected a file that nobody has changed"
+        )
     return published

@@ -1,19 +1,30 @@
-"""Which effects records of the check can tell apart: the alias classes of the score, and what is outside the library.
+"""Which effects records of the check can tell apart.
 
-The classes follow from the equations of the truth and the loads of the check; they are not taken from any diagnosis.
+The alias classes of the score, and what is outside the library.
+
+The classes follow from the equations of the truth and the loads of the check; they are not taken
+from any diagnosis.
 """
 
-#: Classes of more than one effect; every other is alone. Beside each, what the truth's own signals share over the loads of a
-#: check once the baseline is refitted: the cosine of their residuals, or the share that the other's parameters reach.
+#: Classes of more than one effect; every other is alone. Beside each, what the truth's own signals
+#: share over the loads of a check once the baseline is refitted: the cosine of their residuals, or
+#: the share that the other's parameters reach.
 _CLASSES: dict[str, dict[str, tuple[str, ...]]] = {
     "carrier": {
-        # A clearance saturates, a compliance does not: 65 to 85 % shared, told apart only by how the tilt bends over six loads.
+        # A clearance saturates, a compliance does not: 65 to 85 % shared, told apart only by how
+        # the tilt bends over six loads.
         "load tilt": ("ntl_tilt", "bearing_clearance"),
     },
     "element": {
         "hardening": ("cubic_stiffness", "quintic_stiffness"),  # 0.93 to 0.97
-        # 0.84 to 0.99; friction that creeps gives before it slides, as an elasto-plastic spring does.
-        "dry friction": ("coulomb_friction", "elasto_plastic_friction", "stribeck_friction", "friction_asymmetry"),
+        # 0.84 to 0.99; friction that creeps gives before it slides, as an elasto-plastic spring
+        # does.
+        "dry friction": (
+            "coulomb_friction",
+            "elasto_plastic_friction",
+            "stribeck_friction",
+            "friction_asymmetry",
+        ),
         # 0.88 to 0.99 where the force is driven, less where the motion is.
         "nonlinear damping": ("quadratic_damping", "cubic_damping", "deflection_dependent_damping"),
     },
@@ -41,7 +52,8 @@ SINGLES: dict[str, tuple[str, ...]] = {
     ),
 }  # fmt: skip
 
-#: Effects that leave one and the same signal where torque and radial load, or the amplitude, never change.
+#: Effects that leave one and the same signal where torque and radial load, or the amplitude, never
+#: change.
 CONSTANT_LOAD: dict[str, tuple[str, ...]] = {
     "carrier": ("stiff_pins", "pin_clearance", "face_runout", "unequal_load_sharing"),
     "element": ("cubic_stiffness", "quintic_stiffness"),
@@ -49,11 +61,19 @@ CONSTANT_LOAD: dict[str, tuple[str, ...]] = {
 }
 #: Effects of the cases with a single condition.
 ONE_CONDITION_EFFECTS: dict[str, tuple[str, ...]] = {
-    "carrier": ("carrier_tilt", "flexible_pins", "face_runout", "unequal_load_sharing", "thermal_drift", "sensor_gain"),
+    "carrier": (
+        "carrier_tilt",
+        "flexible_pins",
+        "face_runout",
+        "unequal_load_sharing",
+        "thermal_drift",
+        "sensor_gain",
+    ),
     "element": ("cubic_stiffness", "coulomb_friction", "quadratic_damping", "quadratic_stiffness"),
     "mounting": ("cubic_stiffness", "parasitic_torque", "axial_bushing_stiffness"),
 }
-#: At one constant load every signal of the carrier's order n is a wave on its face, whatever makes it.
+#: At one constant load every signal of the carrier's order n is a wave on its face, whatever makes
+#: it.
 _ONE_LOAD: dict[str, tuple[str, ...]] = {
     "carrier": (
         "flexible_pins", "stiff_pins", "pin_clearance", "face_runout", "unequal_load_sharing", "load_sharing_ntl",

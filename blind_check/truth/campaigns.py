@@ -3,12 +3,12 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from blind_check.labels import CasePlan, Label
-from blind_check.truth.carrier.truth import carrier_case
-from blind_check.truth.element.truth import element_case
-from blind_check.truth.mounting.truth import mounting_case
-from identification.campaign.campaign import Campaign
-from identification.campaign.campaign_files import write_campaign
+from carrierflex.blind_check.labels import CasePlan, Label
+from carrierflex.blind_check.truth.carrier.truth import carrier_case
+from carrierflex.blind_check.truth.element.truth import element_case
+from carrierflex.blind_check.truth.mounting.truth import mounting_case
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.campaign_files import write_campaign
 
 _MAKERS: dict[str, Callable[[CasePlan, int], tuple[Campaign, Label]]] = {
     "carrier": carrier_case,
@@ -18,7 +18,9 @@ _MAKERS: dict[str, Callable[[CasePlan, int], tuple[Campaign, Label]]] = {
 
 
 def write_case(plan: CasePlan, folder: Path, *, repeat: int = 0) -> Label:
-    """Write the campaign of one case; the label goes to the caller alone, no file of the folder holds any of it.
+    """Write the campaign of one case.
+
+    The label goes to the caller alone, no file of the folder holds any of it.
 
     Parameters
     ----------
@@ -27,8 +29,8 @@ def write_case(plan: CasePlan, folder: Path, *, repeat: int = 0) -> Label:
     folder : Path
         Folder of the campaign; new, empty, or an earlier campaign, which is replaced.
     repeat : int
-        Repeats of a case hold the same truth under the same loads with other noise: records that no diagnosis has seen, on which
-        what one has claimed can be measured.
+        Repeats of a case hold the same truth under the same loads with other noise: records that no
+        diagnosis has seen, on which what one has claimed can be measured.
 
     Returns
     -------

@@ -1,4 +1,7 @@
-"""The baseline's own refit where it is linear in its parameters: what is left of a signal, in sample and held out."""
+"""The baseline's own refit where it is linear in its parameters.
+
+What is left of a signal, in sample and held out.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -40,7 +43,10 @@ class LinearBaseline:
         if len(signals) == 1:
             return self._left_by_quarters(signals[0])
         every = range(len(signals))
-        return [self._left_of(signals, fitted=[k for k in every if k != run], scored=[run])[0] for run in every]
+        return [
+            self._left_of(signals, fitted=[k for k in every if k != run], scored=[run])[0]
+            for run in every
+        ]
 
     def _left_of(
         self, signals: Sequence[FloatArray], *, fitted: Sequence[int], scored: Sequence[int]
@@ -58,7 +64,9 @@ class LinearBaseline:
     def _left_by_quarters(self, signal: FloatArray) -> list[FloatArray]:
         offset = np.ones((signal.size, 1 if self.own_offset else 0))
         matrix = np.concatenate([self.columns[0], offset], axis=1)
-        quarter = np.broadcast_to(np.arange(signal.shape[1]) * 4 // signal.shape[1], signal.shape).reshape(-1)
+        quarter = np.broadcast_to(
+            np.arange(signal.shape[1]) * 4 // signal.shape[1], signal.shape
+        ).reshape(-1)
         target, left = signal.reshape(-1), np.empty(signal.size)
         for k in range(4):
             out = quarter == k
@@ -73,7 +81,9 @@ class LinearBaseline:
         for column in self.not_negative:
             if solution[column] < 0.0:
                 # With one bound, the constrained optimum lies on it.
-                solution = self._free_solution(np.where(np.arange(matrix.shape[1]) == column, 0.0, matrix), target)
+                solution = self._free_solution(
+                    np.where(np.arange(matrix.shape[1]) == column, 0.0, matrix), target
+                )
         return solution
 
     @staticmethod

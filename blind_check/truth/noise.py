@@ -1,10 +1,13 @@
-"""Random parts that every truth shares: coloured noise, slow ripple, and streams of random numbers by case."""
+"""Random parts that every truth shares.
+
+Coloured noise, slow ripple, and streams of random numbers by case.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from blind_check.labels import KINDS, CasePlan
+from carrierflex.blind_check.labels import KINDS, CasePlan
 
 FloatArray = NDArray[np.float64]
 
@@ -19,7 +22,9 @@ def noise_rng(plan: CasePlan, repeat: int) -> np.random.Generator:
     return np.random.default_rng([plan.seed, KINDS.index(plan.kind), plan.number, 1 + repeat])
 
 
-def coloured_noise(rng: np.random.Generator, shape: tuple[int, ...], *, memory: float) -> FloatArray:
+def coloured_noise(
+    rng: np.random.Generator, shape: tuple[int, ...], *, memory: float
+) -> FloatArray:
     """Stationary noise of unit variance, ``e_k = a e_(k-1) + sqrt(1 - a²) w_k`` along the last axis.
 
     Parameters
@@ -53,8 +58,8 @@ def slow_ripple(rng: np.random.Generator, time: FloatArray, *, size: float) -> F
 def largest_leak(plan: CasePlan) -> float:
     """What errors of measurement may leave by themselves, over the floor.
 
-    0.3, or 3 % of the gap where that is more; with nothing missing 0.1: less than a sample of the noise tells of its own size, so
-    that nothing can be found.
+    0.3, or 3 % of the gap where that is more; with nothing missing 0.1: less than a sample of the
+    noise tells of its own size, so that nothing can be found.
     """
     return max(0.3, 0.03 * plan.ratio) if plan.effects else 0.1
 

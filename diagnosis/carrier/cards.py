@@ -1,17 +1,25 @@
 """Effect cards of the kind "carrier": rim sensors of a planet carrier.
 
-The law of a card gives the signal per unit of each of its linear parameters, see :mod:`diagnosis.carrier.laws`; the
-effects of a sensor and those with a threshold have none, :mod:`diagnosis.carrier.model` computes them in full.
+The law of a card gives the signal per unit of each of its linear parameters, see
+:mod:`carrierflex.diagnosis.carrier.laws`; the effects of a sensor and those with a threshold have
+none, :mod:`carrierflex.diagnosis.carrier.model` computes them in full.
 """
 
 from math import inf
 
-from diagnosis.carrier import laws
-from diagnosis.comparison.effect_cards import EffectCard, EffectParameter
+from carrierflex.diagnosis.carrier import laws
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard, EffectParameter
 
 KIND = "carrier"
 #: Orders of waves on the measured face that the effect face_runout holds.
-_STATIC = ("housing_tilt", "torque_tilt", "ntl_tilt", "bearing_clearance", "flange_warp", "sensor_zero")
+_STATIC = (
+    "housing_tilt",
+    "torque_tilt",
+    "ntl_tilt",
+    "bearing_clearance",
+    "flange_warp",
+    "sensor_zero",
+)
 _THREE = ("flexible_pins", "stiff_pins", "pin_clearance", "ring_pass", "face_runout")
 _ONCE = ("carrier_tilt", "unequal_load_sharing", "load_sharing_ntl")
 _LOADS = "torque in four steps without radial load, and radial loads of five sizes along y and z at full torque"
@@ -27,7 +35,9 @@ def _tilts(*names: str) -> tuple[EffectParameter, ...]:
 
 
 def _per_newton(unit: str, scale: float, *names: str) -> tuple[EffectParameter, ...]:
-    return tuple(EffectParameter(name, unit, -200.0 * scale, 200.0 * scale, scale) for name in names)
+    return tuple(
+        EffectParameter(name, unit, -200.0 * scale, 200.0 * scale, scale) for name in names
+    )
 
 
 def _polar(size: str, angle: str) -> tuple[str, str]:
@@ -46,7 +56,17 @@ def _card(
     acts_on_others: bool = False,
 ) -> EffectCard:
     aliases = tuple(own for own in group if own != id)
-    return EffectCard(id, KIND, equation, parameters, signature, aliases, test, law=law, acts_on_others=acts_on_others)
+    return EffectCard(
+        id,
+        KIND,
+        equation,
+        parameters,
+        signature,
+        aliases,
+        test,
+        law=law,
+        acts_on_others=acts_on_others,
+    )
 
 
 CARRIER_CARDS = (
@@ -233,7 +253,12 @@ CARRIER_CARDS = (
 #: Effects without meaning, to measure what chance alone explains.
 PLACEBO_CARDS = tuple(
     EffectCard(
-        name, KIND, f"p cos and sin of {order} theta on the axial sensors", _lengths("p_c", "p_s"), "none", law=law
+        name,
+        KIND,
+        f"p cos and sin of {order} theta on the axial sensors",
+        _lengths("p_c", "p_s"),
+        "none",
+        law=law,
     )
     for name, order, law in (
         ("placebo_1", laws.PLACEBO_ORDERS[0], laws.first_placebo),

@@ -1,11 +1,14 @@
-"""Quick fit of a set of carrier effects: Gauss-Newton on the sums of whole runs, thresholds fixed."""
+"""Quick fit of a set of carrier effects.
+
+Gauss-Newton on the sums of whole runs, thresholds fixed.
+"""
 
 import numpy as np
 
-from diagnosis.carrier.cards import ONE_CHANNEL
-from diagnosis.carrier.model import CarrierModel, Choice
-from diagnosis.carrier.sums import used_columns
-from diagnosis.comparison.problem import Effects, FloatArray, bounds_of
+from carrierflex.diagnosis.carrier.cards import ONE_CHANNEL
+from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
+from carrierflex.diagnosis.carrier.sums import used_columns
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, bounds_of
 
 #: Steps of the fits that choose a channel or a threshold.
 _QUICK_STEPS = 4
@@ -37,12 +40,16 @@ def closed_fit(
     theta = start.copy()
     parameters = model.parameters(effects, choice)
     free = np.array([not parameter.shape for parameter in parameters], dtype=bool)
-    bilinear = any(effect in (*ONE_CHANNEL, "sensor_delay") for effect in (*model.contained, *effects))
+    bilinear = any(
+        effect in (*ONE_CHANNEL, "sensor_delay") for effect in (*model.contained, *effects)
+    )
     for _ in range(_QUICK_STEPS if bilinear else 1):
         matrix, right, _ = _sums_of_runs(model, run_gram, effects, choice, theta)
         sensitive = free & (np.diag(matrix) > 0.0)
         size = np.sqrt(np.diag(matrix)[sensitive])
-        scaled = matrix[np.ix_(sensitive, sensitive)] / np.outer(size, size) + 1e-9 * np.eye(size.size)
+        scaled = matrix[np.ix_(sensitive, sensitive)] / np.outer(size, size) + 1e-9 * np.eye(
+            size.size
+        )
         theta[sensitive] += np.linalg.lstsq(scaled, right[sensitive] / size, rcond=1e-12)[0] / size
         theta = np.clip(theta, *bounds_of(parameters))
     return theta, _sums_of_runs(model, run_gram, effects, choice, theta)[2]

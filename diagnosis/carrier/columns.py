@@ -1,9 +1,11 @@
-"""Columns of the carrier's signals: every basis function an effect can ask for, at one sensor and one piece of record.
+"""Columns of the carrier's signals.
 
-Effects that move a sensor or delay a signal are polynomials through the exact columns at a few shifts: with nodes 3 deg
-(sensor, up to 6) and 6 deg (delay, up to 18) apart the interpolation misses order 6 by less than half a per cent of its
-amplitude.
-A closing clearance is linear between its nodes, as the law itself is wherever the torque stays off the node's cell.
+Every basis function an effect can ask for, at one sensor and one piece of record.
+
+Effects that move a sensor or delay a signal are polynomials through the exact columns at a few
+shifts: with nodes 3 deg (sensor, up to 6) and 6 deg (delay, up to 18) apart the interpolation
+misses order 6 by less than half a per cent of its amplitude. A closing clearance is linear between
+its nodes, as the law itself is wherever the torque stays off the node's cell.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,29 +14,44 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.carrier.cards import PLACEBO_CARDS
-from diagnosis.carrier.laws import (
+from carrierflex.diagnosis.carrier.cards import PLACEBO_CARDS
+from carrierflex.diagnosis.carrier.laws import (
     CarrierInputs,
     CarrierRig,
     RimSensor,
     deflection,
 )
-from diagnosis.comparison.effect_cards import EffectCard
-from identification.campaign.campaign import Campaign
-from simulation.carrier.effects import closing_torque, load_shift_pattern, load_tilt_pattern, saturated_load
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.simulation.carrier.effects import (
+    closing_torque,
+    load_shift_pattern,
+    load_tilt_pattern,
+    saturated_load,
+)
 
 FloatArray = NDArray[np.float64]
 
-#: Shifts of a sensor [rad], and of the carrier angle behind a delay [rad], at which columns are computed.
+#: Shifts of a sensor [rad], and of the carrier angle behind a delay [rad], at which columns are
+#: computed.
 ANGLE_NODES = np.deg2rad([-6.0, -3.0, 0.0, 3.0, 6.0])
 DELAY_NODES = np.deg2rad([-18.0, -12.0, -6.0, 0.0, 6.0, 12.0, 18.0])
 #: Threshold torques over the nominal torque; saturating loads over the largest load.
 TORQUE_NODES = np.linspace(0.0, 1.0, 11)
 LOAD_NODES = np.geomspace(0.02, 4.0, 9)
 #: Effects whose columns follow a moved sensor, and a delayed carrier angle.
-MOVED = ("housing_tilt", "torque_tilt", "ntl_tilt", "carrier_tilt", "flexible_pins", "stiff_pins", "flange_warp")
+MOVED = (
+    "housing_tilt",
+    "torque_tilt",
+    "ntl_tilt",
+    "carrier_tilt",
+    "flexible_pins",
+    "stiff_pins",
+    "flange_warp",
+)
 DELAYED = ("carrier_tilt", "flexible_pins", "stiff_pins")
-#: Orders of the flexible residual model; those up to the second number also with torque and radial load.
+#: Orders of the flexible residual model; those up to the second number also with torque and radial
+#: load.
 _CEILING_ORDERS = 12
 _LOADED_ORDERS = 8
 _FORCED_ORDERS = 2
@@ -90,8 +107,13 @@ class ColumnSource:
     speed: float
     largest_load: float
 
-    def rows(self, sensor: RimSensor, inputs: CarrierInputs, shifts: Sequence[CarrierInputs]) -> dict[Key, FloatArray]:
-        """All columns but target and prediction, by key; `shifts` are the inputs at the nodes of the delay."""
+    def rows(
+        self, sensor: RimSensor, inputs: CarrierInputs, shifts: Sequence[CarrierInputs]
+    ) -> dict[Key, FloatArray]:
+        """All columns but target and prediction, by key.
+
+        `shifts` are the inputs at the nodes of the delay.
+        """
         rows: dict[Key, FloatArray] = {(ONE, 0, "", 0): np.ones(inputs.time.size)}
         for name, card in self.cards.items():
             if card.law is None:
@@ -103,7 +125,9 @@ class ColumnSource:
                     rows.update(_keyed(name, "angle", node, card.law(moved, inputs, self.rig)))
             if name in DELAYED:
                 for node in np.flatnonzero(DELAY_NODES).tolist():
-                    rows.update(_keyed(name, "delay", node, card.law(sensor, shifts[node], self.rig)))
+                    rows.update(
+                        _keyed(name, "delay", node, card.law(sensor, shifts[node], self.rig))
+                    )
         rows.update(self._clearance_rows(sensor, inputs))
         rows.update(_keyed(CEILING_COLUMN, "", 0, self._flexible_rows(inputs)))
         return rows
@@ -112,7 +136,9 @@ class ColumnSource:
         rows: dict[Key, FloatArray] = {}
         for node, share in enumerate(TORQUE_NODES):
             torque = closing_torque(inputs.torque, share * self.rig.nominal_torque)
-            stiff, flexible = (deflection(c, sensor, inputs, self.rig, torque) for c in ("delta_s", "delta_f"))
+            stiff, flexible = (
+                deflection(c, sensor, inputs, self.rig, torque) for c in ("delta_s", "delta_f")
+            )
             rows["pin_clearance", 0, "threshold", node] = stiff - flexible
         for node, share in enumerate(LOAD_NODES):
             load = saturated_load(inputs.ntl_y, inputs.ntl_z, share * self.largest_load)
@@ -125,10 +151,14 @@ class ColumnSource:
     def _flexible_rows(self, inputs: CarrierInputs) -> FloatArray:
         torque = inputs.torque / self.rig.nominal_torque
         forces = [inputs.ntl_y / self.largest_load, inputs.ntl_z / self.largest_load]
-        u = (2.0 * inputs.time - inputs.start - inputs.end) / max(inputs.end - inputs.start, np.finfo(float).tiny)
+        u = (2.0 * inputs.time - inputs.start - inputs.end) / max(
+            inputs.end - inputs.start, np.finfo(float).tiny
+        )
         rows = [u, u**2]
         for order in range(_CEILING_ORDERS + 1):
-            waves = [np.cos(order * inputs.carrier_angle), np.sin(order * inputs.carrier_angle)][: 2 if order else 1]
+            waves = [np.cos(order * inputs.carrier_angle), np.sin(order * inputs.carrier_angle)][
+                : 2 if order else 1
+            ]
             loads = [np.ones_like(torque)]
             loads += [torque] * (order <= _LOADED_ORDERS) + forces * (order <= _FORCED_ORDERS)
             rows += [wave * load for wave in waves for load in loads]
@@ -153,12 +183,17 @@ def _keyed(effect: str, family: str, node: int, rows: FloatArray) -> dict[Key, F
 
 def typical_speed(campaign: Campaign) -> float:
     """Typical speed of the carrier [rad/s]."""
-    turned = [abs(float(run.inputs["carrier_angle"][-1] - run.inputs["carrier_angle"][0])) for run in campaign.runs]
+    turned = [
+        abs(float(run.inputs["carrier_angle"][-1] - run.inputs["carrier_angle"][0]))
+        for run in campaign.runs
+    ]
     lasted = [float(run.time[-1] - run.time[0]) for run in campaign.runs]
     return max(sum(turned) / max(sum(lasted), np.finfo(float).tiny), np.finfo(float).tiny)
 
 
 def largest_load(campaign: Campaign) -> float:
     """Largest radial load [N]; 1 where there is none."""
-    largest = max(float(np.hypot(run.inputs["ntl_y"], run.inputs["ntl_z"]).max()) for run in campaign.runs)
+    largest = max(
+        float(np.hypot(run.inputs["ntl_y"], run.inputs["ntl_z"]).max()) for run in campaign.runs
+    )
     return largest or 1.0

@@ -5,12 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.carrier.columns import ColumnSource
-from diagnosis.comparison.problem import Effects, FloatArray, Plant, Trial
-from identification.campaign.campaign import Campaign
-from identification.campaign.records import Run
+from carrierflex.diagnosis.carrier.columns import ColumnSource
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Plant, Trial
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.records import Run
 
-#: Radial load of the dynamometer where the records hold none [N]: that of the 2012 paper's load cases.
+#: Radial load of the dynamometer where the records hold none [N]: that of the 2012 paper's load
+#: cases.
 _RADIAL_LOAD = 200e3
 _REVOLUTIONS = 4
 _SAMPLES = 144
@@ -29,7 +30,8 @@ def carrier_trials(campaign: Campaign, source: ColumnSource, under: Under) -> tu
     source : ColumnSource
         Nominal torque, largest radial load and typical speed of the records.
     under : callable
-        ``(campaign, effects, theta) -> Plant`` whose signals are those of a model under the inputs of a campaign.
+        ``(campaign, effects, theta) -> Plant`` whose signals are those of a model under the inputs
+        of a campaign.
 
     Returns
     -------
@@ -46,8 +48,14 @@ def carrier_trials(campaign: Campaign, source: ColumnSource, under: Under) -> tu
             "steps of 10, 25, 50, 75 and 100 % torque without radial load",
             [(s, 0.0, 0.0) for s in (0.1, 0.25, 0.5, 0.75, 1.0)],
         ),
-        (f"five radial loads along z up to {kilo} of both signs at full torque", [(1.0, 0.0, s) for s in shares]),
-        (f"five radial loads along y up to {kilo} of both signs at full torque", [(1.0, s, 0.0) for s in shares]),
+        (
+            f"five radial loads along z up to {kilo} of both signs at full torque",
+            [(1.0, 0.0, s) for s in shares],
+        ),
+        (
+            f"five radial loads along y up to {kilo} of both signs at full torque",
+            [(1.0, s, 0.0) for s in shares],
+        ),
         (
             f"radial loads of {kilo} along y and z at a quarter and at full torque",
             [(t, y, z) for t in (0.25, 1.0) for y, z in ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))],
@@ -79,7 +87,12 @@ def _steady_runs(campaign: Campaign, loads: Sequence[_Load], speed: float) -> Ca
             f"step{k + 1}.csv",
             f"step {k + 1}",
             angle / speed,
-            {"carrier_angle": angle, "torque": np.full(n, t), "ntl_y": np.full(n, y), "ntl_z": np.full(n, z)},
+            {
+                "carrier_angle": angle,
+                "torque": np.full(n, t),
+                "ntl_y": np.full(n, y),
+                "ntl_z": np.full(n, z),
+            },
             blank,
         )
         for k, (t, y, z) in enumerate(loads)

@@ -1,4 +1,7 @@
-"""One model's gap on a carrier: its map, and beyond it the gap in time, what does not repeat, growth, and scalars."""
+"""One model's gap on a carrier.
+
+Its map, and beyond it the gap in time, what does not repeat, growth, and scalars.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,24 +10,30 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f as fisher_f
 
-from diagnosis.carrier.gap_map import carrier_gap_cells
-from diagnosis.carrier.gap_parts import Conditions, growth_table
-from diagnosis.carrier.gap_words import RADIAL_LOAD, SPEED, TORQUE, carrier_where_text
-from diagnosis.carrier.sums import CarrierSums
-from diagnosis.comparison.problem import GapCell
-from diagnosis.gap.findings import Drift, GapFindings, GapMoment, IncoherentCell, Scalar
-from diagnosis.gap.in_time import drift_words, significant_drifts, sliding_rms, trends
-from diagnosis.gap.non_synchronous import (
+from carrierflex.diagnosis.carrier.gap_map import carrier_gap_cells
+from carrierflex.diagnosis.carrier.gap_parts import Conditions, growth_table
+from carrierflex.diagnosis.carrier.gap_words import RADIAL_LOAD, SPEED, TORQUE, carrier_where_text
+from carrierflex.diagnosis.carrier.sums import CarrierSums
+from carrierflex.diagnosis.comparison.problem import GapCell
+from carrierflex.diagnosis.gap.findings import Drift, GapFindings, GapMoment, IncoherentCell, Scalar
+from carrierflex.diagnosis.gap.in_time import drift_words, significant_drifts, sliding_rms, trends
+from carrierflex.diagnosis.gap.non_synchronous import (
     incoherent_words,
     scatter_p_values,
     scatter_p_values_estimated,
     significant_incoherent,
 )
-from identification.campaign.campaign import Campaign
-from identification.campaign.order_analysis import MAX_ORDER
-from identification.campaign.revolutions import whole_revolutions
-from identification.carrier.sensor_patterns import RADIAL, ComplexArray, FloatArray, PatternSplit, pattern_split
-from simulation.carrier.run_cases import AXIAL
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.order_analysis import MAX_ORDER
+from carrierflex.identification.campaign.revolutions import whole_revolutions
+from carrierflex.identification.carrier.sensor_patterns import (
+    RADIAL,
+    ComplexArray,
+    FloatArray,
+    PatternSplit,
+    pattern_split,
+)
+from carrierflex.simulation.carrier.run_cases import AXIAL
 
 #: Unknowns of the orders of one revolution.
 _FITTED = 2 * MAX_ORDER + 1
@@ -57,7 +66,9 @@ class CarrierGap:
         """Gap map, largest share first."""
         names = [run.name for run in self.campaign.runs]
         noise = self.noise.mean() / self._samples
-        return carrier_gap_cells(self.campaign.channels, self.residual, names, self.records.run_of_revolution, noise)
+        return carrier_gap_cells(
+            self.campaign.channels, self.residual, names, self.records.run_of_revolution, noise
+        )
 
     @cached_property
     def conditions(self) -> Conditions:
@@ -113,7 +124,9 @@ class CarrierGap:
         """Static tilt, tilt at 1X, radial 1X and peak to peak by revolution, measured and predicted."""
         channels = self.campaign.channels
         target = self.records.orders[..., 0]
-        complete = np.isfinite(target).all(axis=(1, 2)) & np.isfinite(self.residual).all(axis=(1, 2))
+        complete = np.isfinite(target).all(axis=(1, 2)) & np.isfinite(self.residual).all(
+            axis=(1, 2)
+        )
         if not complete.any():
             return ()
         signals = [target[complete], (target - self.residual)[complete]]
@@ -128,7 +141,9 @@ class CarrierGap:
         for name, pattern, order, factor in wanted:
             if pattern in names:
                 place = names.index(pattern)
-                values = [factor * np.abs(own.amplitudes[:, place, MAX_ORDER + order]) for own in splits]
+                values = [
+                    factor * np.abs(own.amplitudes[:, place, MAX_ORDER + order]) for own in splits
+                ]
                 result.append(Scalar(name, "m", values[0], values[1]))
         axial = [c for c, channel in enumerate(channels) if channel.quantity == AXIAL]
         if axial:
@@ -141,7 +156,9 @@ class CarrierGap:
         """Samples of a revolution, by run."""
         samples = self.records.within[..., 1].mean(axis=1) + _FITTED
         runs = range(len(self.campaign.runs))
-        return np.array([max(float(samples[self.records.run_of_revolution == r].mean()), 1.0) for r in runs])
+        return np.array(
+            [max(float(samples[self.records.run_of_revolution == r].mean()), 1.0) for r in runs]
+        )
 
     def _complete(self, run: int) -> NDArray[np.int64]:
         own = (self.records.run_of_revolution == run) & np.isfinite(self.residual).all(axis=(1, 2))
@@ -150,7 +167,9 @@ class CarrierGap:
     def _moments(self, run: str, time: FloatArray, own: NDArray[np.int64]) -> tuple[GapMoment, ...]:
         weight = np.where(np.arange(MAX_ORDER + 1) == 0, 1.0, 0.5)
         square = (np.abs(self.residual[own]) ** 2 * weight).sum(axis=2)
-        off = self.records.within[own, :, 0] / np.maximum(self.records.within[own, :, 1] + _FITTED, 1.0)
+        off = self.records.within[own, :, 0] / np.maximum(
+            self.records.within[own, :, 1] + _FITTED, 1.0
+        )
         return sliding_rms(run, time, (square + off).mean(axis=1))
 
     def _scatter(
@@ -160,7 +179,9 @@ class CarrierGap:
         if own.size < 2:
             return []
         gap, seen = split.amplitudes[own], measured.amplitudes[own]
-        scatter, of_measured, of_model = (split.weights * part.var(axis=0, ddof=1) for part in (gap, seen, seen - gap))
+        scatter, of_measured, of_model = (
+            split.weights * part.var(axis=0, ddof=1) for part in (gap, seen, seen - gap)
+        )
         declared = all(channel.noise_std is not None for channel in self.campaign.channels)
         level = self.noise if declared else self._off_variance(run)[0]
         by_pattern = np.array([level[list(members)].mean() for members in split.members])
@@ -169,7 +190,9 @@ class CarrierGap:
         if declared:
             p_value = scatter_p_values(scatter, noise, degrees)
         else:
-            p_value = scatter_p_values_estimated(scatter, noise, degrees, float(self._off_variance(run)[1].sum()))
+            p_value = scatter_p_values_estimated(
+                scatter, noise, degrees, float(self._off_variance(run)[1].sum())
+            )
         name = self.campaign.runs[run].name
         return [
             IncoherentCell(
@@ -193,14 +216,20 @@ class CarrierGap:
             turns = [self._complete(r) for r in runs]
             gap, seen, model = (
                 split.weights * np.var([part[own].mean(axis=0) for own in turns], axis=0, ddof=1)
-                for part in (split.amplitudes, measured.amplitudes, measured.amplitudes - split.amplitudes)
+                for part in (
+                    split.amplitudes,
+                    measured.amplitudes,
+                    measured.amplitudes - split.amplitudes,
+                )
             )
             within = [split.amplitudes[own].var(axis=0, ddof=1) / own.size for own in turns]
             noise = split.weights * np.mean(within, axis=0)
             real = np.abs(split.amplitudes[np.concatenate(turns)].imag).max(axis=0) == 0.0
             degrees = np.where(real, 1.0, 2.0)
             left = degrees * sum(own.size - 1 for own in turns)
-            p_value = fisher_f.sf(gap / np.maximum(noise, np.finfo(float).tiny), degrees * (len(runs) - 1), left)
+            p_value = fisher_f.sf(
+                gap / np.maximum(noise, np.finfo(float).tiny), degrees * (len(runs) - 1), left
+            )
             name = " and ".join(self.campaign.runs[r].name for r in runs)
             cells += [
                 IncoherentCell(
@@ -225,7 +254,11 @@ class CarrierGap:
             own, noise = np.array([variance[c], self.noise[c]]) / len(self.campaign.channels)
             p_value = float(scatter_p_values(own, noise, degrees[c])) if declared else float("nan")
             name = self.campaign.runs[run].name
-            cells.append(IncoherentCell(name, channel.name, None, float(own), 0.0, float(own), float(noise), p_value))
+            cells.append(
+                IncoherentCell(
+                    name, channel.name, None, float(own), 0.0, float(own), float(noise), p_value
+                )
+            )
         return cells
 
 

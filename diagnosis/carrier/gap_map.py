@@ -1,4 +1,7 @@
-"""Gap map of a carrier: residual by run, sensor pattern and shaft order, against its scatter over the revolutions."""
+"""Gap map of a carrier.
+
+Residual by run, sensor pattern and shaft order, against its scatter over the revolutions.
+"""
 
 from collections.abc import Sequence
 
@@ -7,10 +10,15 @@ from numpy.typing import NDArray
 from scipy.stats import chi2, false_discovery_control
 from scipy.stats import f as fisher_f
 
-from diagnosis.comparison.problem import GapCell
-from identification.campaign.campaign import Channel
-from identification.campaign.order_analysis import MAX_ORDER
-from identification.carrier.sensor_patterns import ComplexArray, FloatArray, PatternSplit, pattern_split
+from carrierflex.diagnosis.comparison.problem import GapCell
+from carrierflex.identification.campaign.campaign import Channel
+from carrierflex.identification.campaign.order_analysis import MAX_ORDER
+from carrierflex.identification.carrier.sensor_patterns import (
+    ComplexArray,
+    FloatArray,
+    PatternSplit,
+    pattern_split,
+)
 
 _Table = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 
@@ -27,8 +35,8 @@ def carrier_gap_cells(
 ) -> tuple[GapCell, ...]:
     """Gap map of a residual, largest share first.
 
-    ``coherent = w (|mean|² - s²/R)`` over the R complete revolutions of a run, test ``R |mean|²/s² ~ F(d, d (R - 1))``; with
-    one revolution the noise of a channel's order stands for s.
+    ``coherent = w (|mean|² - s²/R)`` over the R complete revolutions of a run, test ``R |mean|²/s²
+    ~ F(d, d (R - 1))``; with one revolution the noise of a channel's order stands for s.
 
     Parameters
     ----------
@@ -95,11 +103,15 @@ def _run_table(own: ComplexArray, split: PatternSplit, noise: float) -> _Table:
     if n > 1:
         scatter = own.var(axis=0, ddof=1)
         p_value = fisher_f.sf(
-            n * np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny), degrees, degrees * (n - 1)
+            n * np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny),
+            degrees,
+            degrees * (n - 1),
         )
     else:
         scatter = noise * split.noise / np.maximum(split.weights, np.finfo(float).tiny)
-        p_value = chi2.sf(degrees * np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny), degrees)
+        p_value = chi2.sf(
+            degrees * np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny), degrees
+        )
     square = split.weights * np.abs(mean) ** 2
     counts = np.random.default_rng(_SEED).multinomial(n, np.full(n, 1.0 / n), _DRAWS) / n
     draws = split.weights * (np.abs(np.einsum("dr,rmn->dmn", counts, own)) ** 2 - scatter / n)

@@ -1,17 +1,21 @@
-"""Parts of a carrier's gap: one pattern and order over all runs, what it is fixed to and how it grows with the loads."""
+"""Parts of a carrier's gap.
+
+One pattern and order over all runs, what it is fixed to and how it grows with the loads.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.comparison.problem import GapCell
-from diagnosis.gap.findings import SIGNIFICANCE, PartGrowth
-from diagnosis.gap.power_laws import exponents
-from identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL, FloatArray
+from carrierflex.diagnosis.comparison.problem import GapCell
+from carrierflex.diagnosis.gap.findings import SIGNIFICANCE, PartGrowth
+from carrierflex.diagnosis.gap.power_laws import exponents
+from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL, FloatArray
 
 HOUSING, CARRIER, UNDECIDED = "housing", "carrier", "undecided"
-#: A wave is fixed to the carrier where it holds this share of its order; a weaker one may be the leak of a sensor's gain.
+#: A wave is fixed to the carrier where it holds this share of its order; a weaker one may be the
+#: leak of a sensor's gain.
 _OWN_ORDER = 0.9
 #: Growth is fitted for this many parts.
 _MOST_PARTS = 12
@@ -49,10 +53,15 @@ class GapPart:
 
 
 def gap_parts(cells: Sequence[GapCell]) -> tuple[GapPart, ...]:
-    """Parts of the gap over all runs, largest first; the two halves of a static tilt are one part."""
+    """Parts of the gap over all runs, largest first.
+
+    The two halves of a static tilt are one part.
+    """
     groups: dict[tuple[str, int], list[GapCell]] = {}
     for cell in cells:
-        pattern = "m=+1" if (cell.order, cell.channel_pattern) == (0, "m=-1") else cell.channel_pattern
+        pattern = (
+            "m=+1" if (cell.order, cell.channel_pattern) == (0, "m=-1") else cell.channel_pattern
+        )
         groups.setdefault((pattern, int(cell.order)), []).append(cell)
     parts = []
     for (pattern, order), own in groups.items():
@@ -80,9 +89,9 @@ def gap_parts(cells: Sequence[GapCell]) -> tuple[GapPart, ...]:
 def frame_of(part: GapPart, parts: Sequence[GapPart]) -> str:
     """What a part is fixed to, told by its pattern and order.
 
-    Static parts stay with the housing. A shape that turns with the carrier shows order n only in pattern ``m = n mod 4``, and
-    in a radial pair as forward motion for n = 1, 5, ..., backward for n = 3, 7, ...; a part of another pattern pulsates in
-    the housing.
+    Static parts stay with the housing. A shape that turns with the carrier shows order n only in
+    pattern ``m = n mod 4``, and in a radial pair as forward motion for n = 1, 5, ..., backward for
+    n = 3, 7, ...; a part of another pattern pulsates in the housing.
 
     Parameters
     ----------
@@ -137,9 +146,12 @@ def part_growth(part: GapPart, parts: Sequence[GapPart], conditions: Conditions)
     runs = part.runs
     size, error = (np.array([own[run] for run in runs]) for own in (part.amplitudes, part.errors))
     values: dict[str, FloatArray] = {
-        name: np.array([by_run[run] for run in runs], dtype=np.float64) for name, by_run in conditions.items()
+        name: np.array([by_run[run] for run in runs], dtype=np.float64)
+        for name, by_run in conditions.items()
     }
-    return PartGrowth(part.pattern, float(part.order), frame_of(part, parts), exponents(size, error, values))
+    return PartGrowth(
+        part.pattern, float(part.order), frame_of(part, parts), exponents(size, error, values)
+    )
 
 
 def growth_table(cells: Sequence[GapCell], conditions: Conditions) -> tuple[PartGrowth, ...]:

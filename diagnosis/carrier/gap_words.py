@@ -1,12 +1,23 @@
-"""A carrier's gap map in words: parts with their share, frame, runs and growth; what is small yet certain."""
+"""A carrier's gap map in words.
+
+Parts with their share, frame, runs and growth; what is small yet certain.
+"""
 
 from collections.abc import Sequence
 
-from diagnosis.carrier.gap_parts import CARRIER, HOUSING, Conditions, GapPart, frame_of, gap_parts, part_growth
-from diagnosis.comparison.problem import GapCell
-from diagnosis.gap.findings import PartGrowth
-from diagnosis.gap.power_laws import WITHOUT
-from identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL
+from carrierflex.diagnosis.carrier.gap_parts import (
+    CARRIER,
+    HOUSING,
+    Conditions,
+    GapPart,
+    frame_of,
+    gap_parts,
+    part_growth,
+)
+from carrierflex.diagnosis.comparison.problem import GapCell
+from carrierflex.diagnosis.gap.findings import PartGrowth
+from carrierflex.diagnosis.gap.power_laws import WITHOUT
+from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL
 
 #: Parts of the gap named in the sentence at most, and the smallest share worth naming.
 _MOST_PARTS = 3
@@ -42,7 +53,8 @@ def carrier_where_text(cells: Sequence[GapCell], conditions: Conditions) -> str:
     Returns
     -------
     str
-        Shares with order, pattern, frame, runs and growth; then the parts that are small yet beyond chance.
+        Shares with order, pattern, frame, runs and growth; then the parts that are small yet beyond
+        chance.
     """
     everything = gap_parts(cells)
     seen = [part for part in everything if part.runs and part.share > 0.0]
@@ -51,22 +63,33 @@ def carrier_where_text(cells: Sequence[GapCell], conditions: Conditions) -> str:
         return "no order or pattern of the gap stands out from the noise"
     texts = []
     for k, part in enumerate(large):
-        start = f"{100.0 * part.share:.0f} % of the gap is" if k == 0 else f"{100.0 * part.share:.0f} % is"
+        start = (
+            f"{100.0 * part.share:.0f} % of the gap is"
+            if k == 0
+            else f"{100.0 * part.share:.0f} % is"
+        )
         growth = _growth(part, part_growth(part, everything, conditions), conditions)
         texts.append(
             f"{start} order {part.order}, {part.pattern}{_meaning(part, everything)}, {_runs(part, conditions)}{growth}"
         )
-    return "; ".join([*texts, *_small_text([part for part in seen if part not in large], conditions)])
+    return "; ".join(
+        [*texts, *_small_text([part for part in seen if part not in large], conditions)]
+    )
 
 
 def _small_text(parts: Sequence[GapPart], conditions: Conditions) -> list[str]:
-    """Orders beyond chance in most runs though small, largest first; the patterns of one order together."""
+    """Orders beyond chance in most runs though small, largest first.
+
+    The patterns of one order together.
+    """
     n_runs = len(conditions[TORQUE])
     orders: dict[int, list[GapPart]] = {}
     for part in parts:
         if 2 * len(part.runs) > n_runs:
             orders.setdefault(abs(part.order), []).append(part)
-    ranked = sorted(orders.items(), key=lambda item: -sum(part.share for part in item[1]))[:_MOST_SMALL]
+    ranked = sorted(orders.items(), key=lambda item: -sum(part.share for part in item[1]))[
+        :_MOST_SMALL
+    ]
     if not ranked:
         return []
     named = []
@@ -85,7 +108,11 @@ def _p_text(p_value: float) -> str:
 
 
 def _runs(part: GapPart, conditions: Conditions) -> str:
-    return "in every run" if len(part.runs) == len(conditions[TORQUE]) else f"in {', '.join(sorted(part.runs))}"
+    return (
+        "in every run"
+        if len(part.runs) == len(conditions[TORQUE])
+        else f"in {', '.join(sorted(part.runs))}"
+    )
 
 
 def _meaning(part: GapPart, parts: Sequence[GapPart]) -> str:
@@ -97,7 +124,11 @@ def _meaning(part: GapPart, parts: Sequence[GapPart]) -> str:
         if frame == CARRIER:
             known = "waves fixed to the carrier"
         else:
-            known = "pulsating, fixed to the housing" if frame == HOUSING else "fixed to carrier or housing, undecided"
+            known = (
+                "pulsating, fixed to the housing"
+                if frame == HOUSING
+                else "fixed to carrier or housing, undecided"
+            )
     return f" ({known})" if known else ""
 
 
@@ -119,7 +150,9 @@ def _load_words(part: GapPart, growth: PartGrowth, conditions: Conditions) -> st
     """Whether the part differs between runs with and without a radial load, its growth with torque taken out."""
     loads, found = conditions[RADIAL_LOAD], growth.exponents[TORQUE]
     power = found.value if found.ci95[1] - found.value <= _TOLD_WITHIN else 0.0
-    sizes = {run: part.amplitudes[run] / max(conditions[TORQUE][run], 1.0) ** power for run in part.runs}
+    sizes = {
+        run: part.amplitudes[run] / max(conditions[TORQUE][run], 1.0) ** power for run in part.runs
+    }
     largest = max(loads.values())
     without = [size for run, size in sizes.items() if loads[run] <= WITHOUT * largest]
     with_load = [size for run, size in sizes.items() if loads[run] > WITHOUT * largest]

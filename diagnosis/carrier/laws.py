@@ -1,4 +1,7 @@
-"""Laws of the linear carrier effects: signal at a sensor per unit of each parameter, from the simulator's own patterns."""
+"""Laws of the linear carrier effects.
+
+Signal at a sensor per unit of each parameter, from the simulator's own patterns.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -6,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.deflection_curves import DeflectionCurve
-from simulation.carrier import effects, kinematics
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.simulation.carrier import effects, kinematics
 
 FloatArray = NDArray[np.float64]
 WAVE_ORDERS = tuple(range(2, 9))
@@ -95,9 +98,15 @@ def stiff_pins(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> Flo
     return deflection("delta_s", sensor, inputs, rig, inputs.torque)[None]
 
 
-def deflection(curve: str, sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, torque: FloatArray) -> FloatArray:
+def deflection(
+    curve: str, sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, torque: FloatArray
+) -> FloatArray:
     """Deflection under a torque, as the sensor reads it."""
-    pattern = kinematics.axial_deflection_pattern if sensor.is_axial else kinematics.radial_deflection_pattern
+    pattern = (
+        kinematics.axial_deflection_pattern
+        if sensor.is_axial
+        else kinematics.radial_deflection_pattern
+    )
     return pattern(inputs.carrier_angle, sensor.angle, torque, rig.curves[curve])
 
 
@@ -110,7 +119,9 @@ def unequal_load_sharing(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierR
 
 def load_sharing_ntl(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
     """Excess that turns through the radial load."""
-    shares = effects.load_turned_shares(inputs.carrier_angle, inputs.ntl_y, inputs.ntl_z, rig.n_planets)
+    shares = effects.load_turned_shares(
+        inputs.carrier_angle, inputs.ntl_y, inputs.ntl_z, rig.n_planets
+    )
     return np.array([_uneven(sensor, inputs, rig, own) for own in shares])
 
 
@@ -123,13 +134,18 @@ def flange_warp(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> Fl
 
 def face_runout(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
     """Waves on the face."""
-    waves = [effects.face_waves_pattern(inputs.carrier_angle, sensor.angle, order) for order in WAVE_ORDERS]
+    waves = [
+        effects.face_waves_pattern(inputs.carrier_angle, sensor.angle, order)
+        for order in WAVE_ORDERS
+    ]
     return sensor.is_axial * np.array([own for pair in waves for own in pair])
 
 
 def ring_pass(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
     """Offset, then tilt about two axes of the housing, three times a revolution."""
-    passes = effects.planet_pass_pattern(inputs.carrier_angle, inputs.torque / rig.nominal_torque, rig.n_planets)
+    passes = effects.planet_pass_pattern(
+        inputs.carrier_angle, inputs.torque / rig.nominal_torque, rig.n_planets
+    )
     shapes = [axial_offset(sensor, inputs, rig)[0], *housing_tilt(sensor, inputs, rig)]
     return np.array([shape * wave for shape in shapes for wave in passes])
 
@@ -155,14 +171,18 @@ def _order(order: float, sensor: RimSensor, inputs: CarrierInputs) -> FloatArray
 
 
 def _tilts(
-    pattern: Callable[[FloatArray, float, float, float], FloatArray], sensor: RimSensor, inputs: CarrierInputs
+    pattern: Callable[[FloatArray, float, float, float], FloatArray],
+    sensor: RimSensor,
+    inputs: CarrierInputs,
 ) -> FloatArray:
     axes = (0.0, np.pi / 2.0)
     rows = [pattern(inputs.carrier_angle, sensor.angle, sensor.radius, axis) for axis in axes]
     return sensor.is_axial * np.array(rows)
 
 
-def _uneven(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, shares: FloatArray) -> FloatArray:
+def _uneven(
+    sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, shares: FloatArray
+) -> FloatArray:
     return effects.uneven_pins_pattern(
         inputs.carrier_angle,
         sensor.angle,

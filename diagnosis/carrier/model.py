@@ -1,6 +1,9 @@
-"""The carrier's signals as weights of columns, with derivatives: linear effects, thresholds, and effects of a sensor in full.
+"""The carrier's signals as weights of columns, with derivatives.
 
-The reading of channel c is ``(1 + g_c) (prediction + sum_k w_k X_k(v + dv_c, theta(t - tau))) + z_c``.
+Linear effects, thresholds, and effects of a sensor in full.
+
+The reading of channel c is ``(1 + g_c) (prediction + sum_k w_k X_k(v + dv_c, theta(t - tau))) +
+z_c``.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,8 +13,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.carrier.cards import ONE_CHANNEL, PER_RUN
-from diagnosis.carrier.columns import (
+from carrierflex.diagnosis.carrier.cards import ONE_CHANNEL, PER_RUN
+from carrierflex.diagnosis.carrier.columns import (
     ANGLE_NODES,
     DELAY_NODES,
     DELAYED,
@@ -22,8 +25,8 @@ from diagnosis.carrier.columns import (
     ColumnSource,
     shape_nodes,
 )
-from diagnosis.comparison.effect_cards import EffectCard
-from diagnosis.comparison.problem import Effects, Parameter
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.diagnosis.comparison.problem import Effects, Parameter
 
 FloatArray = NDArray[np.float64]
 #: Channel of every effect of one sensor.
@@ -74,10 +77,26 @@ class CarrierModel:
         own = []
         for parameter in self.cards[effect].parameters:
             lower, upper = self._bounds(effect, parameter.name, (parameter.lower, parameter.upper))
-            name = f"{parameter.name}_{self.channels[choice[effect]]}" if effect in choice else parameter.name
-            prior = np.inf if parameter.shape or effect in self.contained else _PRIOR * parameter.scale
+            name = (
+                f"{parameter.name}_{self.channels[choice[effect]]}"
+                if effect in choice
+                else parameter.name
+            )
+            prior = (
+                np.inf if parameter.shape or effect in self.contained else _PRIOR * parameter.scale
+            )
             own.append(
-                Parameter(effect, name, parameter.unit, lower, upper, parameter.scale, prior, run, parameter.shape)
+                Parameter(
+                    effect,
+                    name,
+                    parameter.unit,
+                    lower,
+                    upper,
+                    parameter.scale,
+                    prior,
+                    run,
+                    parameter.shape,
+                )
             )
         return own
 
@@ -89,7 +108,9 @@ class CarrierModel:
             return -_LARGEST_DELAY / self.source.speed, _LARGEST_DELAY / self.source.speed
         return (-_LARGEST_MOVE, _LARGEST_MOVE) if effect == "sensor_angle" else given
 
-    def weights(self, effects: Effects, choice: Choice, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def weights(
+        self, effects: Effects, choice: Choice, theta: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         """Weights of the columns and their derivatives.
 
         Parameters
@@ -124,7 +145,9 @@ class CarrierModel:
         self._add_sensors(effects, choice, theta, first, W, D)
         return W, D
 
-    def _add_own(self, effect: str, W: FloatArray, D: FloatArray, theta: FloatArray, place: int) -> None:
+    def _add_own(
+        self, effect: str, W: FloatArray, D: FloatArray, theta: FloatArray, place: int
+    ) -> None:
         """Add a linear effect, or one with a threshold, whose parameters start at `place`."""
         parameters = self.cards[effect].parameters
         if self.cards[effect].law is not None:
@@ -135,7 +158,9 @@ class CarrierModel:
             nodes, last = shape_nodes(effect, self.source), place + len(parameters) - 1
             hat, slope = _hats(nodes, float(theta[last]))
             for number in range(len(parameters) - 1):
-                columns = [self.book.of(effect, number, "threshold", node) for node in range(nodes.size)]
+                columns = [
+                    self.book.of(effect, number, "threshold", node) for node in range(nodes.size)
+                ]
                 W[..., columns] = theta[place + number] * hat
                 D[..., place + number, columns] = hat
                 D[..., last, columns] = theta[place + number] * slope
@@ -151,12 +176,17 @@ class CarrierModel:
     ) -> None:
         """Add delay and moved sensor, then gain, then zero."""
         W0, D0 = W.copy(), D.copy()
-        for effect, family, nodes in (("sensor_delay", "delay", DELAY_NODES), ("sensor_angle", "angle", ANGLE_NODES)):
+        for effect, family, nodes in (
+            ("sensor_delay", "delay", DELAY_NODES),
+            ("sensor_angle", "angle", ANGLE_NODES),
+        ):
             if effect not in first:
                 continue
             i = first[effect]
             size = self.source.speed if family == "delay" else 1.0
-            where = np.arange(len(self.channels)) if family == "delay" else np.array([choice[effect]])
+            where = (
+                np.arange(len(self.channels)) if family == "delay" else np.array([choice[effect]])
+            )
             plain = {own for own in (*self.contained, *effects)}
             for base, columns, own_nodes in self._shifted(plain, family, nodes):
                 values, slopes = _lagrange(own_nodes, float(theta[i]) * size)
@@ -175,8 +205,13 @@ class CarrierModel:
             W[:, c, one] += theta[i]
             D[:, c, i, one] += 1.0
 
-    def _shifted(self, present: set[str], family: str, nodes: FloatArray) -> list[tuple[int, list[int], FloatArray]]:
-        """Columns that follow a shift: their own place, their places at the nodes, and the nodes."""
+    def _shifted(
+        self, present: set[str], family: str, nodes: FloatArray
+    ) -> list[tuple[int, list[int], FloatArray]]:
+        """Columns that follow a shift.
+
+        Their own place, their places at the nodes, and the nodes.
+        """
         found = []
         followers = DELAYED if family == "delay" else MOVED
         for effect in followers:
@@ -184,15 +219,24 @@ class CarrierModel:
                 columns = [self._node(effect, number, family, n, nodes) for n in range(nodes.size)]
                 found.append((self.book.of(effect, number), columns, nodes))
         if (PREDICTION, 0, "", 0) in self.book.places:
-            columns = [self._node(PREDICTION, 0, "delay", n, DELAY_NODES) for n in range(DELAY_NODES.size)]
+            columns = [
+                self._node(PREDICTION, 0, "delay", n, DELAY_NODES) for n in range(DELAY_NODES.size)
+            ]
             found.append((self.book.of(PREDICTION), columns, DELAY_NODES))
         return found
 
     def _node(self, effect: str, number: int, family: str, node: int, nodes: FloatArray) -> int:
-        return self.book.of(effect, number) if nodes[node] == 0.0 else self.book.of(effect, number, family, node)
+        return (
+            self.book.of(effect, number)
+            if nodes[node] == 0.0
+            else self.book.of(effect, number, family, node)
+        )
 
     def variants(self, effect: str) -> list[tuple[float, ...]]:
-        """Channels of an effect of one sensor, or thresholds, among which a fit starts; one empty variant otherwise."""
+        """Channels of an effect of one sensor, or thresholds, among which a fit starts.
+
+        One empty variant otherwise.
+        """
         if effect in ONE_CHANNEL:
             return [(float(c),) for c in range(len(self.channels))]
         if self.cards[effect].parameters[-1].shape:

@@ -1,10 +1,13 @@
-"""Noise of the rim sensors: declared, or from what does not repeat from revolution to revolution."""
+"""Noise of the rim sensors.
+
+Declared, or from what does not repeat from revolution to revolution.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.carrier.sums import CarrierSums
-from identification.campaign.campaign import Campaign
+from carrierflex.diagnosis.carrier.sums import CarrierSums
+from carrierflex.identification.campaign.campaign import Campaign
 
 FloatArray = NDArray[np.float64]
 
@@ -34,8 +37,9 @@ def refuse_silent_channels(campaign: Campaign) -> None:
 def channel_noise(campaign: Campaign, records: CarrierSums) -> FloatArray:
     """Variance of the noise of every channel [m²], shape (n_channels,).
 
-    Declared noise first. Otherwise what is left of a revolution about its own orders, and half the squared change
-    of every order from one revolution to the next: drift and slow changes of the load hardly enter.
+    Declared noise first. Otherwise what is left of a revolution about its own orders, and half the
+    squared change of every order from one revolution to the next: drift and slow changes of the
+    load hardly enter.
 
     Parameters
     ----------

@@ -1,15 +1,18 @@
-"""Polar plots of a carrier for the report: what the baseline leaves over one turn, and what the fitted effects explain."""
+"""Polar plots of a carrier for the report.
+
+What the baseline leaves over one turn, and what the fitted effects explain.
+"""
 
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.carrier.model import CarrierModel, Choice
-from diagnosis.carrier.sums import CarrierSums
-from diagnosis.comparison.pictures import GAP, LAW, LEFT, Panel, Picture, Trace
-from diagnosis.comparison.problem import Effects, FloatArray
-from identification.campaign.order_analysis import MAX_ORDER
+from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
+from carrierflex.diagnosis.carrier.sums import CarrierSums
+from carrierflex.diagnosis.comparison.pictures import GAP, LAW, LEFT, Panel, Picture, Trace
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
+from carrierflex.identification.campaign.order_analysis import MAX_ORDER
 
 _ANGLES = np.linspace(0.0, 2.0 * np.pi, 181)
 _READING = (
@@ -61,10 +64,14 @@ def carrier_pictures(
         )
         for weights in (gap, full - base)
     )
-    return carrier_polar(turns_of_gap, turns_of_law, effects, runs=model.runs, channels=model.channels)
+    return carrier_polar(
+        turns_of_gap, turns_of_law, effects, runs=model.runs, channels=model.channels
+    )
 
 
-def mean_turns(orders: NDArray[np.complex128], run_of_revolution: NDArray[np.int64], n_runs: int) -> FloatArray:
+def mean_turns(
+    orders: NDArray[np.complex128], run_of_revolution: NDArray[np.int64], n_runs: int
+) -> FloatArray:
     """Signals over one turn of the carrier, averaged over the revolutions of every run.
 
     Parameters
@@ -92,14 +99,20 @@ def mean_turns(orders: NDArray[np.complex128], run_of_revolution: NDArray[np.int
 
 
 def carrier_polar(
-    gap: FloatArray, law: FloatArray, effects: Effects, *, runs: Sequence[str], channels: Sequence[str]
+    gap: FloatArray,
+    law: FloatArray,
+    effects: Effects,
+    *,
+    runs: Sequence[str],
+    channels: Sequence[str],
 ) -> tuple[Picture, ...]:
     """Polar plots of the run with the largest gap, sensor by sensor, and of its largest sensor, run by run.
 
     Parameters
     ----------
     gap, law : ndarray, shape (n_runs, n_channels, 181)
-        Measured less the baseline part of the model, and what the effects add to it, over one turn [m].
+        Measured less the baseline part of the model, and what the effects add to it, over one turn
+        [m].
     effects : tuple of str
         The effects; empty where none was accepted.
     runs, channels : sequence of str
@@ -117,7 +130,9 @@ def carrier_polar(
     run = int(whole.max(axis=1).argmax())
     channel = int(whole[run].argmax())
     seen = [r for r in range(len(runs)) if np.isfinite(size[r]).all()]
-    worth = [c for c in range(len(channels)) if whole[run, c] >= _WORTH_DRAWING * whole[run, channel]]
+    worth = [
+        c for c in range(len(channels)) if whole[run, c] >= _WORTH_DRAWING * whole[run, channel]
+    ]
     sensors = [(f"sensor {channels[c]}", gap[run, c], law[run, c]) for c in worth]
     left_out = len(channels) - len(sensors[:_MOST_PANELS])
     note = (
@@ -129,11 +144,17 @@ def carrier_polar(
     if len(seen) > 1:
         by_run = [(f"run {runs[r]}", gap[r, channel], law[r, channel]) for r in seen]
         title = f"Gap over one turn, sensor {channels[channel]}"
-        pictures.append(_picture(title, by_run, effects, "The same at the sensor with the largest gap, run by run."))
+        pictures.append(
+            _picture(
+                title, by_run, effects, "The same at the sensor with the largest gap, run by run."
+            )
+        )
     return tuple(pictures)
 
 
-def _picture(title: str, rows: Sequence[tuple[str, FloatArray, FloatArray]], effects: Effects, caption: str) -> Picture:
+def _picture(
+    title: str, rows: Sequence[tuple[str, FloatArray, FloatArray]], effects: Effects, caption: str
+) -> Picture:
     panels = []
     for name, gap, law in rows[:_MOST_PANELS]:
         traces = [Trace(GAP, _ANGLES, gap)]

@@ -1,4 +1,7 @@
-"""The kind "carrier" as a plant of the diagnosis: its library, and everything else as algebra on sums over the records."""
+"""The kind "carrier" as a plant of the diagnosis.
+
+Its library, and everything else as algebra on sums over the records.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -7,20 +10,30 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.carrier.cards import CARRIER_CARDS, KIND, ONE_CHANNEL, PLACEBO_CARDS
-from diagnosis.carrier.closed_fit import closed_fit
-from diagnosis.carrier.columns import ColumnSource, all_cards, largest_load, typical_speed
-from diagnosis.carrier.experiments import carrier_trials
-from diagnosis.carrier.gap_findings import CarrierGap
-from diagnosis.carrier.laws import CarrierRig
-from diagnosis.carrier.model import CarrierModel, Choice
-from diagnosis.carrier.noise import channel_noise, refuse_silent_channels
-from diagnosis.carrier.pictures import carrier_pictures
-from diagnosis.carrier.signatures import carrier_signatures
-from diagnosis.carrier.sums import CarrierSums, accumulated_sums, piece_squares, used_columns
-from diagnosis.comparison.effect_cards import EffectCard, effect_library
-from diagnosis.comparison.pictures import Picture
-from diagnosis.comparison.problem import (
+from carrierflex.diagnosis.carrier.cards import CARRIER_CARDS, KIND, ONE_CHANNEL, PLACEBO_CARDS
+from carrierflex.diagnosis.carrier.closed_fit import closed_fit
+from carrierflex.diagnosis.carrier.columns import (
+    ColumnSource,
+    all_cards,
+    largest_load,
+    typical_speed,
+)
+from carrierflex.diagnosis.carrier.experiments import carrier_trials
+from carrierflex.diagnosis.carrier.gap_findings import CarrierGap
+from carrierflex.diagnosis.carrier.laws import CarrierRig
+from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
+from carrierflex.diagnosis.carrier.noise import channel_noise, refuse_silent_channels
+from carrierflex.diagnosis.carrier.pictures import carrier_pictures
+from carrierflex.diagnosis.carrier.signatures import carrier_signatures
+from carrierflex.diagnosis.carrier.sums import (
+    CarrierSums,
+    accumulated_sums,
+    piece_squares,
+    used_columns,
+)
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard, effect_library
+from carrierflex.diagnosis.comparison.pictures import Picture
+from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
     Effects,
     FloatArray,
@@ -32,15 +45,15 @@ from diagnosis.comparison.problem import (
     Trial,
     bounds_of,
 )
-from diagnosis.gap.findings import GapFindings, Scalar
-from fe.deflection_curves import DeflectionCurve
-from identification.campaign.campaign import Campaign
-from simulation.carrier.effects import pin_radius_of
+from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.simulation.carrier.effects import pin_radius_of
 
 
 @dataclass(frozen=True, eq=False)
 class CarrierPlant:
-    """Rim sensors of a planet carrier; see :class:`diagnosis.comparison.problem.Plant`.
+    """Rim sensors of a planet carrier; see :class:`carrierflex.diagnosis.comparison.problem.Plant`.
 
     Parameters
     ----------
@@ -102,12 +115,16 @@ class CarrierPlant:
         """Unknowns of a set; effects of one sensor name the channel they fit best."""
         return self.model.parameters(effects, self._choice(effects))
 
-    def starts(self, effects: Effects, known: Mapping[tuple[str, str], float]) -> Sequence[FloatArray]:
+    def starts(
+        self, effects: Effects, known: Mapping[tuple[str, str], float]
+    ) -> Sequence[FloatArray]:
         """What is known of a smaller set, and the best closed-form fit over the thresholds."""
         quick = self._quick_theta(effects)
         warm = quick.copy()
         for k, parameter in enumerate(self.parameters(effects)):
-            name = parameter.name if parameter.run is None else f"{parameter.name} of {parameter.run}"
+            name = (
+                parameter.name if parameter.run is None else f"{parameter.name} of {parameter.run}"
+            )
             warm[k] = known.get((parameter.effect, name), quick[k] if parameter.shape else 0.0)
         return [np.clip(warm, *bounds_of(self.parameters(effects))), quick]
 
@@ -133,7 +150,9 @@ class CarrierPlant:
 
     def signatures(self) -> Signatures:
         """Columns of the screen."""
-        return carrier_signatures(self.model, self.records, tuple(self.cards), self._quick_theta(()))
+        return carrier_signatures(
+            self.model, self.records, tuple(self.cards), self._quick_theta(())
+        )
 
     def gap_cells(self, effects: Effects, theta: FloatArray) -> tuple[GapCell, ...]:
         """Gap by run, pattern and order."""
@@ -158,7 +177,9 @@ class CarrierPlant:
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "CarrierPlant":
         """Plant that measured what a model predicts."""
         weights, _ = self.model.weights(effects, self._choice(effects), theta)
-        return replace(self, records=self.records.with_target(weights), _choices={}, _quick={}, _grams={})
+        return replace(
+            self, records=self.records.with_target(weights), _choices={}, _quick={}, _grams={}
+        )
 
     def trials(self) -> Sequence[Trial]:
         """Loads that were not applied."""
@@ -174,8 +195,13 @@ class CarrierPlant:
         Parameters of a run are those of the first run.
         """
         records = accumulated_sums(campaign, self.model.source)
-        model = replace(self.model, runs=tuple(run.name for run in campaign.runs), book=records.book)
-        value = {(p.effect, p.name): float(theta[k]) for k, p in reversed(list(enumerate(self.parameters(effects))))}
+        model = replace(
+            self.model, runs=tuple(run.name for run in campaign.runs), book=records.book
+        )
+        value = {
+            (p.effect, p.name): float(theta[k])
+            for k, p in reversed(list(enumerate(self.parameters(effects))))
+        }
         choice = self._choice(effects)
         own = np.array([value[p.effect, p.name] for p in model.parameters(effects, choice)])
         weights, _ = model.weights(effects, choice, own)
@@ -194,7 +220,9 @@ class CarrierPlant:
             self._grams[key] = self.records.gram[:, :, places[:, None], places]
         return self._grams[key]
 
-    def _active(self, effects: Effects, theta: FloatArray) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+    def _active(
+        self, effects: Effects, theta: FloatArray
+    ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
         """Columns in use, weights of the residual in them, and derivatives of the prediction."""
         W, D = self.model.weights(effects, self._choice(effects), theta)
         places = used_columns(W, D)
@@ -203,13 +231,23 @@ class CarrierPlant:
         return places, left, D[..., places]
 
     def _choice(self, effects: Effects) -> Choice:
-        """Channel of every effect of one sensor, found one after the other; the contained ones first."""
+        """Channel of every effect of one sensor, found one after the other.
+
+        The contained ones first.
+        """
         if effects not in self._choices:
             found: dict[str, int] = {}
             for effect in (*self.model.contained, *effects):
                 if effect in ONE_CHANNEL:
-                    others = tuple(own for own in effects if own not in ONE_CHANNEL or own in found or own == effect)
-                    costs = [self._best_of(others, {**found, effect: c})[1] for c in range(len(self.noise))]
+                    others = tuple(
+                        own
+                        for own in effects
+                        if own not in ONE_CHANNEL or own in found or own == effect
+                    )
+                    costs = [
+                        self._best_of(others, {**found, effect: c})[1]
+                        for c in range(len(self.noise))
+                    ]
                     found[effect] = int(np.argmin(costs))
             self._choices[effects] = found
         return self._choices[effects]
@@ -236,7 +274,9 @@ class CarrierPlant:
     def _run_gram(self) -> FloatArray:
         """Products of the columns by run and channel."""
         runs = range(len(self.campaign.runs))
-        return np.stack([self.records.gram[self.records.run_of_piece == r].sum(axis=0) for r in runs])
+        return np.stack(
+            [self.records.gram[self.records.run_of_piece == r].sum(axis=0) for r in runs]
+        )
 
 
 def carrier_plant(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -> CarrierPlant:
@@ -273,6 +313,8 @@ def carrier_plant(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -> 
     if campaign.baseline.source == "columns":
         # Another simulator's prediction stands as it is; only its zero is free.
         contained = tuple(own for own in contained if own == "axial_offset")
-    runs, channels = (tuple(own.name for own in table) for table in (campaign.runs, campaign.channels))
+    runs, channels = (
+        tuple(own.name for own in table) for table in (campaign.runs, campaign.channels)
+    )
     model = CarrierModel(source, records.book, contained, runs, channels)
     return CarrierPlant(campaign, model, records, channel_noise(campaign, records))

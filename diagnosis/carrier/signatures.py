@@ -1,18 +1,23 @@
-"""Signatures of the carrier effects for the screen: derivatives of the signals by every parameter, at the baseline."""
+"""Signatures of the carrier effects for the screen.
+
+Derivatives of the signals by every parameter, at the baseline.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.carrier.cards import ONE_CHANNEL
-from diagnosis.carrier.columns import CEILING_COLUMN
-from diagnosis.carrier.model import CarrierModel
-from diagnosis.carrier.sums import CarrierSums
-from diagnosis.comparison.problem import CEILING, Effects, Signatures
+from carrierflex.diagnosis.carrier.cards import ONE_CHANNEL
+from carrierflex.diagnosis.carrier.columns import CEILING_COLUMN
+from carrierflex.diagnosis.carrier.model import CarrierModel
+from carrierflex.diagnosis.carrier.sums import CarrierSums
+from carrierflex.diagnosis.comparison.problem import CEILING, Effects, Signatures
 
 FloatArray = NDArray[np.float64]
 
 
-def carrier_signatures(model: CarrierModel, records: CarrierSums, candidates: Effects, base: FloatArray) -> Signatures:
+def carrier_signatures(
+    model: CarrierModel, records: CarrierSums, candidates: Effects, base: FloatArray
+) -> Signatures:
     """Gram matrix of target, baseline's regressors, signatures and the flexible model by piece.
 
     Parameters
@@ -47,7 +52,10 @@ def carrier_signatures(model: CarrierModel, records: CarrierSums, candidates: Ef
     features = records.book.of_owner(CEILING_COLUMN)
     n_channels = len(model.channels)
     gram = np.array(
-        [_piece_gram(table[r], own, features) for r, own in zip(records.run_of_piece, records.gram, strict=True)]
+        [
+            _piece_gram(table[r], own, features)
+            for r, own in zip(records.run_of_piece, records.gram, strict=True)
+        ]
     )
     n_ceiling = n_channels * len(features)
     owners += [CEILING] * n_ceiling
@@ -56,7 +64,11 @@ def carrier_signatures(model: CarrierModel, records: CarrierSums, candidates: Ef
 
 
 def _slopes(
-    model: CarrierModel, effect: str, variant: tuple[float, ...], base: FloatArray, contained: dict[str, int]
+    model: CarrierModel,
+    effect: str,
+    variant: tuple[float, ...],
+    base: FloatArray,
+    contained: dict[str, int],
 ) -> FloatArray:
     """Derivatives of the signals by an effect's amplitudes, shape (n_runs, n_channels, n_amplitudes, k)."""
     choice = {**contained, **({effect: int(variant[0])} if effect in ONE_CHANNEL else {})}

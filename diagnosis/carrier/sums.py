@@ -1,6 +1,9 @@
-"""Sums over the records of a carrier campaign, accumulated once: products of all columns by piece and channel.
+"""Sums over the records of a carrier campaign, accumulated once.
 
-Everything after this (fits, held-out scores, gap maps) is algebra on these sums; no pass over the samples follows.
+Products of all columns by piece and channel.
+
+Everything after this (fits, held-out scores, gap maps) is algebra on these sums; no pass over the
+samples follows.
 """
 
 from collections.abc import Sequence
@@ -9,21 +12,33 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.carrier.columns import DELAY_NODES, PREDICTION, TARGET, ColumnBook, ColumnSource, Key
-from diagnosis.carrier.laws import CarrierInputs, RimSensor
-from diagnosis.comparison.problem import Piece
-from identification.campaign.campaign import Campaign, Channel
-from identification.campaign.order_analysis import MAX_ORDER, order_amplitudes, too_sparse
-from identification.campaign.records import Run
-from identification.campaign.revolutions import whole_revolutions
-from identification.carrier.models import sensor_position
-from simulation.carrier.effects import delayed_values
-from simulation.carrier.run_cases import AXIAL
+from carrierflex.diagnosis.carrier.columns import (
+    DELAY_NODES,
+    PREDICTION,
+    TARGET,
+    ColumnBook,
+    ColumnSource,
+    Key,
+)
+from carrierflex.diagnosis.carrier.laws import CarrierInputs, RimSensor
+from carrierflex.diagnosis.comparison.problem import Piece
+from carrierflex.identification.campaign.campaign import Campaign, Channel
+from carrierflex.identification.campaign.order_analysis import (
+    MAX_ORDER,
+    order_amplitudes,
+    too_sparse,
+)
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign.revolutions import whole_revolutions
+from carrierflex.identification.carrier.models import sensor_position
+from carrierflex.simulation.carrier.effects import delayed_values
+from carrierflex.simulation.carrier.run_cases import AXIAL
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Blocks of a run at most: enough draws for the bootstrap, and two revolutions a block in a minute's record.
+#: Blocks of a run at most: enough draws for the bootstrap, and two revolutions a block in a
+#: minute's record.
 _MOST_BLOCKS = 12
 #: Samples whose columns are held at once.
 _CHUNK = 20_000
@@ -79,7 +94,9 @@ class CarrierSums:
                 products = self.gram[p, c] @ weights
                 gram[p, c, 0], gram[p, c, :, 0] = products, products
                 gram[p, c, 0, 0] = weights @ products
-        orders[..., 0] = np.einsum("rcnk,rck->rcn", self.orders, run_weights[self.run_of_revolution])
+        orders[..., 0] = np.einsum(
+            "rcnk,rck->rcn", self.orders, run_weights[self.run_of_revolution]
+        )
         return replace(self, gram=gram, orders=orders)
 
 
@@ -91,8 +108,12 @@ def rim_sensor(channel: Channel) -> RimSensor:
 
 def inputs_of(run: Run) -> CarrierInputs:
     """Inputs of a whole run."""
-    angle, torque, ntl_y, ntl_z = (run.inputs[name] for name in ("carrier_angle", "torque", "ntl_y", "ntl_z"))
-    return CarrierInputs(run.time, angle, torque, ntl_y, ntl_z, float(run.time[0]), float(run.time[-1]))
+    angle, torque, ntl_y, ntl_z = (
+        run.inputs[name] for name in ("carrier_angle", "torque", "ntl_y", "ntl_z")
+    )
+    return CarrierInputs(
+        run.time, angle, torque, ntl_y, ntl_z, float(run.time[0]), float(run.time[-1])
+    )
 
 
 def accumulated_sums(campaign: Campaign, source: ColumnSource) -> CarrierSums:
@@ -126,7 +147,9 @@ def accumulated_sums(campaign: Campaign, source: ColumnSource) -> CarrierSums:
     gram, counts, orders, within, loads = joined
     run_of_piece = np.repeat(np.arange(len(parts)), [len(own[1]) for own in parts])
     run_of_revolution = np.repeat(np.arange(len(parts)), [len(own[3]) for own in parts])
-    return CarrierSums(book, tuple(pieces), run_of_piece, gram, counts, orders, within, run_of_revolution, loads)
+    return CarrierSums(
+        book, tuple(pieces), run_of_piece, gram, counts, orders, within, run_of_revolution, loads
+    )
 
 
 _RunSums = tuple[ColumnBook, FloatArray, IntArray, NDArray[np.complex128], FloatArray, FloatArray]
@@ -138,7 +161,12 @@ def _run_sums(run: Run, campaign: Campaign, source: ColumnSource) -> _RunSums:
     blocks = np.array_split(np.arange(len(revolutions)), min(_MOST_BLOCKS, len(revolutions)))
     inputs = inputs_of(run)
     shifts = [
-        replace(inputs, carrier_angle=delayed_values(run.time, inputs.carrier_angle, float(node / source.speed)))
+        replace(
+            inputs,
+            carrier_angle=delayed_values(
+                run.time, inputs.carrier_angle, float(node / source.speed)
+            ),
+        )
         for node in DELAY_NODES
     ]
     book: ColumnBook | None = None
@@ -151,7 +179,10 @@ def _run_sums(run: Run, campaign: Campaign, source: ColumnSource) -> _RunSums:
             keyed = {**_target_rows(run, channel, samples, source.speed), **rows}
             book = book or ColumnBook({key: place for place, key in enumerate(keyed)})
             table = np.array(list(keyed.values()))
-            own += [_block_sums(table, samples, [revolutions[r] for r in b], inputs.carrier_angle) for b in block]
+            own += [
+                _block_sums(table, samples, [revolutions[r] for r in b], inputs.carrier_angle)
+                for b in block
+            ]
         results.append([list(column) for column in zip(*own, strict=True)])
     assert book is not None
     gram, counts = (np.stack([np.array(own[k]) for own in results], axis=1) for k in (0, 1))
@@ -175,7 +206,9 @@ def _chunks(blocks: Sequence[IntArray], revolutions: Sequence[IntArray]) -> list
     return groups
 
 
-def _target_rows(run: Run, channel: Channel, samples: IntArray, speed: float) -> dict[Key, FloatArray]:
+def _target_rows(
+    run: Run, channel: Channel, samples: IntArray, speed: float
+) -> dict[Key, FloatArray]:
     """Target and another simulator's prediction, the latter at the nodes of a delay and of a moved sensor too.
 
     Another simulator's prediction is moved in time only: its waves turn with the carrier.

@@ -1,7 +1,8 @@
 """Effect cards: what a missing effect is, which parameters it has, what it looks like, and what it is confused with.
 
-The kinds "carrier", "mounting" and "element" bring a library of cards; users add their own by an entry point of the
-group ``carrierflex.effects`` that names an :class:`EffectCard` (docs/diagnosis.md has an example).
+The kinds "carrier", "mounting" and "element" bring a library of cards; users add their own by an
+entry point of the group ``carrierflex.effects`` that names an :class:`EffectCard`
+(docs/diagnosis.md has an example).
 """
 
 import math
@@ -27,14 +28,15 @@ class EffectParameter:
     lower, upper : float
         Physical bounds; a lower bound of zero is the physical sign (friction never drives).
     scale : float
-        Size at which the effect is worth noticing, in `unit`, or in the plant's own scale where `powers` is given: step
-        of the search and standard deviation of the prior.
+        Size at which the effect is worth noticing, in `unit`, or in the plant's own scale where
+        `powers` is given: step of the search and standard deviation of the prior.
     powers : tuple of int, optional
-        Powers of force, length and time in the parameter. The plant then scales and bounds it by its own force,
-        deflection and time, and writes its unit (a voltage analogue has volts in place of newton and metre).
+        Powers of force, length and time in the parameter. The plant then scales and bounds it by
+        its own force, deflection and time, and writes its unit (a voltage analogue has volts in
+        place of newton and metre).
     shape : bool
-        Whether the effect is absent only where another parameter is zero (a yield force, a time constant): such a
-        parameter has no prior and is searched from several starts.
+        Whether the effect is absent only where another parameter is zero (a yield force, a time
+        constant): such a parameter has no prior and is searched from several starts.
     """
 
     name: str
@@ -47,9 +49,13 @@ class EffectParameter:
 
     def __post_init__(self) -> None:
         if not self.lower < self.upper:
-            raise ValueError(f"parameter {self.name}: bounds {self.lower} to {self.upper}; expected lower < upper")
+            raise ValueError(
+                f"parameter {self.name}: bounds {self.lower} to {self.upper}; expected lower < upper"
+            )
         if not (self.scale > 0.0 and math.isfinite(self.scale)):
-            raise ValueError(f"parameter {self.name}: scale is {self.scale}; expected a positive number")
+            raise ValueError(
+                f"parameter {self.name}: scale is {self.scale}; expected a positive number"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +79,8 @@ class EffectCard:
     separating_test : str
         The measurement that tells it from them.
     acts_on_others : bool
-        Whether it changes how other effects are read (a sensor's gain, place or delay): it is tried beside each of them.
+        Whether it changes how other effects are read (a sensor's gain, place or delay): it is tried
+        beside each of them.
     law : object, optional
         How the plant computes it; each kind says what it expects. Kind element: a function
         ``(deflection, speed, parameters) -> force`` of floats and one array that numba can compile.
@@ -91,7 +98,9 @@ class EffectCard:
 
     def __post_init__(self) -> None:
         if not self.parameters or all(parameter.shape for parameter in self.parameters):
-            raise ValueError(f"effect card '{self.id}': no parameter that is zero without the effect; expected one")
+            raise ValueError(
+                f"effect card '{self.id}': no parameter that is zero without the effect; expected one"
+            )
 
 
 def effect_library(kind: str, own: Iterable[EffectCard]) -> dict[str, EffectCard]:
@@ -117,7 +126,9 @@ def effect_library(kind: str, own: Iterable[EffectCard]) -> dict[str, EffectCard
     library: dict[str, EffectCard] = {}
     for card in (*own, *_registered(kind)):
         if card.id in library:
-            raise ValueError(f"effect '{card.id}' of kind {kind} is registered twice; expected different ids")
+            raise ValueError(
+                f"effect '{card.id}' of kind {kind} is registered twice; expected different ids"
+            )
         library[card.id] = card
     return library
 

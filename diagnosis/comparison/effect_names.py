@@ -1,8 +1,13 @@
 """Effects in words: ids of the contract as an engineer would say them."""
 
-from diagnosis.comparison.problem import Effects
+from carrierflex.diagnosis.comparison.problem import Effects
 
-_PROPER_NAMES = {"coulomb": "Coulomb", "stribeck": "Stribeck", "maxwell": "Maxwell", "ntl": "non-torque-load"}
+_PROPER_NAMES = {
+    "coulomb": "Coulomb",
+    "stribeck": "Stribeck",
+    "maxwell": "Maxwell",
+    "ntl": "non-torque-load",
+}
 
 
 def plain_name(effect: str) -> str:

@@ -1,4 +1,7 @@
-"""What a plant gives to be drawn in the report: its gap and the fitted law as curves, without any drawing library."""
+"""What a plant gives to be drawn in the report.
+
+Its gap and the fitted law as curves, without any drawing library.
+"""
 
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -11,8 +14,9 @@ FloatArray = NDArray[np.float64]
 #: Roles of a curve: what the baseline leaves, what the fitted effects say, what they leave.
 GAP, LAW, LEFT = "gap", "law", "left"
 ROLES = (GAP, LAW, LEFT)
-#: Neighbours along x of a law that is a function of it differ by less than this share of its standard deviation on
-#: average; those of a loop change branch half of the time. The limit leaves room for the end of the trusted band.
+#: Neighbours along x of a law that is a function of it differ by less than this share of its
+#: standard deviation on average; those of a loop change branch half of the time. The limit leaves
+#: room for the end of the trusted band.
 _NEIGHBOURS = 0.3
 #: Strips over the range of x for the line of a law.
 _STRIPS = 36
@@ -40,9 +44,15 @@ class Trace:
     def __post_init__(self) -> None:
         if self.role not in ROLES:
             raise ValueError(f"trace of role '{self.role}'; expected one of {', '.join(ROLES)}")
-        shapes = {self.x.shape, self.y.shape, self.x.shape if self.shade is None else self.shade.shape}
+        shapes = {
+            self.x.shape,
+            self.y.shape,
+            self.x.shape if self.shade is None else self.shade.shape,
+        }
         if len(shapes) != 1 or self.x.ndim != 1:
-            raise ValueError(f"trace '{self.role}' has arrays of shapes {sorted(shapes)}; expected one length n")
+            raise ValueError(
+                f"trace '{self.role}' has arrays of shapes {sorted(shapes)}; expected one length n"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,12 +95,16 @@ class Picture:
 
 @runtime_checkable
 class Pictured(Protocol):
-    """A plant that shows its gap along the motion; a plant without this method has no such section in its report."""
+    """A plant that shows its gap along the motion.
+
+    A plant without this method has no such section in its report.
+    """
 
     def pictures(self, effects: tuple[str, ...], theta: FloatArray) -> tuple[Picture, ...]:
         """Gap that baseline + effects would have without the effects, and what the effects explain of it.
 
-        `theta` are the parameters of baseline + effects; with no effects the gap of the baseline alone is shown.
+        `theta` are the parameters of baseline + effects; with no effects the gap of the baseline
+        alone is shown.
         """
         ...
 
@@ -102,7 +116,9 @@ def is_function(x: FloatArray, y: FloatArray) -> bool:
 
 
 def strip_means(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Means of x and y over strips of equal width along x, empty strips left out: a law's line without its scatter.
+    """Means of x and y over strips of equal width along x, empty strips left out.
+
+    A law's line without its scatter.
 
     The trusted band ends within the harmonics of the law, which blurs the law itself.
     """

@@ -1,8 +1,9 @@
 """What a kind of campaign gives to the diagnosis, after which everything is the same code.
 
-A plant holds the measured records and a simulator with switchable effects. It answers in sums over pieces of record
-(a block of a run), so that a closed-form linear plant and one that integrates in time look alike: the residual is
-``r = measured - predicted``, its derivatives by the parameters ``J = d predicted / d theta``.
+A plant holds the measured records and a simulator with switchable effects. It answers in sums over
+pieces of record (a block of a run), so that a closed-form linear plant and one that integrates in
+time look alike: the residual is ``r = measured - predicted``, its derivatives by the parameters ``J
+= d predicted / d theta``.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -12,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 
 #: Owner of the parameters of the baseline.
 BASELINE = "baseline"
@@ -57,8 +58,8 @@ class Parameter:
     prior_std : float
         Standard deviation of the Gaussian prior about zero; infinite: none.
     run : str, optional
-        The run it belongs to; None where all runs share it. A run's own parameters are fitted again on part of a
-        held-out condition, as no other condition knows them.
+        The run it belongs to; None where all runs share it. A run's own parameters are fitted again
+        on part of a held-out condition, as no other condition knows them.
     shape : bool
         Whether another parameter of zero switches the effect off.
     """
@@ -102,8 +103,9 @@ class PieceSums:
 class Signatures:
     """Gram matrix of the unexplained force (or signal), the baseline's regressors and the effects' signatures.
 
-    Columns in this order: the target, `n_base` baseline regressors, one or several columns of each variant of each effect,
-    then the features of the flexible residual model. Where the plant is dynamic they live in force space.
+    Columns in this order: the target, `n_base` baseline regressors, one or several columns of each
+    variant of each effect, then the features of the flexible residual model. Where the plant is
+    dynamic they live in force space.
 
     Parameters
     ----------
@@ -114,7 +116,8 @@ class Signatures:
     effects : tuple of str
         Owner of every column after the baseline's; ``ceiling`` for the flexible features.
     variants : tuple of tuple of float
-        Shape parameters a column was computed with; columns of one effect and one shape belong together.
+        Shape parameters a column was computed with; columns of one effect and one shape belong
+        together.
     """
 
     gram: FloatArray
@@ -136,7 +139,8 @@ class GapCell:
     channel_pattern, run : str
         Channel or sensor pattern; run.
     order : float
-        Shaft order, or line number of a periodic drive; frequency over the lowest of the map otherwise.
+        Shaft order, or line number of a periodic drive; frequency over the lowest of the map
+        otherwise.
     mean_square, coherent : float
         Mean square of the gap, and the same less the noise floor (may be negative).
     share : float
@@ -169,8 +173,8 @@ class Trial:
     text : str
         The condition in words.
     plant : callable
-        ``(effects, theta) -> Plant`` whose signals are those of a model under that condition; None where the model
-        runs away there.
+        ``(effects, theta) -> Plant`` whose signals are those of a model under that condition; None
+        where the model runs away there.
     """
 
     text: str
@@ -180,9 +184,10 @@ class Trial:
 class Plant(Protocol):
     """Measured records and a simulator with switchable effects; what one kind of campaign brings.
 
-    `cards` are the candidates by id; the effects the baseline already contains are always in and not among them.
-    `cell_counts` and `noise_square`, shape (n_pieces, n_cells), are the degrees of freedom of each cell of the score and the
-    sum of squares that noise alone leaves there; `unit` is the unit of the residual, `n_channels` how many signals it has.
+    `cards` are the candidates by id; the effects the baseline already contains are always in and
+    not among them. `cell_counts` and `noise_square`, shape (n_pieces, n_cells), are the degrees of
+    freedom of each cell of the score and the sum of squares that noise alone leaves there; `unit`
+    is the unit of the residual, `n_channels` how many signals it has.
     """
 
     @property
@@ -204,10 +209,15 @@ class Plant(Protocol):
         """Unknowns of baseline + effects: the baseline's first, then each effect's in turn."""
         ...
 
-    def starts(self, effects: Effects, known: Mapping[tuple[str, str], float]) -> Sequence[FloatArray]:
-        """Parameter sets to start from, at least one; `known` holds values of a smaller set, by effect and name.
+    def starts(
+        self, effects: Effects, known: Mapping[tuple[str, str], float]
+    ) -> Sequence[FloatArray]:
+        """Parameter sets to start from, at least one.
 
-        The first start takes every known value and switches the others off, so that no larger set can fit worse.
+        `known` holds values of a smaller set, by effect and name.
+
+        The first start takes every known value and switches the others off, so that no larger set
+        can fit worse.
         """
         ...
 
@@ -216,7 +226,10 @@ class Plant(Protocol):
         ...
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
-        """Sum of squared residuals by piece and cell, shape (n_pieces, n_cells); zero where not chosen."""
+        """Sum of squared residuals by piece and cell, shape (n_pieces, n_cells).
+
+        Zero where not chosen.
+        """
         ...
 
     def signatures(self) -> Signatures:
@@ -240,5 +253,8 @@ class Plant(Protocol):
         ...
 
     def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
-        """RMS of the change of the prediction when the simulator's step is halved; zero for a closed form."""
+        """RMS of the change of the prediction when the simulator's step is halved.
+
+        Zero for a closed form.
+        """
         ...

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.element.records import N_BANDS, ElementRecord
-from identification.campaign.signals import FloatArray
+from carrierflex.diagnosis.element.records import N_BANDS, ElementRecord
+from carrierflex.identification.campaign.signals import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,10 @@ def band_table(records: Sequence[ElementRecord], noise: FloatArray) -> BandTable
 
 
 def block_squares(record: ElementRecord, residual: FloatArray, edges_hz: FloatArray) -> FloatArray:
-    """Sum of squares of a residual by block and band, shape (n_blocks, n_bands); infinite where it is."""
+    """Sum of squares of a residual by block and band, shape (n_blocks, n_bands).
+
+    Infinite where it is.
+    """
     rows = []
     for block in range(record.n_blocks):
         span = _span(record.block == block)

@@ -1,17 +1,23 @@
 """Effect cards of the kind "element": one mount, damper or spring.
 
 Scales and bounds are in the element's own force F, deflection q and time t (see
-:class:`diagnosis.comparison.effect_cards.EffectParameter`), so that the same card serves a bushing in newtons and an analogue
-in volts. Symbols K1, K3, K5, C1, Kp, Fy, k, c as in the 2011 paper.
+:class:`carrierflex.diagnosis.comparison.effect_cards.EffectParameter`), so that the same card
+serves a bushing in newtons and an analogue in volts. Symbols K1, K3, K5, C1, Kp, Fy, k, c as in the
+2011 paper.
 """
 
 from math import inf
 
-from diagnosis.comparison.effect_cards import EffectCard, EffectParameter
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard, EffectParameter
 
 KIND = "element"
 _STIFFNESS = ("quadratic_stiffness", "cubic_stiffness", "quintic_stiffness", "backlash")
-_FRICTION = ("coulomb_friction", "elasto_plastic_friction", "stribeck_friction", "friction_asymmetry")
+_FRICTION = (
+    "coulomb_friction",
+    "elasto_plastic_friction",
+    "stribeck_friction",
+    "friction_asymmetry",
+)
 _DAMPING = ("quadratic_damping", "cubic_damping", "deflection_dependent_damping")
 _SPAN = "repeat the drive at half and twice the amplitude: the powers of the deflection part where its range does"
 _SLOW = "a slow triangular drive at two amplitudes: dry friction keeps its loop height, viscous forces vanish"
@@ -157,7 +163,8 @@ ELEMENT_CARDS = (
     ),
 )
 
-#: Names of the flat array's places by effect and parameter (see :data:`simulation.element.kernels.SLOTS`).
+#: Names of the flat array's places by effect and parameter (see
+#: :data:`carrierflex.simulation.element.kernels.SLOTS`).
 SLOT_NAMES: dict[tuple[str, str], tuple[str, ...]] = {
     ("quadratic_stiffness", "K2"): ("K2",),
     ("cubic_stiffness", "K3"): ("K3",),
@@ -193,7 +200,8 @@ PLACEBO_CARDS = tuple(
     for name in ("placebo_1", "placebo_2")
 )
 
-#: Shapes that start the search, in the element's own scale: yield force, Stribeck speed, time constant.
+#: Shapes that start the search, in the element's own scale: yield force, Stribeck speed, time
+#: constant.
 SHAPE_STARTS: dict[str, tuple[float, ...]] = {
     "elasto_plastic_friction": (0.05, 0.15, 0.5, 1.5),
     "stribeck_friction": (0.1, 0.3, 1.0),

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.comparison.problem import Effects, FloatArray, Plant, Trial
-from diagnosis.element.model import ElementModel, substeps_for
-from diagnosis.element.records import ElementRecord, prepared_record
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Plant, Trial
+from carrierflex.diagnosis.element.model import ElementModel, substeps_for
+from carrierflex.diagnosis.element.records import ElementRecord, prepared_record
 
 _AMPLITUDES = (0.25, 0.5, 2.0)
 _FREQUENCIES = (0.1, 0.5, 1.0, 2.0)
@@ -18,8 +18,12 @@ _CYCLES = 12
 Measured = Callable[[ElementModel, ElementRecord], Plant]
 
 
-def element_trials(model: ElementModel, records: Sequence[ElementRecord], measured: Measured) -> tuple[Trial, ...]:
-    """Drives at other amplitudes and frequencies: the measured drive scaled, sines about the natural frequency.
+def element_trials(
+    model: ElementModel, records: Sequence[ElementRecord], measured: Measured
+) -> tuple[Trial, ...]:
+    """Drives at other amplitudes and frequencies.
+
+    The measured drive scaled, sines about the natural frequency.
 
     Parameters
     ----------
@@ -60,7 +64,11 @@ def element_trials(model: ElementModel, records: Sequence[ElementRecord], measur
 def _frequencies_hz(model: ElementModel) -> list[float]:
     """Frequencies about the natural one, or about the mean frequency of the motion."""
     scale = model.scale
-    own = np.sqrt(scale.K1 / scale.m) if scale.m > 0.0 and scale.K1 > 0.0 else scale.speed / scale.deflection
+    own = (
+        np.sqrt(scale.K1 / scale.m)
+        if scale.m > 0.0 and scale.K1 > 0.0
+        else scale.speed / scale.deflection
+    )
     return [float(factor * own / (2.0 * np.pi)) for factor in _FREQUENCIES]
 
 
@@ -74,11 +82,15 @@ def _builder(
         counts = np.arange(drive.size) >= drive.size // 4
         blank = np.linspace(0.0, model.scale.deflection, drive.size)
         stepped = replace(model, substeps=substeps_for(model.scale, step))
-        record = prepared_record(("trial", "trial"), step, drive, blank, by_force=by_force, counts=counts)
+        record = prepared_record(
+            ("trial", "trial"), step, drive, blank, by_force=by_force, counts=counts
+        )
         predicted = stepped.predicted(record, effects, theta)
         if not np.isfinite(predicted).all():
             return None
-        record = prepared_record(("trial", "trial"), step, drive, predicted, by_force=by_force, counts=counts)
+        record = prepared_record(
+            ("trial", "trial"), step, drive, predicted, by_force=by_force, counts=counts
+        )
         return measured(stepped, record)
 
     return build

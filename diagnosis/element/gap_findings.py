@@ -1,19 +1,33 @@
-"""The gap of an element beyond its map: by block in time, what does not repeat from period to period, growth, scalars."""
+"""The gap of an element beyond its map.
+
+By block in time, what does not repeat from period to period, growth, scalars.
+"""
 
 from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
 
-from diagnosis.comparison.problem import FloatArray, GapCell
-from diagnosis.element.gap_map import parity_text, whole_periods
-from diagnosis.element.growth import BlockForces, block_forces, growth_exponent
-from diagnosis.element.model import ElementModel
-from diagnosis.element.records import ElementRecord
-from diagnosis.gap.findings import Drift, GapFindings, GapMoment, IncoherentCell, PartGrowth, Scalar
-from diagnosis.gap.in_time import drift_words, significant_drifts, trends
-from diagnosis.gap.non_synchronous import incoherent_words, scatter_p_values, significant_incoherent
-from diagnosis.gap.power_laws import Exponent, exponents
+from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
+from carrierflex.diagnosis.element.gap_map import parity_text, whole_periods
+from carrierflex.diagnosis.element.growth import BlockForces, block_forces, growth_exponent
+from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.diagnosis.gap.findings import (
+    Drift,
+    GapFindings,
+    GapMoment,
+    IncoherentCell,
+    PartGrowth,
+    Scalar,
+)
+from carrierflex.diagnosis.gap.in_time import drift_words, significant_drifts, trends
+from carrierflex.diagnosis.gap.non_synchronous import (
+    incoherent_words,
+    scatter_p_values,
+    significant_incoherent,
+)
+from carrierflex.diagnosis.gap.power_laws import Exponent, exponents
 
 _BANDS = 12
 #: Unexplained force in blocks where it is this many times the noise shows its growth with speed.
@@ -46,7 +60,8 @@ def element_findings(
     noise : ndarray, shape (n_runs,)
         Variance of the noise.
     is_declared : bool
-        Whether the campaign declares the noise; noise from repeats says nothing about their scatter.
+        Whether the campaign declares the noise; noise from repeats says nothing about their
+        scatter.
     channel : str
         Name of the channel.
 
@@ -61,7 +76,9 @@ def element_findings(
     for record, residual, variance in zip(records, residuals, noise, strict=True):
         moments += _moments(record, residual)
         trend_rows += _drifts(record, residual, channel)
-        scattered += _scatter(record, residual, channel, float(variance) if is_declared else float("nan"))
+        scattered += _scatter(
+            record, residual, channel, float(variance) if is_declared else float("nan")
+        )
     drifts, rows = significant_drifts(trend_rows), significant_incoherent(scattered)
     unit = model.units[1 if model.by_force else 0]
     coherent = sum(cell.coherent for cell in cells)
@@ -69,7 +86,10 @@ def element_findings(
         incoherent_words(rows, coherent, unit, "period to period", noun="line"),
         drift_words(drifts, unit, noun="line"),
     ]
-    conditions = {DEFLECTION: growth_exponent(model, records, noise), SPEED: _speed_exponent(model, records, noise)}
+    conditions = {
+        DEFLECTION: growth_exponent(model, records, noise),
+        SPEED: _speed_exponent(model, records, noise),
+    }
     return GapFindings(
         in_time=tuple(moments),
         drifts=drifts,
@@ -80,7 +100,9 @@ def element_findings(
     )
 
 
-def element_scalars(records: Sequence[ElementRecord], residuals: Sequence[FloatArray], unit: str) -> tuple[Scalar, ...]:
+def element_scalars(
+    records: Sequence[ElementRecord], residuals: Sequence[FloatArray], unit: str
+) -> tuple[Scalar, ...]:
     """Peak to peak and RMS of the channel by block, measured and predicted.
 
     Parameters
@@ -99,8 +121,14 @@ def element_scalars(records: Sequence[ElementRecord], residuals: Sequence[FloatA
             measured.append(record.response[own])
             predicted.append(record.response[own] - residual[own])
     return (
-        Scalar("peak to peak", unit, *(np.array([np.ptp(own) for own in side]) for side in (measured, predicted))),
-        Scalar("RMS", unit, *(np.array([_rms(own) for own in side]) for side in (measured, predicted))),
+        Scalar(
+            "peak to peak",
+            unit,
+            *(np.array([np.ptp(own) for own in side]) for side in (measured, predicted)),
+        ),
+        Scalar(
+            "RMS", unit, *(np.array([_rms(own) for own in side]) for side in (measured, predicted))
+        ),
     )
 
 
@@ -111,14 +139,23 @@ def _rms(values: FloatArray) -> float:
 def _moments(record: ElementRecord, residual: FloatArray) -> list[GapMoment]:
     """RMS by block: a block is long enough to score, and a drive's amplitude may change from one to the next."""
     blocks = [np.flatnonzero(record.block == block) for block in range(record.n_blocks)]
-    return [GapMoment(record.name, float(own.mean() * record.step), _rms(residual[own])) for own in blocks if own.size]
+    return [
+        GapMoment(record.name, float(own.mean() * record.step), _rms(residual[own]))
+        for own in blocks
+        if own.size
+    ]
 
 
 def _drifts(record: ElementRecord, residual: FloatArray, channel: str) -> list[Drift]:
-    """Trends of the lines over the periods; of the blocks' means (order 0) where the drive is not periodic."""
+    """Trends of the lines over the periods.
+
+    Of the blocks' means (order 0) where the drive is not periodic.
+    """
     periods = whole_periods(record, residual)
     if periods is not None:
-        amplitudes = np.fft.rfft(periods, axis=1)[:, : (periods.shape[1] + 1) // 2] * (2.0 / periods.shape[1])
+        amplitudes = np.fft.rfft(periods, axis=1)[:, : (periods.shape[1] + 1) // 2] * (
+            2.0 / periods.shape[1]
+        )
         amplitudes[:, 0] *= 0.5
     else:
         means = [residual[record.block == block].mean() for block in range(record.n_blocks)]
@@ -133,8 +170,13 @@ def _drifts(record: ElementRecord, residual: FloatArray, channel: str) -> list[D
     ]
 
 
-def _scatter(record: ElementRecord, residual: FloatArray, channel: str, variance: float) -> list[IncoherentCell]:
-    """Scatter of the lines over the periods, by band of lines; the simulated signal of a settled drive repeats."""
+def _scatter(
+    record: ElementRecord, residual: FloatArray, channel: str, variance: float
+) -> list[IncoherentCell]:
+    """Scatter of the lines over the periods, by band of lines.
+
+    The simulated signal of a settled drive repeats.
+    """
     periods = whole_periods(record, residual)
     if periods is None:
         return []
@@ -153,13 +195,21 @@ def _scatter(record: ElementRecord, residual: FloatArray, channel: str, variance
         noise = 2.0 * variance / size * count
         degrees = np.array(2.0 * count * (n - 1))
         p_value = (
-            float(scatter_p_values(np.array(gap), np.array(noise), degrees)) if np.isfinite(noise) else float("nan")
+            float(scatter_p_values(np.array(gap), np.array(noise), degrees))
+            if np.isfinite(noise)
+            else float("nan")
         )
-        cells.append(IncoherentCell(record.name, channel, 0.5 * (first + last - 1), seen, model, gap, noise, p_value))
+        cells.append(
+            IncoherentCell(
+                record.name, channel, 0.5 * (first + last - 1), seen, model, gap, noise, p_value
+            )
+        )
     return cells
 
 
-def _speed_exponent(model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray) -> Exponent:
+def _speed_exponent(
+    model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray
+) -> Exponent:
     """Exponent with speed at equal deflection, where the blocks tell the two apart."""
     blocks: BlockForces = block_forces(model, records, noise)
     seen = blocks.left > _SEEN * blocks.noise

@@ -1,4 +1,7 @@
-"""Where the gap of an element lies: by line of a periodic drive or by band, by run; its growth and its parity, in words."""
+"""Where the gap of an element lies.
+
+By line of a periodic drive or by band, by run; its growth and its parity, in words.
+"""
 
 from collections.abc import Sequence
 
@@ -6,9 +9,9 @@ import numpy as np
 from scipy.stats import chi2, false_discovery_control
 from scipy.stats import f as fisher_f
 
-from diagnosis.comparison.problem import FloatArray, GapCell
-from diagnosis.element.bands import block_squares
-from diagnosis.element.records import ElementRecord
+from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
+from carrierflex.diagnosis.element.bands import block_squares
+from carrierflex.diagnosis.element.records import ElementRecord
 
 _BANDS = 24
 _DRAWS = 200
@@ -22,13 +25,17 @@ _PURE = 0.9
 
 
 def element_gap_cells(
-    records: Sequence[ElementRecord], residuals: Sequence[FloatArray], noise: FloatArray, *, channel: str
+    records: Sequence[ElementRecord],
+    residuals: Sequence[FloatArray],
+    noise: FloatArray,
+    *,
+    channel: str,
 ) -> tuple[GapCell, ...]:
     """Gap map of a residual.
 
-    Periodic drive with two periods or more: by line k, with the amplitudes ``E_r`` of R periods and their scatter s²,
-    coherent part ``|mean|²/2 - s²/2R``, test ``R |mean|²/s² ~ F(2, 2R - 2)``. Otherwise by band of frequency against the
-    noise floor, ``power / noise ~ chi²``.
+    Periodic drive with two periods or more: by line k, with the amplitudes ``E_r`` of R periods and
+    their scatter s², coherent part ``|mean|²/2 - s²/2R``, test ``R |mean|²/s² ~ F(2, 2R - 2)``.
+    Otherwise by band of frequency against the noise floor, ``power / noise ~ chi²``.
 
     Parameters
     ----------
@@ -50,14 +57,20 @@ def element_gap_cells(
     for record, residual, variance in zip(records, residuals, noise, strict=True):
         periods = whole_periods(record, residual)
         tables.append(
-            _band_table(record, residual, float(variance)) if periods is None else _line_table(record, periods)
+            _band_table(record, residual, float(variance))
+            if periods is None
+            else _line_table(record, periods)
         )
     p_values = np.concatenate([table[2] for table in tables])
     adjusted = false_discovery_control(np.clip(p_values, 0.0, 1.0), method="by")
     total = sum(float(table[1].sum()) for table in tables)
     cells, first = [], 0
-    for record, (orders, coherent, p_value, draws, square, bands) in zip(records, tables, strict=True):
-        low, high = np.quantile(_drawn_shares(draws, total - coherent.sum()), (0.025, 0.975), axis=0)
+    for record, (orders, coherent, p_value, draws, square, bands) in zip(
+        records, tables, strict=True
+    ):
+        low, high = np.quantile(
+            _drawn_shares(draws, total - coherent.sum()), (0.025, 0.975), axis=0
+        )
         for k in range(orders.size):
             share = float(coherent[k] / total) if total else 0.0
             interval = (float(low[k]), float(high[k]))
@@ -159,7 +172,9 @@ def _line_table(record: ElementRecord, periods: FloatArray) -> _Table:
 def _band_table(record: ElementRecord, residual: FloatArray, variance: float) -> _Table:
     """The same of every band; order is the number of the band's middle in steps of the lowest."""
     length = int((record.block == 0).sum())
-    edges = np.concatenate([[0.0], np.geomspace(1.5 / (length * record.step), 0.5001 / record.step, _BANDS)])
+    edges = np.concatenate(
+        [[0.0], np.geomspace(1.5 / (length * record.step), 0.5001 / record.step, _BANDS)]
+    )
     squares = block_squares(record, residual, edges)
     frequency = np.fft.rfftfreq(length, record.step)
     lines = 2.0 * np.histogram(frequency, edges)[0] * record.n_blocks
@@ -184,7 +199,9 @@ def _drawn_shares(draws: FloatArray, others: float) -> FloatArray:
 
 
 def parity_text(cells: Sequence[GapCell], records: Sequence[ElementRecord]) -> str:
-    """Parity of the significant lines of the gap; empty where the drive is not periodic or not of odd lines itself.
+    """Parity of the significant lines of the gap.
+
+    Empty where the drive is not periodic or not of odd lines itself.
 
     Parameters
     ----------
@@ -205,7 +222,11 @@ def parity_text(cells: Sequence[GapCell], records: Sequence[ElementRecord]) -> s
     if odd_drive < 1.0 - _NOT_DRIVEN:
         return ""
     lines = [(int(cell.order), cell.coherent) for cell in seen if cell.order >= 1]
-    odd = sum(value for line, value in lines if line % 2) / max(sum(value for _, value in lines), np.finfo(float).tiny)
+    odd = sum(value for line, value in lines if line % 2) / max(
+        sum(value for _, value in lines), np.finfo(float).tiny
+    )
     if odd >= _PURE:
         return "on odd lines: the missing law is odd"
-    return "on even lines: the missing law is even" if odd <= 1.0 - _PURE else "on odd and even lines"
+    return (
+        "on even lines: the missing law is even" if odd <= 1.0 - _PURE else "on odd and even lines"
+    )

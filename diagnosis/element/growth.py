@@ -1,4 +1,7 @@
-"""How the unexplained force of an element grows with its deflection: the exponent of the missing law."""
+"""How the unexplained force of an element grows with its deflection.
+
+The exponent of the missing law.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,11 +10,11 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import t as student_t
 
-from diagnosis.comparison.problem import FloatArray
-from diagnosis.element.model import ElementModel
-from diagnosis.element.records import ElementRecord
-from diagnosis.element.signatures import base_columns, known_force
-from diagnosis.gap.power_laws import Exponent
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.diagnosis.element.signatures import base_columns, known_force
+from carrierflex.diagnosis.gap.power_laws import Exponent
 
 #: Share of the blocks, the gentlest, that the linear element is fitted to.
 _GENTLE = 1.0 / 8.0
@@ -29,7 +32,9 @@ _SEED = 5
 
 @dataclass(frozen=True, eq=False)
 class BlockForces:
-    """Blocks of all records: RMS of deflection and speed, of the force a linear element leaves, and of the noise in it.
+    """Blocks of all records.
+
+    RMS of deflection and speed, of the force a linear element leaves, and of the noise in it.
 
     Parameters
     ----------
@@ -46,13 +51,16 @@ class BlockForces:
     gentle: float
 
 
-def growth_exponent(model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray) -> Exponent:
+def growth_exponent(
+    model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray
+) -> Exponent:
     """Exponent p of ``unexplained force ~ deflection^p`` over the blocks.
 
-    The baseline is fitted to the gentlest blocks, of deflection g. It takes up the part of the law there that a linear element
-    can, so that a block of deflection q is left with ``r² = f² + c² (s q^2p + (1 - s)(q^p - g^(p-1) q)²)``: a floor f between
-    the noise and what the gentlest blocks leave, the share s that no linear element takes up, and what the linear share has
-    grown since. c, s, p and f are fitted to log r.
+    The baseline is fitted to the gentlest blocks, of deflection g. It takes up the part of the law
+    there that a linear element can, so that a block of deflection q is left with ``r² = f² + c² (s
+    q^2p + (1 - s)(q^p - g^(p-1) q)²)``: a floor f between the noise and what the gentlest blocks
+    leave, the share s that no linear element takes up, and what the linear share has grown since.
+    c, s, p and f are fitted to log r.
 
     Parameters
     ----------
@@ -66,8 +74,8 @@ def growth_exponent(model: ElementModel, records: Sequence[ElementRecord], noise
     Returns
     -------
     Exponent
-        3 for a cubic spring, 2 for quadratic damping, 1 for a linear branch, near 0 for dry friction; its reason where the
-        deflection hardly varies or the force does not stand out.
+        3 for a cubic spring, 2 for quadratic damping, 1 for a linear branch, near 0 for dry
+        friction; its reason where the deflection hardly varies or the force does not stand out.
     """
     blocks = block_forces(model, records, noise)
     if np.count_nonzero(blocks.left > _SEEN * blocks.noise) < _FEWEST_POINTS:
@@ -78,14 +86,19 @@ def growth_exponent(model: ElementModel, records: Sequence[ElementRecord], noise
 
 
 def growth_words(found: Exponent) -> str:
-    """``, grows with deflection^3.0 (95 %: 2.8 to 3.2)`` where the exponent is known well enough to be said."""
+    """``, grows with deflection^3.0 (95 %.
+
+    2.8 to 3.2)`` where the exponent is known well enough to be said.
+    """
     if not found.ci95[1] - found.value <= _TOLD_WITHIN:
         return ""
     low, high = found.ci95
     return f", grows with deflection^{found.value:.1f} (95 %: {low:.1f} to {high:.1f})"
 
 
-def block_forces(model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray) -> BlockForces:
+def block_forces(
+    model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray
+) -> BlockForces:
     """Unexplained force of every block.
 
     Parameters
@@ -102,7 +115,9 @@ def block_forces(model: ElementModel, records: Sequence[ElementRecord], noise: F
     BlockForces
         By block.
     """
-    blocks = [(r, record.block == b) for r, record in enumerate(records) for b in range(record.n_blocks)]
+    blocks = [
+        (r, record.block == b) for r, record in enumerate(records) for b in range(record.n_blocks)
+    ]
     rows = [base_columns(model, record) for record in records]
     force = [known_force(model, record) for record in records]
     size, speed = (np.array([records[r].motion[k][own].std() for r, own in blocks]) for k in (0, 1))
@@ -112,14 +127,22 @@ def block_forces(model: ElementModel, records: Sequence[ElementRecord], noise: F
     scale = np.linalg.norm(design, axis=1)
     scale[scale == 0.0] = 1.0
     law = np.linalg.lstsq((design / scale[:, None]).T, target, rcond=1e-10)[0] / scale
-    left = np.array([np.sqrt(np.mean((force[r][own] - law @ rows[r][:, own]) ** 2)) for r, own in blocks])
+    left = np.array(
+        [np.sqrt(np.mean((force[r][own] - law @ rows[r][:, own]) ** 2)) for r, own in blocks]
+    )
     floor = [_force_noise(model, record, law, float(noise[r])) for r, record in enumerate(records)]
     return BlockForces(
-        size, speed, left, np.array([floor[r] for r, _ in blocks]), float(np.sqrt(np.mean(size[gentle] ** 2)))
+        size,
+        speed,
+        left,
+        np.array([floor[r] for r, _ in blocks]),
+        float(np.sqrt(np.mean(size[gentle] ** 2))),
     )
 
 
-def _force_noise(model: ElementModel, record: ElementRecord, law: FloatArray, variance: float) -> float:
+def _force_noise(
+    model: ElementModel, record: ElementRecord, law: FloatArray, variance: float
+) -> float:
     """RMS of the channel's noise, brought to force space by the fitted element."""
     if not model.by_force:
         return float(np.sqrt(variance * min(2.0 * record.cutoff_hz * record.step, 1.0)))
@@ -139,7 +162,9 @@ def _fitted(blocks: BlockForces) -> Exponent:
         log_c, share, p, part = unknown
         own = share * q ** (2.0 * p) + (1.0 - share) * (q**p - q) ** 2
         floor = noise + part * max(gentlest - float(noise.min()), 0.0)
-        return np.asarray(0.5 * np.log(floor + np.exp(2.0 * log_c) * own + 1e-12) - target, dtype=np.float64)
+        return np.asarray(
+            0.5 * np.log(floor + np.exp(2.0 * log_c) * own + 1e-12) - target, dtype=np.float64
+        )
 
     bounds = ([-40.0, 1e-4, _LOW, 0.0], [40.0, 1.0, _HIGH, 1.0])
     fits = []

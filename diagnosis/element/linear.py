@@ -1,7 +1,8 @@
 """Mass, spring and damper of an element under a force, found from noisy deflections.
 
-Least squares in force space is biased where the deflection is noisy: its second derivative is mostly noise, and the mass comes
-out far too small. Instruments that follow from the measured force alone carry none of that noise.
+Least squares in force space is biased where the deflection is noisy: its second derivative is
+mostly noise, and the mass comes out far too small. Instruments that follow from the measured force
+alone carry none of that noise.
 """
 
 from collections.abc import Sequence
@@ -10,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import cont2discrete, lfilter
 
-from diagnosis.element.records import ElementRecord
-from identification.campaign.signals import band_limited
+from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.identification.campaign.signals import band_limited
 
 FloatArray = NDArray[np.float64]
 
@@ -21,18 +22,23 @@ _FIRST_DAMPING, _LEAST_DAMPING = 0.5, 1e-3
 
 
 def linear_element(
-    records: Sequence[ElementRecord], start: tuple[float, float, float, float], *, mass: float | None
+    records: Sequence[ElementRecord],
+    start: tuple[float, float, float, float],
+    *,
+    mass: float | None,
 ) -> tuple[float, float, float, float]:
     """Mass, stiffness, damping and constant force that predict the deflections best.
 
-    Refined instrumental variables: the response of the last estimate to the measured force is the instrument of the next.
+    Refined instrumental variables: the response of the last estimate to the measured force is the
+    instrument of the next.
 
     Parameters
     ----------
     records : sequence of ElementRecord
         Runs of a force drive.
     start : tuple of float
-        Estimate by least squares in force space; stays where no round predicts the deflections better.
+        Estimate by least squares in force space; stays where no round predicts the deflections
+        better.
     mass : float, optional
         Given mass.
 
@@ -43,7 +49,8 @@ def linear_element(
 
     References
     ----------
-    .. [1] P. C. Young, "Recursive Estimation and Time-Series Analysis" (2011), refined instrumental variable method.
+    .. [1] P. C. Young, "Recursive Estimation and Time-Series Analysis" (2011), refined instrumental
+       variable method.
     """
     frequency = _typical_frequency(records)
     best, least = start, _misfit(records, start)
@@ -65,7 +72,9 @@ def _typical_frequency(records: Sequence[ElementRecord]) -> float:
 
 
 def _instrumental(
-    records: Sequence[ElementRecord], instrument: tuple[float, float, float, float], mass: float | None
+    records: Sequence[ElementRecord],
+    instrument: tuple[float, float, float, float],
+    mass: float | None,
 ) -> tuple[float, float, float, float] | None:
     """Solution of ``Zᵀ (A x - f) = 0``; None where it is no element."""
     products, right = np.zeros((4, 4)), np.zeros(4)
@@ -75,7 +84,9 @@ def _instrumental(
         A = np.array([a, v, q, np.ones_like(q)])
         response = _response(record, instrument)
         slope = np.gradient(response, record.step)
-        Z = np.array([np.gradient(slope, record.step), slope, response, np.ones_like(response)])[:, inside]
+        Z = np.array([np.gradient(slope, record.step), slope, response, np.ones_like(response)])[
+            :, inside
+        ]
         products += Z @ A.T
         # The motion is known in the trusted band only: the force in the same band goes with it.
         right += Z @ band_limited(record.drive, record.step, record.cutoff_hz)[inside]

@@ -7,14 +7,22 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 
-from diagnosis.comparison.effect_cards import EffectCard, EffectParameter
-from diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
-from diagnosis.element.cards import SLOT_NAMES
-from diagnosis.element.records import ElementRecord
-from identification.campaign.signals import band_limited, half_step_values, shifted
-from simulation.element.kernels import LAW_SIGNATURE, SLOT, SLOTS, driven_motion, no_law, restoring_force
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard, EffectParameter
+from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
+from carrierflex.diagnosis.element.cards import SLOT_NAMES
+from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.identification.campaign.signals import band_limited, half_step_values, shifted
+from carrierflex.simulation.element.kernels import (
+    LAW_SIGNATURE,
+    SLOT,
+    SLOTS,
+    driven_motion,
+    no_law,
+    restoring_force,
+)
 
-#: Largest phase of the natural frequency in one step [rad]; the relative error in frequency is its fourth power over 120.
+#: Largest phase of the natural frequency in one step [rad]; the relative error in frequency is its
+#: fourth power over 120.
 _STEP_PHASE = 0.25
 _MOST_SUBSTEPS = 64
 #: Prior standard deviation of an effect's parameter, in its scale.
@@ -50,7 +58,9 @@ class ElementScale:
     def of(self, powers: tuple[int, int, int]) -> float:
         """Scale of a parameter with these powers of force, length and time."""
         return float(
-            self.force ** powers[0] * self.deflection ** powers[1] * (self.deflection / self.speed) ** powers[2]
+            self.force ** powers[0]
+            * self.deflection ** powers[1]
+            * (self.deflection / self.speed) ** powers[2]
         )
 
 
@@ -94,15 +104,24 @@ class ElementModel:
         """Unknowns: mass (where it is not given), K1, C1, f0, then those of every effect."""
         base = [("K1", (1, -1, 0), 0.0), ("C1", (1, -1, 1), 0.0), ("f0", (1, 0, 0), -np.inf)]
         if self.mass is None:
-            base.insert(0, ("m", (1, -1, 2), 1e-9 * self.scale.of((1, -1, 2)) if self.by_force else 0.0))
+            base.insert(
+                0, ("m", (1, -1, 2), 1e-9 * self.scale.of((1, -1, 2)) if self.by_force else 0.0)
+            )
         own = [
-            Parameter(BASELINE, name, _unit(powers, self.units), lower, np.inf, self.scale.of(powers))
+            Parameter(
+                BASELINE, name, _unit(powers, self.units), lower, np.inf, self.scale.of(powers)
+            )
             for name, powers, lower in base
         ]
         if self.held:
-            own = [replace(one, lower=value, upper=value) for one, value in zip(own, self.held, strict=True)]
+            own = [
+                replace(one, lower=value, upper=value)
+                for one, value in zip(own, self.held, strict=True)
+            ]
         for effect in (*self.contained, *effects):
-            own += [self._parameter(effect, parameter) for parameter in self.cards[effect].parameters]
+            own += [
+                self._parameter(effect, parameter) for parameter in self.cards[effect].parameters
+            ]
         return tuple(own)
 
     def _parameter(self, effect: str, parameter: EffectParameter) -> Parameter:
@@ -120,7 +139,9 @@ class ElementModel:
             shape=parameter.shape,
         )
 
-    def predicted(self, record: ElementRecord, effects: Effects, theta: FloatArray, *, refined: int = 1) -> FloatArray:
+    def predicted(
+        self, record: ElementRecord, effects: Effects, theta: FloatArray, *, refined: int = 1
+    ) -> FloatArray:
         """Response that a parameter set predicts for a record, shape (n,).
 
         Parameters
@@ -135,19 +156,25 @@ class ElementModel:
         Returns
         -------
         ndarray
-            Deflection (force drive) or force (displacement drive); infinite where the motion runs away.
+            Deflection (force drive) or force (displacement drive); infinite where the motion runs
+            away.
         """
         flat, laws, own = self._flat(effects, theta)
         if self.by_force:
             response, slope = self._motion(record, flat, laws, own, refined)
         else:
-            placebo = flat[SLOT["placebo_1"]] * record.placebos[0] + flat[SLOT["placebo_2"]] * record.placebos[1]
+            placebo = (
+                flat[SLOT["placebo_1"]] * record.placebos[0]
+                + flat[SLOT["placebo_2"]] * record.placebos[1]
+            )
             q, v, a = record.motion
             limits = np.array([record.step, REST_SPEED * self.scale.speed])
             response = restoring_force(q, v, a, flat, limits, *laws, *own) + placebo
             slope = np.gradient(response)
         delay = flat[SLOT["delay"]] / record.step
-        return shifted(response, slope, delay) if delay and np.isfinite(response).all() else response
+        return (
+            shifted(response, slope, delay) if delay and np.isfinite(response).all() else response
+        )
 
     def _motion(
         self,
@@ -193,14 +220,19 @@ class ElementModel:
         arrays = [*(np.array(values) for values in own.values()), np.empty(0), np.empty(0)]
         return flat, (laws[0], laws[1]), (arrays[0], arrays[1])
 
-    def signature(self, record: ElementRecord, effect: str, values: Mapping[str, float]) -> FloatArray:
+    def signature(
+        self, record: ElementRecord, effect: str, values: Mapping[str, float]
+    ) -> FloatArray:
         """Force of one effect alone along the measured motion, in the trusted band, shape (n,)."""
         q, v, a = record.motion
         limits = np.array([record.step, REST_SPEED * self.scale.speed])
         flat = np.zeros(len(SLOTS))
         flat[[SLOT["v_s"], SLOT["tau"]]] = 1.0
         if effect in self.laws:
-            law, own = self.laws[effect], np.array([values[p.name] for p in self.cards[effect].parameters])
+            law, own = (
+                self.laws[effect],
+                np.array([values[p.name] for p in self.cards[effect].parameters]),
+            )
         else:
             law, own = no_law, np.empty(0)
             for name, value in values.items():
@@ -240,7 +272,9 @@ def compiled_laws(cards: Mapping[str, EffectCard]) -> dict[str, object]:
             laws[name] = njit(LAW_SIGNATURE)(card.law)
         except Exception as error:
             first_line = str(error).strip().splitlines()[0]
-            raise ValueError(f"effect card '{name}': its law does not compile: {first_line}") from error
+            raise ValueError(
+                f"effect card '{name}': its law does not compile: {first_line}"
+            ) from error
     return laws
 
 
@@ -256,7 +290,13 @@ def _unit(powers: tuple[int, int, int], units: tuple[str, str]) -> str:
     above = [_power(s, p) for s, p in zip(symbols, powers, strict=True) if p > 0]
     below = [_power(s, -p) for s, p in zip(symbols, powers, strict=True) if p < 0]
     top = " ".join(above) or "1"
-    return top if not below else f"{top}/{' '.join(below)}" if len(below) == 1 else f"{top}/({' '.join(below)})"
+    return (
+        top
+        if not below
+        else f"{top}/{' '.join(below)}"
+        if len(below) == 1
+        else f"{top}/({' '.join(below)})"
+    )
 
 
 def _power(symbol: str, power: int) -> str:

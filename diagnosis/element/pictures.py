@@ -1,21 +1,33 @@
-"""Force-space loops of an element for the report: the force that the baseline leaves, and the fitted law, along the motion."""
+"""Force-space loops of an element for the report.
+
+The force that the baseline leaves, and the fitted law, along the motion.
+"""
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.comparison.effect_names import set_name
-from diagnosis.comparison.pictures import GAP, LAW, Panel, Picture, Trace, is_function, strip_means
-from diagnosis.comparison.problem import BASELINE, Effects, FloatArray
-from diagnosis.element.model import ElementModel
-from diagnosis.element.records import ElementRecord
-from diagnosis.element.signatures import Column, column_values, known_force
+from carrierflex.diagnosis.comparison.effect_names import set_name
+from carrierflex.diagnosis.comparison.pictures import (
+    GAP,
+    LAW,
+    Panel,
+    Picture,
+    Trace,
+    is_function,
+    strip_means,
+)
+from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray
+from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.diagnosis.element.signatures import Column, column_values, known_force
 
 #: Runs drawn at most, and points of a cloud: enough for its shape, few enough for the file.
 _MOST_RUNS = 3
 _MOST_POINTS = 2000
-#: Points at each end of the range, which an even choice would miss although they tell most about a law.
+#: Points at each end of the range, which an even choice would miss although they tell most about a
+#: law.
 _END_POINTS = 150
 
 
@@ -24,8 +36,8 @@ def element_loops(
 ) -> tuple[Picture, ...]:
     """Unexplained force over deflection and over speed, one run of each condition, those with the largest force first.
 
-    ``f_left = f_measured - (m q'' + C1 q' + K1 q + f0 + contained effects)`` along the measured motion, in the trusted
-    band; the law is the force of the effects along the same motion.
+    ``f_left = f_measured - (m q'' + C1 q' + K1 q + f0 + contained effects)`` along the measured
+    motion, in the trusted band; the law is the force of the effects along the same motion.
 
     Parameters
     ----------
@@ -61,9 +73,15 @@ def element_loops(
 
 
 def _baseline_force(
-    model: ElementModel, record: ElementRecord, values: Mapping[str, Mapping[str, float]], effects: Effects
+    model: ElementModel,
+    record: ElementRecord,
+    values: Mapping[str, Mapping[str, float]],
+    effects: Effects,
 ) -> FloatArray:
-    """Force of the baseline along the measured motion; a given mass is in the known force already."""
+    """Force of the baseline along the measured motion.
+
+    A given mass is in the known force already.
+    """
     q, v, a = record.motion
     base = values[BASELINE]
     force = base.get("m", 0.0) * a + base["C1"] * v + base["K1"] * q + base["f0"]
@@ -73,7 +91,10 @@ def _baseline_force(
 
 
 def _law(
-    model: ElementModel, record: ElementRecord, values: Mapping[str, Mapping[str, float]], effects: Effects
+    model: ElementModel,
+    record: ElementRecord,
+    values: Mapping[str, Mapping[str, float]],
+    effects: Effects,
 ) -> FloatArray | None:
     """Force of the effects along the measured motion; None without effects."""
     if not effects:
@@ -82,7 +103,10 @@ def _law(
 
 
 def _effect_force(
-    model: ElementModel, record: ElementRecord, effect: str, values: Mapping[str, Mapping[str, float]]
+    model: ElementModel,
+    record: ElementRecord,
+    effect: str,
+    values: Mapping[str, Mapping[str, float]],
 ) -> FloatArray:
     own = values[effect]
     if effect == "sensor_delay":
@@ -116,10 +140,16 @@ def _picture(
         traces = [Trace(GAP, x, left[places], shade)]
         if law is not None:
             own = record.motion[against][record.counts], law[record.counts]
-            traces.append(Trace(LAW, *(strip_means(*own) if is_function(*own) else (x, law[places]))))
+            traces.append(
+                Trace(LAW, *(strip_means(*own) if is_function(*own) else (x, law[places])))
+            )
         panels.append(Panel(f"run {record.name}", tuple(traces)))
     named = set_name(effects)
-    law_text = f"Orange: the fitted law ({named}). " if effects else "No effect was accepted: no law is drawn. "
+    law_text = (
+        f"Orange: the fitted law ({named}). "
+        if effects
+        else "No effect was accepted: no law is drawn. "
+    )
     return Picture(
         title=f"Unexplained force over {names[against][0]}",
         caption=(

@@ -1,15 +1,16 @@
 """Elements whose baseline is another simulator's prediction, given as columns beside the measurement.
 
-Its inside is unknown, so a mass, spring and damper are fitted to what it predicts and held: effects act on them, and what they
-change is added to the prediction. The gap without effects is exactly measured less predicted.
+Its inside is unknown, so a mass, spring and damper are fitted to what it predicts and held: effects
+act on them, and what they change is added to the prediction. The gap without effects is exactly
+measured less predicted.
 """
 
 from dataclasses import replace
 
-from diagnosis.element.problem import ElementPlant
-from diagnosis.inference.bounded_fit import fit_effects
-from identification.campaign.campaign import Campaign
-from identification.campaign.signals import even_time, filled
+from carrierflex.diagnosis.element.problem import ElementPlant
+from carrierflex.diagnosis.inference.bounded_fit import fit_effects
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.signals import even_time, filled
 
 
 def element_beside_prediction(plant: ElementPlant, campaign: Campaign) -> ElementPlant:
@@ -29,17 +30,29 @@ def element_beside_prediction(plant: ElementPlant, campaign: Campaign) -> Elemen
     """
     by_force = plant.model.by_force
     name = campaign.channels[0].name
-    predicted = [filled(run.predictions[name], run.time, even_time(run.time)) for run in campaign.runs]
+    predicted = [
+        filled(run.predictions[name], run.time, even_time(run.time)) for run in campaign.runs
+    ]
     simulated = tuple(
         record.with_response(own) if by_force else record.with_force(own)
         for record, own in zip(plant.records, predicted, strict=True)
     )
     # What the prediction contains already is no candidate.
-    cards = {name: card for name, card in plant.model.cards.items() if name not in campaign.baseline.effects}
+    cards = {
+        name: card
+        for name, card in plant.model.cards.items()
+        if name not in campaign.baseline.effects
+    }
     linear = replace(plant.model, contained=(), cards=cards)
     held = fit_effects(replace(plant, model=linear, records=simulated), ()).theta
     records = tuple(
-        replace(record, response=linear.predicted(record, (), held) + record.response - own, gap=record.response - own)
+        replace(
+            record,
+            response=linear.predicted(record, (), held) + record.response - own,
+            gap=record.response - own,
+        )
         for record, own in zip(plant.records, predicted, strict=True)
     )
-    return replace(plant, model=replace(linear, held=tuple(float(value) for value in held)), records=records)
+    return replace(
+        plant, model=replace(linear, held=tuple(float(value) for value in held)), records=records
+    )

@@ -1,4 +1,7 @@
-"""The kind "element" as a plant of the diagnosis: both drives, its library, sums by block and band."""
+"""The kind "element" as a plant of the diagnosis.
+
+Both drives, its library, sums by block and band.
+"""
 
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -9,9 +12,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.comparison.effect_cards import EffectCard, effect_library
-from diagnosis.comparison.pictures import Picture
-from diagnosis.comparison.problem import (
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard, effect_library
+from carrierflex.diagnosis.comparison.pictures import Picture
+from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
     Effects,
     FloatArray,
@@ -22,20 +25,25 @@ from diagnosis.comparison.problem import (
     Signatures,
     Trial,
 )
-from diagnosis.element.bands import BandTable, band_table, block_squares
-from diagnosis.element.cards import ELEMENT_CARDS, KIND, PLACEBO_CARDS
-from diagnosis.element.experiments import element_trials
-from diagnosis.element.gap_findings import element_findings, element_scalars
-from diagnosis.element.gap_map import element_gap_cells, element_where_text
-from diagnosis.element.growth import growth_exponent, growth_words
-from diagnosis.element.model import ElementModel, ElementScale, compiled_laws, substeps_for
-from diagnosis.element.pictures import element_loops
-from diagnosis.element.records import ElementRecord, element_records, noise_variance
-from diagnosis.element.scale import element_scale
-from diagnosis.element.signatures import Column, element_signatures, signature_columns
-from diagnosis.element.starts import element_starts
-from diagnosis.gap.findings import GapFindings, Scalar
-from identification.campaign.campaign import Campaign
+from carrierflex.diagnosis.element.bands import BandTable, band_table, block_squares
+from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, KIND, PLACEBO_CARDS
+from carrierflex.diagnosis.element.experiments import element_trials
+from carrierflex.diagnosis.element.gap_findings import element_findings, element_scalars
+from carrierflex.diagnosis.element.gap_map import element_gap_cells, element_where_text
+from carrierflex.diagnosis.element.growth import growth_exponent, growth_words
+from carrierflex.diagnosis.element.model import (
+    ElementModel,
+    ElementScale,
+    compiled_laws,
+    substeps_for,
+)
+from carrierflex.diagnosis.element.pictures import element_loops
+from carrierflex.diagnosis.element.records import ElementRecord, element_records, noise_variance
+from carrierflex.diagnosis.element.scale import element_scale
+from carrierflex.diagnosis.element.signatures import Column, element_signatures, signature_columns
+from carrierflex.diagnosis.element.starts import element_starts
+from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
+from carrierflex.identification.campaign.campaign import Campaign
 
 #: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
 _DIFFERENCE = 1e-5
@@ -45,7 +53,9 @@ _THREADED = 2_000
 
 @dataclass(frozen=True, eq=False)
 class ElementPlant:
-    """One element, its records and its library; see :class:`diagnosis.comparison.problem.Plant`.
+    """One element, its records and its library.
+
+    See :class:`carrierflex.diagnosis.comparison.problem.Plant`.
 
     Parameters
     ----------
@@ -119,7 +129,9 @@ class ElementPlant:
         """Unknowns of a set."""
         return self.model.parameters(effects)
 
-    def starts(self, effects: Effects, known: Mapping[tuple[str, str], float]) -> Sequence[FloatArray]:
+    def starts(
+        self, effects: Effects, known: Mapping[tuple[str, str], float]
+    ) -> Sequence[FloatArray]:
         """Starts from force space."""
         return element_starts(self.model, self._signatures, self._columns, effects, known)
 
@@ -128,7 +140,9 @@ class ElementPlant:
         n, p = len(self.pieces), theta.size
         matrix, right, square = np.zeros((n, p, p)), np.zeros((n, p)), np.zeros(n)
         runs = self._chosen_runs(chosen)
-        residuals = self._in_threads(lambda k: self._residual(runs[k][0], effects, theta), len(runs))
+        residuals = self._in_threads(
+            lambda k: self._residual(runs[k][0], effects, theta), len(runs)
+        )
         rows_of = self._derivatives([record for record, _ in runs], effects, theta, residuals)
         for (record, places), residual, rows in zip(runs, residuals, rows_of, strict=True):
             if not np.isfinite(residual).all():
@@ -143,7 +157,9 @@ class ElementPlant:
         """Squared residuals by piece and band; infinite where the model runs away."""
         result = np.zeros(self.cell_counts.shape)
         runs = self._chosen_runs(chosen)
-        residuals = self._in_threads(lambda k: self._residual(runs[k][0], effects, theta), len(runs))
+        residuals = self._in_threads(
+            lambda k: self._residual(runs[k][0], effects, theta), len(runs)
+        )
         for (record, places), residual in zip(runs, residuals, strict=True):
             result[places] = block_squares(record, residual, self.bands.edges_hz)
         return result
@@ -154,18 +170,35 @@ class ElementPlant:
 
     def gap_cells(self, effects: Effects, theta: FloatArray) -> tuple[GapCell, ...]:
         """Gap by line or band and run."""
-        return element_gap_cells(self.records, self._residuals(effects, theta), self.noise, channel=self.channel)
+        return element_gap_cells(
+            self.records, self._residuals(effects, theta), self.noise, channel=self.channel
+        )
 
     def where_text(self, effects: Effects, theta: FloatArray) -> str:
         """One sentence."""
-        cells, exponent = self.gap_cells(effects, theta), growth_exponent(self.model, self.records, self.noise)
-        return element_where_text(cells, self.records, by_force=self.model.by_force, growth=growth_words(exponent))
+        cells, exponent = (
+            self.gap_cells(effects, theta),
+            growth_exponent(self.model, self.records, self.noise),
+        )
+        return element_where_text(
+            cells, self.records, by_force=self.model.by_force, growth=growth_words(exponent)
+        )
 
     def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
         """Gap by block, incoherent part, growth and parity."""
-        own, cells, known = self._residuals(effects, theta), self.gap_cells(effects, theta), self.noise_is_declared
+        own, cells, known = (
+            self._residuals(effects, theta),
+            self.gap_cells(effects, theta),
+            self.noise_is_declared,
+        )
         return element_findings(
-            self.model, self.records, own, cells, noise=self.noise, is_declared=known, channel=self.channel
+            self.model,
+            self.records,
+            own,
+            cells,
+            noise=self.noise,
+            is_declared=known,
+            channel=self.channel,
         )
 
     def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
@@ -181,7 +214,11 @@ class ElementPlant:
         records = []
         for record in self.records:
             predicted = self.model.predicted(record, effects, theta)
-            records.append(record.with_response(predicted) if self.model.by_force else record.with_force(predicted))
+            records.append(
+                record.with_response(predicted)
+                if self.model.by_force
+                else record.with_force(predicted)
+            )
         return replace(self, records=tuple(records))
 
     def trials(self) -> Sequence[Trial]:
@@ -193,7 +230,8 @@ class ElementPlant:
         if not self.model.by_force:
             return 0.0
         changes = [
-            self.model.predicted(record, effects, theta, refined=2) - self.model.predicted(record, effects, theta)
+            self.model.predicted(record, effects, theta, refined=2)
+            - self.model.predicted(record, effects, theta)
             for record in self.records
         ]
         return float(np.sqrt(np.mean(np.concatenate(changes) ** 2)))
@@ -227,7 +265,11 @@ class ElementPlant:
         return np.where(record.block >= 0, residual, 0.0)
 
     def _derivatives(
-        self, records: Sequence[ElementRecord], effects: Effects, theta: FloatArray, residuals: Sequence[FloatArray]
+        self,
+        records: Sequence[ElementRecord],
+        effects: Effects,
+        theta: FloatArray,
+        residuals: Sequence[FloatArray],
     ) -> list[FloatArray]:
         """Change of the prediction of every run by every parameter, shape (p, n) each."""
 
@@ -241,7 +283,11 @@ class ElementPlant:
             moved = theta.copy()
             moved[k] += step
             changed = self._residual(records[r], effects, moved)
-            return (residual - changed) / step if np.isfinite(changed).all() else np.zeros(residual.size)
+            return (
+                (residual - changed) / step
+                if np.isfinite(changed).all()
+                else np.zeros(residual.size)
+            )
 
         parameters = self.parameters(effects)
         rows = self._in_threads(row, len(records) * theta.size)
@@ -297,12 +343,19 @@ def element_plant(campaign: Campaign) -> ElementPlant:
         laws=compiled_laws(cards),
     )
     scale = element_scale(unscaled, records)
-    model = replace(unscaled, scale=scale, substeps=substeps_for(scale, max(record.step for record in records)))
-    return ElementPlant(model, records, noise, measured, channel.name, channel.noise_std is not None)
+    model = replace(
+        unscaled, scale=scale, substeps=substeps_for(scale, max(record.step for record in records))
+    )
+    return ElementPlant(
+        model, records, noise, measured, channel.name, channel.noise_std is not None
+    )
 
 
 def _refuse_mixed_units(campaign: Campaign, input_name: str) -> None:
-    """A voltage analogue declares both units: with one of them in SI the parameters would have none that make sense."""
+    """A voltage analogue declares both units.
+
+    With one of them in SI the parameters would have none that make sense.
+    """
     channel = campaign.channels[0]
     foreign = channel.unit != campaign.contract.quantities[channel.quantity]
     declared = campaign.input_units.get(input_name, campaign.contract.inputs[input_name])

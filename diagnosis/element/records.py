@@ -8,9 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import welch
 
-from identification.campaign.campaign import Campaign
-from identification.campaign.records import Run
-from identification.campaign.signals import band_limited, even_time, filled, surrogate, trusted_frequency
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign.signals import (
+    band_limited,
+    even_time,
+    filled,
+    surrogate,
+    trusted_frequency,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -19,7 +25,8 @@ _PIECES = 24
 FEWEST_IN_BLOCK = 64
 #: Bands of frequency of the score.
 N_BANDS = 16
-#: Periods of the trusted band's end that a derivative needs beside it, and the share of a record they may take at either end.
+#: Periods of the trusted band's end that a derivative needs beside it, and the share of a record
+#: they may take at either end.
 _EDGE_PERIODS, _LARGEST_EDGE = 10.0, 0.1
 
 
@@ -96,7 +103,8 @@ def element_records(campaign: Campaign) -> tuple[ElementRecord, ...]:
     Raises
     ------
     ValueError
-        Where a signal is missing throughout or never changes, or `settle_samples` leaves too little.
+        Where a signal is missing throughout or never changes, or `settle_samples` leaves too
+        little.
     """
     by_force = campaign.rig["drive"] == "force"
     channel = campaign.channels[0]
@@ -106,7 +114,14 @@ def element_records(campaign: Campaign) -> tuple[ElementRecord, ...]:
         _refuse_empty(run, run.signals[channel.name], channel.name)
     n_blocks = max(2, min(12, round(_PIECES / len(campaign.runs))))
     return tuple(
-        _record(run, campaign, run.inputs[input_name], run.signals[channel.name], by_force=by_force, n_blocks=n_blocks)
+        _record(
+            run,
+            campaign,
+            run.inputs[input_name],
+            run.signals[channel.name],
+            by_force=by_force,
+            n_blocks=n_blocks,
+        )
         for run in campaign.runs
     )
 
@@ -114,13 +129,23 @@ def element_records(campaign: Campaign) -> tuple[ElementRecord, ...]:
 def _refuse_empty(run: Run, values: FloatArray, name: str) -> None:
     present = values[np.isfinite(values)]
     if present.size < 2:
-        raise ValueError(f"run {run.name}: column '{name}' holds {present.size} measured samples; expected a signal")
+        raise ValueError(
+            f"run {run.name}: column '{name}' holds {present.size} measured samples; expected a signal"
+        )
     if present.std() == 0.0:
-        raise ValueError(f"run {run.name}: column '{name}' is {present[0]} throughout; expected a signal that changes")
+        raise ValueError(
+            f"run {run.name}: column '{name}' is {present[0]} throughout; expected a signal that changes"
+        )
 
 
 def _record(
-    run: Run, campaign: Campaign, drive: FloatArray, response: FloatArray, *, by_force: bool, n_blocks: int
+    run: Run,
+    campaign: Campaign,
+    drive: FloatArray,
+    response: FloatArray,
+    *,
+    by_force: bool,
+    n_blocks: int,
 ) -> ElementRecord:
     rig = campaign.rig
     settle = int(rig.get("settle_samples", 0))
@@ -158,7 +183,10 @@ def prepared_record(
     in_steady_state: bool = False,
     n_blocks: int = 4,
 ) -> ElementRecord:
-    """Record of evenly sampled signals; fields as in :class:`ElementRecord`, `names` are run and condition."""
+    """Record of evenly sampled signals.
+
+    Fields as in :class:`ElementRecord`, `names` are run and condition.
+    """
     deflection, force = (response, drive) if by_force else (drive, response)
     cutoff = trusted_frequency(deflection, step)
     if not (by_force and period):
@@ -183,10 +211,12 @@ def prepared_record(
 
 
 def _is_inner(n: int, cutoff: float) -> NDArray[np.bool_]:
-    """Samples far enough from the ends of a record of `n` for their derivatives; `cutoff` in cycles a sample.
+    """Samples far enough from the ends of a record of `n` for their derivatives.
 
-    Beyond its ends a record is unknown: the acceleration there is a guess that is felt some periods into the record. Where
-    the deflection is predicted whole periods count more.
+    `cutoff` in cycles a sample.
+
+    Beyond its ends a record is unknown: the acceleration there is a guess that is felt some periods
+    into the record. Where the deflection is predicted whole periods count more.
     """
     edge = min(int(np.ceil(_EDGE_PERIODS / cutoff)), int(_LARGEST_EDGE * n))
     place = np.arange(n)
@@ -199,13 +229,18 @@ def _placebo_seeds(run: str) -> tuple[int, int]:
     return own, own + 1
 
 
-def _motion(deflection: FloatArray, step: float, cutoff: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _motion(
+    deflection: FloatArray, step: float, cutoff: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     q, v, a = (band_limited(deflection, step, cutoff, derivative=order) for order in (0, 1, 2))
     return q, v, a
 
 
 def _blocks(counts: NDArray[np.bool_], period: int, wanted: int) -> tuple[NDArray[np.int64], int]:
-    """Cut from the first to the last sample that counts into blocks of like length; whole periods where there are as many."""
+    """Cut from the first to the last sample that counts into blocks of like length.
+
+    Whole periods where there are as many.
+    """
     counted = np.flatnonzero(counts)
     first, n = int(counted[0]), int(counted[-1] - counted[0]) + 1
     n_blocks = max(1, min(wanted, n // FEWEST_IN_BLOCK))
@@ -224,8 +259,8 @@ def _blocks(counts: NDArray[np.bool_], period: int, wanted: int) -> tuple[NDArra
 def noise_variance(campaign: Campaign, records: Sequence[ElementRecord]) -> tuple[FloatArray, bool]:
     """Variance of the noise of the channel by run, and whether it was measured rather than guessed.
 
-    Declared noise first; then the scatter over periods at the same phase; else the plateau of the spectrum above the
-    band of the signal, taken as white.
+    Declared noise first; then the scatter over periods at the same phase; else the plateau of the
+    spectrum above the band of the signal, taken as white.
 
     Parameters
     ----------
@@ -259,8 +294,17 @@ def _scatter_over_periods(record: ElementRecord) -> float | None:
 
 
 def _plateau(record: ElementRecord) -> float:
-    """Variance of white noise as high as the spectrum's top; differences take the signal's leakage out."""
+    """Variance of white noise as high as the spectrum's top.
+
+    Differences take the signal's leakage out.
+    """
     segment = min(record.response.size, 2048)
-    _, power = welch(record.response, 1.0 / record.step, nperseg=segment, window="blackmanharris", detrend="linear")
+    _, power = welch(
+        record.response,
+        1.0 / record.step,
+        nperseg=segment,
+        window="blackmanharris",
+        detrend="linear",
+    )
     top = power[int(0.85 * power.size) :]
     return float(np.median(top) * 0.5 / record.step)

@@ -1,18 +1,24 @@
-"""Sizes of an element from its measured motion: the scale of every parameter, and where fits start."""
+"""Sizes of an element from its measured motion.
+
+The scale of every parameter, and where fits start.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.element.linear import linear_element
-from diagnosis.element.model import ElementModel, ElementScale
-from diagnosis.element.records import ElementRecord
-from diagnosis.element.signatures import base_columns, known_force
+from carrierflex.diagnosis.element.linear import linear_element
+from carrierflex.diagnosis.element.model import ElementModel, ElementScale
+from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.diagnosis.element.signatures import base_columns, known_force
 
 
 def element_scale(model: ElementModel, records: Sequence[ElementRecord]) -> ElementScale:
-    """Sizes of an element from its measured motion, and its baseline: from its response where it moves by a force."""
+    """Sizes of an element from its measured motion, and its baseline.
+
+    From its response where it moves by a force.
+    """
     plain = replace(model, contained=())
     rows = [base_columns(plain, record)[:, record.block >= 0] for record in records]
     force = [known_force(model, record)[record.block >= 0] for record in records]

@@ -1,18 +1,22 @@
-"""Force space of an element: the residual force along the measured motion, and what every effect would add to it."""
+"""Force space of an element.
+
+The residual force along the measured motion, and what every effect would add to it.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.comparison.problem import CEILING, FloatArray, Signatures
-from diagnosis.element.cards import PLACEBO_CARDS, SHAPE_STARTS
-from diagnosis.element.model import ElementModel
-from diagnosis.element.records import ElementRecord
-from identification.campaign.signals import band_limited
+from carrierflex.diagnosis.comparison.problem import CEILING, FloatArray, Signatures
+from carrierflex.diagnosis.element.cards import PLACEBO_CARDS, SHAPE_STARTS
+from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.identification.campaign.signals import band_limited
 
 _PLACEBOS = tuple(card.id for card in PLACEBO_CARDS)
-#: Flexible residual force: powers of deflection and speed up to this degree, friction-like and hysteretic shapes.
+#: Flexible residual force: powers of deflection and speed up to this degree, friction-like and
+#: hysteretic shapes.
 _DEGREE = 7
 _SOFT_SIGNS = (0.05, 0.3)
 _YIELD_SHARES = (0.1, 0.5)
@@ -45,7 +49,11 @@ def signature_columns(model: ElementModel) -> tuple[Column, ...]:
     for name in model.cards:
         if name in model.contained or name in _PLACEBOS:
             continue
-        own = {parameter.name: parameter for parameter in model.parameters((name,)) if parameter.effect == name}
+        own = {
+            parameter.name: parameter
+            for parameter in model.parameters((name,))
+            if parameter.effect == name
+        }
         shapes = [parameter for parameter in own.values() if parameter.shape]
         for share in SHAPE_STARTS.get(name, (1.0,)):
             values = {parameter.name: share * parameter.scale for parameter in shapes}
@@ -54,13 +62,20 @@ def signature_columns(model: ElementModel) -> tuple[Column, ...]:
                 values = {"Fy": share * model.scale.deflection}
             if name == "backlash":
                 values = {"gap": share * model.scale.deflection}
-            amplitudes = [p.name for p in own.values() if not p.shape and p.name not in values] or ["K1"]
-            columns += [Column(name, a, {**values, a: 1.0}, tuple(values.values())) for a in amplitudes]
+            amplitudes = [p.name for p in own.values() if not p.shape and p.name not in values] or [
+                "K1"
+            ]
+            columns += [
+                Column(name, a, {**values, a: 1.0}, tuple(values.values())) for a in amplitudes
+            ]
     return tuple(columns)
 
 
 def base_columns(model: ElementModel, record: ElementRecord) -> FloatArray:
-    """Baseline's regressors along the measured motion, shape (n_base, n): mass (where fitted), K1, C1, f0, contained."""
+    """Baseline's regressors along the measured motion, shape (n_base, n).
+
+    Mass (where fitted), K1, C1, f0, contained.
+    """
     q, v, a = record.motion
     rows = [] if model.mass is not None else [a]
     rows += [q, v, np.ones(q.size)]
@@ -74,8 +89,14 @@ def contained_columns(model: ElementModel) -> tuple[Column, ...]:
     columns = []
     for parameter in model.parameters(()):
         if parameter.effect in model.contained and not parameter.shape:
-            shapes = {p.name: p.scale for p in model.parameters(()) if p.effect == parameter.effect and p.shape}
-            columns.append(Column(parameter.effect, parameter.name, {**shapes, parameter.name: 1.0}, ()))
+            shapes = {
+                p.name: p.scale
+                for p in model.parameters(())
+                if p.effect == parameter.effect and p.shape
+            }
+            columns.append(
+                Column(parameter.effect, parameter.name, {**shapes, parameter.name: 1.0}, ())
+            )
     return tuple(columns)
 
 
@@ -103,8 +124,13 @@ def known_force(model: ElementModel, record: ElementRecord) -> FloatArray:
 
 
 def _lacking_force(model: ElementModel, record: ElementRecord, gap: FloatArray) -> FloatArray:
-    """Force that would close the gap: the gap itself, or ``-(m e'' + C1 e' + K1 e)`` where deflections were predicted."""
-    e, e_1, e_2 = (band_limited(gap, record.step, record.cutoff_hz, derivative=order) for order in (0, 1, 2))
+    """Force that would close the gap.
+
+    The gap itself, or ``-(m e'' + C1 e' + K1 e)`` where deflections were predicted.
+    """
+    e, e_1, e_2 = (
+        band_limited(gap, record.step, record.cutoff_hz, derivative=order) for order in (0, 1, 2)
+    )
     if not model.by_force:
         return e
     K1, C1 = model.held[-3:-1]
@@ -133,7 +159,12 @@ def element_signatures(model: ElementModel, records: Sequence[ElementRecord]) ->
         base = base_columns(model, record)
         flexible = _flexible_features(model, record)
         table = np.vstack(
-            [known_force(model, record), base, *[column_values(model, record, column) for column in columns], flexible]
+            [
+                known_force(model, record),
+                base,
+                *[column_values(model, record, column) for column in columns],
+                flexible,
+            ]
         )
         for block in range(record.n_blocks):
             own = table[:, record.block == block]

@@ -1,13 +1,22 @@
-"""Where the search for an element's parameters starts: least squares in force space, shape by shape."""
+"""Where the search for an element's parameters starts.
+
+Least squares in force space, shape by shape.
+"""
 
 from collections.abc import Mapping, Sequence
 from itertools import product
 
 import numpy as np
 
-from diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter, Signatures
-from diagnosis.element.model import ElementModel
-from diagnosis.element.signatures import Column, contained_columns
+from carrierflex.diagnosis.comparison.problem import (
+    BASELINE,
+    Effects,
+    FloatArray,
+    Parameter,
+    Signatures,
+)
+from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.signatures import Column, contained_columns
 
 #: Starts handed back at most, best fit in force space first.
 _MOST_STARTS = 6
@@ -42,18 +51,36 @@ def element_starts(
     solutions = _force_space_solutions(model, signatures, columns, effects)
     best = solutions[0]
     warm = np.array([_warm_value(parameter, known, best) for parameter in parameters])
-    starts = [warm, *(np.array([found.get((p.effect, p.name), _off(p)) for p in parameters]) for found in solutions)]
-    # The known baseline with the new effects of force space: the effect's size is right where the baseline is.
+    starts = [
+        warm,
+        *(
+            np.array([found.get((p.effect, p.name), _off(p)) for p in parameters])
+            for found in solutions
+        ),
+    ]
+    # The known baseline with the new effects of force space: the effect's size is right where the
+    # baseline is.
     starts += [
-        np.array([known.get((p.effect, p.name), found.get((p.effect, p.name), _off(p))) for p in parameters])
+        np.array(
+            [
+                known.get((p.effect, p.name), found.get((p.effect, p.name), _off(p)))
+                for p in parameters
+            ]
+        )
         for found in solutions
         if known
     ]
     if model.by_force and not known:
-        # What the response to the force says of the baseline, which noise in the deflection does not touch.
+        # What the response to the force says of the baseline, which noise in the deflection does
+        # not touch.
         scale = {(BASELINE, name): getattr(model.scale, name) for name in ("m", "K1", "C1", "f0")}
         starts += [
-            np.array([scale.get((p.effect, p.name), found.get((p.effect, p.name), _off(p))) for p in parameters])
+            np.array(
+                [
+                    scale.get((p.effect, p.name), found.get((p.effect, p.name), _off(p)))
+                    for p in parameters
+                ]
+            )
             for found in solutions
         ]
     lower, upper = np.array([[p.lower, p.upper] for p in parameters]).T
@@ -61,7 +88,9 @@ def element_starts(
 
 
 def _warm_value(
-    parameter: Parameter, known: Mapping[tuple[str, str], float], solution: Mapping[tuple[str, str], float]
+    parameter: Parameter,
+    known: Mapping[tuple[str, str], float],
+    solution: Mapping[tuple[str, str], float],
 ) -> float:
     key = (parameter.effect, parameter.name)
     if key in known:
@@ -85,7 +114,11 @@ def _force_space_solutions(
     for effect in effects:
         shapes = sorted({column.shape for column in columns if column.effect == effect})
         groups = [
-            [k for k, column in enumerate(columns) if column.effect == effect and column.shape == shape]
+            [
+                k
+                for k, column in enumerate(columns)
+                if column.effect == effect and column.shape == shape
+            ]
             for shape in shapes
         ]
         by_effect.append(groups or [[]])
@@ -95,7 +128,10 @@ def _force_space_solutions(
         places = [*range(1, first), *(first + k for k in chosen)]
         own = gram[np.ix_(places, places)]
         size = np.sqrt(np.maximum(np.diag(own), np.finfo(float).tiny))
-        solution = np.linalg.lstsq(own / np.outer(size, size), gram[places, 0] / size, rcond=1e-10)[0] / size
+        solution = (
+            np.linalg.lstsq(own / np.outer(size, size), gram[places, 0] / size, rcond=1e-10)[0]
+            / size
+        )
         left = gram[0, 0] - solution @ gram[places, 0]
         base, amplitudes = solution[: first - 1], solution[first - 1 :]
         found.append((left, _values(model, base, [columns[k] for k in chosen], amplitudes)))
@@ -119,5 +155,8 @@ def _values(
         values[column.effect, column.amplitude] = float(amplitude)
         if column.effect == "elasto_plastic_friction":
             stiffness = max(float(amplitude), 0.02 * model.scale.of((1, -1, 0)))
-            values[column.effect, "Kp"], values[column.effect, "Fy"] = stiffness, stiffness * column.values["Fy"]
+            values[column.effect, "Kp"], values[column.effect, "Fy"] = (
+                stiffness,
+                stiffness * column.values["Fy"],
+            )
     return values

@@ -1,4 +1,7 @@
-"""The gap beyond its map: in time, what does not repeat, growth with the conditions, and its uncertainty by cell."""
+"""The gap beyond its map.
+
+In time, what does not repeat, growth with the conditions, and its uncertainty by cell.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -7,8 +10,8 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from scipy.stats import wasserstein_distance
 
-from diagnosis.comparison.problem import Effects, FloatArray, GapCell
-from diagnosis.gap.power_laws import Exponent
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, GapCell
+from carrierflex.diagnosis.gap.power_laws import Exponent
 
 SIGNIFICANCE = 0.01
 
@@ -60,12 +63,15 @@ class Drift:
 
 @dataclass(frozen=True, eq=False)
 class IncoherentCell:
-    """What does not repeat in one cell: from revolution to revolution, period to period or run to run, or off the orders.
+    """What does not repeat in one cell.
+
+    From revolution to revolution, period to period or run to run, or off the orders.
 
     Parameters
     ----------
     run, channel_pattern : str
-        Cell; the names of several runs, joined by "and", for what differs between repeats of one condition.
+        Cell; the names of several runs, joined by "and", for what differs between repeats of one
+        condition.
     order : float, optional
         Order or line; None for everything off the orders.
     measured, simulated : float
@@ -73,7 +79,8 @@ class IncoherentCell:
     gap, noise : float
         The same of the gap, and of the noise alone.
     p_value : float
-        Without more than noise; adjusted (Benjamini-Yekutieli); NaN where the noise is itself estimated from this scatter.
+        Without more than noise; adjusted (Benjamini-Yekutieli); NaN where the noise is itself
+        estimated from this scatter.
     """
 
     run: str
@@ -121,7 +128,8 @@ class CellValidation:
     error_before, error_after : float
         RMS of E, measured less simulated.
     u_val : float
-        ``sqrt(u_num² + u_D²)``: step of integration and scatter of the measured cell; the inputs' own error is not declared.
+        ``sqrt(u_num² + u_D²)``: step of integration and scatter of the measured cell; the inputs'
+        own error is not declared.
     is_beyond : bool
         Whether |E| before exceeds u_val, so that a shrink may be claimed.
     """
@@ -147,7 +155,10 @@ class Scalar:
 
 @dataclass(frozen=True, eq=False)
 class ScalarGap:
-    """Area between the distributions of a scalar, measured and simulated, before and after: ``integral |F_s - F_m| dx``."""
+    """Area between the distributions of a scalar, measured and simulated, before and after.
+
+    ``integral |F_s - F_m| dx``.
+    """
 
     name: str
     unit: str
@@ -158,7 +169,10 @@ class ScalarGap:
 
 @dataclass(frozen=True, eq=False)
 class GapFindings:
-    """What a plant finds about the gap of one model beyond its map; fields as in :class:`GapDetail`."""
+    """What a plant finds about the gap of one model beyond its map.
+
+    Fields as in :class:`GapDetail`.
+    """
 
     in_time: tuple[GapMoment, ...] = ()
     drifts: tuple[Drift, ...] = ()
@@ -189,7 +203,10 @@ class GapDetail:
 
 @runtime_checkable
 class Detailed(Protocol):
-    """A plant that looks at its gap beyond the map; one without these methods has no such part in its diagnosis."""
+    """A plant that looks at its gap beyond the map.
+
+    One without these methods has no such part in its diagnosis.
+    """
 
     def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
         """Gap of a model in time, incoherent, with the conditions."""
@@ -225,7 +242,11 @@ def cell_validations(
         left = later[cell.run, cell.channel_pattern, cell.order]
         error, rest = float(np.sqrt(cell.mean_square)), float(np.sqrt(max(left.mean_square, 0.0)))
         u_val = float(np.sqrt(numerical**2 + max(cell.mean_square - cell.coherent, 0.0)))
-        result.append(CellValidation(cell.channel_pattern, cell.order, cell.run, error, rest, u_val, error > u_val))
+        result.append(
+            CellValidation(
+                cell.channel_pattern, cell.order, cell.run, error, rest, u_val, error > u_val
+            )
+        )
     return tuple(sorted(result, key=lambda own: -own.error_before))
 
 
@@ -234,8 +255,8 @@ def scalar_gaps(before: Sequence[Scalar], after: Sequence[Scalar]) -> tuple[Scal
 
     References
     ----------
-    .. [1] S. Ferson, W. L. Oberkampf, L. Ginzburg, "Model validation and predictive capability for the thermal challenge
-       problem", Comput. Methods Appl. Mech. Engrg. 197 (2008) 2408-2430.
+    .. [1] S. Ferson, W. L. Oberkampf, L. Ginzburg, "Model validation and predictive capability for
+       the thermal challenge problem", Comput. Methods Appl. Mech. Engrg. 197 (2008) 2408-2430.
     """
     return tuple(
         ScalarGap(

@@ -7,11 +7,12 @@ from numpy.typing import NDArray
 from scipy.stats import f as fisher_f
 from scipy.stats import false_discovery_control
 
-from diagnosis.comparison.problem import FloatArray
-from diagnosis.gap.findings import SIGNIFICANCE, Drift, GapMoment, size_words
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.gap.findings import SIGNIFICANCE, Drift, GapMoment, size_words
 
 ComplexArray = NDArray[np.complex128]
-#: Repetitions in a window at most, and windows a run is seen in at least where it has as many repetitions.
+#: Repetitions in a window at most, and windows a run is seen in at least where it has as many
+#: repetitions.
 _WINDOW = 20
 _FEWEST_WINDOWS = 8
 #: A trend is a quadratic in time.
@@ -50,10 +51,12 @@ def sliding_rms(run: str, time: FloatArray, square: FloatArray) -> tuple[GapMome
 
 
 def trends(time: FloatArray, amplitudes: ComplexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Quadratic trend of complex amplitudes over a run: change from first to last, mean square, p-value.
+    """Quadratic trend of complex amplitudes over a run.
 
-    ``F = (SS_trend / 2) / (SS_left / (R - 3))``, complex amplitudes with twice the degrees of freedom; NaN p-values with
-    fewer than five repetitions.
+    Change from first to last, mean square, p-value.
+
+    ``F = (SS_trend / 2) / (SS_left / (R - 3))``, complex amplitudes with twice the degrees of
+    freedom; NaN p-values with fewer than five repetitions.
 
     Parameters
     ----------
@@ -87,7 +90,10 @@ def trends(time: FloatArray, amplitudes: ComplexArray) -> tuple[FloatArray, Floa
 
 
 def significant_drifts(rows: Sequence[Drift]) -> tuple[Drift, ...]:
-    """Trends beyond chance among those of all cells, largest change first; p-values are adjusted here."""
+    """Trends beyond chance among those of all cells, largest change first.
+
+    P-values are adjusted here.
+    """
     known = [row for row in rows if np.isfinite(row.p_value)]
     if not known:
         return ()
@@ -101,7 +107,10 @@ def significant_drifts(rows: Sequence[Drift]) -> tuple[Drift, ...]:
 
 
 def drift_words(drifts: Sequence[Drift], unit: str, *, noun: str = "order") -> str:
-    """``the gap drifts: in LC2 order 0, m=0 changes by 12 µm over the run``; empty without a drift worth a word."""
+    """``the gap drifts: in LC2 order 0, m=0 changes by 12 µm over the run``.
+
+    Empty without a drift worth a word.
+    """
     named = [row for row in drifts if row.share >= _NAMED_SHARE]
     if not named:
         return ""

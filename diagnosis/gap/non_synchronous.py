@@ -1,4 +1,7 @@
-"""What does not repeat: scatter of every cell over the repetitions against the noise, and what lies off the orders."""
+"""What does not repeat.
+
+Scatter of every cell over the repetitions against the noise, and what lies off the orders.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,10 +10,11 @@ import numpy as np
 from scipy.stats import chi2, false_discovery_control
 from scipy.stats import f as fisher_f
 
-from diagnosis.comparison.problem import FloatArray
-from diagnosis.gap.findings import SIGNIFICANCE, IncoherentCell, size_words
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.gap.findings import SIGNIFICANCE, IncoherentCell, size_words
 
-#: A part that does not repeat is said where it is this share of the repeating part; below it is noted in the table only.
+#: A part that does not repeat is said where it is this share of the repeating part; below it is
+#: noted in the table only.
 _NAMED_SHARE = 0.01
 
 
@@ -24,7 +28,10 @@ def scatter_p_values(scatter: FloatArray, noise: FloatArray, degrees: FloatArray
     degrees : ndarray, shape (...)
         Degrees of freedom.
     """
-    return np.asarray(chi2.sf(degrees * scatter / np.maximum(noise, np.finfo(float).tiny), degrees), dtype=np.float64)
+    return np.asarray(
+        chi2.sf(degrees * scatter / np.maximum(noise, np.finfo(float).tiny), degrees),
+        dtype=np.float64,
+    )
 
 
 def scatter_p_values_estimated(
@@ -44,7 +51,9 @@ def significant_incoherent(cells: Sequence[IncoherentCell]) -> tuple[IncoherentC
         All cells, p-values not adjusted.
     """
     known = [cell for cell in cells if np.isfinite(cell.p_value)]
-    adjusted = false_discovery_control([cell.p_value for cell in known], method="by") if known else ()
+    adjusted = (
+        false_discovery_control([cell.p_value for cell in known], method="by") if known else ()
+    )
     found = [replace(cell, p_value=float(p)) for cell, p in zip(known, adjusted, strict=True)]
     found += [cell for cell in cells if not np.isfinite(cell.p_value)]
     kept = [cell for cell in found if cell.order is None or cell.p_value < SIGNIFICANCE]
@@ -52,7 +61,12 @@ def significant_incoherent(cells: Sequence[IncoherentCell]) -> tuple[IncoherentC
 
 
 def incoherent_words(
-    cells: Sequence[IncoherentCell], coherent: float, unit: str, repeats: str, *, noun: str = "order"
+    cells: Sequence[IncoherentCell],
+    coherent: float,
+    unit: str,
+    repeats: str,
+    *,
+    noun: str = "order",
 ) -> str:
     """One clause about what does not repeat.
 

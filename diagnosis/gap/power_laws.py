@@ -1,4 +1,7 @@
-"""How the gap grows with the conditions: exponents of a power law by weighted regression of logarithms."""
+"""How the gap grows with the conditions.
+
+Exponents of a power law by weighted regression of logarithms.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -33,7 +36,8 @@ class Exponent:
     p_value : float
         Probability of such an exponent where the gap does not depend on the condition.
     n_points : int
-        Amplitudes that were used. With as many as unknowns the interval knows the noise only, not the misfit of the law.
+        Amplitudes that were used. With as many as unknowns the interval knows the noise only, not
+        the misfit of the law.
     reason : str
         Why it is not determinable; empty where it is.
     """
@@ -45,12 +49,15 @@ class Exponent:
     reason: str = ""
 
 
-def exponents(size: FloatArray, error: FloatArray, conditions: Mapping[str, FloatArray]) -> dict[str, Exponent]:
+def exponents(
+    size: FloatArray, error: FloatArray, conditions: Mapping[str, FloatArray]
+) -> dict[str, Exponent]:
     """Exponents p of ``size = a prod_k condition_k^p_k``, all conditions that vary fitted together.
 
-    ``log size = log a + sum_k p_k log condition_k``, each point weighted by its relative error; the covariance is enlarged by
-    ``chi²/dof`` where that exceeds 1. A condition with points at zero takes part in the exponents of the others as
-    ``log(1 + x / max x)``; its own exponent comes from the points where it is present.
+    ``log size = log a + sum_k p_k log condition_k``, each point weighted by its relative error; the
+    covariance is enlarged by ``chi²/dof`` where that exceeds 1. A condition with points at zero
+    takes part in the exponents of the others as ``log(1 + x / max x)``; its own exponent comes from
+    the points where it is present.
 
     Parameters
     ----------
@@ -67,11 +74,15 @@ def exponents(size: FloatArray, error: FloatArray, conditions: Mapping[str, Floa
     found = {}
     for name, values in conditions.items():
         used = (size > 0.0) & (values > WITHOUT * float(values.max(initial=0.0)))
-        found[name] = _exponent(name, size[used], error[used], {own: v[used] for own, v in conditions.items()})
+        found[name] = _exponent(
+            name, size[used], error[used], {own: v[used] for own, v in conditions.items()}
+        )
     return found
 
 
-def _exponent(name: str, size: FloatArray, error: FloatArray, conditions: Mapping[str, FloatArray]) -> Exponent:
+def _exponent(
+    name: str, size: FloatArray, error: FloatArray, conditions: Mapping[str, FloatArray]
+) -> Exponent:
     n = size.size
     if n < 2:
         return _none(n, "fewer than two points show it")
@@ -85,7 +96,11 @@ def _exponent(name: str, size: FloatArray, error: FloatArray, conditions: Mappin
     alone = columns[name] - design @ np.linalg.lstsq(design, columns[name], rcond=None)[0]
     if np.linalg.norm(alone) < _OWN_SHARE * np.linalg.norm(centred):
         return _none(n, f"{name} changes together with {' and '.join(others)}")
-    return _fitted(np.column_stack([columns[name], design]), np.log(size), np.maximum(error / size, _LEAST_ERROR))
+    return _fitted(
+        np.column_stack([columns[name], design]),
+        np.log(size),
+        np.maximum(error / size, _LEAST_ERROR),
+    )
 
 
 def _column(values: FloatArray) -> FloatArray:
@@ -108,7 +123,9 @@ def _fitted(design: FloatArray, target: FloatArray, error: FloatArray) -> Expone
     law = student_t(dof) if dof > 0 else norm()
     half = float(law.ppf(0.975)) * std
     value = float(solution[0])
-    return Exponent(value, (value - half, value + half), float(2.0 * law.sf(abs(value) / std)), len(y))
+    return Exponent(
+        value, (value - half, value + half), float(2.0 * law.sf(abs(value) / std)), len(y)
+    )
 
 
 def _none(n: int, reason: str) -> Exponent:

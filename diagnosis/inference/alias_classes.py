@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from diagnosis.comparison.problem import Effects, FloatArray, Plant
-from diagnosis.inference.bounded_fit import EffectFit, fit_effects
-from diagnosis.inference.forward_selection import Ladder
-from diagnosis.inference.screening import Screen
-from diagnosis.inference.thresholds import Thresholds
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Plant
+from carrierflex.diagnosis.inference.bounded_fit import EffectFit, fit_effects
+from carrierflex.diagnosis.inference.forward_selection import Ladder
+from carrierflex.diagnosis.inference.screening import Screen
+from carrierflex.diagnosis.inference.thresholds import Thresholds
 
 #: Exchange tests for one effect at most, most correlated first.
 _MOST_EXCHANGES = 4
@@ -16,8 +16,9 @@ _TRIAL_STEPS = 8
 def alias_class(ladder: Ladder, screened: Screen, accepted: Effects, effect: str) -> Effects:
     """Effects that reproduce a fitted one within the noise, the effect itself first.
 
-    Effects whose projected signature is correlated with its signature, and the aliases on its card that reached the ladder,
-    are put to the exchange test: refit the other effect to the simulated signals of the fitted one.
+    Effects whose projected signature is correlated with its signature, and the aliases on its card
+    that reached the ladder, are put to the exchange test: refit the other effect to the simulated
+    signals of the fitted one.
 
     Parameters
     ----------
@@ -41,7 +42,8 @@ def alias_class(ladder: Ladder, screened: Screen, accepted: Effects, effect: str
     related = [
         other
         for other in others
-        if screened.correlated(effect, other) >= thresholds.alias_correlation or (other,) in ladder.scores
+        if screened.correlated(effect, other) >= thresholds.alias_correlation
+        or (other,) in ladder.scores
     ]
     related.sort(key=lambda other: -screened.correlated(effect, other))
     simulated = plant.with_signals_of(fit.effects, fit.theta)
@@ -56,7 +58,9 @@ def alias_class(ladder: Ladder, screened: Screen, accepted: Effects, effect: str
 
 
 def separating_measurement(ladder: Ladder, first: EffectFit, second: EffectFit) -> str:
-    """T-optimal measurement: where the second set, refitted, stays farthest from the signals of the first.
+    """T-optimal measurement.
+
+    Where the second set, refitted, stays farthest from the signals of the first.
 
     ``argmax_u min_theta2 |y_1(u) - y_2(u; theta2)|²`` over the plant's feasible trials.
 
@@ -74,7 +78,8 @@ def separating_measurement(ladder: Ladder, first: EffectFit, second: EffectFit) 
 
     References
     ----------
-    .. [1] A. C. Atkinson, V. V. Fedorov, "The design of experiments for discriminating between two rival models" (1975).
+    .. [1] A. C. Atkinson, V. V. Fedorov, "The design of experiments for discriminating between two
+       rival models" (1975).
     """
     # Below one floor the trial would separate no better than the records at hand.
     best, text = 1.0, ""
@@ -84,7 +89,9 @@ def separating_measurement(ladder: Ladder, first: EffectFit, second: EffectFit) 
         if plant is None:
             continue
         # A trial may hold another number of runs, and with them of parameters.
-        starts = [second.theta] if len(plant.parameters(second.effects)) == second.theta.size else []
+        starts = (
+            [second.theta] if len(plant.parameters(second.effects)) == second.theta.size else []
+        )
         fit = fit_effects(plant, second.effects, starts=starts, most_steps=_TRIAL_STEPS)
         ratio = _rms(plant, fit) / np.sqrt(ladder.floor)
         if np.isfinite(ratio) and ratio > best:
@@ -95,11 +102,13 @@ def separating_measurement(ladder: Ladder, first: EffectFit, second: EffectFit) 
     return f"{text} separates {names}: they would differ by {best:.1f} noise floors there"
 
 
-def is_named_consistently(thresholds: Thresholds, fit: EffectFit, theta_by_fold: FloatArray) -> bool:
+def is_named_consistently(
+    thresholds: Thresholds, fit: EffectFit, theta_by_fold: FloatArray
+) -> bool:
     """Whether no added effect moves, between folds, by more than its error and half its signal.
 
-    The change of an effect's signal is ``(d' M d)^1/2`` with M the Gauss-Newton matrix of its parameters: several of them
-    may trade against one another in a fold that cannot tell them apart.
+    The change of an effect's signal is ``(d' M d)^1/2`` with M the Gauss-Newton matrix of its
+    parameters: several of them may trade against one another in a fold that cannot tell them apart.
     """
     std = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
     matrix = fit.sums.matrix.sum(axis=0)

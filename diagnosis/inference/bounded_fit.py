@@ -1,4 +1,7 @@
-"""Fit of a set of effects within physical bounds: damped Gauss-Newton on sums, from several starts, never worse nested."""
+"""Fit of a set of effects within physical bounds.
+
+Damped Gauss-Newton on sums, from several starts, never worse nested.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,15 +9,23 @@ from functools import partial
 
 import numpy as np
 
-from diagnosis.comparison.problem import BoolArray, Effects, FloatArray, Parameter, PieceSums, Plant
+from carrierflex.diagnosis.comparison.problem import (
+    BoolArray,
+    Effects,
+    FloatArray,
+    Parameter,
+    PieceSums,
+    Plant,
+)
 
 #: A model may cost more than one it contains by rounding only.
 NESTED_TOLERANCE = 1e-6
 #: The search ends where a full step promises less than this share of the cost.
 _PROMISE = 1e-5
 _MOST_STEPS = 30
-#: It ends too where so many steps in a row gain less than this share of the cost: near the noise a third of a unit of chi² in ten
-#: thousand samples; a fit that leaves so many times the noise's sum of squares is no better for its last per mille.
+#: It ends too where so many steps in a row gain less than this share of the cost: near the noise a
+#: third of a unit of chi² in ten thousand samples; a fit that leaves so many times the noise's sum
+#: of squares is no better for its last per mille.
 _SLOW_STEPS, _SLOW_GAIN, _FAR_FROM_NOISE = 4, {False: 3e-5, True: 1e-3}, 1.5
 #: Damping factors tried for one step before the search gives up.
 _MOST_DAMPINGS = 10
@@ -54,8 +65,14 @@ class EffectFit:
 
     @property
     def known(self) -> dict[tuple[str, str], float]:
-        """Values by effect and name, runs' own by ``name of run``; what a larger set starts from."""
-        return {parameter_key(own): float(value) for own, value in zip(self.parameters, self.theta, strict=True)}
+        """Values by effect and name, runs' own by ``name of run``.
+
+        What a larger set starts from.
+        """
+        return {
+            parameter_key(own): float(value)
+            for own, value in zip(self.parameters, self.theta, strict=True)
+        }
 
     @property
     def covariance(self) -> FloatArray:
@@ -139,7 +156,9 @@ def fit_effects(
     candidates = [*plant.starts(effects, best.known if best else {}), *starts]
     costs = np.array([trial_cost(plant, effects, theta, everything, prior) for theta in candidates])
     costs = np.where(np.isfinite(costs), costs, np.inf)
-    search = partial(minimised, plant, effects, chosen=everything, free=free, prior=prior, most_steps=most_steps)
+    search = partial(
+        minimised, plant, effects, chosen=everything, free=free, prior=prior, most_steps=most_steps
+    )
     theta, cost, sums = search(candidates[int(np.argmin(costs))])
     if best is not None and cost > best.cost:
         # The most promising start led astray; the warm start cannot.
@@ -212,12 +231,17 @@ def minimised(
 
 
 def prior_weights(plant: Plant, parameters: Sequence[Parameter]) -> FloatArray:
-    """Weight of each squared parameter: the noise variance over the prior's variance, shape (p,)."""
+    """Weight of each squared parameter.
+
+    The noise variance over the prior's variance, shape (p,).
+    """
     variance = float(plant.noise_square.sum() / max(plant.cell_counts.sum(), 1.0))
     return np.array([variance / parameter.prior_std**2 for parameter in parameters])
 
 
-def trial_cost(plant: Plant, effects: Effects, theta: FloatArray, chosen: BoolArray, prior: FloatArray) -> float:
+def trial_cost(
+    plant: Plant, effects: Effects, theta: FloatArray, chosen: BoolArray, prior: FloatArray
+) -> float:
     """Cost of one parameter set over the chosen pieces."""
     return float(plant.squares(effects, theta, chosen)[chosen].sum() + prior @ theta**2)
 
@@ -231,7 +255,10 @@ def _bounded_step(
     free: BoolArray,
     damping: float,
 ) -> FloatArray:
-    """Damped Gauss-Newton step; a parameter that the step would push out of its bounds stays on the bound."""
+    """Damped Gauss-Newton step.
+
+    A parameter that the step would push out of its bounds stays on the bound.
+    """
     lower = np.array([parameter.lower for parameter in parameters])
     upper = np.array([parameter.upper for parameter in parameters])
     moving = free & (np.diag(matrix) > 0.0)
@@ -266,4 +293,6 @@ def _bound_hits(parameters: Sequence[Parameter], theta: FloatArray) -> BoolArray
 def _pseudo_inverse(matrix: FloatArray) -> FloatArray:
     """Inverse of a scaled symmetric matrix over the directions that the data determine."""
     size = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
-    return np.linalg.pinv(matrix / np.outer(size, size), rcond=1e-12, hermitian=True) / np.outer(size, size)
+    return np.linalg.pinv(matrix / np.outer(size, size), rcond=1e-12, hermitian=True) / np.outer(
+        size, size
+    )

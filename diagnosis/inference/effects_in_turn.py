@@ -5,9 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.comparison.problem import Effects, FloatArray, Plant
-from diagnosis.inference.forward_selection import explained_share, ladder_of, placebo_scores
-from diagnosis.inference.thresholds import Thresholds
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Plant
+from carrierflex.diagnosis.inference.forward_selection import (
+    explained_share,
+    ladder_of,
+    placebo_scores,
+)
+from carrierflex.diagnosis.inference.thresholds import Thresholds
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +48,7 @@ class EffectsInTurn:
 
 
 def effects_in_turn(plant: Plant, effects: Sequence[str]) -> EffectsInTurn:
-    """Score the effects of a list on held-out records, as :func:`diagnosis.diagnose.diagnose` scores its sets.
+    """Score the effects of a list on held-out records, as :func:`carrierflex.diagnosis.diagnose.diagnose` scores its sets.
 
     Parameters
     ----------
@@ -56,7 +60,8 @@ def effects_in_turn(plant: Plant, effects: Sequence[str]) -> EffectsInTurn:
     Returns
     -------
     EffectsInTurn
-        A rise of the RMS says that an effect predicts held-out records worse, however it fits its own.
+        A rise of the RMS says that an effect predicts held-out records worse, however it fits its
+        own.
 
     Raises
     ------
@@ -65,7 +70,9 @@ def effects_in_turn(plant: Plant, effects: Sequence[str]) -> EffectsInTurn:
     """
     unknown = [effect for effect in effects if effect not in plant.cards]
     if unknown:
-        raise ValueError(f"effects {', '.join(unknown)}; expected candidates of the plant: {', '.join(plant.cards)}")
+        raise ValueError(
+            f"effects {', '.join(unknown)}; expected candidates of the plant: {', '.join(plant.cards)}"
+        )
     ladder = ladder_of(plant, Thresholds())
     squares = np.array([ladder.mean_square(tuple(effects[:k])) for k in range(len(effects) + 1)])
     before = ladder.score(()).square.sum()

@@ -1,13 +1,17 @@
-"""Which pieces of record are left out together: whole conditions where there are enough, blocks otherwise."""
+"""Which pieces of record are left out together.
+
+Whole conditions where there are enough, blocks otherwise.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.comparison.problem import BoolArray, Piece
+from carrierflex.diagnosis.comparison.problem import BoolArray, Piece
 
-#: With fewer conditions, leaving one out takes away the range of amplitude that the others cannot replace.
+#: With fewer conditions, leaving one out takes away the range of amplitude that the others cannot
+#: replace.
 _FEWEST_CONDITIONS = 3
 #: Groups of blocks where there is one condition.
 _BLOCK_GROUPS = 4
@@ -22,7 +26,8 @@ class Fold:
     name : str
         What is left out, in words.
     training, own, held_out : ndarray of bool, shape (n_pieces,)
-        Pieces that fit what runs share; pieces of held-out runs that fit those runs' own parameters only; pieces scored.
+        Pieces that fit what runs share; pieces of held-out runs that fit those runs' own parameters
+        only; pieces scored.
     """
 
     name: str
@@ -34,9 +39,10 @@ class Fold:
 def held_out_folds(pieces: Sequence[Piece], *, runs_have_own: bool) -> tuple[Fold, ...]:
     """Folds in which every piece is scored once.
 
-    Three conditions or more: leave one condition out; where runs have parameters of their own, these are fitted on the
-    even blocks of the held-out runs to score the odd ones, and the other way round. Two conditions: half of the
-    blocks of one condition at a time. One condition: a quarter of the blocks at a time.
+    Three conditions or more: leave one condition out; where runs have parameters of their own,
+    these are fitted on the even blocks of the held-out runs to score the odd ones, and the other
+    way round. Two conditions: half of the blocks of one condition at a time. One condition: a
+    quarter of the blocks at a time.
 
     Parameters
     ----------
@@ -69,12 +75,21 @@ def held_out_folds(pieces: Sequence[Piece], *, runs_have_own: bool) -> tuple[Fol
         for k in range(groups):
             scored = (condition == name) & (place % groups == k)
             if scored.any():
-                folds.append(Fold(f"blocks {k + 1} of {groups} of {name}", ~scored, np.zeros_like(scored), scored))
+                folds.append(
+                    Fold(
+                        f"blocks {k + 1} of {groups} of {name}",
+                        ~scored,
+                        np.zeros_like(scored),
+                        scored,
+                    )
+                )
     return tuple(folds)
 
 
 def extrapolation_fold(pieces: Sequence[Piece], gap: Sequence[float]) -> Fold | None:
-    """The condition with the largest gap, predicted from all others; None where there is one condition only.
+    """The condition with the largest gap, predicted from all others.
+
+    None where there is one condition only.
 
     Parameters
     ----------

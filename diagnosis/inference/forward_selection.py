@@ -1,4 +1,7 @@
-"""S2 and S3: the ladder of effect sets, each refitted in full and scored on held-out pieces; which of them are supported."""
+"""S2 and S3: the ladder of effect sets, each refitted in full and scored on held-out pieces.
+
+Which of them are supported.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -6,12 +9,12 @@ from itertools import combinations
 
 import numpy as np
 
-from diagnosis.comparison.problem import Effects, Plant, Signatures
-from diagnosis.inference.bounded_fit import EffectFit, NestedCostError, fit_effects
-from diagnosis.inference.folds import Fold, held_out_folds
-from diagnosis.inference.held_out import HeldOut, held_out_score, shrink_interval
-from diagnosis.inference.screening import Screen, screen
-from diagnosis.inference.thresholds import Thresholds
+from carrierflex.diagnosis.comparison.problem import Effects, Plant, Signatures
+from carrierflex.diagnosis.inference.bounded_fit import EffectFit, NestedCostError, fit_effects
+from carrierflex.diagnosis.inference.folds import Fold, held_out_folds
+from carrierflex.diagnosis.inference.held_out import HeldOut, held_out_score, shrink_interval
+from carrierflex.diagnosis.inference.screening import Screen, screen
+from carrierflex.diagnosis.inference.thresholds import Thresholds
 
 #: Sets of one size that are extended by a further effect, and further effects tried on each.
 _EXTENDED_SETS = 2
@@ -20,7 +23,8 @@ _FURTHER_EFFECTS = 4
 _FAR_BEHIND = 10.0
 #: A set within this ratio of the noise's mean square leaves nothing for a further effect.
 _NOTHING_LEFT = 1.03
-#: RMS ratio of a draw that holds none of the conditions in which an effect acts: one, but for how shared parameters shift.
+#: RMS ratio of a draw that holds none of the conditions in which an effect acts: one, but for how
+#: shared parameters shift.
 _UNCHANGED = 1.001
 _SEED = 7
 
@@ -75,10 +79,15 @@ class Ladder:
         return self.fits[key]
 
     def is_worth_scoring(self, effects: Effects) -> bool:
-        """Whether a set fits its own data enough better than each fitted set it extends; held-out gains are smaller still."""
+        """Whether a set fits its own data enough better than each fitted set it extends.
+
+        Held-out gains are smaller still.
+        """
         square = self.fit(effects).sums.square.sum()
         floor = float(self.plant.noise_square.sum())
-        smaller = [own for own in combinations(sorted(effects), len(effects) - 1) if own in self.fits]
+        smaller = [
+            own for own in combinations(sorted(effects), len(effects) - 1) if own in self.fits
+        ]
         left = [float(self.fits[own].sums.square.sum()) for own in smaller]
         whole = float(self.fit(()).sums.square.sum()) - floor
         return all(
@@ -90,7 +99,10 @@ class Ladder:
     def _is_material(self, before: float, after: float, floor: float, whole: float) -> bool:
         """Whether a step is a large enough part of the whole gap, or clears what stands out of the floor."""
         limits = self.thresholds
-        clears = explained_share(before, after, floor) >= limits.clears and before >= limits.stands_out**2 * floor
+        clears = (
+            explained_share(before, after, floor) >= limits.clears
+            and before >= limits.stands_out**2 * floor
+        )
         return clears or before - after >= limits.material * whole
 
     def mean_square(self, effects: Effects) -> float:
@@ -112,10 +124,11 @@ class Ladder:
     def refusal(self, effects: Effects) -> str:
         """Why a set is not supported; empty where every effect in it is.
 
-        An effect must stand off its physical bounds, explain at least the share `explained` of what is left without it and,
-        beside others, a material part of the whole gap (:class:`diagnosis.inference.thresholds.Thresholds`), and
-        shrink the held-out RMS in 97.5 % of the bootstrap draws, or leave it as it is where the drawn
-        conditions do not call for it.
+        An effect must stand off its physical bounds, explain at least the share `explained` of what
+        is left without it and, beside others, a material part of the whole gap
+        (:class:`carrierflex.diagnosis.inference.thresholds.Thresholds`), and shrink the held-out
+        RMS in 97.5 % of the bootstrap draws, or leave it as it is where the drawn conditions do not
+        call for it.
         """
         score = self.score(effects)
         if tuple(sorted(effects)) in self.stuck:
@@ -129,15 +142,21 @@ class Ladder:
         floor = float(self.plant.noise_square.sum())
         whole = float(self.score(()).square.sum()) - floor
         # Sets that are scored already come first: they may settle it without another fit.
-        for effect, rest in sorted(zip(effects, smaller, strict=True), key=lambda pair: pair[1] not in self.scores):
+        for effect, rest in sorted(
+            zip(effects, smaller, strict=True), key=lambda pair: pair[1] not in self.scores
+        ):
             without = self.score(rest)
             if tuple(sorted(rest)) in self.stuck:
                 return f"nothing is known without {effect}: {self.stuck[tuple(sorted(rest))]}"
             share = explained_share(without.square.sum(), score.square.sum(), floor)
             if share < self.thresholds.explained:
                 return f"{effect} explains {max(share, 0.0):.0%} of what is left without it"
-            if rest and not self._is_material(float(without.square.sum()), float(score.square.sum()), floor, whole):
-                return f"{effect} explains less than {self.thresholds.material:.0%} of the whole gap"
+            if rest and not self._is_material(
+                float(without.square.sum()), float(score.square.sum()), floor, whole
+            ):
+                return (
+                    f"{effect} explains less than {self.thresholds.material:.0%} of the whole gap"
+                )
             draws = self.shrink_draws(without, score)
             if np.quantile(draws, 0.975) >= _UNCHANGED:
                 return f"{effect} grows the held-out gap in some draws of the conditions"
@@ -168,12 +187,17 @@ class Ladder:
 
 
 def explained_share(before: float, after: float, floor: float) -> float:
-    """Share of a sum of squares above the floor that is explained: ``1 - (after - floor) / (before - floor)``."""
+    """Share of a sum of squares above the floor that is explained.
+
+    ``1 - (after - floor) / (before - floor)``.
+    """
     above = before - floor
     return 1.0 - (after - floor) / above if above > 0.0 else 0.0
 
 
-def ladder_of(plant: Plant, thresholds: Thresholds, note: Callable[[str], None] = lambda text: None) -> Ladder:
+def ladder_of(
+    plant: Plant, thresholds: Thresholds, note: Callable[[str], None] = lambda text: None
+) -> Ladder:
     """Empty ladder of a plant, scored on the folds that its pieces and parameters allow."""
     own = any(parameter.run is not None for parameter in plant.parameters(()))
     return Ladder(plant, held_out_folds(plant.pieces, runs_have_own=own), thresholds, note)
@@ -200,7 +224,8 @@ def climb(ladder: Ladder, screened: Screen, signatures: Signatures) -> None:
         if not level or nothing_left or (size > 2 and not _last_level_pays(ladder, level)):
             return
         larger = []
-        # Several laws along one motion are hardly ever right beyond two: there the best pair alone is extended.
+        # Several laws along one motion are hardly ever right beyond two: there the best pair alone
+        # is extended.
         extended = _EXTENDED_SETS if size == 2 or ladder.plant.n_channels > 1 else 1
         for effects in level[:extended]:
             if ladder.mean_square(effects) <= _FAR_BEHIND * ladder.mean_square(level[0]):
@@ -214,9 +239,17 @@ def climb(ladder: Ladder, screened: Screen, signatures: Signatures) -> None:
 
 
 def _beside_sensors(plant: Plant, survivors: Effects) -> list[Effects]:
-    """Every survivor with every effect that acts on it: neither need show alone what both do together."""
+    """Every survivor with every effect that acts on it.
+
+    Neither need show alone what both do together.
+    """
     acting = [card.id for card in plant.cards.values() if card.acts_on_others]
-    return [tuple(sorted((effect, other))) for effect in survivors for other in acting if effect != other]
+    return [
+        tuple(sorted((effect, other)))
+        for effect in survivors
+        for other in acting
+        if effect != other
+    ]
 
 
 def _last_level_pays(ladder: Ladder, level: list[Effects]) -> bool:
@@ -225,7 +258,9 @@ def _last_level_pays(ladder: Ladder, level: list[Effects]) -> bool:
     return bool(supported) and min(supported, key=ladder.mean_square) in level
 
 
-def _further_effects(effects: Effects, screened: Screen, signatures: Signatures, survivors: Effects) -> list[str]:
+def _further_effects(
+    effects: Effects, screened: Screen, signatures: Signatures, survivors: Effects
+) -> list[str]:
     """Effects to add: the best of a new screen beside the set, then survivors of the first."""
     chosen = best_beside(effects, screened, signatures)
     return [*chosen, *(effect for effect in survivors[:2] if effect not in (*chosen, *effects))]
@@ -234,7 +269,9 @@ def _further_effects(effects: Effects, screened: Screen, signatures: Signatures,
 def best_beside(effects: Effects, screened: Screen, signatures: Signatures) -> list[str]:
     """Effects that explain most of what a set leaves in the space of the screen, best first."""
     beside = screen(signatures, beside={effect: screened.of(effect).variant for effect in effects})
-    return [own.id for own in beside.effects if own.id not in effects and own.surviving > 0.0][:_FURTHER_EFFECTS]
+    return [own.id for own in beside.effects if own.id not in effects and own.surviving > 0.0][
+        :_FURTHER_EFFECTS
+    ]
 
 
 def placebo_scores(ladder: Ladder, beside: Effects) -> list[HeldOut]:

@@ -2,12 +2,22 @@
 
 import numpy as np
 
-from diagnosis.comparison.problem import Effects, FloatArray, GapCell, Plant
-from diagnosis.inference.bounded_fit import EffectFit
-from diagnosis.inference.folds import extrapolation_fold
-from diagnosis.inference.forward_selection import Ladder, explained_share, placebo_scores
-from diagnosis.inference.held_out import HeldOut, drawn_counts, fold_theta
-from diagnosis.inference.results import NO_INTERVAL, Interval, LadderStep, RunValidation, Shrinkage
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, GapCell, Plant
+from carrierflex.diagnosis.inference.bounded_fit import EffectFit
+from carrierflex.diagnosis.inference.folds import extrapolation_fold
+from carrierflex.diagnosis.inference.forward_selection import (
+    Ladder,
+    explained_share,
+    placebo_scores,
+)
+from carrierflex.diagnosis.inference.held_out import HeldOut, drawn_counts, fold_theta
+from carrierflex.diagnosis.inference.results import (
+    NO_INTERVAL,
+    Interval,
+    LadderStep,
+    RunValidation,
+    Shrinkage,
+)
 
 _SEED = 11
 
@@ -15,8 +25,8 @@ _SEED = 11
 def shrinkage_of(ladder: Ladder, accepted: Effects, learnable: float) -> Shrinkage:
     """Shrinkage of the accepted set; of the baseline against itself where none is accepted.
 
-    ``rho = RMS after / before``, ``phi = 1 - (MSE after - s²) / (MSE before - s²)`` on held-out pieces, intervals by the
-    two-level bootstrap (conditions, then pieces).
+    ``rho = RMS after / before``, ``phi = 1 - (MSE after - s²) / (MSE before - s²)`` on held-out
+    pieces, intervals by the two-level bootstrap (conditions, then pieces).
 
     Parameters
     ----------
@@ -62,7 +72,9 @@ def _rho(before: HeldOut, after: HeldOut) -> float:
     return float(np.sqrt(after.square.sum() / before.square.sum()))
 
 
-def _ratios(ladder: Ladder, before: HeldOut, after: HeldOut) -> tuple[float, FloatArray, float, FloatArray]:
+def _ratios(
+    ladder: Ladder, before: HeldOut, after: HeldOut
+) -> tuple[float, FloatArray, float, FloatArray]:
     """Values of rho and phi, and their draws."""
     counts = drawn_counts(
         [piece.condition for piece in ladder.plant.pieces],
@@ -93,7 +105,14 @@ def _steps(ladder: Ladder, accepted: Effects) -> tuple[LadderStep, ...]:
         inside = larger
         score = ladder.score(inside)
         draws = ladder.shrink_draws(base, score)
-        steps.append(LadderStep(added, float(np.sqrt(ladder.mean_square(inside))), _rho(base, score), _interval(draws)))
+        steps.append(
+            LadderStep(
+                added,
+                float(np.sqrt(ladder.mean_square(inside))),
+                _rho(base, score),
+                _interval(draws),
+            )
+        )
     return tuple(steps)
 
 
@@ -116,11 +135,21 @@ def _extrapolation(ladder: Ladder, accepted: Effects) -> float:
 def _validation(
     plant: Plant, before: tuple[GapCell, ...], after: tuple[GapCell, ...], fit: EffectFit
 ) -> tuple[RunValidation, ...]:
-    """Comparison error by run: RMS of the coherent gap; u_val from the step of integration and the floor of the map."""
+    """Comparison error by run.
+
+    RMS of the coherent gap; u_val from the step of integration and the floor of the map.
+    """
     numerical = plant.numerical_error(fit.effects, fit.theta)
     result = []
     for run in dict.fromkeys(piece.run for piece in plant.pieces):
-        errors = [np.sqrt(max(sum(c.coherent for c in cells if c.run == run), 0.0)) for cells in (before, after)]
+        errors = [
+            np.sqrt(max(sum(c.coherent for c in cells if c.run == run), 0.0))
+            for cells in (before, after)
+        ]
         noise = sum(max(c.mean_square - c.coherent, 0.0) for c in after if c.run == run)
-        result.append(RunValidation(run, float(errors[0]), float(errors[1]), float(np.sqrt(numerical**2 + noise))))
+        result.append(
+            RunValidation(
+                run, float(errors[0]), float(errors[1]), float(np.sqrt(numerical**2 + noise))
+            )
+        )
     return tuple(result)

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.comparison.problem import FloatArray, Plant
-from diagnosis.inference.bounded_fit import EffectFit, minimised
-from diagnosis.inference.folds import Fold
+from carrierflex.diagnosis.comparison.problem import FloatArray, Plant
+from carrierflex.diagnosis.inference.bounded_fit import EffectFit, minimised
+from carrierflex.diagnosis.inference.folds import Fold
 
 #: Steps of a fold's fit: it starts at the fit to all pieces, next to its own minimum.
 _FOLD_STEPS = 4
@@ -46,8 +46,8 @@ class HeldOut:
 def held_out_score(plant: Plant, fit: EffectFit, folds: Sequence[Fold]) -> HeldOut:
     """Score a set on every fold.
 
-    ``elpd = sum log N(r; 0, s²)`` over the pieces and cells, with s² the mean square that the fold's fit leaves in that
-    cell of its training pieces, never below the noise.
+    ``elpd = sum log N(r; 0, s²)`` over the pieces and cells, with s² the mean square that the
+    fold's fit leaves in that cell of its training pieces, never below the noise.
 
     Parameters
     ----------
@@ -65,7 +65,8 @@ def held_out_score(plant: Plant, fit: EffectFit, folds: Sequence[Fold]) -> HeldO
     """
     n_pieces = len(plant.pieces)
     square, log_density, thetas = np.full(n_pieces, np.nan), np.full(n_pieces, np.nan), []
-    # The discrepancy of the training pieces: their residual at the fit to all pieces is as good, and one run cheaper.
+    # The discrepancy of the training pieces: their residual at the fit to all pieces is as good,
+    # and one run cheaper.
     trained = plant.squares(fit.effects, fit.theta, np.ones(n_pieces, dtype=bool))
     for fold in folds:
         theta = fold_theta(plant, fit, fold)
@@ -80,7 +81,9 @@ def fold_theta(plant: Plant, fit: EffectFit, fold: Fold) -> FloatArray:
     """Parameters fitted without the held-out pieces, shape (p,)."""
     shared = np.array([parameter.run is None for parameter in fit.parameters], dtype=bool)
     in_training = {plant.pieces[k].run for k in np.flatnonzero(fold.training)}
-    free = shared | np.array([parameter.run in in_training for parameter in fit.parameters], dtype=bool)
+    free = shared | np.array(
+        [parameter.run in in_training for parameter in fit.parameters], dtype=bool
+    )
     theta, _, _ = minimised(
         plant,
         fit.effects,
@@ -93,13 +96,21 @@ def fold_theta(plant: Plant, fit: EffectFit, fold: Fold) -> FloatArray:
     )
     if fold.own.any() and not free.all():
         theta, _, _ = minimised(
-            plant, fit.effects, theta, chosen=fold.own, free=~free, prior=fit.prior, most_steps=_FOLD_STEPS
+            plant,
+            fit.effects,
+            theta,
+            chosen=fold.own,
+            free=~free,
+            prior=fit.prior,
+            most_steps=_FOLD_STEPS,
         )
     return theta
 
 
 def stacking_weights(scores: Sequence[HeldOut]) -> FloatArray:
-    """Weights of the sets whose mixture predicts best: ``max sum_pieces log sum_S w_S p_S``, shape (n_sets,).
+    """Weights of the sets whose mixture predicts best.
+
+    ``max sum_pieces log sum_S w_S p_S``, shape (n_sets,).
 
     Parameters
     ----------
@@ -113,7 +124,8 @@ def stacking_weights(scores: Sequence[HeldOut]) -> FloatArray:
 
     References
     ----------
-    .. [1] Y. Yao, A. Vehtari, D. Simpson, A. Gelman, "Using stacking to average Bayesian predictive distributions" (2018).
+    .. [1] Y. Yao, A. Vehtari, D. Simpson, A. Gelman, "Using stacking to average Bayesian predictive
+       distributions" (2018).
     """
     log_density = np.array([score.log_density for score in scores])
     density = np.exp(log_density - log_density.max(axis=0))
@@ -125,16 +137,24 @@ def stacking_weights(scores: Sequence[HeldOut]) -> FloatArray:
 
 
 def shrink_interval(
-    before: FloatArray, after: FloatArray, groups: Sequence[str], *, n_samples: int, rng: np.random.Generator
+    before: FloatArray,
+    after: FloatArray,
+    groups: Sequence[str],
+    *,
+    n_samples: int,
+    rng: np.random.Generator,
 ) -> FloatArray:
-    """Draws of RMS after / before by the two-level bootstrap: conditions, then pieces within them, shape (n_samples,).
+    """Draws of RMS after / before by the two-level bootstrap.
+
+    Conditions, then pieces within them, shape (n_samples,).
 
     Parameters
     ----------
     before, after : ndarray, shape (n_pieces,)
         Sums of squared residuals.
     groups : sequence of str
-        Condition of every piece; with fewer than three, pieces alone are drawn, within their condition.
+        Condition of every piece; with fewer than three, pieces alone are drawn, within their
+        condition.
     n_samples : int
         Draws.
     rng : numpy.random.Generator
@@ -167,7 +187,9 @@ def _log_density(plant: Plant, trained: FloatArray, fold: Fold, held: FloatArray
     trained_counts = plant.cell_counts[fold.training].sum(axis=0)
     counts = np.maximum(trained_counts, 1.0)
     noise = plant.noise_square[fold.training].sum(axis=0) / counts
-    variance = np.maximum(trained[fold.training].sum(axis=0) / counts, np.maximum(noise, np.finfo(float).tiny))
+    variance = np.maximum(
+        trained[fold.training].sum(axis=0) / counts, np.maximum(noise, np.finfo(float).tiny)
+    )
     own_counts = plant.cell_counts[fold.held_out]
     # A model that runs away predicts as badly as any model can.
     variance = np.minimum(variance, np.sqrt(np.finfo(float).max))

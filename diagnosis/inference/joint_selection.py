@@ -1,28 +1,36 @@
-"""S3 where no small set is supported: several causes of like size, none of which pays before the others are in."""
+"""S3 where no small set is supported.
 
-from diagnosis.comparison.problem import Effects, Signatures
-from diagnosis.inference.forward_selection import Ladder, best_beside, explained_share
-from diagnosis.inference.screening import Screen
+Several causes of like size, none of which pays before the others are in.
+"""
+
+from carrierflex.diagnosis.comparison.problem import Effects, Signatures
+from carrierflex.diagnosis.inference.forward_selection import Ladder, best_beside, explained_share
+from carrierflex.diagnosis.inference.screening import Screen
 
 #: Sets of one size that are extended.
 _BEAM = 3
-#: A sum of laws of one motion fits any curve: several causes are told apart by the pattern they make over channels.
+#: A sum of laws of one motion fits any curve: several causes are told apart by the pattern they
+#: make over channels.
 _FEWEST_CHANNELS = 2
-#: The search ends where the best set of a size explains less than this of what the best of the size before it leaves.
+#: The search ends where the best set of a size explains less than this of what the best of the size
+#: before it leaves.
 _LEAST_STEP = 0.2
 
 
 def climb_together(ladder: Ladder, screened: Screen, signatures: Signatures) -> None:
-    """Extend sets by what they fit, not by what each step pays; then drop what does not pay in the end.
+    """Extend sets by what they fit, not by what each step pays.
 
-    With three causes of like size each explains a third of the gap, and no pair explains most of what is left without
-    one of its members; the whole set does. Every member of it must still pass the rules of
-    :meth:`diagnosis.inference.forward_selection.Ladder.refusal`.
+    Then drop what does not pay in the end.
+
+    With three causes of like size each explains a third of the gap, and no pair explains most of
+    what is left without one of its members; the whole set does. Every member of it must still pass
+    the rules of :meth:`carrierflex.diagnosis.inference.forward_selection.Ladder.refusal`.
 
     Parameters
     ----------
     ladder : Ladder
-        Grows by the sets tried; left alone where a set already explains enough to be named, and where one channel is measured.
+        Grows by the sets tried; left alone where a set already explains enough to be named, and
+        where one channel is measured.
     screened : Screen
         Force-space screen of the baseline's residual.
     signatures : Signatures
@@ -43,7 +51,10 @@ def _is_explained(ladder: Ladder) -> bool:
     if before < limits.stands_out**2 * floor:
         return True
     left = min((ladder.mean_square(effects) for effects in ladder.supported_sets()), default=before)
-    return left <= limits.far**2 * floor or explained_share(before, left, floor) >= limits.named_share_far
+    return (
+        left <= limits.far**2 * floor
+        or explained_share(before, left, floor) >= limits.named_share_far
+    )
 
 
 def _grown(ladder: Ladder, screened: Screen, signatures: Signatures) -> Effects:
@@ -53,7 +64,9 @@ def _grown(ladder: Ladder, screened: Screen, signatures: Signatures) -> Effects:
     beam: list[Effects] = [()]
     while len(beam[0]) < ladder.thresholds.most_effects and _left(ladder, beam[0]) > near:
         larger = {
-            _with(effects, further): None for effects in beam for further in best_beside(effects, screened, signatures)
+            _with(effects, further): None
+            for effects in beam
+            for further in best_beside(effects, screened, signatures)
         }
         grown = sorted(larger, key=lambda effects: _left(ladder, effects))[:_BEAM]
         if not grown:
@@ -66,7 +79,9 @@ def _grown(ladder: Ladder, screened: Screen, signatures: Signatures) -> Effects:
     return beam[0]
 
 
-def _exchanged(ladder: Ladder, effects: Effects, screened: Screen, signatures: Signatures) -> Effects:
+def _exchanged(
+    ladder: Ladder, effects: Effects, screened: Screen, signatures: Signatures
+) -> Effects:
     """The set after each member that another effect replaces with a better fit has been replaced."""
     for member in effects:
         rest = _without(effects, member)
@@ -92,11 +107,15 @@ def _without(effects: Effects, member: str) -> Effects:
 
 
 def _weakest(ladder: Ladder, effects: Effects) -> str:
-    """Member that explains least of what is left without it, where that is too little; else empty."""
+    """Member that explains least of what is left without it, where that is too little.
+
+    Else empty.
+    """
     floor = float(ladder.plant.noise_square.sum())
     left = float(ladder.score(effects).square.sum())
     shares = {
-        own: explained_share(float(ladder.score(_without(effects, own)).square.sum()), left, floor) for own in effects
+        own: explained_share(float(ladder.score(_without(effects, own)).square.sum()), left, floor)
+        for own in effects
     }
     weakest = min(shares, key=lambda own: shares[own])
     return weakest if shares[weakest] < ladder.thresholds.explained else ""

@@ -1,13 +1,20 @@
-"""What the inference says: verdicts, effects with their values and rivals, and how far the gap shrinks."""
+"""What the inference says.
+
+Verdicts, effects with their values and rivals, and how far the gap shrinks.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from diagnosis.comparison.problem import Effects, GapCell
-from diagnosis.inference.screening import Screen
+from carrierflex.diagnosis.comparison.problem import Effects, GapCell
+from carrierflex.diagnosis.inference.screening import Screen
 
 NAMED, NAMED_WITH_REMAINDER, ALIASED = "named", "named_with_remainder", "aliased"
-NONE_OF_THESE, AT_NOISE_FLOOR, NOT_DIAGNOSABLE = "none_of_these", "at_noise_floor", "not_diagnosable"
+NONE_OF_THESE, AT_NOISE_FLOOR, NOT_DIAGNOSABLE = (
+    "none_of_these",
+    "at_noise_floor",
+    "not_diagnosable",
+)
 VERDICTS = (NAMED, NAMED_WITH_REMAINDER, ALIASED, NONE_OF_THESE, AT_NOISE_FLOOR, NOT_DIAGNOSABLE)
 
 Interval = tuple[float, float]
@@ -25,7 +32,9 @@ class NamedValue:
 
 @dataclass(frozen=True, eq=False)
 class RankedSet:
-    """One set of effects that was tried: stacking weight, held-out RMS and log density, and why it was left out.
+    """One set of effects that was tried.
+
+    Stacking weight, held-out RMS and log density, and why it was left out.
 
     `refused` is empty for a set that passed every rule.
     """
@@ -44,7 +53,8 @@ class Attribution:
     Parameters
     ----------
     effects : tuple of str
-        Named effects, the one that explains most first; for the verdict "aliased" the best member of each class.
+        Named effects, the one that explains most first; for the verdict "aliased" the best member
+        of each class.
     aliases : tuple of tuple of str
         Classes of effects that these records cannot tell apart, the named one first.
     parameters : mapping of str to mapping of str to NamedValue
@@ -54,7 +64,8 @@ class Attribution:
     screen : Screen, optional
         Force-space screen.
     learnable : float
-        Share of the gap that a flexible model explains on held-out pieces, in the space of the screen.
+        Share of the gap that a flexible model explains on held-out pieces, in the space of the
+        screen.
     separating_test : str
         The measurement that would tell aliased effects apart or show a silent one.
     """
@@ -70,7 +81,10 @@ class Attribution:
 
 @dataclass(frozen=True, eq=False)
 class LadderStep:
-    """Held-out result after effects were added in turn: RMS, rho against the baseline with its interval."""
+    """Held-out result after effects were added in turn.
+
+    RMS, rho against the baseline with its interval.
+    """
 
     added: str
     rms: float
@@ -82,7 +96,8 @@ class LadderStep:
 class RunValidation:
     """Comparison error of a run, measured less simulated, and its uncertainty (ASME V&V 20).
 
-    `error_before` and `error_after` are the RMS of E; `u_val` is the root of the squares of the numerical and the noise part.
+    `error_before` and `error_after` are the RMS of E; `u_val` is the root of the squares of the
+    numerical and the noise part.
     """
 
     run: str
@@ -106,8 +121,8 @@ class Shrinkage:
     floor_multiple : float
         RMS after over the floor.
     placebo_rho, ceiling_rho, extrapolation_rho : float
-        rho of the best placebo, of a flexible model, and in the condition with the largest gap predicted from the others
-        (NaN with one condition).
+        rho of the best placebo, of a flexible model, and in the condition with the largest gap
+        predicted from the others (NaN with one condition).
     ladder : tuple of LadderStep
         Accepted effects in turn.
     cells_before, cells_after : tuple of GapCell

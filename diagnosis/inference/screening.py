@@ -1,8 +1,9 @@
 """S1: which effects explain what the baseline leaves, in force space where the plant is dynamic.
 
-The residual force is ``e = f_known - (M q'' + D q' + K q)``; with P the projection that takes out the baseline's
-regressors, the share of it that the signatures S of an effect explain is ``R² = |P_S e|² / |P e|²`` (for one signature
-``(e' P s)² / (e' P e · s' P s)``), and their surviving share is ``|P s| / |s|``.
+The residual force is ``e = f_known - (M q'' + D q' + K q)``; with P the projection that takes out
+the baseline's regressors, the share of it that the signatures S of an effect explain is ``R² = |P_S
+e|² / |P e|²`` (for one signature ``(e' P s)² / (e' P e · s' P s)``), and their surviving share is
+``|P s| / |s|``.
 """
 
 from collections.abc import Mapping
@@ -10,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.comparison.problem import CEILING, FloatArray, Signatures
-from diagnosis.inference.thresholds import Thresholds
+from carrierflex.diagnosis.comparison.problem import CEILING, FloatArray, Signatures
+from carrierflex.diagnosis.inference.thresholds import Thresholds
 
 #: Eigenvalues of a scaled Gram matrix below this are dependent columns.
 _DEPENDENT = 1e-10
@@ -66,7 +67,9 @@ class Screen:
         best = visible[0].r_squared if visible else 0.0
         kept = [own.id for own in visible if own.r_squared >= best - thresholds.keep_within]
         return tuple(
-            kept if len(kept) >= thresholds.keep_at_least else [e.id for e in visible[: thresholds.keep_at_least]]
+            kept
+            if len(kept) >= thresholds.keep_at_least
+            else [e.id for e in visible[: thresholds.keep_at_least]]
         )
 
     def correlated(self, first: str, second: str) -> float:
@@ -75,7 +78,9 @@ class Screen:
         return float(self.correlation[names.index(first), names.index(second)])
 
 
-def screen(signatures: Signatures, *, beside: Mapping[str, tuple[float, ...]] | None = None) -> Screen:
+def screen(
+    signatures: Signatures, *, beside: Mapping[str, tuple[float, ...]] | None = None
+) -> Screen:
     """Rank the effects by the share of the residual they explain.
 
     Parameters
@@ -94,7 +99,9 @@ def screen(signatures: Signatures, *, beside: Mapping[str, tuple[float, ...]] | 
     first = 1 + signatures.n_base
     joined = [
         first + k
-        for k, (name, variant) in enumerate(zip(signatures.effects, signatures.variants, strict=True))
+        for k, (name, variant) in enumerate(
+            zip(signatures.effects, signatures.variants, strict=True)
+        )
         if (beside or {}).get(name) == variant
     ]
     projected = _projected(gram, [*range(1, first), *joined])
@@ -114,15 +121,17 @@ def screen(signatures: Signatures, *, beside: Mapping[str, tuple[float, ...]] | 
         )
         for name in order
     )
-    correlation = np.array([[_canonical(projected, best[a][1], best[b][1]) for b in order] for a in order])
+    correlation = np.array(
+        [[_canonical(projected, best[a][1], best[b][1]) for b in order] for a in order]
+    )
     return Screen(entries, correlation.reshape(len(order), len(order)))
 
 
 def learnable_share(signatures: Signatures) -> float:
     """Share of the residual that a flexible model explains on pieces it was not fitted to.
 
-    Pieces are left out one quarter at a time (interleaved); the model is a ridge on the flexible features and the best
-    signatures, so that it can do no less than the library.
+    Pieces are left out one quarter at a time (interleaved); the model is a ridge on the flexible
+    features and the best signatures, so that it can do no less than the library.
 
     Parameters
     ----------
@@ -132,15 +141,21 @@ def learnable_share(signatures: Signatures) -> float:
     Returns
     -------
     float
-        ``1 - MSE(flexible) / MSE(baseline)`` on held-out pieces; negative where the flexible model only learns noise.
+        ``1 - MSE(flexible) / MSE(baseline)`` on held-out pieces; negative where the flexible model
+        only learns noise.
     """
     n_base = signatures.n_base
     base = list(range(1, 1 + n_base))
-    flexible = base + [k + 1 + n_base for k, name in enumerate(signatures.effects) if name == CEILING]
+    flexible = base + [
+        k + 1 + n_base for k, name in enumerate(signatures.effects) if name == CEILING
+    ]
     group = np.arange(len(signatures.gram)) % 4
     left = {"base": 0.0, "flexible": 0.0}
     for fold in np.unique(group):
-        train, test = signatures.gram[group != fold].sum(axis=0), signatures.gram[group == fold].sum(axis=0)
+        train, test = (
+            signatures.gram[group != fold].sum(axis=0),
+            signatures.gram[group == fold].sum(axis=0),
+        )
         for name, columns, ridge in (("base", base, 0.0), ("flexible", flexible, _RIDGE)):
             left[name] += _left_over(train, test, columns, ridge)
     return 1.0 - left["flexible"] / left["base"] if left["base"] > 0.0 else 0.0
@@ -151,7 +166,11 @@ def _left_over(train: FloatArray, test: FloatArray, columns: list[int], ridge: f
     size = np.sqrt(np.maximum(np.diag(own), np.finfo(float).tiny))
     scaled = own / np.outer(size, size) + ridge * np.eye(len(columns))
     solution = np.linalg.lstsq(scaled, train[columns, 0] / size, rcond=_DEPENDENT)[0] / size
-    return float(test[0, 0] - 2.0 * solution @ test[columns, 0] + solution @ test[np.ix_(columns, columns)] @ solution)
+    return float(
+        test[0, 0]
+        - 2.0 * solution @ test[columns, 0]
+        + solution @ test[np.ix_(columns, columns)] @ solution
+    )
 
 
 def _variants(signatures: Signatures) -> list[tuple[int, ...]]:
@@ -168,7 +187,9 @@ def _projected(gram: FloatArray, columns: list[int]) -> FloatArray:
         return gram
     own = gram[np.ix_(columns, columns)]
     size = np.sqrt(np.maximum(np.diag(own), np.finfo(float).tiny))
-    inverse = np.linalg.pinv(own / np.outer(size, size), rcond=_DEPENDENT, hermitian=True) / np.outer(size, size)
+    inverse = np.linalg.pinv(
+        own / np.outer(size, size), rcond=_DEPENDENT, hermitian=True
+    ) / np.outer(size, size)
     return gram - gram[:, columns] @ inverse @ gram[columns, :]
 
 
@@ -176,12 +197,18 @@ def _explained(projected: FloatArray, columns: tuple[int, ...]) -> float:
     own, right = projected[np.ix_(columns, columns)], projected[list(columns), 0]
     if projected[0, 0] <= 0.0:
         return 0.0
-    return float(right @ np.linalg.pinv(own, rcond=_DEPENDENT, hermitian=True) @ right / projected[0, 0])
+    return float(
+        right @ np.linalg.pinv(own, rcond=_DEPENDENT, hermitian=True) @ right / projected[0, 0]
+    )
 
 
 def _surviving(gram: FloatArray, projected: FloatArray, columns: tuple[int, ...]) -> float:
     before = sum(gram[k, k] for k in columns)
-    return float(np.sqrt(max(sum(projected[k, k] for k in columns), 0.0) / before)) if before > 0.0 else 0.0
+    return (
+        float(np.sqrt(max(sum(projected[k, k] for k in columns), 0.0) / before))
+        if before > 0.0
+        else 0.0
+    )
 
 
 def _canonical(projected: FloatArray, first: tuple[int, ...], second: tuple[int, ...]) -> float:

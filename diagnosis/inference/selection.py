@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.comparison.problem import Effects
-from diagnosis.inference.forward_selection import Ladder
-from diagnosis.inference.held_out import HeldOut, stacking_weights
-from diagnosis.inference.results import RankedSet
+from carrierflex.diagnosis.comparison.problem import Effects
+from carrierflex.diagnosis.inference.forward_selection import Ladder
+from carrierflex.diagnosis.inference.held_out import HeldOut, stacking_weights
+from carrierflex.diagnosis.inference.results import RankedSet
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,10 +57,13 @@ def selected(ladder: Ladder) -> Selection:
     accepted: Effects = ()
     rivals: list[Effects] = []
     if supported:
-        # Supported sets shrink the gap whatever conditions are drawn; the densities of the smallest residuals are overconfident.
+        # Supported sets shrink the gap whatever conditions are drawn; the densities of the smallest
+        # residuals are overconfident.
         best = min(supported, key=ladder.mean_square)
         equal = [effects for effects in supported if _equal(ladder, effects, best)]
-        accepted = min(equal, key=lambda effects: (*_size(ladder, effects), -ladder.scores[effects].elpd))
+        accepted = min(
+            equal, key=lambda effects: (*_size(ladder, effects), -ladder.scores[effects].elpd)
+        )
         rivals = [e for e in equal if e != accepted and _size(ladder, e) <= _size(ladder, accepted)]
     return Selection(accepted, tuple(rivals), _ranking(ladder, sets, refused))
 
@@ -79,11 +82,19 @@ def _size(ladder: Ladder, effects: Effects) -> tuple[int, int]:
     return len(effects), len(ladder.scores[effects].fit.parameters)
 
 
-def _ranking(ladder: Ladder, sets: list[Effects], refused: dict[Effects, str]) -> tuple[RankedSet, ...]:
+def _ranking(
+    ladder: Ladder, sets: list[Effects], refused: dict[Effects, str]
+) -> tuple[RankedSet, ...]:
     scores: list[HeldOut] = [ladder.scores[effects] for effects in sets]
     weights = stacking_weights(scores)
     ranked = [
-        RankedSet(effects, float(weight), float(np.sqrt(ladder.mean_square(effects))), score.elpd, refused[effects])
+        RankedSet(
+            effects,
+            float(weight),
+            float(np.sqrt(ladder.mean_square(effects))),
+            score.elpd,
+            refused[effects],
+        )
         for effects, weight, score in zip(sets, weights, scores, strict=True)
     ]
     return tuple(sorted(ranked, key=lambda own: (-round(own.weight, 3), own.held_out_rms)))

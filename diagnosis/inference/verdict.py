@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from diagnosis.comparison.problem import Effects
-from diagnosis.inference.alias_classes import is_named_consistently
-from diagnosis.inference.forward_selection import Ladder
-from diagnosis.inference.held_out import HeldOut
-from diagnosis.inference.results import (
+from carrierflex.diagnosis.comparison.problem import Effects
+from carrierflex.diagnosis.inference.alias_classes import is_named_consistently
+from carrierflex.diagnosis.inference.forward_selection import Ladder
+from carrierflex.diagnosis.inference.held_out import HeldOut
+from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
     NAMED,
@@ -15,8 +15,8 @@ from diagnosis.inference.results import (
     NOT_DIAGNOSABLE,
     Shrinkage,
 )
-from diagnosis.inference.screening import Screen
-from diagnosis.inference.selection import Selection
+from carrierflex.diagnosis.inference.screening import Screen
+from carrierflex.diagnosis.inference.selection import Selection
 
 
 def verdict(
@@ -43,21 +43,35 @@ def verdict(
     Returns
     -------
     tuple of str
-        One of :data:`diagnosis.results.VERDICTS`, and a sentence.
+        One of :data:`carrierflex.diagnosis.results.VERDICTS`, and a sentence.
     """
     limits = ladder.thresholds
-    ratio = (shrinkage.rms_before / shrinkage.noise_floor) ** 2 if shrinkage.noise_floor > 0.0 else np.inf
+    ratio = (
+        (shrinkage.rms_before / shrinkage.noise_floor) ** 2
+        if shrinkage.noise_floor > 0.0
+        else np.inf
+    )
     highest = limits.floor_ratio if floor_is_measured else limits.floor_ratio_estimated
     if ratio <= highest and (floor_is_measured or not selection.accepted):
-        return AT_NOISE_FLOOR, f"the held-out gap is {ratio:.3f} times the mean square of the noise floor"
-    if ratio <= limits.coloured_ratio and learnable <= limits.nothing_learnt and not selection.accepted:
+        return (
+            AT_NOISE_FLOOR,
+            f"the held-out gap is {ratio:.3f} times the mean square of the noise floor",
+        )
+    if (
+        ratio <= limits.coloured_ratio
+        and learnable <= limits.nothing_learnt
+        and not selection.accepted
+    ):
         return AT_NOISE_FLOOR, (
             f"the held-out gap is {ratio:.2f} times the mean square of the noise floor, and a flexible model learns nothing of "
             "it: as from noise whose neighbouring samples are correlated"
         )
     visible = [own for own in screened.effects if own.surviving >= limits.surviving_share]
     if not visible:
-        return NOT_DIAGNOSABLE, "the baseline absorbs the signature of every effect in these records"
+        return (
+            NOT_DIAGNOSABLE,
+            "the baseline absorbs the signature of every effect in these records",
+        )
     if not selection.accepted:
         return NONE_OF_THESE, _nothing_found(ladder, selection, learnable)
     refused = _doubt(ladder, selection, classes, shrinkage, learnable)
@@ -69,11 +83,18 @@ def verdict(
             NAMED_WITH_REMAINDER,
             f"{explained}; what is left is {shrinkage.floor_multiple:.1f} times the noise floor",
         )
-    return NAMED, f"{explained}; what is left is {shrinkage.floor_multiple:.2f} times the noise floor"
+    return (
+        NAMED,
+        f"{explained}; what is left is {shrinkage.floor_multiple:.2f} times the noise floor",
+    )
 
 
 def _doubt(
-    ladder: Ladder, selection: Selection, classes: tuple[Effects, ...], shrinkage: Shrinkage, learnable: float
+    ladder: Ladder,
+    selection: Selection,
+    classes: tuple[Effects, ...],
+    shrinkage: Shrinkage,
+    learnable: float,
 ) -> tuple[str, str] | None:
     """Verdict where the accepted effects are not to be named, and why."""
     limits = ladder.thresholds
@@ -93,12 +114,20 @@ def _doubt(
         return ALIASED, f"{_listed(selection.rivals)} predicts held-out records as well"
     fit: HeldOut = ladder.score(selection.accepted)
     if not is_named_consistently(limits, fit.fit, fit.theta_by_fold):
-        return NONE_OF_THESE, "the parameters of the best set change from fold to fold beyond their error"
+        return (
+            NONE_OF_THESE,
+            "the parameters of the best set change from fold to fold beyond their error",
+        )
     weight = selection.class_weight(classes)
     if weight < limits.class_weight and selection.rivals:
-        return ALIASED, f"the class holds {weight:.2f} of the stacking weight; {_listed(selection.rivals)} is as good"
+        return (
+            ALIASED,
+            f"the class holds {weight:.2f} of the stacking weight; {_listed(selection.rivals)} is as good",
+        )
     whole = best_phi >= limits.wholly_explained
-    if not whole and 1.0 - shrinkage.placebo_rho**2 > limits.placebo_share * (1.0 - shrinkage.rho**2):
+    if not whole and 1.0 - shrinkage.placebo_rho**2 > limits.placebo_share * (
+        1.0 - shrinkage.rho**2
+    ):
         return (
             NONE_OF_THESE,
             f"a placebo shrinks the gap to {shrinkage.placebo_rho:.2f} too: the records allow no naming",

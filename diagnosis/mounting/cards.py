@@ -1,13 +1,13 @@
 """Effect cards of the kind "mounting": the gearbox housing on two bushings (2011 paper).
 
 Scales with powers are in the bushing's own force F = K1 u, deflection u and time t (see
-:class:`diagnosis.comparison.effect_cards.EffectParameter`), u the RMS deflection that the measured loads give the
-linear bushings.
+:class:`carrierflex.diagnosis.comparison.effect_cards.EffectParameter`), u the RMS deflection that
+the measured loads give the linear bushings.
 """
 
 from math import inf
 
-from diagnosis.comparison.effect_cards import EffectCard, EffectParameter
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard, EffectParameter
 
 KIND = "mounting"
 _HARDENING = ("cubic_stiffness", "quintic_stiffness")
@@ -16,7 +16,9 @@ _SPAN = "torque steps up to twice the range: u³ and u⁵ part where the deflect
 _SPEED = "the same torque ramp at a tenth of the rate: friction keeps its loop, viscous forces and delays vanish"
 
 
-def _own(name: str, unit: str, powers: tuple[int, int, int], *bounds: float, shape: bool = False) -> EffectParameter:
+def _own(
+    name: str, unit: str, powers: tuple[int, int, int], *bounds: float, shape: bool = False
+) -> EffectParameter:
     """Parameter in the bushing's own scale, not negative unless bounds say otherwise."""
     lower, upper = bounds or (0.0, 20.0)
     return EffectParameter(name, unit, lower, upper, powers=powers, shape=shape)
@@ -33,7 +35,9 @@ def _card(
     acts_on_others: bool = False,
 ) -> EffectCard:
     others = tuple(alias for alias in aliases if alias != id)
-    return EffectCard(id, KIND, equation, parameters, signature, others, test, acts_on_others=acts_on_others)
+    return EffectCard(
+        id, KIND, equation, parameters, signature, others, test, acts_on_others=acts_on_others
+    )
 
 
 MOUNTING_CARDS = (
@@ -152,7 +156,8 @@ MOUNTING_CARDS = (
     ),
 )
 
-#: A response to loads of the measured spectrum with random phases: nothing physical, so that it must not help.
+#: A response to loads of the measured spectrum with random phases: nothing physical, so that it
+#: must not help.
 PLACEBO_CARDS = tuple(
     EffectCard(
         name,
@@ -167,7 +172,8 @@ PLACEBO_CARDS = tuple(
 #: Effects of one sensor; which, is chosen by the fit.
 ONE_CHANNEL = ("sensor_gain", "sensor_zero")
 
-#: Simulator's parameter by effect and name, where it is not of one sensor and no delay. The values add to the neutral ones.
+#: Simulator's parameter by effect and name, where it is not of one sensor and no delay. The values
+#: add to the neutral ones.
 SIMULATED: dict[tuple[str, str], str] = {
     ("baseline", "K1"): "K1",
     ("baseline", "C1"): "C1",
@@ -185,7 +191,8 @@ SIMULATED: dict[tuple[str, str], str] = {
     ("unequal_bushings", "e"): "starboard_excess",
 }
 
-#: Shapes that start the search, in the bushing's own scale: damper of the branch with k = 1, yield deflection Fy/Kp.
+#: Shapes that start the search, in the bushing's own scale: damper of the branch with k = 1, yield
+#: deflection Fy/Kp.
 SHAPE_STARTS: dict[str, tuple[float, ...]] = {
     "fluid_branch": (0.01, 0.1, 1.0, 10.0, 100.0),
     "elasto_plastic_friction": (0.02, 0.1, 0.4, 1.0),

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.comparison.problem import Effects, FloatArray, Plant, Trial
-from diagnosis.mounting.records import MountingRecord
-from simulation.mounting.inputs import MountingInputs
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Plant, Trial
+from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.simulation.mounting.inputs import MountingInputs
 
 _STEP, _LENGTH = 0.05, 120.0
 #: Limits of the rig: 400 kN m (NREL/TP-5000-66594), 200 kN (table 2 of the 2012 paper).
@@ -17,7 +17,9 @@ UnderLoads = Callable[[MountingRecord, Effects, FloatArray], Plant | None]
 
 
 def mounting_trials(record: MountingRecord, under: UnderLoads) -> tuple[Trial, ...]:
-    """Torque, vertical and sideways load alone, slow and fast, small and large; torque beside a constant load.
+    """Torque, vertical and sideways load alone, slow and fast, small and large.
+
+    Torque beside a constant load.
 
     Parameters
     ----------
@@ -47,7 +49,9 @@ def mounting_trials(record: MountingRecord, under: UnderLoads) -> tuple[Trial, .
     wave = 0.5 * _TORQUE * rise * (1.0 + 0.5 * np.sin(np.pi * time))
     for load, words in (("ntl_z", "vertical"), ("ntl_y", "sideways")):
         text = f"torque of 200 kN m with a sine of 0.5 Hz and 100 kN m beside a constant {words} load of 200 kN"
-        trials.append(Trial(text, _builder(record, under, time, {"torque": wave, load: _LOAD * rise})))
+        trials.append(
+            Trial(text, _builder(record, under, time, {"torque": wave, load: _LOAD * rise}))
+        )
     return tuple(trials)
 
 
@@ -57,7 +61,10 @@ def _builder(
     """Plant under the loads, its signals those of a model."""
 
     def build(effects: Effects, theta: FloatArray) -> Plant | None:
-        still = {name: np.zeros(time.size) for name in ("torque", "speed", "carrier_angle", "ntl_y", "ntl_z")}
+        still = {
+            name: np.zeros(time.size)
+            for name in ("torque", "speed", "carrier_angle", "ntl_y", "ntl_z")
+        }
         blank = replace(
             record,
             name="trial",

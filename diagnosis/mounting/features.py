@@ -1,11 +1,14 @@
-"""Flexible residual model of a mounting: powers, rates and hysteresis of the loads, at each channel alone."""
+"""Flexible residual model of a mounting.
+
+Powers, rates and hysteresis of the loads, at each channel alone.
+"""
 
 from itertools import product
 
 import numpy as np
 
-from diagnosis.comparison.problem import FloatArray
-from diagnosis.mounting.records import MountingRecord
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.mounting.records import MountingRecord
 
 #: Half widths of the plays, as shares of a load's largest value.
 _PLAYS = (0.05, 0.2)

@@ -1,21 +1,35 @@
-"""The gap of a mounting beyond its map: in time, between repeats, growth with loads and motion, scalars."""
+"""The gap of a mounting beyond its map.
+
+In time, between repeats, growth with loads and motion, scalars.
+"""
 
 from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
 
-from diagnosis.comparison.problem import FloatArray, GapCell
-from diagnosis.gap.findings import GapFindings, GapMoment, IncoherentCell, PartGrowth, Scalar
-from diagnosis.gap.non_synchronous import incoherent_words, scatter_p_values, significant_incoherent
-from diagnosis.gap.power_laws import exponents
-from diagnosis.mounting.gap_map import band_edges_hz, block_powers, pattern_matrix
-from diagnosis.mounting.records import MountingRecord
+from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
+from carrierflex.diagnosis.gap.findings import (
+    GapFindings,
+    GapMoment,
+    IncoherentCell,
+    PartGrowth,
+    Scalar,
+)
+from carrierflex.diagnosis.gap.non_synchronous import (
+    incoherent_words,
+    scatter_p_values,
+    significant_incoherent,
+)
+from carrierflex.diagnosis.gap.power_laws import exponents
+from carrierflex.diagnosis.mounting.gap_map import band_edges_hz, block_powers, pattern_matrix
+from carrierflex.diagnosis.mounting.records import MountingRecord
 
 TORQUE, RADIAL_LOAD, DEFLECTION, SPEED = "torque", "radial load", "deflection", "speed"
 #: A pattern's gap in a block shows its growth where it is this many times the noise.
 _SEEN = 2.0
-#: Runs of one condition are repeats where their loads differ by no more than this share of their size.
+#: Runs of one condition are repeats where their loads differ by no more than this share of their
+#: size.
 _SAME_LOADS = 0.02
 
 
@@ -53,16 +67,23 @@ def mounting_findings(
     ]
     rows = significant_incoherent(repeats)
     return GapFindings(
-        in_time=tuple(m for record, own in zip(records, residuals, strict=True) for m in _moments(record, own)),
+        in_time=tuple(
+            m for record, own in zip(records, residuals, strict=True) for m in _moments(record, own)
+        ),
         incoherent=rows,
         growth=_growth(records, residuals, names, matrix),
         parity="not determinable: the loads are not periodic",
-        text=incoherent_words(rows, sum(cell.coherent for cell in cells), "m", "repeat to repeat", noun="line"),
+        text=incoherent_words(
+            rows, sum(cell.coherent for cell in cells), "m", "repeat to repeat", noun="line"
+        ),
     )
 
 
 def mounting_scalars(
-    records: Sequence[MountingRecord], residuals: Sequence[FloatArray], sensors: Sequence[str], channels: Sequence[str]
+    records: Sequence[MountingRecord],
+    residuals: Sequence[FloatArray],
+    sensors: Sequence[str],
+    channels: Sequence[str],
 ) -> tuple[Scalar, ...]:
     """Mean and peak to peak of every motion by block, measured and predicted [m].
 
@@ -105,7 +126,9 @@ def _are_repeats(one: MountingRecord, two: MountingRecord) -> bool:
     if one.condition != two.condition or one.inputs.time.size != two.inputs.time.size:
         return False
     difference, size = one.inputs.loads - two.inputs.loads, one.inputs.loads
-    return bool((np.square(difference).mean(axis=0) <= _SAME_LOADS**2 * np.square(size).mean(axis=0)).all())
+    return bool(
+        (np.square(difference).mean(axis=0) <= _SAME_LOADS**2 * np.square(size).mean(axis=0)).all()
+    )
 
 
 def _difference(
@@ -127,7 +150,9 @@ def _difference(
         )
     ]
     edges = band_edges_hz(records)
-    (gap, lines), (seen, _), (model, _) = (block_powers(one, part @ matrix.T, edges) for part in apart)
+    (gap, lines), (seen, _), (model, _) = (
+        block_powers(one, part @ matrix.T, edges) for part in apart
+    )
     degrees = np.maximum(lines.sum(axis=0), 1.0)
     noise = np.multiply.outer(matrix**2 @ (one.noise + two.noise) / 2.0, lines.sum(axis=0))
     noise[:, 0] += matrix**2 @ (one.zero_noise + two.zero_noise) / 2.0 * both.all(axis=1).sum()
@@ -145,9 +170,15 @@ def _difference(
 
 
 def _growth(
-    records: Sequence[MountingRecord], residuals: Sequence[FloatArray], names: Sequence[str], matrix: FloatArray
+    records: Sequence[MountingRecord],
+    residuals: Sequence[FloatArray],
+    names: Sequence[str],
+    matrix: FloatArray,
 ) -> tuple[PartGrowth, ...]:
-    """Exponents of every motion's gap over the blocks: with the loads, and with deflection and speed of that motion."""
+    """Exponents of every motion's gap over the blocks.
+
+    With the loads, and with deflection and speed of that motion.
+    """
     rows: list[list[FloatArray]] = [[], [], [], []]
     loads = []
     for record, residual in zip(records, residuals, strict=True):
@@ -167,8 +198,14 @@ def _growth(
     for k, name in enumerate(names):
         seen = left[:, k] > _SEEN * noise[:, k]
         size = np.sqrt(np.maximum(left[seen, k] ** 2 - noise[seen, k] ** 2, 0.0))
-        own = exponents(size, noise[seen, k], {TORQUE: by_load[seen, 0], RADIAL_LOAD: by_load[seen, 1]})
-        own |= exponents(size, noise[seen, k], {DEFLECTION: deflection[seen, k], SPEED: speed[seen, k]})
+        own = exponents(
+            size, noise[seen, k], {TORQUE: by_load[seen, 0], RADIAL_LOAD: by_load[seen, 1]}
+        )
+        own |= exponents(
+            size, noise[seen, k], {DEFLECTION: deflection[seen, k], SPEED: speed[seen, k]}
+        )
         if seen.any():
-            parts.append((float(np.sum(left[:, k] ** 2)), PartGrowth(name, float("nan"), "housing", own)))
+            parts.append(
+                (float(np.sum(left[:, k] ** 2)), PartGrowth(name, float("nan"), "housing", own))
+            )
     return tuple(part for _, part in sorted(parts, key=lambda pair: -pair[0]))

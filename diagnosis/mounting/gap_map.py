@@ -1,20 +1,24 @@
-"""Where the gap of a mounting lies: by motion pattern of the six sensors, band of frequency and run."""
+"""Where the gap of a mounting lies.
+
+By motion pattern of the six sensors, band of frequency and run.
+"""
 
 from collections.abc import Sequence
 
 import numpy as np
 from scipy.stats import chi2, false_discovery_control
 
-from diagnosis.comparison.problem import FloatArray, GapCell
-from diagnosis.mounting.records import MountingRecord
-from simulation.mounting.rig import SENSORS
+from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
+from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.simulation.mounting.rig import SENSORS
 
 _BANDS = 6
 _DRAWS = 200
 _SEED = 1
 _ROOT = float(np.sqrt(0.5))
 
-#: Orthonormal patterns of the six sensors (so that mean squares add up), in the order of ``SENSORS``.
+#: Orthonormal patterns of the six sensors (so that mean squares add up), in the order of
+#: ``SENSORS``.
 PATTERNS: dict[str, tuple[float, ...]] = {
     "roll": (0.0, 0.0, _ROOT, -_ROOT, 0.0, 0.0),
     "vertical": (0.0, 0.0, _ROOT, _ROOT, 0.0, 0.0),
@@ -25,8 +29,12 @@ PATTERNS: dict[str, tuple[float, ...]] = {
 }
 
 
-def pattern_matrix(sensors: Sequence[str], channels: Sequence[str]) -> tuple[tuple[str, ...], FloatArray]:
-    """Names and matrix of the patterns; the channels themselves unless each of the six sensors stands once.
+def pattern_matrix(
+    sensors: Sequence[str], channels: Sequence[str]
+) -> tuple[tuple[str, ...], FloatArray]:
+    """Names and matrix of the patterns.
+
+    The channels themselves unless each of the six sensors stands once.
 
     Parameters
     ----------
@@ -51,7 +59,9 @@ def band_edges_hz(records: Sequence[MountingRecord]) -> FloatArray:
     return np.concatenate([[0.0], np.geomspace(1.5 / longest, 1.001 * highest, _BANDS)])
 
 
-def block_powers(record: MountingRecord, signals: FloatArray, edges_hz: FloatArray) -> tuple[FloatArray, FloatArray]:
+def block_powers(
+    record: MountingRecord, signals: FloatArray, edges_hz: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Sum of squares by block, column and band, and the real amplitudes behind it.
 
     Parameters
@@ -66,7 +76,8 @@ def block_powers(record: MountingRecord, signals: FloatArray, edges_hz: FloatArr
     Returns
     -------
     powers, lines : ndarray, shape (n_blocks, m, n_bands), (n_blocks, n_bands)
-        Powers add up to the sum of squares, lines to the samples; powers infinite where the signals are.
+        Powers add up to the sum of squares, lines to the samples; powers infinite where the signals
+        are.
     """
     powers, lines = [], []
     for block in range(record.n_blocks):
@@ -86,8 +97,12 @@ def block_powers(record: MountingRecord, signals: FloatArray, edges_hz: FloatArr
     return np.array(powers), np.array(lines)
 
 
-def score_cells(records: Sequence[MountingRecord], edges_hz: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Degrees of freedom and sum of squares of the noise by block and cell of the score: channels, each in every band.
+def score_cells(
+    records: Sequence[MountingRecord], edges_hz: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Degrees of freedom and sum of squares of the noise by block and cell of the score.
+
+    Channels, each in every band.
 
     Parameters
     ----------
@@ -115,9 +130,14 @@ def score_cells(records: Sequence[MountingRecord], edges_hz: FloatArray) -> tupl
 
 
 def mounting_gap_cells(
-    records: Sequence[MountingRecord], residuals: Sequence[FloatArray], sensors: Sequence[str], channels: Sequence[str]
+    records: Sequence[MountingRecord],
+    residuals: Sequence[FloatArray],
+    sensors: Sequence[str],
+    channels: Sequence[str],
 ) -> tuple[GapCell, ...]:
-    """Gap map of a residual: power of every cell against that of the noise, ``power / noise ~ chi²``.
+    """Gap map of a residual.
+
+    Power of every cell against that of the noise, ``power / noise ~ chi²``.
 
     Parameters
     ----------
@@ -131,7 +151,8 @@ def mounting_gap_cells(
     Returns
     -------
     tuple of GapCell
-        Largest share first; mean squares are over all channels' samples of all runs, so that they add up.
+        Largest share first; mean squares are over all channels' samples of all runs, so that they
+        add up.
     """
     names, matrix = pattern_matrix(sensors, channels)
     edges, size = band_edges_hz(records), sum(residual.size for residual in residuals)
@@ -145,13 +166,17 @@ def mounting_gap_cells(
         power = powers.sum(axis=0)
         squares.append(power / size)
         coherents.append((power - expected) / size)
-        p_values.append(chi2.sf(power * degrees / np.maximum(expected, np.finfo(float).tiny), degrees))
+        p_values.append(
+            chi2.sf(power * degrees / np.maximum(expected, np.finfo(float).tiny), degrees)
+        )
         draws.append(_draws(powers, expected) / size)
     adjusted = false_discovery_control(np.clip(p_values, 0.0, 1.0), axis=None, method="by")
     coherent, drawn = np.array(coherents), np.array(draws)
     total = float(coherent.sum()) or np.nan
     # Each draw takes its own total: runs are drawn together, blocks within them.
-    low, high = np.quantile(drawn / drawn.sum(axis=(0, 2, 3))[:, None, None], (0.025, 0.975), axis=1)
+    low, high = np.quantile(
+        drawn / drawn.sum(axis=(0, 2, 3))[:, None, None], (0.025, 0.975), axis=1
+    )
     cells = [
         GapCell(
             name, float((edges[b] + edges[b + 1]) / edges[1]), record.name, float(squares[r][p, b]),

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from diagnosis.comparison.problem import FloatArray, GapCell
-from diagnosis.mounting.gap_map import PATTERNS, pattern_matrix
-from diagnosis.mounting.records import MountingRecord
+from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
+from carrierflex.diagnosis.mounting.gap_map import PATTERNS, pattern_matrix
+from carrierflex.diagnosis.mounting.records import MountingRecord
 
 _SIGNIFICANCE = 0.01
 #: Part of the pattern's gap that the named frequencies and runs hold.
@@ -30,7 +30,7 @@ def mounting_where_text(
     cells : sequence of GapCell
         Gap map, largest share first.
     records, residuals, sensors, channels
-        As for :func:`diagnosis.mounting.gap_map.mounting_gap_cells`.
+        As for :func:`carrierflex.diagnosis.mounting.gap_map.mounting_gap_cells`.
 
     Returns
     -------
@@ -66,7 +66,10 @@ def _core(cells: Sequence[GapCell]) -> list[GapCell]:
 
 
 def _load_followed(records: Sequence[MountingRecord], gaps: Sequence[FloatArray]) -> str:
-    """The load, or its rate, that a gap is most correlated with, in words; empty where with none."""
+    """The load, or its rate, that a gap is most correlated with, in words.
+
+    Empty where with none.
+    """
     best, text = _FOLLOWS, ""
     for name, words in _LOADS:
         loads = [getattr(record.inputs, name) for record in records]

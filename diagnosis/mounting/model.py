@@ -6,19 +6,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from diagnosis.comparison.effect_cards import EffectCard, EffectParameter
-from diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
-from diagnosis.mounting.cards import PLACEBO_CARDS, SIMULATED
-from diagnosis.mounting.records import MountingRecord
-from simulation.mounting.equations import mounting_blocks
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.parameters import INDEX, PARAMETERS, parameter_array
-from simulation.mounting.rig import SENSORS, MountingRig
-from simulation.mounting.simulate import simulate
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard, EffectParameter
+from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
+from carrierflex.diagnosis.mounting.cards import PLACEBO_CARDS, SIMULATED
+from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.simulation.mounting.equations import mounting_blocks
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.parameters import INDEX, PARAMETERS, parameter_array
+from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
+from carrierflex.simulation.mounting.simulate import simulate
 
 #: Prior standard deviation of an effect's parameter, in its scale.
 _PRIOR = 10.0
-#: Loads are averaged over this long before their rate is taken [s]: noise has a rate, the motion it makes has not.
+#: Loads are averaged over this long before their rate is taken [s]: noise has a rate, the motion it
+#: makes has not.
 _RATE_WINDOW = 0.5
 #: Stiffness of the baseline over the rig's nominal one.
 _STIFFNESS_RANGE = (0.02, 30.0)
@@ -84,9 +85,14 @@ class MountingModel:
             Parameter(BASELINE, "C1", "N s/m", 0.0, PARAMETERS[INDEX["C1"]].upper, C),
         ]
         if self.held:
-            own = [replace(one, lower=value, upper=value) for one, value in zip(own, self.held, strict=True)]
+            own = [
+                replace(one, lower=value, upper=value)
+                for one, value in zip(own, self.held, strict=True)
+            ]
         for effect in (*self.contained, *effects):
-            own += [self._parameter(effect, parameter) for parameter in self.cards[effect].parameters]
+            own += [
+                self._parameter(effect, parameter) for parameter in self.cards[effect].parameters
+            ]
         return tuple(own)
 
     def _parameter(self, effect: str, parameter: EffectParameter) -> Parameter:
@@ -94,7 +100,16 @@ class MountingModel:
         lower, upper = self._bounds(effect, parameter, size)
         scale = parameter.scale * size
         prior = np.inf if parameter.shape or effect in self.contained else _PRIOR * scale
-        return Parameter(effect, parameter.name, parameter.unit, lower, upper, scale, prior, shape=parameter.shape)
+        return Parameter(
+            effect,
+            parameter.name,
+            parameter.unit,
+            lower,
+            upper,
+            scale,
+            prior,
+            shape=parameter.shape,
+        )
 
     def _bounds(self, effect: str, parameter: EffectParameter, size: float) -> tuple[float, float]:
         """Bounds of the card within those that the simulator accepts."""
@@ -106,7 +121,13 @@ class MountingModel:
         return max(lower, known.lower - neutral), min(upper, known.upper - neutral)
 
     def predicted(
-        self, record: MountingRecord, effects: Effects, theta: FloatArray, choice: Choice, *, refined: int = 1
+        self,
+        record: MountingRecord,
+        effects: Effects,
+        theta: FloatArray,
+        choice: Choice,
+        *,
+        refined: int = 1,
     ) -> FloatArray:
         """Signals that a parameter set predicts for a record, shape (n, n_channels).
 
@@ -148,7 +169,9 @@ class MountingModel:
         signals = _delayed(motion + placebo, record.inputs.time, delay)
         return signals[:, [SENSORS.index(sensor) for sensor in self.sensors]] * gains + zeros
 
-    def _signals(self, record: MountingRecord, values: FloatArray, refined: int) -> FloatArray | None:
+    def _signals(
+        self, record: MountingRecord, values: FloatArray, refined: int
+    ) -> FloatArray | None:
         """All six sensors relative to their zero; None where the motion leaves the model."""
         inputs = record.inputs if refined == 1 else record.inputs.refined(refined)
         rig = replace(self.rig, zeroing_samples=(record.zeroing_samples - 1) * refined + 1)
@@ -166,7 +189,9 @@ class MountingModel:
         source = wanted if np.ptp(getattr(record.inputs, wanted)) > 0.0 else "torque"
         rng = np.random.default_rng([_SEED, number, *record.name.encode()])
         loads[source] = _surrogate(getattr(record.inputs, source), rng)
-        inputs = MountingInputs.from_columns(record.inputs.time, {**record.inputs.columns(), **loads})
+        inputs = MountingInputs.from_columns(
+            record.inputs.time, {**record.inputs.columns(), **loads}
+        )
         rig = replace(self.rig, zeroing_samples=record.zeroing_samples)
         return simulate(rig, parameter_array(self.rig), inputs).signals
 
@@ -186,7 +211,10 @@ def mounting_scale(rig: MountingRig, records: Sequence[MountingRecord]) -> Mount
     MountingScale
         RMS over all records.
     """
-    rows = [block.rows[0] @ np.linalg.solve(block.K, block.G) for block in mounting_blocks(rig, parameter_array(rig))]
+    rows = [
+        block.rows[0] @ np.linalg.solve(block.K, block.G)
+        for block in mounting_blocks(rig, parameter_array(rig))
+    ]
     square, rate, n = 0.0, 0.0, 0
     for record in records:
         window = max(1, round(_RATE_WINDOW / record.step))
@@ -195,7 +223,9 @@ def mounting_scale(rig: MountingRig, records: Sequence[MountingRecord]) -> Mount
         slow = (loads @ np.array(rows).T)[: count * window].reshape(count, window, 2).mean(axis=1)
         square, n = square + float((slow**2).sum()), n + count
         rate += float((np.diff(slow, axis=0) ** 2).sum()) / (window * record.step) ** 2
-    return MountingScale(rig.bushing_radial_stiffness, float(np.sqrt(square / n)), float(np.sqrt(square / rate)))
+    return MountingScale(
+        rig.bushing_radial_stiffness, float(np.sqrt(square / n)), float(np.sqrt(square / rate))
+    )
 
 
 def _delayed(signals: FloatArray, time: FloatArray, delay: float) -> FloatArray:

@@ -4,12 +4,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from diagnosis.comparison.effect_names import set_name
-from diagnosis.comparison.pictures import GAP, LAW, Panel, Picture, Trace, is_function, strip_means
-from diagnosis.comparison.problem import Effects, FloatArray
-from diagnosis.mounting.gap_map import PATTERNS, pattern_matrix
-from diagnosis.mounting.model import Choice, MountingModel
-from diagnosis.mounting.records import MountingRecord
+from carrierflex.diagnosis.comparison.effect_names import set_name
+from carrierflex.diagnosis.comparison.pictures import (
+    GAP,
+    LAW,
+    Panel,
+    Picture,
+    Trace,
+    is_function,
+    strip_means,
+)
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
+from carrierflex.diagnosis.mounting.gap_map import PATTERNS, pattern_matrix
+from carrierflex.diagnosis.mounting.model import Choice, MountingModel
+from carrierflex.diagnosis.mounting.records import MountingRecord
 
 #: Runs drawn at most, and points of a cloud.
 _MOST_RUNS = 3
@@ -17,7 +25,11 @@ _MOST_POINTS = 1500
 
 
 def mounting_pictures(
-    model: MountingModel, records: Sequence[MountingRecord], effects: Effects, theta: FloatArray, choice: Choice
+    model: MountingModel,
+    records: Sequence[MountingRecord],
+    effects: Effects,
+    theta: FloatArray,
+    choice: Choice,
 ) -> tuple[Picture, ...]:
     """Measured less linear prediction over the measured motion, one run of each condition, largest gaps first.
 
@@ -43,36 +55,57 @@ def mounting_pictures(
     base = theta[: len(model.parameters(()))]
     rows = []
     for record in records:
-        before, after = (model.predicted(record, *own, choice) for own in (((), base), (effects, theta)))
+        before, after = (
+            model.predicted(record, *own, choice) for own in (((), base), (effects, theta))
+        )
         if not (np.isfinite(before).all() and np.isfinite(after).all()):
             return ()
         complete = np.isfinite(record.measured).all(axis=1)
         rows.append(
-            [(values @ matrix.T)[complete] for values in (record.measured, record.measured - before, after - before)]
+            [
+                (values @ matrix.T)[complete]
+                for values in (record.measured, record.measured - before, after - before)
+            ]
         )
     k = int(np.argmax(np.sum([np.square(gap).sum(axis=0) for _, gap, _ in rows], axis=0)))
     largest: dict[str, tuple[float, Panel]] = {}
     for record, (motion, gap, law) in zip(records, rows, strict=True):
         size = float(gap[:, k].std()) if len(gap) > 1 and np.ptp(motion[:, k]) > 0.0 else -1.0
         if size > largest.get(record.condition, (0.0,))[0]:
-            largest[record.condition] = size, _panel(record, motion[:, k], gap[:, k], law[:, k] if effects else None)
-    panels = [panel for _, panel in sorted(largest.values(), key=lambda entry: -entry[0])[:_MOST_RUNS]]
+            largest[record.condition] = (
+                size,
+                _panel(record, motion[:, k], gap[:, k], law[:, k] if effects else None),
+            )
+    panels = [
+        panel for _, panel in sorted(largest.values(), key=lambda entry: -entry[0])[:_MOST_RUNS]
+    ]
     return (_picture(names[k], effects, tuple(panels)),) if panels else ()
 
 
-def _panel(record: MountingRecord, motion: FloatArray, gap: FloatArray, law: FloatArray | None) -> Panel:
+def _panel(
+    record: MountingRecord, motion: FloatArray, gap: FloatArray, law: FloatArray | None
+) -> Panel:
     chosen = slice(None, None, max(1, -(-motion.size // _MOST_POINTS)))
     traces = [Trace(GAP, motion[chosen], gap[chosen], np.gradient(motion, record.step)[chosen])]
     if law is not None:
         traces.append(
-            Trace(LAW, *(strip_means(motion, law) if is_function(motion, law) else (motion[chosen], law[chosen])))
+            Trace(
+                LAW,
+                *(
+                    strip_means(motion, law)
+                    if is_function(motion, law)
+                    else (motion[chosen], law[chosen])
+                ),
+            )
         )
     return Panel(f"run {record.name}", tuple(traces))
 
 
 def _picture(name: str, effects: Effects, panels: tuple[Panel, ...]) -> Picture:
     law = (
-        f"Orange: what the fitted effects ({set_name(effects)}) add to it. " if effects else "No effect was accepted. "
+        f"Orange: what the fitted effects ({set_name(effects)}) add to it. "
+        if effects
+        else "No effect was accepted. "
     )
     motion = f"{name} motion" if name in PATTERNS else f"motion at {name}"
     return Picture(

@@ -1,14 +1,15 @@
 """Mountings whose baseline is another simulator's prediction, given as columns beside the measurement.
 
-Its inside is unknown, so linear bushings are fitted to what it predicts and held: effects act on them, and what they change is
-added to the prediction. The gap without effects is exactly measured less predicted.
+Its inside is unknown, so linear bushings are fitted to what it predicts and held: effects act on
+them, and what they change is added to the prediction. The gap without effects is exactly measured
+less predicted.
 """
 
 from dataclasses import replace
 
-from diagnosis.mounting.problem import MountingPlant
-from diagnosis.mounting.records import mounting_records
-from identification.campaign.campaign import Campaign
+from carrierflex.diagnosis.mounting.problem import MountingPlant
+from carrierflex.diagnosis.mounting.records import mounting_records
+from carrierflex.identification.campaign.campaign import Campaign
 
 
 def mounting_beside_prediction(plant: MountingPlant, campaign: Campaign) -> MountingPlant:
@@ -31,11 +32,19 @@ def mounting_beside_prediction(plant: MountingPlant, campaign: Campaign) -> Moun
     runs = tuple(replace(run, signals=run.predictions) for run in campaign.runs)
     simulated = mounting_records(replace(campaign, channels=channels, runs=runs))
     # What the prediction contains already is no candidate.
-    cards = {name: card for name, card in plant.model.cards.items() if name not in campaign.baseline.effects}
+    cards = {
+        name: card
+        for name, card in plant.model.cards.items()
+        if name not in campaign.baseline.effects
+    }
     linear = replace(plant.model, contained=(), cards=cards)
     held = replace(plant, model=linear, records=simulated).bare_fit()
     records = tuple(
-        replace(record, measured=record.measured - own.measured + linear.predicted(record, (), held, {}))
+        replace(
+            record, measured=record.measured - own.measured + linear.predicted(record, (), held, {})
+        )
         for record, own in zip(plant.records, simulated, strict=True)
     )
-    return replace(plant, model=replace(linear, held=tuple(float(value) for value in held)), records=records)
+    return replace(
+        plant, model=replace(linear, held=tuple(float(value) for value in held)), records=records
+    )

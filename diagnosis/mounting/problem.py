@@ -9,9 +9,9 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.comparison.effect_cards import EffectCard, effect_library
-from diagnosis.comparison.pictures import Picture
-from diagnosis.comparison.problem import (
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard, effect_library
+from carrierflex.diagnosis.comparison.pictures import Picture
+from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
     Effects,
     FloatArray,
@@ -22,19 +22,30 @@ from diagnosis.comparison.problem import (
     Signatures,
     Trial,
 )
-from diagnosis.gap.findings import GapFindings, Scalar
-from diagnosis.inference.bounded_fit import minimised
-from diagnosis.mounting.cards import KIND, MOUNTING_CARDS, ONE_CHANNEL, PLACEBO_CARDS
-from diagnosis.mounting.experiments import mounting_trials
-from diagnosis.mounting.gap_findings import mounting_findings, mounting_scalars
-from diagnosis.mounting.gap_map import band_edges_hz, block_powers, mounting_gap_cells, score_cells
-from diagnosis.mounting.gap_words import mounting_where_text
-from diagnosis.mounting.model import Choice, MountingModel, mounting_scale
-from diagnosis.mounting.pictures import mounting_pictures
-from diagnosis.mounting.records import MountingRecord, mounting_records
-from diagnosis.mounting.signatures import Column, Solution, mounting_signatures, solutions, values_array
-from identification.campaign.campaign import Campaign
-from simulation.mounting.rig import MountingRig
+from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
+from carrierflex.diagnosis.inference.bounded_fit import minimised
+from carrierflex.diagnosis.mounting.cards import KIND, MOUNTING_CARDS, ONE_CHANNEL, PLACEBO_CARDS
+from carrierflex.diagnosis.mounting.experiments import mounting_trials
+from carrierflex.diagnosis.mounting.gap_findings import mounting_findings, mounting_scalars
+from carrierflex.diagnosis.mounting.gap_map import (
+    band_edges_hz,
+    block_powers,
+    mounting_gap_cells,
+    score_cells,
+)
+from carrierflex.diagnosis.mounting.gap_words import mounting_where_text
+from carrierflex.diagnosis.mounting.model import Choice, MountingModel, mounting_scale
+from carrierflex.diagnosis.mounting.pictures import mounting_pictures
+from carrierflex.diagnosis.mounting.records import MountingRecord, mounting_records
+from carrierflex.diagnosis.mounting.signatures import (
+    Column,
+    Solution,
+    mounting_signatures,
+    solutions,
+    values_array,
+)
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.simulation.mounting.rig import MountingRig
 
 #: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
 _DIFFERENCE = 1e-4
@@ -42,7 +53,9 @@ _DIFFERENCE = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class MountingPlant:
-    """One mounting, its records and its library; see :class:`diagnosis.comparison.problem.Plant`.
+    """One mounting, its records and its library.
+
+    See :class:`carrierflex.diagnosis.comparison.problem.Plant`.
 
     Parameters
     ----------
@@ -83,7 +96,12 @@ class MountingPlant:
     def pieces(self) -> tuple[Piece, ...]:
         """Blocks of the runs."""
         return tuple(
-            Piece(record.name, record.condition, block, int(np.isfinite(record.measured[record.block == block]).sum()))
+            Piece(
+                record.name,
+                record.condition,
+                block,
+                int(np.isfinite(record.measured[record.block == block]).sum()),
+            )
             for record in self.records
             for block in range(record.n_blocks)
         )
@@ -110,11 +128,16 @@ class MountingPlant:
         """Unknowns of a set."""
         return self.model.parameters(effects)
 
-    def starts(self, effects: Effects, known: Mapping[tuple[str, str], float]) -> Sequence[FloatArray]:
+    def starts(
+        self, effects: Effects, known: Mapping[tuple[str, str], float]
+    ) -> Sequence[FloatArray]:
         """What is known with the new effects off, linear bushings alone, then linear solutions over the shapes."""
         parameters = self.parameters(effects)
         found = [values for values, _ in self._solutions(effects)]
-        values = [{**{key: found[0][key] for key in self._known}, **known}, {**self._known, **known}]
+        values = [
+            {**{key: found[0][key] for key in self._known}, **known},
+            {**self._known, **known},
+        ]
         values += [{**own, **known} for own in found] + [{**known, **own} for own in found]
         values += [{**found[0], **own, **known} for own, _ in self._contained_solutions]
         lower, upper = np.array([[p.lower, p.upper] for p in parameters]).T
@@ -136,7 +159,11 @@ class MountingPlant:
                 for block, place in enumerate(places):
                     own = rows[:, record.block == block].reshape(p, -1)
                     left = residual[record.block == block].ravel()
-                    matrix[place], right[place], square[place] = own @ own.T, own @ left, left @ left
+                    matrix[place], right[place], square[place] = (
+                        own @ own.T,
+                        own @ left,
+                        left @ left,
+                    )
         return PieceSums(matrix, right, square)
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
@@ -160,7 +187,9 @@ class MountingPlant:
     def where_text(self, effects: Effects, theta: FloatArray) -> str:
         """One sentence."""
         cells, own = self.gap_cells(effects, theta), self._residuals(effects, theta)
-        return mounting_where_text(cells, self.records, own, self.model.sensors, self.model.channels)
+        return mounting_where_text(
+            cells, self.records, own, self.model.sensors, self.model.channels
+        )
 
     def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
         """Gap in time, between repeats, and its growth."""
@@ -169,7 +198,9 @@ class MountingPlant:
 
     def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
         """Mean and peak to peak of every motion."""
-        return mounting_scalars(self.records, self._residuals(effects, theta), self.model.sensors, self.model.channels)
+        return mounting_scalars(
+            self.records, self._residuals(effects, theta), self.model.sensors, self.model.channels
+        )
 
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
         """Gap along the motion that holds most of it."""
@@ -180,15 +211,22 @@ class MountingPlant:
         records = []
         for record in self.records:
             predicted = self.model.predicted(record, effects, theta, self.choice(effects))
-            records.append(replace(record, measured=np.where(np.isfinite(record.measured), predicted, np.nan)))
+            records.append(
+                replace(record, measured=np.where(np.isfinite(record.measured), predicted, np.nan))
+            )
         return replace(self, records=tuple(records))
 
     def trials(self) -> Sequence[Trial]:
         """Loads that were not applied."""
         return mounting_trials(self.records[0], self._under)
 
-    def _under(self, record: MountingRecord, effects: Effects, theta: FloatArray) -> "MountingPlant | None":
-        """Plant whose only record has the signals of a model; None where the model leaves its range."""
+    def _under(
+        self, record: MountingRecord, effects: Effects, theta: FloatArray
+    ) -> "MountingPlant | None":
+        """Plant whose only record has the signals of a model.
+
+        None where the model leaves its range.
+        """
         predicted = self.model.predicted(record, effects, theta, self.choice(effects))
         if not np.isfinite(predicted).all():
             return None
@@ -205,18 +243,27 @@ class MountingPlant:
         return float(np.sqrt(np.mean(np.concatenate(changes) ** 2)))
 
     def choice(self, effects: Effects) -> Choice:
-        """Channel of each effect of one sensor, by least squares over the signatures; the contained ones' by themselves."""
+        """Channel of each effect of one sensor, by least squares over the signatures.
+
+        The contained ones' by themselves.
+        """
         wanted = {own for own in (*self.model.contained, *effects) if own in ONE_CHANNEL}
         if not wanted:
             return {}
-        return {**{name: 0 for name in wanted}, **self._contained_choice, **self._solutions(effects)[0][1]}
+        return {
+            **{name: 0 for name in wanted},
+            **self._contained_choice,
+            **self._solutions(effects)[0][1],
+        }
 
     @cached_property
     def _contained_solutions(self) -> list[Solution]:
         """Linear solutions of the contained effects by themselves, best first."""
         if not self.model.contained:
             return []
-        return replace(self, model=replace(self.model, contained=()))._solutions(self.model.contained)
+        return replace(self, model=replace(self.model, contained=()))._solutions(
+            self.model.contained
+        )
 
     @cached_property
     def _contained_choice(self) -> Choice:
@@ -231,12 +278,16 @@ class MountingPlant:
     @cached_property
     def _known(self) -> dict[tuple[str, str], float]:
         own = self._bare[0].parameters(())
-        return {(p.effect, p.name): float(value) for p, value in zip(own, self._bare[1], strict=True)}
+        return {
+            (p.effect, p.name): float(value) for p, value in zip(own, self._bare[1], strict=True)
+        }
 
     @cached_property
     def _columns(self) -> tuple[Signatures, tuple[Column, ...]]:
         bare, theta = self._bare
-        return mounting_signatures(self.model, self.records, bare._residuals((), theta), self._known)
+        return mounting_signatures(
+            self.model, self.records, bare._residuals((), theta), self._known
+        )
 
     def bare_fit(self) -> FloatArray:
         """K1 and C1 of the linear bushings alone, shape (2,)."""
@@ -275,7 +326,12 @@ class MountingPlant:
         return np.where(np.isfinite(record.measured), gap, 0.0)
 
     def _slope(
-        self, record: MountingRecord, effects: Effects, theta: FloatArray, residual: FloatArray, k: int
+        self,
+        record: MountingRecord,
+        effects: Effects,
+        theta: FloatArray,
+        residual: FloatArray,
+        k: int,
     ) -> FloatArray:
         """Change of the prediction by one parameter, shape (n, n_channels)."""
         parameter = self.parameters(effects)[k]
@@ -284,7 +340,9 @@ class MountingPlant:
         moved = theta.copy()
         moved[k] += step
         changed = self._residual(record, effects, moved)
-        return (residual - changed) / step if np.isfinite(changed).all() else np.zeros(residual.shape)
+        return (
+            (residual - changed) / step if np.isfinite(changed).all() else np.zeros(residual.shape)
+        )
 
 
 def mounting_plant(campaign: Campaign) -> MountingPlant:

@@ -1,7 +1,8 @@
 """Records of a mounting campaign, thinned to what the slow motion of the housing holds.
 
-Loads and signals are averaged over the same groups of samples. The mean over a group commutes with a linear system, and the
-bushings' laws change little within a fiftieth of a second, so that the averaged loads give the averaged signals.
+Loads and signals are averaged over the same groups of samples. The mean over a group commutes with
+a linear system, and the bushings' laws change little within a fiftieth of a second, so that the
+averaged loads give the averaged signals.
 """
 
 from dataclasses import dataclass
@@ -9,23 +10,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.comparison.problem import FloatArray
-from identification.campaign.campaign import Campaign
-from identification.campaign.records import Run
-from simulation.mounting.inputs import MountingInputs
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.records import Run
+from carrierflex.simulation.mounting.inputs import MountingInputs
 
-#: Sampling frequency that is enough [Hz], and the share of the loads' power above a quarter of it that forbids thinning.
-#: Straight lines between loads 0.05 s apart would put the damping off by 2 %.
+#: Sampling frequency that is enough [Hz], and the share of the loads' power above a quarter of it
+#: that forbids thinning. Straight lines between loads 0.05 s apart would put the damping off by 2
+#: %.
 _ENOUGH_HZ = 50.0
 _FAST_POWER = 1e-3
 _BLOCKS = 8
 #: Samples of a block at least.
 FEWEST_IN_BLOCK = 40
-#: Order of the differences that tell noise from motion, and their mean square over the variance of white noise (10 choose 5).
+#: Order of the differences that tell noise from motion, and their mean square over the variance of
+#: white noise (10 choose 5).
 _ORDER, _GAIN = 5, 252.0
 #: Median of chi² with one degree of freedom; a median is not moved by the few fast samples.
 _MEDIAN_CHI2 = 0.4549
-#: A mean of the zeroing samples below this share of its own noise was taken out with the noise in it.
+#: A mean of the zeroing samples below this share of its own noise was taken out with the noise in
+#: it.
 _ZEROED = 1e-3
 _LOADS = ("torque", "ntl_y", "ntl_z")
 
@@ -45,7 +49,8 @@ class MountingRecord:
     block : ndarray of int, shape (n,)
         Block of every sample.
     noise, zero_noise : ndarray, shape (n_channels,)
-        Variance of the averaged noise, and of the error that the zeroing leaves for the whole run [m²].
+        Variance of the averaged noise, and of the error that the zeroing leaves for the whole run
+        [m²].
     zeroing_samples : int
         Averaged samples of the zero.
     """
@@ -86,7 +91,8 @@ def mounting_records(campaign: Campaign) -> tuple[MountingRecord, ...]:
     Raises
     ------
     ValueError
-        Where a channel holds nothing, no signal changes, the loads never change, or a run is too short.
+        Where a channel holds nothing, no signal changes, the loads never change, or a run is too
+        short.
     """
     for run in campaign.runs:
         _check(run, campaign)
@@ -99,7 +105,9 @@ def mounting_records(campaign: Campaign) -> tuple[MountingRecord, ...]:
 
 def _check(run: Run, campaign: Campaign) -> None:
     if run.time.size < 2 * FEWEST_IN_BLOCK:
-        raise ValueError(f"run {run.name}: {run.time.size} samples; expected at least {2 * FEWEST_IN_BLOCK}")
+        raise ValueError(
+            f"run {run.name}: {run.time.size} samples; expected at least {2 * FEWEST_IN_BLOCK}"
+        )
     for channel in campaign.channels:
         present = int(np.isfinite(run.signals[channel.name]).sum())
         if present < FEWEST_IN_BLOCK:
@@ -108,7 +116,9 @@ def _check(run: Run, campaign: Campaign) -> None:
                 "the channel out"
             )
     if all(_is_constant(run.signals[channel.name]) for channel in campaign.channels):
-        raise ValueError(f"run {run.name}: every channel is constant throughout; expected signals that change")
+        raise ValueError(
+            f"run {run.name}: every channel is constant throughout; expected signals that change"
+        )
 
 
 def _is_constant(values: FloatArray) -> bool:
@@ -165,12 +175,17 @@ def _noise_variance(values: FloatArray) -> float:
     differences = np.diff(values, _ORDER)
     present = differences[np.isfinite(differences)]
     if present.size == 0:
-        raise ValueError("a channel without 'noise_std' has no six samples in a row; expected its 'noise_std'")
+        raise ValueError(
+            "a channel without 'noise_std' has no six samples in a row; expected its 'noise_std'"
+        )
     return float(np.median(present**2) / _MEDIAN_CHI2 / _GAIN)
 
 
 def _zero_noise(first: FloatArray, noise: FloatArray) -> FloatArray:
-    """Variance that the zero carries into the whole run: that of a mean where the noise was zeroed with the signal."""
+    """Variance that the zero carries into the whole run.
+
+    That of a mean where the noise was zeroed with the signal.
+    """
     error = noise / len(first)
     zeroed = np.abs(first.mean(axis=0)) <= _ZEROED * np.sqrt(error)
     return np.where(zeroed, error, 0.0)

@@ -1,7 +1,8 @@
 """What every effect would add to the sensors' signals, by simulation beside the fitted baseline.
 
-The housing moves slowly: its signals are the bushings' forces over their stiffness, so that the screen needs no force of its own.
-A signature is the difference that an effect of noticeable size makes, over that size.
+The housing moves slowly: its signals are the bushings' forces over their stiffness, so that the
+screen needs no force of its own. A signature is the difference that an effect of noticeable size
+makes, over that size.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,11 +11,18 @@ from itertools import product
 
 import numpy as np
 
-from diagnosis.comparison.problem import BASELINE, CEILING, Effects, FloatArray, Parameter, Signatures
-from diagnosis.mounting.cards import ONE_CHANNEL, PLACEBO_CARDS, SHAPE_STARTS
-from diagnosis.mounting.features import flexible_features
-from diagnosis.mounting.model import MountingModel
-from diagnosis.mounting.records import MountingRecord
+from carrierflex.diagnosis.comparison.problem import (
+    BASELINE,
+    CEILING,
+    Effects,
+    FloatArray,
+    Parameter,
+    Signatures,
+)
+from carrierflex.diagnosis.mounting.cards import ONE_CHANNEL, PLACEBO_CARDS, SHAPE_STARTS
+from carrierflex.diagnosis.mounting.features import flexible_features
+from carrierflex.diagnosis.mounting.model import MountingModel
+from carrierflex.diagnosis.mounting.records import MountingRecord
 
 _PLACEBOS = tuple(card.id for card in PLACEBO_CARDS)
 #: Size of an effect in its signature, in scales of its parameter.
@@ -71,25 +79,36 @@ def signature_columns(model: MountingModel) -> tuple[Column, ...]:
             shapes = {}
             if shape is not None:
                 # Yield force and damper go with the amplitude of the column.
-                shapes = {shape.name: float(np.clip(share * shape.scale * _SIZE, shape.lower, shape.upper))}
+                shapes = {
+                    shape.name: float(
+                        np.clip(share * shape.scale * _SIZE, shape.lower, shape.upper)
+                    )
+                }
             bounds = (amplitude.lower, amplitude.upper)
             columns.append(Column(name, amplitude.name, size, shapes, channel, bounds))
     return tuple(columns)
 
 
-def column_values(model: MountingModel, record: MountingRecord, column: Column, known: Known) -> FloatArray:
+def column_values(
+    model: MountingModel, record: MountingRecord, column: Column, known: Known
+) -> FloatArray:
     """Change of the prediction by a column's effect, over its size; shape (n, n_channels)."""
     bare = replace(model, contained=())
     base = np.array([known[BASELINE, "K1"], known[BASELINE, "C1"]])
     own = {**column.shapes, column.amplitude: column.size}
     theta = np.array([*base, *(own[p.name] for p in bare.parameters((column.effect,))[2:])])
     choice = {column.effect: column.channel}
-    change = bare.predicted(record, (column.effect,), theta, choice) - bare.predicted(record, (), base, {})
+    change = bare.predicted(record, (column.effect,), theta, choice) - bare.predicted(
+        record, (), base, {}
+    )
     return np.where(np.isfinite(change), change, 0.0) / column.size
 
 
 def base_columns(model: MountingModel, record: MountingRecord, known: Known) -> list[FloatArray]:
-    """Derivatives of the prediction by K1 and C1 at the fitted baseline; zero where they are held."""
+    """Derivatives of the prediction by K1 and C1 at the fitted baseline.
+
+    Zero where they are held.
+    """
     if model.held:
         return [np.zeros(record.measured.shape)] * 2
     bare = replace(model, contained=())
@@ -104,7 +123,10 @@ def base_columns(model: MountingModel, record: MountingRecord, known: Known) -> 
 
 
 def mounting_signatures(
-    model: MountingModel, records: Sequence[MountingRecord], residuals: Sequence[FloatArray], known: Known
+    model: MountingModel,
+    records: Sequence[MountingRecord],
+    residuals: Sequence[FloatArray],
+    known: Known,
 ) -> tuple[Signatures, tuple[Column, ...]]:
     """Gram matrix of the baseline's residual, its derivatives and all signatures.
 
@@ -146,23 +168,34 @@ def mounting_signatures(
     return signatures, tuple(columns)
 
 
-def solutions(signatures: Signatures, columns: Sequence[Column], effects: Effects, known: Known) -> list[Solution]:
+def solutions(
+    signatures: Signatures, columns: Sequence[Column], effects: Effects, known: Known
+) -> list[Solution]:
     """Least-squares values over the variants of the effects, best first, and the channels they stand at."""
     gram, first = signatures.gram.sum(axis=0), 1 + signatures.n_base
-    groups = [[k for k, column in enumerate(columns) if column.effect == effect] for effect in effects]
+    groups = [
+        [k for k, column in enumerate(columns) if column.effect == effect] for effect in effects
+    ]
     found = []
     for chosen in product(*(group or [-1] for group in groups)):
         own = [k for k in chosen if k >= 0]
-        left, values = _bounded_solution(gram, [*range(1, first), *(first + k for k in own)], [columns[k] for k in own])
+        left, values = _bounded_solution(
+            gram, [*range(1, first), *(first + k for k in own)], [columns[k] for k in own]
+        )
         found.append((left, _named([columns[k] for k in own], values, first - 1, known)))
     found.sort(key=lambda pair: pair[0])
     return [own for _, own in found[:_MOST_STARTS]]
 
 
-def _bounded_solution(gram: FloatArray, places: Sequence[int], columns: Sequence[Column]) -> tuple[float, FloatArray]:
-    """Sum of squares left and least-squares values; an amplitude that would leave its physical bounds stays on zero.
+def _bounded_solution(
+    gram: FloatArray, places: Sequence[int], columns: Sequence[Column]
+) -> tuple[float, FloatArray]:
+    """Sum of squares left and least-squares values.
 
-    Without the bounds a larger set would choose the channel of a sensor's effect beside an effect that cannot be.
+    An amplitude that would leave its physical bounds stays on zero.
+
+    Without the bounds a larger set would choose the channel of a sensor's effect beside an effect
+    that cannot be.
     """
     values, active = np.zeros(len(places)), list(range(len(places)))
     n_base = len(places) - len(columns)
@@ -170,11 +203,15 @@ def _bounded_solution(gram: FloatArray, places: Sequence[int], columns: Sequence
         own = [places[k] for k in active]
         matrix = gram[np.ix_(own, own)]
         size = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
-        solution = np.linalg.lstsq(matrix / np.outer(size, size), gram[own, 0] / size, rcond=1e-10)[0] / size
+        solution = (
+            np.linalg.lstsq(matrix / np.outer(size, size), gram[own, 0] / size, rcond=1e-10)[0]
+            / size
+        )
         outside = [
             k
             for k, value in zip(active, solution, strict=True)
-            if k >= n_base and not columns[k - n_base].bounds[0] <= value <= columns[k - n_base].bounds[1]
+            if k >= n_base
+            and not columns[k - n_base].bounds[0] <= value <= columns[k - n_base].bounds[1]
         ]
         if not outside:
             values[active] = solution
@@ -183,11 +220,15 @@ def _bounded_solution(gram: FloatArray, places: Sequence[int], columns: Sequence
 
 
 def _named(columns: Sequence[Column], values: FloatArray, n_base: int, known: Known) -> Solution:
-    named = {(BASELINE, name): known[BASELINE, name] + float(values[k]) for k, name in enumerate(("K1", "C1"))}
+    named = {
+        (BASELINE, name): known[BASELINE, name] + float(values[k])
+        for k, name in enumerate(("K1", "C1"))
+    }
     for column, value in zip(columns, values[n_base:], strict=True):
         named[column.effect, column.amplitude] = float(value)
         for name, shape in column.shapes.items():
-            # A branch of the same time, a slider of the same yield deflection, at the fitted stiffness.
+            # A branch of the same time, a slider of the same yield deflection, at the fitted
+            # stiffness.
             named[column.effect, name] = abs(float(value)) / column.size * shape
     return named, {column.effect: column.channel for column in columns if column.channel >= 0}
 
@@ -195,4 +236,6 @@ def _named(columns: Sequence[Column], values: FloatArray, n_base: int, known: Kn
 def values_array(parameters: Sequence[Parameter], values: Known) -> FloatArray:
     """Values in the order of the parameters; what is not known leaves the baseline as it is."""
     off = [p.scale if p.shape else 0.0 for p in parameters]
-    return np.array([values.get((p.effect, p.name), own) for p, own in zip(parameters, off, strict=True)])
+    return np.array(
+        [values.get((p.effect, p.name), own) for p, own in zip(parameters, off, strict=True)]
+    )

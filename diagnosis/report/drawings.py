@@ -6,19 +6,25 @@ from functools import partial
 
 import numpy as np
 
-from diagnosis.comparison.effect_names import set_name
-from diagnosis.comparison.pictures import Picture
-from diagnosis.comparison.problem import Effects, GapCell
-from diagnosis.gap.findings import GapMoment
-from diagnosis.inference.results import Shrinkage
-from diagnosis.inference.screening import Screen
-from diagnosis.report.figures import MOST_EFFECTS, colour_limits, gap_map_figure, ladder_figure, likeness_figure
-from diagnosis.report.gap_grid import GapGrid, gap_grids
-from diagnosis.report.motion_figures import panel_figure
-from diagnosis.report.svg import inline_svg
-from diagnosis.report.time_figure import MOST_RUNS, gap_in_time_figure
-from diagnosis.report.words import added_effects, place_of, sized
-from diagnosis.results import Diagnosis
+from carrierflex.diagnosis.comparison.effect_names import set_name
+from carrierflex.diagnosis.comparison.pictures import Picture
+from carrierflex.diagnosis.comparison.problem import Effects, GapCell
+from carrierflex.diagnosis.gap.findings import GapMoment
+from carrierflex.diagnosis.inference.results import Shrinkage
+from carrierflex.diagnosis.inference.screening import Screen
+from carrierflex.diagnosis.report.figures import (
+    MOST_EFFECTS,
+    colour_limits,
+    gap_map_figure,
+    ladder_figure,
+    likeness_figure,
+)
+from carrierflex.diagnosis.report.gap_grid import GapGrid, gap_grids
+from carrierflex.diagnosis.report.motion_figures import panel_figure
+from carrierflex.diagnosis.report.svg import inline_svg
+from carrierflex.diagnosis.report.time_figure import MOST_RUNS, gap_in_time_figure
+from carrierflex.diagnosis.report.words import added_effects, place_of, sized
+from carrierflex.diagnosis.results import Diagnosis
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +84,9 @@ def drawings(diagnosis: Diagnosis) -> Drawings:
         _gap_maps(grids, diagnosis),
         _remaining(grids, diagnosis),
         _ladder(far) if far.ladder else None,
-        _likeness(which.screen, which.effects) if which.screen and len(which.screen.effects) > 1 else None,
+        _likeness(which.screen, which.effects)
+        if which.screen and len(which.screen.effects) > 1
+        else None,
         _in_time(diagnosis.gap.findings.in_time, diagnosis.unit) if diagnosis.gap else None,
         motion,
     )
@@ -108,7 +116,11 @@ def _ladder(far: Shrinkage) -> Drawing:
 
 def _likeness(screened: Screen, accepted: Effects) -> Drawing:
     n = len(screened.effects)
-    svg = inline_svg(partial(likeness_figure, screened, accepted), "likeness", "Likeness of the effects' signatures")
+    svg = inline_svg(
+        partial(likeness_figure, screened, accepted),
+        "likeness",
+        "Likeness of the effects' signatures",
+    )
     return Drawing(
         svg,
         "Correlation of the effects' signatures beside the baseline, under the conditions that were measured: 1 means that "
@@ -124,7 +136,11 @@ def _gap_maps(grids: tuple[GapGrid, ...], diagnosis: Diagnosis) -> tuple[Drawing
     maps = [("Before", "the baseline", far.cells_before)]
     if added_effects(far):
         is_named = bool(diagnosis.attribution.effects)
-        after = "the named effects added" if is_named else f"{set_name(added_effects(far))} added, which is not named"
+        after = (
+            "the named effects added"
+            if is_named
+            else f"{set_name(added_effects(far))} added, which is not named"
+        )
         maps.append(("After", after, far.cells_after))
     limits = colour_limits(*grids[: len(maps)])
     shown = []
@@ -141,7 +157,9 @@ def _remaining(grids: tuple[GapGrid, ...], diagnosis: Diagnosis) -> Drawing | No
         return None
     draw = partial(gap_map_figure, grids[1], colour_limits(grids[1]), diagnosis.unit)
     title = f"Map of the remaining gap; {_largest_cell(diagnosis.shrinkage.cells_after, diagnosis.unit)}"
-    return Drawing(inline_svg(draw, "map-remaining", title), "The remaining gap on its own colour scale.")
+    return Drawing(
+        inline_svg(draw, "map-remaining", title), "The remaining gap on its own colour scale."
+    )
 
 
 def _largest_cell(cells: Sequence[GapCell], unit: str) -> str:
@@ -149,13 +167,17 @@ def _largest_cell(cells: Sequence[GapCell], unit: str) -> str:
     if not cells:
         return "no cells"
     first = cells[0]
-    return (
-        f"largest in run {first.run}: {first.channel_pattern}, {place_of(first)}, {sized(first.mean_square**0.5, unit)}"
-    )
+    return f"largest in run {first.run}: {first.channel_pattern}, {place_of(first)}, {sized(first.mean_square**0.5, unit)}"
 
 
 def _panel(picture: Picture, number: int, place: int) -> Drawing:
     panel = picture.panels[number]
-    sizes = [f"{trace.role} {sized(float(np.sqrt(np.mean(trace.y**2))), picture.y_unit)}" for trace in panel.traces]
+    sizes = [
+        f"{trace.role} {sized(float(np.sqrt(np.mean(trace.y**2))), picture.y_unit)}"
+        for trace in panel.traces
+    ]
     title = f"{picture.title}, {panel.title}; RMS: {', '.join(sizes)}"
-    return Drawing(inline_svg(partial(panel_figure, picture, panel), f"motion-{place}-{number}", title), panel.title)
+    return Drawing(
+        inline_svg(partial(panel_figure, picture, panel), f"motion-{place}-{number}", title),
+        panel.title,
+    )

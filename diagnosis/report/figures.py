@@ -1,14 +1,26 @@
-"""Figures of the report: gap map, ladder, likeness of the effects; loops and polar plots. Matplotlib late."""
+"""Figures of the report.
+
+Gap map, ladder, likeness of the effects; loops and polar plots. Matplotlib late.
+"""
 
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from diagnosis.comparison.effect_names import plain_name
-from diagnosis.inference.results import Shrinkage
-from diagnosis.inference.screening import Screen
-from diagnosis.report.gap_grid import GapGrid
-from diagnosis.report.svg import BLACK, BLUE, CHANCE, GREEN, GREY, MAGNITUDE_MAP, WIDTH, scaled_unit
+from carrierflex.diagnosis.comparison.effect_names import plain_name
+from carrierflex.diagnosis.inference.results import Shrinkage
+from carrierflex.diagnosis.inference.screening import Screen
+from carrierflex.diagnosis.report.gap_grid import GapGrid
+from carrierflex.diagnosis.report.svg import (
+    BLACK,
+    BLUE,
+    CHANCE,
+    GREEN,
+    GREY,
+    MAGNITUDE_MAP,
+    WIDTH,
+    scaled_unit,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,7 +39,10 @@ _SMALL_RATIO = 0.2
 
 
 def colour_limits(*grids: GapGrid) -> tuple[float, float]:
-    """RMS at both ends of the colours that maps share: what stands out in any of them; all where nothing does."""
+    """RMS at both ends of the colours that maps share.
+
+    What stands out in any of them; all where nothing does.
+    """
     seen = np.concatenate([grid.rms[grid.stands_out] for grid in grids])
     if not seen.size:
         seen = np.concatenate([grid.rms[np.isfinite(grid.rms)] for grid in grids])
@@ -36,7 +51,9 @@ def colour_limits(*grids: GapGrid) -> tuple[float, float]:
 
 
 def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Figure":
-    """RMS of the gap by row and column, logarithmic colours; cells within chance are grey, those the map lacks white.
+    """RMS of the gap by row and column, logarithmic colours.
+
+    Cells within chance are grey, those the map lacks white.
 
     Parameters
     ----------
@@ -63,9 +80,17 @@ def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Fi
     norm = LogNorm(vmin=low, vmax=high)
     lines = np.arange(len(grid.rows) + 1) - 0.5
     known = np.ma.masked_invalid(np.where(np.isfinite(grid.rms), 0.0, np.nan))
-    panel.pcolormesh(grid.edges, lines, known, cmap=ListedColormap([CHANCE]), edgecolors="white", linewidth=0.3)
+    panel.pcolormesh(
+        grid.edges, lines, known, cmap=ListedColormap([CHANCE]), edgecolors="white", linewidth=0.3
+    )
     image = panel.pcolormesh(
-        grid.edges, lines, np.ma.masked_invalid(seen), norm=norm, cmap=MAGNITUDE_MAP, edgecolors="white", linewidth=0.3
+        grid.edges,
+        lines,
+        np.ma.masked_invalid(seen),
+        norm=norm,
+        cmap=MAGNITUDE_MAP,
+        edgecolors="white",
+        linewidth=0.3,
     )
     panel.set_yticks(range(len(grid.rows)), grid.rows)
     panel.set_ylabel(grid.row_name)
@@ -77,15 +102,22 @@ def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Fi
         panel.set_xlabel("frequency [Hz]")
     else:
         panel.set_xlabel("order of carrier rotation [per turn]")
-        panel.set_xticks(np.arange(np.ceil(grid.edges[0]), grid.edges[-1], 1 if grid.edges.size < 16 else 3))
+        panel.set_xticks(
+            np.arange(np.ceil(grid.edges[0]), grid.edges[-1], 1 if grid.edges.size < 16 else 3)
+        )
         _number_cells(panel, grid, seen, high)
-    bar = figure.colorbar(image, ax=panel, orientation="horizontal", aspect=40, label=f"RMS of the gap [{shown_unit}]")
+    bar = figure.colorbar(
+        image, ax=panel, orientation="horizontal", aspect=40, label=f"RMS of the gap [{shown_unit}]"
+    )
     _plain_numbers(bar.ax.xaxis, low, high)
     return figure
 
 
 def _plain_numbers(axis: "Axis", low: float, high: float) -> None:
-    """Numbers in full on a logarithmic axis: at every decade, at 2 and 5 between where there are few decades."""
+    """Numbers in full on a logarithmic axis.
+
+    At every decade, at 2 and 5 between where there are few decades.
+    """
     from matplotlib.ticker import LogLocator, NullFormatter
 
     axis.set_major_locator(LogLocator(subs=(1.0,) if high > 100.0 * low else (1.0, 2.0, 5.0)))
@@ -98,7 +130,9 @@ def _number_cells(panel: "Axes", grid: GapGrid, seen: np.ndarray, high: float) -
     for (row, column), value in np.ndenumerate(seen):
         if np.isfinite(value) and value >= _NUMBERED * high:
             text = f"{value:.0f}" if high >= 10.0 else f"{value:.1f}"
-            panel.text(float(middles[column]), row, text, ha="center", va="center", fontsize=7, color=BLACK)
+            panel.text(
+                float(middles[column]), row, text, ha="center", va="center", fontsize=7, color=BLACK
+            )
 
 
 def ladder_figure(far: Shrinkage) -> "Figure":
@@ -122,10 +156,21 @@ def ladder_figure(far: Shrinkage) -> "Figure":
     figure = Figure(figsize=(WIDTH, 1.45 + 0.36 * rho.size), layout="constrained")
     panel = figure.subplots()
     for value, name, style, colour in lines:
-        panel.axvline(value, linestyle=style, color=colour, linewidth=1.4, label=f"{name}: {value:.3f}")
+        panel.axvline(
+            value, linestyle=style, color=colour, linewidth=1.4, label=f"{name}: {value:.3f}"
+        )
     known = np.isfinite(ends).all(axis=1)
     reach = np.abs(np.where(known[:, None], ends, rho[:, None]) - rho[:, None]).T
-    panel.errorbar(rho, np.arange(rho.size), xerr=reach, fmt="o", color=BLUE, capsize=4, markersize=6, linewidth=1.6)
+    panel.errorbar(
+        rho,
+        np.arange(rho.size),
+        xerr=reach,
+        fmt="o",
+        color=BLUE,
+        capsize=4,
+        markersize=6,
+        linewidth=1.6,
+    )
     above: dict[str, Any] = {
         "xytext": (0, 8),
         "textcoords": "offset points",
@@ -136,7 +181,9 @@ def ladder_figure(far: Shrinkage) -> "Figure":
     for place, value in enumerate(rho):
         box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6}
         panel.annotate(f"{value:.3f}", (value, place), bbox=box, **above)
-    panel.set_yticks(range(rho.size), [_step_name(k, step.added) for k, step in enumerate(far.ladder)])
+    panel.set_yticks(
+        range(rho.size), [_step_name(k, step.added) for k, step in enumerate(far.ladder)]
+    )
     panel.set_ylim(rho.size - 0.5, -0.7)
     _ratio_axis(panel, [*rho, *ends[known].ravel(), *(line[0] for line in lines)])
     figure.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
@@ -144,7 +191,10 @@ def ladder_figure(far: Shrinkage) -> "Figure":
 
 
 def _level_lines(far: Shrinkage) -> list[tuple[float, str, str, str]]:
-    """Value, name, stroke and colour of the lines that a ladder is read against; those that are known."""
+    """Value, name, stroke and colour of the lines that a ladder is read against.
+
+    Those that are known.
+    """
     floor = far.noise_floor / far.rms_before if far.rms_before > 0.0 else float("nan")
     lines = [
         (far.placebo_rho, "best placebo", ":", GREY),
@@ -173,7 +223,9 @@ def _step_name(place: int, added: str) -> str:
 
 
 def likeness_figure(screened: Screen, accepted: tuple[str, ...]) -> "Figure":
-    """Likeness of the effects' signatures beside the baseline: correlation over the conditions that were measured.
+    """Likeness of the effects' signatures beside the baseline.
+
+    Correlation over the conditions that were measured.
 
     Parameters
     ----------
@@ -194,13 +246,31 @@ def likeness_figure(screened: Screen, accepted: tuple[str, ...]) -> "Figure":
     likeness = np.abs(screened.correlation[np.ix_(order, order)])
     figure = Figure(figsize=(WIDTH, 1.3 + 0.24 * len(order)), layout="constrained")
     panel = figure.subplots()
-    image = panel.imshow(np.clip(likeness, 0.0, 1.0), vmin=0.0, vmax=1.0, cmap=MAGNITUDE_MAP, aspect="auto")
+    image = panel.imshow(
+        np.clip(likeness, 0.0, 1.0), vmin=0.0, vmax=1.0, cmap=MAGNITUDE_MAP, aspect="auto"
+    )
     for (row, column), value in np.ndenumerate(likeness):
         if row != column and value >= _LIKE:
             colour = BLACK if value > 0.6 else "white"
-            panel.text(column, row, f"{value:.1f}".lstrip("0"), ha="center", va="center", fontsize=7, color=colour)
-    panel.set_yticks(range(len(order)), [f"{plain_name(names[k])}  {n + 1}" for n, k in enumerate(order)])
+            panel.text(
+                column,
+                row,
+                f"{value:.1f}".lstrip("0"),
+                ha="center",
+                va="center",
+                fontsize=7,
+                color=colour,
+            )
+    panel.set_yticks(
+        range(len(order)), [f"{plain_name(names[k])}  {n + 1}" for n, k in enumerate(order)]
+    )
     panel.set_xticks(range(len(order)), [str(n + 1) for n in range(len(order))])
     panel.tick_params(length=0, labelsize=8)
-    figure.colorbar(image, ax=panel, orientation="horizontal", aspect=40, label="correlation of the signatures [-]")
+    figure.colorbar(
+        image,
+        ax=panel,
+        orientation="horizontal",
+        aspect=40,
+        label="correlation of the signatures [-]",
+    )
     return figure

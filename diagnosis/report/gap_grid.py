@@ -1,11 +1,14 @@
-"""Gap cells as a grid for the report: rows are sensor patterns, or runs where there is one channel; columns orders or bands."""
+"""Gap cells as a grid for the report.
+
+Rows are sensor patterns, or runs where there is one channel; columns orders or bands.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.comparison.problem import BoolArray, FloatArray, GapCell
+from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, GapCell
 
 #: Lines of a periodic drive beyond this number are joined to bands, about this many.
 _MOST_COLUMNS = 30
@@ -27,7 +30,8 @@ class GapGrid:
     is_frequency : bool
         Which of the two.
     rms : ndarray, shape (n_rows, n_columns)
-        RMS of the gap above the noise, over the runs, in the unit of the channels; NaN where the map has no cell.
+        RMS of the gap above the noise, over the runs, in the unit of the channels; NaN where the
+        map has no cell.
     stands_out : ndarray of bool, shape (n_rows, n_columns)
         Whether a cell of it is beyond chance (adjusted p below 0.01) in any run.
     """
@@ -69,8 +73,13 @@ def gap_grids(*maps: Sequence[GapCell]) -> tuple[GapGrid, ...]:
         square = np.full((len(rows), edges.size - 1), np.nan)
         stands_out = np.zeros(square.shape, dtype=bool)
         for cell in cells:
-            place = rows.index(cell.run if by_run else cell.channel_pattern), _column(cell, edges, is_frequency)
-            square[place] = np.nan_to_num(square[place]) + cell.coherent / (1 if by_run else len(runs))
+            place = (
+                rows.index(cell.run if by_run else cell.channel_pattern),
+                _column(cell, edges, is_frequency),
+            )
+            square[place] = np.nan_to_num(square[place]) + cell.coherent / (
+                1 if by_run else len(runs)
+            )
             stands_out[place] |= cell.p_value < SIGNIFICANCE and cell.coherent > 0.0
         rms = np.sqrt(np.maximum(square, 0.0))
         grids.append(GapGrid(row_name, rows, edges, is_frequency, rms, stands_out))
@@ -105,8 +114,14 @@ def _order_edges(cells: Sequence[GapCell]) -> FloatArray:
 
 
 def _frequency_edges(cells: Sequence[GapCell]) -> FloatArray:
-    """Edges of the coarsest bands in use; lines, which have no width, are joined until few enough are left."""
-    bands = {run: sorted({_band(cell) for cell in cells if cell.run == run}) for run in {cell.run for cell in cells}}
+    """Edges of the coarsest bands in use.
+
+    Lines, which have no width, are joined until few enough are left.
+    """
+    bands = {
+        run: sorted({_band(cell) for cell in cells if cell.run == run})
+        for run in {cell.run for cell in cells}
+    }
     wide = [own for own in bands.values() if any(low < high for low, high in own)]
     if wide:
         coarsest = max(wide, key=lambda own: own[-1][1] / own[-1][0])

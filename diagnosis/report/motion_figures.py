@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from diagnosis.comparison.pictures import GAP, LAW, LEFT, Panel, Picture, is_function
-from diagnosis.comparison.problem import FloatArray
-from diagnosis.report.svg import BLACK, BLUE, GREY, ORANGE, WIDTH, scaled_unit
+from carrierflex.diagnosis.comparison.pictures import GAP, LAW, LEFT, Panel, Picture, is_function
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.report.svg import BLACK, BLUE, GREY, ORANGE, WIDTH, scaled_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,7 +19,8 @@ _STROKES = {
     LEFT: {"color": ORANGE, "linewidth": 1.0, "linestyle": "-"},
 }
 _SHADE_MAP = "cividis"
-#: Resolution of the clouds, which are pixels inside the drawing: thousands of separate marks would swell the file.
+#: Resolution of the clouds, which are pixels inside the drawing: thousands of separate marks would
+#: swell the file.
 _CLOUD_DPI = 220
 
 
@@ -102,7 +103,9 @@ def _polar_figure(picture: Picture, panel: Panel) -> "Figure":
     circle = np.linspace(0.0, 2.0 * np.pi, 181)
     axes.plot(circle, np.zeros(circle.size), color=GREY, linewidth=0.9)
     _polar_axes(axes, reach)
-    axes.set_title(f"{picture.y_name} [{unit}] over {picture.x_name} [{picture.x_unit}]", fontsize=8.5)
+    axes.set_title(
+        f"{picture.y_name} [{unit}] over {picture.x_name} [{picture.x_unit}]", fontsize=8.5
+    )
     return figure
 
 
@@ -121,4 +124,6 @@ def _polar_axes(axes: "Axes", reach: float) -> None:
 def _round_step(reach: float) -> float:
     """Largest of 1, 2, 5 times a power of ten that is not beyond a reach."""
     power = 10.0 ** np.floor(np.log10(reach))
-    return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= reach * (1.0 + 1e-9)) * power)
+    return float(
+        max(step for step in (1.0, 2.0, 5.0) if step * power <= reach * (1.0 + 1e-9)) * power
+    )

@@ -7,13 +7,15 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from diagnosis.comparison.problem import GapCell
-from diagnosis.report import words
-from diagnosis.report.drawings import Drawing, Drawings, drawings
-from diagnosis.report.gap_grid import SIGNIFICANCE
-from diagnosis.results import Diagnosis
-from files.versions import software_name
-from identification.campaign.campaign import Campaign
+from carrierflex.diagnosis.comparison import effect_names
+from carrierflex.diagnosis.comparison.effect_names import plain_name
+from carrierflex.diagnosis.comparison.problem import GapCell
+from carrierflex.diagnosis.report import words
+from carrierflex.diagnosis.report.drawings import Drawing, Drawings, drawings
+from carrierflex.diagnosis.report.gap_grid import SIGNIFICANCE
+from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.files.versions import software_name
+from carrierflex.identification.campaign.campaign import Campaign
 
 _TEMPLATE = "report.html.j2"
 #: Rows of the tables that could be long.
@@ -65,13 +67,13 @@ def report_page(diagnosis: Diagnosis, source: ReportSource) -> str:
         Where the template asks for something that is not given.
     """
     environment = Environment(
-        loader=PackageLoader("diagnosis.report"),
+        loader=PackageLoader("carrierflex.diagnosis.report"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"powers": words.powers, "plain_name": words.plain_name}
+    environment.filters |= {"powers": words.powers, "plain_name": plain_name}
     return environment.get_template(_TEMPLATE).render(**_content(diagnosis, source))
 
 
@@ -84,6 +86,7 @@ def _content(diagnosis: Diagnosis, source: ReportSource) -> dict[str, Any]:
         "source": source,
         "campaign": source.campaign,
         "words": words,
+        "names": effect_names,
         "software": software_name(),
         "drawn": _marked(drawings(diagnosis)),
         "cells_before": _largest_cells(far.cells_before),
@@ -113,6 +116,8 @@ def _marked(drawn: Drawings) -> dict[str, Any]:
 
 def _largest_cells(cells: Sequence[GapCell]) -> list[GapCell]:
     """Cells beyond chance that hold a part of the gap worth a row."""
-    return [c for c in cells if c.share >= _SMALLEST_SHARE and c.p_value < SIGNIFICANCE and c.coherent > 0.0][
-        :_MOST_CELLS
-    ]
+    return [
+        c
+        for c in cells
+        if c.share >= _SMALLEST_SHARE and c.p_value < SIGNIFICANCE and c.coherent > 0.0
+    ][:_MOST_CELLS]

@@ -1,4 +1,7 @@
-"""Matplotlib figures as inline SVG: text stays text, identifiers are unique on the page, a title for screen readers."""
+"""Matplotlib figures as inline SVG.
+
+Text stays text, identifiers are unique on the page, a title for screen readers.
+"""
 
 import io
 import re
@@ -9,9 +12,11 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Width of every figure [in]: on a phone it is shown at about its own size, so that its text stays readable.
+#: Width of every figure [in]: on a phone it is shown at about its own size, so that its text stays
+#: readable.
 WIDTH = 4.4
-#: Colours that differ in lightness and for every kind of colour vision (Okabe and Ito 2008), and the map of magnitudes.
+#: Colours that differ in lightness and for every kind of colour vision (Okabe and Ito 2008), and
+#: the map of magnitudes.
 BLUE, ORANGE, BLACK, GREY, GREEN = "#0072b2", "#d55e00", "#000000", "#6b6b6b", "#009e73"
 MAGNITUDE_MAP = "cividis"
 #: Cells within chance.
@@ -48,7 +53,9 @@ def inline_svg(draw: "Callable[[], Figure]", key: str, title: str) -> str:
 
     file = io.StringIO()
     with rc_context(_STYLE):
-        draw().savefig(file, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
+        draw().savefig(
+            file, format="svg", transparent=True, metadata={"Date": None, "Creator": None}
+        )
     text = file.getvalue()
     text = text[text.index("<svg") :].strip()
     text = re.sub(r"<metadata>.*?</metadata>", "", text, count=1, flags=re.DOTALL)
@@ -73,7 +80,11 @@ def scaled_unit(largest: float, unit: str) -> tuple[float, str]:
     tuple of (float, str)
         What values are multiplied by, and the unit they then have.
     """
-    if not re.fullmatch(r"[A-Za-z]+(/s)?", unit) or not 0.0 < largest < float("inf") or unit == "rad":
+    if (
+        not re.fullmatch(r"[A-Za-z]+(/s)?", unit)
+        or not 0.0 < largest < float("inf")
+        or unit == "rad"
+    ):
         return 1.0, unit
     for factor, prefix in ((1e9, "n"), (1e6, "µ"), (1e3, "m"), (1.0, ""), (1e-3, "k")):
         if largest * factor >= 1.0 and largest * factor < 1e3:

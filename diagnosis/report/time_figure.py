@@ -5,14 +5,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from diagnosis.gap.findings import GapMoment
-from diagnosis.report.svg import BLACK, BLUE, GREEN, GREY, ORANGE, WIDTH, scaled_unit
+from carrierflex.diagnosis.gap.findings import GapMoment
+from carrierflex.diagnosis.report.svg import BLACK, BLUE, GREEN, GREY, ORANGE, WIDTH, scaled_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: Strokes of the runs; colours and dashes change together, so that neither is needed alone.
-_STROKES = ((BLUE, "-"), (ORANGE, "--"), (GREEN, "-."), (BLACK, ":"), (GREY, "-"), ("#cc79a7", "--"))
+_STROKES = (
+    (BLUE, "-"),
+    (ORANGE, "--"),
+    (GREEN, "-."),
+    (BLACK, ":"),
+    (GREY, "-"),
+    ("#cc79a7", "--"),
+)
 #: Runs drawn at most: those with the largest gap.
 MOST_RUNS = len(_STROKES)
 
@@ -45,7 +52,16 @@ def gap_in_time_figure(moments: Sequence[GapMoment], unit: str) -> "Figure":
     for run, (colour, dashes) in zip(sorted(drawn), _STROKES, strict=False):
         time, rms = np.array([(own.time, factor * own.rms) for own in by_run[run]]).T
         mark = "." if time.size < 30 else ""
-        panel.plot(time, rms, color=colour, linestyle=dashes, marker=mark, linewidth=1.3, markersize=4, label=run)
+        panel.plot(
+            time,
+            rms,
+            color=colour,
+            linestyle=dashes,
+            marker=mark,
+            linewidth=1.3,
+            markersize=4,
+            label=run,
+        )
     panel.set_ylim(0.0, 1.1 * factor * max(sizes.values()))
     panel.set_xlabel("time [s]")
     panel.set_ylabel(f"RMS of the gap [{shown_unit}]")

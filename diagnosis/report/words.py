@@ -1,4 +1,7 @@
-"""Words and numbers of the report: the verdict as a sentence, values with as many digits as their error allows."""
+"""Words and numbers of the report.
+
+The verdict as a sentence, values with as many digits as their error allows.
+"""
 
 import math
 import re
@@ -7,11 +10,11 @@ from typing import TypeVar
 
 from markupsafe import Markup, escape
 
-from diagnosis.comparison.effect_names import plain_name
-from diagnosis.comparison.problem import Effects, GapCell
-from diagnosis.gap.findings import SIGNIFICANCE, Drift, IncoherentCell, PartGrowth
-from diagnosis.gap.power_laws import Exponent
-from diagnosis.inference.results import (
+from carrierflex.diagnosis.comparison.effect_names import plain_name
+from carrierflex.diagnosis.comparison.problem import Effects, GapCell
+from carrierflex.diagnosis.gap.findings import SIGNIFICANCE, Drift, IncoherentCell, PartGrowth
+from carrierflex.diagnosis.gap.power_laws import Exponent
+from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
     NAMED,
@@ -22,8 +25,8 @@ from diagnosis.inference.results import (
     RankedSet,
     Shrinkage,
 )
-from diagnosis.report.svg import scaled_unit
-from diagnosis.results import Diagnosis
+from carrierflex.diagnosis.report.svg import scaled_unit
+from carrierflex.diagnosis.results import Diagnosis
 
 _Row = TypeVar("_Row", Drift, IncoherentCell)
 
@@ -86,12 +89,18 @@ def verdict_meaning(verdict: str) -> str:
 def alias_sentence(diagnosis: Diagnosis) -> str:
     """What the named effects cannot be told from; empty where nothing."""
     classes = diagnosis.attribution.aliases
-    texts = [f"{plain_name(own[0])} from {listed([plain_name(other) for other in own[1:]])}" for own in classes]
+    texts = [
+        f"{plain_name(own[0])} from {listed([plain_name(other) for other in own[1:]])}"
+        for own in classes
+    ]
     return f"These records do not tell {listed(texts)}." if texts else ""
 
 
 def separating_text(diagnosis: Diagnosis) -> str:
-    """Measurement that would tell more, as a sentence with the effects in words; empty where none is asked for."""
+    """Measurement that would tell more, as a sentence with the effects in words.
+
+    Empty where none is asked for.
+    """
     text = in_words(diagnosis.attribution.separating_test, diagnosis)
     return f"{capitalised(text).rstrip('.')}." if text else ""
 
@@ -149,7 +158,11 @@ def percent(value: float) -> str:
 
 def percent_interval(ends: Interval) -> str:
     """Interval of a share."""
-    return f"{100.0 * ends[0]:.1f} to {100.0 * ends[1]:.1f} %" if all(math.isfinite(end) for end in ends) else UNKNOWN
+    return (
+        f"{100.0 * ends[0]:.1f} to {100.0 * ends[1]:.1f} %"
+        if all(math.isfinite(end) for end in ends)
+        else UNKNOWN
+    )
 
 
 def sized(value: float, unit: str) -> str:
@@ -173,8 +186,8 @@ def with_error(value: float, std: float) -> tuple[str, str]:
     Returns
     -------
     tuple of str
-        For example ``("3.942", "0.013")`` or ``("5.80e-4", "0.10e-4")``; "not determined" where the error is beyond all
-        bounds.
+        For example ``("3.942", "0.013")`` or ``("5.80e-4", "0.10e-4")``; "not determined" where the
+        error is beyond all bounds.
     """
     if not math.isfinite(value):
         return UNKNOWN, UNKNOWN
@@ -191,7 +204,10 @@ def with_error(value: float, std: float) -> tuple[str, str]:
 
 
 def parameter_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str, str, str]]:
-    """Effect, name, value, standard deviation and unit of every parameter; those of the named effects first."""
+    """Effect, name, value, standard deviation and unit of every parameter.
+
+    Those of the named effects first.
+    """
     which = diagnosis.attribution
     order = sorted(which.parameters, key=lambda effect: effect not in which.effects)
     return [
@@ -253,7 +269,9 @@ def growth_rows(growth: Sequence[PartGrowth]) -> list[tuple[str, str, str, Expon
     """Part, frame, condition and exponent of everything that is determined, at most twelve rows."""
     rows = []
     for part in growth:
-        name = part.channel_pattern + (f", order {part.order:g}" if math.isfinite(part.order) else "")
+        name = part.channel_pattern + (
+            f", order {part.order:g}" if math.isfinite(part.order) else ""
+        )
         rows += [
             (name, part.frame or UNKNOWN, condition, own)
             for condition, own in part.exponents.items()

@@ -1,1 +1,4 @@
-"""Measurement campaigns: what they hold, how they are read and written, and signals made ready for a fit."""
+"""Measurement campaigns.
+
+What they hold, how they are read and written, and signals made ready for a fit.
+"""

@@ -1,10 +1,13 @@
-"""Records at equal steps of the carrier angle: what orders and averages over revolutions are computed from."""
+"""Records at equal steps of the carrier angle.
+
+What orders and averages over revolutions are computed from.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from identification.campaign.records import Run
+from carrierflex.identification.campaign.records import Run
 
 #: Fewer samples a revolution cannot show the sixth order.
 FEWEST_SAMPLES = 16
@@ -23,13 +26,15 @@ def resampled_to_angle(run: Run, samples_per_revolution: int) -> Run:
     Returns
     -------
     Run
-        Record of ``n_revolutions * samples_per_revolution`` samples whose angle begins where the record begins. Cubic
-        splines over the samples that are there; a point beside a missing sample is missing.
+        Record of ``n_revolutions * samples_per_revolution`` samples whose angle begins where the
+        record begins. Cubic splines over the samples that are there; a point beside a missing
+        sample is missing.
 
     Raises
     ------
     ValueError
-        Where too few samples are asked for, the carrier stands still or turns back, or does not turn once.
+        Where too few samples are asked for, the carrier stands still or turns back, or does not
+        turn once.
     """
     if samples_per_revolution < FEWEST_SAMPLES:
         raise ValueError(
@@ -58,7 +63,9 @@ def resampled_to_angle(run: Run, samples_per_revolution: int) -> Run:
         time=_interpolated(travel, run.time, grid),
         inputs={**inputs, "carrier_angle": angle[0] + direction * grid},
         signals={name: _interpolated(travel, values, grid) for name, values in run.signals.items()},
-        predictions={name: _interpolated(travel, values, grid) for name, values in run.predictions.items()},
+        predictions={
+            name: _interpolated(travel, values, grid) for name, values in run.predictions.items()
+        },
     )
 
 

@@ -1,15 +1,19 @@
 """The measurement campaign: channels, runs and what the baseline simulation already contains.
 
-The objects check what the contract says about their content; the files they come from are read and written in
-:mod:`identification.campaign.campaign_files`.
+The objects check what the contract says about their content; the files they come from are read and
+written in :mod:`carrierflex.identification.campaign.campaign_files`.
 """
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from identification.campaign.campaign_kinds import NOT_SI_UNITS, CampaignKind, campaign_kind
-from identification.campaign.records import PREDICTION_SUFFIX, Run
+from carrierflex.identification.campaign.campaign_kinds import (
+    NOT_SI_UNITS,
+    CampaignKind,
+    campaign_kind,
+)
+from carrierflex.identification.campaign.records import PREDICTION_SUFFIX, Run
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +58,8 @@ class Baseline:
     Parameters
     ----------
     source : str
-        ``model`` (our simulator, driven with the measured inputs) or ``columns`` (predictions in the run files).
+        ``model`` (our simulator, driven with the measured inputs) or ``columns`` (predictions in
+        the run files).
     effects : tuple of str
         Effects the baseline already contains, re-fitted together with any candidate.
     """
@@ -64,7 +69,9 @@ class Baseline:
 
     def __post_init__(self) -> None:
         if self.source not in ("model", "columns"):
-            raise ValueError(f"[baseline]: key 'source' is '{self.source}'; expected one of model, columns")
+            raise ValueError(
+                f"[baseline]: key 'source' is '{self.source}'; expected one of model, columns"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +112,9 @@ class Campaign:
     def __post_init__(self) -> None:
         kind = self.contract
         if not self.channels or not self.runs:
-            raise ValueError(f"{len(self.channels)} channels and {len(self.runs)} runs; expected at least one of each")
+            raise ValueError(
+                f"{len(self.channels)} channels and {len(self.runs)} runs; expected at least one of each"
+            )
         check_effects(self.baseline.effects, kind)
         check_channels(self.channels, kind)
         for what in ("name", "file"):
@@ -169,7 +178,9 @@ def check_channels(channels: Iterable[Channel], kind: CampaignKind) -> None:
     for channel in channels:
         where = f"[[channels]] {channel.name}"
         if channel.name == "time" or channel.name in kind.inputs:
-            raise ValueError(f"{where}: key 'name' is that of an input column; expected another name")
+            raise ValueError(
+                f"{where}: key 'name' is that of an input column; expected another name"
+            )
         if channel.quantity not in kind.quantities:
             raise ValueError(
                 f"{where}: key 'quantity' is '{channel.quantity}'; expected one of {', '.join(kind.quantities)}"
@@ -181,7 +192,9 @@ def check_channels(channels: Iterable[Channel], kind: CampaignKind) -> None:
             raise ValueError(f"{where}: key 'unit' is '{channel.unit}'; expected '{expected}'")
 
 
-def expected_columns(kind: CampaignKind, channels: Iterable[Channel], baseline: Baseline) -> dict[str, str]:
+def expected_columns(
+    kind: CampaignKind, channels: Iterable[Channel], baseline: Baseline
+) -> dict[str, str]:
     """Columns of every run file after ``time``: what each one is, by its name.
 
     Raises
@@ -190,7 +203,9 @@ def expected_columns(kind: CampaignKind, channels: Iterable[Channel], baseline: 
         Where a channel has the name of another channel's prediction.
     """
     names = [channel.name for channel in channels]
-    predictions = [name + PREDICTION_SUFFIX for name in names] if baseline.source == "columns" else []
+    predictions = (
+        [name + PREDICTION_SUFFIX for name in names] if baseline.source == "columns" else []
+    )
     check_different([*names, *predictions], "column")
     return {
         **dict.fromkeys(kind.inputs, "input"),
@@ -222,7 +237,9 @@ def check_columns(found: Iterable[str], expected: Mapping[str, str], where: str)
     check_different(found, f"{where}: column")
     for name, what in expected.items():
         if name not in found:
-            raise ValueError(f"{where}: no column for the {what} '{name}'; found {', '.join(found)}")
+            raise ValueError(
+                f"{where}: no column for the {what} '{name}'; found {', '.join(found)}"
+            )
     for name in found[1:]:
         if name not in expected:
             raise ValueError(

@@ -7,9 +7,28 @@ from typing import Any
 
 import numpy as np
 
-from identification.campaign.campaign import Baseline, Campaign, Channel, check_channels, check_different, check_effects
-from identification.campaign.campaign_kinds import KIND_NAMES, CampaignKind, campaign_kind
-from simulation.toml_tables import POSITIVE, TABLE, TABLES, TEXT, TEXTS, checked_table, one_of
+from carrierflex.identification.campaign.campaign import (
+    Baseline,
+    Campaign,
+    Channel,
+    check_channels,
+    check_different,
+    check_effects,
+)
+from carrierflex.identification.campaign.campaign_kinds import (
+    KIND_NAMES,
+    CampaignKind,
+    campaign_kind,
+)
+from carrierflex.simulation.toml_tables import (
+    POSITIVE,
+    TABLE,
+    TABLES,
+    TEXT,
+    TEXTS,
+    checked_table,
+    one_of,
+)
 
 FORMAT = "carrierflex-campaign"
 VERSION = 1
@@ -39,7 +58,10 @@ class RunEntry:
 
 @dataclass(frozen=True, eq=False)
 class CampaignHeader:
-    """A campaign without its records; fields as in :class:`identification.campaign.campaign.Campaign`."""
+    """A campaign without its records.
+
+    Fields as in :class:`carrierflex.identification.campaign.campaign.Campaign`.
+    """
 
     contract: CampaignKind
     name: str
@@ -68,13 +90,16 @@ def campaign_header(document: Mapping[str, Any], where: str = DOCUMENT_NAME) -> 
     Raises
     ------
     ValueError
-        Where format, version, a key or a value is not as the contract says; one line that names the key.
+        Where format, version, a key or a value is not as the contract says; one line that names the
+        key.
     """
     rest = _checked_format(document, where)
     table = checked_table(rest, where, required=_DOCUMENT_KEYS)
     try:
         kind = campaign_kind(table["kind"], table["rig"].get("drive"))
-        rig = checked_table(table["rig"], "[rig]", required=kind.rig_required, optional=kind.rig_optional)
+        rig = checked_table(
+            table["rig"], "[rig]", required=kind.rig_required, optional=kind.rig_optional
+        )
         _check_rig(rig)
         baseline = _baseline(table["baseline"], kind)
         channels, input_units = _channels(table["channels"], kind)
@@ -96,10 +121,16 @@ def campaign_document(campaign: Campaign) -> dict[str, Any]:
         "version": VERSION,
         "kind": campaign.kind,
         "name": campaign.name,
-        "baseline": {"source": campaign.baseline.source, "effects": list(campaign.baseline.effects)},
+        "baseline": {
+            "source": campaign.baseline.source,
+            "effects": list(campaign.baseline.effects),
+        },
         "rig": dict(campaign.rig),
         "channels": channels,
-        "runs": [{"name": run.name, "file": run.file, "condition": run.condition} for run in campaign.runs],
+        "runs": [
+            {"name": run.name, "file": run.file, "condition": run.condition}
+            for run in campaign.runs
+        ],
     }
 
 
@@ -113,12 +144,17 @@ def checked_file_name(name: str, key: str) -> str:
     """
     plain = PurePosixPath(name).name == name and PureWindowsPath(name).name == name
     if not plain or name.startswith(".") or name == DOCUMENT_NAME or "\0" in name:
-        raise ValueError(f"{key} '{name}' leads out of the campaign folder; expected a plain file name in it")
+        raise ValueError(
+            f"{key} '{name}' leads out of the campaign folder; expected a plain file name in it"
+        )
     return name
 
 
 def _checked_format(document: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """Check format and version before anything else: a newer file may hold keys that are unknown here."""
+    """Check format and version before anything else.
+
+    A newer file may hold keys that are unknown here.
+    """
     found = document.get("format")
     if found != FORMAT:
         raise ValueError(f"{where}: key 'format' is {found!r}; expected '{FORMAT}'")
@@ -126,7 +162,9 @@ def _checked_format(document: Mapping[str, Any], where: str) -> dict[str, Any]:
     if not isinstance(version, int) or isinstance(version, bool) or version < 1:
         raise ValueError(f"{where}: key 'version' is {version!r}; expected {VERSION}")
     if version > VERSION:
-        raise ValueError(f"{where}: key 'version' is {version}, written by a newer version; expected {VERSION}")
+        raise ValueError(
+            f"{where}: key 'version' is {version}, written by a newer version; expected {VERSION}"
+        )
     return {key: value for key, value in document.items() if key not in ("format", "version")}
 
 
@@ -145,16 +183,23 @@ def _check_rig(rig: Mapping[str, Any]) -> None:
     if "deflection_curves" in rig:
         checked_file_name(rig["deflection_curves"], "[rig]: key 'deflection_curves'")
     if rig.get("periodic") and "period_samples" not in rig:
-        raise ValueError("[rig]: missing key 'period_samples'; expected a whole number >= 1 where periodic = true")
+        raise ValueError(
+            "[rig]: missing key 'period_samples'; expected a whole number >= 1 where periodic = true"
+        )
 
 
-def _channels(tables: list[dict[str, Any]], kind: CampaignKind) -> tuple[tuple[Channel, ...], dict[str, str]]:
+def _channels(
+    tables: list[dict[str, Any]], kind: CampaignKind
+) -> tuple[tuple[Channel, ...], dict[str, str]]:
     """Channels, and the units of inputs that a voltage analogue declares among them."""
     channels, input_units = [], {}
     for number, table in enumerate(tables, start=1):
         where = f"[[channels]] {number}"
         keys = checked_table(
-            table, where, required={**_CHANNEL_KEYS, **kind.channel_keys}, optional={"noise_std": POSITIVE}
+            table,
+            where,
+            required={**_CHANNEL_KEYS, **kind.channel_keys},
+            optional={"noise_std": POSITIVE},
         )
         if kind.any_unit and keys["name"] in kind.inputs and keys["quantity"] == keys["name"]:
             input_units[keys["name"]] = keys["unit"]
@@ -173,7 +218,9 @@ def _channels(tables: list[dict[str, Any]], kind: CampaignKind) -> tuple[tuple[C
         )
     check_channels(channels, kind)
     if not channels:
-        raise ValueError("[[channels]]: every channel is an input; expected at least one measured channel")
+        raise ValueError(
+            "[[channels]]: every channel is an input; expected at least one measured channel"
+        )
     return tuple(channels), input_units
 
 
@@ -185,7 +232,11 @@ def _channel_table(channel: Channel) -> dict[str, Any]:
         "sensor": channel.sensor,
         "noise_std": channel.noise_std,
     }
-    table: dict[str, Any] = {"name": channel.name, "quantity": channel.quantity, "unit": channel.unit}
+    table: dict[str, Any] = {
+        "name": channel.name,
+        "quantity": channel.quantity,
+        "unit": channel.unit,
+    }
     return {**table, **{key: value for key, value in optional.items() if value is not None}}
 
 
@@ -193,5 +244,7 @@ def _run_entry(table: Mapping[str, Any], number: int) -> RunEntry:
     keys = checked_table(table, f"[[runs]] {number}", required=_RUN_KEYS)
     file = checked_file_name(keys["file"], f"[[runs]] {number}: key 'file'")
     if PurePosixPath(file).suffix.lower() not in RUN_SUFFIXES:
-        raise ValueError(f"[[runs]] {number}: key 'file' is '{file}'; expected a name ending in .csv or .parquet")
+        raise ValueError(
+            f"[[runs]] {number}: key 'file' is '{file}'; expected a name ending in .csv or .parquet"
+        )
     return RunEntry(keys["name"], file, keys["condition"])

@@ -13,8 +13,8 @@ import pyarrow.csv as pa_csv
 import pyarrow.parquet as pa_parquet
 import tomli_w
 
-from identification.campaign.campaign import Campaign, check_columns, expected_columns
-from identification.campaign.campaign_document import (
+from carrierflex.identification.campaign.campaign import Campaign, check_columns, expected_columns
+from carrierflex.identification.campaign.campaign_document import (
     DOCUMENT_NAME,
     CampaignHeader,
     RunEntry,
@@ -22,7 +22,7 @@ from identification.campaign.campaign_document import (
     campaign_header,
     checked_file_name,
 )
-from identification.campaign.records import PREDICTION_SUFFIX, Run
+from carrierflex.identification.campaign.records import PREDICTION_SUFFIX, Run
 
 #: Sanity limits, checked before anything is allocated.
 LARGEST_DOCUMENT = 10_000_000  # bytes of campaign.toml
@@ -30,7 +30,8 @@ LARGEST_HEADER = 100_000  # bytes of the header line of a CSV file
 LARGEST_CSV = 8 * 1024**3  # bytes of a CSV file
 LARGEST_TABLE = 1_000_000_000  # cells of a Parquet file: 8 GB of numbers
 
-#: Copy of the simulation case that a campaign was made from; it may stand beside the campaign's own files.
+#: Copy of the simulation case that a campaign was made from; it may stand beside the campaign's own
+#: files.
 CASE_COPY = "case.toml"
 
 #: How a missing sample may be written.
@@ -53,8 +54,8 @@ def read_campaign(folder: Path) -> Campaign:
     Raises
     ------
     ValueError
-        Where a file is missing or anything in it is not as the contract says; one line that names the file, the
-        key or column, what was found and what is expected.
+        Where a file is missing or anything in it is not as the contract says; one line that names
+        the file, the key or column, what was found and what is expected.
     """
     header = read_campaign_header(folder)
     expected = expected_columns(header.contract, header.channels, header.baseline)
@@ -82,7 +83,9 @@ def read_campaign_header(folder: Path) -> CampaignHeader:
     if not path.is_file():
         raise ValueError(f"{folder}: no file {DOCUMENT_NAME}; expected a campaign folder")
     if path.stat().st_size > LARGEST_DOCUMENT:
-        raise ValueError(f"{DOCUMENT_NAME}: {path.stat().st_size} bytes; expected at most {LARGEST_DOCUMENT}")
+        raise ValueError(
+            f"{DOCUMENT_NAME}: {path.stat().st_size} bytes; expected at most {LARGEST_DOCUMENT}"
+        )
     try:
         document = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -108,8 +111,9 @@ def write_campaign(
     more_files : mapping of str to callable, optional
         Functions that write further files of the folder (deflection curves), by file name.
     standing : mapping of str to Path, optional
-        Run files that stand already, by file name (:mod:`identification.campaign.growing_runs`): moved into the
-        folder, in place of what the campaign's runs hold.
+        Run files that stand already, by file name
+        (:mod:`carrierflex.identification.campaign.growing_runs`): moved into the folder, in place
+        of what the campaign's runs hold.
 
     Raises
     ------
@@ -166,23 +170,44 @@ def refuse_foreign_folder(folder: Path) -> None:
     try:
         header = read_campaign_header(folder)
     except ValueError as error:
-        raise ValueError(f"{folder}: holds something that is not a campaign; expected a new or empty folder") from error
-    own = {DOCUMENT_NAME, CASE_COPY, header.rig.get("deflection_curves"), *(run.file for run in header.runs)}
+        raise ValueError(
+            f"{folder}: holds something that is not a campaign; expected a new or empty folder"
+        ) from error
+    own = {
+        DOCUMENT_NAME,
+        CASE_COPY,
+        header.rig.get("deflection_curves"),
+        *(run.file for run in header.runs),
+    }
     foreign = sorted(path.name for path in folder.iterdir() if path.name not in own)
     if foreign:
-        raise ValueError(f"{folder}: holds '{foreign[0]}' beside the campaign; expected a new or empty folder")
+        raise ValueError(
+            f"{folder}: holds '{foreign[0]}' beside the campaign; expected a new or empty folder"
+        )
 
 
-def _read_run(folder: Path, entry: RunEntry, header: CampaignHeader, expected: Mapping[str, str]) -> Run:
+def _read_run(
+    folder: Path, entry: RunEntry, header: CampaignHeader, expected: Mapping[str, str]
+) -> Run:
     path = folder / entry.file
     if not path.is_file():
-        raise ValueError(f"{DOCUMENT_NAME}: run {entry.name}: file '{entry.file}' is not in the folder {folder}")
-    table = _read_parquet(path, expected) if path.suffix.lower() == ".parquet" else _read_csv(path, expected)
-    columns = {name: as_floats(table[name], f"{path.name}: column '{name}'") for name in table.column_names}
+        raise ValueError(
+            f"{DOCUMENT_NAME}: run {entry.name}: file '{entry.file}' is not in the folder {folder}"
+        )
+    table = (
+        _read_parquet(path, expected)
+        if path.suffix.lower() == ".parquet"
+        else _read_csv(path, expected)
+    )
+    columns = {
+        name: as_floats(table[name], f"{path.name}: column '{name}'") for name in table.column_names
+    }
     return run_of_table(columns, entry, header, path.name)
 
 
-def run_of_table(columns: Mapping[str, np.ndarray], entry: RunEntry, header: CampaignHeader, file: str) -> Run:
+def run_of_table(
+    columns: Mapping[str, np.ndarray], entry: RunEntry, header: CampaignHeader, file: str
+) -> Run:
     """Run from the columns of its file, or of a piece of it.
 
     Raises
@@ -200,7 +225,9 @@ def run_of_table(columns: Mapping[str, np.ndarray], entry: RunEntry, header: Cam
             inputs={name: columns[name] for name in header.contract.inputs},
             signals={name: columns[name] for name in names},
             predictions={
-                name: columns[name + PREDICTION_SUFFIX] for name in names if name + PREDICTION_SUFFIX in columns
+                name: columns[name + PREDICTION_SUFFIX]
+                for name in names
+                if name + PREDICTION_SUFFIX in columns
             },
         )
     except ValueError as error:
@@ -209,18 +236,26 @@ def run_of_table(columns: Mapping[str, np.ndarray], entry: RunEntry, header: Cam
 
 def _read_csv(path: Path, expected: Mapping[str, str]) -> pa.Table:
     if path.stat().st_size > LARGEST_CSV:
-        raise ValueError(f"{path.name}: {path.stat().st_size} bytes; expected at most {LARGEST_CSV}")
+        raise ValueError(
+            f"{path.name}: {path.stat().st_size} bytes; expected at most {LARGEST_CSV}"
+        )
     found = csv_header(path, expected)
     convert = pa_csv.ConvertOptions(
-        column_types=dict.fromkeys(found, pa.float64()), null_values=MISSING, quoted_strings_can_be_null=True
+        column_types=dict.fromkeys(found, pa.float64()),
+        null_values=MISSING,
+        quoted_strings_can_be_null=True,
     )
     read = pa_csv.ReadOptions(column_names=found, skip_rows=1)
     try:
         return pa_csv.read_csv(path, read_options=read, convert_options=convert)
     except pa.ArrowInvalid as error:
         if "Empty CSV" in str(error):
-            raise ValueError(f"{path.name}: no samples below the header; expected at least one") from error
-        raise ValueError(f"{path.name}: {one_line(error)}; expected numbers in every column") from error
+            raise ValueError(
+                f"{path.name}: no samples below the header; expected at least one"
+            ) from error
+        raise ValueError(
+            f"{path.name}: {one_line(error)}; expected numbers in every column"
+        ) from error
 
 
 def csv_header(path: Path, expected: Mapping[str, str]) -> list[str]:
@@ -234,11 +269,15 @@ def csv_header(path: Path, expected: Mapping[str, str]) -> list[str]:
     with path.open("rb") as file:
         line = file.readline(LARGEST_HEADER + 1)
     if len(line) > LARGEST_HEADER:
-        raise ValueError(f"{path.name}: the header line exceeds {LARGEST_HEADER} bytes; expected column names")
+        raise ValueError(
+            f"{path.name}: the header line exceeds {LARGEST_HEADER} bytes; expected column names"
+        )
     try:
         text = line.decode("utf-8-sig").strip("\r\n")
     except UnicodeDecodeError as error:
-        raise ValueError(f"{path.name}: the header line is not UTF-8 text; expected column names") from error
+        raise ValueError(
+            f"{path.name}: the header line is not UTF-8 text; expected column names"
+        ) from error
     found = [name.strip('"') for name in text.split(",")]
     check_columns(found, expected, path.name)
     return found

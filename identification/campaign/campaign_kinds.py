@@ -1,12 +1,13 @@
 """What each kind of measurement campaign holds: inputs, quantities, units, rig keys and effect ids.
 
-Data only, after the file contract (docs: campaign format, version 1). A new kind is a new table here.
+Data only, after the file contract (docs: campaign format, version 1). A new kind is a new table
+here.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from simulation.toml_tables import (
+from carrierflex.simulation.toml_tables import (
     COUNT,
     FLAG,
     NOT_NEGATIVE,
@@ -19,8 +20,8 @@ from simulation.toml_tables import (
     one_of,
 )
 
-#: Units of a declared element quantity that are SI multiples or foreign units of length and force; a voltage
-#: analogue may use any other unit.
+#: Units of a declared element quantity that are SI multiples or foreign units of length and force;
+#: a voltage analogue may use any other unit.
 NOT_SI_UNITS = ("mm", "um", "µm", "cm", "km", "in", "inch", "mil", "kN", "MN", "mN", "lbf", "kgf")
 
 
@@ -61,7 +62,11 @@ CARRIER = CampaignKind(
     inputs={"carrier_angle": "rad", "torque": "N m", "ntl_y": "N", "ntl_z": "N"},
     quantities={"axial_displacement": "m", "radial_displacement": "m"},
     channel_keys={"angle_deg": NUMBER, "radius_m": POSITIVE},
-    rig_required={"nominal_torque": POSITIVE, "sensor_radius": POSITIVE, "n_planets": POSITIVE_COUNT},
+    rig_required={
+        "nominal_torque": POSITIVE,
+        "sensor_radius": POSITIVE,
+        "n_planets": POSITIVE_COUNT,
+    },
     rig_optional={"deflection_curves": TEXT},
     effects=(
         "axial_offset",
@@ -129,7 +134,12 @@ MOUNTING = CampaignKind(
     ),
 )
 
-_ELEMENT_RIG_OPTIONAL = {"mass": POSITIVE, "periodic": FLAG, "period_samples": POSITIVE_COUNT, "settle_samples": COUNT}
+_ELEMENT_RIG_OPTIONAL = {
+    "mass": POSITIVE,
+    "periodic": FLAG,
+    "period_samples": POSITIVE_COUNT,
+    "settle_samples": COUNT,
+}
 _ELEMENT_EFFECTS = (
     "quadratic_stiffness",
     "cubic_stiffness",
@@ -195,5 +205,7 @@ def campaign_kind(name: str, drive: str | None = None) -> CampaignKind:
     if name != "element":
         raise ValueError(f"key 'kind' is '{name}'; expected one of {', '.join(KIND_NAMES)}")
     if drive not in ELEMENT_BY_DRIVE:
-        raise ValueError(f"[rig]: key 'drive' is {drive!r}; expected one of {', '.join(ELEMENT_BY_DRIVE)}")
+        raise ValueError(
+            f"[rig]: key 'drive' is {drive!r}; expected one of {', '.join(ELEMENT_BY_DRIVE)}"
+        )
     return ELEMENT_BY_DRIVE[drive]

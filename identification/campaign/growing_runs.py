@@ -11,9 +11,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv as pa_csv
 
-from identification.campaign.campaign_document import checked_file_name
-from identification.campaign.campaign_files import refuse_foreign_folder
-from identification.campaign.records import Run
+from carrierflex.identification.campaign.campaign_document import checked_file_name
+from carrierflex.identification.campaign.campaign_files import refuse_foreign_folder
+from carrierflex.identification.campaign.records import Run
 
 
 @dataclass
@@ -48,11 +48,14 @@ class GrowingRuns:
         Raises
         ------
         ValueError
-            Where the file name is no plain name, the columns are not those of the piece before, or time does not go on.
+            Where the file name is no plain name, the columns are not those of the piece before, or
+            time does not go on.
         """
         path = self.folder / checked_file_name(piece.file, f"run {piece.name}: file")
         columns, last = {"time": piece.time, **piece.columns()}, self._last.get(piece.name)
-        if last is not None and not (piece.time[0] > last.time[-1] and columns.keys() == {"time", *last.columns()}):
+        if last is not None and not (
+            piece.time[0] > last.time[-1] and columns.keys() == {"time", *last.columns()}
+        ):
             raise ValueError(
                 f"run {piece.name}: a piece from {piece.time[0]:g} s follows one until {last.time[-1]:g} s; expected a later one "
                 "with the same columns"
@@ -61,7 +64,9 @@ class GrowingRuns:
             if last is None:
                 # Arrow would quote the column names.
                 file.write((",".join(columns) + "\n").encode())
-            table = pa.table({name: pa.array(values, from_pandas=True) for name, values in columns.items()})
+            table = pa.table(
+                {name: pa.array(values, from_pandas=True) for name, values in columns.items()}
+            )
             pa_csv.write_csv(table, file, pa_csv.WriteOptions(include_header=False))
         self._last[piece.name] = piece
         self.n_samples[piece.name] = self.n_samples.get(piece.name, 0) + len(piece.time)
@@ -69,14 +74,16 @@ class GrowingRuns:
     def cut(self, name: str, why: str) -> None:
         """Note in a run's condition where and why it ends: it is no repeat of a whole one."""
         run = self._last[name]
-        self._last[name] = replace(run, condition=f"{run.condition}, cut at {np.round(run.time[-1], 9):g} s: {why}")
+        self._last[name] = replace(
+            run, condition=f"{run.condition}, cut at {np.round(run.time[-1], 9):g} s: {why}"
+        )
 
 
 @contextmanager
 def growing_runs(folder: Path) -> Iterator[GrowingRuns]:
     """Runs that grow beside a campaign folder to be.
 
-    :func:`identification.campaign.campaign_files.write_campaign` takes them over.
+    :func:`carrierflex.identification.campaign.campaign_files.write_campaign` takes them over.
 
     Parameters
     ----------

@@ -9,11 +9,14 @@ FloatArray = NDArray[np.float64]
 PATTERNS = (0, 1, -1, 2)
 #: Highest order kept.
 MAX_ORDER = 12
-#: Four sensors count as 90 deg apart within this error [rad] (half a degree); more would smear the patterns.
+#: Four sensors count as 90 deg apart within this error [rad] (half a degree); more would smear the
+#: patterns.
 _ANGLE_TOLERANCE = np.deg2rad(0.5)
 
 
-def order_amplitudes(rows: FloatArray, theta: FloatArray) -> tuple[NDArray[np.complex128], FloatArray]:
+def order_amplitudes(
+    rows: FloatArray, theta: FloatArray
+) -> tuple[NDArray[np.complex128], FloatArray]:
     """Complex amplitude of every order of every row: ``row = Re(sum_n Y(n) exp(j n theta))``.
 
     Parameters
@@ -32,15 +35,17 @@ def order_amplitudes(rows: FloatArray, theta: FloatArray) -> tuple[NDArray[np.co
 
     Notes
     -----
-    Least squares against the measured angle. It does the work of resampling to equal angle and a Fourier transform without
-    interpolation between samples; a missing sample is simply absent.
+    Least squares against the measured angle. It does the work of resampling to equal angle and a
+    Fourier transform without interpolation between samples; a missing sample is simply absent.
     """
     phase = np.outer(theta, np.arange(1, MAX_ORDER + 1))
     design = np.hstack([np.ones((theta.size, 1)), np.cos(phase), np.sin(phase)])
     solution = np.linalg.solve(design.T @ design, design.T @ rows.T)
     left = rows[0] - design @ solution[:, 0]
     sines = np.vstack([np.zeros(len(rows)), solution[MAX_ORDER + 1 :]])
-    return solution[: MAX_ORDER + 1] - 1j * sines, np.array([left @ left, theta.size - design.shape[1]])
+    return solution[: MAX_ORDER + 1] - 1j * sines, np.array(
+        [left @ left, theta.size - design.shape[1]]
+    )
 
 
 def too_sparse(angle: FloatArray, max_order: int) -> bool:

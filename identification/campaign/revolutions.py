@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.campaign.records import Run
+from carrierflex.identification.campaign.records import Run
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,7 +15,8 @@ class Revolutions:
     Parameters
     ----------
     samples : tuple of ndarray of int
-        Sample numbers of each revolution, ascending; what lies beyond the last whole one is left out.
+        Sample numbers of each revolution, ascending; what lies beyond the last whole one is left
+        out.
     """
 
     samples: tuple[NDArray[np.int64], ...]
@@ -34,8 +35,9 @@ class Revolutions:
 def whole_revolutions(run: Run) -> Revolutions:
     """Sort the samples of a record into whole revolutions.
 
-    Revolution ``k`` holds the samples with ``2 pi k <= |theta - theta_0| < 2 pi (k + 1)`` in the direction of
-    travel; a record that ends within one sampling step of a whole turn counts as a whole turn.
+    Revolution ``k`` holds the samples with ``2 pi k <= |theta - theta_0| < 2 pi (k + 1)`` in the
+    direction of travel; a record that ends within one sampling step of a whole turn counts as a
+    whole turn.
 
     Parameters
     ----------

@@ -1,4 +1,7 @@
-"""Signals of an element run made ready: even steps, the trusted band, derivatives, the drive between the samples."""
+"""Signals of an element run made ready.
+
+Even steps, the trusted band, derivatives, the drive between the samples.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,18 +12,22 @@ FloatArray = NDArray[np.float64]
 
 #: Time stamps off an even grid by more than this share of a step are interpolated.
 _JITTER = 0.02
-#: Widest band as a share of the Nyquist frequency, and where its roll-off begins as a share of its end.
+#: Widest band as a share of the Nyquist frequency, and where its roll-off begins as a share of its
+#: end.
 _WIDEST = 0.95
 _ROLL_OFF = 0.8
-#: The band ends where the deflection's spectrum falls to this many times its plateau: two derivatives lift the noise at the
-#: end of a band by far more than this over that of its middle.
+#: The band ends where the deflection's spectrum falls to this many times its plateau: two
+#: derivatives lift the noise at the end of a band by far more than this over that of its middle.
 _ABOVE_PLATEAU = 1000.0
 #: Samples of the window that interpolates the drive, each side.
 _HALF_WINDOW = 24
 
 
 def even_time(time: FloatArray) -> FloatArray:
-    """Evenly spaced times from first to last, as many as there are; the same array where they are even already."""
+    """Evenly spaced times from first to last, as many as there are.
+
+    The same array where they are even already.
+    """
     even = np.linspace(time[0], time[-1], time.size)
     step = (time[-1] - time[0]) / max(time.size - 1, 1)
     return time if np.abs(time - even).max() <= _JITTER * step else even
@@ -54,7 +61,9 @@ def trusted_frequency(signal: FloatArray, step: float) -> float:
     # Of the second difference, whose steep spectrum does not leak; its gain is taken out again.
     curvature = np.diff(signal, 2)
     segment = min(curvature.size, 2048)
-    frequency, power = welch(curvature, 1.0 / step, nperseg=segment, window="blackmanharris", detrend="linear")
+    frequency, power = welch(
+        curvature, 1.0 / step, nperseg=segment, window="blackmanharris", detrend="linear"
+    )
     frequency, power = frequency[3:], power[3:] / (2.0 * np.sin(np.pi * frequency[3:] * step)) ** 4
     plateau = float(np.median(power[int(0.85 * power.size) :]))
     clear = np.flatnonzero(power > _ABOVE_PLATEAU * plateau)
@@ -62,11 +71,13 @@ def trusted_frequency(signal: FloatArray, step: float) -> float:
     return float(min(max(highest, 4.0 * frequency[1]), _WIDEST * 0.5 / step))
 
 
-def band_limited(signal: FloatArray, step: float, cutoff_hz: float, *, derivative: int = 0) -> FloatArray:
+def band_limited(
+    signal: FloatArray, step: float, cutoff_hz: float, *, derivative: int = 0
+) -> FloatArray:
     """Signal, or its derivative, without what lies above a frequency; no phase shift.
 
-    The record is continued at both ends by its point mirror, so that its ends do not ring; raised-cosine roll-off from
-    0.8 of the cut-off to the cut-off.
+    The record is continued at both ends by its point mirror, so that its ends do not ring;
+    raised-cosine roll-off from 0.8 of the cut-off to the cut-off.
 
     Parameters
     ----------
@@ -100,7 +111,10 @@ def band_limited(signal: FloatArray, step: float, cutoff_hz: float, *, derivativ
 
 
 def pass_gain(frequency_hz: FloatArray, cutoff_hz: float) -> FloatArray:
-    """Gain of the trusted band: one up to 0.8 of the cut-off, a raised cosine to zero at the cut-off."""
+    """Gain of the trusted band.
+
+    One up to 0.8 of the cut-off, a raised cosine to zero at the cut-off.
+    """
     place = np.clip((frequency_hz / cutoff_hz - _ROLL_OFF) / (1.0 - _ROLL_OFF), 0.0, 1.0)
     return 0.5 * (1.0 + np.cos(np.pi * place))
 
@@ -123,7 +137,11 @@ def half_step_values(drive: FloatArray, substeps: int, *, periodic: bool) -> Flo
         Values at ``k / (2 substeps)`` samples.
     """
     pad = 2 * _HALF_WINDOW
-    ends = (drive[-pad:], drive[:pad]) if periodic else (np.full(pad, drive[0]), np.full(pad, drive[-1]))
+    ends = (
+        (drive[-pad:], drive[:pad])
+        if periodic
+        else (np.full(pad, drive[0]), np.full(pad, drive[-1]))
+    )
     long = np.concatenate([ends[0], drive, ends[1]])
     mean = long.mean()
     fine = resample_poly(long - mean, 2 * substeps, 1, window=("kaiser", 9.0)) + mean

@@ -3,14 +3,14 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from identification.campaign.campaign import Baseline, Campaign, Channel
-from identification.campaign.records import Run
-from simulation.carrier.motion import Response
-from simulation.carrier.run_cases import RunCase, Sensor
-from simulation.mounting.case_files import MountingCase
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.rig import SENSORS
-from simulation.mounting.simulate import MountingResponse
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.records import Run
+from carrierflex.simulation.carrier.motion import Response
+from carrierflex.simulation.carrier.run_cases import RunCase, Sensor
+from carrierflex.simulation.mounting.case_files import MountingCase
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.rig import SENSORS
+from carrierflex.simulation.mounting.simulate import MountingResponse
 
 #: File of a campaign folder that holds the deflection curves.
 CURVES_FILE = "deflection_curves.csv"
@@ -46,7 +46,12 @@ def simulated_campaign(
     """
     channels = tuple(
         Channel(
-            sensor.name, sensor.quantity, "m", angle=sensor.angle, radius=sensor.radius, noise_std=noise_std or None
+            sensor.name,
+            sensor.quantity,
+            "m",
+            angle=sensor.angle,
+            radius=sensor.radius,
+            noise_std=noise_std or None,
         )
         for sensor in sensors
     )
@@ -94,7 +99,9 @@ def simulated_mounting_campaign(
         Channels named as their sensors; the baseline holds linear bushings alone.
     """
     channels = tuple(
-        Channel(sensor, "housing_displacement", "m", sensor=sensor, noise_std=case.noise_std or None)
+        Channel(
+            sensor, "housing_displacement", "m", sensor=sensor, noise_std=case.noise_std or None
+        )
         for sensor in SENSORS
     )
     runs = tuple(
@@ -109,5 +116,10 @@ def simulated_mounting_campaign(
         for run, (inputs, response) in zip(case.runs, records, strict=True)
     )
     return Campaign(
-        kind="mounting", name=case.name, baseline=Baseline("model"), rig=case.rig.table(), channels=channels, runs=runs
+        kind="mounting",
+        name=case.name,
+        baseline=Baseline("model"),
+        rig=case.rig.table(),
+        channels=channels,
+        runs=runs,
     )

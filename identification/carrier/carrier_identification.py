@@ -1,4 +1,7 @@
-"""Identification of the carrier's motion: models M1 and M2 fitted run by run or jointly, in closed form."""
+"""Identification of the carrier's motion.
+
+Models M1 and M2 fitted run by run or jointly, in closed form.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,17 +9,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.campaign.campaign import Campaign, Channel
-from identification.campaign.records import Run
-from identification.campaign.revolutions import whole_revolutions
-from identification.carrier.models import CarrierModel
-from identification.carrier.parameter_estimate import ParameterEstimate, parameter_estimate, with_residuals_of
-from identification.carrier.robust_loss import huber_equations
-from identification.estimation.block_bootstrap import FEWEST_SAMPLES, with_bootstrap
-from identification.estimation.least_squares import joint_fit
-from identification.estimation.normal_equations import NormalEquations, normal_equations
-from identification.estimation.scatter_of_runs import with_scatter_of_runs
-from simulation.carrier.run_cases import AXIAL, RADIAL
+from carrierflex.identification.campaign.campaign import Campaign, Channel
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign.revolutions import whole_revolutions
+from carrierflex.identification.carrier.models import CarrierModel
+from carrierflex.identification.carrier.parameter_estimate import (
+    ParameterEstimate,
+    parameter_estimate,
+    with_residuals_of,
+)
+from carrierflex.identification.carrier.robust_loss import huber_equations
+from carrierflex.identification.estimation.block_bootstrap import FEWEST_SAMPLES, with_bootstrap
+from carrierflex.identification.estimation.least_squares import joint_fit
+from carrierflex.identification.estimation.normal_equations import NormalEquations, normal_equations
+from carrierflex.identification.estimation.scatter_of_runs import with_scatter_of_runs
+from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL
 
 
 def axial_channels(campaign: Campaign) -> tuple[Channel, ...]:
@@ -33,12 +40,17 @@ def axial_channels(campaign: Campaign) -> tuple[Channel, ...]:
         )
     channels = campaign.channels_of(AXIAL)
     if not channels:
-        raise ValueError(f"campaign '{campaign.name}' has no channel of quantity {AXIAL}; expected at least one")
+        raise ValueError(
+            f"campaign '{campaign.name}' has no channel of quantity {AXIAL}; expected at least one"
+        )
     return channels
 
 
 def rim_channels(campaign: Campaign) -> tuple[Channel, ...]:
-    """Axial and radial rim sensors of a carrier campaign; refuses what :func:`axial_channels` refuses."""
+    """Axial and radial rim sensors of a carrier campaign.
+
+    Refuses what :func:`axial_channels` refuses.
+    """
     return (*axial_channels(campaign), *campaign.channels_of(RADIAL))
 
 
@@ -50,7 +62,7 @@ class FitOptions:
     ----------
     radial : bool
         Fit the radial sensors too; the model then needs their motion
-        (:func:`~identification.carrier.models.with_radial_motion`).
+        (:func:`~carrierflex.identification.carrier.models.with_radial_motion`).
     huber : bool
         Huber's loss instead of squares: outliers count linearly.
     bootstrap : int
@@ -71,14 +83,18 @@ class FitOptions:
 
     def __post_init__(self) -> None:
         if self.bootstrap < 0 or 0 < self.bootstrap < FEWEST_SAMPLES:
-            raise ValueError(f"bootstrap is {self.bootstrap} samples; expected 0 (none) or at least {FEWEST_SAMPLES}")
+            raise ValueError(
+                f"bootstrap is {self.bootstrap} samples; expected 0 (none) or at least {FEWEST_SAMPLES}"
+            )
 
 
 #: Axial sensors, squared residuals, jackknife: the papers' way.
 LEAST_SQUARES = FitOptions()
 
 
-def identify_jointly(campaign: Campaign, model: CarrierModel, options: FitOptions = LEAST_SQUARES) -> ParameterEstimate:
+def identify_jointly(
+    campaign: Campaign, model: CarrierModel, options: FitOptions = LEAST_SQUARES
+) -> ParameterEstimate:
     """Fit one model to all runs at once; shared parameters get one value.
 
     Parameters
@@ -86,7 +102,8 @@ def identify_jointly(campaign: Campaign, model: CarrierModel, options: FitOption
     campaign : Campaign
         Campaign of kind ``carrier``.
     model : CarrierModel
-        :func:`~identification.carrier.models.rigid_model`, ``flexible_model`` or another list of effects.
+        :func:`~carrierflex.identification.carrier.models.rigid_model`, ``flexible_model`` or
+        another list of effects.
     options : FitOptions
         Sensors, loss and source of the covariance.
 
@@ -102,8 +119,8 @@ def identify_jointly(campaign: Campaign, model: CarrierModel, options: FitOption
 
     References
     ----------
-    .. [1] 2012 paper, section 2.3. Its five parameters need no search: equations (1) and (7) are linear in d_x, the
-       two components of each tilt, rho_s and rho_f.
+    .. [1] 2012 paper, section 2.3. Its five parameters need no search: equations (1) and (7) are
+       linear in d_x, the two components of each tilt, rho_s and rho_f.
     """
     return _identify(campaign.runs, _fitted_channels(campaign, options), model, options)
 
@@ -172,7 +189,9 @@ def _fitted_channels(campaign: Campaign, options: FitOptions) -> tuple[Channel, 
     return rim_channels(campaign) if options.radial else axial_channels(campaign)
 
 
-def fitted_equations(campaign: Campaign, model: CarrierModel, options: FitOptions) -> list[NormalEquations]:
+def fitted_equations(
+    campaign: Campaign, model: CarrierModel, options: FitOptions
+) -> list[NormalEquations]:
     """Sums of every run for the sensors and the loss that the options ask for."""
     channels = _fitted_channels(campaign, options)
     if options.huber:
@@ -188,10 +207,14 @@ def _identify(
         estimate = identify_from_sums(weighted, model, options)
         # The RMS is that of all samples, outliers included, whatever weight they had in the fit.
         return with_residuals_of(estimate, [normal_equations(run, channels, model) for run in runs])
-    return identify_from_sums([normal_equations(run, channels, model) for run in runs], model, options)
+    return identify_from_sums(
+        [normal_equations(run, channels, model) for run in runs], model, options
+    )
 
 
-def fitted_signal(run: Run, channel: Channel, model: CarrierModel, estimate: ParameterEstimate) -> NDArray[np.float64]:
+def fitted_signal(
+    run: Run, channel: Channel, model: CarrierModel, estimate: ParameterEstimate
+) -> NDArray[np.float64]:
     """Signal of one channel by the identified model.
 
     Parameters

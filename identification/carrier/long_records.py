@@ -9,12 +9,18 @@ import pyarrow.csv as pa_csv
 import pyarrow.parquet as pa_parquet
 from numpy.typing import NDArray
 
-from identification.campaign.campaign import Channel, check_columns, expected_columns
-from identification.campaign.campaign_document import CampaignHeader, RunEntry
-from identification.campaign.campaign_files import MISSING, as_floats, csv_header, one_line, run_of_table
-from identification.campaign.records import Run
-from identification.carrier.models import CarrierModel
-from identification.estimation.normal_equations import NormalEquations, RevolutionSums
+from carrierflex.identification.campaign.campaign import Channel, check_columns, expected_columns
+from carrierflex.identification.campaign.campaign_document import CampaignHeader, RunEntry
+from carrierflex.identification.campaign.campaign_files import (
+    MISSING,
+    as_floats,
+    csv_header,
+    one_line,
+    run_of_table,
+)
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.carrier.models import CarrierModel
+from carrierflex.identification.estimation.normal_equations import NormalEquations, RevolutionSums
 
 #: Samples of one piece: a dozen columns of it take some 20 MB.
 PIECE = 200_000
@@ -49,11 +55,16 @@ def run_pieces(folder: Path, entry: RunEntry, header: CampaignHeader) -> Iterato
     expected = expected_columns(header.contract, header.channels, header.baseline)
     path = folder / entry.file
     if not path.is_file():
-        raise ValueError(f"{folder}: no file '{entry.file}' of run {entry.name}; expected it beside campaign.toml")
+        raise ValueError(
+            f"{folder}: no file '{entry.file}' of run {entry.name}; expected it beside campaign.toml"
+        )
     last = -np.inf
     first_sample = 0
     for table in _tables(path, expected):
-        columns = {name: as_floats(table[name], f"{path.name}: column '{name}'") for name in table.column_names}
+        columns = {
+            name: as_floats(table[name], f"{path.name}: column '{name}'")
+            for name in table.column_names
+        }
         if columns["time"].size == 0:
             continue
         if not columns["time"][0] > last:
@@ -78,18 +89,26 @@ def _tables(path: Path, expected: Mapping[str, str]) -> Iterator[pa.Table]:
             return
         found = csv_header(path, expected)
         convert = pa_csv.ConvertOptions(
-            column_types=dict.fromkeys(found, pa.float64()), null_values=MISSING, quoted_strings_can_be_null=True
+            column_types=dict.fromkeys(found, pa.float64()),
+            null_values=MISSING,
+            quoted_strings_can_be_null=True,
         )
         read = pa_csv.ReadOptions(column_names=found, skip_rows=1, block_size=_CSV_BLOCK)
         with pa_csv.open_csv(path, read_options=read, convert_options=convert) as reader:
             for batch in reader:
                 yield pa.Table.from_batches([batch])
     except (pa.ArrowInvalid, OSError) as error:
-        raise ValueError(f"{path.name}: {one_line(error)}; expected numbers in every column") from error
+        raise ValueError(
+            f"{path.name}: {one_line(error)}; expected numbers in every column"
+        ) from error
 
 
-def streamed_equations(pieces: Iterable[Run], channels: Sequence[Channel], model: CarrierModel) -> NormalEquations:
-    """Accumulate the normal equations of one run from its pieces; memory does not grow with the record.
+def streamed_equations(
+    pieces: Iterable[Run], channels: Sequence[Channel], model: CarrierModel
+) -> NormalEquations:
+    """Accumulate the normal equations of one run from its pieces.
+
+    Memory does not grow with the record.
 
     Parameters
     ----------
@@ -103,9 +122,10 @@ def streamed_equations(pieces: Iterable[Run], channels: Sequence[Channel], model
     Returns
     -------
     NormalEquations
-        Sums over whole revolutions. Where there are more than `LARGEST_GROUPS` of them, neighbouring revolutions share
-        one sum; the jackknife then leaves out a group at a time, which suits residuals alike from turn to turn, and
-        revolutions that do not fill the last group are left out.
+        Sums over whole revolutions. Where there are more than `LARGEST_GROUPS` of them,
+        neighbouring revolutions share one sum; the jackknife then leaves out a group at a time,
+        which suits residuals alike from turn to turn, and revolutions that do not fill the last
+        group are left out.
 
     Raises
     ------
@@ -118,7 +138,9 @@ def streamed_equations(pieces: Iterable[Run], channels: Sequence[Channel], model
         name = piece.name
         rows = groups.place(piece.inputs["carrier_angle"])
         for c, channel in enumerate(channels):
-            groups.sums.add(c, rows, model.design(piece.inputs, channel), piece.signals[channel.name])
+            groups.sums.add(
+                c, rows, model.design(piece.inputs, channel), piece.signals[channel.name]
+            )
     return groups.whole(name).equations(name, channels)
 
 
@@ -134,9 +156,15 @@ class _Groups:
         self._step = 0.0
 
     def place(self, angle: NDArray[np.float64]) -> list[NDArray[np.int64]]:
-        """Rows of a piece that belong to each group; groups are put together first where they no longer suffice."""
+        """Rows of a piece that belong to each group.
+
+        Groups are put together first where they no longer suffice.
+        """
         if self._start is None:
-            self._start, self._direction = float(angle[0]), float(np.sign(angle[-1] - angle[0])) or 1.0
+            self._start, self._direction = (
+                float(angle[0]),
+                float(np.sign(angle[-1] - angle[0])) or 1.0,
+            )
             self._last = self._start
         if (angle[0] - self._last) * self._direction < -np.pi:
             raise ValueError(
@@ -146,7 +174,11 @@ class _Groups:
         self._last = float(angle[-1])
         turns = (angle - self._start) * self._direction / (2.0 * np.pi)
         self._travel = float(turns[-1])
-        self._step = max(self._step, float(np.median(np.abs(np.diff(turns))))) if turns.size > 1 else self._step
+        self._step = (
+            max(self._step, float(np.median(np.abs(np.diff(turns)))))
+            if turns.size > 1
+            else self._step
+        )
         while turns.max() / self._length >= LARGEST_GROUPS:
             self._pair()
         number = np.floor(turns / self._length).astype(np.int64)
@@ -162,11 +194,21 @@ class _Groups:
                 f"run {run}: the carrier turns by {self._travel:.3f} revolutions; expected at least one whole revolution"
             )
         s = self.sums
-        return RevolutionSums(s.matrix[:n_whole], s.right_side[:n_whole], s.square_sum[:n_whole], s.n_samples[:n_whole])
+        return RevolutionSums(
+            s.matrix[:n_whole],
+            s.right_side[:n_whole],
+            s.square_sum[:n_whole],
+            s.n_samples[:n_whole],
+        )
 
     def _pair(self) -> None:
         """Put neighbouring groups together; the upper half of the places becomes free."""
-        for part in (self.sums.matrix, self.sums.right_side, self.sums.square_sum, self.sums.n_samples):
+        for part in (
+            self.sums.matrix,
+            self.sums.right_side,
+            self.sums.square_sum,
+            self.sums.n_samples,
+        ):
             part[: LARGEST_GROUPS // 2] = part[0::2] + part[1::2]
             part[LARGEST_GROUPS // 2 :] = 0
         self._length *= 2

@@ -1,7 +1,9 @@
-"""Models of the rim signals, axial and radial: sets of physical effects, each linear in its coefficients.
+"""Models of the rim signals, axial and radial.
 
-An effect is a few signal patterns of :mod:`simulation.carrier.kinematics`; a model is a list of effects. M1
-and M2 of the 2012 paper and every candidate of the diagnosis are such lists.
+Sets of physical effects, each linear in its coefficients.
+
+An effect is a few signal patterns of :mod:`carrierflex.simulation.carrier.kinematics`; a model is a
+list of effects. M1 and M2 of the 2012 paper and every candidate of the diagnosis are such lists.
 """
 
 from collections.abc import Callable, Mapping
@@ -10,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.deflection_curves import DeflectionCurve
-from identification.campaign.campaign import Channel
-from simulation.carrier.kinematics import (
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.identification.campaign.campaign import Channel
+from carrierflex.simulation.carrier.kinematics import (
     axial_deflection_pattern,
     carrier_offset_pattern,
     carrier_tilt_pattern,
@@ -22,7 +24,7 @@ from simulation.carrier.kinematics import (
     radial_deflection_pattern,
     saddle_pattern,
 )
-from simulation.carrier.run_cases import AXIAL
+from carrierflex.simulation.carrier.run_cases import AXIAL
 
 Inputs = Mapping[str, NDArray[np.float64]]
 Pattern = Callable[[Inputs, Channel], NDArray[np.float64]]
@@ -37,12 +39,13 @@ class Effect:
     name : str
         Effect id of the campaign contract.
     patterns : tuple of callable
-        Signal per unit of each coefficient, ``(inputs, channel) -> ndarray, shape (n,)`` [m per unit].
+        Signal per unit of each coefficient, ``(inputs, channel) -> ndarray, shape (n,)`` [m per
+        unit].
     parameters, units : tuple of str
         Published parameters and their units.
     polar : bool
-        The two coefficients are ``(phi cos theta, phi sin theta)`` of the parameters ``(phi, theta)``; otherwise
-        the coefficients are the parameters.
+        The two coefficients are ``(phi cos theta, phi sin theta)`` of the parameters ``(phi,
+        theta)``; otherwise the coefficients are the parameters.
     shared : bool
         One value for all runs; otherwise one for each run.
     """
@@ -107,7 +110,9 @@ class CarrierModel:
         ndarray
             Signal per unit of each coefficient [m per unit].
         """
-        return np.column_stack([pattern(inputs, channel) for effect in self.effects for pattern in effect.patterns])
+        return np.column_stack(
+            [pattern(inputs, channel) for effect in self.effects for pattern in effect.patterns]
+        )
 
 
 def sensor_position(channel: Channel) -> tuple[float, float]:
@@ -119,7 +124,9 @@ def sensor_position(channel: Channel) -> tuple[float, float]:
         Where the channel has none.
     """
     if channel.angle is None or channel.radius is None:
-        raise ValueError(f"channel {channel.name}: angle and radius are not given; expected those of a rim sensor")
+        raise ValueError(
+            f"channel {channel.name}: angle and radius are not given; expected those of a rim sensor"
+        )
     return channel.angle, channel.radius
 
 
@@ -142,20 +149,35 @@ def _saddle(inputs: Inputs, channel: Channel) -> NDArray[np.float64]:
 
 
 def _tilt(
-    pattern: Callable[[NDArray[np.float64], float, float, float], NDArray[np.float64]], tilt_axis: float
+    pattern: Callable[[NDArray[np.float64], float, float, float], NDArray[np.float64]],
+    tilt_axis: float,
 ) -> Pattern:
-    return _axial(lambda inputs, channel: pattern(inputs["carrier_angle"], *sensor_position(channel), tilt_axis))
+    return _axial(
+        lambda inputs, channel: pattern(
+            inputs["carrier_angle"], *sensor_position(channel), tilt_axis
+        )
+    )
 
 
-def _shift(pattern: Callable[[NDArray[np.float64], float, float], NDArray[np.float64]], direction: float) -> Pattern:
-    return _radial(lambda inputs, channel: pattern(inputs["carrier_angle"], sensor_position(channel)[0], direction))
+def _shift(
+    pattern: Callable[[NDArray[np.float64], float, float], NDArray[np.float64]], direction: float
+) -> Pattern:
+    return _radial(
+        lambda inputs, channel: pattern(
+            inputs["carrier_angle"], sensor_position(channel)[0], direction
+        )
+    )
 
 
 def _deflection(curve: DeflectionCurve, pin_angle: float) -> Pattern:
     def pattern(inputs: Inputs, channel: Channel) -> NDArray[np.float64]:
-        deflection = axial_deflection_pattern if channel.quantity == AXIAL else radial_deflection_pattern
+        deflection = (
+            axial_deflection_pattern if channel.quantity == AXIAL else radial_deflection_pattern
+        )
         angle, _ = sensor_position(channel)
-        return deflection(inputs["carrier_angle"], angle, inputs["torque"], curve, pin_angle=pin_angle)
+        return deflection(
+            inputs["carrier_angle"], angle, inputs["torque"], curve, pin_angle=pin_angle
+        )
 
     return pattern
 
@@ -170,15 +192,24 @@ def _both_axes(
 #: Effects that need no deflection curve. Whether a value is shared follows the campaign contract.
 AXIAL_OFFSET = Effect("axial_offset", (_axial(_offset),), ("d_x",), ("m",), shared=False)
 HOUSING_TILT = Effect(
-    "housing_tilt", _both_axes(housing_tilt_pattern), ("phi_H", "theta_H"), ("rad", "rad"), polar=True
+    "housing_tilt",
+    _both_axes(housing_tilt_pattern),
+    ("phi_H", "theta_H"),
+    ("rad", "rad"),
+    polar=True,
 )
 CARRIER_TILT = Effect(
-    "carrier_tilt", _both_axes(carrier_tilt_pattern), ("phi_PLC", "theta_PLC"), ("rad", "rad"), polar=True
+    "carrier_tilt",
+    _both_axes(carrier_tilt_pattern),
+    ("phi_PLC", "theta_PLC"),
+    ("rad", "rad"),
+    polar=True,
 )
 STATIC_SADDLE = Effect("flange_warp", (_axial(_saddle),), ("saddle",), ("m",), shared=False)
 
 
-#: Rigid radial motion: displacement along z and along y of the housing, and along two axes of the carrier.
+#: Rigid radial motion: displacement along z and along y of the housing, and along two axes of the
+#: carrier.
 RADIAL_OFFSET = Effect(
     "radial_offset",
     (_shift(housing_offset_pattern, -np.pi / 2.0), _shift(housing_offset_pattern, 0.0)),
@@ -196,7 +227,10 @@ ECCENTRICITY = Effect(
 
 
 def flexible_pins(delta_f: DeflectionCurve, pin_angle: float = 0.0) -> Effect:
-    """Deflection with free pin ends, ``rho_f delta_f`` (three peaks); `pin_angle` theta_rho [rad]."""
+    """Deflection with free pin ends, ``rho_f delta_f`` (three peaks).
+
+    `pin_angle` theta_rho [rad].
+    """
     return Effect("flexible_pins", (_deflection(delta_f, pin_angle),), ("rho_f",), ("1",))
 
 
@@ -220,7 +254,9 @@ def rigid_model() -> CarrierModel:
     return CarrierModel("m1", (AXIAL_OFFSET, HOUSING_TILT.each_run(), CARRIER_TILT))
 
 
-def flexible_model(delta_s: DeflectionCurve, delta_f: DeflectionCurve, pin_angle: float = 0.0) -> CarrierModel:
+def flexible_model(
+    delta_s: DeflectionCurve, delta_f: DeflectionCurve, pin_angle: float = 0.0
+) -> CarrierModel:
     """Build model M2: M1 and the two deflection curves, their scales shared by all runs.
 
     Parameters
@@ -228,7 +264,8 @@ def flexible_model(delta_s: DeflectionCurve, delta_f: DeflectionCurve, pin_angle
     delta_s, delta_f : DeflectionCurve
         Stiff and flexible curve.
     pin_angle : float
-        Carrier-frame angle theta_rho of pin 1 [rad]; zero by the contract's definition of the carrier angle.
+        Carrier-frame angle theta_rho of pin 1 [rad]; zero by the contract's definition of the
+        carrier angle.
 
     Returns
     -------
@@ -240,12 +277,15 @@ def flexible_model(delta_s: DeflectionCurve, delta_f: DeflectionCurve, pin_angle
     .. [1] 2012 paper, equation (7) (its section 2.2 says "eq. (5)"; a misprint).
     """
     return CarrierModel(
-        "m2", (*rigid_model().effects, stiff_pins(delta_s, pin_angle), flexible_pins(delta_f, pin_angle))
+        "m2",
+        (*rigid_model().effects, stiff_pins(delta_s, pin_angle), flexible_pins(delta_f, pin_angle)),
     )
 
 
 def with_radial_motion(model: CarrierModel) -> CarrierModel:
-    """Add the rigid radial motion that radial sensors need: an offset a run, and an eccentricity of the target face.
+    """Add the rigid radial motion that radial sensors need.
+
+    An offset a run, and an eccentricity of the target face.
 
     Parameters
     ----------
@@ -255,7 +295,7 @@ def with_radial_motion(model: CarrierModel) -> CarrierModel:
     Returns
     -------
     CarrierModel
-        Four parameters more: d_y and d_z [m] by run, e_PLC [m] and theta_e [rad] shared; the deflection scales of M2
-        serve axial and radial signals alike.
+        Four parameters more: d_y and d_z [m] by run, e_PLC [m] and theta_e [rad] shared; the
+        deflection scales of M2 serve axial and radial signals alike.
     """
     return CarrierModel(model.name, (*model.effects, RADIAL_OFFSET, ECCENTRICITY))

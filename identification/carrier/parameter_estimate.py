@@ -6,13 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.carrier.models import CarrierModel, Effect
-from identification.estimation.least_squares import JointFit, unseen_in_words
-from identification.estimation.normal_equations import NormalEquations
+from carrierflex.identification.carrier.models import CarrierModel, Effect
+from carrierflex.identification.estimation.least_squares import JointFit, unseen_in_words
+from carrierflex.identification.estimation.normal_equations import NormalEquations
 
 #: Scope of a parameter with one value for all runs.
 SHARED = ""
-#: A tilt of exactly zero has no direction; this size [rad], far below anything measurable, makes its error huge.
+#: A tilt of exactly zero has no direction; this size [rad], far below anything measurable, makes
+#: its error huge.
 SMALLEST_TILT = 1e-12
 
 
@@ -31,8 +32,8 @@ class ParameterEstimate:
     covariance : ndarray, shape (m, m)
         Covariance; infinite variance where the data cannot see the parameter.
     covariance_source : str
-        How the covariance was estimated: jackknife over revolutions, classical with few revolutions, or jackknife
-        over runs where they disagree on what they share.
+        How the covariance was estimated: jackknife over revolutions, classical with few
+        revolutions, or jackknife over runs where they disagree on what they share.
     confidence_factor : ndarray, shape (m,)
         Half width of every 95 % interval in standard deviations.
     rms : float
@@ -98,14 +99,18 @@ class ParameterEstimate:
         for k, (own_name, scope) in enumerate(zip(self.names, self.scopes, strict=True)):
             if own_name == name and scope in (run, SHARED):
                 return k
-        raise ValueError(f"model {self.model} has no parameter '{name}' of run '{run}'; it has {', '.join(self.names)}")
+        raise ValueError(
+            f"model {self.model} has no parameter '{name}' of run '{run}'; it has {', '.join(self.names)}"
+        )
 
 
-def parameter_estimate(model: CarrierModel, equations: Sequence[NormalEquations], fit: JointFit) -> ParameterEstimate:
+def parameter_estimate(
+    model: CarrierModel, equations: Sequence[NormalEquations], fit: JointFit
+) -> ParameterEstimate:
     """Turn a least-squares solution into parameters, with errors by the delta method.
 
-    ``phi = |(a, b)|``, ``theta = atan2(b, a)`` of a polar pair, and ``C_parameters = J C J.T`` with the derivatives
-    J of the parameters by the coefficients.
+    ``phi = |(a, b)|``, ``theta = atan2(b, a)`` of a polar pair, and ``C_parameters = J C J.T`` with
+    the derivatives J of the parameters by the coefficients.
 
     Parameters
     ----------
@@ -150,7 +155,9 @@ def parameter_estimate(model: CarrierModel, equations: Sequence[NormalEquations]
     return with_residuals_of(_with_directionless_tilts(estimate), equations)
 
 
-def with_residuals_of(estimate: ParameterEstimate, equations: Sequence[NormalEquations]) -> ParameterEstimate:
+def with_residuals_of(
+    estimate: ParameterEstimate, equations: Sequence[NormalEquations]
+) -> ParameterEstimate:
     """Copy with the RMS of the residuals that the estimate leaves in the given sums.
 
     Parameters
@@ -206,7 +213,9 @@ def _parameters(
     return named, np.array(rows)
 
 
-def _published(effect: Effect, coefficients: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _published(
+    effect: Effect, coefficients: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Parameters of one effect and their derivatives by its coefficients."""
     if not effect.polar:
         return coefficients, np.eye(coefficients.size)
@@ -222,7 +231,9 @@ def _labels(model: CarrierModel, runs: Sequence[str], fit: JointFit) -> list[str
     """Names of the unknowns of a joint fit."""
     labels = [""] * fit.unknowns.size
     for k, run in enumerate(runs):
-        for coefficient, (name, shared) in enumerate(zip(model.coefficients, model.shared, strict=True)):
+        for coefficient, (name, shared) in enumerate(
+            zip(model.coefficients, model.shared, strict=True)
+        ):
             labels[int(fit.positions[k, coefficient])] = name if shared else f"{name} of {run}"
     return labels
 
@@ -231,10 +242,15 @@ def _with_directionless_tilts(estimate: ParameterEstimate) -> ParameterEstimate:
     """Say which tilts are zero within their error: their direction theta means nothing then."""
     sentences = list(estimate.undetermined)
     for k, name in enumerate(estimate.names):
-        if name.startswith("phi") and estimate.values[k] < estimate.confidence_factor[k] * estimate.std[k]:
+        if (
+            name.startswith("phi")
+            and estimate.values[k] < estimate.confidence_factor[k] * estimate.std[k]
+        ):
             of_run = f" of {estimate.scopes[k]}" if estimate.scopes[k] else ""
             if np.isfinite(estimate.std[k]):
-                sentences.append(f"{name.replace('phi', 'theta')}{of_run}: {name} is zero within its error")
+                sentences.append(
+                    f"{name.replace('phi', 'theta')}{of_run}: {name} is zero within its error"
+                )
     return replace(estimate, undetermined=tuple(sentences))
 
 

@@ -3,18 +3,28 @@
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from identification.campaign.campaign import Campaign
-from identification.campaign.campaign_document import CampaignHeader
-from identification.campaign.records import Run
-from identification.carrier.carrier_identification import FitOptions, axial_channels, identify_from_sums, rim_channels
-from identification.carrier.long_records import run_pieces, streamed_equations
-from identification.carrier.models import CarrierModel
-from identification.carrier.parameter_estimate import ParameterEstimate
-from identification.estimation.normal_equations import NormalEquations
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.campaign_document import CampaignHeader
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.carrier.carrier_identification import (
+    FitOptions,
+    axial_channels,
+    identify_from_sums,
+    rim_channels,
+)
+from carrierflex.identification.carrier.long_records import run_pieces, streamed_equations
+from carrierflex.identification.carrier.models import CarrierModel
+from carrierflex.identification.carrier.parameter_estimate import ParameterEstimate
+from carrierflex.identification.estimation.normal_equations import NormalEquations
 
 
 def identify_in_pieces(
-    folder: Path, header: CampaignHeader, models: Sequence[CarrierModel], options: FitOptions, *, per_run: bool
+    folder: Path,
+    header: CampaignHeader,
+    models: Sequence[CarrierModel],
+    options: FitOptions,
+    *,
+    per_run: bool,
 ) -> tuple[Campaign, dict[str, Mapping[str, ParameterEstimate]]]:
     """Fit nested models to a campaign whose records do not fit into memory.
 
@@ -25,7 +35,8 @@ def identify_in_pieces(
     header : CampaignHeader
         Its content without the records.
     models : sequence of CarrierModel
-        Models of which each begins with the coefficients of the one before; the last one's sums serve all.
+        Models of which each begins with the coefficients of the one before; the last one's sums
+        serve all.
     options : FitOptions
         Sensors and source of the covariance.
     per_run : bool
@@ -67,7 +78,9 @@ def _solved(
     if per_run:
         alone = CarrierModel(model.name, tuple(effect.each_run() for effect in model.effects))
         return {run.run: identify_from_sums([run], alone, options) for run in equations}
-    return dict.fromkeys([run.run for run in equations], identify_from_sums(equations, model, options))
+    return dict.fromkeys(
+        [run.run for run in equations], identify_from_sums(equations, model, options)
+    )
 
 
 def _columns(model: CarrierModel, largest: CarrierModel) -> list[int]:
@@ -82,7 +95,13 @@ def _columns(model: CarrierModel, largest: CarrierModel) -> list[int]:
 
 def _campaign(header: CampaignHeader, runs: tuple[Run, ...]) -> Campaign:
     return Campaign(
-        header.contract.name, header.name, header.baseline, header.rig, header.channels, runs, header.input_units
+        header.contract.name,
+        header.name,
+        header.baseline,
+        header.rig,
+        header.channels,
+        runs,
+        header.input_units,
     )
 
 

@@ -1,7 +1,8 @@
 """What the printed tables of the 2012 paper determine about the real machine, with the interval their digits allow.
 
-The paper shows its parameters in figures only, but its root mean squares pin three of them down: the rim deflection
-(table 4), the misalignment of main shaft and carrier (table 5) and the part that neither model can follow (table 4).
+The paper shows its parameters in figures only, but its root mean squares pin three of them down:
+the rim deflection (table 4), the misalignment of main shaft and carrier (table 5) and the part that
+neither model can follow (table 4).
 """
 
 from dataclasses import dataclass
@@ -9,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-#: Half a unit of the last printed digit of tables 4 and 5 [m]; the paper prints no unit, mm is the only plausible one.
+#: Half a unit of the last printed digit of tables 4 and 5 [m]; the paper prints no unit, mm is the
+#: only plausible one.
 HALF_DIGIT = 0.5e-6
 #: Torque that the paper calls 100 % (its figure 9, and NREL/TP-5000-66594) [N m].
 FULL_TORQUE = 360e3
@@ -64,13 +66,15 @@ class DerivedFacts:
     deflection_per_torque : dict of str to Printed
         The same over the torque [m per N m].
     common_deflection_per_torque : Printed or None
-        Where the intervals of all load cases meet: the deflection is proportional to the torque; None where they do not.
+        Where the intervals of all load cases meet: the deflection is proportional to the torque;
+        None where they do not.
     order_3_amplitude : Printed or None
         Amplitude of a pure three-peak deflection with the common RMS [m per N m].
     phi_PLC : dict of str to Printed
         Tilt of the carrier against the main shaft by load case [rad].
     saddle_line : tuple of Printed
-        Part that M2 leaves at full torque over the radial load: value without load [m], slope [m/N].
+        Part that M2 leaves at full torque over the radial load: value without load [m], slope
+        [m/N].
     saddle_zero : Printed
         Radial load at which that line crosses zero [N].
     """
@@ -87,10 +91,11 @@ class DerivedFacts:
 def derived_facts(half_digit: float = HALF_DIGIT) -> DerivedFacts:
     """Derive what the printed root mean squares determine.
 
-    M1 is nested in M2 and both are least squares, so ``rms(deflection)^2 = RMS_M1^2 - RMS_M2^2``. Leaving out
-    phi_PLC adds a pure first order of amplitude ``R_s phi_PLC``, uncorrelated with the rest:
-    ``(R_s phi_PLC)^2 / 2 = RMS_without^2 - RMS_with^2``. What M2 leaves is the one static pattern of four sensors
-    that three static unknowns cannot follow, the saddle; at full torque its RMS falls on a line over the radial load.
+    M1 is nested in M2 and both are least squares, so ``rms(deflection)^2 = RMS_M1^2 - RMS_M2^2``.
+    Leaving out phi_PLC adds a pure first order of amplitude ``R_s phi_PLC``, uncorrelated with the
+    rest: ``(R_s phi_PLC)^2 / 2 = RMS_without^2 - RMS_with^2``. What M2 leaves is the one static
+    pattern of four sensors that three static unknowns cannot follow, the saddle; at full torque its
+    RMS falls on a line over the radial load.
 
     Parameters
     ----------
@@ -102,13 +107,18 @@ def derived_facts(half_digit: float = HALF_DIGIT) -> DerivedFacts:
     DerivedFacts
         Values with intervals.
     """
-    deflection = {case: _quadrature_difference(m1, m2, half_digit) for case, (m1, m2) in TABLE_4.items()}
+    deflection = {
+        case: _quadrature_difference(m1, m2, half_digit) for case, (m1, m2) in TABLE_4.items()
+    }
     per_torque = {
-        case: rms.times(1.0 / (LOAD_CASES[case][0] * FULL_TORQUE), "m/(N m)") for case, rms in deflection.items()
+        case: rms.times(1.0 / (LOAD_CASES[case][0] * FULL_TORQUE), "m/(N m)")
+        for case, rms in deflection.items()
     }
     common = _common(list(per_torque.values()))
     tilt = {
-        case: _quadrature_difference(without, included, half_digit).times(np.sqrt(2.0) / SENSOR_RADIUS, "rad")
+        case: _quadrature_difference(without, included, half_digit).times(
+            np.sqrt(2.0) / SENSOR_RADIUS, "rad"
+        )
         for case, (included, without) in TABLE_5.items()
     }
     line, zero = _saddle_line(half_digit)
@@ -124,12 +134,17 @@ def derived_facts(half_digit: float = HALF_DIGIT) -> DerivedFacts:
 
 
 def _quadrature_difference(larger: float, smaller: float, half_digit: float) -> Printed:
-    """``sqrt(larger^2 - smaller^2)``; monotone in both, so its ends lie at the ends of the digits."""
+    """``sqrt(larger^2 - smaller^2)``.
+
+    Monotone in both, so its ends lie at the ends of the digits.
+    """
     low = (larger - half_digit) ** 2 - (smaller + half_digit) ** 2
     if low < 1e-12 * larger**2:  # equal to rounding: the two prints may hide the same number
         low = 0.0
     high = (larger + half_digit) ** 2 - (smaller - half_digit) ** 2
-    return Printed(float(np.sqrt(larger**2 - smaller**2)), float(np.sqrt(low)), float(np.sqrt(high)), "m")
+    return Printed(
+        float(np.sqrt(larger**2 - smaller**2)), float(np.sqrt(low)), float(np.sqrt(high)), "m"
+    )
 
 
 def _common(quantities: list[Printed]) -> Printed | None:
@@ -145,7 +160,8 @@ def _common(quantities: list[Printed]) -> Printed | None:
 def _saddle_line(half_digit: float) -> tuple[tuple[Printed, Printed], Printed]:
     """Least-squares line of what M2 leaves at full torque over the radial load, and where it crosses zero.
 
-    Both coefficients are linear in the printed values: the ends of their intervals are at the corners of the digits.
+    Both coefficients are linear in the printed values: the ends of their intervals are at the
+    corners of the digits.
     """
     cases = [case for case, (share, _) in LOAD_CASES.items() if share == 1.0]
     loads = np.array([LOAD_CASES[case][1] for case in cases])

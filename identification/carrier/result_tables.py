@@ -1,9 +1,12 @@
-"""Identification results as plain rows: RMS by run and model (table 4 of the 2012 paper), parameters by run."""
+"""Identification results as plain rows.
+
+RMS by run and model (table 4 of the 2012 paper), parameters by run.
+"""
 
 from collections.abc import Mapping
 from typing import Any
 
-from identification.carrier.parameter_estimate import SHARED, ParameterEstimate
+from carrierflex.identification.carrier.parameter_estimate import SHARED, ParameterEstimate
 
 
 def rms_rows(estimates: Mapping[str, Mapping[str, ParameterEstimate]]) -> list[dict[str, Any]]:
@@ -20,7 +23,10 @@ def rms_rows(estimates: Mapping[str, Mapping[str, ParameterEstimate]]) -> list[d
         Rows in the order of the runs.
     """
     runs = list(next(iter(estimates.values())))
-    return [{"run": run, **{model: own[run].rms_by_run[run] for model, own in estimates.items()}} for run in runs]
+    return [
+        {"run": run, **{model: own[run].rms_by_run[run] for model, own in estimates.items()}}
+        for run in runs
+    ]
 
 
 def parameter_rows(by_run: Mapping[str, ParameterEstimate]) -> list[dict[str, Any]]:

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.campaign.campaign import Channel
-from identification.campaign.records import Run
-from identification.carrier.models import CarrierModel
-from identification.estimation.least_squares import joint_fit
-from identification.estimation.normal_equations import NormalEquations, normal_equations
+from carrierflex.identification.campaign.campaign import Channel
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.carrier.models import CarrierModel
+from carrierflex.identification.estimation.least_squares import joint_fit
+from carrierflex.identification.estimation.normal_equations import NormalEquations, normal_equations
 
 #: Limit in standard deviations: 95 % of the efficiency of least squares for normal residuals.
 HUBER_LIMIT = 1.345
@@ -48,10 +48,13 @@ class Outliers:
     time: float
 
 
-def huber_equations(runs: Sequence[Run], channels: Sequence[Channel], model: CarrierModel) -> list[NormalEquations]:
+def huber_equations(
+    runs: Sequence[Run], channels: Sequence[Channel], model: CarrierModel
+) -> list[NormalEquations]:
     """Weighted sums whose least-squares solution minimises Huber's loss over all runs.
 
-    Iteratively reweighted: ``w = min(1, 1.345 s / |r|)`` with the robust standard deviation s of each run and channel.
+    Iteratively reweighted: ``w = min(1, 1.345 s / |r|)`` with the robust standard deviation s of
+    each run and channel.
 
     Parameters
     ----------
@@ -72,12 +75,17 @@ def huber_equations(runs: Sequence[Run], channels: Sequence[Channel], model: Car
     .. [1] P. J. Huber, E. M. Ronchetti, "Robust Statistics", 2nd ed. (2009), section 7.8.
     """
     equations = [normal_equations(run, channels, model) for run in runs]
-    designs = [{channel.name: model.design(run.inputs, channel) for channel in channels} for run in runs]
+    designs = [
+        {channel.name: model.design(run.inputs, channel) for channel in channels} for run in runs
+    ]
     previous: list[Residuals] | None = None
     for _ in range(_LARGEST_ITERATION):
         fit = joint_fit(equations, model.shared)
         residuals: list[Residuals] = [
-            {name: run.signals[name] - design @ fit.run_coefficients(k) for name, design in designs[k].items()}
+            {
+                name: run.signals[name] - design @ fit.run_coefficients(k)
+                for name, design in designs[k].items()
+            }
             for k, run in enumerate(runs)
         ]
         if previous is not None and _largest_change(previous, residuals) < _CONVERGED:
@@ -115,12 +123,18 @@ def flagged_outliers(run: Run, residuals: Residuals) -> tuple[Outliers, ...]:
         if scale > 0.0 and beyond.any():
             worst = int(np.nanargmax(np.abs(distance)))
             size = float(abs(distance[worst]) / scale)
-            flagged.append(Outliers(run.name, channel, int(beyond.sum()), size, float(run.time[worst])))
+            flagged.append(
+                Outliers(run.name, channel, int(beyond.sum()), size, float(run.time[worst]))
+            )
     return tuple(flagged)
 
 
 def _robust_deviation(residual: NDArray[np.float64]) -> float:
-    return float(np.nanmedian(np.abs(residual)) / _NORMAL_MEDIAN) if np.isfinite(residual).any() else 0.0
+    return (
+        float(np.nanmedian(np.abs(residual)) / _NORMAL_MEDIAN)
+        if np.isfinite(residual).any()
+        else 0.0
+    )
 
 
 def _weights(residual: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -131,7 +145,10 @@ def _weights(residual: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _largest_change(before: Sequence[Residuals], after: Sequence[Residuals]) -> float:
     changes = [
-        float(np.nanmax(np.abs(old[name] - new[name])) / max(_robust_deviation(new[name]), np.finfo(float).tiny))
+        float(
+            np.nanmax(np.abs(old[name] - new[name]))
+            / max(_robust_deviation(new[name]), np.finfo(float).tiny)
+        )
         for old, new in zip(before, after, strict=True)
         for name in new
         if np.isfinite(new[name]).any()

@@ -1,4 +1,7 @@
-"""Sensor patterns of the rim: four axial sensors split into m = 0, +1, -1, 2, a radial pair into signed orders."""
+"""Sensor patterns of the rim.
+
+Four axial sensors split into m = 0, +1, -1, 2, a radial pair into signed orders.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,9 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.campaign.campaign import Channel
-from identification.campaign.order_analysis import MAX_ORDER, PATTERNS, are_quarter_turns
-from simulation.carrier.run_cases import AXIAL
+from carrierflex.identification.campaign.campaign import Channel
+from carrierflex.identification.campaign.order_analysis import (
+    MAX_ORDER,
+    PATTERNS,
+    are_quarter_turns,
+)
+from carrierflex.simulation.carrier.run_cases import AXIAL
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -26,10 +33,11 @@ class PatternSplit:
     names : tuple of str
         Patterns, or the names of channels that join none.
     amplitudes : ndarray of complex, shape (R, n_patterns, 2 MAX_ORDER + 1)
-        By revolution, at the orders -MAX_ORDER to MAX_ORDER; negative orders are zero but for a radial pair.
+        By revolution, at the orders -MAX_ORDER to MAX_ORDER; negative orders are zero but for a
+        radial pair.
     weights, noise : ndarray, shape (n_patterns, 2 MAX_ORDER + 1)
-        Share of a squared amplitude in the mean square over all channels; mean square there of white noise of variance 1 over N
-        samples a revolution, times N.
+        Share of a squared amplitude in the mean square over all channels; mean square there of
+        white noise of variance 1 over N samples a revolution, times N.
     members : tuple of tuple of int
         Channels of every pattern.
     """
@@ -68,7 +76,11 @@ def pattern_split(channels: Sequence[Channel], orders: ComplexArray) -> PatternS
         for m in PATTERNS:
             names.append(PATTERN_NAMES[m])
             members.append(tuple(axial))
-            rows.append(_one_sided(np.einsum("rcn,c->rn", orders[:, axial], np.exp(1j * m * angles[axial]) / 4.0)))
+            rows.append(
+                _one_sided(
+                    np.einsum("rcn,c->rn", orders[:, axial], np.exp(1j * m * angles[axial]) / 4.0)
+                )
+            )
             weights.append(_one_sided(4.0 * plain).real)
         axial = []
     if len(radial) == 2 and abs(np.sin(angles[radial[0]] - angles[radial[1]])) > 0.5:
@@ -82,8 +94,13 @@ def pattern_split(channels: Sequence[Channel], orders: ComplexArray) -> PatternS
         members.append((c,))
         rows.append(_one_sided(orders[:, c]))
         weights.append(_one_sided(plain).real)
-    noise = [np.full(2 * MAX_ORDER + 1, 2.0 / len(channels)) if name == RADIAL else of_noise for name in names]
-    return PatternSplit(tuple(names), np.stack(rows, axis=1), np.array(weights), np.array(noise), tuple(members))
+    noise = [
+        np.full(2 * MAX_ORDER + 1, 2.0 / len(channels)) if name == RADIAL else of_noise
+        for name in names
+    ]
+    return PatternSplit(
+        tuple(names), np.stack(rows, axis=1), np.array(weights), np.array(noise), tuple(members)
+    )
 
 
 def _one_sided(values: NDArray[np.inexact]) -> ComplexArray:
@@ -97,7 +114,9 @@ def _signed_orders(orders: ComplexArray, angles: FloatArray) -> ComplexArray:
 
     A sensor at v reads ``Re(u) cos v + Im(u) sin v``.
     """
-    solved = np.einsum("ij,rjn->rin", np.linalg.inv(np.column_stack([np.cos(angles), np.sin(angles)])), orders)
+    solved = np.einsum(
+        "ij,rjn->rin", np.linalg.inv(np.column_stack([np.cos(angles), np.sin(angles)])), orders
+    )
     forward = (solved[:, 0] + 1j * solved[:, 1]) / 2.0
     backward = np.conj(solved[:, 0] - 1j * solved[:, 1]) / 2.0
     result = np.zeros((len(orders), 2 * MAX_ORDER + 1), dtype=np.complex128)

@@ -1,4 +1,7 @@
-"""Block bootstrap over revolutions: the errors of parameters when residuals are alike from turn to turn."""
+"""Block bootstrap over revolutions.
+
+The errors of parameters when residuals are alike from turn to turn.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student_t
 
-from identification.estimation.least_squares import JointFit
-from identification.estimation.normal_equations import NormalEquations
+from carrierflex.identification.estimation.least_squares import JointFit
+from carrierflex.identification.estimation.normal_equations import NormalEquations
 
 #: With fewer samples a covariance is itself uncertain by more than ten percent.
 FEWEST_SAMPLES = 50
@@ -19,13 +22,14 @@ def with_bootstrap(
 ) -> JointFit:
     """Replace the covariance of a fit by that of refits to resampled revolutions.
 
-    Every sample draws, run by run, blocks of consecutive revolutions with replacement until the run is full again
-    (circular: a block may go over the end), of the length ``R^(1/3)`` that keeps a correlation of neighbouring turns.
+    Every sample draws, run by run, blocks of consecutive revolutions with replacement until the run
+    is full again (circular: a block may go over the end), of the length ``R^(1/3)`` that keeps a
+    correlation of neighbouring turns.
 
     Parameters
     ----------
     fit : JointFit
-        Solution of :func:`~identification.estimation.least_squares.joint_fit`.
+        Solution of :func:`~carrierflex.identification.estimation.least_squares.joint_fit`.
     equations : sequence of NormalEquations
         Sums of every run, by revolution.
     n_samples : int
@@ -36,7 +40,8 @@ def with_bootstrap(
     Returns
     -------
     JointFit
-        Copy with the covariance of the samples; intervals with Student's t of the fewest blocks less one.
+        Copy with the covariance of the samples; intervals with Student's t of the fewest blocks
+        less one.
 
     Raises
     ------
@@ -45,7 +50,8 @@ def with_bootstrap(
 
     References
     ----------
-    .. [1] D. N. Politis, J. P. Romano, "A circular block-resampling procedure for stationary data" (1992).
+    .. [1] D. N. Politis, J. P. Romano, "A circular block-resampling procedure for stationary data"
+       (1992).
     """
     lengths = [max(1, round(run.n_revolutions ** (1.0 / 3.0))) for run in equations]
     for run in equations:
@@ -54,9 +60,13 @@ def with_bootstrap(
                 f"run {run.run}: {run.n_revolutions} revolutions; expected at least 3 for a bootstrap over revolutions"
             )
     basis = _determined_basis(fit)
-    solutions = np.array([_resampled(fit, equations, lengths, basis, rng) for _ in range(n_samples)])
+    solutions = np.array(
+        [_resampled(fit, equations, lengths, basis, rng) for _ in range(n_samples)]
+    )
     scatter = solutions - solutions.mean(axis=0)
-    blocks = min(run.n_revolutions // length for run, length in zip(equations, lengths, strict=True))
+    blocks = min(
+        run.n_revolutions // length for run, length in zip(equations, lengths, strict=True)
+    )
     # Draws with replacement scatter less than the data by (blocks - 1) / blocks.
     covariance = scatter.T @ scatter / (n_samples - 1) * blocks / (blocks - 1.0)
     return replace(
@@ -69,7 +79,10 @@ def with_bootstrap(
 
 
 def _determined_basis(fit: JointFit) -> NDArray[np.float64]:
-    """Basis of what the data determine, in the unknowns: scaled columns orthogonal to the unseen directions."""
+    """Basis of what the data determine, in the unknowns.
+
+    Scaled columns orthogonal to the unseen directions.
+    """
     unseen = fit.unseen
     projector = np.eye(fit.unknowns.size) - unseen.T @ unseen
     eigenvalues, vectors = np.linalg.eigh(projector)

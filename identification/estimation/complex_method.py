@@ -1,7 +1,8 @@
 """The complex method: constrained direct search with a population of points, as the papers used it.
 
-A population of twice as many points as parameters; again and again the worst point is mirrored through the centroid of
-the others and, where that does not help, drawn back towards it. No derivatives, many evaluations.
+A population of twice as many points as parameters; again and again the worst point is mirrored
+through the centroid of the others and, where that does not help, drawn back towards it. No
+derivatives, many evaluations.
 """
 
 from collections.abc import Callable
@@ -12,7 +13,8 @@ from numpy.typing import NDArray
 
 Objective = Callable[[NDArray[np.float64]], float]
 
-#: Box's over-reflection: the mirrored point lies this many times as far from the centroid as the worst one.
+#: Box's over-reflection: the mirrored point lies this many times as far from the centroid as the
+#: worst one.
 REFLECTION = 1.3
 #: A point drawn back this often sits at the best point to a part in a million.
 _LARGEST_RETREAT = 20
@@ -63,8 +65,8 @@ def complex_search(
     start : ndarray, shape (n,), optional
         A point of the first population; the others are drawn evenly within the bounds.
     tolerance : float
-        The search ends when the costs of the population agree to this share of their mean, and the points to this
-        share of the bounds' distance.
+        The search ends when the costs of the population agree to this share of their mean, and the
+        points to this share of the bounds' distance.
     max_evaluations : int
         The search ends after so many calls.
 
@@ -80,8 +82,8 @@ def complex_search(
 
     References
     ----------
-    .. [1] M. J. Box, "A new method of constrained optimization and a comparison with other methods",
-       Computer Journal 8 (1965) 42-52.
+    .. [1] M. J. Box, "A new method of constrained optimization and a comparison with other
+       methods", Computer Journal 8 (1965) 42-52.
     """
     _refuse_bounds(lower, upper, start)
     n = lower.size
@@ -100,7 +102,11 @@ class _Population:
     """Points, their costs and the number of calls so far."""
 
     def __init__(
-        self, objective: Objective, lower: NDArray[np.float64], upper: NDArray[np.float64], points: NDArray[np.float64]
+        self,
+        objective: Objective,
+        lower: NDArray[np.float64],
+        upper: NDArray[np.float64],
+        points: NDArray[np.float64],
     ) -> None:
         self._objective, self._lower, self._upper = objective, lower, upper
         self.evaluations = 0
@@ -108,16 +114,22 @@ class _Population:
         self._costs = np.array([self._cost(point) for point in points])
 
     def improve_worst(self) -> None:
-        """Mirror the worst point through the centroid of the others; retreat until it is no longer the worst."""
+        """Mirror the worst point through the centroid of the others.
+
+        Retreat until it is no longer the worst.
+        """
         worst, best = int(np.argmax(self._costs)), int(np.argmin(self._costs))
         centroid = np.delete(self._points, worst, axis=0).mean(axis=0)
         second = np.delete(self._costs, worst).max()
-        trial = np.clip(centroid + REFLECTION * (centroid - self._points[worst]), self._lower, self._upper)
+        trial = np.clip(
+            centroid + REFLECTION * (centroid - self._points[worst]), self._lower, self._upper
+        )
         cost = self._cost(trial)
         for retreat in range(_LARGEST_RETREAT):
             if cost < second:
                 break
-            # A centroid may itself be poor: later retreats lead towards the best point instead (Guin's remedy).
+            # A centroid may itself be poor: later retreats lead towards the best point instead
+            # (Guin's remedy).
             share = 1.0 / (retreat + 1.0)
             target = share * centroid + (1.0 - share) * self._points[best]
             trial = 0.5 * (trial + target)
@@ -135,7 +147,9 @@ class _Population:
     def result(self, *, converged: bool) -> ComplexSearch:
         """Best point of all."""
         best = int(np.argmin(self._costs))
-        return ComplexSearch(self._points[best].copy(), float(self._costs[best]), self.evaluations, converged)
+        return ComplexSearch(
+            self._points[best].copy(), float(self._costs[best]), self.evaluations, converged
+        )
 
     def _cost(self, point: NDArray[np.float64]) -> float:
         self.evaluations += 1
@@ -143,9 +157,15 @@ class _Population:
         return cost if np.isfinite(cost) else np.inf
 
 
-def _refuse_bounds(lower: NDArray[np.float64], upper: NDArray[np.float64], start: NDArray[np.float64] | None) -> None:
+def _refuse_bounds(
+    lower: NDArray[np.float64], upper: NDArray[np.float64], start: NDArray[np.float64] | None
+) -> None:
     for k, (low, high) in enumerate(zip(lower, upper, strict=True)):
         if not low < high:
-            raise ValueError(f"parameter {k}: bounds {low} and {high}; expected the lower one below the upper one")
+            raise ValueError(
+                f"parameter {k}: bounds {low} and {high}; expected the lower one below the upper one"
+            )
         if start is not None and not low <= start[k] <= high:
-            raise ValueError(f"parameter {k}: start {start[k]} lies outside its bounds {low} to {high}")
+            raise ValueError(
+                f"parameter {k}: start {start[k]} lies outside its bounds {low} to {high}"
+            )

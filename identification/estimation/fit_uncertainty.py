@@ -1,4 +1,7 @@
-"""How far fitted parameters can be trusted: covariance with alike residuals, what is unseen, profile likelihood."""
+"""How far fitted parameters can be trusted.
+
+Covariance with alike residuals, what is unseen, profile likelihood.
+"""
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
@@ -8,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student_t
 
-from identification.estimation.nonlinear_fit import NonlinearFit, Residuals, bounded_fit
+from carrierflex.identification.estimation.nonlinear_fit import NonlinearFit, Residuals, bounded_fit
 
 Array = NDArray[np.float64]
 
@@ -16,7 +19,8 @@ Array = NDArray[np.float64]
 _UNSEEN = 1e-5
 #: A component of an unseen direction below this share is left out of the words.
 _NEGLIGIBLE = 0.02
-#: Relative change of cost and parameters at which a bootstrap refit ends: far below the scatter of the refits.
+#: Relative change of cost and parameters at which a bootstrap refit ends: far below the scatter of
+#: the refits.
 _ROUGH = 1e-4
 
 
@@ -27,8 +31,8 @@ class FitUncertainty:
     Parameters
     ----------
     covariance : ndarray, shape (p, p)
-        In the square of the parameters' units; infinite variance for what the data cannot see, zero for parameters that
-        sit on a bound.
+        In the square of the parameters' units; infinite variance for what the data cannot see, zero
+        for parameters that sit on a bound.
     confidence_factor : float
         Half width of a 95 % interval in standard deviations.
     n_blocks : int
@@ -57,9 +61,10 @@ class FitUncertainty:
 def fit_uncertainty(fit: NonlinearFit, blocks: NDArray[np.int64]) -> FitUncertainty:
     """Covariance that does not take neighbouring residuals as independent.
 
-    Delete-one-block jackknife in one step: without the time block b the solution moves by
-    ``d_b = (A - A_b)^-1 g_b`` with ``A = J.T J``, ``A_b = J_b.T J_b`` and the gradient ``g_b = J_b.T r_b``;
-    ``C = (B - 1) / B sum_b d_b d_b.T``. A block that alone decides a parameter counts for what it is.
+    Delete-one-block jackknife in one step: without the time block b the solution moves by ``d_b =
+    (A - A_b)^-1 g_b`` with ``A = J.T J``, ``A_b = J_b.T J_b`` and the gradient ``g_b = J_b.T r_b``;
+    ``C = (B - 1) / B sum_b d_b d_b.T``. A block that alone decides a parameter counts for what it
+    is.
 
     Parameters
     ----------
@@ -80,12 +85,14 @@ def fit_uncertainty(fit: NonlinearFit, blocks: NDArray[np.int64]) -> FitUncertai
 
     References
     ----------
-    .. [1] A. C. Cameron, D. L. Miller, "A practitioner's guide to cluster-robust inference", Journal of Human
-       Resources 50 (2015), section VI (CV3).
+    .. [1] A. C. Cameron, D. L. Miller, "A practitioner's guide to cluster-robust inference",
+       Journal of Human Resources 50 (2015), section VI (CV3).
     """
     numbers, block = np.unique(blocks, return_inverse=True)
     if numbers.size < 3:
-        raise ValueError(f"{numbers.size} blocks of residuals; expected at least 3 for an error estimate")
+        raise ValueError(
+            f"{numbers.size} blocks of residuals; expected at least 3 for an error estimate"
+        )
     inside = np.array([name not in fit.at_bound for name in fit.names])
     length = np.linalg.norm(fit.jacobian, axis=0)
     used = inside & (length > 0.0)
@@ -97,15 +104,21 @@ def fit_uncertainty(fit: NonlinearFit, blocks: NDArray[np.int64]) -> FitUncertai
     moves = _without_each_block(J @ whitened, fit.residuals, block, numbers.size) @ whitened.T
     covariance = np.zeros((len(fit.free), len(fit.free)))
     unit = fit.scale[used] / length[used]
-    covariance[np.ix_(used, used)] = (1.0 - 1.0 / numbers.size) * np.outer(unit, unit) * (moves.T @ moves)
+    covariance[np.ix_(used, used)] = (
+        (1.0 - 1.0 / numbers.size) * np.outer(unit, unit) * (moves.T @ moves)
+    )
     blind = _blind(used, inside, directions[~seen])
     covariance[blind, :] = covariance[:, blind] = 0.0
     covariance[blind, blind] = np.inf
     words = _in_words(fit, used, inside, directions[~seen] * unit)
-    return FitUncertainty(covariance, float(student_t.ppf(0.975, numbers.size - 1)), numbers.size, words)
+    return FitUncertainty(
+        covariance, float(student_t.ppf(0.975, numbers.size - 1)), numbers.size, words
+    )
 
 
-def _without_each_block(X: Array, residuals: Array, block: NDArray[np.int64], n_blocks: int) -> Array:
+def _without_each_block(
+    X: Array, residuals: Array, block: NDArray[np.int64], n_blocks: int
+) -> Array:
     """Move of the solution where one block is left out, shape (n_blocks, p), for a design with ``X.T X = 1``."""
     gradients = np.zeros((n_blocks, X.shape[1]))
     np.add.at(gradients, block, X * residuals[:, None])
@@ -114,7 +127,8 @@ def _without_each_block(X: Array, residuals: Array, block: NDArray[np.int64], n_
     moves = np.empty_like(gradients)
     for b in range(n_blocks):
         own = X[order[ends[b] : ends[b + 1]]]
-        # A block without which the rest decides nothing in some direction: the largest move is then the block's own.
+        # A block without which the rest decides nothing in some direction: the largest move is then
+        # the block's own.
         moves[b] = np.linalg.lstsq(np.eye(X.shape[1]) - own.T @ own, gradients[b], rcond=1e-9)[0]
     return moves
 
@@ -175,7 +189,8 @@ def bootstrap_covariance(
 ) -> Array:
     """Covariance of full refits to resampled time blocks, shape (p, p).
 
-    Every sample draws as many blocks as there are, with replacement; a block drawn twice counts twice.
+    Every sample draws as many blocks as there are, with replacement; a block drawn twice counts
+    twice.
 
     Parameters
     ----------
@@ -215,7 +230,9 @@ def bootstrap_covariance(
         except (ValueError, ArithmeticError):
             continue
     if len(values) < 2:
-        raise ValueError(f"{len(values)} of {n_samples} bootstrap refits succeeded; expected at least 2")
+        raise ValueError(
+            f"{len(values)} of {n_samples} bootstrap refits succeeded; expected at least 2"
+        )
     return np.cov(np.array(values), rowvar=False) * numbers.size / (numbers.size - 1.0)
 
 
@@ -249,7 +266,9 @@ def _blind(used: NDArray[np.bool_], inside: NDArray[np.bool_], unseen: Array) ->
     return blind
 
 
-def _in_words(fit: NonlinearFit, used: NDArray[np.bool_], inside: NDArray[np.bool_], unseen: Array) -> tuple[str, ...]:
+def _in_words(
+    fit: NonlinearFit, used: NDArray[np.bool_], inside: NDArray[np.bool_], unseen: Array
+) -> tuple[str, ...]:
     names = np.array(fit.names)
     sentences = [f"{name} has no influence on these signals" for name in names[inside & ~used]]
     for direction in unseen:

@@ -8,14 +8,16 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 from scipy.stats import t as student_t
 
-from identification.estimation.normal_equations import NormalEquations
+from carrierflex.identification.estimation.normal_equations import NormalEquations
 
-#: A direction whose eigenvalue of the scaled normal matrix is below this share of the largest is not determined:
-#: a condition number of 1e5, beyond which the normal equations keep fewer than six digits.
+#: A direction whose eigenvalue of the scaled normal matrix is below this share of the largest is
+#: not determined: a condition number of 1e5, beyond which the normal equations keep fewer than six
+#: digits.
 SINGULAR_SHARE = 1e-10
 #: The jackknife needs a scatter of revolutions; with fewer the classical estimate takes its place.
 FEWEST_REVOLUTIONS = 5
-#: A component below this share of a unit vector is taken as rounding when unseen directions are described.
+#: A component below this share of a unit vector is taken as rounding when unseen directions are
+#: described.
 _NEGLIGIBLE_SHARE = 0.02
 
 JACKKNIFE = "jackknife over revolutions"
@@ -66,7 +68,9 @@ class JointFit:
 
 
 def joint_positions(shared: Sequence[bool], n_runs: int) -> NDArray[np.int64]:
-    """Give every unknown of a joint fit a number: shared coefficients one, the others one for each run.
+    """Give every unknown of a joint fit a number.
+
+    Shared coefficients one, the others one for each run.
 
     Parameters
     ----------
@@ -91,8 +95,8 @@ def joint_positions(shared: Sequence[bool], n_runs: int) -> NDArray[np.int64]:
 def joint_fit(equations: Sequence[NormalEquations], shared: Sequence[bool]) -> JointFit:
     """Minimise the sum of squared residuals of all runs.
 
-    ``N p = b`` with ``N = sum E_k.T X_k.T X_k E_k`` over the runs k, columns scaled to unit length, solved in the
-    eigenvectors of N that the data determine.
+    ``N p = b`` with ``N = sum E_k.T X_k.T X_k E_k`` over the runs k, columns scaled to unit length,
+    solved in the eigenvectors of N that the data determine.
 
     Parameters
     ----------
@@ -108,10 +112,11 @@ def joint_fit(equations: Sequence[NormalEquations], shared: Sequence[bool]) -> J
 
     Notes
     -----
-    Residuals of a quasi-static model repeat from sample to sample, so a covariance for independent samples would
-    be far too small. The delete-one-revolution jackknife, run by run, takes each revolution as one observation:
-    ``C = sum_k (g_k - 1) / g_k sum_r (p_(kr) - mean)(p_(kr) - mean).T`` with ``g_k`` revolutions in run k; the
-    interval takes Student's t with ``min g_k - 1`` degrees of freedom.
+    Residuals of a quasi-static model repeat from sample to sample, so a covariance for independent
+    samples would be far too small. The delete-one-revolution jackknife, run by run, takes each
+    revolution as one observation: ``C = sum_k (g_k - 1) / g_k sum_r (p_(kr) - mean)(p_(kr) -
+    mean).T`` with ``g_k`` revolutions in run k; the interval takes Student's t with ``min g_k - 1``
+    degrees of freedom.
 
     References
     ----------
@@ -161,12 +166,15 @@ def unseen_in_words(fit: JointFit, labels: Sequence[str]) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        One sentence for each unknown without influence and for each group that cannot be told apart.
+        One sentence for each unknown without influence and for each group that cannot be told
+        apart.
     """
     projector = fit.unseen.T @ fit.unseen
     share = np.diag(projector)
     silent = share > 1.0 - _NEGLIGIBLE_SHARE
-    sentences = [f"{labels[int(k)]} has no influence on these signals" for k in np.flatnonzero(silent)]
+    sentences = [
+        f"{labels[int(k)]} has no influence on these signals" for k in np.flatnonzero(silent)
+    ]
     mixed = fit.undetermined & ~silent
     linked = (np.abs(projector) > _NEGLIGIBLE_SHARE) & np.outer(mixed, mixed)
     n_groups, group = connected_components(linked, directed=False)
@@ -195,7 +203,10 @@ def _group_in_words(fit: JointFit, members: NDArray[np.int64], labels: Sequence[
 
 
 def _column_scale(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Inverse lengths of the design's columns; a column of zeros keeps its place and becomes unseen."""
+    """Inverse lengths of the design's columns.
+
+    A column of zeros keeps its place and becomes unseen.
+    """
     length = np.sqrt(np.diag(matrix))
     return np.divide(1.0, length, out=np.ones_like(length), where=length > 0.0)
 
@@ -229,7 +240,8 @@ def _classical(
 ) -> tuple[NDArray[np.float64], int]:
     """Covariance ``s² N^-1`` for independent residuals, and its degrees of freedom."""
     squared = sum(
-        float(run.squared_error(unknowns[where]).sum()) for run, where in zip(equations, positions, strict=True)
+        float(run.squared_error(unknowns[where]).sum())
+        for run, where in zip(equations, positions, strict=True)
     )
     freedom = max(sum(int(run.n_samples.sum()) for run in equations) - eigenvalues.size, 1)
     return squared / freedom * (basis / eigenvalues) @ basis.T, freedom

@@ -9,16 +9,18 @@ from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
 Array = NDArray[np.float64]
-#: Residuals of all runs one after the other, in standard deviations; a plain object, so that processes can share it.
+#: Residuals of all runs one after the other, in standard deviations; a plain object, so that
+#: processes can share it.
 Residuals = Callable[[Array], Array]
 
-#: Step of the difference quotients, as a share of a parameter's scale: truncation and rounding balance for residuals
-#: that are smooth to 1e-9.
+#: Step of the difference quotients, as a share of a parameter's scale: truncation and rounding
+#: balance for residuals that are smooth to 1e-9.
 _STEP = 1e-4
 #: Relative change of cost and parameters at which the search ends.
 _TOLERANCE = 1e-8
 _MOST_ITERATIONS = 60
-#: A parameter this close to a bound, as a share of the distance of its bounds or of its scale, sits on it.
+#: A parameter this close to a bound, as a share of the distance of its bounds or of its scale, sits
+#: on it.
 _AT_BOUND = 1e-6
 
 
@@ -101,12 +103,16 @@ class NonlinearFit:
 
 
 def bounded_fit(
-    residuals: Residuals, free: Sequence[FreeParameter], start: Array, *, tolerance: float = _TOLERANCE
+    residuals: Residuals,
+    free: Sequence[FreeParameter],
+    start: Array,
+    *,
+    tolerance: float = _TOLERANCE,
 ) -> NonlinearFit:
     """Minimise the sum of squared residuals from one start, within bounds.
 
-    Trust-region reflective Gauss-Newton steps on one-sided difference quotients: with p unknowns an iteration costs
-    p + 1 model runs. The derivatives that the errors rest on are central ones.
+    Trust-region reflective Gauss-Newton steps on one-sided difference quotients: with p unknowns an
+    iteration costs p + 1 model runs. The derivatives that the errors rest on are central ones.
 
     Parameters
     ----------
@@ -129,12 +135,15 @@ def bounded_fit(
     ValueError
         Where the residuals at the start are not finite.
     """
-    # Matrices of a dozen rows: threads of the linear algebra would cost ten times what they compute.
+    # Matrices of a dozen rows: threads of the linear algebra would cost ten times what they
+    # compute.
     with threadpool_limits(limits=1):
         return _bounded_fit(residuals, free, start, tolerance)
 
 
-def _bounded_fit(residuals: Residuals, free: Sequence[FreeParameter], start: Array, tolerance: float) -> NonlinearFit:
+def _bounded_fit(
+    residuals: Residuals, free: Sequence[FreeParameter], start: Array, tolerance: float
+) -> NonlinearFit:
     counted = _Counted(residuals)
     scale = np.array([parameter.scale for parameter in free])
     lower = np.array([parameter.lower for parameter in free])
@@ -148,7 +157,8 @@ def _bounded_fit(residuals: Residuals, free: Sequence[FreeParameter], start: Arr
     def derivatives(z: Array) -> Array:
         return one_sided_quotients(counted, z * scale, scale, upper)
 
-    # The search itself wants to begin inside; a start on the bound stays reachable as the better of both ends.
+    # The search itself wants to begin inside; a start on the bound stays reachable as the better of
+    # both ends.
     margin = 1e-3 * np.minimum(upper - lower, scale)
     found = least_squares(
         lambda z: counted(z * scale),
@@ -169,7 +179,9 @@ def _bounded_fit(residuals: Residuals, free: Sequence[FreeParameter], start: Arr
     return replace(fit, model_runs=counted.calls)
 
 
-def difference_quotients(residuals: Residuals, values: Array, scale: Array, lower: Array, upper: Array) -> Array:
+def difference_quotients(
+    residuals: Residuals, values: Array, scale: Array, lower: Array, upper: Array
+) -> Array:
     """Derivatives of the residuals by the scaled parameters, shape (n, p); one-sided at a bound.
 
     Parameters
@@ -195,7 +207,9 @@ def difference_quotients(residuals: Residuals, values: Array, scale: Array, lowe
 
 
 def one_sided_quotients(residuals: Residuals, values: Array, scale: Array, upper: Array) -> Array:
-    """Derivatives of the residuals by the scaled parameters, shape (n, p), of first order: half the model runs.
+    """Derivatives of the residuals by the scaled parameters, shape (n, p), of first order.
+
+    Half the model runs.
 
     Parameters
     ----------
@@ -242,13 +256,17 @@ def _at(counted: _Counted, free: Sequence[FreeParameter], values: Array) -> Nonl
     jacobian = difference_quotients(counted, values, scale, lower, upper)
     bound = (values <= lower) | (values >= upper)
     names = tuple(name for name, hit in zip(_names(free), bound, strict=True) if hit)
-    return NonlinearFit(tuple(free), values, float(residual @ residual), residual, jacobian, names, counted.calls)
+    return NonlinearFit(
+        tuple(free), values, float(residual @ residual), residual, jacobian, names, counted.calls
+    )
 
 
 def _on_bounds(values: Array, lower: Array, upper: Array, scale: Array) -> Array:
     """Put a value that is at its bound to rounding exactly on it."""
     margin = _AT_BOUND * np.minimum(upper - lower, scale)
-    return np.where(values - lower < margin, lower, np.where(upper - values < margin, upper, values))
+    return np.where(
+        values - lower < margin, lower, np.where(upper - values < margin, upper, values)
+    )
 
 
 def _names(free: Sequence[FreeParameter]) -> tuple[str, ...]:

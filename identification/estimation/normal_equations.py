@@ -1,8 +1,9 @@
 """Normal equations of a linear model, accumulated revolution by revolution and channel by channel.
 
-One pass over the record gives every sum that fits, held-out scores and the jackknife need; memory does not grow
-with the length of the record. With columns scaled to unit length the condition number of the carrier models is
-below 100, so that squaring it costs four digits of sixteen; :mod:`identification.estimation.least_squares` checks it.
+One pass over the record gives every sum that fits, held-out scores and the jackknife need; memory
+does not grow with the length of the record. With columns scaled to unit length the condition number
+of the carrier models is below 100, so that squaring it costs four digits of sixteen;
+:mod:`carrierflex.identification.estimation.least_squares` checks it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.campaign.campaign import Channel
-from identification.campaign.records import Run
-from identification.campaign.revolutions import whole_revolutions
-from identification.carrier.models import CarrierModel
+from carrierflex.identification.campaign.campaign import Channel
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign.revolutions import whole_revolutions
+from carrierflex.identification.carrier.models import CarrierModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +62,12 @@ class NormalEquations:
         kept = np.asarray(columns, dtype=np.int64)
         matrix = self.matrix[:, :, kept[:, None], kept[None, :]]
         return NormalEquations(
-            self.run, self.channels, matrix, self.right_side[:, :, kept], self.square_sum, self.n_samples
+            self.run,
+            self.channels,
+            matrix,
+            self.right_side[:, :, kept],
+            self.square_sum,
+            self.n_samples,
         )
 
 
@@ -98,7 +104,13 @@ def normal_equations(
     sums = RevolutionSums.empty(revolutions.n_revolutions, len(channels), len(model.coefficients))
     for c, channel in enumerate(channels):
         weight = None if weights is None else weights[channel.name]
-        sums.add(c, revolutions.samples, model.design(run.inputs, channel), run.signals[channel.name], weight)
+        sums.add(
+            c,
+            revolutions.samples,
+            model.design(run.inputs, channel),
+            run.signals[channel.name],
+            weight,
+        )
     return sums.equations(run.name, channels)
 
 
@@ -130,7 +142,10 @@ class RevolutionSums:
         signal: NDArray[np.float64],
         weight: NDArray[np.float64] | None = None,
     ) -> None:
-        """Add samples of one channel: `samples[r]` are the rows that belong to revolution r; missing ones are skipped."""
+        """Add samples of one channel.
+
+        `samples[r]` are the rows that belong to revolution r; missing ones are skipped.
+        """
         present = np.isfinite(signal)
         for r, rows in enumerate(samples):
             kept = rows[present[rows]]
@@ -152,6 +167,10 @@ class RevolutionSums:
             Where every sample is missing.
         """
         if self.n_samples.sum() == 0:
-            raise ValueError(f"run {run}: every sample of {', '.join(c.name for c in channels)} is missing")
+            raise ValueError(
+                f"run {run}: every sample of {', '.join(c.name for c in channels)} is missing"
+            )
         names = tuple(channel.name for channel in channels)
-        return NormalEquations(run, names, self.matrix, self.right_side, self.square_sum, self.n_samples)
+        return NormalEquations(
+            run, names, self.matrix, self.right_side, self.square_sum, self.n_samples
+        )

@@ -6,7 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.estimation.nonlinear_fit import Array, FreeParameter, NonlinearFit, Residuals, bounded_fit
+from carrierflex.identification.estimation.nonlinear_fit import (
+    Array,
+    FreeParameter,
+    NonlinearFit,
+    Residuals,
+    bounded_fit,
+)
 
 #: Relative change of cost and parameters at which the search ends while starts are compared.
 _ROUGH = 1e-4
@@ -15,9 +21,16 @@ NESTED_MARGIN = 1e-6
 
 
 def best_of_starts(
-    residuals: Residuals, free: Sequence[FreeParameter], starts: Sequence[Array], executor: Executor, *, most: int
+    residuals: Residuals,
+    free: Sequence[FreeParameter],
+    starts: Sequence[Array],
+    executor: Executor,
+    *,
+    most: int,
 ) -> NonlinearFit:
-    """Fit roughly from the most promising starts and keep the best; starts at which the model fails are passed over.
+    """Fit roughly from the most promising starts and keep the best.
+
+    Starts at which the model fails are passed over.
 
     Parameters
     ----------
@@ -45,7 +58,10 @@ def best_of_starts(
     costs = list(executor.map(_start_cost, [residuals] * len(starts), starts))
     order = sorted(range(1, len(starts)), key=lambda k: costs[k])
     chosen = [starts[k] for k in [0, *order][:most]]
-    futures = [executor.submit(bounded_fit, residuals, tuple(free), start, tolerance=_ROUGH) for start in chosen]
+    futures = [
+        executor.submit(bounded_fit, residuals, tuple(free), start, tolerance=_ROUGH)
+        for start in chosen
+    ]
     fits, errors = [], []
     for future in futures:
         try:
@@ -88,8 +104,12 @@ def check_nested(richer: float, simpler: float, names: tuple[str, str]) -> None:
         )
 
 
-def merged_values(free: Sequence[FreeParameter], given: Mapping[str, float], neutral: Mapping[str, float]) -> Array:
-    """Start of a richer model: the simpler one's values, and for what it adds the value that changes nothing.
+def merged_values(
+    free: Sequence[FreeParameter], given: Mapping[str, float], neutral: Mapping[str, float]
+) -> Array:
+    """Start of a richer model.
+
+    The simpler one's values, and for what it adds the value that changes nothing.
 
     Raises
     ------

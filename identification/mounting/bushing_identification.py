@@ -1,4 +1,7 @@
-"""Bushing parameters from a mounting campaign: the three models in turn, each warm-started from the simpler one."""
+"""Bushing parameters from a mounting campaign.
+
+The three models in turn, each warm-started from the simpler one.
+"""
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
@@ -9,23 +12,28 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from identification.campaign.campaign import Campaign
-from identification.estimation.complex_method import ComplexSearch, complex_search
-from identification.estimation.fit_uncertainty import (
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.estimation.complex_method import ComplexSearch, complex_search
+from carrierflex.identification.estimation.fit_uncertainty import (
     FitUncertainty,
     bootstrap_covariance,
     fit_uncertainty,
     profile_likelihood,
 )
-from identification.estimation.nonlinear_fit import NonlinearFit, bounded_fit
-from identification.estimation.several_starts import best_of_starts, check_nested
-from identification.mounting.bushing_models import BUSHING_MODELS, BushingModel, MountingResiduals, mounting_residuals
-from identification.mounting.bushing_starts import search_starts, thinned
+from carrierflex.identification.estimation.nonlinear_fit import NonlinearFit, bounded_fit
+from carrierflex.identification.estimation.several_starts import best_of_starts, check_nested
+from carrierflex.identification.mounting.bushing_models import (
+    BUSHING_MODELS,
+    BushingModel,
+    MountingResiduals,
+    mounting_residuals,
+)
+from carrierflex.identification.mounting.bushing_starts import search_starts, thinned
 
 Array = NDArray[np.float64]
 
-#: Length of the time blocks whose residuals count as one observation [s]: some cycles of the slowest mode and of the
-#: shaft; shorter where a campaign would have fewer than `_FEWEST_BLOCKS`.
+#: Length of the time blocks whose residuals count as one observation [s]: some cycles of the
+#: slowest mode and of the shaft; shorter where a campaign would have fewer than `_FEWEST_BLOCKS`.
 _BLOCK_SECONDS = 10.0
 _FEWEST_BLOCKS = 24
 #: Starts that are searched from: the simpler model's solution and the best of the others.
@@ -90,7 +98,8 @@ def identify_bushings(
     executor : Executor
         Where the starts run.
     weights : mapping of str to float, optional
-        Weights of the housing's motion in the objective (equation 12); without them the sensors are compared.
+        Weights of the housing's motion in the objective (equation 12); without them the sensors are
+        compared.
     progress : callable
         Told what begins.
 
@@ -162,7 +171,9 @@ def search_bushings(
     lower, upper = (np.array([getattr(one, end) for one in free]) for end in ("lower", "upper"))
     rng = np.random.default_rng(seed)
     with threadpool_limits(limits=1):  # small matrices, as in bounded_fit
-        return complex_search(cost, lower, upper, rng=rng, tolerance=tolerance, max_evaluations=max_evaluations)
+        return complex_search(
+            cost, lower, upper, rng=rng, tolerance=tolerance, max_evaluations=max_evaluations
+        )
 
 
 def bootstrapped(
@@ -194,12 +205,17 @@ def bootstrapped(
     residuals = mounting_residuals(campaign, estimate.model, weights)
     rng = np.random.default_rng(seed)
     blocks = residuals.blocks(_block_seconds(residuals))
-    covariance = bootstrap_covariance(residuals, estimate.fit, blocks, n_samples=n_samples, rng=rng, executor=executor)
+    covariance = bootstrap_covariance(
+        residuals, estimate.fit, blocks, n_samples=n_samples, rng=rng, executor=executor
+    )
     return replace(estimate, uncertainty=replace(estimate.uncertainty, covariance=covariance))
 
 
 def profiled(
-    campaign: Campaign, estimate: BushingEstimate, name: str, weights: Mapping[str, float] | None = None
+    campaign: Campaign,
+    estimate: BushingEstimate,
+    name: str,
+    weights: Mapping[str, float] | None = None,
 ) -> tuple[Array, Array]:
     """Values of one parameter within three standard deviations, and the cost over the least one, others refitted.
 
@@ -214,7 +230,11 @@ def profiled(
         raise ValueError(
             f"profile of {name}: its standard deviation is {std}; expected a parameter that the data determine"
         )
-    values = np.clip(estimate.fit.values[k] + std * np.linspace(-3.0, 3.0, _PROFILE_POINTS), free.lower, free.upper)
+    values = np.clip(
+        estimate.fit.values[k] + std * np.linspace(-3.0, 3.0, _PROFILE_POINTS),
+        free.lower,
+        free.upper,
+    )
     residuals = mounting_residuals(campaign, estimate.model, weights)
     cost, _ = profile_likelihood(residuals, estimate.fit, name, values.tolist())
     return values, cost / estimate.fit.cost
@@ -225,10 +245,14 @@ def _block_seconds(residuals: MountingResiduals) -> float:
     return min(_BLOCK_SECONDS, total / _FEWEST_BLOCKS)
 
 
-def _fitted(residuals: MountingResiduals, simpler: BushingEstimate | None, executor: Executor) -> NonlinearFit:
+def _fitted(
+    residuals: MountingResiduals, simpler: BushingEstimate | None, executor: Executor
+) -> NonlinearFit:
     """Search on a thinned record from several starts, then finish on the whole one, warm-started from the simpler model."""
     free = residuals.model.free(residuals.rig)
-    starts = search_starts(residuals, None if simpler is None else (simpler.model, simpler.fit.values))
+    starts = search_starts(
+        residuals, None if simpler is None else (simpler.model, simpler.fit.values)
+    )
     if simpler is None:  # nearly linear in its parameters: one start is enough
         return bounded_fit(residuals, free, starts[0])
     searched = best_of_starts(thinned(residuals), free, starts, executor, most=_SEARCHED_STARTS)
@@ -238,7 +262,9 @@ def _fitted(residuals: MountingResiduals, simpler: BushingEstimate | None, execu
     return replace(fit, model_runs=fit.model_runs + searched.model_runs + 2)
 
 
-def _estimate(campaign: Campaign, residuals: MountingResiduals, fit: NonlinearFit, seconds: float) -> BushingEstimate:
+def _estimate(
+    campaign: Campaign, residuals: MountingResiduals, fit: NonlinearFit, seconds: float
+) -> BushingEstimate:
     uncertainty = fit_uncertainty(fit, residuals.blocks(_block_seconds(residuals)))
     begin = perf_counter()
     plain = MountingResiduals(
@@ -252,10 +278,14 @@ def _estimate(campaign: Campaign, residuals: MountingResiduals, fit: NonlinearFi
     gaps = plain(fit.values)
     simulation_seconds = perf_counter() - begin
     rms, by_run = _rms(campaign, plain, gaps)
-    return BushingEstimate(residuals.model, fit, uncertainty, rms, by_run, seconds, simulation_seconds)
+    return BushingEstimate(
+        residuals.model, fit, uncertainty, rms, by_run, seconds, simulation_seconds
+    )
 
 
-def _rms(campaign: Campaign, plain: MountingResiduals, gaps: Array) -> tuple[float, dict[str, dict[str, float]]]:
+def _rms(
+    campaign: Campaign, plain: MountingResiduals, gaps: Array
+) -> tuple[float, dict[str, dict[str, float]]]:
     """RMS over everything and by run and channel; missing samples do not count."""
     counted = plain.counted()
     first, by_run = 0, {}
@@ -264,7 +294,8 @@ def _rms(campaign: Campaign, plain: MountingResiduals, gaps: Array) -> tuple[flo
         square = np.square(gaps[first:last].reshape(-1, len(plain.sensors))).sum(axis=0)
         mean = np.divide(square, count, out=np.full_like(square, np.nan), where=count > 0.0)
         by_run[run.name] = {
-            channel.name: float(np.sqrt(value)) for channel, value in zip(campaign.channels, mean, strict=True)
+            channel.name: float(np.sqrt(value))
+            for channel, value in zip(campaign.channels, mean, strict=True)
         }
         first = last
     return float(np.sqrt(np.square(gaps).sum() / counted.sum())), by_run

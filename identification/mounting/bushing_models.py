@@ -1,8 +1,9 @@
 """The three bushing models as sets of unknowns, and the residuals of a mounting campaign for one parameter set.
 
-Each model contains the one before it: linear within nonlinear within hydro-dynamic. The paper's nonlinear bushing has
-no linear damper and its hydro-dynamic one no damper beside the fluid branch; here both keep it, as ``C0``, so that a
-richer model can never be the worse one (the paper's table 2, where it is, tells of a search that had not converged).
+Each model contains the one before it: linear within nonlinear within hydro-dynamic. The paper's
+nonlinear bushing has no linear damper and its hydro-dynamic one no damper beside the fluid branch;
+here both keep it, as ``C0``, so that a richer model can never be the worse one (the paper's table
+2, where it is, tells of a search that had not converged).
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,17 +12,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.campaign.campaign import Campaign
-from identification.estimation.nonlinear_fit import FreeParameter
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.parameters import INDEX, PARAMETERS, parameter_array
-from simulation.mounting.rig import HOUSING_MOTION, SENSORS, MountingRig
-from simulation.mounting.simulate import simulate
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.estimation.nonlinear_fit import FreeParameter
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.parameters import INDEX, PARAMETERS, parameter_array
+from carrierflex.simulation.mounting.rig import HOUSING_MOTION, SENSORS, MountingRig
+from carrierflex.simulation.mounting.simulate import simulate
 
 Array = NDArray[np.float64]
 
-#: Published name and name in the simulator's parameter set, by model; P_T belongs to all. The fluid mass m of the paper has no
-#: influence (its root is at -3.5e5 1/s) and stays zero.
+#: Published name and name in the simulator's parameter set, by model; P_T belongs to all. The fluid
+#: mass m of the paper has no influence (its root is at -3.5e5 1/s) and stays zero.
 _LINEAR = {"K1": "K1", "C1": "C1"}
 _NONLINEAR = {"K1": "K1", "C0": "C1", "K3": "K3", "K5": "K5", "C1": "C3"}
 _HYDRODYNAMIC = {**_NONLINEAR, "k": "k", "c": "c", "Kp": "Kp", "Fy": "Fy"}
@@ -29,9 +30,11 @@ _UNITS = {
     "K1": "N/m", "C0": "N s/m", "K3": "N/m^3", "K5": "N/m^5", "k": "N/m", "c": "N s/m", "Kp": "N/m", "Fy": "N", "P_T": "m",
 }  # fmt: skip
 
-#: Deflection at which the nonlinear terms are scaled [m]: the trunnions move by several millimetres in use.
+#: Deflection at which the nonlinear terms are scaled [m]: the trunnions move by several millimetres
+#: in use.
 _DEFLECTION = 5e-3
-#: Angular frequency at which a damper is weighed against a spring [rad/s]: of the order of the drive train's 1.4 Hz.
+#: Angular frequency at which a damper is weighed against a spring [rad/s]: of the order of the
+#: drive train's 1.4 Hz.
 _FREQUENCY = 9.0
 
 
@@ -58,7 +61,10 @@ class BushingModel:
     def free(self, rig: MountingRig) -> tuple[FreeParameter, ...]:
         """Unknowns with physical bounds, scaled by the rig's nominal stiffness."""
         free = (_free(name, self.unit(name), rig.bushing_radial_stiffness) for name in self.names)
-        return tuple(_within_simulator(one, own) for one, own in zip(free, self.simulated.values(), strict=True))
+        return tuple(
+            _within_simulator(one, own)
+            for one, own in zip(free, self.simulated.values(), strict=True)
+        )
 
     def unit(self, name: str) -> str:
         """Unit of an unknown; the paper gives two quantities the symbol C1."""
@@ -68,7 +74,10 @@ class BushingModel:
 
     def simulator_values(self, values: Array) -> dict[str, float]:
         """Parameter set of the simulator; what the model does not have is switched off."""
-        return {"C1": 0.0, **dict(zip(self.simulated.values(), (float(v) for v in values), strict=True))}
+        return {
+            "C1": 0.0,
+            **dict(zip(self.simulated.values(), (float(v) for v in values), strict=True)),
+        }
 
     def values_of(self, simulated: Mapping[str, float]) -> dict[str, float]:
         """Published values from the simulator's parameter set; only those that it holds."""
@@ -99,8 +108,8 @@ class MountingResiduals:
     sensors : tuple of str
         Sensors in the order of the columns.
     weight : ndarray, shape (n_rows, n_sensors)
-        Residuals are ``weight @ (measured - simulated)``: the inverse noise of every sensor, or, by equation 12, the
-        square roots of the weights of the housing's motion times ``T^-1``.
+        Residuals are ``weight @ (measured - simulated)``: the inverse noise of every sensor, or, by
+        equation 12, the square roots of the weights of the housing's motion times ``T^-1``.
     """
 
     rig: MountingRig
@@ -116,7 +125,9 @@ class MountingResiduals:
         places = [SENSORS.index(sensor) for sensor in self.sensors]
         parts = []
         for inputs, measured in zip(self.inputs, self.signals, strict=True):
-            gap = (measured - simulate(self.rig, parameters, inputs).signals[:, places]) @ self.weight.T
+            gap = (
+                measured - simulate(self.rig, parameters, inputs).signals[:, places]
+            ) @ self.weight.T
             parts.append(np.nan_to_num(gap, nan=0.0).ravel())
         return np.concatenate(parts)
 
@@ -147,8 +158,8 @@ def mounting_residuals(
     model : BushingModel
         What is fitted.
     weights : mapping of str to float, optional
-        Weights of the housing's motion (d_x ... theta_z) in the objective of equation 12; without them the sensors
-        themselves are compared, each over its declared noise or all alike.
+        Weights of the housing's motion (d_x ... theta_z) in the objective of equation 12; without
+        them the sensors themselves are compared, each over its declared noise or all alike.
 
     Returns
     -------
@@ -158,7 +169,8 @@ def mounting_residuals(
     Raises
     ------
     ValueError
-        Where the campaign is of another kind, a weight is unknown or negative, or sensors for the motion are missing.
+        Where the campaign is of another kind, a weight is unknown or negative, or sensors for the
+        motion are missing.
     """
     if campaign.kind != "mounting":
         raise ValueError(
@@ -171,13 +183,16 @@ def mounting_residuals(
     else:
         noise = [channel.noise_std for channel in campaign.channels]
         known = [value for value in noise if value is not None]
-        weight = np.diag([1.0 / value for value in known] if len(known) == len(noise) else np.ones(len(noise)))
+        weight = np.diag(
+            [1.0 / value for value in known] if len(known) == len(noise) else np.ones(len(noise))
+        )
     return MountingResiduals(
         rig=rig,
         model=model,
         inputs=tuple(MountingInputs.from_columns(run.time, run.inputs) for run in campaign.runs),
         signals=tuple(
-            np.column_stack([run.signals[channel.name] for channel in campaign.channels]) for run in campaign.runs
+            np.column_stack([run.signals[channel.name] for channel in campaign.channels])
+            for run in campaign.runs
         ),
         sensors=sensors,
         weight=weight,

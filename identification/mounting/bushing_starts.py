@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.estimation.nonlinear_fit import FreeParameter
-from identification.estimation.several_starts import merged_values
-from identification.mounting.bushing_models import BushingModel, MountingResiduals
+from carrierflex.identification.estimation.nonlinear_fit import FreeParameter
+from carrierflex.identification.estimation.several_starts import merged_values
+from carrierflex.identification.mounting.bushing_models import BushingModel, MountingResiduals
 
 Array = NDArray[np.float64]
 
@@ -16,7 +16,9 @@ Array = NDArray[np.float64]
 _SEARCH_SAMPLES = 4000
 
 
-def search_starts(residuals: MountingResiduals, simpler: tuple[BushingModel, Array] | None) -> list[Array]:
+def search_starts(
+    residuals: MountingResiduals, simpler: tuple[BushingModel, Array] | None
+) -> list[Array]:
     """Starts of a model: first the simpler one's solution, then one for each way the added terms may matter.
 
     Parameters
@@ -44,7 +46,9 @@ def search_starts(residuals: MountingResiduals, simpler: tuple[BushingModel, Arr
     return [merged_values(free, {**base, **guess}, zero) for guess in guesses]
 
 
-def _guesses(model: BushingModel, base: Mapping[str, float], free: Sequence[FreeParameter]) -> list[dict[str, float]]:
+def _guesses(
+    model: BushingModel, base: Mapping[str, float], free: Sequence[FreeParameter]
+) -> list[dict[str, float]]:
     scale = {one.name: one.scale for one in free}
     K1 = base["K1"]
     guesses = [{"K1": share * K1, "K3": (1.0 - share) * scale["K3"]} for share in (0.7, 1.3)]

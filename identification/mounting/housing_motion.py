@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.mounting.rig import HOUSING_MOTION, SENSORS, MountingRig
+from carrierflex.simulation.mounting.rig import HOUSING_MOTION, SENSORS, MountingRig
 
 #: A singular value below this share of the largest one: the sensors do not see the direction.
 _UNSEEN = 1e-9
@@ -23,7 +23,8 @@ class HousingMotion:
     motion : ndarray, shape (n, n_coordinates)
         Displacements [m] and rotations [rad]; NaN where too few sensors read.
     residual : ndarray, shape (n, n_sensors)
-        Sensor signals less those of the motion [m]; zero where there are no more sensors than coordinates.
+        Sensor signals less those of the motion [m]; zero where there are no more sensors than
+        coordinates.
     condition_number : float
         Of the sensor matrix as it stands, rotations in rad and positions in m.
     incomplete_samples : int
@@ -53,10 +54,11 @@ def housing_motion(
     rig : MountingRig
         Positions of the sensors.
     signals : mapping of str to ndarray, shape (n,)
-        Displacement [m] by sensor (ssx, spx, ssz, spz, spy, sbx); missing samples NaN. A sensor that is absent is left
-        out.
+        Displacement [m] by sensor (ssx, spx, ssz, spz, spy, sbx); missing samples NaN. A sensor
+        that is absent is left out.
     coordinates : sequence of str
-        Coordinates to solve for, out of d_x, d_y, d_z, theta_x, theta_y, theta_z; the others are taken as zero.
+        Coordinates to solve for, out of d_x, d_y, d_z, theta_x, theta_y, theta_z; the others are
+        taken as zero.
 
     Returns
     -------
@@ -66,8 +68,8 @@ def housing_motion(
     Raises
     ------
     ValueError
-        Where a name is unknown, or the sensors at hand cannot tell the coordinates apart; the message names the
-        combination that they do not see.
+        Where a name is unknown, or the sensors at hand cannot tell the coordinates apart; the
+        message names the combination that they do not see.
 
     References
     ----------
@@ -99,13 +101,19 @@ def housing_motion(
     )
 
 
-def _refuse_unknown(names: Mapping[str, object] | Sequence[str], known: Sequence[str], what: str) -> None:
+def _refuse_unknown(
+    names: Mapping[str, object] | Sequence[str], known: Sequence[str], what: str
+) -> None:
     for name in names:
         if name not in known:
-            raise ValueError(f"housing motion: unknown {what} '{name}'; expected one of {', '.join(known)}")
+            raise ValueError(
+                f"housing motion: unknown {what} '{name}'; expected one of {', '.join(known)}"
+            )
 
 
-def _refuse_unseen(T: NDArray[np.float64], sensors: Sequence[str], coordinates: Sequence[str]) -> None:
+def _refuse_unseen(
+    T: NDArray[np.float64], sensors: Sequence[str], coordinates: Sequence[str]
+) -> None:
     """Refuse sensors that leave a direction of motion unseen, and name it."""
     _, sizes, directions = np.linalg.svd(T)
     rank = int((sizes > _UNSEEN * sizes[0]).sum()) if sizes.size else 0
@@ -113,7 +121,9 @@ def _refuse_unseen(T: NDArray[np.float64], sensors: Sequence[str], coordinates: 
         return
     unseen = directions[-1] / np.abs(directions[-1]).max()
     terms = " ".join(
-        f"{share:+.2g} {name}" for share, name in zip(unseen, coordinates, strict=True) if abs(share) > 1e-6
+        f"{share:+.2g} {name}"
+        for share, name in zip(unseen, coordinates, strict=True)
+        if abs(share) > 1e-6
     )
     raise ValueError(
         f"housing motion: {len(sensors)} sensors ({', '.join(sensors)}) see {rank} of {len(coordinates)} coordinates; the "

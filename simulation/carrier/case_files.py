@@ -9,9 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from fe.deflection_curves import DeflectionCurve
-from simulation.carrier.run_cases import AXIAL, RADIAL, CarrierMotion, RunCase, Sensor, rim_factors
-from simulation.toml_tables import (
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.simulation.carrier.run_cases import (
+    AXIAL,
+    RADIAL,
+    CarrierMotion,
+    RunCase,
+    Sensor,
+    rim_factors,
+)
+from carrierflex.simulation.toml_tables import (
     COUNT,
     NOT_NEGATIVE,
     NUMBER,
@@ -44,7 +51,14 @@ _CASE_KEYS = {
 }
 _RIG_KEYS = {"nominal_torque": POSITIVE, "sensor_radius": POSITIVE, "n_planets": POSITIVE_COUNT}
 _SENSOR_KEYS = {"name": TEXT, "quantity": one_of(AXIAL, RADIAL), "angle_deg": NUMBER}
-_RUN_KEYS = {"name": TEXT, "condition": TEXT, "torque": NUMBER, "ntl_y": NUMBER, "ntl_z": NUMBER, "motion": TABLE}
+_RUN_KEYS = {
+    "name": TEXT,
+    "condition": TEXT,
+    "torque": NUMBER,
+    "ntl_y": NUMBER,
+    "ntl_z": NUMBER,
+    "motion": TABLE,
+}
 _MOTION_KEYS = {
     "d_x": NUMBER,
     "phi_H": NUMBER,
@@ -85,10 +99,15 @@ class SimulationCase:
     runs: tuple[RunCase, ...]
 
     def __post_init__(self) -> None:
-        for what, names in (("sensor", [s.name for s in self.sensors]), ("run", [r.name for r in self.runs])):
+        for what, names in (
+            ("sensor", [s.name for s in self.sensors]),
+            ("run", [r.name for r in self.runs]),
+        ):
             repeated = {name for name in names if names.count(name) > 1}
             if repeated:
-                raise ValueError(f"{what} name '{min(repeated)}' stands twice; expected different names")
+                raise ValueError(
+                    f"{what} name '{min(repeated)}' stands twice; expected different names"
+                )
 
 
 def shipped_case(name: str = "carrier_lc1_to_lc4") -> Path:
@@ -109,10 +128,16 @@ def shipped_case(name: str = "carrier_lc1_to_lc4") -> Path:
     ValueError
         Where there is no such case; the message lists those there are.
     """
-    folder = files("simulation") / "cases"
-    known = sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
+    folder = files("carrierflex.simulation") / "cases"
+    known = sorted(
+        entry.name.removesuffix(".toml")
+        for entry in folder.iterdir()
+        if entry.name.endswith(".toml")
+    )
     if name not in known:
-        raise ValueError(f"case '{name}' does not come with the package; expected one of {', '.join(known)}")
+        raise ValueError(
+            f"case '{name}' does not come with the package; expected one of {', '.join(known)}"
+        )
     with as_file(folder / f"{name}.toml") as path:
         return path
 
@@ -139,7 +164,9 @@ def read_case(path: Path, delta_f: DeflectionCurve) -> SimulationCase:
     """
     document = checked_table(read_case_document(path), path.name, required=_CASE_KEYS)
     if document["version"] > 1:
-        raise ValueError(f"{path.name}: version is {document['version']}, written by a newer version; expected 1")
+        raise ValueError(
+            f"{path.name}: version is {document['version']}, written by a newer version; expected 1"
+        )
     rig = checked_table(document["rig"], f"{path.name}, [rig]", required=_RIG_KEYS)
     sensors = []
     for number, table in enumerate(document["sensors"], start=1):
@@ -152,18 +179,27 @@ def read_case(path: Path, delta_f: DeflectionCurve) -> SimulationCase:
             for number, table in enumerate(document["runs"], start=1)
         )
         return SimulationCase(
-            document["name"], document["seed"], float(document["noise_std"]), rig, tuple(sensors), runs
+            document["name"],
+            document["seed"],
+            float(document["noise_std"]),
+            rig,
+            tuple(sensors),
+            runs,
         )
     except ValueError as error:
         text = str(error)
         raise ValueError(text if text.startswith(path.name) else f"{path.name}: {text}") from error
 
 
-def _run_case(table: Mapping[str, Any], document: Mapping[str, Any], where: str, delta_f: DeflectionCurve) -> RunCase:
+def _run_case(
+    table: Mapping[str, Any], document: Mapping[str, Any], where: str, delta_f: DeflectionCurve
+) -> RunCase:
     """Build one run; the keys that all runs share stand at the top of the document."""
     run = checked_table(table, where, required=_RUN_KEYS)
     truth = checked_table(run["motion"], f"{where}, [motion]", required=_MOTION_KEYS)
-    rho_s, rho_f = rim_factors(truth["rim_order3_amplitude"], truth["stiff_share"], run["torque"], delta_f)
+    rho_s, rho_f = rim_factors(
+        truth["rim_order3_amplitude"], truth["stiff_share"], run["torque"], delta_f
+    )
     motion = CarrierMotion(
         d_x=truth["d_x"],
         phi_H=truth["phi_H"],
@@ -200,7 +236,9 @@ def read_case_document(path: Path) -> dict[str, Any]:
     if not path.is_file():
         raise ValueError(f"{path}: no such file; expected a case file (TOML)")
     if path.stat().st_size > _LARGEST_CASE_FILE:
-        raise ValueError(f"{path.name}: {path.stat().st_size} bytes; expected at most {_LARGEST_CASE_FILE}")
+        raise ValueError(
+            f"{path.name}: {path.stat().st_size} bytes; expected at most {_LARGEST_CASE_FILE}"
+        )
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

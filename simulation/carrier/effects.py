@@ -1,14 +1,14 @@
 """Signal patterns of effects at the rim sensors beyond those of the papers' models, one pure function per equation.
 
-Like :mod:`simulation.carrier.kinematics`, whose conventions they share: v is the housing angle of a sensor, theta the
-carrier angle, axial signals are positive in +x. Sizes of these effects at the dynamometer are small; each function
-gives the signal per unit of its coefficient.
+Like :mod:`carrierflex.simulation.carrier.kinematics`, whose conventions they share: v is the
+housing angle of a sensor, theta the carrier angle, axial signals are positive in +x. Sizes of these
+effects at the dynamometer are small; each function gives the signal per unit of its coefficient.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.deflection_curves import DeflectionCurve
 
 FloatArray = NDArray[np.float64]
 
@@ -16,7 +16,8 @@ FloatArray = NDArray[np.float64]
 def pin_radius_of(delta: DeflectionCurve, g: DeflectionCurve, n_planets: int) -> float:
     """Radius of the pin circle that a torque curve and a pin curve of one carrier imply [m].
 
-    ``delta(u) / T_unit = 1 / (n a) sum_i g(u - alpha_i)``, solved for a by least squares over the turn.
+    ``delta(u) / T_unit = 1 / (n a) sum_i g(u - alpha_i)``, solved for a by least squares over the
+    turn.
 
     Parameters
     ----------
@@ -39,7 +40,9 @@ def pin_radius_of(delta: DeflectionCurve, g: DeflectionCurve, n_planets: int) ->
     summed = at_pins.sum(axis=0) / (n_planets * g.unit_load)
     product = float((delta.axial / delta.unit_load) @ summed)
     if product == 0.0:
-        raise ValueError(f"curve {g.name} summed over {n_planets} pins is zero; expected the shape of {delta.name}")
+        raise ValueError(
+            f"curve {g.name} summed over {n_planets} pins is zero; expected the shape of {delta.name}"
+        )
     return float(summed @ summed) / product
 
 
@@ -82,7 +85,8 @@ def uneven_pins_pattern(
 
     References
     ----------
-    .. [1] 2012 paper, section 2: three pin forces T / (3 a); superposition of the single-pin curves.
+    .. [1] 2012 paper, section 2: three pin forces T / (3 a); superposition of the single-pin
+       curves.
     """
     displacement = g.radial_at if radial else g.axial_at
     force = torque / (len(shares) * pin_radius * g.unit_load)
@@ -96,10 +100,12 @@ def uneven_pins_pattern(
 def load_turned_shares(
     carrier_angle: FloatArray, ntl_y: FloatArray, ntl_z: FloatArray, n_planets: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Excess loads that turn through the radial load F once a revolution: ``F . e(beta_i)`` and ``F . t(beta_i)``.
+    """Excess loads that turn through the radial load F once a revolution.
 
-    ``beta_i = theta + alpha_i`` is the housing angle of pin i, ``e(beta) = (-sin beta, cos beta)`` and
-    ``t(beta) = (-cos beta, -sin beta)`` its radial and tangential direction in (y, z).
+    ``F . e(beta_i)`` and ``F . t(beta_i)``.
+
+    ``beta_i = theta + alpha_i`` is the housing angle of pin i, ``e(beta) = (-sin beta, cos beta)``
+    and ``t(beta) = (-cos beta, -sin beta)`` its radial and tangential direction in (y, z).
 
     Parameters
     ----------
@@ -111,7 +117,8 @@ def load_turned_shares(
     Returns
     -------
     tuple of ndarray, shape (n_planets, n)
-        Shares per unit of the coefficients kappa_r and kappa_t [N per 1/N]; each sums to zero over the pins.
+        Shares per unit of the coefficients kappa_r and kappa_t [N per 1/N]; each sums to zero over
+        the pins.
     """
     beta = carrier_angle + pin_angles(n_planets)[:, None]
     sin, cos = np.sin(beta), np.cos(beta)
@@ -119,7 +126,9 @@ def load_turned_shares(
 
 
 def closing_torque(torque: FloatArray, threshold: float) -> FloatArray:
-    """Part of the torque that the pins carry after their clearance has closed: ``sign(T) max(|T| - T_c, 0)`` [N m].
+    """Part of the torque that the pins carry after their clearance has closed.
+
+    ``sign(T) max(|T| - T_c, 0)`` [N m].
 
     Parameters
     ----------
@@ -131,8 +140,12 @@ def closing_torque(torque: FloatArray, threshold: float) -> FloatArray:
     return np.sign(torque) * np.maximum(np.abs(torque) - threshold, 0.0)
 
 
-def saturated_load(ntl_y: FloatArray, ntl_z: FloatArray, size: float) -> tuple[FloatArray, FloatArray]:
-    """Share of a clearance that a radial load takes up, along the load: ``F / sqrt(|F|^2 + F_s^2)``.
+def saturated_load(
+    ntl_y: FloatArray, ntl_z: FloatArray, size: float
+) -> tuple[FloatArray, FloatArray]:
+    """Share of a clearance that a radial load takes up, along the load.
+
+    ``F / sqrt(|F|^2 + F_s^2)``.
 
     Parameters
     ----------
@@ -150,21 +163,33 @@ def saturated_load(ntl_y: FloatArray, ntl_z: FloatArray, size: float) -> tuple[F
     return ntl_y / length, ntl_z / length
 
 
-def load_tilt_pattern(sensor_angle: float, radius: float, along_y: FloatArray, along_z: FloatArray) -> FloatArray:
-    """Axial signal of a tilt in the plane of a load: ``R (e(v) . u)``, u the load's direction times its size.
+def load_tilt_pattern(
+    sensor_angle: float, radius: float, along_y: FloatArray, along_z: FloatArray
+) -> FloatArray:
+    """Axial signal of a tilt in the plane of a load.
 
-    The rim moves in +x on the side the load points to; the axis of the tilt is perpendicular to the load.
+    ``R (e(v) . u)``, u the load's direction times its size.
+
+    The rim moves in +x on the side the load points to; the axis of the tilt is perpendicular to the
+    load.
     """
     return radius * (along_z * np.cos(sensor_angle) - along_y * np.sin(sensor_angle))
 
 
 def load_shift_pattern(sensor_angle: float, along_y: FloatArray, along_z: FloatArray) -> FloatArray:
-    """Radial signal of a shift along a load: ``e(v) . u``, u the load's direction times its size."""
+    """Radial signal of a shift along a load.
+
+    ``e(v) . u``, u the load's direction times its size.
+    """
     return along_z * np.cos(sensor_angle) - along_y * np.sin(sensor_angle)
 
 
-def face_waves_pattern(carrier_angle: FloatArray, sensor_angle: float, order: int) -> tuple[FloatArray, FloatArray]:
-    """Axial signal of `order` waves on the measured face: ``cos n (v - theta)`` and ``sin n (v - theta)``.
+def face_waves_pattern(
+    carrier_angle: FloatArray, sensor_angle: float, order: int
+) -> tuple[FloatArray, FloatArray]:
+    """Axial signal of `order` waves on the measured face.
+
+    ``cos n (v - theta)`` and ``sin n (v - theta)``.
 
     Parameters
     ----------
@@ -187,7 +212,9 @@ def face_waves_pattern(carrier_angle: FloatArray, sensor_angle: float, order: in
 def planet_pass_pattern(
     carrier_angle: FloatArray, torque_ratio: FloatArray, n_planets: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Motion of the housing as the planets pass: ``T / T_nom cos(n theta)`` and ``T / T_nom sin(n theta)``.
+    """Motion of the housing as the planets pass.
+
+    ``T / T_nom cos(n theta)`` and ``T / T_nom sin(n theta)``.
 
     Parameters
     ----------
@@ -206,7 +233,9 @@ def planet_pass_pattern(
 
 
 def drift_patterns(time: FloatArray, start: float, end: float) -> tuple[FloatArray, ...]:
-    """Slow drift over a record: Legendre polynomials of degree 1, 2, 3 in time, from -1 at its start to 1 at its end.
+    """Slow drift over a record.
+
+    Legendre polynomials of degree 1, 2, 3 in time, from -1 at its start to 1 at its end.
 
     Parameters
     ----------
@@ -225,7 +254,9 @@ def drift_patterns(time: FloatArray, start: float, end: float) -> tuple[FloatArr
 
 
 def delayed_values(time: FloatArray, values: FloatArray, delay: float) -> FloatArray:
-    """A carrier angle or a signal a while ago, ``x(t - delay)``; at the ends of the record by its rate there.
+    """A carrier angle or a signal a while ago, ``x(t - delay)``.
+
+    At the ends of the record by its rate there.
 
     Parameters
     ----------

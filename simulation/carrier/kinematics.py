@@ -1,16 +1,17 @@
 """Signal patterns of the carrier at the rim sensors, one pure function per term of the equations.
 
-The simulator multiplies them by the true parameters; identification and diagnosis use the same functions as
-regressors, so every equation stands once. Signs and angles: :mod:`simulation`.
+The simulator multiplies them by the true parameters; identification and diagnosis use the same
+functions as regressors, so every equation stands once. Signs and angles:
+:mod:`carrierflex.simulation`.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.deflection_curves import DeflectionCurve
 
-#: Sensor angle at which the saddle of the housing's main flange is largest [rad]: the first axial sensor of
-#: the 2012 paper, so that the four axial sensors read +, -, +, -.
+#: Sensor angle at which the saddle of the housing's main flange is largest [rad]: the first axial
+#: sensor of the 2012 paper, so that the four axial sensors read +, -, +, -.
 SADDLE_ANGLE = np.deg2rad(47.0)
 
 
@@ -57,8 +58,8 @@ def housing_tilt_pattern(
 
     Notes
     -----
-    Small angles. ``phi sin(theta_H - v)`` is linear in ``(phi cos theta_H, phi sin theta_H)``: the patterns
-    with `tilt_axis` 0 and pi/2 are the two regressors.
+    Small angles. ``phi sin(theta_H - v)`` is linear in ``(phi cos theta_H, phi sin theta_H)``: the
+    patterns with `tilt_axis` 0 and pi/2 are the two regressors.
 
     References
     ----------
@@ -70,7 +71,9 @@ def housing_tilt_pattern(
 def carrier_tilt_pattern(
     carrier_angle: NDArray[np.float64], sensor_angle: float, radius: float, tilt_axis: float
 ) -> NDArray[np.float64]:
-    """Axial signal of a unit tilt whose axis turns with the carrier: ``R sin(theta_PLC + theta - v)``.
+    """Axial signal of a unit tilt whose axis turns with the carrier.
+
+    ``R sin(theta_PLC + theta - v)``.
 
     Parameters
     ----------
@@ -103,7 +106,9 @@ def axial_deflection_pattern(
     *,
     pin_angle: float = 0.0,
 ) -> NDArray[np.float64]:
-    """Axial signal of the carrier's deflection under torque: ``(T / T_unit) delta(v - theta - theta_rho)``.
+    """Axial signal of the carrier's deflection under torque.
+
+    ``(T / T_unit) delta(v - theta - theta_rho)``.
 
     Parameters
     ----------
@@ -127,7 +132,8 @@ def axial_deflection_pattern(
 
     References
     ----------
-    .. [1] 2012 paper, equations (7) and (8), with the argument converted as :mod:`simulation` states.
+    .. [1] 2012 paper, equations (7) and (8), with the argument converted as
+       :mod:`carrierflex.simulation` states.
     """
     return curve.axial_at(sensor_angle - carrier_angle - pin_angle) * torque / curve.unit_load
 
@@ -140,7 +146,9 @@ def radial_deflection_pattern(
     *,
     pin_angle: float = 0.0,
 ) -> NDArray[np.float64]:
-    """Radial signal of the carrier's deflection under torque; arguments as :func:`axial_deflection_pattern`.
+    """Radial signal of the carrier's deflection under torque.
+
+    Arguments as :func:`axial_deflection_pattern`.
 
     Returns
     -------
@@ -167,8 +175,8 @@ def saddle_pattern(carrier_angle: NDArray[np.float64], sensor_angle: float) -> N
 
     Notes
     -----
-    The only static pattern over four sensors 90 deg apart that offset and tilt cannot take up; it explains
-    the residuals of the 2012 paper's table 4.
+    The only static pattern over four sensors 90 deg apart that offset and tilt cannot take up; it
+    explains the residuals of the 2012 paper's table 4.
     """
     return np.full_like(carrier_angle, np.cos(2.0 * (sensor_angle - SADDLE_ANGLE)))
 
@@ -176,7 +184,9 @@ def saddle_pattern(carrier_angle: NDArray[np.float64], sensor_angle: float) -> N
 def housing_offset_pattern(
     carrier_angle: NDArray[np.float64], sensor_angle: float, direction: float
 ) -> NDArray[np.float64]:
-    """Radial signal of a unit displacement of the carrier fixed to the housing: ``cos(direction - v)``.
+    """Radial signal of a unit displacement of the carrier fixed to the housing.
+
+    ``cos(direction - v)``.
 
     Parameters
     ----------
@@ -198,7 +208,9 @@ def housing_offset_pattern(
 def carrier_offset_pattern(
     carrier_angle: NDArray[np.float64], sensor_angle: float, direction: float
 ) -> NDArray[np.float64]:
-    """Radial signal of a unit eccentricity that turns with the carrier: ``cos(direction + theta - v)``.
+    """Radial signal of a unit eccentricity that turns with the carrier.
+
+    ``cos(direction + theta - v)``.
 
     Parameters
     ----------

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.deflection_curves import DeflectionCurve
-from simulation.carrier.kinematics import (
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.simulation.carrier.kinematics import (
     axial_deflection_pattern,
     carrier_tilt_pattern,
     housing_tilt_pattern,
@@ -15,10 +15,10 @@ from simulation.carrier.kinematics import (
     radial_deflection_pattern,
     saddle_pattern,
 )
-from simulation.carrier.run_cases import AXIAL, RADIAL, CarrierMotion, RunCase, Sensor
+from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL, CarrierMotion, RunCase, Sensor
 
-#: Periods of the slow speed and torque ripple [s]: longer than a revolution at 22.1 rpm (2.7 s) and not in a
-#: simple ratio to it, so that the ripple is not mistaken for a shaft order.
+#: Periods of the slow speed and torque ripple [s]: longer than a revolution at 22.1 rpm (2.7 s) and
+#: not in a simple ratio to it, so that the ripple is not mistaken for a shaft order.
 RIPPLE_PERIODS = (17.3, 10.9, 6.1)
 
 
@@ -51,7 +51,9 @@ def clean_signal(
     delta_s: DeflectionCurve,
     delta_f: DeflectionCurve,
 ) -> NDArray[np.float64]:
-    """Signal of one sensor without noise: the sum of the patterns of :mod:`simulation.carrier.kinematics`.
+    """Signal of one sensor without noise.
+
+    The sum of the patterns of :mod:`carrierflex.simulation.carrier.kinematics`.
 
     Axial: ``d_x + R phi_H sin(theta_H - v) + R phi_PLC sin(theta_PLC + theta - v)
     + (T / T_unit) (rho_s delta_s + rho_f delta_f)(v - theta) + saddle cos(2 (v - 47 deg))``.
@@ -133,7 +135,9 @@ def simulate_run(
     torque = case.torque * (1.0 + torque_ratio)
     signals = {}
     for sensor in sensors:
-        clean = clean_signal(sensor, case.motion, carrier_angle, torque, delta_s=delta_s, delta_f=delta_f)
+        clean = clean_signal(
+            sensor, case.motion, carrier_angle, torque, delta_s=delta_s, delta_f=delta_f
+        )
         signals[sensor.name] = clean + noise_std * rng.standard_normal(time.size)
     return Response(
         time=time,
@@ -152,7 +156,9 @@ def _ripple(
     amplitude = standard_deviation * np.sqrt(2.0 / len(RIPPLE_PERIODS))
     ripple = np.zeros_like(time)
     integral = np.zeros_like(time)
-    for period, phase in zip(RIPPLE_PERIODS, rng.uniform(0.0, 2.0 * np.pi, len(RIPPLE_PERIODS)), strict=True):
+    for period, phase in zip(
+        RIPPLE_PERIODS, rng.uniform(0.0, 2.0 * np.pi, len(RIPPLE_PERIODS)), strict=True
+    ):
         omega = 2.0 * np.pi / period
         ripple += amplitude * np.sin(omega * time + phase)
         integral += amplitude / omega * (np.cos(phase) - np.cos(omega * time + phase))

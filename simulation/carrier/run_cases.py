@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.deflection_curves import DeflectionCurve
 
 AXIAL = "axial_displacement"
 RADIAL = "radial_displacement"
@@ -33,7 +33,9 @@ class Sensor:
 
     def __post_init__(self) -> None:
         if self.quantity not in (AXIAL, RADIAL):
-            raise ValueError(f"sensor {self.name}: quantity is '{self.quantity}'; expected {AXIAL} or {RADIAL}")
+            raise ValueError(
+                f"sensor {self.name}: quantity is '{self.quantity}'; expected {AXIAL} or {RADIAL}"
+            )
         if not (self.radius > 0.0 and np.isfinite(self.angle)):
             raise ValueError(
                 f"sensor {self.name}: radius {self.radius} m must be positive, angle {self.angle} rad finite"
@@ -115,7 +117,9 @@ class RunCase:
             )
         for key in ("speed_ripple", "torque_ripple"):
             if not 0.0 <= getattr(self, key) < 0.2:
-                raise ValueError(f"run {self.name}: {key} is {getattr(self, key)}; expected 0 <= {key} < 0.2")
+                raise ValueError(
+                    f"run {self.name}: {key} is {getattr(self, key)}; expected 0 <= {key} < 0.2"
+                )
 
 
 def rim_factors(

@@ -1,8 +1,8 @@
 """Compiled laws of one element and its motion under a force; parameters in one flat array.
 
-Restoring force ``R(q, v) = f0 + K1 q + C1 v + effects``, positive against positive deflection; under a force drive
-``m q'' = force - R`` (classical Runge-Kutta, steps end where dry friction stops the motion, which then sticks without
-creep), under a displacement drive ``force = m q'' + R``.
+Restoring force ``R(q, v) = f0 + K1 q + C1 v + effects``, positive against positive deflection;
+under a force drive ``m q'' = force - R`` (classical Runge-Kutta, steps end where dry friction stops
+the motion, which then sticks without creep), under a displacement drive ``force = m q'' + R``.
 """
 
 import numpy as np
@@ -11,13 +11,49 @@ from numpy.typing import NDArray
 
 #: Places of the parameters in the flat array.
 SLOTS = (
-    *("m", "K1", "C1", "f0", "K2", "K3", "K5", "C_v|v|", "C_v3", "C_q2v", "F_plus", "F_minus", "F_stribeck", "v_s"),
+    *(
+        "m",
+        "K1",
+        "C1",
+        "f0",
+        "K2",
+        "K3",
+        "K5",
+        "C_v|v|",
+        "C_v3",
+        "C_q2v",
+        "F_plus",
+        "F_minus",
+        "F_stribeck",
+        "v_s",
+    ),
     *("Kp", "Fy", "gap", "k", "tau", "delay", "placebo_1", "placebo_2"),
 )
 SLOT = {name: place for place, name in enumerate(SLOTS)}
-(_M, _K1, _C1, _F0, _K2, _K3, _K5, _CVV, _CV3, _CQV, _FP, _FM, _FS, _VS, _KP, _FY, _GAP, _K, _TAU, _, _, _) = range(
-    len(SLOTS)
-)
+(
+    _M,
+    _K1,
+    _C1,
+    _F0,
+    _K2,
+    _K3,
+    _K5,
+    _CVV,
+    _CV3,
+    _CQV,
+    _FP,
+    _FM,
+    _FS,
+    _VS,
+    _KP,
+    _FY,
+    _GAP,
+    _K,
+    _TAU,
+    _,
+    _,
+    _,
+) = range(len(SLOTS))
 
 _array = types.Array(types.float64, 1, "C")
 #: What a user's law is compiled to: force of deflection, speed and its own parameters.
@@ -35,7 +71,10 @@ def no_law(q: float, v: float, p: NDArray[np.float64]) -> float:
 
 @njit(cache=True, inline="always")
 def _smooth_force(q, v, p):  # type: ignore[no-untyped-def]
-    """Force of springs and dampers without memory, save linear damping; polynomials by Horner's rule."""
+    """Force of springs and dampers without memory, save linear damping.
+
+    Polynomials by Horner's rule.
+    """
     q2 = q * q
     force = p[_F0] + q * (p[_K1] + q * p[_K2] + q2 * (p[_K3] + q2 * p[_K5]))
     force += v * (p[_CVV] * abs(v) + p[_CV3] * v * v + p[_CQV] * q2)
@@ -65,7 +104,10 @@ def _stage_forces(q, v, moved, slider, p, law_1, law_2, p_1, p_2):  # type: igno
 
 @njit(cache=True)
 def _runge_kutta(q, v, branch, slider, drive, h, sign, p, law_1, law_2, p_1, p_2):  # type: ignore[no-untyped-def]
-    """One step of the classical method; the direction of dry friction is held. Returns q, v and the branch's force."""
+    """One step of the classical method.
+
+    The direction of dry friction is held. Returns q, v and the branch's force.
+    """
     level = p[_FP] if sign > 0.0 else p[_FM]
     rate = 1.0 / p[_TAU] if p[_K] > 0.0 else 0.0
     dq, dv, db = 0.0, 0.0, 0.0
@@ -85,7 +127,10 @@ def _runge_kutta(q, v, branch, slider, drive, h, sign, p, law_1, law_2, p_1, p_2
 
 @njit(cache=True)
 def _smooth_motion(force, state, substeps, p, h, size, deflection, speed):  # type: ignore[no-untyped-def]
-    """Motion without dry friction, sliders and users' laws, five times as fast; fills the two arrays."""
+    """Motion without dry friction, sliders and users' laws, five times as fast.
+
+    Fills the two arrays.
+    """
     q, v, b = state[0], state[1], 0.0
     rate, half = 1.0 / p[_TAU] if p[_K] > 0.0 else 0.0, 0.5 * h
     inverse = 1.0 / p[_M]
@@ -112,7 +157,10 @@ def _smooth_motion(force, state, substeps, p, h, size, deflection, speed):  # ty
 
 @njit(cache=True, nogil=True, inline="always")
 def _drive_of_step(force, j, place, length, drive):  # type: ignore[no-untyped-def]
-    """Drive at the three stages of a part of step `j`: a parabola through its beginning, middle and end."""
+    """Drive at the three stages of a part of step `j`.
+
+    A parabola through its beginning, middle and end.
+    """
     u0, u1, u2 = force[2 * j], force[2 * j + 1], force[2 * j + 2]
     for k in range(3):
         t = place + 0.5 * k * length
@@ -121,14 +169,19 @@ def _drive_of_step(force, j, place, length, drive):  # type: ignore[no-untyped-d
 
 @njit(cache=True, nogil=True, inline="always")
 def _breaks_loose(net, p):  # type: ignore[no-untyped-def]
-    """Direction in which a net force moves a body at rest against dry friction; 0 where it sticks."""
+    """Direction in which a net force moves a body at rest against dry friction.
+
+    0 where it sticks.
+    """
     if net > p[_FP] + p[_FS]:
         return 1.0
     return -1.0 if net < -(p[_FM] + p[_FS]) else 0.0
 
 
 @njit(
-    types.UniTuple(_array, 2)(_array, _array, types.int64, _array, _array, _law, _law, _array, _array),
+    types.UniTuple(_array, 2)(
+        _array, _array, types.int64, _array, _array, _law, _law, _array, _array
+    ),
     cache=True,
     nogil=True,
 )
@@ -175,17 +228,25 @@ def driven_motion(force, state, substeps, p, limits, law_1, law_2, p_1, p_2):  #
                 _drive_of_step(force, j, place, left / h, drive)
                 sign = np.sign(v) if rubs else 0.0
                 if rubs and v == 0.0:
-                    net = drive[0] - _stage_forces(q, v, 0.0, slider, p, law_1, law_2, p_1, p_2) - branch
+                    net = (
+                        drive[0]
+                        - _stage_forces(q, v, 0.0, slider, p, law_1, law_2, p_1, p_2)
+                        - branch
+                    )
                     sign = _breaks_loose(net, p)
                     if sign == 0.0:
                         branch *= np.exp(-left / p[_TAU])
                         break
-                q1, v1, b1 = _runge_kutta(q, v, branch, slider, drive, left, sign, p, law_1, law_2, p_1, p_2)
+                q1, v1, b1 = _runge_kutta(
+                    q, v, branch, slider, drive, left, sign, p, law_1, law_2, p_1, p_2
+                )
                 reverses = sign != 0.0 and v1 * sign < 0.0
                 part = v / (v - v1) if reverses and v != 0.0 else 1.0
                 if part < 1.0:
                     _drive_of_step(force, j, place, part * left / h, drive)
-                    q1, v1, b1 = _runge_kutta(q, v, branch, slider, drive, part * left, sign, p, law_1, law_2, p_1, p_2)
+                    q1, v1, b1 = _runge_kutta(
+                        q, v, branch, slider, drive, part * left, sign, p, law_1, law_2, p_1, p_2
+                    )
                 v1 = 0.0 if reverses else v1
                 slider = min(max(slider + p[_KP] * (q1 - q), -p[_FY]), p[_FY])
                 q, v, branch = q1, v1, b1
@@ -196,7 +257,11 @@ def driven_motion(force, state, substeps, p, limits, law_1, law_2, p_1, p_2):  #
     return deflection, speed
 
 
-@njit(_array(_array, _array, _array, _array, _array, _law, _law, _array, _array), cache=True, nogil=True)
+@njit(
+    _array(_array, _array, _array, _array, _array, _law, _law, _array, _array),
+    cache=True,
+    nogil=True,
+)
 def restoring_force(  # type: ignore[no-untyped-def]
     q, v, acceleration, p, limits, law_1, law_2, p_1, p_2
 ):

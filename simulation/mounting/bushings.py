@@ -1,19 +1,20 @@
 """The three bushing models of the 2011 paper: force of one bushing in one radial direction.
 
-Convention: every function gives the internal force, positive in the direction of a positive deflection ``u``;
-the body receives its negative. The paper mixes both: equations (1), (2) are forces on the body,
-(3)-(7) internal ones.
+Convention: every function gives the internal force, positive in the direction of a positive
+deflection ``u``; the body receives its negative. The paper mixes both: equations (1), (2) are
+forces on the body, (3)-(7) internal ones.
 
 What is printed and what is physically right
-    Equation (6), ``m ü_m = -k u_m - c (u̇ - u̇_m)``, is unstable (a root at +8.2 1/s with Table 3); the fluid
-    mass is driven by the damper, so the sign of ``c`` is plus. Equation (7) clips the elasto-plastic force on its
-    positive side only; friction yields in both directions. The right forms serve everywhere; the printed
-    ones are here for checks alone, with ``printed`` in their names.
+    Equation (6), ``m ü_m = -k u_m - c (u̇ - u̇_m)``, is unstable (a root at +8.2 1/s with Table 3);
+    the fluid mass is driven by the damper, so the sign of ``c`` is plus. Equation (7) clips the
+    elasto-plastic force on its positive side only; friction yields in both directions. The right
+    forms serve everywhere; the printed ones are here for checks alone, with ``printed`` in their
+    names.
 
 References
 ----------
-.. [1] "Modeling of Wind Turbine Gearbox Mounting", Modeling, Identification and Control 32(4), 2011, equations
-   (1)-(7) and table 3.
+.. [1] "Modeling of Wind Turbine Gearbox Mounting", Modeling, Identification and Control 32(4),
+   2011, equations (1)-(7) and table 3.
 """
 
 from dataclasses import dataclass, fields
@@ -45,7 +46,9 @@ def hardening_stiffness(u: Deflection, K3: float, K5: float) -> Deflection:
 
 @_jit
 def elasto_plastic_force(before: float, stretch: float, Kp: float, Fy: float) -> float:
-    """Force [N] after a further `stretch` [m]: spring Kp that yields at ±Fy (equation 7, both sides).
+    """Force [N] after a further `stretch` [m].
+
+    Spring Kp that yields at ±Fy (equation 7, both sides).
 
     Exact for any monotonic stretch, however it is divided into steps.
     """
@@ -58,7 +61,10 @@ def elasto_plastic_force_as_printed(before: float, stretch: float, Kp: float, Fy
 
 
 def fluid_roots(m: float, c: float, k: float) -> NDArray[np.complex128]:
-    """Roots [1/s] of the fluid mass with the bushing held: ``m s² + c s + k = 0`` (equation 6, sign of c put right)."""
+    """Roots [1/s] of the fluid mass with the bushing held.
+
+    ``m s² + c s + k = 0`` (equation 6, sign of c put right).
+    """
     return np.roots([m, c, k]).astype(np.complex128)
 
 
@@ -76,10 +82,12 @@ class _Bushing:
             value = getattr(self, field.name)
             # Table 3 holds a negative K3: only the hardening constants may be negative.
             if not np.isfinite(value) or (value < 0.0 and field.name not in ("K3", "K5", "P_T")):
-                raise ValueError(f"{type(self).__name__}: {field.name} is {value}; expected a finite number >= 0")
+                raise ValueError(
+                    f"{type(self).__name__}: {field.name} is {value}; expected a finite number >= 0"
+                )
 
     def parameters(self) -> dict[str, float]:
-        """Values for :func:`simulation.mounting.parameters.parameter_array`, by name."""
+        """Values for :func:`carrierflex.simulation.mounting.parameters.parameter_array`, by name."""
         raise NotImplementedError
 
 
@@ -113,8 +121,8 @@ class NonlinearBushing(_Bushing):
     K1, K3, K5 : float
         Stiffness [N/m, N/m³, N/m⁵].
     C1 : float
-        Damping that grows with the square of the deflection [N s/m³]; the paper gives it the symbol of
-        the linear damping.
+        Damping that grows with the square of the deflection [N s/m³]; the paper gives it the symbol
+        of the linear damping.
     P_T : float
         Parasitic torque per vertical radial load [N m per N].
     """
@@ -127,20 +135,29 @@ class NonlinearBushing(_Bushing):
 
     def parameters(self) -> dict[str, float]:
         """Values by parameter name; there is no linear damping in this model."""
-        return {"K1": self.K1, "C1": 0.0, "K3": self.K3, "K5": self.K5, "C3": self.C1, "P_T": self.P_T}
+        return {
+            "K1": self.K1,
+            "C1": 0.0,
+            "K3": self.K3,
+            "K5": self.K5,
+            "C3": self.C1,
+            "P_T": self.P_T,
+        }
 
 
 @dataclass(frozen=True)
 class HydrodynamicBushing(_Bushing):
-    """Elastic, fluid and elasto-plastic force in parallel (equations 3-7); defaults of table 3, column HD-b.
+    """Elastic, fluid and elasto-plastic force in parallel (equations 3-7).
+
+    Defaults of table 3, column HD-b.
 
     Parameters
     ----------
     K1, K3, K5 : float
         Elastic stiffness [N/m, N/m³, N/m⁵].
     m, c, k : float
-        Mass [kg], damper [N s/m] and spring [N/m] of the fluid branch. ``m = 0`` leaves a Maxwell element, of
-        which the printed mass differs by a root at -3.5e5 1/s only.
+        Mass [kg], damper [N s/m] and spring [N/m] of the fluid branch. ``m = 0`` leaves a Maxwell
+        element, of which the printed mass differs by a root at -3.5e5 1/s only.
     Kp, Fy : float
         Stiffness [N/m] and yield force [N] of the elasto-plastic branch; table 3 calls it Fep.
     P_T : float

@@ -1,7 +1,10 @@
-"""The linear mounting model as a functional mock-up unit: FMI 2.0 for co-simulation, with its C sources.
+"""The linear mounting model as a functional mock-up unit.
 
-The unit takes the exact steps of :mod:`simulation.mounting.propagators`; inputs are linear in time where the importing tool
-sets their derivatives, otherwise constant over a communication step.
+FMI 2.0 for co-simulation, with its C sources.
+
+The unit takes the exact steps of :mod:`carrierflex.simulation.mounting.propagators`; inputs are
+linear in time where the importing tool sets their derivatives, otherwise constant over a
+communication step.
 """
 
 import hashlib
@@ -20,11 +23,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from files.whole_files import whole_file
-from simulation.mounting.equations import mounting_blocks
-from simulation.mounting.parameters import INDEX, ParameterArray, check_parameters
-from simulation.mounting.propagators import propagator
-from simulation.mounting.rig import SENSORS, MountingRig
+from carrierflex.files.whole_files import whole_file
+from carrierflex.simulation.mounting.equations import mounting_blocks
+from carrierflex.simulation.mounting.parameters import INDEX, ParameterArray, check_parameters
+from carrierflex.simulation.mounting.propagators import propagator
+from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 
 Array = NDArray[np.float64]
 
@@ -33,7 +36,11 @@ IDENTIFIER = "carrierflex_mounting"
 _C_FILE = Path(__file__).with_name("fmi2_linear_system.c")
 _INPUTS = {"torque": "N.m", "ntl_y": "N", "ntl_z": "N"}
 #: SI base units of the units used, as the standard spells them.
-_BASE_UNITS = {"N.m": {"kg": "1", "m": "2", "s": "-2"}, "N": {"kg": "1", "m": "1", "s": "-2"}, "m": {"m": "1"}}
+_BASE_UNITS = {
+    "N.m": {"kg": "1", "m": "2", "s": "-2"},
+    "N": {"kg": "1", "m": "1", "s": "-2"},
+    "m": {"m": "1"},
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +72,8 @@ def mounting_system(rig: MountingRig, parameters: ParameterArray, *, step: float
     Raises
     ------
     ValueError
-        Where the step is not positive, a parameter is out of bounds, a bushing is not linear, or sensors have a delay.
+        Where the step is not positive, a parameter is out of bounds, a bushing is not linear, or
+        sensors have a delay.
     """
     if not (np.isfinite(step) and step > 0.0):
         raise ValueError(f"step is {step} s; expected a positive number")
@@ -76,7 +84,9 @@ def mounting_system(rig: MountingRig, parameters: ParameterArray, *, step: float
             "the bushings are nonlinear; expected K3, K5, C3 and Kp or Fy of zero for a unit of linear steps"
         )
     if parameters[INDEX["delay"]] != 0.0:
-        raise ValueError(f"sensor delay is {parameters[INDEX['delay']]} s; expected none in a co-simulation unit")
+        raise ValueError(
+            f"sensor delay is {parameters[INDEX['delay']]} s; expected none in a co-simulation unit"
+        )
     E, B_0, B_1, C, S = [], [], [], [], []
     for block in blocks:
         end = propagator(block, step).end
@@ -91,7 +101,9 @@ def mounting_system(rig: MountingRig, parameters: ParameterArray, *, step: float
     gains = np.array([parameters[INDEX[f"gain_{name}"]] for name in SENSORS])
     zeros = np.array([parameters[INDEX[f"zero_{name}"]] for name in SENSORS])
     rows = gains[:, None] * np.hstack(C)
-    return DiscreteSystem(step, block_diag(*E), np.vstack(B_0), np.vstack(B_1), rows, np.vstack(S), zeros)
+    return DiscreteSystem(
+        step, block_diag(*E), np.vstack(B_0), np.vstack(B_1), rows, np.vstack(S), zeros
+    )
 
 
 def c_header(system: DiscreteSystem, guid: str = "") -> str:
@@ -166,7 +178,8 @@ def _add_variables(root: ElementTree.Element) -> None:
             initial="calculated",
         )
         tag(entry, "Real", unit="m")
-        # A communication step ends before its outputs are read: none depends on an input set after it.
+        # A communication step ends before its outputs are read: none depends on an input set after
+        # it.
         tag(outputs, "Unknown", index=str(reference + 1), dependencies="")
         tag(
             unknowns,
@@ -176,7 +189,9 @@ def _add_variables(root: ElementTree.Element) -> None:
         )
 
 
-def write_fmu(system: DiscreteSystem, path: Path, *, compiler: str | None, notes: Mapping[str, str]) -> None:
+def write_fmu(
+    system: DiscreteSystem, path: Path, *, compiler: str | None, notes: Mapping[str, str]
+) -> None:
     """Write the unit; without a compiler it holds C sources only, which the importing tool must compile.
 
     Parameters
@@ -199,7 +214,9 @@ def write_fmu(system: DiscreteSystem, path: Path, *, compiler: str | None, notes
     """
     if path.suffix != ".fmu":
         raise ValueError(f"{path}: expected a file name that ends in .fmu")
-    digest = hashlib.sha256((c_header(system) + _C_FILE.read_text(encoding="utf-8")).encode()).hexdigest()
+    digest = hashlib.sha256(
+        (c_header(system) + _C_FILE.read_text(encoding="utf-8")).encode()
+    ).hexdigest()
     # The same matrices give the same identity, others another one.
     guid = "{" + str(uuid.UUID(digest[:32])) + "}"
     with tempfile.TemporaryDirectory() as name, whole_file(path) as part:
@@ -229,8 +246,19 @@ def _platform() -> str:
 
 def _compiled(folder: Path, compiler: str) -> Path:
     library = folder / (IDENTIFIER + (".dylib" if sys.platform == "darwin" else ".so"))
-    command = [compiler, "-O2", "-std=c99", "-shared", "-fPIC", "-fvisibility=hidden", "-o", str(library)]
-    done = subprocess.run([*command, str(folder / _C_FILE.name), "-lm"], capture_output=True, text=True, check=False)
+    command = [
+        compiler,
+        "-O2",
+        "-std=c99",
+        "-shared",
+        "-fPIC",
+        "-fvisibility=hidden",
+        "-o",
+        str(library),
+    ]
+    done = subprocess.run(
+        [*command, str(folder / _C_FILE.name), "-lm"], capture_output=True, text=True, check=False
+    )
     if done.returncode != 0:
         raise RuntimeError(f"{compiler} failed: {(done.stderr.splitlines() or ['no message'])[0]}")
     return library

@@ -7,18 +7,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.mounting.block_records import block_record, standing
-from simulation.mounting.bushings import hardening_force
-from simulation.mounting.equations import Block, mounting_blocks
-from simulation.mounting.kernel import DIVERGED, DONE, NOT_CONVERGED, march_linear, march_nonlinear
-from simulation.mounting.parameters import ParameterArray, check_parameters
-from simulation.mounting.propagators import Propagator, propagator
-from simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.block_records import block_record, standing
+from carrierflex.simulation.mounting.bushings import hardening_force
+from carrierflex.simulation.mounting.equations import Block, mounting_blocks
+from carrierflex.simulation.mounting.kernel import (
+    DIVERGED,
+    DONE,
+    NOT_CONVERGED,
+    march_linear,
+    march_nonlinear,
+)
+from carrierflex.simulation.mounting.parameters import ParameterArray, check_parameters
+from carrierflex.simulation.mounting.propagators import Propagator, propagator
+from carrierflex.simulation.mounting.rig import MountingRig
 
 Array = NDArray[np.float64]
 
-#: Largest phase [rad] that the nonlinear part of the stiffness may turn in one step, ``h sqrt(max eig M⁻¹ (K_t - K))``. With
-#: 1.2 loads with noise up to 20 Hz are followed to 1e-4 (docs/mounting_model.md); beyond pi a step cannot hold half a wave.
+#: Largest phase [rad] that the nonlinear part of the stiffness may turn in one step, ``h sqrt(max
+#: eig M⁻¹ (K_t - K))``. With 1.2 loads with noise up to 20 Hz are followed to 1e-4
+#: (docs/mounting_model.md); beyond pi a step cannot hold half a wave.
 _DEFAULT_PHASE, _LARGEST_PHASE = 1.2, np.pi
 
 #: Steps in one sampling interval above which the record is too coarsely sampled for the model.
@@ -45,7 +52,9 @@ class DivergedError(ArithmeticError):
         Signals of the good samples, not zeroed.
     """
 
-    def __init__(self, message: str, *, samples: int, time: float, coordinate: str, signals: Array) -> None:
+    def __init__(
+        self, message: str, *, samples: int, time: float, coordinate: str, signals: Array
+    ) -> None:
         super().__init__(message)
         self.samples, self.time, self.coordinate, self.signals = samples, time, coordinate, signals
 
@@ -92,7 +101,12 @@ class MarchState:
 
 
 def mounting_model(
-    rig: MountingRig, parameters: ParameterArray, loads: Array, interval: float, *, step: float | None = None
+    rig: MountingRig,
+    parameters: ParameterArray,
+    loads: Array,
+    interval: float,
+    *,
+    step: float | None = None,
 ) -> MountingModel:
     """Equations and propagators for loads sampled every `interval` seconds.
 
@@ -103,12 +117,13 @@ def mounting_model(
     parameters : ndarray
         Flat parameter set.
     loads : ndarray, shape (n, 3)
-        Loads that the record holds, or their extremes: torque, ntl_y, ntl_z. They decide the step of nonlinear bushings.
+        Loads that the record holds, or their extremes: torque, ntl_y, ntl_z. They decide the step
+        of nonlinear bushings.
     interval : float
         Sampling interval [s].
     step : float, optional
-        Largest step [s]; without it the nonlinear stiffness turns its phase by at most 1.2 rad a step. A linear block is exact at
-        any step.
+        Largest step [s]; without it the nonlinear stiffness turns its phase by at most 1.2 rad a
+        step. A linear block is exact at any step.
 
     Returns
     -------
@@ -122,7 +137,9 @@ def mounting_model(
     """
     check_parameters(parameters)
     if not (np.isfinite(interval) and interval > 0.0) or (step is not None and not step > 0.0):
-        raise ValueError(f"sampling interval {interval} s, step {step} s; expected positive numbers")
+        raise ValueError(
+            f"sampling interval {interval} s, step {step} s; expected positive numbers"
+        )
     blocks = mounting_blocks(rig, parameters)
     rate = max(_nonlinear_rate(block, loads) for block in blocks)
     if step is None:
@@ -153,7 +170,9 @@ def _nonlinear_rate(block: Block, loads: Array) -> float:
         block.tangent_stiffness(loads[sample]) - block.K
         for sample in {int(np.argmax(np.abs(column))) for column in deflections.T}
     ]
-    return float(np.sqrt(max(np.abs(np.linalg.eigvals(np.linalg.solve(block.M, K))).max() for K in added)))
+    return float(
+        np.sqrt(max(np.abs(np.linalg.eigvals(np.linalg.solve(block.M, K))).max() for K in added))
+    )
 
 
 def state_at_rest(model: MountingModel, loads: Array, time: float = 0.0) -> MarchState:
@@ -206,7 +225,8 @@ def marched(model: MountingModel, state: MarchState, loads: Array) -> tuple[Arra
     Returns
     -------
     signals : ndarray, shape (n, 6)
-        Displacements of the sensors from the equilibrium under gravity [m], in the order of ``SENSORS``.
+        Displacements of the sensors from the equilibrium under gravity [m], in the order of
+        ``SENSORS``.
     state : MarchState
         State at the last sample.
 
@@ -220,33 +240,46 @@ def marched(model: MountingModel, state: MarchState, loads: Array) -> tuple[Arra
     states, memories = [x.copy() for x in state.states], [x.copy() for x in state.memories]
     good, stopped = len(loads) - 1, None
     for place, block in enumerate(model.blocks):
-        # After one block has stopped, the other one need only come as far: it may have stopped before.
-        reached, why = _march_block(model, place, (states[place], memories[place]), loads[: good + 1], signals)
+        # After one block has stopped, the other one need only come as far: it may have stopped
+        # before.
+        reached, why = _march_block(
+            model, place, (states[place], memories[place]), loads[: good + 1], signals
+        )
         if why is not None:
             good, stopped = reached, (block, *why)
     if stopped is not None:
         raise _diverged(*stopped, good, state.time + good * model.interval, signals[: good + 1])
-    return signals, MarchState(state.time + (len(loads) - 1) * model.interval, tuple(states), tuple(memories))
+    return signals, MarchState(
+        state.time + (len(loads) - 1) * model.interval, tuple(states), tuple(memories)
+    )
 
 
 def _march_block(
     model: MountingModel, place: int, state: tuple[Array, Array], loads: Array, signals: Array
 ) -> tuple[int, tuple[int, int] | None]:
-    """March a block, adding to `signals`; the last good sample, and coordinate and outcome where it came no further."""
+    """March a block, adding to `signals`.
+
+    The last good sample, and coordinate and outcome where it came no further.
+    """
     block, matrices, (x, memory) = model.blocks[place], model.propagators[place], state
     if not (loads[:, block.G.any(axis=0)].any() or x.any() or memory.any()):
-        # At rest without a load it stays there: a run with vertical loads alone saves a third of its time.
+        # At rest without a load it stays there: a run with vertical loads alone saves a third of
+        # its time.
         return len(loads) - 1, None
     if block.is_linear:
         good, coordinate = march_linear(matrices.end, block.output, x, loads, signals)
         return good, None if coordinate < 0 else (coordinate, DIVERGED)
     record = block_record(block, matrices, x, memory)
-    good, coordinate, outcome = march_nonlinear(record, block.output, model.substeps, _NEWTON_TOLERANCE, loads, signals)
+    good, coordinate, outcome = march_nonlinear(
+        record, block.output, model.substeps, _NEWTON_TOLERANCE, loads, signals
+    )
     x[:], memory[:] = standing(record, len(x))
     return good, None if outcome == DONE else (coordinate, outcome)
 
 
-def _diverged(block: Block, coordinate: int, outcome: int, good: int, time: float, signals: Array) -> DivergedError:
+def _diverged(
+    block: Block, coordinate: int, outcome: int, good: int, time: float, signals: Array
+) -> DivergedError:
     names = block.names if outcome == NOT_CONVERGED else (block.names[coordinate],)
     what = "the bushing forces did not converge" if outcome == NOT_CONVERGED else "diverged"
     return DivergedError(

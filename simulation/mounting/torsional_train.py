@@ -1,22 +1,25 @@
-"""The torsional drive train of figure 12 of the 2011 paper: rotor, main shaft, gearbox on its bushings, generator.
+"""The torsional drive train of figure 12 of the 2011 paper.
 
-Coordinates: angles of rotor, main shaft with carrier, gear train at the carrier, and housing. The gearbox's
-stiffness lies between carrier and gear train; the housing turns on the bushings.
+Rotor, main shaft, gearbox on its bushings, generator.
+
+Coordinates: angles of rotor, main shaft with carrier, gear train at the carrier, and housing. The
+gearbox's stiffness lies between carrier and gear train; the housing turns on the bushings.
 
 Two topologies
-    ``in_one_housing``: planetary and parallel stages hang on the bushings, ``omega_HS = i omega - (i - 1) omega_H``; the
-    bushings carry 0.988 of the torque. Physically right; 1.31 Hz.
-    ``ring_on_bushings``: only the ring gear does, the parallel stages stand on the ground, as figure 12 draws it; the
-    bushings carry 0.825 of the torque. 1.449 Hz, and with a rotor of 1.9e5 kg m² the paper's 1.47 and 2.11, whose
-    unit is Hz, not rad/s.
+    ``in_one_housing``: planetary and parallel stages hang on the bushings, ``omega_HS = i omega -
+    (i - 1) omega_H``; the bushings carry 0.988 of the torque. Physically right; 1.31 Hz.
+    ``ring_on_bushings``: only the ring gear does, the parallel stages stand on the ground, as
+    figure 12 draws it; the bushings carry 0.825 of the torque. 1.449 Hz, and with a rotor of 1.9e5
+    kg m² the paper's 1.47 and 2.11, whose unit is Hz, not rad/s.
 
-The figure prints ``omega_LS / omega_PLC = -5.71``. With the ring fixed the sun turns with the carrier: the sign is
-wrong. ``planetary_ratio=-120/21`` shows what it would do: the ring's factor becomes 6.714.
+The figure prints ``omega_LS / omega_PLC = -5.71``. With the ring fixed the sun turns with the
+carrier: the sign is wrong. ``planetary_ratio=-120/21`` shows what it would do: the ring's factor
+becomes 6.714.
 
 References
 ----------
-.. [1] "Modeling of Wind Turbine Gearbox Mounting", Modeling, Identification and Control 32(4), 2011, sections 5.2 and 5.3,
-   figures 11 and 12.
+.. [1] "Modeling of Wind Turbine Gearbox Mounting", Modeling, Identification and Control 32(4),
+   2011, sections 5.2 and 5.3, figures 11 and 12.
 """
 
 from dataclasses import dataclass, fields
@@ -65,9 +68,13 @@ class TorsionalTrain:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            wrong = np.isnan(value) or (value <= 0.0 and field.name not in ("housing_inertia", "planetary_ratio"))
+            wrong = np.isnan(value) or (
+                value <= 0.0 and field.name not in ("housing_inertia", "planetary_ratio")
+            )
             if wrong or (field.name == "housing_inertia" and value < 0.0):
-                raise ValueError(f"torsional train: {field.name} is {value}; expected a positive number")
+                raise ValueError(
+                    f"torsional train: {field.name} is {value}; expected a positive number"
+                )
 
     def in_one_housing(self) -> tuple[Array, Array]:
         """Mass and stiffness matrix where all stages turn with the housing on the bushings."""
@@ -90,14 +97,17 @@ class TorsionalTrain:
             (self.bushing_stiffness, [0.0, 0.0, 0.0, 1.0]),
         )
         for stiffness, row in springs:
-            # A rigid member is one far stiffer than all others; 1e6 times keeps twelve digits of the rest.
+            # A rigid member is one far stiffer than all others; 1e6 times keeps twelve digits of
+            # the rest.
             value = min(stiffness, 1e6 * max(s for s, _ in springs if np.isfinite(s)))
             K += value * np.outer(row, row)
         return M, K
 
 
 def natural_frequencies_hz(M: Array, K: Array) -> Array:
-    """Natural frequencies [Hz] but the free rotation, ascending; coordinates without mass give none.
+    """Natural frequencies [Hz] but the free rotation, ascending.
+
+    Coordinates without mass give none.
 
     Parameters
     ----------
@@ -136,10 +146,15 @@ class TorqueSweep:
         return float(np.polynomial.Polynomial.fit(self.rotation, self.torque, 1).convert().coef[1])
 
 
-def member_sweeps(train: TorsionalTrain, torque: float, duration: float = 60.0) -> dict[str, TorqueSweep]:
-    """Sweeps of section 5.2: torque at the hub, housing and output held, rotation of hub and carrier recorded.
+def member_sweeps(
+    train: TorsionalTrain, torque: float, duration: float = 60.0
+) -> dict[str, TorqueSweep]:
+    """Sweeps of section 5.2.
 
-    The train is simulated exactly for the linearly growing torque, with 2 % of critical damping (assumed).
+    Torque at the hub, housing and output held, rotation of hub and carrier recorded.
+
+    The train is simulated exactly for the linearly growing torque, with 2 % of critical damping
+    (assumed).
 
     Parameters
     ----------
@@ -161,12 +176,16 @@ def member_sweeps(train: TorsionalTrain, torque: float, duration: float = 60.0) 
         Where torque or duration is not a positive number.
     """
     if not (np.isfinite(torque) and torque > 0.0 and np.isfinite(duration) and duration > 0.0):
-        raise ValueError(f"torque sweep: torque is {torque} N m, duration {duration} s; expected positive numbers")
+        raise ValueError(
+            f"torque sweep: torque is {torque} N m, duration {duration} s; expected positive numbers"
+        )
     M, K = train.in_one_housing()
     free = [ROTOR, CARRIER]  # housing held by assumption, gear train by the locked output
     M, K = M[np.ix_(free, free)], K[np.ix_(free, free)]
     omega, modes = eigh(K, M)
-    modal_damping = np.linalg.inv(modes).T @ np.diag(2.0 * 0.02 * np.sqrt(omega)) @ np.linalg.inv(modes)
+    modal_damping = (
+        np.linalg.inv(modes).T @ np.diag(2.0 * 0.02 * np.sqrt(omega)) @ np.linalg.inv(modes)
+    )
     angles = _ramp_response(M, modal_damping, K, torque / duration, duration, samples=600)
     applied = np.linspace(0.0, torque, 600, dtype=np.float64)
     # The start shakes the train; figure 11 is a line, so the sweep is read after a tenth of it.
@@ -177,7 +196,9 @@ def member_sweeps(train: TorsionalTrain, torque: float, duration: float = 60.0) 
     }
 
 
-def _ramp_response(M: Array, C: Array, K: Array, slope: float, duration: float, *, samples: int) -> Array:
+def _ramp_response(
+    M: Array, C: Array, K: Array, slope: float, duration: float, *, samples: int
+) -> Array:
     """Angles under a torque ``slope * t`` on the first coordinate, exact at every sample."""
     n = len(M)
     generator = np.zeros((2 * n + 2, 2 * n + 2))

@@ -6,10 +6,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.parameters import N_PINS, pin_angles
-from reduction.rigid_body_checks import geometric_rigid_modes
-from simulation.stage.stage_body import StageBody
-from simulation.stage.stage_data import RigidPart, StageData
+from carrierflex.geometry.parameters import N_PINS, pin_angles
+from carrierflex.reduction.rigid_body_checks import geometric_rigid_modes
+from carrierflex.simulation.stage.stage_body import StageBody
+from carrierflex.simulation.stage.stage_data import RigidPart, StageData
 
 #: Rotations about x after the rigid parts, in this order.
 CHAIN = ("low_speed", "intermediate", "high_speed", "generator")
@@ -47,20 +47,34 @@ class Places:
 
     @property
     def hub(self) -> str:
-        """Pilot where rotor loads enter: the shaft's coupling flange where it has one, else the main bearing."""
-        return "coupling_flange" if "coupling_flange" in self.body.model.pilots else "main_bearing_seat"
+        """Pilot where rotor loads enter.
+
+        The shaft's coupling flange where it has one, else the main bearing.
+        """
+        return (
+            "coupling_flange"
+            if "coupling_flange" in self.body.model.pilots
+            else "main_bearing_seat"
+        )
 
     @property
     def hub_arm(self) -> float:
         """Distance of the dynamometer coupling upwind of the hub pilot [m]."""
         pilots = self.body.model.pilots
-        return self.data.mounting.coupling_arm - float(pilots["main_bearing_seat"][0] - pilots[self.hub][0])
+        return self.data.mounting.coupling_arm - float(
+            pilots["main_bearing_seat"][0] - pilots[self.hub][0]
+        )
 
     @property
     def parts(self) -> dict[str, RigidPart]:
         """Rigid parts by name in the order of their coordinates."""
         planets = {f"planet_{i}": self.data.planet for i in range(1, N_PINS + 1)}
-        return {**planets, "sun": self.data.sun, "ring": self.data.ring, "housing": self.data.housing}
+        return {
+            **planets,
+            "sun": self.data.sun,
+            "ring": self.data.ring,
+            "housing": self.data.housing,
+        }
 
     @cached_property
     def rows(self) -> dict[str, NDArray[np.int64]]:
@@ -112,7 +126,10 @@ class Places:
 
     @cached_property
     def drive_motion(self) -> NDArray[np.float64]:
-        """Rigid drive motion ``r_0``: everything's coordinates per radian of carrier angle, ring and housing standing still."""
+        """Rigid drive motion ``r_0``.
+
+        Everything's coordinates per radian of carrier angle, ring and housing standing still.
+        """
         gear, chain = self.data.gear, self.data.chain
         r = np.zeros(self.n)
         r[: self.body.model.n_coordinates] = geometric_rigid_modes(self.body.model)[:, 3]
@@ -121,14 +138,20 @@ class Places:
             r[rows[1:3]] = gear.centre_distance * np.array([-np.cos(angle), -np.sin(angle)])
             r[rows[3]] = 1.0 - gear.ring_teeth / gear.planet_teeth
         r[self.rows["sun"][3]] = r[self.rows["low_speed"]] = gear.ratio
-        low, high = chain.low_teeth[0] / chain.low_teeth[1], chain.high_teeth[0] / chain.high_teeth[1]
+        low, high = (
+            chain.low_teeth[0] / chain.low_teeth[1],
+            chain.high_teeth[0] / chain.high_teeth[1],
+        )
         r[self.rows["intermediate"]] = -gear.ratio * low
         r[self.rows["high_speed"]] = r[self.rows["generator"]] = gear.ratio * low * high
         return r
 
     @cached_property
     def turning(self) -> NDArray[np.float64]:
-        """Matrix J (n, n): ``x ×`` of every vector among the coordinates; zero on modal amplitudes and on the chain."""
+        """Matrix J (n, n): ``x ×`` of every vector among the coordinates.
+
+        Zero on modal amplitudes and on the chain.
+        """
         J = np.zeros((self.n, self.n))
         pilots = self.body.model.pilot_coordinates.values()
         for rows in (*pilots, *(self.rows[part] for part in self.parts)):

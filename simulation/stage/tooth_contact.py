@@ -1,8 +1,11 @@
-"""Contact pressure of a gear mesh by slices of the face width: thin-slice tooth springs and Hertz line contact.
+"""Contact pressure of a gear mesh by slices of the face width.
 
-A tooth pair touches along lines that run across the face width (helical teeth). Every slice of every line is a spring
-of the tooth stiffness per width, all pressed together by one approach in the plane of action; a misaligned axis,
-crowning and tip relief hold slices apart. Slices do not support one another, as in ISO 6336-1.
+Thin-slice tooth springs and Hertz line contact.
+
+A tooth pair touches along lines that run across the face width (helical teeth). Every slice of
+every line is a spring of the tooth stiffness per width, all pressed together by one approach in the
+plane of action; a misaligned axis, crowning and tip relief hold slices apart. Slices do not support
+one another, as in ISO 6336-1.
 """
 
 import math
@@ -11,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.involute_pair import InvolutePair
+from carrierflex.geometry.involute_pair import InvolutePair
 
-#: Exponent of the pitting life over the contact stress (AGMA stress cycle factor, 2012 paper eq. 10).
+#: Exponent of the pitting life over the contact stress (AGMA stress cycle factor, 2012 paper eq.
+#: 10).
 LIFE_EXPONENT = 1.0 / 0.056
 
 
@@ -24,8 +28,8 @@ class ToothFlank:
     Parameters
     ----------
     stiffness_per_width : float
-        Stiffness of one tooth pair over the face width in the plane of action, normal to the flank [N/m^2]. Default
-        14 N/(mm um), ISO 6336-1's c' of steel gears.
+        Stiffness of one tooth pair over the face width in the plane of action, normal to the flank
+        [N/m^2]. Default 14 N/(mm um), ISO 6336-1's c' of steel gears.
     crowning : float
         Height of the parabola at the ends of the face width [m].
     tip_relief : float
@@ -50,10 +54,14 @@ class ToothFlank:
     def __post_init__(self) -> None:
         for name in ("stiffness_per_width", "effective_modulus"):
             if not getattr(self, name) > 0.0:
-                raise ValueError(f"ToothFlank.{name} is {getattr(self, name)}; expected a positive number")
+                raise ValueError(
+                    f"ToothFlank.{name} is {getattr(self, name)}; expected a positive number"
+                )
         for name in ("crowning", "tip_relief", "tip_relief_share"):
             if not getattr(self, name) >= 0.0:
-                raise ValueError(f"ToothFlank.{name} is {getattr(self, name)}; expected zero or more")
+                raise ValueError(
+                    f"ToothFlank.{name} is {getattr(self, name)}; expected zero or more"
+                )
         if self.tip_relief_share > 0.5:
             raise ValueError(
                 f"ToothFlank.tip_relief_share is {self.tip_relief_share}; expected at most 0.5, or the reliefs overlap"
@@ -132,11 +140,19 @@ def mesh_contact(
     x = (np.arange(n_slices, dtype=np.float64) + 0.5) * width - 0.5 * pair.face_width
     phase = np.arange(n_phases, dtype=np.float64) / n_phases
     s = _line_positions(pair, phase, x)
-    gap = misalignment * x + flank.crowning * (2.0 * x / pair.face_width) ** 2 + _relief(pair, flank, s)
+    gap = (
+        misalignment * x
+        + flank.crowning * (2.0 * x / pair.face_width) ** 2
+        + _relief(pair, flank, s)
+    )
     begin, end = pair.path_of_contact
     gap = np.where((s >= begin) & (s <= end), gap, np.inf)
-    normal_force = tangential_force / (math.cos(pair.working_pressure_angle) * math.cos(pair.base_helix_angle))
-    approach = np.array([_approach(own, normal_force / (flank.stiffness_per_width * width)) for own in gap])
+    normal_force = tangential_force / (
+        math.cos(pair.working_pressure_angle) * math.cos(pair.base_helix_angle)
+    )
+    approach = np.array(
+        [_approach(own, normal_force / (flank.stiffness_per_width * width)) for own in gap]
+    )
     squeeze = np.maximum(approach[:, None, None] - gap, 0.0)
     # A slice of the face width holds a piece of contact line that is 1/cos(beta_b) longer.
     line_load = flank.stiffness_per_width * squeeze * math.cos(pair.base_helix_angle)
@@ -148,7 +164,8 @@ def mesh_contact(
 def life_ratio(pressure_ratio: float) -> float:
     """Pitting life over the life before, for contact pressure over the pressure before (2012 paper, eqs 10 and 11).
 
-    The paper inserts the stress ratio where eq. 10 defines a ratio of strengths; the number is the same.
+    The paper inserts the stress ratio where eq. 10 defines a ratio of strengths; the number is the
+    same.
 
     Raises
     ------
@@ -165,14 +182,20 @@ def life_ratio(pressure_ratio: float) -> float:
     return float(pressure_ratio**-LIFE_EXPONENT)
 
 
-def _line_positions(pair: InvolutePair, phase: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
+def _line_positions(
+    pair: InvolutePair, phase: NDArray[np.float64], x: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Position of every slice of every contact line on the path of contact, shape (n_phases, n_lines, n_slices)."""
     begin, end = pair.path_of_contact
     across = pair.face_width * math.tan(pair.base_helix_angle)
     n_lines = math.ceil((end - begin + across) / pair.base_pitch) + 1
     lines = np.arange(n_lines)
     first = begin - 0.5 * across
-    return first + (phase[:, None, None] + lines[None, :, None]) * pair.base_pitch + math.tan(pair.base_helix_angle) * x
+    return (
+        first
+        + (phase[:, None, None] + lines[None, :, None]) * pair.base_pitch
+        + math.tan(pair.base_helix_angle) * x
+    )
 
 
 def _relief(pair: InvolutePair, flank: ToothFlank, s: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -186,7 +209,10 @@ def _relief(pair: InvolutePair, flank: ToothFlank, s: NDArray[np.float64]) -> ND
 
 
 def _approach(gap: NDArray[np.float64], load: float) -> float:
-    """Approach at which ``sum(max(approach - gap, 0)) = load``; exact, as the sum is piecewise linear."""
+    """Approach at which ``sum(max(approach - gap, 0)) = load``.
+
+    Exact, as the sum is piecewise linear.
+    """
     gaps = np.sort(gap[np.isfinite(gap)], axis=None)
     approaches = (load + np.cumsum(gaps)) / np.arange(1, gaps.size + 1)
     touching = np.append(approaches[:-1] <= gaps[1:], True)

@@ -8,9 +8,16 @@ from pathlib import Path
 
 import pytest
 
-from blind_check.labels import SINGLE, CasePlan, Label
-from blind_check.sealing.seals import Seals, new_salt, read_seals, seal, verify, write_seals
-from blind_check.truth.campaigns import write_case
+from carrierflex.blind_check.labels import SINGLE, CasePlan, Label
+from carrierflex.blind_check.sealing.seals import (
+    Seals,
+    new_salt,
+    read_seals,
+    seal,
+    verify,
+    write_seals,
+)
+from carrierflex.blind_check.truth.campaigns import write_case
 
 ROOT = Path(__file__).parents[3]
 LABEL = Label(
@@ -32,17 +39,25 @@ LABEL = Label(
 def sealed():
     labels = {LABEL.case: LABEL, "element-0002": replace(LABEL, case="element-0002")}
     salts = {case: new_salt() for case in labels}
-    return labels, salts, Seals({"seed": 1}, {case: seal(own, salts[case]) for case, own in labels.items()})
+    return (
+        labels,
+        salts,
+        Seals({"seed": 1}, {case: seal(own, salts[case]) for case, own in labels.items()}),
+    )
 
 
 def test_labels_open_their_own_seals(sealed):
     verify(*sealed)
 
 
-@pytest.mark.parametrize("change", [{"effects": ("sensor_delay",)}, {"rho": 0.11}, {"present": ("sensor_delay",)}])
+@pytest.mark.parametrize(
+    "change", [{"effects": ("sensor_delay",)}, {"rho": 0.11}, {"present": ("sensor_delay",)}]
+)
 def test_a_label_changed_after_sealing_is_refused(sealed, change):
     labels, salts, published = sealed
-    with pytest.raises(ValueError, match=r"1 labels are not the sealed ones \(first: element-0001\)"):
+    with pytest.raises(
+        ValueError, match=r"1 labels are not the sealed ones \(first: element-0001\)"
+    ):
         verify({**labels, LABEL.case: replace(LABEL, **change)}, salts, published)
 
 
@@ -76,11 +91,12 @@ def test_seals_are_read_back_and_a_changed_file_is_refused(sealed, tmp_path):
         read_seals(path)
 
 
-#: Runs a diagnosis as a worker does and prints every file it opens and every module of the project it has loaded.
+#: Runs a diagnosis as a worker does and prints every file it opens and every module of the project
+#: it has loaded.
 _AUDITED = """
 import os, sys
 from pathlib import Path
-from workflows.diagnosis.diagnose_case import diagnose_case
+from carrierflex.workflows.diagnosis.diagnose_case import diagnose_case
 opened = set()
 def watch(event, arguments):
     if event == "open" and isinstance(arguments[0], (str, bytes)):
@@ -90,24 +106,37 @@ def watch(event, arguments):
 sys.addaudithook(watch)
 diagnose_case(Path(sys.argv[1]), Path(sys.argv[2]))
 print("\\n".join(sorted(opened)))
-print("MODULES", *(name for name in sys.modules if name.startswith("blind_check")))
+print("MODULES", *(name for name in sys.modules if name.startswith("carrierflex.blind_check")))
 """
 
 
 @pytest.mark.slow
 def test_diagnosis_reads_its_campaign_and_nothing_else_of_the_check(tmp_path):
     plan = CasePlan("element", 1, 5, SINGLE, ("cubic_stiffness",), 10.0)
-    campaign, out = tmp_path / "check" / "campaigns" / plan.name, tmp_path / "check" / "diagnoses" / plan.name
+    campaign, out = (
+        tmp_path / "check" / "campaigns" / plan.name,
+        tmp_path / "check" / "diagnoses" / plan.name,
+    )
     campaign.parent.mkdir(parents=True)
     write_case(plan, campaign)
     assert not list(tmp_path.rglob("*label*"))
     result = subprocess.run(
-        [sys.executable, "-c", _AUDITED, str(campaign), str(out)], cwd=ROOT, capture_output=True, text=True, check=True
+        [sys.executable, "-c", _AUDITED, str(campaign), str(out)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     *paths, modules = result.stdout.splitlines()
     inside = [Path(path) for path in paths if path.startswith(str(tmp_path))]
     assert campaign / "campaign.toml" in inside
     assert all(path.is_relative_to(campaign) or path.is_relative_to(out) for path in inside)
     truth = ROOT / "blind_check"
-    assert not [path for path in paths if Path(path).is_relative_to(truth) and "verdicts" not in path]
-    assert set(modules.split()[1:]) == {"blind_check", "blind_check.sealing", "blind_check.sealing.verdicts"}
+    assert not [
+        path for path in paths if Path(path).is_relative_to(truth) and "verdicts" not in path
+    ]
+    assert set(modules.split()[1:]) == {
+        "carrierflex.blind_check",
+        "carrierflex.blind_check.sealing",
+        "carrierflex.blind_check.sealing.verdicts",
+    }

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.diagnose import diagnose
-from diagnosis.element.problem import element_plant
-from diagnosis.inference.bounded_fit import fit_effects
-from diagnosis.inference.folds import held_out_folds
-from diagnosis.inference.forward_selection import Ladder
-from diagnosis.inference.thresholds import Thresholds
-from diagnosis.mounting.problem import mounting_plant
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.inference.bounded_fit import fit_effects
+from carrierflex.diagnosis.inference.folds import held_out_folds
+from carrierflex.diagnosis.inference.forward_selection import Ladder
+from carrierflex.diagnosis.inference.thresholds import Thresholds
+from carrierflex.diagnosis.mounting.problem import mounting_plant
 from tests.diagnosis.carrier.carrier_twin import CHANNELS, KNOWN, twin_plant
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 from tests.diagnosis.mounting.mounting_campaigns import CONDITIONS, NOISE, mounting_campaign
@@ -21,7 +21,9 @@ FLUID = {"k": 1e7, "c": 5e6}
 
 def without(campaign, *sensors):
     kept = tuple(channel for channel in campaign.channels if channel.name not in sensors)
-    runs = tuple(replace(run, signals={c.name: run.signals[c.name] for c in kept}) for run in campaign.runs)
+    runs = tuple(
+        replace(run, signals={c.name: run.signals[c.name] for c in kept}) for run in campaign.runs
+    )
     return replace(campaign, channels=kept, runs=runs)
 
 
@@ -35,32 +37,50 @@ def test_a_mounting_whose_baseline_contains_the_fluid_is_at_the_noise_floor():
 
 
 def test_a_baseline_with_a_sensors_gain_beside_a_stiff_spring_starts_from_a_motion_within_the_model():
-    plant = mounting_plant(mounting_campaign({"K5": 1e17}, conditions=CONDITIONS[:2], effects=("sensor_gain",)))
+    plant = mounting_plant(
+        mounting_campaign({"K5": 1e17}, conditions=CONDITIONS[:2], effects=("sensor_gain",))
+    )
     fit = fit_effects(plant, ())
     assert np.sqrt(fit.cost / plant.cell_counts.sum()) < 100.0 * NOISE
 
 
 def test_with_two_conditions_what_explains_the_whole_gap_is_named_whatever_a_placebo_does():
-    campaign = without(mounting_campaign({"K5": 1e17}, conditions=(CONDITIONS[2], CONDITIONS[0])), "spz", "sbx")
+    campaign = without(
+        mounting_campaign({"K5": 1e17}, conditions=(CONDITIONS[2], CONDITIONS[0])), "spz", "sbx"
+    )
     found = diagnose(mounting_plant(campaign), campaign="twin", kind="mounting")
     assert found.attribution.effects == ("quintic_stiffness",), found.reason
     assert found.verdict == "named"
 
 
 def test_a_set_whose_search_stuck_is_refused_and_ends_no_diagnosis():
-    plant = twin_plant(contained=tuple(KNOWN)[1:3], loads=((0.75, 0, 5e4),), turns=6, channels=CHANNELS[:3], seed=23)
-    ladder = Ladder(plant, held_out_folds(plant.pieces, runs_have_own=False), Thresholds(), lambda text: None)
+    plant = twin_plant(
+        contained=tuple(KNOWN)[1:3],
+        loads=((0.75, 0, 5e4),),
+        turns=6,
+        channels=CHANNELS[:3],
+        seed=23,
+    )
+    ladder = Ladder(
+        plant, held_out_folds(plant.pieces, runs_have_own=False), Thresholds(), lambda text: None
+    )
     good = ladder.score(("sensor_zero",)).fit
     # A baseline that claims an impossible fit: every larger set is then stuck above it.
     ladder.fits[()] = replace(ladder.fit(()), cost=0.5 * good.cost)
     ladder.fits.pop(("flexible_pins", "sensor_zero"), None)
     assert "the search stuck" in ladder.refusal(("flexible_pins", "sensor_zero"))
-    assert diagnose(plant, campaign="twin", kind="carrier").verdict in ("named", "aliased", "named_with_remainder")
+    assert diagnose(plant, campaign="twin", kind="carrier").verdict in (
+        "named",
+        "aliased",
+        "named_with_remainder",
+    )
 
 
 def test_three_springs_of_one_kind_are_no_explanation():
     plant = element_plant(displacement_campaign(lambda q, v: 4e9 * q**3))
-    ladder = Ladder(plant, held_out_folds(plant.pieces, runs_have_own=False), Thresholds(), lambda text: None)
+    ladder = Ladder(
+        plant, held_out_folds(plant.pieces, runs_have_own=False), Thresholds(), lambda text: None
+    )
     ladder.score(())
     springs = ("cubic_stiffness", "quadratic_stiffness", "quintic_stiffness")
     assert "together they fit any curve" in ladder.refusal(springs)

@@ -1,4 +1,7 @@
-"""Verdicts on simulated elements: named, at the floor, none of these, aliased, and what cannot be diagnosed."""
+"""Verdicts on simulated elements.
+
+Named, at the floor, none of these, aliased, and what cannot be diagnosed.
+"""
 
 from dataclasses import replace
 
@@ -6,13 +9,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from diagnosis.diagnose import diagnose
-from diagnosis.element.problem import element_plant
-from diagnosis.inference.folds import held_out_folds
-from diagnosis.inference.forward_selection import Ladder, explained_share
-from diagnosis.inference.screening import screen
-from diagnosis.inference.thresholds import Thresholds
-from diagnosis.kinds import plant_of
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.inference.folds import held_out_folds
+from carrierflex.diagnosis.inference.forward_selection import Ladder, explained_share
+from carrierflex.diagnosis.inference.screening import screen
+from carrierflex.diagnosis.inference.thresholds import Thresholds
+from carrierflex.diagnosis.kinds import plant_of
 from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign
 from tests.identification.synthetic_campaigns import carrier_campaign
 
@@ -57,7 +60,10 @@ def test_the_gap_map_tells_growth_and_parity_of_the_law(cubic_diagnosis):
 
 @pytest.mark.slow
 def test_an_even_law_stands_on_even_lines():
-    assert "on even lines: the missing law is even" in found(force_campaign(lambda q, v: 2e5 * q**2)).where_text
+    assert (
+        "on even lines: the missing law is even"
+        in found(force_campaign(lambda q, v: 2e5 * q**2)).where_text
+    )
 
 
 def test_nothing_missing_is_at_the_noise_floor_and_a_placebo_is_worth_nothing():
@@ -69,7 +75,9 @@ def test_nothing_missing_is_at_the_noise_floor_and_a_placebo_is_worth_nothing():
 
 def test_interval_of_a_placebo_contains_one():
     plant = element_plant(displacement_campaign(lambda q, v: 20.0 * v * np.abs(v) * 100.0, n=2000))
-    ladder = Ladder(plant, held_out_folds(plant.pieces, runs_have_own=False), Thresholds(), lambda text: None)
+    ladder = Ladder(
+        plant, held_out_folds(plant.pieces, runs_have_own=False), Thresholds(), lambda text: None
+    )
     for placebo in plant.placebos:
         draws = ladder.shrink_draws(ladder.score(()), ladder.score((placebo,)))
         low, high = np.quantile(draws, (0.025, 0.975))
@@ -137,7 +145,10 @@ def test_too_short_a_record_says_what_is_missing():
         rig={"drive": "force"},
         runs=tuple(
             replace(
-                r, time=r.time[:180], inputs={"force": r.inputs["force"][:180]}, signals={"q": r.signals["q"][:180]}
+                r,
+                time=r.time[:180],
+                inputs={"force": r.inputs["force"][:180]},
+                signals={"q": r.signals["q"][:180]},
             )
             for r in campaign.runs
         ),
@@ -145,7 +156,10 @@ def test_too_short_a_record_says_what_is_missing():
     own = found(short)
     assert own.verdict == "not_diagnosable"
     # A tenth at either end carries no derivatives.
-    assert own.attribution.separating_test == "run R0 holds 144 samples that count; expected at least 200"
+    assert (
+        own.attribution.separating_test
+        == "run R0 holds 144 samples that count; expected at least 200"
+    )
 
 
 def test_signals_that_say_nothing_are_refused():
@@ -155,20 +169,26 @@ def test_signals_that_say_nothing_are_refused():
     def with_signal(values):
         return replace(campaign, runs=(replace(run, signals={"q": values}),))
 
-    with pytest.raises(ValueError, match=r"run R0: column 'q' holds 0 measured samples; expected a signal"):
+    with pytest.raises(
+        ValueError, match=r"run R0: column 'q' holds 0 measured samples; expected a signal"
+    ):
         plant_of(with_signal(np.full(run.time.size, np.nan)))
-    with pytest.raises(ValueError, match=r"run R0: column 'q' is 0.25 throughout; expected a signal that changes"):
+    with pytest.raises(
+        ValueError, match=r"run R0: column 'q' is 0.25 throughout; expected a signal that changes"
+    ):
         plant_of(with_signal(np.full(run.time.size, 0.25)))
     idle = replace(campaign, runs=(replace(run, inputs={"force": np.zeros(run.time.size)}),))
     with pytest.raises(ValueError, match=r"run R0: column 'force' is 0.0 throughout"):
         plant_of(idle)
     volts = replace(campaign, channels=(replace(campaign.channels[0], unit="V"),))
-    with pytest.raises(ValueError, match=r"unit of 'q' is V and that of the input 'force' is N; expected both"):
+    with pytest.raises(
+        ValueError, match=r"unit of 'q' is V and that of the input 'force' is N; expected both"
+    ):
         plant_of(volts)
 
 
 def test_a_kind_without_a_plant_is_refused(monkeypatch):
-    monkeypatch.setattr("diagnosis.kinds.PLANT_BUILDERS", {"element": element_plant})
+    monkeypatch.setattr("carrierflex.diagnosis.kinds.PLANT_BUILDERS", {"element": element_plant})
     with pytest.raises(ValueError, match=r"is of kind carrier; diagnose knows the kinds element"):
         plant_of(carrier_campaign())
 

@@ -1,8 +1,9 @@
 """Turn the measured EMPS benchmark (a servo axis with dry friction) into a campaign of kind "element".
 
-A. Janot, M. Gautier, M. Brunot, "Data set and reference models of EMPS" (2019): motor command [V] and position [m] of a
-prismatic joint in closed loop. The loop fixes the motion, so the axis is looked at from the motion to the force (inverse
-dynamics), filtered without phase shift at 20 Hz as the benchmark's authors do.
+A. Janot, M. Gautier, M. Brunot, "Data set and reference models of EMPS" (2019): motor command [V]
+and position [m] of a prismatic joint in closed loop. The loop fixes the motion, so the axis is
+looked at from the motion to the force (inverse dynamics), filtered without phase shift at 20 Hz as
+the benchmark's authors do.
 """
 
 from pathlib import Path
@@ -10,17 +11,18 @@ from pathlib import Path
 import numpy as np
 from scipy.io import loadmat
 
-from identification.campaign.campaign import Baseline, Campaign, Channel
-from identification.campaign.campaign_files import write_campaign
-from identification.campaign.records import Run
-from identification.campaign.signals import band_limited
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign.signals import band_limited
 
 FILES = {"train": "DATA_EMPS.mat", "pulses": "DATA_EMPS_PULSES.mat"}
 SAMPLE_RATE = 1000.0
 BAND_HZ = 20.0
 #: Every fifth sample is kept: ten a period of the band's end.
 _KEPT = 5
-#: Frequency above which the command holds noise only; its density there is taken as that of the noise in the band.
+#: Frequency above which the command holds noise only; its density there is taken as that of the
+#: noise in the band.
 _NOISE_FROM_HZ = 250.0
 
 

@@ -1,7 +1,8 @@
 """Turn the measured Silverbox benchmark (an electronic Duffing oscillator) into a campaign of kind "element".
 
-T. Wigren, J. Schoukens, "Three free data sets for development and benchmarking in nonlinear system identification"
-(2013): input V1 and output V2 [V], ten realisations of a multisine and a noise of growing amplitude ("arrow").
+T. Wigren, J. Schoukens, "Three free data sets for development and benchmarking in nonlinear system
+identification" (2013): input V1 and output V2 [V], ten realisations of a multisine and a noise of
+growing amplitude ("arrow").
 """
 
 from pathlib import Path
@@ -9,10 +10,10 @@ from pathlib import Path
 import numpy as np
 from scipy.io import loadmat
 
-from identification.campaign.campaign import Baseline, Campaign, Channel
-from identification.campaign.campaign_files import write_campaign
-from identification.campaign.records import Run
-from identification.campaign.signals import band_limited
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign.signals import band_limited
 
 SAMPLE_RATE = 1e7 / 2**14
 #: Official split (0-based, half open), and the condition each part belongs to.
@@ -39,7 +40,8 @@ def main(folder: Path, *, out: Path) -> Path:
     Returns
     -------
     Path
-        The campaign: three runs, force and displacement in volts; the noise is what the output holds above the drive's band.
+        The campaign: three runs, force and displacement in volts; the noise is what the output
+        holds above the drive's band.
 
     Raises
     ------
@@ -48,7 +50,9 @@ def main(folder: Path, *, out: Path) -> Path:
     """
     path = folder / "SNLS80mV.mat"
     if not path.is_file():
-        raise ValueError(f"{folder}: no file SNLS80mV.mat; expected the folder of the Silverbox benchmark")
+        raise ValueError(
+            f"{folder}: no file SNLS80mV.mat; expected the folder of the Silverbox benchmark"
+        )
     table = loadmat(path)
     drive, response = (np.asarray(table[name], dtype=np.float64).ravel() for name in ("V1", "V2"))
     drive, response = drive - drive.mean(), response - response.mean()
@@ -60,7 +64,9 @@ def main(folder: Path, *, out: Path) -> Path:
     noise = response - band_limited(response, 1.0 / SAMPLE_RATE, _DRIVE_END_HZ / 0.8)
     # White noise: what lies above the band, scaled up to the whole of it.
     above = 1.0 - _DRIVE_END_HZ / 0.9 / (0.5 * SAMPLE_RATE)
-    channel = Channel("displacement", "displacement", "V", noise_std=float(noise.std() / np.sqrt(above)))
+    channel = Channel(
+        "displacement", "displacement", "V", noise_std=float(noise.std() / np.sqrt(above))
+    )
     campaign = Campaign(
         kind="element",
         name="Silverbox",

@@ -1,7 +1,8 @@
 """Tell where the gap between a campaign and its simulation lies, which effect is missing, how far it shrinks.
 
-Writes diagnosis.json and report.html. A good answer: a verdict whose held-out shrink interval excludes one, a placebo
-that does not shrink the gap, and what is left near the noise floor; "none of these" and "not diagnosable" are answers too.
+Writes diagnosis.json and report.html. A good answer: a verdict whose held-out shrink interval
+excludes one, a placebo that does not shrink the gap, and what is left near the noise floor; "none
+of these" and "not diagnosable" are answers too.
 """
 
 from datetime import datetime
@@ -9,19 +10,19 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from diagnosis.diagnose import diagnose
-from diagnosis.diagnosis_files import DIAGNOSIS_FILE, write_diagnosis, write_report
-from diagnosis.kinds import plant_of
-from diagnosis.report.page import ReportSource, report_page
-from diagnosis.results import Diagnosis
-from fe.curve_files import read_curves
-from fe.deflection_curves import DeflectionCurve
-from files.versions import versions
-from identification.campaign.campaign import Campaign
-from identification.campaign.campaign_files import read_campaign
-from workflows.support.default_curves import default_curves
-from workflows.support.outputs import prepared_folder
-from workflows.support.progress import Stages
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.diagnosis_files import DIAGNOSIS_FILE, write_diagnosis, write_report
+from carrierflex.diagnosis.kinds import plant_of
+from carrierflex.diagnosis.report.page import ReportSource, report_page
+from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.fe.curve_files import read_curves
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.files.versions import versions
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.workflows.support.default_curves import default_curves
+from carrierflex.workflows.support.outputs import prepared_folder
+from carrierflex.workflows.support.progress import Stages
 
 REPORT_FILE = "report.html"
 
@@ -50,7 +51,8 @@ def main(campaign: Path, *, out: Path, quiet: bool = False) -> Diagnosis:
     OSError
         Where `out` cannot be written.
     """
-    # Small matrices in long loops: on a busy machine the threads of a parallel product wait for each other ten times longer.
+    # Small matrices in long loops: on a busy machine the threads of a parallel product wait for
+    # each other ten times longer.
     with threadpool_limits(limits=1):
         return _diagnosed(campaign, out, Stages(4, quiet))
 

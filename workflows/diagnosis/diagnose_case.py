@@ -1,4 +1,6 @@
-"""Diagnosis of one sealed case, as ``carrierflex diagnose`` makes it: all it is given is the folder of the campaign.
+"""Diagnosis of one sealed case, as ``carrierflex diagnose`` makes it.
+
+All it is given is the folder of the campaign.
 
 Nothing of the truth is imported here: a process that runs it has never held a label.
 """
@@ -6,15 +8,16 @@ Nothing of the truth is imported here: a process that runs it has never held a l
 import time
 from pathlib import Path
 
-from blind_check.sealing.verdicts import TIMES_FILE
-from files.json_files import save_json
-from workflows.diagnosis.diagnose_campaign import main as diagnose_campaign
+from carrierflex.blind_check.sealing.verdicts import TIMES_FILE
+from carrierflex.files.json_files import save_json
+from carrierflex.workflows.diagnosis.diagnose_campaign import main as diagnose_campaign
 
 
 def diagnose_case(campaign: Path, out: Path) -> None:
     """Diagnose a campaign and write diagnosis.json, report.html and the time it took.
 
-    An input that is refused or a numerical failure is an answer too, and a wrong one: it is kept as such and ends no check.
+    An input that is refused or a numerical failure is an answer too, and a wrong one: it is kept as
+    such and ends no check.
 
     Parameters
     ----------

@@ -1,6 +1,7 @@
 """Diagnose the main job's load cases against a rigid, aligned carrier, and tell what the papers' effects are worth.
 
-Writes diagnosis.json and report.html. A good answer names the misalignment and the flexible pins that the load cases hold.
+Writes diagnosis.json and report.html. A good answer names the misalignment and the flexible pins
+that the load cases hold.
 """
 
 from dataclasses import dataclass
@@ -8,11 +9,11 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from diagnosis.inference.effects_in_turn import EffectsInTurn, effects_in_turn
-from diagnosis.kinds import plant_of
-from diagnosis.results import Diagnosis
-from identification.campaign.campaign_files import read_campaign
-from workflows.diagnosis import diagnose_campaign
+from carrierflex.diagnosis.inference.effects_in_turn import EffectsInTurn, effects_in_turn
+from carrierflex.diagnosis.kinds import plant_of
+from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.workflows.diagnosis import diagnose_campaign
 
 #: Effects of the 2012 paper's models M1 and M2, in the order of its argument.
 PAPER_EFFECTS = ("housing_tilt", "carrier_tilt", "flexible_pins", "stiff_pins")

@@ -1,7 +1,8 @@
 """How often is a diagnosis right? Campaigns whose missing effect is sealed, diagnosed, and only then opened.
 
-Writes seals.json before the first diagnosis, a diagnosis.json for each case, then labels.json, blind_check.json and
-blind_check.md. A good answer: every wanted figure is met by a full run (docs/blind_check.md).
+Writes seals.json before the first diagnosis, a diagnosis.json for each case, then labels.json,
+blind_check.json and blind_check.md. A good answer: every wanted figure is met by a full run
+(docs/blind_check.md).
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,21 +15,21 @@ from typing import Any, Literal
 
 from rich.console import Console
 
-from blind_check.case_plans import case_plans, full_size
-from blind_check.labels import KINDS
-from blind_check.scoring.judging import Judged, judged_cases
-from blind_check.scoring.result import BlindCheck
-from blind_check.scoring.scoring import Score, score
-from blind_check.sealing.check import diagnosed, opened, sealed_check
-from blind_check.truth.campaigns import write_case
-from files.json_files import plain, save_json
-from files.versions import software_name
-from files.whole_files import whole_file
-from workflows.diagnosis.diagnose_case import diagnose_case
-from workflows.screen.score_tables import score_page
-from workflows.support.executors import work_executor
-from workflows.support.outputs import prepared_folder
-from workflows.support.progress import Stages
+from carrierflex.blind_check.case_plans import case_plans, full_size
+from carrierflex.blind_check.labels import KINDS
+from carrierflex.blind_check.scoring.judging import Judged, judged_cases
+from carrierflex.blind_check.scoring.result import BlindCheck
+from carrierflex.blind_check.scoring.scoring import Score, score
+from carrierflex.blind_check.sealing.check import diagnosed, opened, sealed_check
+from carrierflex.blind_check.truth.campaigns import write_case
+from carrierflex.files.json_files import plain, save_json
+from carrierflex.files.versions import software_name
+from carrierflex.files.whole_files import whole_file
+from carrierflex.workflows.diagnosis.diagnose_case import diagnose_case
+from carrierflex.workflows.screen.score_tables import score_page
+from carrierflex.workflows.support.executors import work_executor
+from carrierflex.workflows.support.outputs import prepared_folder
+from carrierflex.workflows.support.progress import Stages
 
 Kind = Literal["carrier", "mounting", "element", "all"]
 
@@ -59,7 +60,8 @@ def main(
     workers : int
         Processes that write and diagnose cases.
     scheduler : str
-        Address of a Dask scheduler (tcp://host:8786) for the same, instead of workers; its workers see the folder.
+        Address of a Dask scheduler (tcp://host:8786) for the same, instead of workers; its workers
+        see the folder.
     keep : bool
         Keep the campaigns and reports.
     quiet : bool
@@ -122,16 +124,30 @@ def _processes(workers: int, scheduler: str | None) -> Iterator[Executor]:
 def _write(out: Path, found: Score, judged: Sequence[Judged], *, command: str, digest: str) -> None:
     date, software = f"{datetime.now():%Y-%m-%d}", software_name()
     head = {"format": "carrierflex-blind-check", "version": 1, "software": software, "date": date}
-    figures: dict[str, Any] = {"met": found.met, "figures": plain(found.figures), "confusion": plain(found.confusion)}
+    figures: dict[str, Any] = {
+        "met": found.met,
+        "figures": plain(found.figures),
+        "confusion": plain(found.confusion),
+    }
     rows = [
         {
-            **{name: getattr(own.label, name) for name in ("case", "family", "effects", "gap_over_floor", "rho")},
-            **{"verdict": own.verdict.document["verdict"], "named": own.named, "right": own.is_right},
+            **{
+                name: getattr(own.label, name)
+                for name in ("case", "family", "effects", "gap_over_floor", "rho")
+            },
+            **{
+                "verdict": own.verdict.document["verdict"],
+                "named": own.named,
+                "right": own.is_right,
+            },
             **{"reason": own.verdict.document.get("reason"), "seconds": own.verdict.seconds},
         }
         for own in judged
     ]
-    save_json(out / "blind_check.json", head | {"command": command, "digest": digest} | figures | {"cases": rows})
+    save_json(
+        out / "blind_check.json",
+        head | {"command": command, "digest": digest} | figures | {"cases": rows},
+    )
     page = score_page(found, command=command, date=date, digest=digest, software=software)
     with whole_file(out / "blind_check.md") as file:
         file.write_text(page, encoding="utf-8")

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.carrier_curves import UNIT_TORQUE
-from fe.half_sector_curve import half_sector_curve
-from fe.load_cases import bonded_pin_load, gear_forces, simply_supported_pin_load
-from geometry.carrier_mesh import flexible_half_sector, stiff_half_sector
-from geometry.parameter_files import StageParameters
+from carrierflex.fe.carrier_curves import UNIT_TORQUE
+from carrierflex.fe.half_sector_curve import half_sector_curve
+from carrierflex.fe.load_cases import bonded_pin_load, gear_forces, simply_supported_pin_load
+from carrierflex.geometry.carrier_mesh import flexible_half_sector, stiff_half_sector
+from carrierflex.geometry.parameter_files import StageParameters
 
 #: Element sizes of the study [m].
 STUDY_SIZES = (0.025, 0.016, 0.0125)
@@ -62,9 +62,13 @@ def main(stage: StageParameters, sizes: tuple[float, ...] = STUDY_SIZES) -> Mesh
     for size in sizes:
         half = flexible_half_sector(stage.carrier, size)
         load = simply_supported_pin_load(1, force, 0.0, stage.carrier)
-        flexible.append(half_sector_curve(half, stage.carrier, load).axial_order_content()[list(STUDY_ORDERS)])
+        flexible.append(
+            half_sector_curve(half, stage.carrier, load).axial_order_content()[list(STUDY_ORDERS)]
+        )
         half = stiff_half_sector(stage.carrier, stage.pin, size)
         load = bonded_pin_load(1, force, 0.0)
-        stiff.append(half_sector_curve(half, stage.carrier, load).axial_order_content()[list(STUDY_ORDERS)])
+        stiff.append(
+            half_sector_curve(half, stage.carrier, load).axial_order_content()[list(STUDY_ORDERS)]
+        )
         n_dofs.append(3 * len(half.points))
     return MeshStudy(tuple(sizes), tuple(n_dofs), np.array(flexible), np.array(stiff))

@@ -3,20 +3,25 @@
 import json
 from pathlib import Path
 
-from fe.carrier_curves import named_curves
-from fe.curve_files import read_curves, write_curves
-from fe.deflection_curves import DeflectionCurve
-from fe.view import curves_figure
-from files.json_files import plain, save_json
-from files.versions import versions
-from geometry.carrier_mesh import DEFAULT_SIZE
-from geometry.parameter_files import StageParameters, read_parameters
-from workflows.support.cached_results import cached_files
-from workflows.support.carrier_files import CarrierFiles
-from workflows.support.carrier_variants import CarrierVariant, flexible_variant, given_variant, stiff_variant
-from workflows.support.cost_preview import CostPreview, curves_cost, tell
-from workflows.support.outputs import prepared_folder, save_figure
-from workflows.support.progress import Stages
+from carrierflex.fe.carrier_curves import named_curves
+from carrierflex.fe.curve_files import read_curves, write_curves
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.view import curves_figure
+from carrierflex.files.json_files import plain, save_json
+from carrierflex.files.versions import versions
+from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.geometry.parameter_files import StageParameters, read_parameters
+from carrierflex.workflows.support.cached_results import cached_files
+from carrierflex.workflows.support.carrier_files import CarrierFiles
+from carrierflex.workflows.support.carrier_variants import (
+    CarrierVariant,
+    flexible_variant,
+    given_variant,
+    stiff_variant,
+)
+from carrierflex.workflows.support.cost_preview import CostPreview, curves_cost, tell
+from carrierflex.workflows.support.outputs import prepared_folder, save_figure
+from carrierflex.workflows.support.progress import Stages
 
 _CURVES, _PICTURE, _INPUTS = "deflection_curves.csv", "deflection_curves.png", "inputs.json"
 
@@ -36,8 +41,8 @@ def main(
 ) -> dict[str, DeflectionCurve] | CostPreview:
     """Compute the rim's deflection curves by finite elements.
 
-    Writes deflection_curves.csv (theta_deg; delta_s, delta_f in m per kN m of drive torque; g_s, g_f in m per N on pin 1;
-    the radial ones beside them), deflection_curves.png and inputs.json.
+    Writes deflection_curves.csv (theta_deg; delta_s, delta_f in m per kN m of drive torque; g_s,
+    g_f in m per N on pin 1; the radial ones beside them), deflection_curves.png and inputs.json.
 
     Parameters
     ----------
@@ -46,13 +51,15 @@ def main(
     size
         Element edge length [m].
     parameters
-        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out keeps its default.
+        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
+        keeps its default.
     step
         STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
     surfaces
         TOML file that states the STEP file's surfaces; carrierflex cad writes one to start from.
     flexible_mesh, stiff_mesh
-        Mesh files (.msh, metres) of the carrier without and with bonded pins, instead of the parametric carrier.
+        Mesh files (.msh, metres) of the carrier without and with bonded pins, instead of the
+        parametric carrier.
     preview
         Only tell what the work will cost.
     cache
@@ -63,7 +70,8 @@ def main(
     Returns
     -------
     dict
-        The four curves by name. A good answer has six peaks in delta_s, three in delta_f, and orders 3, 6, 9 ... only.
+        The four curves by name. A good answer has six peaks in delta_s, three in delta_f, and
+        orders 3, 6, 9 ... only.
     """
     stage = read_parameters(parameters)
     files = _files(step, surfaces, flexible_mesh, stiff_mesh)
@@ -82,28 +90,51 @@ def main(
     return read_curves(out / _CURVES, radius=radius)
 
 
-def _files(step: Path | None, surfaces: Path | None, flexible: Path | None, stiff: Path | None) -> CarrierFiles:
+def _files(
+    step: Path | None, surfaces: Path | None, flexible: Path | None, stiff: Path | None
+) -> CarrierFiles:
     if (flexible is None) != (stiff is None):
-        alone, absent = ("--flexible-mesh", "--stiff-mesh") if stiff is None else ("--stiff-mesh", "--flexible-mesh")
+        alone, absent = (
+            ("--flexible-mesh", "--stiff-mesh")
+            if stiff is None
+            else ("--stiff-mesh", "--flexible-mesh")
+        )
         raise ValueError(f"{alone} is given without {absent}; expected the meshes of both variants")
     return CarrierFiles(
-        step, surfaces, {} if flexible is None or stiff is None else {"flexible": flexible, "stiff": stiff}
+        step,
+        surfaces,
+        {} if flexible is None or stiff is None else {"flexible": flexible, "stiff": stiff},
     )
 
 
-def _compute(out: Path, stage: StageParameters, size: float, files: CarrierFiles, *, quiet: bool) -> None:
+def _compute(
+    out: Path, stage: StageParameters, size: float, files: CarrierFiles, *, quiet: bool
+) -> None:
     stages = Stages(3, quiet)
     with stages.stage(f"flexible carrier, elements of {size} m"):
-        flexible = given_variant("flexible", files, stage, size) if files.given else flexible_variant(stage, size)
+        flexible = (
+            given_variant("flexible", files, stage, size)
+            if files.given
+            else flexible_variant(stage, size)
+        )
     with stages.stage(f"stiff carrier, elements of {size} m"):
-        stiff = given_variant("stiff", files, stage, size) if files.given else stiff_variant(stage, size)
+        stiff = (
+            given_variant("stiff", files, stage, size)
+            if files.given
+            else stiff_variant(stage, size)
+        )
     _refuse_different_carriers(flexible, stiff)
     with stages.stage("files"):
         curves = named_curves(stiff.deflection, flexible.deflection)
         write_curves(out / _CURVES, curves)
         save_figure(out / _PICTURE, curves_figure(curves["delta_s"], curves["delta_f"]))
         radius = curves["delta_s"].radius
-        content = {"size": size, "stage": plain(stage), "files": files.record(), "sensor_radius": radius}
+        content = {
+            "size": size,
+            "stage": plain(stage),
+            "files": files.record(),
+            "sensor_radius": radius,
+        }
         save_json(out / _INPUTS, {**content, "versions": versions()})
 
 

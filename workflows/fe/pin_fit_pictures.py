@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fe.curve_mixes import convex_mix, least_squares_mix
-from reduction.pin_fit import ExtremeCurves, PinFitFamily, PinFitRow
+from carrierflex.fe.curve_mixes import convex_mix, least_squares_mix
+from carrierflex.reduction.pin_fit import ExtremeCurves, PinFitFamily, PinFitRow
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Residuals of a :class:`reduction.pin_fit.PinFitRow` in words.
+#: Residuals of a :class:`carrierflex.reduction.pin_fit.PinFitRow` in words.
 RESIDUALS = {
     "residual": "stiff and flexible, best shares",
     "residual_nonnegative": "same, shares of zero or more",
@@ -76,20 +76,32 @@ def sweep_figure(study: PinFitStudy) -> "Figure":
     orders = {"order_3": "order 3", "order_6": "order 6", "order_9": "order 9", "rms": "RMS"}
     _draw(axes[0], x, study.tied, orders, scale=_UM)
     axes[0].set_ylabel("axial rim deflection [µm per kN m]")
-    shares = {"rho_s": "ρ_s, stiff", "rho_f": "ρ_f, flexible", "rho_s_convex": "ρ_s where both add up to one"}
+    shares = {
+        "rho_s": "ρ_s, stiff",
+        "rho_f": "ρ_f, flexible",
+        "rho_s_convex": "ρ_s where both add up to one",
+    }
     _draw(axes[1], x, study.tied, shares)
     axes[1].set_ylabel("shares of the best mix")
-    _draw(axes[2], x, study.tied, {name: text for name, text in RESIDUALS.items() if name != "residual_nonnegative"})
+    _draw(
+        axes[2],
+        x,
+        study.tied,
+        {name: text for name, text in RESIDUALS.items() if name != "residual_nonnegative"},
+    )
     axes[2].set_yscale("log")
     axes[2].set_ylim(1e-4, 1.0)
     axes[2].set_ylabel("RMS left by the mix / RMS of the curve")
     for axis in axes:
-        axis.axvline(study.changes["more than three peaks"], color="black", lw=1.0, ls="--", zorder=0)
+        axis.axvline(
+            study.changes["more than three peaks"], color="black", lw=1.0, ls="--", zorder=0
+        )
         axis.axvline(study.changes["RMS of Table 4"], color="0.6", lw=1.0, ls=":", zorder=0)
         axis.grid(alpha=0.25)
         axis.legend(loc="best", framealpha=1.0)
     axes[0].set_title(
-        "dashed: three peaks left of it, more right of it; dotted: RMS of the paper's Table 4", loc="left"
+        "dashed: three peaks left of it, more right of it; dotted: RMS of the paper's Table 4",
+        loc="left",
     )
     axes[2].set_xlabel("bending stiffness of each pin interface [N m/rad]")
     ticks = [x[0], *10.0 ** np.arange(4, 13, 2), x[-1]]
@@ -99,13 +111,23 @@ def sweep_figure(study: PinFitStudy) -> "Figure":
 
 
 def _positions(rows: Sequence[PinFitRow]) -> np.ndarray:
-    """Places of the stiffnesses on a logarithmic axis: 0 and infinity a decade beyond the others."""
+    """Places of the stiffnesses on a logarithmic axis.
+
+    0 and infinity a decade beyond the others.
+    """
     x = np.array([row.stiffness for row in rows])
     inside = x[(x > 0.0) & np.isfinite(x)]
     return np.where(x == 0.0, inside.min() / 10.0, np.where(np.isinf(x), inside.max() * 10.0, x))
 
 
-def _draw(axis: Any, x: np.ndarray, rows: Sequence[PinFitRow], columns: dict[str, str], *, scale: float = 1.0) -> None:
+def _draw(
+    axis: Any,
+    x: np.ndarray,
+    rows: Sequence[PinFitRow],
+    columns: dict[str, str],
+    *,
+    scale: float = 1.0,
+) -> None:
     for colour, (name, text) in zip(_COLOURS, columns.items(), strict=False):
         y = scale * np.array([getattr(row, name) for row in rows])
         axis.plot(x[1:-1], y[1:-1], color=colour, lw=1.6, label=text)
@@ -126,7 +148,11 @@ def mix_figure(study: PinFitStudy) -> "Figure":
         angle = np.linspace(-60.0, 60.0, 361)
         drawn = (
             (curve, "joined carrier and pins", {"color": "black", "lw": 2.2}),
-            (best.curve, f"best mix, {100.0 * best.residual:.1f} % left", {"color": _COLOURS[0], "ls": "--"}),
+            (
+                best.curve,
+                f"best mix, {100.0 * best.residual:.1f} % left",
+                {"color": _COLOURS[0], "ls": "--"},
+            ),
             (
                 convex.curve,
                 f"shares add up to one, {100.0 * convex.residual:.1f} % left",

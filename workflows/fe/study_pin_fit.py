@@ -1,7 +1,8 @@
 """Does a mix of stiff and flexible stand for every pin fit? The torque curve over the interface stiffness from 0 to infinity.
 
-The 2012 paper believes that a mix of the two extreme curves represents the actual deflection. A good answer tells where three
-peaks become six, which shares represent each curve, and what the best mix leaves of it.
+The 2012 paper believes that a mix of the two extreme curves represents the actual deflection. A
+good answer tells where three peaks become six, which shares represent each curve, and what the best
+mix leaves of it.
 """
 
 import csv
@@ -11,21 +12,34 @@ from pathlib import Path
 
 import numpy as np
 
-from fe.carrier_curves import CASES, UNIT_TORQUE, carrier_deflection, flexible_cases, stiff_cases
-from fe.deflection_curves import DeflectionCurve
-from fe.load_cases import gear_forces
-from files.json_files import save_json
-from files.versions import versions
-from files.whole_files import whole_file
-from geometry.carrier_mesh import DEFAULT_SIZE
-from geometry.parameter_files import StageParameters, read_parameters
-from reduction.craig_bampton import craig_bampton
-from reduction.pin_fit import ExtremeCurves, PinFitFamily, PinFitRow, pin_fit_row, rms, torque_curve
-from reduction.pin_joints import PIN_FITS
-from workflows.fe.pin_fit_pictures import PinFitStudy, mix_figure, sweep_figure
-from workflows.support.named_bodies import body_structure
-from workflows.support.outputs import prepared_folder, save_figure
-from workflows.support.progress import Stages
+from carrierflex.fe.carrier_curves import (
+    CASES,
+    UNIT_TORQUE,
+    carrier_deflection,
+    flexible_cases,
+    stiff_cases,
+)
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.load_cases import gear_forces
+from carrierflex.files.json_files import save_json
+from carrierflex.files.versions import versions
+from carrierflex.files.whole_files import whole_file
+from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.geometry.parameter_files import StageParameters, read_parameters
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.pin_fit import (
+    ExtremeCurves,
+    PinFitFamily,
+    PinFitRow,
+    pin_fit_row,
+    rms,
+    torque_curve,
+)
+from carrierflex.reduction.pin_joints import PIN_FITS
+from carrierflex.workflows.fe.pin_fit_pictures import PinFitStudy, mix_figure, sweep_figure
+from carrierflex.workflows.support.named_bodies import body_structure
+from carrierflex.workflows.support.outputs import prepared_folder, save_figure
+from carrierflex.workflows.support.progress import Stages
 
 #: Interface stiffnesses between which the sweep runs, beside its two ends [N m/rad].
 LOWEST, HIGHEST = 1e4, 1e12
@@ -42,7 +56,9 @@ def main(
     parameters: Path | None = None,
     quiet: bool = False,
 ) -> PinFitStudy:
-    """Sweep the pin fit from simply supported to rigid; writes pin_fit.csv, pin_fit.json and two pictures.
+    """Sweep the pin fit from simply supported to rigid.
+
+    Writes pin_fit.csv, pin_fit.json and two pictures.
 
     Parameters
     ----------
@@ -51,9 +67,11 @@ def main(
     size
         Element edge length [m].
     points_per_decade
-        Stiffnesses a decade from 1e4 to 1e12 N m/rad; 0, infinity and the fits known by name come on top.
+        Stiffnesses a decade from 1e4 to 1e12 N m/rad; 0, infinity and the fits known by name come
+        on top.
     parameters
-        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out keeps its default.
+        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
+        keeps its default.
     quiet
         Show no progress.
 
@@ -85,17 +103,27 @@ def main(
 
 
 def _family(stage: StageParameters, size: float) -> tuple[PinFitFamily, ExtremeCurves]:
-    """Carrier and pin reduced to their pilots, and the extremes that need no joint; statics needs no modes."""
-    cases = {"flexible": flexible_cases(stage.carrier, stage.gear), "stiff": stiff_cases(stage.gear)}
+    """Carrier and pin reduced to their pilots, and the extremes that need no joint.
+
+    Statics needs no modes.
+    """
+    cases = {
+        "flexible": flexible_cases(stage.carrier, stage.gear),
+        "stiff": stiff_cases(stage.gear),
+    }
     forces, radius = gear_forces(UNIT_TORQUE, stage.gear), stage.carrier.sensor_radius
     models, pilot_held, clamped = {}, {}, {}
     for name, loads in cases.items():
         mesh, structure = body_structure(f"{name}_carrier", stage, size)
         models[name] = craig_bampton(structure, 0).model
         pilot_held[name] = torque_curve(name, models[name], loads[_BOTH], radius)
-        clamped[name] = carrier_deflection(structure, np.unique(mesh.surface("shaft_face")), loads).curves["both"]
+        clamped[name] = carrier_deflection(
+            structure, np.unique(mesh.surface("shaft_face")), loads
+        ).curves["both"]
     pin = craig_bampton(body_structure("pin", stage, size)[1], 0).model
-    extremes = ExtremeCurves(pilot_held["stiff"], pilot_held["flexible"], clamped["stiff"], clamped["flexible"])
+    extremes = ExtremeCurves(
+        pilot_held["stiff"], pilot_held["flexible"], clamped["stiff"], clamped["flexible"]
+    )
     return PinFitFamily(models["flexible"], pin, forces, radius), extremes
 
 
@@ -111,7 +139,9 @@ def _changes(family: PinFitFamily) -> dict[str, float]:
         "more than three peaks": lambda curve: len(curve.peak_angles()) > 3,
         "RMS of Table 4": lambda curve: rms(curve) <= TABLE_4_RMS,
     }
-    return {name: family.stiffness_where(reached, LOWEST, HIGHEST) for name, reached in found.items()}
+    return {
+        name: family.stiffness_where(reached, LOWEST, HIGHEST) for name, reached in found.items()
+    }
 
 
 def _write_table(path: Path, rows: Sequence[PinFitRow]) -> None:
@@ -122,4 +152,6 @@ def _write_table(path: Path, rows: Sequence[PinFitRow]) -> None:
         writer.writerow(names)
         for row in rows:
             values = (getattr(row, name) for name in names)
-            writer.writerow([f"{value:.9g}" if isinstance(value, float) else value for value in values])
+            writer.writerow(
+                [f"{value:.9g}" if isinstance(value, float) else value for value in values]
+            )

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from geometry.cad_faces import CadFace
-from geometry.cad_mesh import step_faces
-from geometry.cad_surface_files import CadFrame, read_cad_statements
+from carrierflex.geometry.cad_faces import CadFace
+from carrierflex.geometry.cad_mesh import step_faces
+from carrierflex.geometry.cad_surface_files import CadFrame, read_cad_statements
 
 
 def main(step: Path, *, surfaces: Path | None = None) -> tuple[CadFace, ...]:
@@ -15,7 +15,8 @@ def main(step: Path, *, surfaces: Path | None = None) -> tuple[CadFace, ...]:
     step
         STEP file with one solid, in any length unit.
     surfaces
-        Surfaces file (.toml) whose [frame] says where the carrier's axis lies; without it the file's own frame counts.
+        Surfaces file (.toml) whose [frame] says where the carrier's axis lies; without it the
+        file's own frame counts.
 
     Returns
     -------

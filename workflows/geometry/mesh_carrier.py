@@ -3,13 +3,17 @@
 from pathlib import Path
 from typing import Literal
 
-from geometry.carrier_mesh import DEFAULT_SIZE, flexible_carrier_mesh, stiff_carrier_mesh
-from geometry.mesh_files import check_mesh_path, write_mesh
-from geometry.parameter_files import read_parameters
-from geometry.quality import MeshQuality, mesh_quality
-from workflows.support.carrier_files import CarrierFiles
-from workflows.support.outputs import prepared_folder
-from workflows.support.progress import Stages
+from carrierflex.geometry.carrier_mesh import (
+    DEFAULT_SIZE,
+    flexible_carrier_mesh,
+    stiff_carrier_mesh,
+)
+from carrierflex.geometry.mesh_files import check_mesh_path, write_mesh
+from carrierflex.geometry.parameter_files import read_parameters
+from carrierflex.geometry.quality import MeshQuality, mesh_quality
+from carrierflex.workflows.support.carrier_files import CarrierFiles
+from carrierflex.workflows.support.outputs import prepared_folder
+from carrierflex.workflows.support.progress import Stages
 
 
 def main(
@@ -37,7 +41,8 @@ def main(
     surfaces
         TOML file that states the STEP file's surfaces; carrierflex cad writes one to start from.
     parameters
-        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out keeps its default.
+        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
+        keeps its default.
     quiet
         Show no progress.
 

@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from geometry.cad_export import write_step
-from geometry.cad_faces import CadFace
-from geometry.cad_mesh import step_faces
-from geometry.cad_surface_files import read_cad_statements, write_cad_statements
-from geometry.parameter_files import read_parameters
-from workflows.support.outputs import prepared_folder
+from carrierflex.geometry.cad_export import write_step
+from carrierflex.geometry.cad_faces import CadFace
+from carrierflex.geometry.cad_mesh import step_faces
+from carrierflex.geometry.cad_surface_files import read_cad_statements, write_cad_statements
+from carrierflex.geometry.parameter_files import read_parameters
+from carrierflex.workflows.support.outputs import prepared_folder
 
 
 def main(*, out: Path, parameters: Path | None = None) -> tuple[CadFace, ...]:
@@ -18,7 +18,8 @@ def main(*, out: Path, parameters: Path | None = None) -> tuple[CadFace, ...]:
     out
         Output folder.
     parameters
-        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out keeps its default.
+        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
+        keeps its default.
 
     Returns
     -------

@@ -1,8 +1,9 @@
 """Identify the bushings of the gearbox mounting from a measured load history (2011 paper, section 5).
 
-Fits the linear, the nonlinear and the hydro-dynamic bushing by simulating the whole record, each model warm-started from
-the simpler one, and writes identification.json with the paper's tables 2 and 3. A good answer: the richer model fits
-better by more than rounding, no parameter sits on a bound, and the intervals are narrow beside the values.
+Fits the linear, the nonlinear and the hydro-dynamic bushing by simulating the whole record, each
+model warm-started from the simpler one, and writes identification.json with the paper's tables 2
+and 3. A good answer: the richer model fits better by more than rounding, no parameter sits on a
+bound, and the intervals are narrow beside the values.
 """
 
 from collections.abc import Mapping
@@ -13,24 +14,24 @@ from typing import Any
 
 import numpy as np
 
-from files.json_files import plain
-from files.versions import software_name
-from identification.campaign.campaign import Campaign
-from identification.campaign.campaign_files import read_campaign
-from identification.estimate_files import FORMAT, VERSION, write_identification
-from identification.estimation.complex_method import ComplexSearch
-from identification.mounting.bushing_identification import (
+from carrierflex.files.json_files import plain
+from carrierflex.files.versions import software_name
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.identification.estimate_files import FORMAT, VERSION, write_identification
+from carrierflex.identification.estimation.complex_method import ComplexSearch
+from carrierflex.identification.mounting.bushing_identification import (
     BushingEstimate,
     bootstrapped,
     identify_bushings,
     profiled,
     search_bushings,
 )
-from identification.mounting.bushing_models import BUSHING_MODELS
-from identification.view import bushing_signals_figure, profile_figure
-from workflows.support.executors import work_executor
-from workflows.support.outputs import prepared_folder, save_figure
-from workflows.support.progress import Stages
+from carrierflex.identification.mounting.bushing_models import BUSHING_MODELS
+from carrierflex.identification.view import bushing_signals_figure, profile_figure
+from carrierflex.workflows.support.executors import work_executor
+from carrierflex.workflows.support.outputs import prepared_folder, save_figure
+from carrierflex.workflows.support.progress import Stages
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +47,7 @@ class BushingIdentification:
 
 @dataclass(frozen=True)
 class BushingOptions:
-    """Options of :func:`workflows.identification.identify_parameters.main` that bushing models take."""
+    """Options of :func:`carrierflex.workflows.identification.identify_parameters.main` that bushing models take."""
 
     per_run: bool = False
     weights: Mapping[str, float] | None = None
@@ -59,7 +60,9 @@ class BushingOptions:
     quiet: bool = False
 
 
-def identify(campaign: Path, model: str, out: Path, options: BushingOptions) -> BushingIdentification:
+def identify(
+    campaign: Path, model: str, out: Path, options: BushingOptions
+) -> BushingIdentification:
     """Fit the bushing models up to `model`.
 
     Raises
@@ -78,7 +81,11 @@ def identify(campaign: Path, model: str, out: Path, options: BushingOptions) -> 
             raise ValueError(
                 f"--profile {name}: {model} has no such parameter; expected one of {', '.join(last.names)}"
             )
-    groups = {run.name: replace(measured, runs=(run,)) for run in measured.runs} if options.per_run else {"": measured}
+    groups = (
+        {run.name: replace(measured, runs=(run,)) for run in measured.runs}
+        if options.per_run
+        else {"": measured}
+    )
     estimates: dict[str, tuple[BushingEstimate, ...]] = {}
     profiles: dict[str, Any] = {}
     with work_executor(options.workers, options.scheduler) as executor:
@@ -88,11 +95,19 @@ def identify(campaign: Path, model: str, out: Path, options: BushingOptions) -> 
                 if options.bootstrap:
                     found = (
                         *found[:-1],
-                        bootstrapped(group, found[-1], executor, options.bootstrap, options.seed, options.weights),
+                        bootstrapped(
+                            group,
+                            found[-1],
+                            executor,
+                            options.bootstrap,
+                            options.seed,
+                            options.weights,
+                        ),
                     )
                 estimates[name] = found
                 profiles |= {
-                    f"{name} {one}".strip(): profiled(group, found[-1], one, options.weights) for one in options.profile
+                    f"{name} {one}".strip(): profiled(group, found[-1], one, options.weights)
+                    for one in options.profile
                 }
     prepared_folder(out)
     searches, seconds = {}, {}
@@ -100,7 +115,9 @@ def identify(campaign: Path, model: str, out: Path, options: BushingOptions) -> 
         with stages.stage("complex method on the same record"):
             for one in BUSHING_MODELS[: BUSHING_MODELS.index(last) + 1]:
                 begin = perf_counter()
-                searches[one.name] = search_bushings(measured, one, weights=options.weights, seed=options.seed)
+                searches[one.name] = search_bushings(
+                    measured, one, weights=options.weights, seed=options.seed
+                )
                 seconds[one.name] = perf_counter() - begin
     result = BushingIdentification(measured.name, estimates, searches, seconds, ())
     with stages.stage(f"writing {out}"):
@@ -112,7 +129,10 @@ def _written(
 ) -> tuple[Path, ...]:
     files = [out / "identification.json", out / "signals.png"]
     write_identification(files[0], plain(_document(measured, found)))
-    last = {run.name: found.estimates.get(run.name, found.estimates.get("", ()))[-1] for run in measured.runs}
+    last = {
+        run.name: found.estimates.get(run.name, found.estimates.get("", ()))[-1]
+        for run in measured.runs
+    }
     save_figure(files[1], bushing_signals_figure(measured, last))
     if profiles:
         save_figure(out / "profiles.png", profile_figure(profiles))
@@ -146,16 +166,23 @@ def _document(measured: Campaign, found: BushingIdentification) -> dict[str, Any
             for text in one.uncertainty.undetermined
         ],
         "correlation": {
-            group: {"parameters": one.fit.names, "matrix": one.uncertainty.correlation} for group, one in last.items()
+            group: {"parameters": one.fit.names, "matrix": one.uncertainty.correlation}
+            for group, one in last.items()
         },
         "model_runs": sum(estimate.fit.model_runs for estimate in every),
         "seconds": sum(estimate.seconds for estimate in every),
-        "models": {group: benchmark_rows(estimates, found) for group, estimates in found.estimates.items()},
+        "models": {
+            group: benchmark_rows(estimates, found) for group, estimates in found.estimates.items()
+        },
     }
 
 
-def benchmark_rows(estimates: tuple[BushingEstimate, ...], found: BushingIdentification) -> list[dict[str, Any]]:
-    """Table 2 of the 2011 paper with table 3 in it, one row a model: parameters, time, accuracy, and what it cost to find.
+def benchmark_rows(
+    estimates: tuple[BushingEstimate, ...], found: BushingIdentification
+) -> list[dict[str, Any]]:
+    """Table 2 of the 2011 paper with table 3 in it, one row a model.
+
+    Parameters, time, accuracy, and what it cost to find.
 
     ``accuracy`` is the objective over that of the linear model: lower is better.
     """

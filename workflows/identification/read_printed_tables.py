@@ -1,16 +1,17 @@
 """Derive what the printed tables of the 2012 paper say about the real machine.
 
-Rim deflection, misalignment of main shaft and carrier, and the static saddle that no rigid motion follows: each with
-the interval that the printed digits allow. Figures to hold a simulation or an identification against.
+Rim deflection, misalignment of main shaft and carrier, and the static saddle that no rigid motion
+follows: each with the interval that the printed digits allow. Figures to hold a simulation or an
+identification against.
 """
 
 from pathlib import Path
 
-from files.json_files import save_json
-from files.versions import versions
-from identification.carrier.printed_tables import DerivedFacts, derived_facts
-from identification.view import printed_tables_figure
-from workflows.support.outputs import prepared_folder, save_figure
+from carrierflex.files.json_files import save_json
+from carrierflex.files.versions import versions
+from carrierflex.identification.carrier.printed_tables import DerivedFacts, derived_facts
+from carrierflex.identification.view import printed_tables_figure
+from carrierflex.workflows.support.outputs import prepared_folder, save_figure
 
 
 def main(*, out: Path) -> DerivedFacts:

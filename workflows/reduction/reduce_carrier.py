@@ -5,21 +5,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fe.carrier_curves import CASES, UNIT_TORQUE, flexible_cases, sensor_curve
-from fe.deflection_curves import DeflectionCurve
-from fe.load_cases import gear_forces
-from fe.structural_model import StructuralModel
-from geometry.parameter_files import StageParameters
-from reduction.certificate import compliance_errors
-from reduction.craig_bampton import craig_bampton
-from reduction.fixed_interface_modes import FixedInterfaceModes
-from reduction.held_structure import GroundedBody, HeldStructure
-from reduction.pin_fit import HELD, PinFitFamily
-from reduction.pin_joints import PAPER_STIFFNESS, TABLE_4_STIFFNESS
-from reduction.reduced_model import ReducedModel
-from workflows.support.named_bodies import body_structure
+from carrierflex.fe.carrier_curves import CASES, UNIT_TORQUE, flexible_cases, sensor_curve
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.load_cases import gear_forces
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.reduction.certificate import compliance_errors
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes
+from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
+from carrierflex.reduction.pin_fit import HELD, PinFitFamily
+from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, TABLE_4_STIFFNESS
+from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.workflows.support.named_bodies import body_structure
 
-#: Interface stiffnesses of the study [N m/rad]: simply supported, the paper's, the one of Table 4's rim size, nearly rigid.
+#: Interface stiffnesses of the study [N m/rad]: simply supported, the paper's, the one of Table 4's
+#: rim size, nearly rigid.
 STUDY_STIFFNESSES = (0.0, PAPER_STIFFNESS, 1e7, TABLE_4_STIFFNESS, 1e8, 1e12)
 CARRIER_MODES, PIN_MODES = 20, 6
 
@@ -42,11 +43,13 @@ class ReducedCarrier:
     flexible, stiff, pin : ReducedBody
         Carrier without pins, carrier with bonded pins, pin 1.
     joined : dict of float to DeflectionCurve
-        Torque curve of carrier and pins joined in the reduced space, by interface stiffness [N m/rad].
+        Torque curve of carrier and pins joined in the reduced space, by interface stiffness [N
+        m/rad].
     sliding : DeflectionCurve
         The same at stiffness 0 with pins free to slide in their downwind bores.
     reference : DeflectionCurve
-        Torque curve of the full model without pins, its shaft face held through its pilot as in the assemblies.
+        Torque curve of the full model without pins, its shaft face held through its pilot as in the
+        assemblies.
     """
 
     flexible: ReducedBody
@@ -80,7 +83,8 @@ def main(
     Returns
     -------
     ReducedCarrier
-        A good reduction has compliance errors below 1e-9, and its sliding curve equals the reference.
+        A good reduction has compliance errors below 1e-9, and its sliding curve equals the
+        reference.
     """
     _, pin_structure = body_structure("pin", stage, size)
     pin, _ = _reduced(pin_structure, PIN_MODES, provenance)
@@ -103,10 +107,14 @@ def _reduced(
     return ReducedBody(reduction.model, reduction.modes, error), reduction.body
 
 
-def _held_through_pilot(stage: StageParameters, structure: StructuralModel, body: GroundedBody) -> DeflectionCurve:
+def _held_through_pilot(
+    stage: StageParameters, structure: StructuralModel, body: GroundedBody
+) -> DeflectionCurve:
     """Torque curve of the full model without pins, its shaft face held through the pilot instead of node by node."""
     load = structure.load_vector(flexible_cases(stage.carrier, stage.gear)[CASES.index("both")])
     shaft = tuple(pilot for pilot in structure.pilots if pilot.name == HELD)
     u = HeldStructure(body, shaft).solve(load[:, None], np.zeros((6, 1)))[0]
     assert structure.sensors is not None
-    return sensor_curve("full model", structure.sensors.rows @ u[:, 0], UNIT_TORQUE, stage.carrier.sensor_radius)
+    return sensor_curve(
+        "full model", structure.sensors.rows @ u[:, 0], UNIT_TORQUE, stage.carrier.sensor_radius
+    )

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 from rich.console import Group, RenderableType
 from rich.markup import escape
 
-from blind_check.scoring.judging import Judged
-from blind_check.scoring.scoring import ClassRow, Figure, Score
-from workflows.screen.titled_table import titled_table
+from carrierflex.blind_check.scoring.judging import Judged
+from carrierflex.blind_check.scoring.scoring import ClassRow, Figure, Score
+from carrierflex.workflows.screen.titled_table import titled_table
 
 if TYPE_CHECKING:
-    from blind_check.scoring.result import BlindCheck
+    from carrierflex.blind_check.scoring.result import BlindCheck
 
 _FIGURES = ("kind", "figure", "wanted", "reached", "95 %", "cases", "met")
 _CLASSES = ("kind", "true class", "cases", "right", "95 %", "answers")
@@ -46,7 +46,12 @@ def score_page(score: Score, *, command: str, date: str, digest: str, software: 
     """
     lines = [f"Run of {date}, {software}, by `{command}`; digest of the seals `{digest}`.", ""]
     for title, columns, rows in _sections(score):
-        lines += [f"### {title[0].upper()}{title[1:]}", "", _line(columns), _line(["---"] * len(columns))]
+        lines += [
+            f"### {title[0].upper()}{title[1:]}",
+            "",
+            _line(columns),
+            _line(["---"] * len(columns)),
+        ]
         lines += [*(_line(row) for row in rows), ""]
     return "\n".join(lines)
 
@@ -54,7 +59,11 @@ def score_page(score: Score, *, command: str, date: str, digest: str, software: 
 def _sections(score: Score) -> list[tuple[str, tuple[str, ...], list[list[str]]]]:
     return [
         ("figures", _FIGURES, [_figure(own) for own in score.figures]),
-        ("confusion by alias class, gap >= 5 floors", _CLASSES, [_class(own) for own in score.confusion]),
+        (
+            "confusion by alias class, gap >= 5 floors",
+            _CLASSES,
+            [_class(own) for own in score.confusion],
+        ),
         ("wrong cases", _WRONG, [_wrong(own) for own in score.wrong]),
     ]
 
@@ -73,7 +82,13 @@ def _interval(interval: tuple[float, float]) -> str:
 
 def _figure(figure: Figure) -> list[str]:
     is_share = figure.interval is not None
-    reached = _percent(figure.value) if is_share else "-" if math.isnan(figure.value) else f"{figure.value:.3g}"
+    reached = (
+        _percent(figure.value)
+        if is_share
+        else "-"
+        if math.isnan(figure.value)
+        else f"{figure.value:.3g}"
+    )
     met = {True: "yes", False: "no", None: "too few" if figure.wanted else ""}[figure.met]
     interval = _interval(figure.interval) if figure.interval is not None else ""
     return [figure.kind, figure.name, figure.wanted, reached, interval, str(figure.cases), met]

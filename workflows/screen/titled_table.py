@@ -8,6 +8,8 @@ def titled_table(title: str, *columns: str) -> Table:
     table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
     for number, column in enumerate(columns):
         table.add_column(
-            column, justify="left" if number == 0 else "right", min_width=len(title) if number == 0 else None
+            column,
+            justify="left" if number == 0 else "right",
+            min_width=len(title) if number == 0 else None,
         )
     return table

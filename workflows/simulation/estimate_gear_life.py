@@ -1,8 +1,11 @@
-"""Estimate what a misaligned planet costs: contact pressure and pitting life of both meshes over the misalignment.
+"""Estimate what a misaligned planet costs.
 
-The 2012 paper finds 1.5 % more pressure at the sun and 23 % less life (its section 4). A good answer tells at which
-misalignment of the mesh that happens, beside the misalignment phi_PLC of main shaft and carrier: the floating sun and
-the bearings leave only a part of phi_PLC in the mesh, and which part is what a drivetrain simulation has to tell.
+Contact pressure and pitting life of both meshes over the misalignment.
+
+The 2012 paper finds 1.5 % more pressure at the sun and 23 % less life (its section 4). A good
+answer tells at which misalignment of the mesh that happens, beside the misalignment phi_PLC of main
+shaft and carrier: the floating sun and the bearings leave only a part of phi_PLC in the mesh, and
+which part is what a drivetrain simulation has to tell.
 """
 
 from dataclasses import dataclass
@@ -12,14 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from files.json_files import save_json
-from files.versions import versions
-from geometry.involute_pair import InvolutePair, ring_planet_pair, sun_planet_pair
-from geometry.parameter_files import read_parameters
-from geometry.parameters import N_PINS, GearData
-from simulation.stage.tooth_contact import ToothFlank, life_ratio, mesh_contact
-from simulation.view import mesh_contact_figure
-from workflows.support.outputs import prepared_folder, save_figure
+from carrierflex.files.json_files import save_json
+from carrierflex.files.versions import versions
+from carrierflex.geometry.involute_pair import InvolutePair, ring_planet_pair, sun_planet_pair
+from carrierflex.geometry.parameter_files import read_parameters
+from carrierflex.geometry.parameters import N_PINS, GearData
+from carrierflex.simulation.stage.tooth_contact import ToothFlank, life_ratio, mesh_contact
+from carrierflex.simulation.view import mesh_contact_figure
+from carrierflex.workflows.support.outputs import prepared_folder, save_figure
 
 #: Largest misalignment of the sweep, the phi_PLC of LC1 that table 5 of the paper determines [rad].
 _PHI_PLC = 5.8e-4
@@ -93,14 +96,22 @@ def main(
     gear = read_parameters(parameters).gear
     flank = ToothFlank(crowning=crowning, tip_relief=tip_relief)
     if not (np.isfinite(largest_misalignment) and largest_misalignment > 0.0):
-        raise ValueError(f"--largest-misalignment is {largest_misalignment} rad; expected a positive angle")
+        raise ValueError(
+            f"--largest-misalignment is {largest_misalignment} rad; expected a positive angle"
+        )
     prepared_folder(out)
     force = _tangential_force(torque, gear)
     slopes = np.linspace(0.0, largest_misalignment, 30)
     pairs = {"sun": sun_planet_pair(gear), "ring": ring_planet_pair(gear)}
-    found = GearLife(torque, flank, slopes, {name: _swept(pair, flank, force, slopes) for name, pair in pairs.items()})
+    found = GearLife(
+        torque,
+        flank,
+        slopes,
+        {name: _swept(pair, flank, force, slopes) for name, pair in pairs.items()},
+    )
     save_json(
-        out / "gear_life.json", {"inputs": {"torque": torque, "gear": gear}, "result": found, "versions": versions()}
+        out / "gear_life.json",
+        {"inputs": {"torque": torque, "gear": gear}, "result": found, "versions": versions()},
     )
     contacts = {
         f"{name}, {slope * 1e6:.0f} urad": mesh_contact(pair, flank, force, misalignment=slope)
@@ -113,17 +124,27 @@ def main(
 
 
 def _tangential_force(torque: float, gear: GearData) -> float:
-    """Force of each mesh at the working pitch circle [N]: half the pin force T/(3a), as the planet is in balance."""
+    """Force of each mesh at the working pitch circle [N].
+
+    Half the pin force T/(3a), as the planet is in balance.
+    """
     return torque / (N_PINS * gear.centre_distance) / 2.0
 
 
-def _swept(pair: InvolutePair, flank: ToothFlank, force: float, slopes: NDArray[np.float64]) -> MeshLife:
+def _swept(
+    pair: InvolutePair, flank: ToothFlank, force: float, slopes: NDArray[np.float64]
+) -> MeshLife:
     aligned = mesh_contact(pair, flank, force).largest_pressure
 
     def ratio(slope: float) -> float:
-        both = (mesh_contact(pair, flank, force, misalignment=sign * slope).largest_pressure for sign in (1, -1))
+        both = (
+            mesh_contact(pair, flank, force, misalignment=sign * slope).largest_pressure
+            for sign in (1, -1)
+        )
         return max(both) / aligned
 
     ratios = np.array([ratio(slope) for slope in slopes])
-    papers = brentq(lambda slope: ratio(slope) - 1.0 - _PAPER_INCREASE, 0.0, _LARGE_MISALIGNMENT, xtol=1e-9)
+    papers = brentq(
+        lambda slope: ratio(slope) - 1.0 - _PAPER_INCREASE, 0.0, _LARGE_MISALIGNMENT, xtol=1e-9
+    )
     return MeshLife(aligned, ratios, np.array([life_ratio(one) for one in ratios]), float(papers))

@@ -1,17 +1,17 @@
 """Export the linear mounting model for co-simulation with other tools.
 
-A good answer: a file ``.fmu`` that an importing tool runs with torque and radial loads as inputs and reads the six motion
-sensors from, equal to the project's own integrator.
+A good answer: a file ``.fmu`` that an importing tool runs with torque and radial loads as inputs
+and reads the six motion sensors from, equal to the project's own integrator.
 """
 
 from dataclasses import dataclass
 from pathlib import Path
 
-from files.versions import versions
-from simulation.mounting.case_files import read_mounting_case
-from simulation.mounting.functional_mockup import c_compiler, mounting_system, write_fmu
-from simulation.mounting.parameters import parameter_array
-from simulation.mounting.rig import MountingRig
+from carrierflex.files.versions import versions
+from carrierflex.simulation.mounting.case_files import read_mounting_case
+from carrierflex.simulation.mounting.functional_mockup import c_compiler, mounting_system, write_fmu
+from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.rig import MountingRig
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,9 @@ class ExportedUnit:
     compiled: bool
 
 
-def main(*, out: Path, case: Path | None = None, step: float = 0.01, sources_only: bool = False) -> ExportedUnit:
+def main(
+    *, out: Path, case: Path | None = None, step: float = 0.01, sources_only: bool = False
+) -> ExportedUnit:
     """Export the linear mounting model as an FMI 2.0 co-simulation unit.
 
     Parameters
@@ -41,10 +43,11 @@ def main(*, out: Path, case: Path | None = None, step: float = 0.01, sources_onl
     out : Path
         File to write, ending in ``.fmu``.
     case : Path, optional
-        Case of kind mounting whose rig and truth are taken; its bushings must be linear. Without it the default rig with
-        linear bushings.
+        Case of kind mounting whose rig and truth are taken; its bushings must be linear. Without it
+        the default rig with linear bushings.
     step : float
-        Own step [s]; communication steps are whole numbers of it. Exact for inputs that are linear in time.
+        Own step [s]; communication steps are whole numbers of it. Exact for inputs that are linear
+        in time.
     sources_only : bool
         Write the C sources only, even where there is a compiler.
 

@@ -1,8 +1,9 @@
 """Simulate the six motion sensors on the gearbox's housing under a load history.
 
-Reads a case of kind ``mounting`` (the shipped one holds the load history of the 2011 paper), simulates every run with
-its true bushings and writes a campaign folder. A good answer: rest, a step of millimetres with the radial load, and the
-roll that opens ssz from spz with the torque. A run that diverges or is interrupted ends the work; what came of it is written.
+Reads a case of kind ``mounting`` (the shipped one holds the load history of the 2011 paper),
+simulates every run with its true bushings and writes a campaign folder. A good answer: rest, a step
+of millimetres with the radial load, and the roll that opens ssz from spz with the torque. A run
+that diverges or is interrupted ends the work; what came of it is written.
 """
 
 import shutil
@@ -13,14 +14,24 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.campaign.campaign import Campaign
-from identification.campaign.campaign_files import CASE_COPY, refuse_foreign_folder, write_campaign
-from identification.campaign.simulated_campaign import simulated_mounting_campaign
-from simulation.mounting.case_files import MountingCase, MountingRun, read_mounting_case
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.simulate import DivergedError, MountingResponse, response_of, signal_pieces, with_noise
-from workflows.simulation import linearise_mounting
-from workflows.support.progress import Stages
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.campaign_files import (
+    CASE_COPY,
+    refuse_foreign_folder,
+    write_campaign,
+)
+from carrierflex.identification.campaign.simulated_campaign import simulated_mounting_campaign
+from carrierflex.simulation.mounting.case_files import MountingCase, MountingRun, read_mounting_case
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.simulate import (
+    DivergedError,
+    MountingResponse,
+    response_of,
+    signal_pieces,
+    with_noise,
+)
+from carrierflex.workflows.simulation import linearise_mounting
+from carrierflex.workflows.support.progress import Stages
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +53,9 @@ class SimulatedMounting:
     folder: Path
 
 
-def main(case: Path, *, out: Path, linearised: Path | None = None, quiet: bool = False) -> SimulatedMounting:
+def main(
+    case: Path, *, out: Path, linearised: Path | None = None, quiet: bool = False
+) -> SimulatedMounting:
     """Simulate the housing's motion sensors and write them as a campaign folder.
 
     Parameters
@@ -52,7 +65,8 @@ def main(case: Path, *, out: Path, linearised: Path | None = None, quiet: bool =
     out : Path
         Campaign folder to write: new, empty, or an earlier campaign.
     linearised : Path, optional
-        Folder for modes, frequency response and Campbell diagram where each run carries its largest torque.
+        Folder for modes, frequency response and Campbell diagram where each run carries its largest
+        torque.
     quiet : bool
         Show no progress.
 
@@ -64,7 +78,8 @@ def main(case: Path, *, out: Path, linearised: Path | None = None, quiet: bool =
     Raises
     ------
     ValueError
-        Before the run, where the case is refused, or the folder holds something that is not a campaign.
+        Before the run, where the case is refused, or the folder holds something that is not a
+        campaign.
     DivergedError
         Where a run leaves the model; what there is of it is written first.
     KeyboardInterrupt
@@ -82,7 +97,9 @@ def main(case: Path, *, out: Path, linearised: Path | None = None, quiet: bool =
             signals, stopped = _signals(what, inputs)
         if len(signals) > 1:
             response = response_of(what.rig, what.truth, inputs, signals)
-            records.append((inputs.shortened(len(signals)), with_noise(response, what.noise_std, rng)))
+            records.append(
+                (inputs.shortened(len(signals)), with_noise(response, what.noise_std, rng))
+            )
             runs.append(run if stopped is None else _cut(run, response, stopped))
         if stopped is not None:
             break
@@ -98,7 +115,9 @@ def main(case: Path, *, out: Path, linearised: Path | None = None, quiet: bool =
     return SimulatedMounting(what, campaign, out)
 
 
-def _signals(what: MountingCase, inputs: MountingInputs) -> tuple[NDArray[np.float64], BaseException | None]:
+def _signals(
+    what: MountingCase, inputs: MountingInputs
+) -> tuple[NDArray[np.float64], BaseException | None]:
     """Signals of a run as far as it came, and why it came no further."""
     pieces, stopped = [np.zeros((0, 6))], None
     try:

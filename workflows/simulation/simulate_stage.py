@@ -1,9 +1,12 @@
-"""Simulate the whole planetary stage in a set of load cases: what a ``carrierflex-stage-case`` asks for.
+"""Simulate the whole planetary stage in a set of load cases.
 
-Bodies come from the parameters by finite elements and Craig-Bampton reduction or from files, the stage runs in time, and
-the sensors' signals become a campaign of kind ``carrier``, written as they come: memory does not grow with the length. A
-good answer: order 3 of the rim's deflection in proportion to the torque, energy that balances to rounding, and planets that
-share the load but for weight and pin errors.
+What a ``carrierflex-stage-case`` asks for.
+
+Bodies come from the parameters by finite elements and Craig-Bampton reduction or from files, the
+stage runs in time, and the sensors' signals become a campaign of kind ``carrier``, written as they
+come: memory does not grow with the length. A good answer: order 3 of the rim's deflection in
+proportion to the torque, energy that balances to rounding, and planets that share the load but for
+weight and pin errors.
 """
 
 import shutil
@@ -13,20 +16,24 @@ from pathlib import Path
 
 import numpy as np
 
-from fe.curve_files import read_curves, write_curves
-from fe.deflection_curves import DeflectionCurve
-from geometry.carrier_mesh import DEFAULT_SIZE
-from identification.campaign.campaign import Baseline, Campaign, Channel
-from identification.campaign.campaign_files import CASE_COPY, write_campaign
-from identification.campaign.growing_runs import GrowingRuns, growing_runs
-from identification.campaign.records import Run
-from identification.campaign.simulated_campaign import CURVES_FILE
-from simulation.stage.response import StageDivergedError, joined_records, steps_per_sample
-from simulation.stage.stage_cases import StageCase, StageRun, read_stage_case
-from simulation.stage.stage_model import StageModel, stage_model
-from simulation.stage.stage_run import StageResponse, simulate_stage
-from workflows.support.progress import Stages
-from workflows.support.stage_bodies import default_stage_body, stage_body_of_files
+from carrierflex.fe.curve_files import read_curves, write_curves
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign_files import CASE_COPY, write_campaign
+from carrierflex.identification.campaign.growing_runs import GrowingRuns, growing_runs
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE
+from carrierflex.simulation.stage.response import (
+    StageDivergedError,
+    joined_records,
+    steps_per_sample,
+)
+from carrierflex.simulation.stage.stage_cases import StageCase, StageRun, read_stage_case
+from carrierflex.simulation.stage.stage_model import StageModel, stage_model
+from carrierflex.simulation.stage.stage_run import StageResponse, simulate_stage
+from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.support.stage_bodies import default_stage_body, stage_body_of_files
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +62,12 @@ class SimulatedStage:
 
 
 def main(
-    case: Path, *, out: Path, curves: Path | None = None, size: float = DEFAULT_SIZE, quiet: bool = False
+    case: Path,
+    *,
+    out: Path,
+    curves: Path | None = None,
+    size: float = DEFAULT_SIZE,
+    quiet: bool = False,
 ) -> SimulatedStage:
     """Simulate the planetary stage in a set of load cases and write the sensors' records as a campaign folder.
 
@@ -75,14 +87,17 @@ def main(
     Raises
     ------
     ValueError
-        Before the run, where the case or a body is refused, or the folder holds something that is not a campaign.
+        Before the run, where the case or a body is refused, or the folder holds something that is
+        not a campaign.
     StageDivergedError
         Where a run leaves the range of small motions; what there is of it is written first.
     KeyboardInterrupt
         Likewise.
     """
     what = read_stage_case(case)
-    steps_per_sample(what.speed, what.data.gear.ring_teeth, sample_rate=what.sample_rate, step=what.step)
+    steps_per_sample(
+        what.speed, what.data.gear.ring_teeth, sample_rate=what.sample_rate, step=what.step
+    )
     curve_set = _curves(curves)
     stages = Stages(len(what.runs) + 2, quiet)
     with stages.stage(f"reduced carrier and pins, elements of {size} m"):
@@ -106,19 +121,27 @@ def main(
             raise stopped or ValueError(f"{case.name}: no run; expected one or more")
         campaign = stage_campaign(what, list(growing.runs))
         with stages.stage(f"writing {out}"):
-            write_campaign(campaign, out, more_files=_files(case, curve_set), standing=growing.files)
+            write_campaign(
+                campaign, out, more_files=_files(case, curve_set), standing=growing.files
+            )
     if stopped is not None:
         raise stopped
     return SimulatedStage(what, campaign, out, imbalance, growing.n_samples)
 
 
 def _curves(curves: Path | None) -> Mapping[str, DeflectionCurve]:
-    from workflows.support.default_curves import default_curves
+    from carrierflex.workflows.support.default_curves import default_curves
 
     return default_curves() if curves is None else read_curves(curves)
 
 
-def _grown(model: StageModel, what: StageCase, run: StageRun, rng: np.random.Generator, growing: GrowingRuns) -> float:
+def _grown(
+    model: StageModel,
+    what: StageCase,
+    run: StageRun,
+    rng: np.random.Generator,
+    growing: GrowingRuns,
+) -> float:
     """Write a run as it comes; the energy that its balance leaves over, over the work done."""
     imbalance, work = 0.0, 1.0  # J: a run without torque does no work
     for piece in simulate_stage(
@@ -141,7 +164,11 @@ def _grown(model: StageModel, what: StageCase, run: StageRun, rng: np.random.Gen
 def _stopped(run: StageRun, growing: GrowingRuns, error: BaseException) -> BaseException:
     """The error, noted in the condition of what stays of the run."""
     if run.name in growing.n_samples:
-        why = f"{error.coordinate} diverged" if isinstance(error, StageDivergedError) else "interrupted"
+        why = (
+            f"{error.coordinate} diverged"
+            if isinstance(error, StageDivergedError)
+            else "interrupted"
+        )
         growing.cut(run.name, why)
     return error
 
@@ -150,14 +177,19 @@ def stage_run_record(run: StageRun, pieces: list[StageResponse]) -> Run:
     """Pieces of a run as one run of a campaign."""
     record = joined_records([piece.record for piece in pieces])
     columns = ("torque", "generator_speed", "ntl_y", "ntl_z")
-    inputs = {name: record.drive[:, i] for i, name in enumerate(columns) if name != "generator_speed"}
+    inputs = {
+        name: record.drive[:, i] for i, name in enumerate(columns) if name != "generator_speed"
+    }
     return Run(
         name=run.name,
         file=f"{run.name}.csv",
         condition=run.condition,
         time=record.time,
         inputs={"carrier_angle": record.c[:, 0], **inputs},
-        signals={name: np.concatenate([piece.signals[name] for piece in pieces]) for name in pieces[0].signals},
+        signals={
+            name: np.concatenate([piece.signals[name] for piece in pieces])
+            for name in pieces[0].signals
+        },
     )
 
 
@@ -165,7 +197,14 @@ def stage_campaign(what: StageCase, records: list[Run]) -> Campaign:
     """Records of a case as a campaign of kind ``carrier``."""
     noise = what.reading.noise_std or None
     channels = tuple(
-        Channel(sensor.name, sensor.quantity, "m", angle=sensor.angle, radius=sensor.radius, noise_std=noise)
+        Channel(
+            sensor.name,
+            sensor.quantity,
+            "m",
+            angle=sensor.angle,
+            radius=sensor.radius,
+            noise_std=noise,
+        )
         for sensor in what.sensors
     )
     return Campaign(
@@ -178,7 +217,9 @@ def stage_campaign(what: StageCase, records: list[Run]) -> Campaign:
     )
 
 
-def _files(case: Path, curve_set: Mapping[str, DeflectionCurve]) -> dict[str, Callable[[Path], None]]:
+def _files(
+    case: Path, curve_set: Mapping[str, DeflectionCurve]
+) -> dict[str, Callable[[Path], None]]:
     def copy(path: Path) -> None:
         shutil.copyfile(case, path)
 

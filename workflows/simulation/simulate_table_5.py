@@ -1,9 +1,11 @@
-"""Repeat table 5 of the 2012 paper: eight simulations of the planetary stage against a reference campaign.
+"""Repeat table 5 of the 2012 paper.
 
-The reference is the same stage with known tilts and what the simulations leave out: position error of a pin, tilt of the
-housing, static saddle and errors of the sensors. The misalignment comes from the reference by identification, as in the
-paper. A good answer has the paper's order: leaving the misalignment out costs most, the carrier's flexibility changes the
-RMS little.
+Eight simulations of the planetary stage against a reference campaign.
+
+The reference is the same stage with known tilts and what the simulations leave out: position error
+of a pin, tilt of the housing, static saddle and errors of the sensors. The misalignment comes from
+the reference by identification, as in the paper. A good answer has the paper's order: leaving the
+misalignment out costs most, the carrier's flexibility changes the RMS little.
 """
 
 import csv
@@ -16,24 +18,28 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from files.json_files import save_json
-from files.versions import provenance
-from files.whole_files import whole_file
-from geometry.carrier_mesh import DEFAULT_SIZE
-from identification.campaign.records import Run
-from identification.carrier.carrier_identification import identify_each_run
-from identification.carrier.models import rigid_model
-from simulation.carrier.case_files import shipped_case
-from simulation.carrier.run_cases import AXIAL
-from simulation.stage.effects import StageEffects
-from simulation.stage.readings import ReadingEffects, SensorError
-from simulation.stage.stage_body import StageBody
-from simulation.stage.stage_cases import StageCase, read_stage_case
-from simulation.stage.stage_model import StageModel, stage_model
-from simulation.stage.stage_run import simulate_stage
-from workflows.simulation.simulate_stage import default_stage_body, stage_campaign, stage_run_record
-from workflows.support.outputs import prepared_folder, save_figure
-from workflows.support.progress import Stages
+from carrierflex.files.json_files import save_json
+from carrierflex.files.versions import provenance
+from carrierflex.files.whole_files import whole_file
+from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.carrier.carrier_identification import identify_each_run
+from carrierflex.identification.carrier.models import rigid_model
+from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.simulation.carrier.run_cases import AXIAL
+from carrierflex.simulation.stage.effects import StageEffects
+from carrierflex.simulation.stage.readings import ReadingEffects, SensorError
+from carrierflex.simulation.stage.stage_body import StageBody
+from carrierflex.simulation.stage.stage_cases import StageCase, read_stage_case
+from carrierflex.simulation.stage.stage_model import StageModel, stage_model
+from carrierflex.simulation.stage.stage_run import simulate_stage
+from carrierflex.workflows.simulation.simulate_stage import (
+    default_stage_body,
+    stage_campaign,
+    stage_run_record,
+)
+from carrierflex.workflows.support.outputs import prepared_folder, save_figure
+from carrierflex.workflows.support.progress import Stages
 
 MISALIGNED, ALIGNED, RIGID = "phi != 0", "phi = 0", "rigid carrier"
 
@@ -45,8 +51,9 @@ PAPER = {
     ("LC4", MISALIGNED): 0.220e-3, ("LC4", ALIGNED): 0.290e-3,
 }  # fmt: skip
 
-#: Reference by load case: tilt of the carrier's face and of the housing [rad], axial offset and saddle [m]. The tilts of the
-#: face are derived from table 5 of the paper, the saddle from table 4, LC3's tilt of the same order; the others assumed.
+#: Reference by load case: tilt of the carrier's face and of the housing [rad], axial offset and
+#: saddle [m]. The tilts of the face are derived from table 5 of the paper, the saddle from table 4,
+#: LC3's tilt of the same order; the others assumed.
 _TRUTH = {
     "LC1": (0.58e-3, 0.45e-3, 0.10e-3, 0.107e-3), "LC2": (0.55e-3, 0.35e-3, 0.06e-3, 0.094e-3),
     "LC3": (0.60e-3, 0.75e-3, 0.10e-3, 0.190e-3), "LC4": (0.65e-3, 0.20e-3, 0.10e-3, 0.020e-3),
@@ -58,7 +65,8 @@ _SENSOR_ERRORS = {
     "s227": SensorError(gain=0.005, zero=-20e-6), "s317": SensorError(gain=-0.005, zero=10e-6),
 }  # fmt: skip
 _NOISE_STD, _PIN_OFFSET = 5e-6, (30e-6, 0.0, 0.0)
-#: Stiffness of a carrier that counts as rigid, over the real one: its deflection falls below a micrometre.
+#: Stiffness of a carrier that counts as rigid, over the real one: its deflection falls below a
+#: micrometre.
 _RIGID_FACTOR = 100.0
 
 
@@ -69,7 +77,8 @@ class Table5:
     Parameters
     ----------
     rms : mapping of (str, str) to float
-        RMS of simulation less reference over the axial sensors [m], by load case and kind of simulation.
+        RMS of simulation less reference over the axial sensors [m], by load case and kind of
+        simulation.
     tilt : mapping of str to float
         Misalignment identified from the reference [rad].
     folder : Path
@@ -82,7 +91,12 @@ class Table5:
 
 
 def main(
-    *, out: Path, size: float = DEFAULT_SIZE, duration: float = 8.2, seed: int = 2012, quiet: bool = False
+    *,
+    out: Path,
+    size: float = DEFAULT_SIZE,
+    duration: float = 8.2,
+    seed: int = 2012,
+    quiet: bool = False,
 ) -> Table5:
     """Simulate the eight cases of table 5 of the 2012 paper and compare them with a simulated reference campaign.
 
@@ -110,7 +124,9 @@ def main(
     with stages.stage(f"reduced carrier and pins, elements of {size} m"):
         body = default_stage_body(cases["LC1"].pin_fit_stiffness, size)
     with stages.stage("the same with a rigid carrier"):
-        stiff = default_stage_body(cases["LC1"].pin_fit_stiffness, size, carrier_factor=_RIGID_FACTOR)
+        stiff = default_stage_body(
+            cases["LC1"].pin_fit_stiffness, size, carrier_factor=_RIGID_FACTOR
+        )
     rms: dict[tuple[str, str], float] = {}
     tilt: dict[str, float] = {}
     shown: dict[str, tuple[Run, Run, Run | None]] = {}
@@ -135,7 +151,8 @@ def main(
 
 
 def _case(name: str) -> StageCase:
-    # The case's own tilt stands in the shaft's joint, where the bearings absorb it (docs/stage_model.md).
+    # The case's own tilt stands in the shaft's joint, where the bearings absorb it
+    # (docs/stage_model.md).
     return replace(read_stage_case(shipped_case(f"stage_{name.lower()}")), effects=StageEffects())
 
 
@@ -153,7 +170,12 @@ def _reference(body: StageBody, case: StageCase, rng: np.random.Generator) -> Ru
     return _run(_model(body, real), case, reading, rng)
 
 
-def _run(model: StageModel, case: StageCase, reading: ReadingEffects, rng: np.random.Generator | None = None) -> Run:
+def _run(
+    model: StageModel,
+    case: StageCase,
+    reading: ReadingEffects,
+    rng: np.random.Generator | None = None,
+) -> Run:
     """The case's run."""
     (run,) = case.runs
     pieces = simulate_stage(
@@ -166,19 +188,35 @@ def _run(model: StageModel, case: StageCase, reading: ReadingEffects, rng: np.ra
 def _deviation(run: Run, reference: Run, case: StageCase) -> float:
     """RMS over axial sensors and instants [m], without the offset that all sensors share."""
     names = [sensor.name for sensor in case.sensors if sensor.quantity == AXIAL]
-    gap: NDArray[np.float64] = np.stack([run.signals[name] - reference.signals[name] for name in names])
+    gap: NDArray[np.float64] = np.stack(
+        [run.signals[name] - reference.signals[name] for name in names]
+    )
     return float(np.std(gap))
 
 
 def _write(
-    folder: Path, rms: Mapping[tuple[str, str], float], tilt: Mapping[str, float], *, inputs: Mapping[str, Any]
+    folder: Path,
+    rms: Mapping[tuple[str, str], float],
+    tilt: Mapping[str, float],
+    *,
+    inputs: Mapping[str, Any],
 ) -> None:
     rows = [
-        {"load_case": name, "simulation": kind, "rms_mm": value * 1e3, "paper_rms_mm": PAPER[name, kind] * 1e3}
+        {
+            "load_case": name,
+            "simulation": kind,
+            "rms_mm": value * 1e3,
+            "paper_rms_mm": PAPER[name, kind] * 1e3,
+        }
         for (name, kind), value in rms.items()
     ]
-    save_json(folder / "table_5.json", {"rows": rows, "identified_tilt_rad": tilt, **provenance(**inputs)})
-    with whole_file(folder / "table_5.csv") as part, part.open("w", newline="", encoding="utf-8") as stream:
+    save_json(
+        folder / "table_5.json", {"rows": rows, "identified_tilt_rad": tilt, **provenance(**inputs)}
+    )
+    with (
+        whole_file(folder / "table_5.csv") as part,
+        part.open("w", newline="", encoding="utf-8") as stream,
+    ):
         writer = csv.DictWriter(stream, list(rows[0]))
         writer.writeheader()
         writer.writerows(rows)
@@ -187,12 +225,18 @@ def _write(
 def _figure(shown: Mapping[str, tuple[Run, Run, Run | None]]) -> Figure:
     """Signals of one sensor by load case: reference, simulation with and without misalignment."""
     figure = Figure(figsize=(11, 7), layout="constrained")
-    for axes, (name, runs) in zip(figure.subplots(2, 2, sharex=True).flat, shown.items(), strict=True):
+    for axes, (name, runs) in zip(
+        figure.subplots(2, 2, sharex=True).flat, shown.items(), strict=True
+    ):
         for label, run in zip(("reference", "with misalignment", "without"), runs, strict=True):
             if run is not None:
                 signal = run.signals["s047"]
                 turns = run.inputs["carrier_angle"] / (2.0 * np.pi)
-                axes.plot(turns - turns[0], (signal - signal.mean()) * 1e3, label=label, linewidth=1.0)
+                axes.plot(
+                    turns - turns[0], (signal - signal.mean()) * 1e3, label=label, linewidth=1.0
+                )
         axes.set(title=name, xlabel="revolutions", ylabel="s047 less its mean, mm")
-        axes.legend(loc="lower center", ncols=3, fontsize="small", bbox_to_anchor=(0.5, 1.08), frameon=False)
+        axes.legend(
+            loc="lower center", ncols=3, fontsize="small", bbox_to_anchor=(0.5, 1.08), frameon=False
+        )
     return figure

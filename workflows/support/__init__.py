@@ -1,1 +1,4 @@
-"""What several workflows share: output folders, progress, processes, cached results, named bodies."""
+"""What several workflows share.
+
+Output folders, progress, processes, cached results, named bodies.
+"""

@@ -1,9 +1,10 @@
 """Results kept between runs: an unchanged body is not computed again.
 
-An entry is a folder of ordinary versioned files (a body file, a curve file) beside ``entry.json``, which names their
-SHA-256. Its name is the SHA-256 of everything the result depends on: inputs, material data, the source text of the numerics
-and the versions of the libraries below them. An entry that is not what it says is removed and computed again. Where the
-cache outgrows its limit, the entries that were not used for the longest time go.
+An entry is a folder of ordinary versioned files (a body file, a curve file) beside ``entry.json``,
+which names their SHA-256. Its name is the SHA-256 of everything the result depends on: inputs,
+material data, the source text of the numerics and the versions of the libraries below them. An
+entry that is not what it says is removed and computed again. Where the cache outgrows its limit,
+the entries that were not used for the longest time go.
 """
 
 import hashlib
@@ -17,9 +18,9 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from fe.materials import BODY_MATERIALS
-from files.json_files import plain, save_json
-from files.versions import versions
+from carrierflex.fe.materials import BODY_MATERIALS
+from carrierflex.files.json_files import plain, save_json
+from carrierflex.files.versions import versions
 
 log = logging.getLogger(__name__)
 
@@ -28,7 +29,8 @@ VERSION = 1
 #: Environment variable with another folder for the cache.
 FOLDER_VARIABLE = "CARRIERFLEX_CACHE"
 _ENTRY = "entry.json"
-#: Size of the cache above which the oldest entries go [bytes]: several hundred bodies of the default size.
+#: Size of the cache above which the oldest entries go [bytes]: several hundred bodies of the
+#: default size.
 _LIMIT = 2_000_000_000
 _NUMERICS = ("geometry", "fe", "reduction")
 
@@ -40,12 +42,19 @@ def cache_folder() -> Path:
         return Path(named)
     user = os.environ.get("XDG_CACHE_HOME")
     # The XDG base directory specification: a relative path there is invalid and ignored.
-    return (Path(user) if user and Path(user).is_absolute() else Path.home() / ".cache") / "carrierflex"
+    return (
+        Path(user) if user and Path(user).is_absolute() else Path.home() / ".cache"
+    ) / "carrierflex"
 
 
 def cache_key(**inputs: object) -> str:
     """SHA-256 of the inputs (dataclasses spelled out), the materials, the numerics' source text and the libraries' versions."""
-    content = {"inputs": inputs, "materials": BODY_MATERIALS, "numerics": _numerics(), "versions": versions()}
+    content = {
+        "inputs": inputs,
+        "materials": BODY_MATERIALS,
+        "numerics": _numerics(),
+        "versions": versions(),
+    }
     return hashlib.sha256(json.dumps(plain(content), sort_keys=True).encode()).hexdigest()
 
 
@@ -62,13 +71,19 @@ def _numerics() -> str:
 
 @dataclass(frozen=True)
 class CacheStore:
-    """Entries in one folder, safe for several processes at once: an entry appears whole by a rename, or not at all."""
+    """Entries in one folder, safe for several processes at once.
+
+    An entry appears whole by a rename, or not at all.
+    """
 
     folder: Path
     limit: int = _LIMIT
 
     def found(self, key: str, names: Collection[str]) -> Path | None:
-        """Folder of the entry `key` with the files `names`, each as it was written; None where there is none to trust."""
+        """Folder of the entry `key` with the files `names`, each as it was written.
+
+        None where there is none to trust.
+        """
         entry = self.folder / key
         if not entry.is_dir():
             return None
@@ -81,30 +96,50 @@ class CacheStore:
         return None
 
     def keep(self, key: str, files: Mapping[str, Path], inputs: Mapping[str, object]) -> None:
-        """Copy finished `files` (name in the entry to path) into the cache; a cache that cannot be written is only told."""
+        """Copy finished `files` (name in the entry to path) into the cache.
+
+        A cache that cannot be written is only told.
+        """
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             part = Path(tempfile.mkdtemp(prefix=".part-", dir=self.folder))
         except OSError as error:
-            log.error("%s: cannot write into the cache (%s); the result is not kept", self.folder, error.strerror)
+            log.error(
+                "%s: cannot write into the cache (%s); the result is not kept",
+                self.folder,
+                error.strerror,
+            )
             return
         try:
             for name, path in files.items():
                 shutil.copyfile(path, part / name)
             digests = {name: _digest(part / name) for name in files}
-            header = {"format": FORMAT, "version": VERSION, "key": key, "files": digests, "inputs": inputs}
+            header = {
+                "format": FORMAT,
+                "version": VERSION,
+                "key": key,
+                "files": digests,
+                "inputs": inputs,
+            }
             save_json(part / _ENTRY, header)
             # Another process may have been first: its entry is the same.
             if not (self.folder / key).exists():
                 os.rename(part, self.folder / key)
         except OSError as error:
-            log.error("%s: cannot write into the cache (%s); the result is not kept", self.folder, error.strerror)
+            log.error(
+                "%s: cannot write into the cache (%s); the result is not kept",
+                self.folder,
+                error.strerror,
+            )
         finally:
             shutil.rmtree(part, ignore_errors=True)
         self._trim(newest=key)
 
     def _trim(self, newest: str) -> None:
-        """Remove entries, least recently used first, until the cache fits its limit; the newest stays whatever its size."""
+        """Remove entries, least recently used first, until the cache fits its limit.
+
+        The newest stays whatever its size.
+        """
         ages, sizes = {}, {}
         for entry in self.folder.iterdir():
             try:

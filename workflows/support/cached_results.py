@@ -1,16 +1,24 @@
-"""The one way in which workflows use the cache: copy a result that is there, or compute it and keep it."""
+"""The one way in which workflows use the cache.
+
+Copy a result that is there, or compute it and keep it.
+"""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from rich.console import Console
 
-from files.whole_files import whole_file
-from workflows.support.cache_store import CacheStore, cache_folder, cache_key
+from carrierflex.files.whole_files import whole_file
+from carrierflex.workflows.support.cache_store import CacheStore, cache_folder, cache_key
 
 
 def cached_files(
-    files: Mapping[str, Path], compute: Callable[[], object], *, use: bool, quiet: bool, inputs: Mapping[str, object]
+    files: Mapping[str, Path],
+    compute: Callable[[], object],
+    *,
+    use: bool,
+    quiet: bool,
+    inputs: Mapping[str, object],
 ) -> bool:
     """Write result files from the cache, or let `compute` write them and keep copies.
 
@@ -46,5 +54,8 @@ def cached_files(
             temporary.write_bytes((entry / name).read_bytes())
     console = Console(stderr=True, quiet=quiet, highlight=False, soft_wrap=True)
     shown = ", ".join(str(path) for path in files.values())
-    console.print(f"unchanged inputs: {shown} taken from the cache ({entry}); --no-cache computes again", markup=False)
+    console.print(
+        f"unchanged inputs: {shown} taken from the cache ({entry}); --no-cache computes again",
+        markup=False,
+    )
     return True

@@ -1,16 +1,24 @@
-"""A carrier from files instead of parameters: a STEP file with stated surfaces, or meshes with named surfaces."""
+"""A carrier from files instead of parameters.
+
+A STEP file with stated surfaces, or meshes with named surfaces.
+"""
 
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from fe.structural_model import FLEXIBLE_CARRIER_PILOTS, STIFF_CARRIER_PILOTS, StructuralModel, structural_model
-from geometry.cad_mesh import step_carrier_mesh
-from geometry.cad_surface_files import read_cad_statements
-from geometry.carrier_interface import CarrierInterface, carrier_interface
-from geometry.mesh_files import read_mesh
-from geometry.tet_mesh import TetMesh
+from carrierflex.fe.structural_model import (
+    FLEXIBLE_CARRIER_PILOTS,
+    STIFF_CARRIER_PILOTS,
+    StructuralModel,
+    structural_model,
+)
+from carrierflex.geometry.cad_mesh import step_carrier_mesh
+from carrierflex.geometry.cad_surface_files import read_cad_statements
+from carrierflex.geometry.carrier_interface import CarrierInterface, carrier_interface
+from carrierflex.geometry.mesh_files import read_mesh
+from carrierflex.geometry.tet_mesh import TetMesh
 
 _PILOTS = {"flexible": FLEXIBLE_CARRIER_PILOTS, "stiff": STIFF_CARRIER_PILOTS}
 
@@ -38,7 +46,9 @@ class CarrierFiles:
 
     def __post_init__(self) -> None:
         if (self.step is None) != (self.surfaces is None):
-            alone, absent = ("--step", "--surfaces") if self.surfaces is None else ("--surfaces", "--step")
+            alone, absent = (
+                ("--step", "--surfaces") if self.surfaces is None else ("--surfaces", "--step")
+            )
             raise ValueError(
                 f"{alone} is given without {absent}; expected the CAD model and the file that states its surfaces"
             )
@@ -66,13 +76,18 @@ class CarrierFiles:
 
     @property
     def given(self) -> bool:
-        """Whether the carrier comes from files."""
+        """Whether the carrier comes from carrierflex.files."""
         return self.step is not None or bool(self.meshes)
 
     def mesh(self, variant: str, size: float) -> TetMesh:
-        """Mesh of a variant: read, or made of the STEP file with elements of `size` [m]; errors as there."""
+        """Mesh of a variant: read, or made of the STEP file with elements of `size` [m].
+
+        Errors as there.
+        """
         if self.step is not None and self.surfaces is not None:
-            return step_carrier_mesh(self.step, read_cad_statements(self.surfaces), size, pins=variant == "stiff")
+            return step_carrier_mesh(
+                self.step, read_cad_statements(self.surfaces), size, pins=variant == "stiff"
+            )
         mesh = read_mesh(self.meshes[variant])
         if ("pins" in mesh.bodies) != (variant == "stiff"):
             found, other = ("a body", "stiff") if "pins" in mesh.bodies else ("no body", "flexible")
@@ -88,7 +103,11 @@ class CarrierFiles:
     def record(self) -> dict[str, dict[str, str]]:
         """Name and SHA-256 of every file, for provenance; FileNotFoundError where one is absent."""
         files = {"step": self.step, "surfaces": self.surfaces, **self.meshes}
-        return {role: {"file": str(path), "sha256": _digest(path)} for role, path in files.items() if path is not None}
+        return {
+            role: {"file": str(path), "sha256": _digest(path)}
+            for role, path in files.items()
+            if path is not None
+        }
 
 
 def _digest(path: Path) -> str:

@@ -1,11 +1,13 @@
 """What will long work cost? Degrees of freedom, memory and time, told before it begins.
 
-Degrees of freedom follow from volume V, surface A and edge length h: ``n = c3 V / h³ + c2 A / h²``. Fitted to the default bodies
-at h = 60, 45, 30, 22 and 16 mm; the worst deviation there is 10 % for the carriers and 18 % for pin and main shaft.
+Degrees of freedom follow from volume V, surface A and edge length h: ``n = c3 V / h³ + c2 A / h²``.
+Fitted to the default bodies at h = 60, 45, 30, 22 and 16 mm; the worst deviation there is 10 % for
+the carriers and 18 % for pin and main shaft.
 
-Memory and seconds follow from n. Measured on two cores with MKL, other work running beside (flexible carrier, nine pilots, 20
-modes, certificate included; memory above the program's own 0.25 GB). Alone, on another machine, or with another sparse library,
-expect another factor; n is that of the whole body where its half sector serves ("by symmetry").
+Memory and seconds follow from n. Measured on two cores with MKL, other work running beside
+(flexible carrier, nine pilots, 20 modes, certificate included; memory above the program's own 0.25
+GB). Alone, on another machine, or with another sparse library, expect another factor; n is that of
+the whole body where its half sector serves ("by symmetry").
 
 ======== ========= ============== ========= ============== ============== ===============
 n        curves, s curves, GB     reduce, s reduce, GB     by symmetry, s by symmetry, GB
@@ -15,7 +17,8 @@ n        curves, s curves, GB     reduce, s reduce, GB     by symmetry, s by sym
 329 634  23        3.04           83        4.01           12             1.26
 ======== ========= ============== ========= ============== ============== ===============
 
-between the points by power laws, beyond them by the last one. A reduction's time grows with the number of modes.
+between the points by power laws, beyond them by the last one. A reduction's time grows with the
+number of modes.
 """
 
 import sys
@@ -25,22 +28,34 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
 
-from geometry.cad_mesh import step_volume_and_area
-from geometry.cad_surface_files import read_cad_statements
-from geometry.carrier_mesh import flexible_carrier_mesh, pin_mesh, stiff_carrier_mesh
-from geometry.main_shaft_mesh import main_shaft_mesh
-from geometry.parameter_files import StageParameters
-from geometry.quality import mesh_quality
-from geometry.tet_mesh import TetMesh, boundary_facets
-from workflows.support.carrier_files import CarrierFiles
+from carrierflex.geometry.cad_mesh import step_volume_and_area
+from carrierflex.geometry.cad_surface_files import read_cad_statements
+from carrierflex.geometry.carrier_mesh import flexible_carrier_mesh, pin_mesh, stiff_carrier_mesh
+from carrierflex.geometry.main_shaft_mesh import main_shaft_mesh
+from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.geometry.quality import mesh_quality
+from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
+from carrierflex.workflows.support.carrier_files import CarrierFiles
 
 #: c3 and c2 of the formula above; the main shaft's elements are long along its axis.
 _DOFS = {"carrier": (4.94, 34.0), "pin": (2.83, 39.9), "main_shaft": (10.4, 25.7)}
 #: Edge length of the mesh that volume and surface are measured on [m].
 _COARSE = 0.06
-_CURVES = {"n": (34434, 125946, 329634), "seconds": (0.6, 3.0, 23.0), "gigabytes": (0.22, 0.91, 3.04)}
-_REDUCTION = {"n": (34434, 125946, 329634), "seconds": (4.4, 20.0, 83.0), "gigabytes": (0.48, 1.51, 4.01)}
-_BY_SYMMETRY = {"n": (34434, 125946, 329634), "seconds": (1.4, 4.2, 12.0), "gigabytes": (0.25, 0.55, 1.26)}
+_CURVES = {
+    "n": (34434, 125946, 329634),
+    "seconds": (0.6, 3.0, 23.0),
+    "gigabytes": (0.22, 0.91, 3.04),
+}
+_REDUCTION = {
+    "n": (34434, 125946, 329634),
+    "seconds": (4.4, 20.0, 83.0),
+    "gigabytes": (0.48, 1.51, 4.01),
+}
+_BY_SYMMETRY = {
+    "n": (34434, 125946, 329634),
+    "seconds": (1.4, 4.2, 12.0),
+    "gigabytes": (0.25, 0.55, 1.26),
+}
 #: Memory of the program without any mesh [GB].
 _PROGRAM = 0.25
 #: Modes of the measured reductions, and the share of the time that grows with their number.
@@ -57,13 +72,23 @@ class CostPreview:
     seconds: float
 
     def __str__(self) -> str:
-        time = f"{max(self.seconds, 1.0):.0f} s" if self.seconds < 90.0 else f"{self.seconds / 60.0:.0f} min"
+        time = (
+            f"{max(self.seconds, 1.0):.0f} s"
+            if self.seconds < 90.0
+            else f"{self.seconds / 60.0:.0f} min"
+        )
         return f"{self.work}: about {self.n_dofs:,} degrees of freedom, {self.memory_gb:.1f} GB, {time}"
 
 
 def curves_cost(stage: StageParameters, size: float, files: CarrierFiles) -> CostPreview:
-    """Cost of the deflection curves of both variants: one after the other, so memory is that of the larger one."""
-    each = [estimated_dofs(f"{variant}_carrier", stage, size, files) for variant in ("flexible", "stiff")]
+    """Cost of the deflection curves of both variants.
+
+    One after the other, so memory is that of the larger one.
+    """
+    each = [
+        estimated_dofs(f"{variant}_carrier", stage, size, files)
+        for variant in ("flexible", "stiff")
+    ]
     seconds = sum(_at(_CURVES["n"], _CURVES["seconds"], n) for n in each)
     # The first variant's mesh and matrices are kept while the second is solved.
     memory = _PROGRAM + _at(_CURVES["n"], _CURVES["gigabytes"], max(each))
@@ -71,7 +96,13 @@ def curves_cost(stage: StageParameters, size: float, files: CarrierFiles) -> Cos
 
 
 def reduction_cost(
-    name: str, stage: StageParameters, size: float, *, n_modes: int, files: CarrierFiles, by_symmetry: bool = False
+    name: str,
+    stage: StageParameters,
+    size: float,
+    *,
+    n_modes: int,
+    files: CarrierFiles,
+    by_symmetry: bool = False,
 ) -> CostPreview:
     """Cost of reducing the body `name` to its pilots and `n_modes` modes, with certificate."""
     n = estimated_dofs(name, stage, size, files)
@@ -83,12 +114,17 @@ def reduction_cost(
 
 
 def estimated_dofs(name: str, stage: StageParameters, size: float, files: CarrierFiles) -> int:
-    """Degrees of freedom of the body `name` meshed with elements of `size` [m]; those of a mesh file are counted."""
+    """Degrees of freedom of the body `name` meshed with elements of `size` [m].
+
+    Those of a mesh file are counted.
+    """
     variant = name.removesuffix("_carrier")
     if variant in files.meshes:
         return 3 * len(files.mesh(variant, size).points)
     if files.step is not None and files.surfaces is not None:
-        volume, area = step_volume_and_area(files.step, read_cad_statements(files.surfaces), pins=variant == "stiff")
+        volume, area = step_volume_and_area(
+            files.step, read_cad_statements(files.surfaces), pins=variant == "stiff"
+        )
     else:
         volume, area = _volume_and_area(_coarse_mesh(name, stage))
     c3, c2 = _DOFS["carrier" if name.endswith("_carrier") else name]
@@ -97,7 +133,9 @@ def estimated_dofs(name: str, stage: StageParameters, size: float, files: Carrie
 
 def tell(preview: CostPreview, *, quiet: bool) -> None:
     """Say the preview on a terminal, before the work it is about."""
-    Console(stderr=True, quiet=quiet or not sys.stderr.isatty(), highlight=False).print(str(preview))
+    Console(stderr=True, quiet=quiet or not sys.stderr.isatty(), highlight=False).print(
+        str(preview)
+    )
 
 
 def _coarse_mesh(name: str, stage: StageParameters) -> TetMesh:
@@ -118,7 +156,10 @@ def _volume_and_area(mesh: TetMesh) -> tuple[float, float]:
 
 
 def _at(n: tuple[float, ...], measured: tuple[float, ...], wanted: int) -> float:
-    """Measured value at `wanted` degrees of freedom: power laws between the points and beyond them."""
+    """Measured value at `wanted` degrees of freedom.
+
+    Power laws between the points and beyond them.
+    """
     x, y = np.log(n), np.log(measured)
     slopes: NDArray[np.float64] = np.diff(y) / np.diff(x)
     at = np.log(max(wanted, 1))

@@ -1,4 +1,7 @@
-"""Where work that fans out runs: in this process, in processes of this machine, or on a Dask cluster."""
+"""Where work that fans out runs.
+
+In this process, in processes of this machine, or on a Dask cluster.
+"""
 
 from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
@@ -25,7 +28,9 @@ class SerialExecutor(Executor):
 
 @contextmanager
 def work_executor(workers: int = 1, scheduler: str | None = None) -> Iterator[Executor]:
-    """Executor for independent calls; every call is a pure function, so a lost worker's calls are simply run again.
+    """Executor for independent calls.
+
+    Every call is a pure function, so a lost worker's calls are simply run again.
 
     Parameters
     ----------
@@ -57,7 +62,11 @@ def work_executor(workers: int = 1, scheduler: str | None = None) -> Iterator[Ex
             yield executor
         return
     # Fresh processes: forked ones inherit the locks of running threads (MKL, gmsh).
-    executor = SerialExecutor() if workers == 1 else ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
+    executor = (
+        SerialExecutor()
+        if workers == 1
+        else ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
+    )
     try:
         yield executor
     except BaseException:
@@ -71,11 +80,15 @@ def _dask_executor(address: str) -> Iterator[Executor]:
     try:
         from distributed import Client
     except ImportError as error:
-        raise ImportError("--scheduler needs the package distributed (pip install 'carrierflex[cluster]')") from error
+        raise ImportError(
+            "--scheduler needs the package distributed (pip install 'carrierflex[cluster]')"
+        ) from error
     try:
         client = Client(address, timeout=_CONNECT_TIMEOUT, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
-        raise OSError(f"no Dask scheduler answers at {address} within {_CONNECT_TIMEOUT:.0f} s: {error}") from error
+        raise OSError(
+            f"no Dask scheduler answers at {address} within {_CONNECT_TIMEOUT:.0f} s: {error}"
+        ) from error
     try:
         yield client.get_executor()
     finally:

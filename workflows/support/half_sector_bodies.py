@@ -1,21 +1,36 @@
-"""The carriers that workflows know by name, from their half sector: reduced by the blocks of their symmetry."""
+"""The carriers that workflows know by name, from their half sector.
+
+Reduced by the blocks of their symmetry.
+"""
 
 from collections.abc import Mapping
 
-from fe.half_sector_sensors import HalfSectorSensors, half_sector_sensors
-from fe.structural_model import FLEXIBLE_CARRIER_PILOTS, STIFF_CARRIER_PILOTS, carrier_pilot_points
-from fe.symmetry_blocks import HalfSector, half_sector
-from geometry.carrier_mesh import flexible_half_sector, stiff_half_sector
-from geometry.parameter_files import StageParameters
-from reduction.certificate import Certificate, inner_checks
-from reduction.reduced_model import ReducedModel
-from reduction.symmetric_craig_bampton import symmetric_craig_bampton
+from carrierflex.fe.half_sector_sensors import HalfSectorSensors, half_sector_sensors
+from carrierflex.fe.structural_model import (
+    FLEXIBLE_CARRIER_PILOTS,
+    STIFF_CARRIER_PILOTS,
+    carrier_pilot_points,
+)
+from carrierflex.fe.symmetry_blocks import HalfSector, half_sector
+from carrierflex.geometry.carrier_mesh import flexible_half_sector, stiff_half_sector
+from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.reduction.certificate import Certificate, inner_checks
+from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampton
 
-#: Options of `carrierflex reduce` that ask for what the half sector cannot give, and the value that does not.
-_NEEDS_WHOLE_BODY = {"frf_tolerance": None, "residual_vectors": False, "coupling": "rbe3", "max_frequency": None}
+#: Options of `carrierflex reduce` that ask for what the half sector cannot give, and the value that
+#: does not.
+_NEEDS_WHOLE_BODY = {
+    "frf_tolerance": None,
+    "residual_vectors": False,
+    "coupling": "rbe3",
+    "max_frequency": None,
+}
 
 
-def half_sector_body(name: str, stage: StageParameters, size: float) -> tuple[HalfSector, HalfSectorSensors]:
+def half_sector_body(
+    name: str, stage: StageParameters, size: float
+) -> tuple[HalfSector, HalfSectorSensors]:
     """Finite elements of a sixth of ``flexible_carrier`` or ``stiff_carrier``, and its sensors.
 
     Raises
@@ -28,7 +43,9 @@ def half_sector_body(name: str, stage: StageParameters, size: float) -> tuple[Ha
     elif name == "stiff_carrier":
         mesh, names = stiff_half_sector(stage.carrier, stage.pin, size), STIFF_CARRIER_PILOTS
     else:
-        raise ValueError(f"{name} has no dihedral symmetry; expected flexible_carrier or stiff_carrier")
+        raise ValueError(
+            f"{name} has no dihedral symmetry; expected flexible_carrier or stiff_carrier"
+        )
     points = carrier_pilot_points(stage.carrier)
     half = half_sector(name, mesh, {pilot: points[pilot] for pilot in names})
     return half, half_sector_sensors(mesh, stage.carrier.sensor_radius)
@@ -53,8 +70,8 @@ def reduced_by_symmetry(
 ) -> tuple[ReducedModel, Certificate]:
     """Reduced carrier from its half sector, and the checks of its matrices in themselves.
 
-    The certificate's other lines compare with the whole body, which is never made here: docs/performance.md says how far the
-    two paths agree.
+    The certificate's other lines compare with the whole body, which is never made here:
+    docs/performance.md says how far the two paths agree.
     """
     half, sensors = half_sector_body(name, stage, size)
     model = symmetric_craig_bampton(half, n_modes, sensors=sensors, provenance=provenance).model

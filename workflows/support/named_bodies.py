@@ -1,17 +1,17 @@
 """The bodies that workflows know by name: mesh and finite elements of each."""
 
-from fe.main_shaft import main_shaft_structure
-from fe.structural_model import (
+from carrierflex.fe.main_shaft import main_shaft_structure
+from carrierflex.fe.structural_model import (
     FLEXIBLE_CARRIER_PILOTS,
     PIN_PILOTS,
     STIFF_CARRIER_PILOTS,
     StructuralModel,
     structural_model,
 )
-from geometry.carrier_mesh import flexible_carrier_mesh, pin_mesh, stiff_carrier_mesh
-from geometry.main_shaft_mesh import main_shaft_mesh
-from geometry.parameter_files import StageParameters
-from geometry.tet_mesh import TetMesh
+from carrierflex.geometry.carrier_mesh import flexible_carrier_mesh, pin_mesh, stiff_carrier_mesh
+from carrierflex.geometry.main_shaft_mesh import main_shaft_mesh
+from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.geometry.tet_mesh import TetMesh
 
 
 def body_name(body: str, variant: str) -> str:
@@ -19,7 +19,9 @@ def body_name(body: str, variant: str) -> str:
     return f"{variant}_carrier" if body == "carrier" else body
 
 
-def body_structure(name: str, stage: StageParameters, size: float) -> tuple[TetMesh, StructuralModel]:
+def body_structure(
+    name: str, stage: StageParameters, size: float
+) -> tuple[TetMesh, StructuralModel]:
     """Mesh and finite elements of ``pin``, ``main_shaft``, ``flexible_carrier`` or ``stiff_carrier``, distributing couplings.
 
     Raises

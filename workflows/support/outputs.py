@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from files.whole_files import whole_file
+from carrierflex.files.whole_files import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -12,7 +12,10 @@ from rich.status import Status
 
 @dataclass
 class Stages:
-    """Announces stages of known number and keeps their times; silent where `quiet` or not on a terminal."""
+    """Announces stages of known number and keeps their times.
+
+    Silent where `quiet` or not on a terminal.
+    """
 
     total: int
     quiet: bool = False
@@ -36,4 +39,6 @@ class Stages:
             yield
         self._status = None
         self.seconds[name] = time.perf_counter() - start
-        console.print(f"[dim]\\[{number}/{self.total}][/] {name} [dim]{self.seconds[name]:.1f} s[/]")
+        console.print(
+            f"[dim]\\[{number}/{self.total}][/] {name} [dim]{self.seconds[name]:.1f} s[/]"
+        )

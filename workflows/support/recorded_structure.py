@@ -4,18 +4,19 @@ import json
 
 import numpy as np
 
-from fe.structural_model import (
+from carrierflex.fe.structural_model import (
     StructuralModel,
 )
-from geometry.main_shaft_parameters import MainShaftParameters
-from geometry.parameter_files import StageParameters
-from geometry.parameters import CarrierParameters, GearData, PinParameters
-from geometry.tet_mesh import TetMesh
-from reduction.reduced_model import ReducedModel
-from workflows.support.carrier_files import CarrierFiles, given_structure
-from workflows.support.named_bodies import body_structure
+from carrierflex.geometry.main_shaft_parameters import MainShaftParameters
+from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters
+from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.workflows.support.carrier_files import CarrierFiles, given_structure
+from carrierflex.workflows.support.named_bodies import body_structure
 
-#: A body made again is the same where its pilots' stiffness and mass differ by less than this, relatively.
+#: A body made again is the same where its pilots' stiffness and mass differ by less than this,
+#: relatively.
 _SAME_BODY = 1e-6
 _RECORDED = ("parameters", "size", "modes")
 
@@ -26,11 +27,16 @@ def recorded_structure(model: ReducedModel) -> tuple[TetMesh, StructuralModel, i
     Raises
     ------
     FileNotFoundError, ValueError
-        Where the inputs are not recorded, the couplings were rigid, or the carrier's files are gone or changed.
+        Where the inputs are not recorded, the couplings were rigid, or the carrier's files are gone
+        or changed.
     """
     missing = [key for key in _RECORDED if key not in model.provenance]
     if missing or json.loads(model.provenance.get("coupling", '"rbe3"')) != "rbe3":
-        what = f"does not record {', '.join(missing)}" if missing else "was reduced with rigid couplings"
+        what = (
+            f"does not record {', '.join(missing)}"
+            if missing
+            else "was reduced with rigid couplings"
+        )
         raise ValueError(
             f"{model.name}: the body file {what}; expected one of carrierflex reduce --coupling rbe3: Exudyn needs the finite "
             "elements, which are made again from its inputs"
@@ -46,7 +52,9 @@ def recorded_structure(model: ReducedModel) -> tuple[TetMesh, StructuralModel, i
     )
     if "carrier_files" in model.provenance:
         variant = model.name.removesuffix("_carrier")
-        mesh = CarrierFiles.recorded(json.loads(model.provenance["carrier_files"])).mesh(variant, size)
+        mesh = CarrierFiles.recorded(json.loads(model.provenance["carrier_files"])).mesh(
+            variant, size
+        )
         return mesh, given_structure(variant, mesh)[0], int(inputs["modes"])
     mesh, structure = body_structure(model.name, stage, size)
     return mesh, structure, int(inputs["modes"])
@@ -66,7 +74,10 @@ def differences_from(model: ReducedModel, again: ReducedModel) -> dict[str, floa
         )
     rows = np.ix_(*2 * (np.arange(6 * len(model.pilots)),))
     differences = {}
-    for letter, found, expected in (("K", again.K[rows], model.K[rows]), ("M", again.M[rows], model.M[rows])):
+    for letter, found, expected in (
+        ("K", again.K[rows], model.K[rows]),
+        ("M", again.M[rows], model.M[rows]),
+    ):
         scale = np.sqrt(np.outer(expected.diagonal(), expected.diagonal()))
         differences[letter] = float(np.abs((found - expected) / scale).max())
     if max(differences.values()) > _SAME_BODY:

@@ -1,33 +1,48 @@
-"""What a label says of a carrier: true values by the names of the contract, and the largest cell of the gap."""
+"""What a label says of a carrier.
+
+True values by the names of the contract, and the largest cell of the gap.
+"""
 
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from blind_check.truth.carrier.rig import SENSOR_ANGLES, SENSOR_NAMES, CarrierState
-from blind_check.truth.carrier.signals import WAVE_ORDERS, RimRecord
+from carrierflex.blind_check.truth.carrier.rig import SENSOR_ANGLES, SENSOR_NAMES, CarrierState
+from carrierflex.blind_check.truth.carrier.signals import WAVE_ORDERS, RimRecord
 
 FloatArray = NDArray[np.float64]
 
 
 def named_parameters(name: str, state: CarrierState) -> dict[str, float]:
-    """True values by the names of diagnosis.json: those of sensors end with their channel, waves that are not there are zero."""
-    sensors = {"sensor_gain": ("g", state.gain), "sensor_angle": ("dv", state.turned), "sensor_zero": ("z", state.zero)}
+    """True values by the names of diagnosis.json.
+
+    Those of sensors end with their channel, waves that are not there are zero.
+    """
+    sensors = {
+        "sensor_gain": ("g", state.gain),
+        "sensor_angle": ("dv", state.turned),
+        "sensor_zero": ("z", state.zero),
+    }
     if name in sensors:
         symbol, values = sensors[name]
         place = int(np.argmax(np.abs(values)))
         return {f"{symbol}_{SENSOR_NAMES[place]}": float(values[place])}
     if name == "sensor_delay":
         return {"tau": state.delay}
-    waves = {f"{part}_{order}": 0.0 for order in WAVE_ORDERS for part in ("a", "b")} if name == "face_runout" else {}
+    waves = (
+        {f"{part}_{order}": 0.0 for order in WAVE_ORDERS for part in ("a", "b")}
+        if name == "face_runout"
+        else {}
+    )
     return {own: float(value) for own, value in {**waves, **state.effects[name]}.items()}
 
 
 def largest_cell(gap: Sequence[FloatArray], records: Sequence[RimRecord]) -> dict[str, float | str]:
     """Run, order and pattern of the largest part of the gap.
 
-    ``A_m(n) = 1/4 sum_i Y_i(n) exp(j m v_i)`` with Y_i(n) the part of channel i at n times the carrier angle.
+    ``A_m(n) = 1/4 sum_i Y_i(n) exp(j m v_i)`` with Y_i(n) the part of channel i at n times the
+    carrier angle.
 
     Parameters
     ----------
@@ -53,5 +68,8 @@ def largest_cell(gap: Sequence[FloatArray], records: Sequence[RimRecord]) -> dic
                     0.5 if order else 2.0 if m == 1 else 1.0
                 )
                 if size > best:
-                    best, found = size, {"run": f"run{record.number + 1}", "order": order, "channel_pattern": text}
+                    best, found = (
+                        size,
+                        {"run": f"run{record.number + 1}", "order": order, "channel_pattern": text},
+                    )
     return found

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from blind_check.truth.carrier.signals import NOMINAL_TORQUE, SIGNALS, RimRecord
-from blind_check.truth.noise import slow_ripple
+from carrierflex.blind_check.truth.carrier.signals import NOMINAL_TORQUE, SIGNALS, RimRecord
+from carrierflex.blind_check.truth.noise import slow_ripple
 
 FloatArray = NDArray[np.float64]
 
@@ -55,7 +55,9 @@ class CarrierState:
 
     def _read(self, record: RimRecord) -> FloatArray:
         angle = _angle_before(record, self.delay) if self.delay else record.angle
-        seen = replace(record, angle=angle, sensors=record.sensors + (self.turned + self.angle_error)[:, None])
+        seen = replace(
+            record, angle=angle, sensors=record.sensors + (self.turned + self.angle_error)[:, None]
+        )
         total = _outside(*self.outside, seen)
         for name, values in self.effects.items():
             total = total + SIGNALS[name](seen, values)
@@ -63,7 +65,9 @@ class CarrierState:
         return gain[:, None] * total + self.zero[:, None]
 
 
-def drawn_record(rng: np.random.Generator, number: int, load: Sequence[float], seconds: float) -> RimRecord:
+def drawn_record(
+    rng: np.random.Generator, number: int, load: Sequence[float], seconds: float
+) -> RimRecord:
     """One run: torque and speed with slow ripple, constant radial load.
 
     Parameters
@@ -88,7 +92,9 @@ def drawn_record(rng: np.random.Generator, number: int, load: Sequence[float], s
     torque = load[0] * NOMINAL_TORQUE * (1.0 + slow_ripple(rng, time, size=_TORQUE_RIPPLE))
     still = np.zeros_like(time)
     angle = rng.uniform(0.0, 2.0 * np.pi) + turned
-    return RimRecord(number, time, angle, torque, load[1] + still, load[2] + still, SENSOR_ANGLES[:, None])
+    return RimRecord(
+        number, time, angle, torque, load[1] + still, load[2] + still, SENSOR_ANGLES[:, None]
+    )
 
 
 def _angle_before(record: RimRecord, delay: float) -> FloatArray:
@@ -107,7 +113,9 @@ def _outside(name: str, size: float, record: RimRecord) -> FloatArray:
         return size * (1.0 - np.exp(-t / 20.0)) * np.sin(record.angle - v + 0.7)
     if name == "oil_whirl":  # the shaft whirls at 0.43 of its speed
         return size * np.sin(0.43 * record.angle - v)
-    if name == "loose_probe_bracket":  # one probe's bracket rocks at its own frequency, whatever turns
+    if (
+        name == "loose_probe_bracket"
+    ):  # one probe's bracket rocks at its own frequency, whatever turns
         rocking = size * np.sin(2.0 * np.pi * 0.83 * t + 0.3 * np.sin(0.9 * t))
         return rocking * np.array([[0.0], [1.0], [0.0], [0.0]])
     return np.zeros((N_SENSORS, t.size))

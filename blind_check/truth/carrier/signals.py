@@ -1,8 +1,11 @@
-"""Rim signals of the carrier by the truth's own equations: vectors and Fourier series instead of the simulator's patterns.
+"""Rim signals of the carrier by the truth's own equations.
 
-The point of the carrier under a sensor at v has the housing coordinates ``y = -R sin v, z = R cos v`` and, turned back by the
-carrier angle, ``y', z'``. A tilt with components ``(c, s)`` moves it by ``c y + s z`` along +x (the sign of the 2012 paper's
-equation 1). Deflections are Fourier series in ``v - theta`` of finite element curves of another carrier and mesh.
+Vectors and Fourier series instead of the simulator's patterns.
+
+The point of the carrier under a sensor at v has the housing coordinates ``y = -R sin v, z = R cos
+v`` and, turned back by the carrier angle, ``y', z'``. A tilt with components ``(c, s)`` moves it by
+``c y + s z`` along +x (the sign of the 2012 paper's equation 1). Deflections are Fourier series in
+``v - theta`` of finite element curves of another carrier and mesh.
 """
 
 from collections.abc import Callable, Mapping
@@ -28,8 +31,8 @@ _HIGHEST_ORDER = 30
 class RimRecord:
     """What acts during one run, on the samples: arrays of shape (n,) or (n_channels, 1).
 
-    `angle` is the true carrier angle [rad], `torque` the true torque [N m], `ntl_y`, `ntl_z` the radial load [N], `sensors`
-    the true angles of the sensors [rad], `number` the place of the run.
+    `angle` is the true carrier angle [rad], `torque` the true torque [N m], `ntl_y`, `ntl_z` the
+    radial load [N], `sensors` the true angles of the sensors [rad], `number` the place of the run.
     """
 
     number: int
@@ -44,8 +47,10 @@ class RimRecord:
 @cache
 def _series(curve: str) -> tuple[FloatArray, FloatArray]:
     """Cosine and sine amplitudes by order of a curve over one turn."""
-    path = files("blind_check") / "data" / "curves_of_another_carrier.csv"
-    lines = [line for line in path.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+    path = files("carrierflex.blind_check") / "data" / "curves_of_another_carrier.csv"
+    lines = [
+        line for line in path.read_text(encoding="utf-8").splitlines() if not line.startswith("#")
+    ]
     column = lines[0].split(",").index(curve)
     values = np.array([float(line.split(",")[column]) for line in lines[1:]])
     transform = np.fft.rfft(values)[: _HIGHEST_ORDER + 1] * 2.0 / values.size
@@ -74,7 +79,9 @@ def _carrier_point(record: RimRecord) -> FloatArray:
 
 def _tilt(record: RimRecord, values: Values, name: str) -> FloatArray:
     y, z = _housing_point(record)
-    return values[f"phi_{name}"] * (np.cos(values[f"theta_{name}"]) * y + np.sin(values[f"theta_{name}"]) * z)
+    return values[f"phi_{name}"] * (
+        np.cos(values[f"theta_{name}"]) * y + np.sin(values[f"theta_{name}"]) * z
+    )
 
 
 def _housing_tilt(record: RimRecord, values: Values) -> FloatArray:
@@ -115,10 +122,15 @@ def _stiff_pins(record: RimRecord, values: Values) -> FloatArray:
 
 
 def _pin_clearance(record: RimRecord, values: Values) -> FloatArray:
-    """Share that goes over from free to bonded pins; three pins close one after the other, 5 % apart."""
+    """Share that goes over from free to bonded pins.
+
+    Three pins close one after the other, 5 % apart.
+    """
     u = _carrier_point(record)
     change = curve_at("delta_s", u) - curve_at("delta_f", u)
-    closed = np.mean([np.maximum(record.torque - values["T_c"] * f, 0.0) for f in (0.95, 1.0, 1.05)], axis=0)
+    closed = np.mean(
+        [np.maximum(record.torque - values["T_c"] * f, 0.0) for f in (0.95, 1.0, 1.05)], axis=0
+    )
     return values["c"] * change * closed / 1e3
 
 
@@ -138,7 +150,8 @@ def _load_sharing_ntl(record: RimRecord, values: Values) -> FloatArray:
     shares = []
     for i in range(N_PLANETS):
         place = np.exp(1j * (record.angle + 2.0 * np.pi * i / N_PLANETS))
-        # The load in the frame whose real axis is z and whose imaginary axis is -y, turned to the pin's own direction.
+        # The load in the frame whose real axis is z and whose imaginary axis is -y, turned to the
+        # pin's own direction.
         turned = (record.ntl_z - 1j * record.ntl_y) * np.conj(place)
         shares.append(values["kappa_r"] * turned.real + values["kappa_t"] * turned.imag)
     return _pins(record, shares)
@@ -170,7 +183,9 @@ def _ring_pass(record: RimRecord, values: Values) -> FloatArray:
 def _thermal_drift(record: RimRecord, values: Values) -> FloatArray:
     """Warming towards a steady state, each run from its own start."""
     t = record.time - record.time[0]
-    return values[f"rise_{record.number}"] * (1.0 - np.exp(-t / values["tau"])) + 0.0 * record.sensors
+    return (
+        values[f"rise_{record.number}"] * (1.0 - np.exp(-t / values["tau"])) + 0.0 * record.sensors
+    )
 
 
 def _axial_offset(record: RimRecord, values: Values) -> FloatArray:
@@ -198,9 +213,12 @@ SIGNALS: dict[str, Callable[[RimRecord, Values], FloatArray]] = {
 
 
 def drawn_values(effect: str, rng: np.random.Generator, n_runs: int) -> dict[str, float]:
-    """Parameters of an effect at a size of its own, to be scaled; angles and shares of the parts are random.
+    """Parameters of an effect at a size of its own, to be scaled.
 
-    The sizes are about 30 micrometres at a sensor (rig: 360 kN m, 200 kN), so that the factor to reach a gap stays of order one.
+    Angles and shares of the parts are random.
+
+    The sizes are about 30 micrometres at a sensor (rig: 360 kN m, 200 kN), so that the factor to
+    reach a gap stays of order one.
     """
     angle = float(rng.uniform(-np.pi, np.pi))
     normal = [float(value) for value in rng.standard_normal(8)]
@@ -219,7 +237,9 @@ def drawn_values(effect: str, rng: np.random.Generator, n_runs: int) -> dict[str
             f"a_{second}": 2e-5 * np.cos(other), f"b_{second}": 2e-5 * np.sin(other),
         }  # fmt: skip
     if effect == "thermal_drift":
-        rises = {f"rise_{k}": 4e-5 * (1.0 + 0.3 * value) for k, value in enumerate((normal * 2)[:n_runs])}
+        rises = {
+            f"rise_{k}": 4e-5 * (1.0 + 0.3 * value) for k, value in enumerate((normal * 2)[:n_runs])
+        }
         return {"tau": float(rng.uniform(15.0, 60.0)), **rises}
     names, size = {
         "axial_offset": ([f"d_x of run{k + 1}" for k in range(n_runs)], 3e-5),

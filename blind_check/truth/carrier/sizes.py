@@ -1,24 +1,30 @@
-"""Sizes of the withheld effects of a carrier: scaled to the wanted gap, within what a machine could have."""
+"""Sizes of the withheld effects of a carrier.
+
+Scaled to the wanted gap, within what a machine could have.
+"""
 
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from blind_check.labels import OUTSIDE, CasePlan
-from blind_check.truth.carrier.rig import N_SENSORS, CarrierState
-from blind_check.truth.carrier.signals import drawn_values, scaled_values
-from blind_check.truth.noise import largest_leak
+from carrierflex.blind_check.labels import OUTSIDE, CasePlan
+from carrierflex.blind_check.truth.carrier.rig import N_SENSORS, CarrierState
+from carrierflex.blind_check.truth.carrier.signals import drawn_values, scaled_values
+from carrierflex.blind_check.truth.noise import largest_leak
 
-#: Steps of the search for the size of an effect; sizes that act through a threshold or a sine need more than one.
+#: Steps of the search for the size of an effect; sizes that act through a threshold or a sine need
+#: more than one.
 _SIZE_STEPS, _SIZE_TOLERANCE = 30, 1e-4
-#: Largest factor on an effect of unit size that a machine could have: pin loads that stay positive, gains off by 30 %, a sensor 5
-#: degrees from its place, 0.15 s of delay, deflections of three times the model's.
+#: Largest factor on an effect of unit size that a machine could have: pin loads that stay positive,
+#: gains off by 30 %, a sensor 5 degrees from its place, 0.15 s of delay, deflections of three times
+#: the model's.
 _LARGEST = {
     "unequal_load_sharing": 5.0, "load_sharing_ntl": 5.0, "flexible_pins": 3.0, "stiff_pins": 1.5, "pin_clearance": 1.5,
     "sensor_gain": 3.0, "sensor_angle": 3.0, "sensor_delay": 5.0,
 }  # fmt: skip
-#: Noise of a case [m], drawn between the first two; down to the last where an effect cannot grow to the wanted gap.
+#: Noise of a case [m], drawn between the first two; down to the last where an effect cannot grow to
+#: the wanted gap.
 _NOISE, _LEAST_NOISE = (2e-6, 5e-6), 0.3e-6
 #: Errors of the sensors.
 _GAIN, _ANGLE = 0.03, np.deg2rad(0.5)
@@ -58,11 +64,15 @@ def sized_state(
     floor = max(floor, _LEAST_NOISE)
     state = known
     for name, unit in zip(plan.effects, units, strict=True):
-        state = _with(state, unit, _factor(known, unit, share * floor, _LARGEST.get(name, np.inf), gap))
+        state = _with(
+            state, unit, _factor(known, unit, share * floor, _LARGEST.get(name, np.inf), gap)
+        )
     return state, floor
 
 
-def _factor(known: CarrierState, unit: CarrierState, wanted: float, largest: float, gap: Gap) -> float:
+def _factor(
+    known: CarrierState, unit: CarrierState, wanted: float, largest: float, gap: Gap
+) -> float:
     """Factor on a unit effect at which it leaves the wanted gap, or its physical limit."""
     factor = 1.0
     for _ in range(_SIZE_STEPS):
@@ -74,7 +84,11 @@ def _factor(known: CarrierState, unit: CarrierState, wanted: float, largest: flo
 
 
 def with_sensor_errors(
-    state: CarrierState, plan: CasePlan, rng: np.random.Generator, floor: float, leak: Callable[[CarrierState], float]
+    state: CarrierState,
+    plan: CasePlan,
+    rng: np.random.Generator,
+    floor: float,
+    leak: Callable[[CarrierState], float],
 ) -> CarrierState:
     """State before sensors up to 3 % and 0.5 degrees off, less where they would leave more than `largest_leak`.
 
@@ -130,5 +144,7 @@ def _with(state: CarrierState, effect: CarrierState, factor: float) -> CarrierSt
         turned=state.turned + factor * effect.turned,
         zero=state.zero + factor * effect.zero,
         delay=state.delay + factor * effect.delay,
-        outside=(effect.outside[0], factor * effect.outside[1]) if effect.outside[0] else state.outside,
+        outside=(effect.outside[0], factor * effect.outside[1])
+        if effect.outside[0]
+        else state.outside,
     )

@@ -1,8 +1,10 @@
-"""Truth of the kind "carrier": six runs of four axial sensors, one withheld effect or two, and a rig not quite as declared.
+"""Truth of the kind "carrier".
 
-Torque is 1 % wrong, probes have gains up to 3 % and angles up to 0.5 degrees off, speed has a ripple of 1 %, noise has a memory,
-the deflection curves belong to a slightly different carrier on another mesh. The baseline is refitted by the truth's own least
-squares on the measured inputs.
+Six runs of four axial sensors, one withheld effect or two, and a rig not quite as declared.
+
+Torque is 1 % wrong, probes have gains up to 3 % and angles up to 0.5 degrees off, speed has a
+ripple of 1 %, noise has a memory, the deflection curves belong to a slightly different carrier on
+another mesh. The baseline is refitted by the truth's own least squares on the measured inputs.
 """
 
 from collections.abc import Sequence
@@ -11,11 +13,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from blind_check.labels import ALIASED, ONE_CONDITION, OUTSIDE, CasePlan, Label
-from blind_check.truth.alias_table import same_class
-from blind_check.truth.carrier.label import largest_cell, named_parameters
-from blind_check.truth.carrier.rig import N_SENSORS, SENSOR_ANGLES, SENSOR_NAMES, CarrierState, drawn_record
-from blind_check.truth.carrier.signals import (
+from carrierflex.blind_check.labels import ALIASED, ONE_CONDITION, OUTSIDE, CasePlan, Label
+from carrierflex.blind_check.truth.alias_table import same_class
+from carrierflex.blind_check.truth.carrier.label import largest_cell, named_parameters
+from carrierflex.blind_check.truth.carrier.rig import (
+    N_SENSORS,
+    SENSOR_ANGLES,
+    SENSOR_NAMES,
+    CarrierState,
+    drawn_record,
+)
+from carrierflex.blind_check.truth.carrier.signals import (
     NOMINAL_TORQUE,
     RADIUS,
     RimRecord,
@@ -23,11 +31,16 @@ from blind_check.truth.carrier.signals import (
     drawn_values,
     scaled_values,
 )
-from blind_check.truth.carrier.sizes import sized_state, with_sensor_errors
-from blind_check.truth.linear_refit import LinearBaseline
-from blind_check.truth.noise import case_rng, coloured_noise, noise_rng, root_mean_square
-from identification.campaign.campaign import Baseline, Campaign, Channel
-from identification.campaign.records import Run
+from carrierflex.blind_check.truth.carrier.sizes import sized_state, with_sensor_errors
+from carrierflex.blind_check.truth.linear_refit import LinearBaseline
+from carrierflex.blind_check.truth.noise import (
+    case_rng,
+    coloured_noise,
+    noise_rng,
+    root_mean_square,
+)
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.records import Run
 
 FloatArray = NDArray[np.float64]
 
@@ -39,7 +52,8 @@ _LOADS = (
     (1.0, 0.0, 0.0, 2.3), (0.5, 0.0, 0.0, 1.5), (1.0, 0.0, -2e5, 2.3), (1.0, 1e5, 1e5, 2.3), (0.75, 0.0, 5e4, 2.0),
     (0.25, -5e4, 0.0, 2.3),
 )  # fmt: skip
-#: Torque and radial load that never change: what follows the load cannot be told from what does not.
+#: Torque and radial load that never change: what follows the load cannot be told from what does
+#: not.
 _CONSTANT = ((1.0, 0.0, 0.0, 2.3), (1.0, 0.0, 0.0, 1.5), (1.0, 0.0, 0.0, 2.0))
 _TORQUE = 0.01
 
@@ -62,7 +76,10 @@ def carrier_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     rng = case_rng(plan)
     alone = plan.family == ONE_CONDITION
     loads = {ALIASED: _CONSTANT, ONE_CONDITION: _LOADS[:1]}.get(plan.family, _LOADS)
-    records = [drawn_record(rng, k, load, _SECONDS_ALONE if alone else _SECONDS) for k, load in enumerate(loads)]
+    records = [
+        drawn_record(rng, k, load, _SECONDS_ALONE if alone else _SECONDS)
+        for k, load in enumerate(loads)
+    ]
     contained = tuple(name for name in KNOWN if name not in plan.effects)
     error = 1.0 + _TORQUE * float(rng.choice((-1.0, 1.0)))
     declared = [replace(own, torque=own.torque * error) for own in records]
@@ -70,13 +87,19 @@ def carrier_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     known = _known_state(contained, rng, len(records))
 
     def left(own: CarrierState) -> list[FloatArray]:
-        # Of everything, not of the effect alone: what the baseline holds keeps its bound from acting too early.
+        # Of everything, not of the effect alone: what the baseline holds keeps its bound from
+        # acting too early.
         return baseline.left(own.read(records))
 
     ideal, floor = sized_state(plan, rng, known, len(records), lambda own: _size(left(own)))
-    state = with_sensor_errors(ideal, plan, rng, floor, lambda own: _size(_differences(left(own), left(ideal))))
+    state = with_sensor_errors(
+        ideal, plan, rng, floor, lambda own: _size(_differences(left(own), left(ideal)))
+    )
     own_noise = noise_rng(plan, repeat)
-    noise = [floor * coloured_noise(own_noise, (N_SENSORS, own.time.size), memory=_MEMORY) for own in records]
+    noise = [
+        floor * coloured_noise(own_noise, (N_SENSORS, own.time.size), memory=_MEMORY)
+        for own in records
+    ]
     measured = [signal + own for signal, own in zip(state.read(records), noise, strict=True)]
     # The effect as sensors without errors would read it: what a perfect model adds.
     rho = _rho(baseline, measured, _differences(ideal.read(records), known.read(records)))
@@ -106,15 +129,22 @@ def _label(plan: CasePlan, state: CarrierState, floor: float, gap: float, rho: f
     )
 
 
-def _rho(baseline: LinearBaseline, measured: Sequence[FloatArray], effect: Sequence[FloatArray]) -> float:
+def _rho(
+    baseline: LinearBaseline, measured: Sequence[FloatArray], effect: Sequence[FloatArray]
+) -> float:
     """Held-out RMS of the baseline without the effect over that with it."""
-    return _size(baseline.held_out(_differences(measured, effect))) / _size(baseline.held_out(measured))
+    return _size(baseline.held_out(_differences(measured, effect))) / _size(
+        baseline.held_out(measured)
+    )
 
 
 def _known_state(contained: Sequence[str], rng: np.random.Generator, n_runs: int) -> CarrierState:
     """What the baseline holds: tilts of 0.06 to 0.15 mrad, pins, offsets."""
     return CarrierState(
-        {name: scaled_values(drawn_values(name, rng, n_runs), rng.uniform(0.6, 1.5)) for name in contained}
+        {
+            name: scaled_values(drawn_values(name, rng, n_runs), rng.uniform(0.6, 1.5))
+            for name in contained
+        }
     )
 
 

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-#: Laws by number; the parameters are p0, p1, p2 and the deflection, speed that shape the other form.
+#: Laws by number; the parameters are p0, p1, p2 and the deflection, speed that shape the other
+#: form.
 LAWS = {
     "": 0, "quadratic_stiffness": 1, "cubic_stiffness": 2, "quintic_stiffness": 3, "quadratic_damping": 4, "cubic_damping": 5,
     "deflection_dependent_damping": 6, "backlash": 7, "coulomb_friction": 8, "stribeck_friction": 9, "friction_asymmetry": 10,
@@ -42,7 +43,9 @@ def _elastic_force(law: int, p: FloatArray, b: float, q: float) -> float:
         return 120.0 * p[0] * (np.sinh(x) - x - x**3 / 6.0) / b**5
     if law == 7:
         corner = 0.03 * p[0]
-        over = corner * (np.logaddexp(0.0, (q - p[0]) / corner) - np.logaddexp(0.0, (-q - p[0]) / corner))
+        over = corner * (
+            np.logaddexp(0.0, (q - p[0]) / corner) - np.logaddexp(0.0, (-q - p[0]) / corner)
+        )
         return p[3] * (over - q)
     if law == 16:  # a stop on one side
         return p[0] * max(q - p[1], 0.0)
@@ -75,7 +78,9 @@ def _dry_force(law: int, p: FloatArray, size: FloatArray, v: float) -> float:
 
 
 @_inline
-def _memory_force(law: int, p: FloatArray, q: float, v: float, memory: FloatArray, rate: FloatArray) -> float:
+def _memory_force(
+    law: int, p: FloatArray, q: float, v: float, memory: FloatArray, rate: FloatArray
+) -> float:
     """Force of inner states."""
     if law == 11:
         share = (abs(memory[0]) * p[0] / p[1]) ** 10
@@ -92,7 +97,14 @@ def _memory_force(law: int, p: FloatArray, q: float, v: float, memory: FloatArra
 
 @njit(cache=True)
 def law_force(
-    law: int, p: FloatArray, size: FloatArray, q: float, v: float, memory: FloatArray, t: float, rate: FloatArray
+    law: int,
+    p: FloatArray,
+    size: FloatArray,
+    q: float,
+    v: float,
+    memory: FloatArray,
+    t: float,
+    rate: FloatArray,
 ) -> float:
     """Force of a law and the rates of its memory.
 
@@ -130,7 +142,12 @@ def law_force(
 
 @njit(cache=True)
 def driven_motion(
-    force: FloatArray, step: float, base: FloatArray, laws: FloatArray, p: FloatArray, size: FloatArray
+    force: FloatArray,
+    step: float,
+    base: FloatArray,
+    laws: FloatArray,
+    p: FloatArray,
+    size: FloatArray,
 ) -> FloatArray:
     """Deflection of a mass on the element under a force, from rest, by the three-eighths Runge-Kutta rule.
 
@@ -152,7 +169,12 @@ def driven_motion(
     """
     n, n_states = (force.size - 1) // 3, 2 + 2 * laws.size
     result = np.empty(n + 1)
-    state, slopes, trial, rate = np.zeros(n_states), np.zeros((4, n_states)), np.zeros(n_states), np.zeros(2)
+    state, slopes, trial, rate = (
+        np.zeros(n_states),
+        np.zeros((4, n_states)),
+        np.zeros(n_states),
+        np.zeros(2),
+    )
     for k in range(n + 1):
         result[k] = state[0]
         if k == n:
@@ -171,16 +193,22 @@ def driven_motion(
             for own in range(laws.size):
                 t = step * (k + stage / 3.0)
                 memory = trial[2 + 2 * own : 4 + 2 * own]
-                total -= law_force(laws[own], p[own], size[own], trial[0], trial[1], memory, t, rate)
+                total -= law_force(
+                    laws[own], p[own], size[own], trial[0], trial[1], memory, t, rate
+                )
                 slopes[stage, 2 + 2 * own], slopes[stage, 3 + 2 * own] = rate[0], rate[1]
             slopes[stage, 0], slopes[stage, 1] = trial[1], total / base[0]
         for i in range(n_states):
-            state[i] += step / 8.0 * (slopes[0, i] + 3.0 * slopes[1, i] + 3.0 * slopes[2, i] + slopes[3, i])
+            state[i] += (
+                step / 8.0 * (slopes[0, i] + 3.0 * slopes[1, i] + 3.0 * slopes[2, i] + slopes[3, i])
+            )
     return result
 
 
 @njit(cache=True)
-def force_along(q: FloatArray, v: FloatArray, step: float, law: int, p: FloatArray, size: FloatArray) -> FloatArray:
+def force_along(
+    q: FloatArray, v: FloatArray, step: float, law: int, p: FloatArray, size: FloatArray
+) -> FloatArray:
     """Force of a law along a given motion, its memory by the midpoint rule on straight lines between the samples.
 
     Parameters
@@ -203,13 +231,24 @@ def force_along(q: FloatArray, v: FloatArray, step: float, law: int, p: FloatArr
         result[k] = law_force(law, p, size, q[k], v[k], memory, k * step, rate)
         if k + 1 < q.size:
             middle[:] = memory + 0.5 * step * rate
-            law_force(law, p, size, 0.5 * (q[k] + q[k + 1]), 0.5 * (v[k] + v[k + 1]), middle, (k + 0.5) * step, unused)
+            law_force(
+                law,
+                p,
+                size,
+                0.5 * (q[k] + q[k + 1]),
+                0.5 * (v[k] + v[k + 1]),
+                middle,
+                (k + 0.5) * step,
+                unused,
+            )
             memory += step * unused
     return result
 
 
 @njit(cache=True)
-def phasor_sums(turn: NDArray[np.complex128], advance: NDArray[np.complex128], omega: FloatArray, n: int) -> FloatArray:
+def phasor_sums(
+    turn: NDArray[np.complex128], advance: NDArray[np.complex128], omega: FloatArray, n: int
+) -> FloatArray:
     """Sum of turning phasors and its first two derivatives at n steps, shape (3, n).
 
     Parameters

@@ -1,7 +1,10 @@
-"""Truth of the kind "element": a mass on one element under a multisine of four amplitudes, or the force of a driven element.
+"""Truth of the kind "element".
 
-The drive is 1 % wrong, noise has a memory, laws are those of :mod:`blind_check.truth.element.laws`, with a finer and other
-integration than any fit. The noise is set so that the gap over the floor is the wanted one.
+A mass on one element under a multisine of four amplitudes, or the force of a driven element.
+
+The drive is 1 % wrong, noise has a memory, laws are those of
+:mod:`carrierflex.blind_check.truth.element.laws`, with a finer and other integration than any fit.
+The noise is set so that the gap over the floor is the wanted one.
 """
 
 from collections.abc import Sequence
@@ -10,13 +13,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from blind_check.labels import ALIASED, ONE_CONDITION, OUTSIDE, CasePlan, Label
-from blind_check.truth.alias_table import same_class
-from blind_check.truth.element.laws import LAWS, driven_motion, force_along, phasor_sums
-from blind_check.truth.element.refit import ForcedRefit, Refit, driven_refit
-from blind_check.truth.noise import case_rng, coloured_noise, noise_rng, root_mean_square
-from identification.campaign.campaign import Baseline, Campaign, Channel
-from identification.campaign.records import Run
+from carrierflex.blind_check.labels import ALIASED, ONE_CONDITION, OUTSIDE, CasePlan, Label
+from carrierflex.blind_check.truth.alias_table import same_class
+from carrierflex.blind_check.truth.element.laws import LAWS, driven_motion, force_along, phasor_sums
+from carrierflex.blind_check.truth.element.refit import ForcedRefit, Refit, driven_refit
+from carrierflex.blind_check.truth.noise import (
+    case_rng,
+    coloured_noise,
+    noise_rng,
+    root_mean_square,
+)
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.records import Run
 
 FloatArray = NDArray[np.float64]
 
@@ -35,8 +43,8 @@ _SHARE = (0.08, 0.3)
 class Element:
     """One element under its drive.
 
-    `base` mass, stiffness, damping, constant force; `omega` natural frequency [rad/s]; `by_force` the drive; `laws` withheld laws
-    as (name, p, size); `delay` [s] of the channel.
+    `base` mass, stiffness, damping, constant force; `omega` natural frequency [rad/s]; `by_force`
+    the drive; `laws` withheld laws as (name, p, size); `delay` [s] of the channel.
     """
 
     base: FloatArray
@@ -53,7 +61,10 @@ class Element:
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """A multisine that grows from rest: amplitudes, frequencies [rad/s], phases, and the time of growth [s]."""
+    """A multisine that grows from rest.
+
+    Amplitudes, frequencies [rad/s], phases, and the time of growth [s].
+    """
 
     amplitude: FloatArray
     omega: FloatArray
@@ -66,14 +77,21 @@ class Drive:
 
     def motion_at(self, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Value and its first two derivatives at evenly spaced times."""
-        turn = np.exp(1j * (np.outer(self.omega, time[:1]) + self.phase[:, None]))[:, 0] * self.amplitude
+        turn = (
+            np.exp(1j * (np.outer(self.omega, time[:1]) + self.phase[:, None]))[:, 0]
+            * self.amplitude
+        )
         advance = np.exp(1j * self.omega * (time[1] - time[0]))
         sums = phasor_sums(turn, advance, self.omega, time.size)
         s = np.clip(time / self.growth, 0.0, 1.0)
         w = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
         w_1 = 30.0 * s**2 * (1.0 - s) ** 2 / self.growth
         w_2 = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / self.growth**2
-        return sums[0] * w, sums[1] * w + sums[0] * w_1, sums[2] * w + 2.0 * sums[1] * w_1 + sums[0] * w_2
+        return (
+            sums[0] * w,
+            sums[1] * w + sums[0] * w_1,
+            sums[2] * w + 2.0 * sums[1] * w_1 + sums[0] * w_2,
+        )
 
 
 def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
@@ -107,7 +125,8 @@ def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     own_noise = noise_rng(plan, repeat)
     noise = [floor * coloured_noise(own_noise, (_SAMPLES,), memory=_MEMORY) for _ in drives]
     measured = [own + more for own, more in zip(clean, noise, strict=True)]
-    # With the true effect in the model, noise is all that is left: the error of the drive goes into mass, spring and damper.
+    # With the true effect in the model, noise is all that is left: the error of the drive goes into
+    # mass, spring and damper.
     settled = np.array(noise)[:, _SETTLE:]
     held_out = np.array(before.held_out) + settled
     inside = () if plan.family == OUTSIDE else plan.effects
@@ -123,7 +142,9 @@ def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         floor=floor,
         rho=root_mean_square(settled) / root_mean_square(held_out) if plan.effects else 1.0,
         parameters={name: _named_parameters(name, element) for name in inside},
-        where={"run": f"run{1 + int(np.argmax([root_mean_square(own) for own in before.left]))}"} if inside else {},
+        where={"run": f"run{1 + int(np.argmax([root_mean_square(own) for own in before.left]))}"}
+        if inside
+        else {},
     )
     return _campaign(plan, plain, time, inputs, measured, floor), label
 
@@ -177,7 +198,9 @@ def _refit(drives: Sequence[Drive], signals: Sequence[FloatArray], plain: Elemen
     # A constant force of zero could not be scaled.
     start = plain.base.copy()
     start[3] = 1e-4 * start[1]
-    return ForcedRefit([own.at(time) for own in drives], signals, plain.step / fine, fine, start, _SETTLE).refit()
+    return ForcedRefit(
+        [own.at(time) for own in drives], signals, plain.step / fine, fine, start, _SETTLE
+    ).refit()
 
 
 def _drawn_element(rng: np.random.Generator) -> Element:
@@ -193,11 +216,17 @@ def _drawn_drive(rng: np.random.Generator, element: Element, level: float) -> Dr
     """Multisine of a flat force, or of a motion that falls above the natural frequency."""
     omega = element.omega * np.linspace(*_BAND, _LINES) * (1.0 + 1e-3 * rng.standard_normal(_LINES))
     amplitude = np.full(_LINES, level * 1e-3 / np.sqrt(_LINES))
-    amplitude = amplitude * (element.base[1] if element.by_force else 1.0 / (1.0 + (omega / element.omega) ** 2))
-    return Drive(amplitude, omega, rng.uniform(0.0, 2.0 * np.pi, _LINES), _SETTLE * element.step / 2.0)
+    amplitude = amplitude * (
+        element.base[1] if element.by_force else 1.0 / (1.0 + (omega / element.omega) ** 2)
+    )
+    return Drive(
+        amplitude, omega, rng.uniform(0.0, 2.0 * np.pi, _LINES), _SETTLE * element.step / 2.0
+    )
 
 
-def _with_effects(plan: CasePlan, rng: np.random.Generator, plain: Element, drives: Sequence[Drive]) -> Element:
+def _with_effects(
+    plan: CasePlan, rng: np.random.Generator, plain: Element, drives: Sequence[Drive]
+) -> Element:
     """Element with the withheld effects, sized against its motion without them."""
     if not plan.effects:
         return plain
@@ -220,7 +249,9 @@ def _with_effects(plan: CasePlan, rng: np.random.Generator, plain: Element, driv
     return element
 
 
-def _drawn_parameters(name: str, rng: np.random.Generator, plain: Element, size: FloatArray) -> FloatArray:
+def _drawn_parameters(
+    name: str, rng: np.random.Generator, plain: Element, size: FloatArray
+) -> FloatArray:
     """Parameters p of a law whose force is a drawn share of the spring's at the size of the motion."""
     k = plain.base[1]
     share = float(_SHARE[0] * (_SHARE[1] / _SHARE[0]) ** rng.uniform())
@@ -237,7 +268,10 @@ def _drawn_parameters(name: str, rng: np.random.Generator, plain: Element, size:
         "coulomb_friction": (0.5 * force,),
         "stribeck_friction": (0.4 * force, (0.4 + 0.4 * u) * force, 0.2 * speed),
         "friction_asymmetry": (0.6 * force, (0.2 + 0.15 * u) * force),
-        "elasto_plastic_friction": (2.0 * share * k, 2.0 * share * k * (0.15 + 0.25 * u) * deflection),
+        "elasto_plastic_friction": (
+            2.0 * share * k,
+            2.0 * share * k * (0.15 + 0.25 * u) * deflection,
+        ),
         "maxwell_branch": (2.0 * share * k, (0.5 + 1.5 * u) / plain.omega),
         "softening_in_time": (share * k, 0.3 * _SAMPLES * plain.step),
         "attached_absorber": (share * plain.base[0], (1.2 + 0.6 * u) * plain.omega),

@@ -1,6 +1,9 @@
-"""Load records of the mounting: rest, radial load, speed, torque and quick changes, as in figure 6 of the 2011 paper but shorter.
+"""Load records of the mounting.
 
-The rig's controller sets a load at every sample and goes there in a straight line, so that what is recorded is what acts.
+Rest, radial load, speed, torque and quick changes, as in figure 6 of the 2011 paper but shorter.
+
+The rig's controller sets a load at every sample and goes there in a straight line, so that what is
+recorded is what acts.
 """
 
 from dataclasses import dataclass
@@ -8,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from blind_check.truth.noise import slow_ripple
+from carrierflex.blind_check.truth.noise import slow_ripple
 
 FloatArray = NDArray[np.float64]
 
@@ -17,11 +20,18 @@ _SECONDS, REST = 60.0, 4.0
 _SPEED = 2.3143
 _SPEED_RIPPLE = 0.01
 
-#: By run: radial load y, z [N] from a time [s] on; torque [N m] by (time, level); amplitude [N m] and [N] of quick changes
-#: of torque and radial load; speed over nominal.
+#: By run: radial load y, z [N] from a time [s] on; torque [N m] by (time, level); amplitude [N m]
+#: and [N] of quick changes of torque and radial load; speed over nominal.
 CONDITIONS = (
     ("radial load, then torque", (0.0, -1e5), 6.0, ((25.0, 8e4), (45.0, 1.6e5)), (0.0, 0.0), 1.0),
-    ("torque in steps", (0.0, 0.0), 6.0, ((8.0, 1.2e5), (20.0, 2.4e5), (32.0, 3.6e5), (48.0, 1.2e5)), (0.0, 0.0), 1.0),
+    (
+        "torque in steps",
+        (0.0, 0.0),
+        6.0,
+        ((8.0, 1.2e5), (20.0, 2.4e5), (32.0, 3.6e5), (48.0, 1.2e5)),
+        (0.0, 0.0),
+        1.0,
+    ),
     ("radial load to the side", (8e4, 5e4), 14.0, ((6.0, 1.2e5), (40.0, 0.0)), (0.0, 0.0), 0.7),
     ("quick changes at half load", (-4e4, 4e4), 6.0, ((8.0, 1e5),), (6e4, 3e4), 1.0),
     ("quick changes at full load", (6e4, -6e4), 6.0, ((8.0, 2.2e5),), (1.1e5, 6e4), 0.85),
@@ -76,7 +86,12 @@ def drawn_record(rng: np.random.Generator, number: int) -> MountingRecord:
     """
     condition, radial, radial_from, levels, quick, speed = CONDITIONS[number]
     time = np.arange(int(_SECONDS * RATE)) / RATE
-    own_speed = speed * _SPEED * _rise(time, REST + 0.5, 6.0) * (1.0 + slow_ripple(rng, time, size=_SPEED_RIPPLE))
+    own_speed = (
+        speed
+        * _SPEED
+        * _rise(time, REST + 0.5, 6.0)
+        * (1.0 + slow_ripple(rng, time, size=_SPEED_RIPPLE))
+    )
     turned = np.concatenate([[0.0], np.cumsum(0.5 * (own_speed[1:] + own_speed[:-1]) * time[1])])
     torque, before = np.zeros_like(time), 0.0
     for start, level in levels:
@@ -86,7 +101,9 @@ def drawn_record(rng: np.random.Generator, number: int) -> MountingRecord:
     torque *= 1.0 + 0.02 * np.sin(turned + rng.uniform(0.0, 6.0)) + 0.01 * np.sin(3.0 * turned)
     torque += quick[0] * _quick_changes(rng, time)
     grown = _rise(time, radial_from, 6.0)
-    loads = np.array([torque, *(own * grown + quick[1] * _quick_changes(rng, time) for own in radial)]).T
+    loads = np.array(
+        [torque, *(own * grown + quick[1] * _quick_changes(rng, time) for own in radial)]
+    ).T
     return MountingRecord(condition, time, own_speed, turned, loads)
 
 

@@ -1,7 +1,9 @@
-"""The baseline's own refit of the mounting: radial stiffness and damping of both bushings, in sample and held out.
+"""The baseline's own refit of the mounting.
 
-Without effects the motion is three oscillators that do not know of one another: roll, pitch, and yaw with the axial springs. Each
-answers as a linear filter whose input is straight between samples.
+Radial stiffness and damping of both bushings, in sample and held out.
+
+Without effects the motion is three oscillators that do not know of one another: roll, pitch, and
+yaw with the axial springs. Each answers as a linear filter whose input is straight between samples.
 """
 
 from collections.abc import Sequence
@@ -12,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.signal import cont2discrete, lfilter
 
-from blind_check.truth.mounting.rig import RIG, Bodies
+from carrierflex.blind_check.truth.mounting.rig import RIG, Bodies
 
 FloatArray = NDArray[np.float64]
 
@@ -42,7 +44,10 @@ class MountingRefit:
         return [signals[run] - self._predicted(run, theta) for run in every]
 
     def held_out(self, signals: Sequence[FloatArray]) -> list[FloatArray]:
-        """What is left of each run after a refit to the other runs; one run alone is fitted to itself."""
+        """What is left of each run after a refit to the other runs.
+
+        One run alone is fitted to itself.
+        """
         if len(signals) == 1:
             return self.left(signals)
         left, every = [], list(range(len(signals)))
@@ -52,22 +57,37 @@ class MountingRefit:
             left.append(signals[run] - self._predicted(run, theta))
         return left
 
-    def _fitted(self, signals: Sequence[FloatArray], runs: Sequence[int], start: FloatArray) -> FloatArray:
+    def _fitted(
+        self, signals: Sequence[FloatArray], runs: Sequence[int], start: FloatArray
+    ) -> FloatArray:
         """Stiffness and damping over their nominal values."""
         scale = np.concatenate([signals[run] for run in runs]).std()
 
         def residual(logarithms: FloatArray) -> FloatArray:
             theta = np.exp(logarithms)
-            return np.concatenate([(signals[run] - self._predicted(run, theta)).reshape(-1) for run in runs]) / scale
+            return (
+                np.concatenate(
+                    [(signals[run] - self._predicted(run, theta)).reshape(-1) for run in runs]
+                )
+                / scale
+            )
 
-        # Logarithms need no bounds; damping hardly moves a slow record, so that a smaller difference drowns in rounding.
-        fitted = least_squares(residual, np.log(start), method="lm", xtol=1e-10, ftol=1e-12, diff_step=1e-4)
+        # Logarithms need no bounds; damping hardly moves a slow record, so that a smaller
+        # difference drowns in rounding.
+        fitted = least_squares(
+            residual, np.log(start), method="lm", xtol=1e-10, ftol=1e-12, diff_step=1e-4
+        )
         return np.asarray(np.exp(fitted.x))
 
     def _predicted(self, run: int, theta: FloatArray) -> FloatArray:
         """Zeroed signals of the baseline."""
-        radial, axial = (np.sum(rows[:, :3] ** 2, axis=0) for rows in (self.bodies.radial, self.bodies.axial))
-        K = theta[0] * RIG["bushing_radial_stiffness"] * radial + RIG["bushing_axial_stiffness"] * axial
+        radial, axial = (
+            np.sum(rows[:, :3] ** 2, axis=0) for rows in (self.bodies.radial, self.bodies.axial)
+        )
+        K = (
+            theta[0] * RIG["bushing_radial_stiffness"] * radial
+            + RIG["bushing_axial_stiffness"] * axial
+        )
         C = theta[1] * RIG["bushing_radial_damping"] * radial + RIG["bushing_axial_damping"] * axial
         forces = self.loads[run] @ self.bodies.loads[:3].T
         q = np.empty_like(forces)

@@ -1,8 +1,11 @@
-"""Housing on two bushings by the truth's own bodies: points, directions and cross products instead of written-out matrices.
+"""Housing on two bushings by the truth's own bodies.
 
-Coordinates ``q = (roll, pitch, yaw, b_y, b_z)``: the housing rolls alone; housing, shaft and coupling pitch and yaw about the
-main bearing at ``x = -L``, which moves by ``b_y, b_z`` where it gives way. A point r of the housing moves by
-``(0, b_y, b_z) + (0, pitch, yaw) x (r + L e_x) + roll e_x x r``.
+Points, directions and cross products instead of written-out matrices.
+
+Coordinates ``q = (roll, pitch, yaw, b_y, b_z)``: the housing rolls alone; housing, shaft and
+coupling pitch and yaw about the main bearing at ``x = -L``, which moves by ``b_y, b_z`` where it
+gives way. A point r of the housing moves by ``(0, b_y, b_z) + (0, pitch, yaw) x (r + L e_x) + roll
+e_x x r``.
 """
 
 from collections.abc import Mapping
@@ -18,8 +21,8 @@ FloatArray = NDArray[np.float64]
 SENSORS = ("ssx", "spx", "ssz", "spz", "spy", "sbx")
 N_FREE = 5
 
-#: Rig of the paper of 2011 (figure 5, section 3, table 3 with a tenth of critical damping) and of the GRC parts list; its key
-#: names are those of a campaign.
+#: Rig of the paper of 2011 (figure 5, section 3, table 3 with a tenth of critical damping) and of
+#: the GRC parts list; its key names are those of a campaign.
 RIG: Mapping[str, Any] = MappingProxyType({
     "R_x": 0.75, "R_y": 0.1575, "R_z": 0.75, "R_b": 0.6, "R_yz": 0.2, "bushing_radial_stiffness": 20.2e6,
     "bushing_radial_damping": 1e5, "bushing_axial_stiffness": 1e6, "bushing_axial_damping": 1e4, "housing_mass": 3310.0,
@@ -58,7 +61,10 @@ def _motion(point: tuple[float, float, float], *, rolls: bool) -> FloatArray:
     columns = np.zeros((3, N_FREE))
     axes = np.eye(3)
     columns[:, 0] = np.cross(axes[0], r) if rolls else 0.0
-    columns[:, 1], columns[:, 2] = np.cross(axes[1], about_bearing), np.cross(axes[2], about_bearing)
+    columns[:, 1], columns[:, 2] = (
+        np.cross(axes[1], about_bearing),
+        np.cross(axes[2], about_bearing),
+    )
     columns[:, 3], columns[:, 4] = axes[1], axes[2]
     return columns
 

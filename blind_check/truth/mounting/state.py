@@ -1,4 +1,7 @@
-"""The true state of a mounting rig: bushings, loads and sensors with the withheld effects in them."""
+"""The true state of a mounting rig.
+
+Bushings, loads and sensors with the withheld effects in them.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -6,11 +9,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from blind_check.truth.element.laws import LAWS
-from blind_check.truth.mounting.loads import RATE, MountingRecord
-from blind_check.truth.mounting.refit import zeroed
-from blind_check.truth.mounting.rig import RIG, SENSORS, Bodies
-from blind_check.truth.mounting.time_integration import LEAVES, Bushings, housing_motion
+from carrierflex.blind_check.truth.element.laws import LAWS
+from carrierflex.blind_check.truth.mounting.loads import RATE, MountingRecord
+from carrierflex.blind_check.truth.mounting.refit import zeroed
+from carrierflex.blind_check.truth.mounting.rig import RIG, SENSORS, Bodies
+from carrierflex.blind_check.truth.mounting.time_integration import LEAVES, Bushings, housing_motion
 
 FloatArray = NDArray[np.float64]
 
@@ -61,9 +64,12 @@ class MountingState:
     def _read(self, bodies: Bodies, record: MountingRecord) -> FloatArray:
         torque, y, z = record.loads.T
         turned = np.exp(1j * self.turned) * (y + 1j * z)
-        # What acts on the housing: the parasitic torque follows the load that is meant, not the one that is turned.
+        # What acts on the housing: the parasitic torque follows the load that is meant, not the one
+        # that is turned.
         loads = np.array([torque + self.P_T * z, turned.real, turned.imag]).T
-        signals = housing_motion(bodies, self.bushings, loads, 1.0 / RATE) + _outside(*self.outside, record.time)
+        signals = housing_motion(bodies, self.bushings, loads, 1.0 / RATE) + _outside(
+            *self.outside, record.time
+        )
         if self.delay:
             late = record.time - self.delay
             signals = np.array([np.interp(late, record.time, own) for own in signals.T]).T
@@ -79,7 +85,9 @@ def _outside(name: str, size: float, time: FloatArray) -> FloatArray:
     return np.zeros((time.size, len(SENSORS)))
 
 
-def with_effect(state: MountingState, name: str, rng: np.random.Generator, size: FloatArray) -> MountingState:
+def with_effect(
+    state: MountingState, name: str, rng: np.random.Generator, size: FloatArray
+) -> MountingState:
     """State with one more effect.
 
     Parameters
@@ -106,9 +114,13 @@ def with_effect(state: MountingState, name: str, rng: np.random.Generator, size:
     return replace(changed, parameters={**state.parameters, name: own})
 
 
-def _with_law(state: MountingState, name: str, rng: np.random.Generator, size: FloatArray) -> MountingState:
+def _with_law(
+    state: MountingState, name: str, rng: np.random.Generator, size: FloatArray
+) -> MountingState:
     share = state.bushings.K1 * float(_SHARE[0] * (_SHARE[1] / _SHARE[0]) ** rng.uniform())
-    symbols, values = _LAW_PARAMETERS[name](share, float(rng.uniform()), float(size[0]), float(size[1]))
+    symbols, values = _LAW_PARAMETERS[name](
+        share, float(rng.uniform()), float(size[0]), float(size[1])
+    )
     p = np.array([*values, *[0.0] * (3 - len(values)), state.bushings.K1])
     law = (_LAWS[name], p, size)
     named = dict(zip(symbols, values, strict=False))
@@ -119,16 +131,24 @@ def _with_law(state: MountingState, name: str, rng: np.random.Generator, size: F
     )
 
 
-#: Symbols and values of a law from its stiffness at the largest deflection, a random number, largest deflection and speed.
-_LAW_PARAMETERS: dict[str, Callable[[float, float, float, float], tuple[tuple[str, ...], tuple[float, ...]]]] = {
+#: Symbols and values of a law from its stiffness at the largest deflection, a random number,
+#: largest deflection and speed.
+_LAW_PARAMETERS: dict[
+    str, Callable[[float, float, float, float], tuple[tuple[str, ...], tuple[float, ...]]]
+] = {
     "cubic_stiffness": lambda k, u, q, v: (("K3",), (k / q**2,)),
     "quintic_stiffness": lambda k, u, q, v: (("K5",), (k / q**4,)),
     "deflection_dependent_damping": lambda k, u, q, v: (("C3",), (k / (q * v),)),
     "fluid_branch": lambda k, u, q, v: (("k", "tau"), (2.0 * k, 0.03 * 10.0**u)),
-    "elasto_plastic_friction": lambda k, u, q, v: (("Kp", "Fy"), (2.0 * k, 2.0 * k * (0.1 + 0.3 * u) * q)),
+    "elasto_plastic_friction": lambda k, u, q, v: (
+        ("Kp", "Fy"),
+        (2.0 * k, 2.0 * k * (0.1 + 0.3 * u) * q),
+    ),
     "softening_in_time": lambda k, u, q, v: ((), (k, 40.0)),
 }
-_Change = Callable[[MountingState, float, float, np.random.Generator], tuple[MountingState, dict[str, float]]]
+_Change = Callable[
+    [MountingState, float, float, np.random.Generator], tuple[MountingState, dict[str, float]]
+]
 
 
 def _one(rng: np.random.Generator, value: float) -> FloatArray:
@@ -144,7 +164,9 @@ def _parasitic_torque(
     return replace(s, P_T=value), {"P_T": value}
 
 
-def _axial(s: MountingState, u: float, sign: float, rng: np.random.Generator) -> tuple[MountingState, dict[str, float]]:
+def _axial(
+    s: MountingState, u: float, sign: float, rng: np.random.Generator
+) -> tuple[MountingState, dict[str, float]]:
     value = RIG["bushing_axial_stiffness"] * (4.0 + 12.0 * u)
     return replace(s, bushings=replace(s.bushings, k_x=value)), {"k_x": value}
 
@@ -153,7 +175,9 @@ def _compliance(
     s: MountingState, u: float, sign: float, rng: np.random.Generator
 ) -> tuple[MountingState, dict[str, float]]:
     value = 2e-10 * 10.0**u
-    return replace(s, bushings=replace(s.bushings, compliance=value)), {"main_bearing_compliance": value}
+    return replace(s, bushings=replace(s.bushings, compliance=value)), {
+        "main_bearing_compliance": value
+    }
 
 
 def _direction(
@@ -170,17 +194,23 @@ def _unequal(
     return replace(s, bushings=replace(s.bushings, excess=value)), {"starboard_excess": value}
 
 
-def _gain(s: MountingState, u: float, sign: float, rng: np.random.Generator) -> tuple[MountingState, dict[str, float]]:
+def _gain(
+    s: MountingState, u: float, sign: float, rng: np.random.Generator
+) -> tuple[MountingState, dict[str, float]]:
     value = sign * (0.06 + 0.15 * u)
     return replace(s, gain=_one(rng, value)), {"g": value}
 
 
-def _zero(s: MountingState, u: float, sign: float, rng: np.random.Generator) -> tuple[MountingState, dict[str, float]]:
+def _zero(
+    s: MountingState, u: float, sign: float, rng: np.random.Generator
+) -> tuple[MountingState, dict[str, float]]:
     value = sign * (1e-4 + 2e-4 * u)
     return replace(s, zero=_one(rng, value)), {"z": value}
 
 
-def _delay(s: MountingState, u: float, sign: float, rng: np.random.Generator) -> tuple[MountingState, dict[str, float]]:
+def _delay(
+    s: MountingState, u: float, sign: float, rng: np.random.Generator
+) -> tuple[MountingState, dict[str, float]]:
     value = 0.02 + 0.08 * u
     return replace(s, delay=value), {"delay": value}
 

@@ -1,8 +1,8 @@
 """Motion of the housing under its loads, by an own fixed-step Runge-Kutta march with every force at its own bushing.
 
-Radial forces beside the linear ones are those of :mod:`blind_check.truth.element.laws`; hardening springs are stacks of leaves:
-straight between steps of an eighth of the deflection's size. A main bearing that gives way is a spring and damper at its two
-coordinates.
+Radial forces beside the linear ones are those of :mod:`carrierflex.blind_check.truth.element.laws`;
+hardening springs are stacks of leaves: straight between steps of an eighth of the deflection's
+size. A main bearing that gives way is a spring and damper at its two coordinates.
 """
 
 from dataclasses import dataclass, field
@@ -11,8 +11,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from blind_check.truth.element.laws import law_force
-from blind_check.truth.mounting.rig import N_FREE, RIG, Bodies
+from carrierflex.blind_check.truth.element.laws import law_force
+from carrierflex.blind_check.truth.mounting.rig import N_FREE, RIG, Bodies
 
 FloatArray = NDArray[np.float64]
 
@@ -39,7 +39,8 @@ class Bushings:
     compliance : float
         Radial compliance of the main bearing [m/N].
     laws : tuple of (int, ndarray of 4, ndarray of 2)
-        Forces of every bushing beside the linear ones: number, parameters, deflection and speed that shape it.
+        Forces of every bushing beside the linear ones: number, parameters, deflection and speed
+        that shape it.
     """
 
     K1: float
@@ -60,7 +61,9 @@ def leaf_force(stiffness: float, size: float, power: int, u: float) -> float:
     return np.copysign(low + (high - low) * (abs(u) / h - n), u)
 
 
-def housing_motion(bodies: Bodies, bushings: Bushings, loads: FloatArray, step: float) -> FloatArray:
+def housing_motion(
+    bodies: Bodies, bushings: Bushings, loads: FloatArray, step: float
+) -> FloatArray:
     """Sensor signals of a run from rest, not zeroed.
 
     Parameters
@@ -92,7 +95,9 @@ def housing_motion(bodies: Bodies, bushings: Bushings, loads: FloatArray, step: 
     C = bushings.C1 * (radial.T * weights) @ radial + bushings.c_x * ends @ axial
     for place in range(N_FREE - 2, free):
         K[place, place] += 1.0 / bushings.compliance
-        C[place, place] += 2.0 * _BEARING_DAMPING * np.sqrt(bodies.M[place, place] / bushings.compliance)
+        C[place, place] += (
+            2.0 * _BEARING_DAMPING * np.sqrt(bodies.M[place, place] / bushings.compliance)
+        )
     inverse = np.linalg.inv(bodies.M[:free, :free])
     names = np.array([law for law, _, _ in bushings.laws], dtype=np.float64)
     p = np.array([own for _, own, _ in bushings.laws]).reshape(-1, 4)
@@ -129,7 +134,9 @@ def _acceleration(system, force, x, t, names, p, size, rate):  # type: ignore[no
                 f = leaf_force(p[law, 0], size[law, 0], int(names[law] - 100), u)
             else:
                 at = 2 * n + 2 * (law * rows.shape[0] + element)
-                f = law_force(names[law], p[law], size[law], u, u_rate, x[at : at + 2], t, rate[at : at + 2])
+                f = law_force(
+                    names[law], p[law], size[law], u, u_rate, x[at : at + 2], t, rate[at : at + 2]
+                )
             for i in range(n):
                 total[i] -= rows[element, i] * weights[element] * f
     for i in range(n):
@@ -140,7 +147,10 @@ def _acceleration(system, force, x, t, names, p, size, rate):  # type: ignore[no
 
 @njit(cache=True)
 def _march(system, forces, step, names, p, size, fine):  # type: ignore[no-untyped-def]
-    """Classical Runge-Kutta rule of fourth order, `fine` steps in a sample; coordinates at every sample."""
+    """Classical Runge-Kutta rule of fourth order, `fine` steps in a sample.
+
+    Coordinates at every sample.
+    """
     n_samples, n = forces.shape
     x = np.zeros(2 * n + 2 * names.size * system[3].shape[0])
     slopes = np.zeros((4, x.size))
@@ -150,8 +160,26 @@ def _march(system, forces, step, names, p, size, fine):  # type: ignore[no-untyp
         rise = (forces[sample + 1] - forces[sample]) / fine
         start = forces[sample] + within * rise
         _acceleration(system, start, x, t, names, p, size, slopes[0])
-        _acceleration(system, start + 0.5 * rise, x + 0.5 * h * slopes[0], t + 0.5 * h, names, p, size, slopes[1])
-        _acceleration(system, start + 0.5 * rise, x + 0.5 * h * slopes[1], t + 0.5 * h, names, p, size, slopes[2])
+        _acceleration(
+            system,
+            start + 0.5 * rise,
+            x + 0.5 * h * slopes[0],
+            t + 0.5 * h,
+            names,
+            p,
+            size,
+            slopes[1],
+        )
+        _acceleration(
+            system,
+            start + 0.5 * rise,
+            x + 0.5 * h * slopes[1],
+            t + 0.5 * h,
+            names,
+            p,
+            size,
+            slopes[2],
+        )
         _acceleration(system, start + rise, x + h * slopes[2], t + h, names, p, size, slopes[3])
         x += h / 6.0 * (slopes[0] + 2.0 * slopes[1] + 2.0 * slopes[2] + slopes[3])
         if within == fine - 1:

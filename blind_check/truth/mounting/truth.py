@@ -1,7 +1,9 @@
-"""Truth of the kind "mounting": five load records of a housing on two bushings, one withheld effect or two, wrong sensors.
+"""Truth of the kind "mounting".
 
-Torque is 1 % wrong, sensors have gains up to 3 % off, speed has a ripple of 1 %, noise has a memory. It is set so that the gap
-over the floor is the wanted one.
+Five load records of a housing on two bushings, one withheld effect or two, wrong sensors.
+
+Torque is 1 % wrong, sensors have gains up to 3 % off, speed has a ripple of 1 %, noise has a
+memory. It is set so that the gap over the floor is the wanted one.
 """
 
 from collections.abc import Sequence
@@ -9,16 +11,28 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from blind_check.labels import ONE_CONDITION, OUTSIDE, CasePlan, Label
-from blind_check.truth.alias_table import same_class
-from blind_check.truth.mounting.loads import ALONE, CONDITIONS, RATE, MountingRecord, drawn_record
-from blind_check.truth.mounting.refit import MountingRefit, zeroed
-from blind_check.truth.mounting.rig import RIG, SENSORS, Bodies, bodies
-from blind_check.truth.mounting.state import MountingState, with_effect
-from blind_check.truth.mounting.time_integration import Bushings
-from blind_check.truth.noise import case_rng, coloured_noise, largest_leak, noise_rng, root_mean_square
-from identification.campaign.campaign import Baseline, Campaign, Channel
-from identification.campaign.records import Run
+from carrierflex.blind_check.labels import ONE_CONDITION, OUTSIDE, CasePlan, Label
+from carrierflex.blind_check.truth.alias_table import same_class
+from carrierflex.blind_check.truth.mounting.loads import (
+    ALONE,
+    CONDITIONS,
+    RATE,
+    MountingRecord,
+    drawn_record,
+)
+from carrierflex.blind_check.truth.mounting.refit import MountingRefit, zeroed
+from carrierflex.blind_check.truth.mounting.rig import RIG, SENSORS, Bodies, bodies
+from carrierflex.blind_check.truth.mounting.state import MountingState, with_effect
+from carrierflex.blind_check.truth.mounting.time_integration import Bushings
+from carrierflex.blind_check.truth.noise import (
+    case_rng,
+    coloured_noise,
+    largest_leak,
+    noise_rng,
+    root_mean_square,
+)
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.records import Run
 
 FloatArray = NDArray[np.float64]
 
@@ -45,7 +59,9 @@ def mounting_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     numbers = (ALONE,) if plan.family == ONE_CONDITION else range(len(CONDITIONS))
     records = [drawn_record(rng, number) for number in numbers]
     stiffness, damping = RIG["bushing_radial_stiffness"], RIG["bushing_radial_damping"]
-    known = MountingState(Bushings(stiffness * rng.uniform(0.8, 1.25), damping * rng.uniform(0.7, 1.5)))
+    known = MountingState(
+        Bushings(stiffness * rng.uniform(0.8, 1.25), damping * rng.uniform(0.7, 1.5))
+    )
     plain = known.read(rig, records)
     size = _deflection(rig, plain)
     state = known
@@ -55,17 +71,23 @@ def mounting_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     refit = MountingRefit(rig, [own.loads for own in records], 1.0 / RATE)
     left = refit.left(clean)
     gap = _size(left) if plan.effects else 0.0
-    floor = gap / plan.ratio if plan.effects else _size(plain) * 10.0 ** float(rng.uniform(-3.0, -2.0))
+    floor = (
+        gap / plan.ratio if plan.effects else _size(plain) * 10.0 ** float(rng.uniform(-3.0, -2.0))
+    )
     declared, errors = _errors(plan, rng, records, clean, (refit, left, floor))
     own_noise = noise_rng(plan, repeat)
-    noise = [zeroed(floor * coloured_noise(own_noise, own.T.shape, memory=_MEMORY).T) for own in clean]
+    noise = [
+        zeroed(floor * coloured_noise(own_noise, own.T.shape, memory=_MEMORY).T) for own in clean
+    ]
     measured = [own * (1.0 + errors) + more for own, more in zip(clean, noise, strict=True)]
     effect = [own - other for own, other in zip(clean, plain, strict=True)]
     again = MountingRefit(rig, declared, 1.0 / RATE)
     after = _size(again.held_out([own - more for own, more in zip(measured, effect, strict=True)]))
     rho = after / _size(again.held_out(measured)) if plan.effects else 1.0
     run = f"run{1 + int(np.argmax([root_mean_square(own) for own in left]))}"
-    return _campaign(plan, records, declared, measured, floor), _label(plan, state, (gap, floor, rho), run)
+    return _campaign(plan, records, declared, measured, floor), _label(
+        plan, state, (gap, floor, rho), run
+    )
 
 
 def _deflection(rig: Bodies, signals: Sequence[FloatArray]) -> FloatArray:
@@ -73,7 +95,9 @@ def _deflection(rig: Bodies, signals: Sequence[FloatArray]) -> FloatArray:
     to_motion = np.linalg.pinv(rig.sensors[:, :3])
     deflections = [own @ to_motion.T @ rig.radial[:, :3].T for own in signals]
     largest = max(np.abs(own).max() for own in deflections)
-    return np.array([largest, max(np.abs(np.diff(own, axis=0)).max() for own in deflections) * RATE])
+    return np.array(
+        [largest, max(np.abs(np.diff(own, axis=0)).max() for own in deflections) * RATE]
+    )
 
 
 def _size(signals: Sequence[FloatArray]) -> float:
@@ -98,7 +122,9 @@ def _errors(
     return [own.loads * (1.0 + share * (torque - 1.0)) for own in records], share * gains
 
 
-def _label(plan: CasePlan, state: MountingState, sizes: tuple[float, float, float], run: str) -> Label:
+def _label(
+    plan: CasePlan, state: MountingState, sizes: tuple[float, float, float], run: str
+) -> Label:
     gap, floor, rho = sizes
     inside = () if plan.family == OUTSIDE else plan.effects
     one_load = plan.family == ONE_CONDITION
@@ -136,12 +162,24 @@ def _campaign(
             "ntl_z": loads[:, 2],
         }
         channels = dict(zip(SENSORS, np.ascontiguousarray(signals.T), strict=True))
-        runs.append(Run(f"run{k + 1}", f"run{k + 1}.parquet", record.condition, record.time, inputs, channels))
+        runs.append(
+            Run(
+                f"run{k + 1}",
+                f"run{k + 1}.parquet",
+                record.condition,
+                record.time,
+                inputs,
+                channels,
+            )
+        )
     return Campaign(
         kind="mounting",
         name=plan.name,
         baseline=Baseline("model"),
         rig=dict(RIG),
-        channels=tuple(Channel(name, "housing_displacement", "m", sensor=name, noise_std=floor) for name in SENSORS),
+        channels=tuple(
+            Channel(name, "housing_displacement", "m", sensor=name, noise_std=floor)
+            for name in SENSORS
+        ),
         runs=tuple(runs),
     )

@@ -1,13 +1,16 @@
-"""The carrier's truth means what the contract says: signs, orders and sizes, beside the simulator's own patterns."""
+"""The carrier's truth means what the contract says.
+
+Signs, orders and sizes, beside the simulator's own patterns.
+"""
 
 import numpy as np
 import pytest
 
-from blind_check.labels import NOTHING, PAIR, SINGLE, CasePlan
-from blind_check.truth.alias_table import SINGLES
-from blind_check.truth.campaigns import write_case
-from blind_check.truth.carrier.rig import SENSOR_ANGLES, drawn_record
-from blind_check.truth.carrier.signals import (
+from carrierflex.blind_check.labels import NOTHING, PAIR, SINGLE, CasePlan
+from carrierflex.blind_check.truth.alias_table import SINGLES
+from carrierflex.blind_check.truth.campaigns import write_case
+from carrierflex.blind_check.truth.carrier.rig import SENSOR_ANGLES, drawn_record
+from carrierflex.blind_check.truth.carrier.signals import (
     NOMINAL_TORQUE,
     PIN_RADIUS,
     RADIUS,
@@ -16,10 +19,10 @@ from blind_check.truth.carrier.signals import (
     drawn_values,
     scaled_values,
 )
-from blind_check.truth.linear_refit import LinearBaseline
-from diagnosis.carrier import laws as carrier_laws
-from fe.deflection_curves import DeflectionCurve
-from identification.campaign.campaign_files import read_campaign
+from carrierflex.blind_check.truth.linear_refit import LinearBaseline
+from carrierflex.diagnosis.carrier import laws as carrier_laws
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.identification.campaign.campaign_files import read_campaign
 
 RECORD = drawn_record(np.random.default_rng(1), 0, (0.8, 6e4, -9e4, 2.3), 30.0)
 
@@ -28,21 +31,32 @@ def curves():
     angle = 2.0 * np.pi * np.arange(720) / 720
     loads = {"delta_s": 1e3, "delta_f": 1e3, "g_s": 1.0, "g_f": 1.0}
     return {
-        name: DeflectionCurve(name, RADIUS, load, curve_at(name, angle), np.zeros(720)) for name, load in loads.items()
+        name: DeflectionCurve(name, RADIUS, load, curve_at(name, angle), np.zeros(720))
+        for name, load in loads.items()
     }
 
 
 def by_the_library(effect, values):
     """Signal of the same parameters by the laws that the diagnosis fits."""
     inputs = carrier_laws.CarrierInputs(
-        RECORD.time, RECORD.angle, RECORD.torque, RECORD.ntl_y, RECORD.ntl_z, RECORD.time[0], RECORD.time[-1]
+        RECORD.time,
+        RECORD.angle,
+        RECORD.torque,
+        RECORD.ntl_y,
+        RECORD.ntl_z,
+        RECORD.time[0],
+        RECORD.time[-1],
     )
     rig = carrier_laws.CarrierRig(NOMINAL_TORQUE, 3, PIN_RADIUS, curves())
     if effect in ("housing_tilt", "torque_tilt", "carrier_tilt"):
         (size, angle) = values.values()
         values = {"c": size * np.cos(angle), "s": size * np.sin(angle)}
     if effect == "face_runout":
-        values = {f"{kind}_{n}": values.get(f"{kind}_{n}", 0.0) for n in carrier_laws.WAVE_ORDERS for kind in "ab"}
+        values = {
+            f"{kind}_{n}": values.get(f"{kind}_{n}", 0.0)
+            for n in carrier_laws.WAVE_ORDERS
+            for kind in "ab"
+        }
     if effect == "ntl_tilt":
         values = {name: values[name] for name in ("a_y", "b_y", "a_z", "b_z")}
     law = getattr(carrier_laws, effect)
@@ -89,7 +103,9 @@ def test_clearances_close_and_saturate():
     sizes = []
     for load in (1e4, 1e6, 2e6):
         record = drawn_record(np.random.default_rng(1), 0, (0.5, 0.0, load, 2.3), 5.0)
-        sizes.append(np.abs(SIGNALS["bearing_clearance"](record, {"phi_B": 1e-4, "F_s": 5e4})).max())
+        sizes.append(
+            np.abs(SIGNALS["bearing_clearance"](record, {"phi_B": 1e-4, "F_s": 5e4})).max()
+        )
     assert sizes[0] < 0.25 * sizes[2]
     assert sizes[1] == pytest.approx(sizes[2], rel=1e-6)
 
@@ -112,7 +128,9 @@ def test_gap_is_as_planned(effect, tmp_path):
 
 
 def test_effect_at_its_physical_limit_leaves_less_and_the_label_says_so(tmp_path):
-    label = write_case(CasePlan("carrier", 4, 2, SINGLE, ("sensor_angle",), 300.0), tmp_path / "case")
+    label = write_case(
+        CasePlan("carrier", 4, 2, SINGLE, ("sensor_angle",), 300.0), tmp_path / "case"
+    )
     assert label.gap_over_floor < 100.0
     ((name, value),) = label.parameters["sensor_angle"].items()
     assert name in ("dv_s047", "dv_s137", "dv_s227", "dv_s317")
@@ -120,7 +138,9 @@ def test_effect_at_its_physical_limit_leaves_less_and_the_label_says_so(tmp_path
 
 
 def test_pair_leaves_about_the_planned_gap(tmp_path):
-    label = write_case(CasePlan("carrier", 6, 2, PAIR, ("carrier_tilt", "thermal_drift"), 8.0), tmp_path / "case")
+    label = write_case(
+        CasePlan("carrier", 6, 2, PAIR, ("carrier_tilt", "thermal_drift"), 8.0), tmp_path / "case"
+    )
     assert label.effects == ("carrier_tilt", "thermal_drift")
     assert label.gap_over_floor == pytest.approx(8.0, rel=0.05)
 
@@ -133,11 +153,18 @@ def test_nothing_is_left_but_noise_where_nothing_is_missing(tmp_path):
         for run in campaign.runs:
             u = SENSOR_ANGLES[:, None] - run.inputs["carrier_angle"]
             still = SENSOR_ANGLES[:, None] + 0.0 * u
-            rows = (np.sin(still), np.cos(still), np.sin(u), np.cos(u), curve_at("delta_f", u) * run.inputs["torque"])
+            rows = (
+                np.sin(still),
+                np.cos(still),
+                np.sin(u),
+                np.cos(u),
+                curve_at("delta_f", u) * run.inputs["torque"],
+            )
             columns.append(np.array([row.reshape(-1) for row in rows]).T)
             signals.append(np.array(list(run.signals.values())))
         left = np.concatenate(LinearBaseline(columns, own_offset=True).left(signals), axis=1)
-        # Noise with a memory of one sample: 23 000 samples tell its size to 1 %; the sensors' errors add half a per cent.
+        # Noise with a memory of one sample: 23 000 samples tell its size to 1 %; the sensors'
+        # errors add half a per cent.
         assert left.std() / label.floor == pytest.approx(1.0, abs=0.03)
         assert label.present == ()
         assert label.rho == 1.0

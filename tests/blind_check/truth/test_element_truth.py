@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from blind_check.labels import NOTHING, OUTSIDE, SINGLE, CasePlan
-from blind_check.truth.campaigns import write_case
-from blind_check.truth.element.laws import LAWS, driven_motion, force_along, law_force
-from identification.campaign.campaign_files import read_campaign
+from carrierflex.blind_check.labels import NOTHING, OUTSIDE, SINGLE, CasePlan
+from carrierflex.blind_check.truth.campaigns import write_case
+from carrierflex.blind_check.truth.element.laws import LAWS, driven_motion, force_along, law_force
+from carrierflex.identification.campaign.campaign_files import read_campaign
 
 SIZE = np.array([2e-3, 0.05])
 STIFFNESS = 1e5
@@ -18,7 +18,8 @@ def static_force(name, p, q, v=0.0):
 
 
 @pytest.mark.parametrize(
-    ("name", "power"), [("quadratic_stiffness", 2), ("cubic_stiffness", 3), ("quintic_stiffness", 5)]
+    ("name", "power"),
+    [("quadratic_stiffness", 2), ("cubic_stiffness", 3), ("quintic_stiffness", 5)],
 )
 def test_springs_begin_as_the_named_power_and_leave_it(name, power):
     small = static_force(name, (7.0,), 0.1 * SIZE[0])
@@ -48,7 +49,9 @@ def sine(n=4000, cycles=3):
 
 def loop_area(name, p):
     q, v, step = sine()
-    force = force_along(q, v, step, LAWS[name], np.array([*p, *[0.0] * (3 - len(p)), STIFFNESS]), SIZE)
+    force = force_along(
+        q, v, step, LAWS[name], np.array([*p, *[0.0] * (3 - len(p)), STIFFNESS]), SIZE
+    )
     last = slice(2 * (q.size - 1) // 3, None)
     return np.trapezoid(force[last], q[last]), force[last]
 
@@ -75,7 +78,8 @@ def test_elasto_plastic_friction_yields_at_its_level():
     K, F = 1e5, 80.0
     area, force = loop_area("elasto_plastic_friction", (K, F))
     np.testing.assert_allclose([force.max(), -force.min()], F, rtol=1e-3)
-    # A spring and a slider in series lose 4 F (a - F / K); the rounded knee takes less than 3 % of it.
+    # A spring and a slider in series lose 4 F (a - F / K); the rounded knee takes less than 3 % of
+    # it.
     np.testing.assert_allclose(area, 4.0 * F * (SIZE[0] - F / K), rtol=0.03)
 
 
@@ -94,7 +98,9 @@ def response(steps, laws=(), damping=0.0):
     names = np.array([LAWS[name] for name, _ in laws], dtype=np.float64)
     p = np.array([[*own, 0.0, 0.0, STIFFNESS] for _, own in laws]).reshape(-1, 4)
     base = np.array([mass, STIFFNESS, damping, 0.0])
-    return driven_motion(force, 2.0 * period / steps, base, names, p, np.tile(SIZE, (len(laws), 1)))[-1]
+    return driven_motion(
+        force, 2.0 * period / steps, base, names, p, np.tile(SIZE, (len(laws), 1))
+    )[-1]
 
 
 def test_march_is_of_fourth_order():
@@ -107,11 +113,14 @@ def test_march_is_of_fourth_order():
 
 @pytest.mark.parametrize("number", [1, 2, 3, 4])
 def test_gap_is_as_planned_and_noise_as_declared(number, tmp_path):
-    label = write_case(CasePlan("element", number, 9, SINGLE, ("coulomb_friction",), 6.0), tmp_path / "case")
+    label = write_case(
+        CasePlan("element", number, 9, SINGLE, ("coulomb_friction",), 6.0), tmp_path / "case"
+    )
     campaign = read_campaign(tmp_path / "case")
     assert label.gap_over_floor == pytest.approx(6.0, rel=1e-6)
     assert campaign.channels[0].noise_std == pytest.approx(label.floor)
-    # With the effect out, noise is left. Before, gap and noise add as squares; held out, the gap is larger, and never smaller.
+    # With the effect out, noise is left. Before, gap and noise add as squares; held out, the gap is
+    # larger, and never smaller.
     assert 0.6 < label.rho * np.sqrt(1.0 + 6.0**2) < 1.02
 
 
@@ -123,7 +132,9 @@ def residual_of_own_baseline(campaign):
         step = run.time[1] - run.time[0]
         spectrum, omega = np.fft.rfft(q), 2.0 * np.pi * np.fft.rfftfreq(q.size, step)
         rows = [np.fft.irfft(spectrum * (1j * omega) ** n, q.size) for n in (0, 1, 2)]
-        inner = slice(2 * settle, -settle)  # the transform takes the record for periodic: away from its ends
+        inner = slice(
+            2 * settle, -settle
+        )  # the transform takes the record for periodic: away from its ends
         matrix = np.array([*rows, np.ones_like(q)]).T[inner]
         left.append(force[inner] - matrix @ np.linalg.lstsq(matrix, force[inner], rcond=None)[0])
     return np.sqrt(np.mean(np.square(left)))
@@ -132,7 +143,13 @@ def residual_of_own_baseline(campaign):
 def test_nothing_is_left_but_noise_where_nothing_is_missing(tmp_path):
     for number in (1, 5, 7):  # driven ones
         for family, effects, ratio in ((NOTHING, (), 0.0), (OUTSIDE, ("unmeasured_force",), 5.0)):
-            label = write_case(CasePlan("element", number, 9, family, effects, ratio), tmp_path / family)
+            label = write_case(
+                CasePlan("element", number, 9, family, effects, ratio), tmp_path / family
+            )
             campaign = read_campaign(tmp_path / family)
             left = residual_of_own_baseline(campaign) / label.floor
-            assert (0.9 < left < 1.15) if family == NOTHING else (left > 4.0), (number, family, left)
+            assert (0.9 < left < 1.15) if family == NOTHING else (left > 4.0), (
+                number,
+                family,
+                left,
+            )

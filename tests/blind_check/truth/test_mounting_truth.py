@@ -1,24 +1,32 @@
-"""The mounting's truth: hand formulas, and the project's simulator as an independent second opinion."""
+"""The mounting's truth.
+
+Hand formulas, and the project's simulator as an independent second opinion.
+"""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from blind_check.labels import NOTHING, ONE_CONDITION, OUTSIDE, SINGLE, CasePlan
-from blind_check.truth.alias_table import OUTSIDE_NAMES
-from blind_check.truth.campaigns import write_case
-from blind_check.truth.element.laws import LAWS
-from blind_check.truth.mounting.loads import RATE, MountingRecord, drawn_record
-from blind_check.truth.mounting.refit import MountingRefit
-from blind_check.truth.mounting.rig import RIG, bodies
-from blind_check.truth.mounting.state import MountingState, with_effect
-from blind_check.truth.mounting.time_integration import LEAVES, Bushings, housing_motion, leaf_force
-from identification.campaign.campaign_files import read_campaign
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.parameters import parameter_array
-from simulation.mounting.rig import MountingRig
-from simulation.mounting.simulate import simulate
+from carrierflex.blind_check.labels import NOTHING, ONE_CONDITION, OUTSIDE, SINGLE, CasePlan
+from carrierflex.blind_check.truth.alias_table import OUTSIDE_NAMES
+from carrierflex.blind_check.truth.campaigns import write_case
+from carrierflex.blind_check.truth.element.laws import LAWS
+from carrierflex.blind_check.truth.mounting.loads import RATE, MountingRecord, drawn_record
+from carrierflex.blind_check.truth.mounting.refit import MountingRefit
+from carrierflex.blind_check.truth.mounting.rig import RIG, bodies
+from carrierflex.blind_check.truth.mounting.state import MountingState, with_effect
+from carrierflex.blind_check.truth.mounting.time_integration import (
+    LEAVES,
+    Bushings,
+    housing_motion,
+    leaf_force,
+)
+from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.simulate import simulate
 
 RIG_BODIES = bodies()
 K, L, R_x = RIG["bushing_radial_stiffness"], RIG["main_bearing_x"], RIG["R_x"]
@@ -30,24 +38,35 @@ def record():
     """Quick changes at full load, 26 s of them."""
     whole = drawn_record(np.random.default_rng(4), 4)
     part = slice(0, 1300)
-    return MountingRecord(whole.condition, whole.time[part], whole.speed[part], whole.angle[part], whole.loads[part])
+    return MountingRecord(
+        whole.condition, whole.time[part], whole.speed[part], whole.angle[part], whole.loads[part]
+    )
 
 
 def at_rest_under(torque, ntl_y, ntl_z, bushings=PLAIN):
-    loads = np.tile([torque, ntl_y, ntl_z], (200, 1)) * np.clip(np.arange(200) / 50.0, 0.0, 1.0)[:, None]
+    loads = (
+        np.tile([torque, ntl_y, ntl_z], (200, 1))
+        * np.clip(np.arange(200) / 50.0, 0.0, 1.0)[:, None]
+    )
     return housing_motion(RIG_BODIES, bushings, loads, 1.0 / RATE)[-1]
 
 
 def test_torque_rolls_the_housing_on_its_two_bushings():
     roll = 1e5 * (1.0 - 1.0 / RIG["gear_ratio"]) / (2.0 * K * R_x**2)
-    np.testing.assert_allclose(at_rest_under(1e5, 0.0, 0.0), roll * np.array([0, 0, R_x, -R_x, 0, 0]), atol=1e-12)
+    np.testing.assert_allclose(
+        at_rest_under(1e5, 0.0, 0.0), roll * np.array([0, 0, R_x, -R_x, 0, 0]), atol=1e-12
+    )
 
 
 def test_radial_load_tips_the_shaft_about_the_main_bearing():
-    pitch = 5e4 * RIG["coupling_arm"] / (2.0 * K * L**2)  # upward at the coupling: the housing's nose, upwind, rises
+    pitch = (
+        5e4 * RIG["coupling_arm"] / (2.0 * K * L**2)
+    )  # upward at the coupling: the housing's nose, upwind, rises
     found = at_rest_under(0.0, 0.0, 5e4)
     np.testing.assert_allclose(found[[2, 3]], -L * pitch, rtol=1e-9)
-    np.testing.assert_allclose(found[[0, 1, 5]], pitch * np.array([RIG["R_y"], RIG["R_y"], -RIG["R_b"]]), rtol=1e-9)
+    np.testing.assert_allclose(
+        found[[0, 1, 5]], pitch * np.array([RIG["R_y"], RIG["R_y"], -RIG["R_b"]]), rtol=1e-9
+    )
 
 
 def test_bearing_that_gives_way_moves_by_its_force():
@@ -64,7 +83,9 @@ def test_bearing_that_gives_way_moves_by_its_force():
 
 def simulated(record, **values):
     rig = MountingRig.from_table(RIG)
-    inputs = MountingInputs(record.time, record.loads[:, 0], record.speed, record.angle, *record.loads[:, 1:].T)
+    inputs = MountingInputs(
+        record.time, record.loads[:, 0], record.speed, record.angle, *record.loads[:, 1:].T
+    )
     return simulate(rig, parameter_array(rig, values), inputs).signals
 
 
@@ -109,7 +130,9 @@ def test_two_branches_of_the_fluid_lie_about_the_named_one(record):
 def test_leaves_meet_the_power_at_their_steps_and_lie_above_it_between():
     size, stiffness = 8e-3, 1e9
     steps = size * np.array([-1.25, -0.5, 0.125, 0.75, 1.0])
-    np.testing.assert_allclose([leaf_force(stiffness, size, 3, u) for u in steps], stiffness * steps**3, rtol=1e-12)
+    np.testing.assert_allclose(
+        [leaf_force(stiffness, size, 3, u) for u in steps], stiffness * steps**3, rtol=1e-12
+    )
     between = leaf_force(stiffness, size, 3, 0.9375 * size)
     assert 1.0 < between / (stiffness * (0.9375 * size) ** 3) < 1.02
     assert LEAVES["cubic_stiffness"] % 100 == 3
@@ -126,7 +149,9 @@ def test_own_refit_finds_the_bushings_of_a_rig_without_effects():
 
 
 def test_gap_is_as_planned_and_nothing_missing_leaves_noise(tmp_path):
-    label = write_case(CasePlan("mounting", 1, 8, SINGLE, ("cubic_stiffness",), 12.0), tmp_path / "case")
+    label = write_case(
+        CasePlan("mounting", 1, 8, SINGLE, ("cubic_stiffness",), 12.0), tmp_path / "case"
+    )
     campaign = read_campaign(tmp_path / "case")
     assert label.gap_over_floor == pytest.approx(12.0)
     assert 0.04 < label.rho < 0.13
@@ -134,7 +159,10 @@ def test_gap_is_as_planned_and_nothing_missing_leaves_noise(tmp_path):
     np.testing.assert_allclose([own.noise_std for own in campaign.channels], label.floor, rtol=1e-9)
     label = write_case(CasePlan("mounting", 2, 8, NOTHING, (), 0.0), tmp_path / "nothing")
     campaign = read_campaign(tmp_path / "nothing")
-    loads = [np.array([run.inputs[name] for name in ("torque", "ntl_y", "ntl_z")]).T for run in campaign.runs]
+    loads = [
+        np.array([run.inputs[name] for name in ("torque", "ntl_y", "ntl_z")]).T
+        for run in campaign.runs
+    ]
     signals = [np.array(list(run.signals.values())).T for run in campaign.runs]
     left = np.concatenate(MountingRefit(RIG_BODIES, loads, 1.0 / RATE).left(signals))
     # The mean of the noise at rest leaves with the zero, errors of the sensors add half a per cent.
@@ -144,13 +172,17 @@ def test_gap_is_as_planned_and_nothing_missing_leaves_noise(tmp_path):
 
 
 def test_one_condition_is_one_run(tmp_path):
-    label = write_case(CasePlan("mounting", 3, 8, ONE_CONDITION, ("parasitic_torque",), 5.0), tmp_path / "case")
+    label = write_case(
+        CasePlan("mounting", 3, 8, ONE_CONDITION, ("parasitic_torque",), 5.0), tmp_path / "case"
+    )
     assert len(read_campaign(tmp_path / "case").runs) == 1
     assert label.gap_over_floor == pytest.approx(5.0)
 
 
 @pytest.mark.acceptance
-@pytest.mark.parametrize("name", ["fluid_branch", "main_bearing_compliance", "sensor_zero", "softening_in_time"])
+@pytest.mark.parametrize(
+    "name", ["fluid_branch", "main_bearing_compliance", "sensor_zero", "softening_in_time"]
+)
 def test_other_effects_and_causes_make_a_case(name, tmp_path):
     family = OUTSIDE if name in OUTSIDE_NAMES["mounting"] else SINGLE
     label = write_case(CasePlan("mounting", 5, 8, family, (name,), 10.0), tmp_path / "case")

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from diagnosis.carrier.cards import CARRIER_CARDS
-from diagnosis.carrier.laws import CarrierInputs, CarrierRig, RimSensor
-from diagnosis.carrier.problem import carrier_plant
-from identification.campaign.campaign import Baseline, Campaign, Channel
-from identification.campaign.records import Run
-from simulation.carrier.effects import (
+from carrierflex.diagnosis.carrier.cards import CARRIER_CARDS
+from carrierflex.diagnosis.carrier.laws import CarrierInputs, CarrierRig, RimSensor
+from carrierflex.diagnosis.carrier.problem import carrier_plant
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.records import Run
+from carrierflex.simulation.carrier.effects import (
     closing_torque,
     delayed_values,
     load_shift_pattern,
@@ -15,7 +15,7 @@ from simulation.carrier.effects import (
     pin_radius_of,
     saturated_load,
 )
-from workflows.support.default_curves import default_curves
+from carrierflex.workflows.support.default_curves import default_curves
 
 CURVES = default_curves()
 NOISE = 5e-6
@@ -23,10 +23,19 @@ RIG = {"nominal_torque": 360e3, "sensor_radius": 0.412, "n_planets": 3}
 SPEEDS = (2.3, 1.5, 2.3, 2.3, 2.3, 2.3)
 LOADS = ((1.0, 0, 0), (0.5, 0, 0), (1.0, 0, -2e5), (1.0, 1e5, 1e5), (0.75, 0, 5e4), (0.25, -5e4, 0))
 CHANNELS = tuple(
-    Channel(f"s{angle:03d}", "axial_displacement", "m", float(np.deg2rad(angle)), 0.412, noise_std=NOISE)
+    Channel(
+        f"s{angle:03d}", "axial_displacement", "m", float(np.deg2rad(angle)), 0.412, noise_std=NOISE
+    )
     for angle in (47, 137, 227, 317)
 ) + tuple(
-    Channel(f"r{angle:03d}", "radial_displacement", "m", float(np.deg2rad(angle)), 0.412, noise_std=NOISE)
+    Channel(
+        f"r{angle:03d}",
+        "radial_displacement",
+        "m",
+        float(np.deg2rad(angle)),
+        0.412,
+        noise_std=NOISE,
+    )
     for angle in (40, 310)
 )
 LAWS = {card.id: card.law for card in CARRIER_CARDS}
@@ -55,7 +64,16 @@ INJECTED = {
 }
 
 
-def twin_campaign(effect=None, *, contained=tuple(KNOWN), extra=None, loads=LOADS, turns=16, seed=0, channels=CHANNELS):
+def twin_campaign(
+    effect=None,
+    *,
+    contained=tuple(KNOWN),
+    extra=None,
+    loads=LOADS,
+    turns=16,
+    seed=0,
+    channels=CHANNELS,
+):
     """Campaign with the known effects and one more; `contained` are those of the baseline."""
     rng = np.random.default_rng(seed)
     runs = []
@@ -63,7 +81,12 @@ def twin_campaign(effect=None, *, contained=tuple(KNOWN), extra=None, loads=LOAD
         time = np.arange(turns * 60 + 1) * (2.0 * np.pi / 60.0 / SPEEDS[k])
         ripple = 1.0 + 0.01 * np.sin(2.0 * np.pi * time / 17.3 + k)
         angle, torque = SPEEDS[k] * time, share * 360e3 * ripple
-        columns = {"carrier_angle": angle, "torque": torque, "ntl_y": y + 0 * time, "ntl_z": z + 0 * time}
+        columns = {
+            "carrier_angle": angle,
+            "torque": torque,
+            "ntl_y": y + 0 * time,
+            "ntl_z": z + 0 * time,
+        }
         signals = {}
         for channel in channels:
             clean = clean_signal(effect, channel, time, columns)
@@ -88,14 +111,23 @@ def clean_signal(effect, channel, time, columns):
         signal = signal + np.array(INJECTED[effect]) @ LAWS[effect](sensor, inputs, CARRIER_RIG)
     if effect == "pin_clearance":
         closed = CarrierInputs(
-            time, inputs.carrier_angle, closing_torque(inputs.torque, 150e3), *inputs_tail(inputs), time[0], time[-1]
+            time,
+            inputs.carrier_angle,
+            closing_torque(inputs.torque, 150e3),
+            *inputs_tail(inputs),
+            time[0],
+            time[-1],
         )
-        law = LAWS["stiff_pins"](sensor, closed, CARRIER_RIG) - LAWS["flexible_pins"](sensor, closed, CARRIER_RIG)
+        law = LAWS["stiff_pins"](sensor, closed, CARRIER_RIG) - LAWS["flexible_pins"](
+            sensor, closed, CARRIER_RIG
+        )
         signal = signal + 1.5 * law[0]
     if effect == "bearing_clearance":
         load = saturated_load(inputs.ntl_y, inputs.ntl_z, 3e4)
         tilt = 1.2e-4 * load_tilt_pattern(sensor.angle, sensor.radius, *load)
-        signal = signal + (tilt if sensor.is_axial else 4e-5 * load_shift_pattern(sensor.angle, *load))
+        signal = signal + (
+            tilt if sensor.is_axial else 4e-5 * load_shift_pattern(sensor.angle, *load)
+        )
     if effect == "sensor_gain" and first:
         signal = 1.2 * signal
     return signal + (6e-5 if effect == "sensor_zero" and first else 0.0)

@@ -4,18 +4,21 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from diagnosis.carrier.gap_map import carrier_gap_cells
-from diagnosis.carrier.gap_parts import frame_of, gap_parts
-from identification.campaign.campaign import Channel
-from identification.campaign.order_analysis import MAX_ORDER
-from identification.carrier.sensor_patterns import RADIAL, pattern_split
+from carrierflex.diagnosis.carrier.gap_map import carrier_gap_cells
+from carrierflex.diagnosis.carrier.gap_parts import frame_of, gap_parts
+from carrierflex.identification.campaign.campaign import Channel
+from carrierflex.identification.campaign.order_analysis import MAX_ORDER
+from carrierflex.identification.carrier.sensor_patterns import RADIAL, pattern_split
 from tests.diagnosis.carrier.carrier_twin import CHANNELS, twin_plant
 
 QUIET = ((1.0, 0, 0), (0.5, 0, 0))
 
 
 def cells_of(plant):
-    return {(c.run, c.channel_pattern, int(c.order)): c for c in plant.gap_cells((), plant.starts((), {})[-1])}
+    return {
+        (c.run, c.channel_pattern, int(c.order)): c
+        for c in plant.gap_cells((), plant.starts((), {})[-1])
+    }
 
 
 @pytest.mark.parametrize(("order", "pattern"), [(2, "m=2"), (3, "m=-1"), (4, "m=0"), (5, "m=+1")])
@@ -38,7 +41,9 @@ def test_a_gain_error_leaks_into_the_saddle_pattern_in_one_constant_ratio():
     orders[0, 1] *= 1.05
     split = pattern_split(channels, orders)
     for n in (1, 5):
-        forward, saddle = (split.amplitudes[0, split.names.index(m), MAX_ORDER + n] for m in ("m=+1", "m=2"))
+        forward, saddle = (
+            split.amplitudes[0, split.names.index(m), MAX_ORDER + n] for m in ("m=+1", "m=2")
+        )
         assert_allclose(abs(saddle / forward), 0.0125 / 1.0125, rtol=1e-12)
 
 
@@ -54,8 +59,14 @@ def test_radial_pair_tells_forward_from_backward_whirl():
 
 
 def test_channels_without_a_pattern_stand_alone():
-    channels = (Channel("a", "axial_displacement", "m", 0.0, 0.4), Channel("b", "axial_displacement", "m", 2.0, 0.4))
-    assert pattern_split(channels, np.zeros((1, 2, MAX_ORDER + 1), dtype=complex)).names == ("a", "b")
+    channels = (
+        Channel("a", "axial_displacement", "m", 0.0, 0.4),
+        Channel("b", "axial_displacement", "m", 2.0, 0.4),
+    )
+    assert pattern_split(channels, np.zeros((1, 2, MAX_ORDER + 1), dtype=complex)).names == (
+        "a",
+        "b",
+    )
 
 
 def test_the_sentence_names_frame_order_and_growth():
@@ -109,14 +120,20 @@ def test_a_small_order_beyond_chance_is_said_with_its_p_value():
 
     plant = twin_plant(None, extra=small, turns=8, loads=QUIET)
     text = plant.where_text((), plant.starts((), {})[-1])
-    found = re.search(r"small yet beyond chance: order 6, m=2 \((.*) %, p <= (.*) in every run\)", text)
-    # A hundredth of a square of 2 in 100; the noise of 5 um over 480 samples shifts an amplitude of 2 um by some 10 %.
+    found = re.search(
+        r"small yet beyond chance: order 6, m=2 \((.*) %, p <= (.*) in every run\)", text
+    )
+    # A hundredth of a square of 2 in 100; the noise of 5 um over 480 samples shifts an amplitude of
+    # 2 um by some 10 %.
     assert_allclose(float(found[1]), 0.04, rtol=0.3)
     assert float(found[2]) < 0.01
 
 
 def test_one_revolution_is_tested_against_the_declared_noise():
-    """Without a second revolution the noise stands for the scatter: as many false alarms as chance makes."""
+    """Without a second revolution the noise stands for the scatter.
+
+    As many false alarms as chance makes.
+    """
     rng = np.random.default_rng(2)
     n = 60
     table = rng.standard_normal((300, 6, n))
@@ -126,7 +143,12 @@ def test_one_revolution_is_tested_against_the_declared_noise():
     for own in orders:
         noise = np.array([1.0 / n])
         p_values.append(
-            [c.p_value for c in carrier_gap_cells(CHANNELS, own[None], ["R"], np.zeros(1, dtype=int), noise)]
+            [
+                c.p_value
+                for c in carrier_gap_cells(
+                    CHANNELS, own[None], ["R"], np.zeros(1, dtype=int), noise
+                )
+            ]
         )
     # Adjusted p-values of 77 cells: hardly ever below 5 % where the noise is the only gap.
     assert np.mean(np.min(p_values, axis=1) < 0.05) < 0.05

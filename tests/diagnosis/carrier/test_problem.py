@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from diagnosis.carrier.cards import CARRIER_CARDS
-from diagnosis.carrier.problem import carrier_plant
-from diagnosis.diagnose import diagnose
-from diagnosis.inference.bounded_fit import fit_effects
-from identification.campaign.campaign import Baseline
-from identification.campaign.campaign_kinds import CARRIER
+from carrierflex.diagnosis.carrier.cards import CARRIER_CARDS
+from carrierflex.diagnosis.carrier.problem import carrier_plant
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.inference.bounded_fit import fit_effects
+from carrierflex.identification.campaign.campaign import Baseline
+from carrierflex.identification.campaign.campaign_kinds import CARRIER
 from tests.diagnosis.carrier.carrier_twin import CURVES, INJECTED, NOISE, twin_campaign, twin_plant
 
 EFFECTS = (
@@ -30,7 +30,10 @@ def found(plant):
 
 def check_named(effect):
     result = found(twin_plant(effect))
-    named = {*result.attribution.effects, *(own for group in result.attribution.aliases for own in group)}
+    named = {
+        *result.attribution.effects,
+        *(own for group in result.attribution.aliases for own in group),
+    }
     assert effect in named, (result.verdict, result.reason, result.attribution.effects)
     assert result.verdict in ("named", "named_with_remainder", "aliased")
 
@@ -55,7 +58,9 @@ def test_nothing_missing_is_at_the_noise_floor():
 
 
 def test_an_effect_outside_the_library_is_none_of_these():
-    plant = twin_plant(None, extra=lambda channel, angle: 5e-5 * np.cos(10.0 * angle) * (channel.name == "s227"))
+    plant = twin_plant(
+        None, extra=lambda channel, angle: 5e-5 * np.cos(10.0 * angle) * (channel.name == "s227")
+    )
     assert found(plant).verdict == "none_of_these"
 
 
@@ -86,7 +91,9 @@ def test_parameters_of_a_gain_and_a_threshold_are_recovered():
 
 def test_noise_is_measured_where_none_is_declared():
     campaign = twin_campaign(None)
-    silent = replace(campaign, channels=tuple(replace(own, noise_std=None) for own in campaign.channels))
+    silent = replace(
+        campaign, channels=tuple(replace(own, noise_std=None) for own in campaign.channels)
+    )
     plant = carrier_plant(silent, CURVES)
     # 96 revolutions of 60 samples: the variance is known to a few per cent.
     assert_allclose(np.sqrt(plant.noise), NOISE, rtol=0.06)
@@ -102,7 +109,8 @@ def test_channels_that_say_nothing_are_refused():
     campaign = twin_campaign(None, turns=2)
     for value, message in ((np.nan, "is missing"), (1e-3, "is constant")):
         runs = tuple(
-            replace(run, signals={**run.signals, "s137": np.full(run.time.size, value)}) for run in campaign.runs
+            replace(run, signals={**run.signals, "s137": np.full(run.time.size, value)})
+            for run in campaign.runs
         )
         with pytest.raises(ValueError, match=f"s137.*{message}"):
             carrier_plant(replace(campaign, runs=runs), CURVES)
@@ -112,7 +120,8 @@ def test_another_simulators_prediction_is_the_baseline():
     campaign = twin_campaign("flange_warp")
     clean = twin_campaign(None, seed=1)
     runs = tuple(
-        replace(run, predictions=dict(other.signals)) for run, other in zip(campaign.runs, clean.runs, strict=True)
+        replace(run, predictions=dict(other.signals))
+        for run, other in zip(campaign.runs, clean.runs, strict=True)
     )
     columns = replace(campaign, runs=runs, baseline=Baseline("columns", ("axial_offset",)))
     assert found(carrier_plant(columns, CURVES)).attribution.effects == ("flange_warp",)

@@ -3,12 +3,16 @@ from importlib.metadata import EntryPoint
 import numpy as np
 import pytest
 
-import diagnosis.comparison.effect_cards as effect_cards
-from diagnosis.comparison.effect_cards import EffectCard, EffectParameter, effect_library
-from diagnosis.diagnose import diagnose
-from diagnosis.element.cards import ELEMENT_CARDS, SLOT_NAMES
-from diagnosis.element.problem import element_plant
-from identification.campaign.campaign_kinds import ELEMENT_BY_DRIVE
+import carrierflex.diagnosis.comparison.effect_cards as effect_cards
+from carrierflex.diagnosis.comparison.effect_cards import (
+    EffectCard,
+    EffectParameter,
+    effect_library,
+)
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, SLOT_NAMES
+from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.identification.campaign.campaign_kinds import ELEMENT_BY_DRIVE
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 
 #: The example of docs/diagnosis.md: a rubber stop that only pushes.
@@ -26,7 +30,9 @@ NO_CARD = "not a card"
 
 
 def registered(monkeypatch, *names):
-    entries = [EntryPoint(name, f"{__name__}:{name}", effect_cards.ENTRY_POINT_GROUP) for name in names]
+    entries = [
+        EntryPoint(name, f"{__name__}:{name}", effect_cards.ENTRY_POINT_GROUP) for name in names
+    ]
     monkeypatch.setattr(effect_cards, "entry_points", lambda group: entries)
     cards = {"RUBBER_STOP": RUBBER_STOP, "NO_CARD": NO_CARD, "TWICE": ELEMENT_CARDS[0]}
     monkeypatch.setattr(EntryPoint, "load", lambda entry: cards[entry.name])
@@ -62,10 +68,14 @@ def test_a_users_effect_is_found_by_its_card_alone(monkeypatch):
 
 def test_cards_that_cannot_serve_are_refused(monkeypatch):
     registered(monkeypatch, "NO_CARD")
-    with pytest.raises(ValueError, match=r"entry point 'NO_CARD' .* is a str; expected an EffectCard"):
+    with pytest.raises(
+        ValueError, match=r"entry point 'NO_CARD' .* is a str; expected an EffectCard"
+    ):
         effect_library("element", ELEMENT_CARDS)
     registered(monkeypatch, "TWICE")
-    with pytest.raises(ValueError, match=r"effect 'quadratic_stiffness' of kind element is registered twice"):
+    with pytest.raises(
+        ValueError, match=r"effect 'quadratic_stiffness' of kind element is registered twice"
+    ):
         effect_library("element", ELEMENT_CARDS)
     with pytest.raises(ValueError, match=r"bounds 1.0 to 0.0; expected lower < upper"):
         EffectParameter("a", "m", 1.0, 0.0)

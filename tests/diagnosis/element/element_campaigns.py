@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from identification.campaign.campaign import Baseline, Campaign, Channel
-from identification.campaign.records import Run
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.records import Run
 
 MASS, STIFFNESS, DAMPING = 2.0, 8.0e3, 12.0  # 10 Hz, 5 % of critical
 STEP, PERIOD = 5e-3, 512
@@ -18,12 +18,18 @@ def multisine(amplitude, seed, *, periods=4, lines=range(1, 80, 2)):
     frequency = 2.0 * np.pi * lines / (PERIOD * STEP)
 
     def force(t):
-        return amplitude * np.sqrt(2.0 / lines.size) * np.cos(np.multiply.outer(t, frequency) + phases).sum(axis=-1)
+        return (
+            amplitude
+            * np.sqrt(2.0 / lines.size)
+            * np.cos(np.multiply.outer(t, frequency) + phases).sum(axis=-1)
+        )
 
     return force, periods * PERIOD
 
 
-def force_campaign(law, *, amplitudes=(1.0, 2.0, 4.0), noise=2e-6, seed=0, declared=True, settle=PERIOD, effects=()):
+def force_campaign(
+    law, *, amplitudes=(1.0, 2.0, 4.0), noise=2e-6, seed=0, declared=True, settle=PERIOD, effects=()
+):
     """Mass on an element with an extra law(q, v) under three amplitudes, one run each."""
     rng = np.random.default_rng(seed)
     runs = []
@@ -35,14 +41,25 @@ def force_campaign(law, *, amplitudes=(1.0, 2.0, 4.0), noise=2e-6, seed=0, decla
             q, v = state
             return [v, (force(t) - STIFFNESS * q - DAMPING * v - law(q, v)) / MASS]
 
-        solution = solve_ivp(rates, (0.0, time[-1]), [0.0, 0.0], "DOP853", time, rtol=1e-8, atol=1e-12, max_step=2e-3)
+        solution = solve_ivp(
+            rates, (0.0, time[-1]), [0.0, 0.0], "DOP853", time, rtol=1e-8, atol=1e-12, max_step=2e-3
+        )
         q = solution.y[0] + noise * rng.standard_normal(n)
         runs.append(
-            Run(f"R{number}", f"R{number}.csv", f"amplitude {amplitude}", time, {"force": force(time)}, {"q": q})
+            Run(
+                f"R{number}",
+                f"R{number}.csv",
+                f"amplitude {amplitude}",
+                time,
+                {"force": force(time)},
+                {"q": q},
+            )
         )
     channel = Channel("q", "displacement", "m", noise_std=noise if declared else None)
     rig = {"drive": "force", "periodic": True, "period_samples": PERIOD, "settle_samples": settle}
-    return Campaign("element", "twin", Baseline("model", tuple(effects)), rig, (channel,), tuple(runs))
+    return Campaign(
+        "element", "twin", Baseline("model", tuple(effects)), rig, (channel,), tuple(runs)
+    )
 
 
 def displacement_campaign(law, *, amplitudes=(0.5e-3, 1e-3, 2e-3), noise=0.05, seed=0, n=4000):
@@ -53,11 +70,19 @@ def displacement_campaign(law, *, amplitudes=(0.5e-3, 1e-3, 2e-3), noise=0.05, s
         shape, _ = multisine(1.0, 10 * seed + number, lines=range(1, 12))
         time = STEP * np.arange(n)
         q = amplitude * shape(time)
-        # The derivative of the sum of cosines by a complex step would be exact too; differences of 1e-6 s are.
+        # The derivative of the sum of cosines by a complex step would be exact too; differences of
+        # 1e-6 s are.
         v = amplitude * (shape(time + 1e-6) - shape(time - 1e-6)) / 2e-6
         force = STIFFNESS * q + DAMPING * v + law(q, v) + noise * rng.standard_normal(n)
         runs.append(
-            Run(f"R{number}", f"R{number}.csv", f"amplitude {amplitude}", time, {"displacement": q}, {"F": force})
+            Run(
+                f"R{number}",
+                f"R{number}.csv",
+                f"amplitude {amplitude}",
+                time,
+                {"displacement": q},
+                {"F": force},
+            )
         )
     channel = Channel("F", "force", "N", noise_std=noise)
     rig = {"drive": "displacement", "settle_samples": 100}

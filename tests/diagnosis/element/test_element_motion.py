@@ -5,8 +5,19 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from identification.campaign.signals import band_limited, half_step_values, shifted, trusted_frequency
-from simulation.element.kernels import SLOT, SLOTS, driven_motion, no_law, restoring_force
+from carrierflex.identification.campaign.signals import (
+    band_limited,
+    half_step_values,
+    shifted,
+    trusted_frequency,
+)
+from carrierflex.simulation.element.kernels import (
+    SLOT,
+    SLOTS,
+    driven_motion,
+    no_law,
+    restoring_force,
+)
 
 NONE = np.empty(0)
 MASS, STIFFNESS, DAMPING = 2.0, 8e3, 12.0
@@ -28,7 +39,10 @@ def motion(force, p, *, step, n, substeps=4, state=(0.0, 0.0)):
 
 SMOOTH = {
     "linear": ({}, lambda q, v: 0.0),
-    "stiffness": ({"K2": 2e5, "K3": 4e8, "K5": 3e13}, lambda q, v: 2e5 * q**2 + 4e8 * q**3 + 3e13 * q**5),
+    "stiffness": (
+        {"K2": 2e5, "K3": 4e8, "K5": 3e13},
+        lambda q, v: 2e5 * q**2 + 4e8 * q**3 + 3e13 * q**5,
+    ),
     "damping": (
         {"C_v|v|": 40.0, "C_v3": 300.0, "C_q2v": 2e6},
         lambda q, v: 40.0 * v * abs(v) + 300.0 * v**3 + 2e6 * q**2 * v,
@@ -51,7 +65,9 @@ def test_motion_follows_the_law(case):
 
     time = 2e-3 * np.arange(1000)
     q, _ = motion(force, flat(**values), step=2e-3, n=1000)
-    reference = solve_ivp(rates, (0.0, time[-1]), [0.0, 0.0], "DOP853", time, rtol=1e-9, atol=1e-13, max_step=1e-3)
+    reference = solve_ivp(
+        rates, (0.0, time[-1]), [0.0, 0.0], "DOP853", time, rtol=1e-9, atol=1e-13, max_step=1e-3
+    )
     # A corner in the law (gap) costs the fourth order; everything else is far below.
     assert_allclose(q, reference.y[0], atol=(2e-4 if case == "gap" else 2e-6) * np.abs(q).max())
 
@@ -61,7 +77,10 @@ def test_error_falls_with_the_fourth_power_of_the_step():
         return 6.0 * np.cos(2.0 * np.pi * 9.0 * t)
 
     finest = motion(force, flat(K3=4e8), step=5e-3, n=300, substeps=64)[0]
-    errors = [np.abs(motion(force, flat(K3=4e8), step=5e-3, n=300, substeps=k)[0] - finest).max() for k in (2, 4, 8)]
+    errors = [
+        np.abs(motion(force, flat(K3=4e8), step=5e-3, n=300, substeps=k)[0] - finest).max()
+        for k in (2, 4, 8)
+    ]
     slopes = np.log2(np.array(errors[:-1]) / errors[1:])
     assert (slopes > 3.6).all()
     assert (slopes < 4.6).all()
@@ -105,7 +124,15 @@ def test_maxwell_branch_has_its_complex_stiffness():
     time = step * np.arange(4000)
     p = flat(m=0.0, K1=0.0, C1=0.0, k=k, tau=tau)
     force = restoring_force(
-        np.cos(omega * time), np.zeros(4000), np.zeros(4000), p, np.array([step, 1.0]), no_law, no_law, NONE, NONE
+        np.cos(omega * time),
+        np.zeros(4000),
+        np.zeros(4000),
+        p,
+        np.array([step, 1.0]),
+        no_law,
+        no_law,
+        NONE,
+        NONE,
     )
     amplitude = 2.0 * np.mean(force[2000:] * np.exp(-1j * omega * time[2000:]))
     # The step holds the rate constant: error of first order in omega times step.

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from diagnosis.element.growth import growth_exponent, growth_words
-from diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.element.growth import growth_exponent, growth_words
+from carrierflex.diagnosis.element.problem import element_plant
 from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign
 
 AMPLITUDES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
@@ -26,8 +26,11 @@ def exponent(campaign):
     ],
 )
 def test_unexplained_force_grows_with_the_power_of_the_law(law, power):
-    found = exponent(displacement_campaign(law, amplitudes=tuple(5e-4 * a for a in AMPLITUDES), n=2000))
-    # The lines of the drive scatter from block to block, and with them the peaks that a block's RMS stands for.
+    found = exponent(
+        displacement_campaign(law, amplitudes=tuple(5e-4 * a for a in AMPLITUDES), n=2000)
+    )
+    # The lines of the drive scatter from block to block, and with them the peaks that a block's RMS
+    # stands for.
     assert_allclose(found.value, power, atol=0.3)
     assert found.ci95[0] - 0.1 < power < found.ci95[1] + 0.1
 

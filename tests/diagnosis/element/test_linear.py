@@ -6,11 +6,17 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from diagnosis.element.linear import linear_element
-from diagnosis.element.problem import element_plant
-from diagnosis.element.records import element_records
-from diagnosis.inference.bounded_fit import fit_effects
-from tests.diagnosis.element.element_campaigns import DAMPING, MASS, STIFFNESS, displacement_campaign, force_campaign
+from carrierflex.diagnosis.element.linear import linear_element
+from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.element.records import element_records
+from carrierflex.diagnosis.inference.bounded_fit import fit_effects
+from tests.diagnosis.element.element_campaigns import (
+    DAMPING,
+    MASS,
+    STIFFNESS,
+    displacement_campaign,
+    force_campaign,
+)
 
 
 def no_law(q, v):

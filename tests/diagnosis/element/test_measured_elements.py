@@ -1,7 +1,7 @@
 """Two public measured benchmarks, diagnosed from their files; skipped where these are absent.
 
-The folder is that of the environment variable CARRIERFLEX_DATA, or shared/data beside the repository; it holds
-silverbox/SNLS80mV.mat and emps/DATA_EMPS.mat, DATA_EMPS_PULSES.mat.
+The folder is that of the environment variable CARRIERFLEX_DATA, or shared/data beside the
+repository; it holds silverbox/SNLS80mV.mat and emps/DATA_EMPS.mat, DATA_EMPS_PULSES.mat.
 """
 
 import os
@@ -11,23 +11,29 @@ from pathlib import Path
 import pytest
 from numpy.testing import assert_allclose
 
-from diagnosis.element.problem import element_plant
-from diagnosis.inference.screening import screen
-from identification.campaign.campaign_files import read_campaign
-from workflows.diagnosis import convert_emps, convert_silverbox, diagnose_campaign
+from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.inference.screening import screen
+from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.workflows.diagnosis import convert_emps, convert_silverbox, diagnose_campaign
 
-DATA = Path(os.environ.get("CARRIERFLEX_DATA", Path(__file__).parents[2].parent / "shared" / "data"))
+DATA = Path(
+    os.environ.get("CARRIERFLEX_DATA", Path(__file__).parents[2].parent / "shared" / "data")
+)
 
 
 def folder(name):
     if not (DATA / name).is_dir():
-        pytest.skip(f"measured data set '{name}' is not there; set CARRIERFLEX_DATA to the folder that holds it")
+        pytest.skip(
+            f"measured data set '{name}' is not there; set CARRIERFLEX_DATA to the folder that holds it"
+        )
     return DATA / name
 
 
 @pytest.fixture(scope="module")
 def silverbox(tmp_path_factory):
-    return convert_silverbox.main(folder("silverbox"), out=tmp_path_factory.mktemp("silverbox") / "campaign")
+    return convert_silverbox.main(
+        folder("silverbox"), out=tmp_path_factory.mktemp("silverbox") / "campaign"
+    )
 
 
 @pytest.fixture(scope="module")
@@ -42,12 +48,18 @@ def r_squared(campaign):
 @pytest.mark.slow
 def test_force_space_of_silverbox_names_the_cube(silverbox):
     campaign = read_campaign(silverbox)
-    # Golden: 0.951 and 0.972 (multisine, arrow) with another band and other derivatives; ours loses less noise.
+    # Golden: 0.951 and 0.972 (multisine, arrow) with another band and other derivatives; ours loses
+    # less noise.
     for runs, cube in ((campaign.runs[:2], 0.971), (campaign.runs[2:], 0.986)):
         found = r_squared(replace(campaign, runs=runs))
         assert_allclose(found["cubic_stiffness"], cube, atol=0.005)
         assert_allclose(found["quintic_stiffness"], 0.83, atol=0.01)
-        for effect in ("quadratic_stiffness", "coulomb_friction", "quadratic_damping", "cubic_damping"):
+        for effect in (
+            "quadratic_stiffness",
+            "coulomb_friction",
+            "quadratic_damping",
+            "cubic_damping",
+        ):
             assert found[effect] < 0.008
         assert found["deflection_dependent_damping"] < 0.008
 
@@ -66,7 +78,9 @@ def test_silverbox_misses_a_cubic_spring(silverbox, tmp_path):
     assert found.verdict in ("named", "named_with_remainder")
     assert found.attribution.effects == ("cubic_stiffness",)
     values = found.attribution.parameters
-    assert_allclose(values["cubic_stiffness"]["K3"].value / values["baseline"]["K1"].value, 3.95, atol=0.05)
+    assert_allclose(
+        values["cubic_stiffness"]["K3"].value / values["baseline"]["K1"].value, 3.95, atol=0.05
+    )
     assert values["cubic_stiffness"]["K3"].unit == "V/V^3"
     assert found.shrinkage.rho <= 0.06
     assert found.shrinkage.extrapolation_rho <= 0.06
@@ -89,7 +103,11 @@ def test_the_servo_axis_misses_dry_friction(emps, tmp_path):
 
 
 def test_a_folder_without_the_benchmark_is_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"no file SNLS80mV\.mat; expected the folder of the Silverbox benchmark"):
+    with pytest.raises(
+        ValueError, match=r"no file SNLS80mV\.mat; expected the folder of the Silverbox benchmark"
+    ):
         convert_silverbox.main(tmp_path, out=tmp_path / "campaign")
-    with pytest.raises(ValueError, match=r"no file DATA_EMPS\.mat; expected the folder of the EMPS benchmark"):
+    with pytest.raises(
+        ValueError, match=r"no file DATA_EMPS\.mat; expected the folder of the EMPS benchmark"
+    ):
         convert_emps.main(tmp_path, out=tmp_path / "campaign")

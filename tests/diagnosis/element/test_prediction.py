@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from diagnosis.diagnose import diagnose
-from diagnosis.kinds import plant_of
-from identification.campaign.campaign import Baseline
-from tests.diagnosis.element.element_campaigns import STIFFNESS, displacement_campaign, force_campaign
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.kinds import plant_of
+from carrierflex.identification.campaign.campaign import Baseline
+from tests.diagnosis.element.element_campaigns import (
+    STIFFNESS,
+    displacement_campaign,
+    force_campaign,
+)
 
 
 def cubic(q, v):
@@ -59,7 +63,9 @@ def test_the_gap_is_measured_less_predicted():
 
 
 def test_a_prediction_as_good_as_the_measurement_is_at_the_floor():
-    own = found(beside(force_campaign(cubic), force_campaign(cubic, noise=1e-12), ("cubic_stiffness",)))
+    own = found(
+        beside(force_campaign(cubic), force_campaign(cubic, noise=1e-12), ("cubic_stiffness",))
+    )
     assert own.verdict == "at_noise_floor"
     assert all("cubic_stiffness" not in ranked.effects for ranked in own.attribution.ranking)
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from diagnosis.element.problem import element_plant
-from diagnosis.gap.in_time import significant_drifts, sliding_rms, trends
+from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.gap.in_time import significant_drifts, sliding_rms, trends
 from tests.diagnosis.carrier.carrier_twin import twin_plant
 from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign
 
@@ -53,7 +53,9 @@ def test_drift_of_the_offset_is_seen_in_time_and_said():
 
 
 def test_a_steady_gap_does_not_drift():
-    found = findings_of(twin_plant(None, loads=QUIET, contained=("axial_offset", "housing_tilt", "flexible_pins")))
+    found = findings_of(
+        twin_plant(None, loads=QUIET, contained=("axial_offset", "housing_tilt", "flexible_pins"))
+    )
     assert "drifts" not in found.text
     own = [moment.rms for moment in found.in_time if moment.run == "run1"]
     assert_allclose(own, np.mean(own), rtol=0.02)
@@ -61,7 +63,11 @@ def test_a_steady_gap_does_not_drift():
 
 @pytest.mark.parametrize("by_force", [True, False])
 def test_an_element_whose_offset_wanders_drifts(by_force):
-    campaign = force_campaign(lambda q, v: 0.0 * q) if by_force else displacement_campaign(lambda q, v: 0.0 * q, n=2000)
+    campaign = (
+        force_campaign(lambda q, v: 0.0 * q)
+        if by_force
+        else displacement_campaign(lambda q, v: 0.0 * q, n=2000)
+    )
     steady = findings_of(element_plant(campaign))
     assert steady.drifts == ()
     assert len(steady.in_time) >= 3

@@ -4,9 +4,9 @@ from functools import cache
 import numpy as np
 from numpy.testing import assert_allclose
 
-from diagnosis.carrier.problem import carrier_plant
-from diagnosis.element.problem import element_plant
-from diagnosis.gap.findings import SIGNIFICANCE
+from carrierflex.diagnosis.carrier.problem import carrier_plant
+from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.gap.findings import SIGNIFICANCE
 from tests.diagnosis.carrier.carrier_twin import CHANNELS, CURVES, KNOWN, NOISE, twin_campaign
 from tests.diagnosis.element.element_campaigns import force_campaign
 
@@ -26,7 +26,9 @@ def carrier_findings(*, declared=True, extra=None, noisy=None):
         for run in campaign.runs:
             run.signals[noisy] += NOISE * rng.standard_normal(run.time.size)
     if not declared:
-        campaign = replace(campaign, channels=tuple(replace(own, noise_std=None) for own in campaign.channels))
+        campaign = replace(
+            campaign, channels=tuple(replace(own, noise_std=None) for own in campaign.channels)
+        )
     return findings_of(carrier_plant(campaign, CURVES))
 
 
@@ -51,7 +53,8 @@ def test_what_changes_from_turn_to_turn_lands_in_its_pattern_and_order():
     for declared in (True, False):
         cell = significant(carrier_findings(declared=declared, extra=wobble))[0]
         assert (cell.channel_pattern, cell.order) == ("m=+1", 1.0)
-        # Four of six channels, half the squared amplitude, whose variance over 16 draws scatters by a third.
+        # Four of six channels, half the squared amplitude, whose variance over 16 draws scatters by
+        # a third.
         assert_allclose(cell.gap, WOBBLE**2 / 2.0 * 4.0 / 6.0, rtol=0.6)
         assert cell.measured > 100.0 * cell.noise
     text = carrier_findings(extra=wobble).text
@@ -64,13 +67,19 @@ def test_power_off_the_orders_is_told_from_declared_noise_only():
     assert {cell.channel_pattern for cell in off} == {"s137"}
     assert_allclose(off[0].gap / off[0].noise, 2.0, rtol=0.15)
     assert "off the shaft orders" in found.text
-    silent = [cell for cell in carrier_findings(noisy="s137", declared=False).incoherent if cell.order is None]
+    silent = [
+        cell
+        for cell in carrier_findings(noisy="s137", declared=False).incoherent
+        if cell.order is None
+    ]
     assert silent
     assert all(np.isnan(cell.p_value) for cell in silent)
 
 
 def repeats(extra_of_run):
-    campaign = twin_campaign(None, loads=((1.0, 0, 0), (1.0, 0, 0), (1.0, 0, 0)), turns=8, contained=tuple(KNOWN))
+    campaign = twin_campaign(
+        None, loads=((1.0, 0, 0), (1.0, 0, 0), (1.0, 0, 0)), turns=8, contained=tuple(KNOWN)
+    )
     runs = tuple(replace(run, condition="100 % torque") for run in campaign.runs)
     for size, run in zip(extra_of_run, runs, strict=True):
         for channel in CHANNELS[:4]:
@@ -84,7 +93,10 @@ def test_what_differs_between_repeats_of_one_condition_is_told_apart():
     assert (cell.run, cell.channel_pattern, cell.order) == ("run1 and run2 and run3", "m=+1", 1.0)
     # Variance of (1, -1, 0) is 1; half of the square over four of six channels.
     assert_allclose(cell.gap, 1e-10 / 2.0 * 4.0 / 6.0, rtol=0.1)
-    assert "does not repeat from repeat to repeat, most of it at order 1 in run1 and run2 and run3" in found.text
+    assert (
+        "does not repeat from repeat to repeat, most of it at order 1 in run1 and run2 and run3"
+        in found.text
+    )
     assert [own for own in significant(repeats((0.0, 0.0, 0.0))) if "and" in own.run] == []
 
 
@@ -99,5 +111,7 @@ def test_an_element_that_chatters_is_not_taken_for_noise():
     cell = significant(loud)[0]
     assert_allclose(cell.gap / cell.noise, 17.0, rtol=0.5)
     assert "does not repeat from period to period" in loud.text
-    undeclared = element_plant(replace(quiet, channels=(replace(quiet.channels[0], noise_std=None),)))
+    undeclared = element_plant(
+        replace(quiet, channels=(replace(quiet.channels[0], noise_std=None),))
+    )
     assert significant(findings_of(undeclared)) == []

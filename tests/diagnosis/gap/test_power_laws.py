@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from diagnosis.gap.power_laws import exponents
+from carrierflex.diagnosis.gap.power_laws import exponents
 
 TORQUE = np.array([360.0, 180.0, 360.0, 270.0, 90.0, 360.0])
 LOAD = np.array([0.0, 0.0, 200.0, 100.0, 50.0, 150.0])
@@ -14,12 +14,15 @@ def test_a_product_of_powers_gives_its_exponents_within_their_intervals():
     load = LOAD + 20.0
     errors = []
     for _ in range(200):
-        size = TORQUE**1.0 * load**0.5 * SPEED**2.0 * np.exp(0.02 * rng.standard_normal(TORQUE.size))
+        size = (
+            TORQUE**1.0 * load**0.5 * SPEED**2.0 * np.exp(0.02 * rng.standard_normal(TORQUE.size))
+        )
         found = exponents(size, 0.02 * size, {"torque": TORQUE, "load": load, "speed": SPEED})
         truth = {"torque": 1.0, "load": 0.5, "speed": 2.0}
         errors += [own.ci95[0] < truth[name] < own.ci95[1] for name, own in found.items()]
         assert found["speed"].p_value < 0.05
-    # Two degrees of freedom, the variance never below the declared one: a little wider than nominal.
+    # Two degrees of freedom, the variance never below the declared one: a little wider than
+    # nominal.
     assert 0.93 <= np.mean(errors) <= 1.0
 
 
@@ -35,7 +38,11 @@ def test_runs_without_load_take_part_in_the_exponent_of_the_torque_only():
 
 def test_a_gap_that_the_load_enlarges_keeps_its_exponent_with_torque():
     size = TORQUE * (1.0 + LOAD / LOAD.max()) ** 0.7
-    assert_allclose(exponents(size, 0.01 * size, {"torque": TORQUE, "load": LOAD})["torque"].value, 1.0, atol=1e-6)
+    assert_allclose(
+        exponents(size, 0.01 * size, {"torque": TORQUE, "load": LOAD})["torque"].value,
+        1.0,
+        atol=1e-6,
+    )
 
 
 def test_the_misfit_of_the_law_widens_the_interval():

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from diagnosis.comparison.problem import BASELINE
-from diagnosis.element.problem import element_plant
-from diagnosis.inference.bounded_fit import NestedCostError, fit_effects
+from carrierflex.diagnosis.comparison.problem import BASELINE
+from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.inference.bounded_fit import NestedCostError, fit_effects
 from tests.diagnosis.element.element_campaigns import DAMPING, MASS, STIFFNESS, force_campaign
 
 
@@ -19,7 +19,9 @@ def test_fit_finds_the_truth_within_its_error(cubic_plant):
     std = np.sqrt(np.diag(fit.covariance))
     for parameter, value, error in zip(fit.parameters, fit.theta, std, strict=True):
         # Five errors, and a share of 2e-4 for the drive between the samples.
-        assert abs(value - truth[parameter.name]) < 5.0 * error + 2e-4 * abs(truth[parameter.name]), parameter.name
+        assert abs(value - truth[parameter.name]) < 5.0 * error + 2e-4 * abs(
+            truth[parameter.name]
+        ), parameter.name
     noise = np.sqrt(fit.sums.square.sum() / cubic_plant.cell_counts.sum())
     assert_allclose(noise, 2e-6, rtol=0.03)
 
@@ -46,12 +48,16 @@ def test_a_larger_set_never_fits_worse(cubic_plant):
     single = fit_effects(cubic_plant, ("cubic_stiffness",), contained=[base])
     for further in ("quintic_stiffness", "coulomb_friction", "maxwell_branch", "stribeck_friction"):
         pair = tuple(sorted(("cubic_stiffness", further)))
-        assert fit_effects(cubic_plant, pair, contained=[base, single]).cost <= single.cost * (1.0 + 1e-9)
+        assert fit_effects(cubic_plant, pair, contained=[base, single]).cost <= single.cost * (
+            1.0 + 1e-9
+        )
 
 
 def test_a_stuck_search_is_an_error(cubic_plant):
     single = fit_effects(cubic_plant, ("cubic_stiffness",))
-    with pytest.raises(NestedCostError, match=r"effects quadratic_damping cost .* the search stuck") as caught:
+    with pytest.raises(
+        NestedCostError, match=r"effects quadratic_damping cost .* the search stuck"
+    ) as caught:
         fit_effects(cubic_plant, ("quadratic_damping",), contained=[single])
     assert caught.value.smaller is single
     assert caught.value.fit.cost > single.cost
@@ -61,7 +67,9 @@ def test_an_effect_of_the_wrong_sign_stands_on_its_bound():
     # A force that drives the motion: negative damping beyond the linear part.
     plant = element_plant(force_campaign(lambda q, v: -20.0 * v * abs(v)))
     fit = fit_effects(plant, ("quadratic_damping",))
-    own = next(k for k, parameter in enumerate(fit.parameters) if parameter.effect == "quadratic_damping")
+    own = next(
+        k for k, parameter in enumerate(fit.parameters) if parameter.effect == "quadratic_damping"
+    )
     assert fit.theta[own] == 0.0
     assert fit.at_bound[own]
 
@@ -69,5 +77,9 @@ def test_an_effect_of_the_wrong_sign_stands_on_its_bound():
 def test_given_mass_is_not_fitted():
     campaign = force_campaign(lambda q, v: 0.0, amplitudes=(1.0,))
     campaign.rig["mass"] = MASS
-    names = [parameter.name for parameter in element_plant(campaign).parameters(()) if parameter.effect == BASELINE]
+    names = [
+        parameter.name
+        for parameter in element_plant(campaign).parameters(())
+        if parameter.effect == BASELINE
+    ]
     assert names == ["K1", "C1", "f0"]

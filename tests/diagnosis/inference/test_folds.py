@@ -1,9 +1,9 @@
 import numpy as np
 from numpy.testing import assert_allclose
 
-from diagnosis.comparison.problem import Piece
-from diagnosis.inference.folds import extrapolation_fold, held_out_folds
-from diagnosis.inference.held_out import drawn_counts, shrink_interval
+from carrierflex.diagnosis.comparison.problem import Piece
+from carrierflex.diagnosis.inference.folds import extrapolation_fold, held_out_folds
+from carrierflex.diagnosis.inference.held_out import drawn_counts, shrink_interval
 
 
 def pieces(conditions, blocks=4):
@@ -57,7 +57,9 @@ def test_bootstrap_covers_the_ratio():
 
 
 def test_two_levels_are_drawn_where_there_are_three_conditions():
-    counts = drawn_counts([piece.condition for piece in pieces("ABC")], n_samples=400, rng=np.random.default_rng(0))
+    counts = drawn_counts(
+        [piece.condition for piece in pieces("ABC")], n_samples=400, rng=np.random.default_rng(0)
+    )
     assert_allclose(counts.sum(axis=1), 12.0)
     by_condition = counts.reshape(400, 3, 4).sum(axis=2)
     assert (by_condition == 0.0).any()  # a condition may be missing from a draw

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.testing import assert_allclose
 
-from diagnosis.comparison.problem import Parameter
-from diagnosis.inference.named_values import named_values
+from carrierflex.diagnosis.comparison.problem import Parameter
+from carrierflex.diagnosis.inference.named_values import named_values
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,9 @@ def _parameter(name, run=None):
 def test_components_become_size_and_angle_by_the_delta_method():
     covariance = np.array([[4e-12, 1e-12], [1e-12, 9e-12]])
     fit = Fitted(
-        (_parameter("phi_PLC cos theta_PLC"), _parameter("phi_PLC sin theta_PLC")), np.array([3e-4, 4e-4]), covariance
+        (_parameter("phi_PLC cos theta_PLC"), _parameter("phi_PLC sin theta_PLC")),
+        np.array([3e-4, 4e-4]),
+        covariance,
     )
     found = named_values(fit)["carrier_tilt"]
     assert set(found) == {"phi_PLC", "theta_PLC"}
@@ -36,7 +38,11 @@ def test_components_become_size_and_angle_by_the_delta_method():
 
 def test_other_parameters_and_runs_of_their_own_stay_apart():
     fit = Fitted(
-        (_parameter("phi_H cos theta_H", "LC1"), _parameter("phi_H sin theta_H", "LC1"), _parameter("rho_f")),
+        (
+            _parameter("phi_H cos theta_H", "LC1"),
+            _parameter("phi_H sin theta_H", "LC1"),
+            _parameter("rho_f"),
+        ),
         np.array([0.0, 0.0, 0.6]),
         np.diag([1e-12, 1e-12, 1e-4]),
     )

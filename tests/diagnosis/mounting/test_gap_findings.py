@@ -6,9 +6,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from diagnosis.diagnose import diagnose
-from diagnosis.mounting.problem import mounting_plant
-from tests.diagnosis.mounting.mounting_campaigns import CONDITIONS, NOISE, TRUE_LINEAR, mounting_campaign
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.mounting.problem import mounting_plant
+from tests.diagnosis.mounting.mounting_campaigns import (
+    CONDITIONS,
+    NOISE,
+    TRUE_LINEAR,
+    mounting_campaign,
+)
 
 THETA = np.array(list(TRUE_LINEAR.values()))
 
@@ -24,11 +29,15 @@ def part(findings, name):
 @pytest.mark.parametrize(("power", "tolerance"), [(1.0, 0.05), (2.0, 0.3)])
 def test_a_gap_grows_with_the_torque_as_it_was_made_to(power, tolerance):
     def rolled(inputs):
-        return 2e-4 * np.outer((np.abs(inputs.torque) / 3e5) ** power, [0.0, 0.0, 1.0, -1.0, 0.0, 0.0])
+        return 2e-4 * np.outer(
+            (np.abs(inputs.torque) / 3e5) ** power, [0.0, 0.0, 1.0, -1.0, 0.0, 0.0]
+        )
 
-    # Sensors in the order ssx, spx, ssz, spz, spy, sbx: opposite vertical motion at the sides is roll.
+    # Sensors in the order ssx, spx, ssz, spz, spy, sbx: opposite vertical motion at the sides is
+    # roll.
     found = part(findings_of(mounting_campaign(extra=rolled)), "roll")["torque"]
-    # The RMS of a square is no square of the RMS where a block holds rest and load: its exponent comes out lower.
+    # The RMS of a square is no square of the RMS where a block holds rest and load: its exponent
+    # comes out lower.
     assert_allclose(found.value, power, atol=tolerance)
     assert found.p_value < 1e-6
 
@@ -38,18 +47,24 @@ def test_gap_in_time_shows_when_it_rises():
         return np.outer(5e-5 * (inputs.time > 65.0), np.ones(6))
 
     moments = [own for own in findings_of(mounting_campaign(extra=late)).in_time if own.run == "R0"]
-    early, after = (np.array([m.rms for m in moments if (m.time > 65.0) == side]) for side in (False, True))
+    early, after = (
+        np.array([m.rms for m in moments if (m.time > 65.0) == side]) for side in (False, True)
+    )
     assert_allclose(early, NOISE, rtol=0.1)
     assert_allclose(after, np.hypot(5e-5, NOISE), rtol=0.1)
 
 
 def test_what_differs_between_repeats_is_told_and_what_repeats_is_not():
     def campaign(extra):
-        first, second = (mounting_campaign(conditions=CONDITIONS[:1], seed=0, extra=own) for own in (None, extra))
+        first, second = (
+            mounting_campaign(conditions=CONDITIONS[:1], seed=0, extra=own) for own in (None, extra)
+        )
         noisy = np.random.default_rng(9)
         (run,) = second.runs
         signals = {k: v + NOISE * noisy.standard_normal(v.size) for k, v in run.signals.items()}
-        return replace(first, runs=(*first.runs, replace(run, name="R1", file="R1.csv", signals=signals)))
+        return replace(
+            first, runs=(*first.runs, replace(run, name="R1", file="R1.csv", signals=signals))
+        )
 
     wave = 2e-5 * np.sin(2.0 * np.pi * 0.9 * np.arange(2600) * 0.05)
     shaken = findings_of(campaign(lambda inputs: np.outer(wave, [0.0, 0.0, 0.0, 0.0, 1.0, 0.0])))
@@ -61,16 +76,23 @@ def test_what_differs_between_repeats_is_told_and_what_repeats_is_not():
 
 
 def test_scalars_are_means_and_spans_of_the_motions():
-    campaign = mounting_campaign(extra=lambda inputs: np.outer(np.full(inputs.time.size, 1e-4), [0, 0, 1, 1, 0, 0]))
+    campaign = mounting_campaign(
+        extra=lambda inputs: np.outer(np.full(inputs.time.size, 1e-4), [0, 0, 1, 1, 0, 0])
+    )
     scalars = {own.name: own for own in mounting_plant(campaign).scalars((), THETA)}
     mean, span = scalars["vertical, mean"], scalars["vertical, peak to peak"]
-    # Two channels of 100 um each are sqrt(2) times that along the unit pattern; 325 samples a block.
-    assert_allclose(mean.measured - mean.predicted, np.sqrt(2.0) * 1e-4, atol=4.0 * NOISE / np.sqrt(325))
+    # Two channels of 100 um each are sqrt(2) times that along the unit pattern; 325 samples a
+    # block.
+    assert_allclose(
+        mean.measured - mean.predicted, np.sqrt(2.0) * 1e-4, atol=4.0 * NOISE / np.sqrt(325)
+    )
     assert_allclose(span.measured, span.predicted, atol=10.0 * NOISE)
 
 
 def test_the_diagnosis_holds_the_detail_before_and_after():
-    found = diagnose(mounting_plant(mounting_campaign({"K3": 6e12})), campaign="twin", kind="mounting")
+    found = diagnose(
+        mounting_plant(mounting_campaign({"K3": 6e12})), campaign="twin", kind="mounting"
+    )
     assert found.gap.scalars
     roll = next(own for own in found.gap.scalars if own.name == "roll, peak to peak")
     assert roll.area_after < 0.3 * roll.area_before

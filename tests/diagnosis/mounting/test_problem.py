@@ -4,15 +4,20 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from diagnosis.diagnose import diagnose
-from diagnosis.inference.bounded_fit import fit_effects
-from diagnosis.mounting.cards import MOUNTING_CARDS
-from diagnosis.mounting.gap_map import PATTERNS, block_powers, pattern_matrix
-from diagnosis.mounting.problem import mounting_plant
-from diagnosis.mounting.records import mounting_records
-from identification.campaign.campaign_kinds import MOUNTING
-from simulation.mounting.rig import SENSORS
-from tests.diagnosis.mounting.mounting_campaigns import CONDITIONS, NOISE, TRUE_LINEAR, mounting_campaign
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.inference.bounded_fit import fit_effects
+from carrierflex.diagnosis.mounting.cards import MOUNTING_CARDS
+from carrierflex.diagnosis.mounting.gap_map import PATTERNS, block_powers, pattern_matrix
+from carrierflex.diagnosis.mounting.problem import mounting_plant
+from carrierflex.diagnosis.mounting.records import mounting_records
+from carrierflex.identification.campaign.campaign_kinds import MOUNTING
+from carrierflex.simulation.mounting.rig import SENSORS
+from tests.diagnosis.mounting.mounting_campaigns import (
+    CONDITIONS,
+    NOISE,
+    TRUE_LINEAR,
+    mounting_campaign,
+)
 
 #: Truth of the simulator and value of the card's parameters, by effect.
 TRUTH = {
@@ -40,16 +45,21 @@ def found(plant):
 def check_named(effect):
     simulated, expected = TRUTH[effect]
     result = found(mounting_plant(mounting_campaign(simulated)))
-    named = {*result.attribution.effects, *(own for group in result.attribution.aliases for own in group)}
+    named = {
+        *result.attribution.effects,
+        *(own for group in result.attribution.aliases for own in group),
+    }
     assert effect in named, (result.verdict, result.reason)
     assert result.verdict in ("named", "named_with_remainder", "aliased")
-    # The placebo's response has the loads' spectrum: beside a large gap it may gain or lose a little by chance.
+    # The placebo's response has the loads' spectrum: beside a large gap it may gain or lose a
+    # little by chance.
     assert 0.8 < result.shrinkage.placebo_rho < 1.25
     assert result.shrinkage.rho < 0.5
     if effect in result.attribution.effects:
         for name, value in expected.items():
             own = result.attribution.parameters[effect][name]
-            # Four errors; and a share for the delay, which the twin interpolates linearly between samples.
+            # Four errors; and a share for the delay, which the twin interpolates linearly between
+            # samples.
             assert abs(own.value - value) < 4.0 * own.std + 5e-3 * abs(value), (name, own)
 
 
@@ -83,7 +93,9 @@ def test_an_effect_that_the_baseline_contains_is_fitted_with_it_and_not_named():
     assert_allclose(fit.theta[2], 0.1, rtol=5e-3)
 
 
-@pytest.mark.parametrize("effect", ["cubic_stiffness", "sensor_delay", "sensor_gain", "ntl_direction"])
+@pytest.mark.parametrize(
+    "effect", ["cubic_stiffness", "sensor_delay", "sensor_gain", "ntl_direction"]
+)
 def test_derivatives_are_those_of_the_prediction(effect):
     plant = mounting_plant(mounting_campaign(TRUTH[effect][0], conditions=CONDITIONS[:2]))
     theta = plant.starts((effect,), {})[1].copy()
@@ -94,7 +106,8 @@ def test_derivatives_are_those_of_the_prediction(effect):
     for k, parameter in enumerate(plant.parameters((effect,))):
         step = 1e-4 * parameter.scale * np.eye(theta.size)[k]
         costs = [plant.squares((effect,), theta + sign * step, chosen).sum() for sign in (1, -1)]
-        # Against the largest slope that such a residual could have; forward differences of 1e-4 are that exact.
+        # Against the largest slope that such a residual could have; forward differences of 1e-4 are
+        # that exact.
         size = np.sqrt(sums.matrix.sum(axis=0)[k, k] * cost)
         assert abs((costs[0] - costs[1]) / (2e-4 * parameter.scale) - slope[k]) < 5e-3 * size
 
@@ -146,7 +159,8 @@ def test_a_missing_stretch_of_a_channel_is_left_out():
 
 def with_signals(campaign, change):
     runs = [
-        replace(run, signals={name: change(name, own) for name, own in run.signals.items()}) for run in campaign.runs
+        replace(run, signals={name: change(name, own) for name, own in run.signals.items()})
+        for run in campaign.runs
     ]
     return replace(campaign, runs=tuple(runs))
 
@@ -154,7 +168,9 @@ def with_signals(campaign, change):
 def test_unusable_campaigns_are_refused_in_plain_words():
     campaign = mounting_campaign(conditions=CONDITIONS[:1])
     with pytest.raises(ValueError, match="column 'spy' holds 0 measured samples"):
-        mounting_plant(with_signals(campaign, lambda name, own: own * np.nan if name == "spy" else own))
+        mounting_plant(
+            with_signals(campaign, lambda name, own: own * np.nan if name == "spy" else own)
+        )
     with pytest.raises(ValueError, match="every channel is constant"):
         mounting_plant(with_signals(campaign, lambda name, own: 0.0 * own))
     with pytest.raises(ValueError, match="nothing but rest"):
@@ -162,8 +178,13 @@ def test_unusable_campaigns_are_refused_in_plain_words():
 
 
 def test_one_run_alone_is_diagnosed_by_its_blocks():
-    result = found(mounting_plant(mounting_campaign(TRUTH["unequal_bushings"][0], conditions=CONDITIONS[:1])))
-    named = {*result.attribution.effects, *(own for group in result.attribution.aliases for own in group)}
+    result = found(
+        mounting_plant(mounting_campaign(TRUTH["unequal_bushings"][0], conditions=CONDITIONS[:1]))
+    )
+    named = {
+        *result.attribution.effects,
+        *(own for group in result.attribution.aliases for own in group),
+    }
     assert "unequal_bushings" in named or result.verdict == "not_diagnosable"
 
 

@@ -1,4 +1,7 @@
-"""A headless Chromium over its debugging pipe: what a page logs, what it fetches, how large its figures are."""
+"""A headless Chromium over its debugging pipe.
+
+What a page logs, what it fetches, how large its figures are.
+"""
 
 import json
 import os
@@ -47,7 +50,11 @@ class Browser:
     def open(self, address, *, width):
         """Load a page as a phone or a screen of that width would; returns when it is loaded."""
         self.call(
-            "Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=width < 600
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=900,
+            deviceScaleFactor=1,
+            mobile=width < 600,
         )
         self.call("Page.navigate", url=address)
         while not any(event.get("method") == "Page.loadEventFired" for event in self.events):
@@ -65,7 +72,9 @@ class Browser:
 
     def addresses(self):
         """Everything the page asked for."""
-        asked = (event for event in self.events if event.get("method") == "Network.requestWillBeSent")
+        asked = (
+            event for event in self.events if event.get("method") == "Network.requestWillBeSent"
+        )
         return [event["params"]["request"]["url"] for event in asked]
 
 
@@ -74,7 +83,9 @@ def browser(folder):
     """Browser with an empty profile in a folder; skips where there is none."""
     program, shell = shutil.which("chromium"), shutil.which("bash")
     if program is None or shell is None:
-        pytest.skip("chromium (or bash, which starts it) is not installed; the page's look is checked with it")
+        pytest.skip(
+            "chromium (or bash, which starts it) is not installed; the page's look is checked with it"
+        )
     to_browser, from_browser = os.pipe(), os.pipe()
     command = f'exec "$0" "$@" 3<&{to_browser[0]} 4>&{from_browser[1]}'
     with open(os.devnull, "wb") as nothing:
@@ -89,7 +100,9 @@ def browser(folder):
     opened = Browser(from_browser[0], to_browser[1])
     try:
         target = opened.call("Target.createTarget", url="about:blank")["targetId"]
-        opened.session = opened.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        opened.session = opened.call("Target.attachToTarget", targetId=target, flatten=True)[
+            "sessionId"
+        ]
         for domain in ("Page", "Runtime", "Log", "Network"):
             opened.call(f"{domain}.enable")
         yield opened

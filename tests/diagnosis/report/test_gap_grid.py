@@ -2,13 +2,18 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from diagnosis.comparison.problem import GapCell
-from diagnosis.gap.findings import GapMoment
-from diagnosis.inference.results import LadderStep, Shrinkage
-from diagnosis.inference.screening import Screen, ScreenedEffect
-from diagnosis.report.figures import colour_limits, gap_map_figure, ladder_figure, likeness_figure
-from diagnosis.report.gap_grid import gap_grids
-from diagnosis.report.time_figure import gap_in_time_figure
+from carrierflex.diagnosis.comparison.problem import GapCell
+from carrierflex.diagnosis.gap.findings import GapMoment
+from carrierflex.diagnosis.inference.results import LadderStep, Shrinkage
+from carrierflex.diagnosis.inference.screening import Screen, ScreenedEffect
+from carrierflex.diagnosis.report.figures import (
+    colour_limits,
+    gap_map_figure,
+    ladder_figure,
+    likeness_figure,
+)
+from carrierflex.diagnosis.report.gap_grid import gap_grids
+from carrierflex.diagnosis.report.time_figure import gap_in_time_figure
 
 NAN = float("nan")
 
@@ -18,7 +23,12 @@ def cell(pattern, order, run, square, *, p=1e-9, band=None):
 
 
 def test_patterns_are_rows_and_runs_are_averaged():
-    before = [cell("m=2", 0, "A", 4.0), cell("m=2", 0, "B", 12.0), cell("m=0", 3, "A", 1.0), cell("s1", 1, "A", 2.0)]
+    before = [
+        cell("m=2", 0, "A", 4.0),
+        cell("m=2", 0, "B", 12.0),
+        cell("m=0", 3, "A", 1.0),
+        cell("s1", 1, "A", 2.0),
+    ]
     after = [cell("m=2", 0, "A", 1.0, p=0.5)]
     grids = gap_grids(before, after)
     for grid in grids:
@@ -34,7 +44,9 @@ def test_patterns_are_rows_and_runs_are_averaged():
 
 def test_one_channel_gives_runs_as_rows_and_bands_as_columns():
     bands = [(0.0, 1.0), (1.0, 2.0), (2.0, 4.0), (4.0, 8.0)]
-    cells = [cell("q", k, run, k + 1.0, band=band) for run in ("A", "B") for k, band in enumerate(bands)]
+    cells = [
+        cell("q", k, run, k + 1.0, band=band) for run in ("A", "B") for k, band in enumerate(bands)
+    ]
     (grid,) = gap_grids(cells)
     assert (grid.row_name, grid.rows, grid.is_frequency) == ("run", ("A", "B"), True)
     assert_allclose(grid.edges, [0.5, 1.0, 2.0, 4.0, 8.0])
@@ -53,7 +65,9 @@ def test_lines_are_joined_without_losing_any():
 
 
 def test_several_channels_are_rows():
-    (grid,) = gap_grids([cell(name, 3.0, run, 1.0) for name in ("ssx", "sbx") for run in ("A", "B")])
+    (grid,) = gap_grids(
+        [cell(name, 3.0, run, 1.0) for name in ("ssx", "sbx") for run in ("A", "B")]
+    )
     assert (grid.row_name, grid.rows) == ("channel", ("sbx", "ssx"))
 
 
@@ -73,8 +87,27 @@ def test_only_what_stands_out_is_coloured():
 
 @pytest.mark.parametrize(("rho", "scale"), [(0.03, "log"), (0.6, "linear")])
 def test_ladder_shows_each_step_with_its_interval_and_the_lines(rho, scale):
-    steps = (LadderStep("baseline", 1.0, 1.0, (NAN, NAN)), LadderStep("carrier_tilt", rho, rho, (0.9 * rho, 1.2 * rho)))
-    far = Shrinkage(1.0, rho, 0.5 * rho, rho, (0.0, 1.0), 0.9, (0.8, 1.0), 3.0, 0.99, NAN, NAN, steps, (), (), ())
+    steps = (
+        LadderStep("baseline", 1.0, 1.0, (NAN, NAN)),
+        LadderStep("carrier_tilt", rho, rho, (0.9 * rho, 1.2 * rho)),
+    )
+    far = Shrinkage(
+        1.0,
+        rho,
+        0.5 * rho,
+        rho,
+        (0.0, 1.0),
+        0.9,
+        (0.8, 1.0),
+        3.0,
+        0.99,
+        NAN,
+        NAN,
+        steps,
+        (),
+        (),
+        (),
+    )
     panel = ladder_figure(far).axes[0]
     assert panel.get_xscale() == scale
     points, (_, _), (bars,) = panel.containers[0]
@@ -91,7 +124,9 @@ def test_ladder_shows_each_step_with_its_interval_and_the_lines(rho, scale):
 
 
 def test_gap_in_time_draws_the_runs_with_the_largest_gap_in_one_unit():
-    moments = [GapMoment(f"R{k}", t, (k + 1) * 1e-6 * (1.0 + t)) for k in range(8) for t in (0.0, 0.5)]
+    moments = [
+        GapMoment(f"R{k}", t, (k + 1) * 1e-6 * (1.0 + t)) for k in range(8) for t in (0.0, 0.5)
+    ]
     panel = gap_in_time_figure(moments, "m").axes[0]
     assert [line.get_label() for line in panel.lines] == ["R2", "R3", "R4", "R5", "R6", "R7"]
     assert_allclose(panel.lines[-1].get_xydata(), [[0.0, 8.0], [0.5, 12.0]])
@@ -108,5 +143,7 @@ def test_named_effects_stand_first_in_the_matrix_of_likeness():
         "stiff pins  2",
         "ring pass  3",
     ]
-    assert_allclose(panel.images[0].get_array(), [[1.0, 0.2, 0.4], [0.2, 1.0, 0.7], [0.4, 0.7, 1.0]])
+    assert_allclose(
+        panel.images[0].get_array(), [[1.0, 0.2, 0.4], [0.2, 1.0, 0.7], [0.4, 0.7, 1.0]]
+    )
     assert [text.get_text() for text in panel.texts] == [".7", ".7"]

@@ -7,12 +7,12 @@ import jinja2
 import numpy as np
 import pytest
 
-from diagnosis.diagnose import diagnose
-from diagnosis.diagnosis_files import write_report
-from diagnosis.element.problem import element_plant
-from diagnosis.inference.results import VERDICTS
-from diagnosis.report import page as report
-from diagnosis.report.page import ReportSource, report_page
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.diagnosis_files import write_report
+from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.inference.results import VERDICTS
+from carrierflex.diagnosis.report import page as report
+from carrierflex.diagnosis.report.page import ReportSource, report_page
 from tests.diagnosis.carrier.carrier_twin import twin_campaign, twin_plant
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 from tests.diagnosis.report.browser import browser
@@ -97,15 +97,30 @@ def test_page_says_what_was_found(element, page):
         assert f"{value:.3f}" in page
     K3 = found.attribution.parameters["cubic_stiffness"]["K3"]
     mantissa = f"{K3.value:.1e}".split("e")[0]
-    assert re.search(rf"<td>K3</td><td class=\"n\">{mantissa}\d*·10<sup>8</sup></td>.*<td>N/m<sup>3</sup></td>", page)
-    for text in ("twin mount", "folder/twin", "2026-01-02 03:04", "numpy 2.0.1", "carrierflex", "R2.csv"):
+    assert re.search(
+        rf"<td>K3</td><td class=\"n\">{mantissa}\d*·10<sup>8</sup></td>.*<td>N/m<sup>3</sup></td>",
+        page,
+    )
+    for text in (
+        "twin mount",
+        "folder/twin",
+        "2026-01-02 03:04",
+        "numpy 2.0.1",
+        "carrierflex",
+        "R2.csv",
+    ):
         assert text in page
 
 
 def test_page_needs_nothing_from_outside(page):
     tags = Tags(page)
     assert not tags.of("script", "iframe", "object", "embed", "base")
-    addresses = [value for _, own in tags.found for name, value in own.items() if name in ("src", "href", "xlink:href")]
+    addresses = [
+        value
+        for _, own in tags.found
+        for name, value in own.items()
+        if name in ("src", "href", "xlink:href")
+    ]
     assert addresses
     assert all(address.startswith(("#", "data:")) for address in addresses)
     assert not re.search(r"@import|@font-face", page)
@@ -149,13 +164,19 @@ def test_axes_name_their_units(page, carrier_page):
         ),
         strict=True,
     ):
-        for label in (*wanted, "rho = RMS after / before, held-out records [-]", "correlation of the signatures [-]"):
+        for label in (
+            *wanted,
+            "rho = RMS after / before, held-out records [-]",
+            "correlation of the signatures [-]",
+        ):
             assert label in text
 
 
 def test_names_from_the_campaign_are_text_and_no_markup(element):
     found, source = element
-    named = replace(without_figures(found), campaign="<script>alert(1)</script>", where_text="a < b & c")
+    named = replace(
+        without_figures(found), campaign="<script>alert(1)</script>", where_text="a < b & c"
+    )
     page = report_page(named, source)
     assert "&lt;script&gt;" in page
     assert "<script" not in page
@@ -165,7 +186,9 @@ def test_names_from_the_campaign_are_text_and_no_markup(element):
 def test_effects_are_called_by_their_names_in_every_sentence(element):
     found, source = element
     reason = "the best set, cubic_stiffness + quintic_stiffness, is refused"
-    which = replace(found.attribution, separating_test="a sine separates cubic_stiffness and backlash")
+    which = replace(
+        found.attribution, separating_test="a sine separates cubic_stiffness and backlash"
+    )
     page = report_page(without_figures(replace(found, reason=reason, attribution=which)), source)
     assert "cubic stiffness + quintic stiffness, is refused" in page
     assert "A sine separates cubic stiffness and backlash." in page
@@ -179,7 +202,13 @@ def test_a_template_without_its_content_is_refused(element, monkeypatch):
 
 def without_figures(found):
     far = replace(found.shrinkage, cells_before=(), cells_after=(), ladder=())
-    return replace(found, pictures=(), gap=None, shrinkage=far, attribution=replace(found.attribution, screen=None))
+    return replace(
+        found,
+        pictures=(),
+        gap=None,
+        shrinkage=far,
+        attribution=replace(found.attribution, screen=None),
+    )
 
 
 @pytest.mark.parametrize("verdict", VERDICTS)
@@ -188,14 +217,22 @@ def test_every_verdict_has_words(verdict, element):
     page = report_page(without_figures(replace(found, verdict=verdict)), source)
     assert not Tags(page).of("svg")
     assert f"<code>{verdict}</code>" in page
-    assert ("The simulation lacks cubic stiffness" in page) == verdict.startswith(("named", "aliased"))
+    assert ("The simulation lacks cubic stiffness" in page) == verdict.startswith(
+        ("named", "aliased")
+    )
 
 
 def test_records_that_allow_no_diagnosis_give_a_page_that_says_why(element):
     _, source = element
-    campaign = replace(source.campaign, baseline=replace(source.campaign.baseline), runs=source.campaign.runs[:1])
+    campaign = replace(
+        source.campaign, baseline=replace(source.campaign.baseline), runs=source.campaign.runs[:1]
+    )
     plant = element_plant(campaign)
-    found = diagnose(replace(plant, records=(replace(plant.records[0], n_blocks=2),)), campaign="short", kind="element")
+    found = diagnose(
+        replace(plant, records=(replace(plant.records[0], n_blocks=2),)),
+        campaign="short",
+        kind="element",
+    )
     assert found.verdict == "not_diagnosable"
     page = report_page(found, source)
     assert "These records do not allow a diagnosis" in page
@@ -205,13 +242,18 @@ def test_records_that_allow_no_diagnosis_give_a_page_that_says_why(element):
 
 def test_without_a_supported_set_the_gap_is_drawn_once(element):
     found, source = element
-    far = replace(found.shrinkage, ladder=found.shrinkage.ladder[:1], cells_after=found.shrinkage.cells_before)
+    far = replace(
+        found.shrinkage, ladder=found.shrinkage.ladder[:1], cells_after=found.shrinkage.cells_before
+    )
     nothing = replace(found.attribution, effects=())
-    page = report_page(replace(found, verdict="none_of_these", pictures=(), shrinkage=far, attribution=nothing), source)
+    page = report_page(
+        replace(found, verdict="none_of_these", pictures=(), shrinkage=far, attribution=nothing),
+        source,
+    )
     assert "No known effect explains the gap" in page
-    assert [own for own in Tags(page).identifiers() if own.startswith("map-") and own.endswith("-title")] == [
-        "map-before-title"
-    ]
+    assert [
+        own for own in Tags(page).identifiers() if own.startswith("map-") and own.endswith("-title")
+    ] == ["map-before-title"]
     assert "what is left is the gap itself" in page
     refused = replace(found, verdict="none_of_these", attribution=nothing, pictures=())
     assert "cubic stiffness added, which is not named" in report_page(refused, source)
@@ -230,7 +272,9 @@ def test_page_is_the_same_each_time_and_written_whole(element, tmp_path, page):
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
 
 
-def test_a_browser_shows_every_figure_without_complaint(element, carrier, page, carrier_page, tmp_path):
+def test_a_browser_shows_every_figure_without_complaint(
+    element, carrier, page, carrier_page, tmp_path
+):
     with browser(tmp_path / "profile") as window:
         for own, text, width in product_of_pages((element, page), (carrier, carrier_page)):
             path = tmp_path / "report.html"

@@ -4,14 +4,27 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from diagnosis.carrier.pictures import carrier_polar, mean_turns
-from diagnosis.comparison.pictures import GAP, LAW, LEFT, Pictured, Trace, is_function, strip_means
-from diagnosis.element.problem import element_plant
-from diagnosis.inference.bounded_fit import fit_effects
-from diagnosis.report.motion_figures import panel_figure
-from identification.campaign.order_analysis import MAX_ORDER
+from carrierflex.diagnosis.carrier.pictures import carrier_polar, mean_turns
+from carrierflex.diagnosis.comparison.pictures import (
+    GAP,
+    LAW,
+    LEFT,
+    Pictured,
+    Trace,
+    is_function,
+    strip_means,
+)
+from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.inference.bounded_fit import fit_effects
+from carrierflex.diagnosis.report.motion_figures import panel_figure
+from carrierflex.identification.campaign.order_analysis import MAX_ORDER
 from tests.diagnosis.carrier.carrier_twin import NOISE, twin_plant
-from tests.diagnosis.element.element_campaigns import DAMPING, STIFFNESS, displacement_campaign, force_campaign
+from tests.diagnosis.element.element_campaigns import (
+    DAMPING,
+    STIFFNESS,
+    displacement_campaign,
+    force_campaign,
+)
 
 K3, FRICTION = 5e8, 1.5
 
@@ -41,7 +54,8 @@ def test_unexplained_force_of_a_cubic_spring_is_its_cube(cubic):
     for panel in picture.panels:
         own = traces(panel)
         x, y = own[GAP].x, own[GAP].y
-        # Noise of 0.05 N on forces of several: the slope over the cube is good to a per cent where those are large.
+        # Noise of 0.05 N on forces of several: the slope over the cube is good to a per cent where
+        # those are large.
         assert_allclose(x**3 @ y / (x**3 @ x**3), K3, rtol=0.05)
         assert np.std(y - K3 * x**3) < 0.06
         assert_allclose(own[LAW].y, K3 * own[LAW].x ** 3, atol=0.05 * np.abs(own[LAW].y).max())
@@ -56,9 +70,12 @@ def test_one_run_of_each_condition_is_drawn_the_largest_force_first(cubic):
 
 
 def test_dry_friction_is_a_loop_over_deflection_and_a_line_over_speed(rubbing):
-    # The true parameters, not fitted ones: in so short a record friction and viscous damping trade a few per cent.
+    # The true parameters, not fitted ones: in so short a record friction and viscous damping trade
+    # a few per cent.
     truth = {"m": 0.0, "K1": STIFFNESS, "C1": DAMPING, "f0": 0.0, "Fc": FRICTION}
-    theta = np.array([truth[parameter.name] for parameter in rubbing.parameters(("coulomb_friction",))])
+    theta = np.array(
+        [truth[parameter.name] for parameter in rubbing.parameters(("coulomb_friction",))]
+    )
     over_deflection, over_speed = rubbing.pictures(("coulomb_friction",), theta)
     for picture, is_line in ((over_deflection, False), (over_speed, True)):
         law = traces(picture.panels[0])[LAW]
@@ -75,7 +92,8 @@ def test_without_an_accepted_effect_the_gap_of_the_baseline_is_drawn_and_no_law(
     assert len(pictures) == 2
     assert all(set(traces(panel)) == {GAP} for picture in pictures for panel in picture.panels)
     largest = traces(pictures[0].panels[0])[GAP]
-    # The refitted linear spring takes its share of the cube: (1 - 9/15)^1/2 is left of that of a Gaussian motion.
+    # The refitted linear spring takes its share of the cube: (1 - 9/15)^1/2 is left of that of a
+    # Gaussian motion.
     assert 0.4 < largest.y.std() / np.std(K3 * largest.x**3) < 0.8
 
 
@@ -94,7 +112,9 @@ def test_what_the_baseline_already_contains_is_no_gap(cubic):
 
 def test_a_missing_gap_between_stops_is_drawn_with_its_stiffness():
     size = 4e-4
-    plant = element_plant(displacement_campaign(lambda q, v: -STIFFNESS * np.clip(q, -size, size), n=1500))
+    plant = element_plant(
+        displacement_campaign(lambda q, v: -STIFFNESS * np.clip(q, -size, size), n=1500)
+    )
     picture = pictures_of(plant, ("backlash",))[0]
     law = traces(picture.panels[0])[LAW]
     assert_allclose(np.abs(law.y).max(), STIFFNESS * size, rtol=0.1)
@@ -148,11 +168,15 @@ def test_figures_scale_their_units(cubic):
     axes = panel_figure(picture, picture.panels[0]).axes[0]
     assert axes.get_xlabel() == "deflection [mm]"
     points = axes.collections[0].get_offsets()
-    assert_allclose(np.abs(points[:, 0]).max(), 1e3 * np.abs(traces(picture.panels[0])[GAP].x).max())
+    assert_allclose(
+        np.abs(points[:, 0]).max(), 1e3 * np.abs(traces(picture.panels[0])[GAP].x).max()
+    )
 
 
 def test_bad_traces_are_refused():
-    with pytest.raises(ValueError, match="trace of role 'measured'; expected one of gap, law, left"):
+    with pytest.raises(
+        ValueError, match="trace of role 'measured'; expected one of gap, law, left"
+    ):
         Trace("measured", np.zeros(2), np.zeros(2))
     with pytest.raises(ValueError, match="expected one length n"):
         Trace(GAP, np.zeros(2), np.zeros(3))

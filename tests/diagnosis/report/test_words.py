@@ -2,11 +2,12 @@ import re
 
 import pytest
 
-from diagnosis.comparison.problem import GapCell
-from diagnosis.gap.findings import Drift, PartGrowth
-from diagnosis.gap.power_laws import Exponent
-from diagnosis.report import words
-from diagnosis.report.svg import inline_svg, scaled_unit
+from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
+from carrierflex.diagnosis.comparison.problem import GapCell
+from carrierflex.diagnosis.gap.findings import Drift, PartGrowth
+from carrierflex.diagnosis.gap.power_laws import Exponent
+from carrierflex.diagnosis.report import words
+from carrierflex.diagnosis.report.svg import inline_svg, scaled_unit
 
 NAN, INF = float("nan"), float("inf")
 
@@ -48,18 +49,29 @@ def test_shares_ratios_and_intervals():
 
 def test_powers_are_raised_and_everything_else_is_escaped():
     assert words.powers("V/V^3 & <b>") == "V/V<sup>3</sup> &amp; &lt;b&gt;"
-    assert words.powers("grows as torque^-0.5, p 1e-9") == "grows as torque<sup>−0.5</sup>, p 1·10<sup>−9</sup>"
+    assert (
+        words.powers("grows as torque^-0.5, p 1e-9")
+        == "grows as torque<sup>−0.5</sup>, p 1·10<sup>−9</sup>"
+    )
     assert words.powers("s_1e5 stays") == "s_1e5 stays"
 
 
 def test_lists_and_places():
-    assert [words.listed(own) for own in ([], ["a"], ["a", "b"], ["a", "b", "c"])] == ["", "a", "a and b", "a, b and c"]
-    assert (words.set_name(("sensor_zero", "ring_pass")), words.set_name(())) == (
+    assert [words.listed(own) for own in ([], ["a"], ["a", "b"], ["a", "b", "c"])] == [
+        "",
+        "a",
+        "a and b",
+        "a, b and c",
+    ]
+    assert (set_name(("sensor_zero", "ring_pass")), set_name(())) == (
         "sensor zero + ring pass",
         "baseline alone",
     )
-    wanted = {"coulomb_friction": "Coulomb friction", "elasto_plastic_friction": "elasto-plastic friction"}
-    assert {own: words.plain_name(own) for own in wanted} == wanted
+    wanted = {
+        "coulomb_friction": "Coulomb friction",
+        "elasto_plastic_friction": "elasto-plastic friction",
+    }
+    assert {own: plain_name(own) for own in wanted} == wanted
     assert (words.counted(1, "run"), words.counted(2, "run")) == ("1 run", "2 runs")
     plain = GapCell("m=2", 3.0, "A", 1.0, 1.0, 0.1, (0.0, 1.0), 0.5)
     assert words.place_of(plain) == "order 3"
@@ -86,8 +98,14 @@ def test_figures_on_one_page_keep_their_identifiers_apart():
 
 
 def test_the_sentence_is_split_between_shares_and_the_rest():
-    assert words.where_parts("67 % is a; 31 % is b; small: c; 2 d") == ("67 % is a; 31 % is b", "small: c; 2 d")
-    assert words.where_parts("no order stands out; nothing drifts") == ("no order stands out", "nothing drifts")
+    assert words.where_parts("67 % is a; 31 % is b; small: c; 2 d") == (
+        "67 % is a; 31 % is b",
+        "small: c; 2 d",
+    )
+    assert words.where_parts("no order stands out; nothing drifts") == (
+        "no order stands out",
+        "nothing drifts",
+    )
     assert words.where_parts("67 % is a") == ("67 % is a", "")
 
 

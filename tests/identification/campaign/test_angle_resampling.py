@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from identification.campaign.angle_resampling import resampled_to_angle
-from identification.carrier.carrier_identification import identify_jointly
-from identification.carrier.models import flexible_model
+from carrierflex.identification.campaign.angle_resampling import resampled_to_angle
+from carrierflex.identification.carrier.carrier_identification import identify_jointly
+from carrierflex.identification.carrier.models import flexible_model
 from tests.identification.synthetic_campaigns import carrier_campaign, run_case
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 
@@ -17,7 +17,9 @@ M2 = flexible_model(stiff_curve(), flexible_curve())
 
 def test_records_of_different_sampling_and_speed_ripple_agree_at_equal_angles():
     slow, fast = (
-        resampled_to_angle(carrier_campaign([run_case(sample_rate=rate)], noise_std=0.0).runs[0], 72)
+        resampled_to_angle(
+            carrier_campaign([run_case(sample_rate=rate)], noise_std=0.0).runs[0], 72
+        )
         for rate in (40.0, 160.0)
     )
     step = np.diff(slow.inputs["carrier_angle"])
@@ -31,7 +33,9 @@ def test_records_of_different_sampling_and_speed_ripple_agree_at_equal_angles():
 def test_identification_gives_the_same_from_the_resampled_record():
     campaign = carrier_campaign([run_case(sample_rate=100.0)], noise_std=0.0)
     even = replace(campaign, runs=(resampled_to_angle(campaign.runs[0], 128),))
-    assert_allclose(identify_jointly(even, M2).values, identify_jointly(campaign, M2).values, rtol=2e-5)
+    assert_allclose(
+        identify_jointly(even, M2).values, identify_jointly(campaign, M2).values, rtol=2e-5
+    )
 
 
 def test_gaps_stay_gaps_and_nothing_else_is_lost():
@@ -49,7 +53,9 @@ def test_gaps_stay_gaps_and_nothing_else_is_lost():
 def test_a_carrier_that_turns_backwards_is_resampled_as_well():
     run = carrier_campaign([run_case()], noise_std=0.0).runs[0]
     back = replace(run, inputs={**run.inputs, "carrier_angle": -run.inputs["carrier_angle"]})
-    assert_allclose(np.diff(resampled_to_angle(back, 36).inputs["carrier_angle"]), -2.0 * np.pi / 36, rtol=1e-12)
+    assert_allclose(
+        np.diff(resampled_to_angle(back, 36).inputs["carrier_angle"]), -2.0 * np.pi / 36, rtol=1e-12
+    )
 
 
 def test_bad_records_are_refused():

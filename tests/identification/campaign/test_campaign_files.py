@@ -7,10 +7,10 @@ import pytest
 import tomli_w
 from numpy.testing import assert_allclose
 
-from identification.campaign.campaign import Baseline, Campaign, Channel
-from identification.campaign.campaign_document import campaign_document
-from identification.campaign.campaign_files import read_campaign, write_campaign
-from identification.campaign.records import Run
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign_document import campaign_document
+from carrierflex.identification.campaign.campaign_files import read_campaign, write_campaign
+from carrierflex.identification.campaign.records import Run
 from tests.identification.synthetic_campaigns import carrier_campaign
 
 
@@ -18,7 +18,12 @@ def same(first, second):
     assert (first.kind, first.name, dict(first.rig)) == (second.kind, second.name, dict(second.rig))
     assert vars(first.baseline) == vars(second.baseline)
     for one, other in zip(first.channels, second.channels, strict=True):
-        assert (one.name, one.quantity, one.unit, one.sensor) == (other.name, other.quantity, other.unit, other.sensor)
+        assert (one.name, one.quantity, one.unit, one.sensor) == (
+            other.name,
+            other.quantity,
+            other.unit,
+            other.sensor,
+        )
         assert (one.noise_std, one.radius) == (other.noise_std, other.radius)
         if one.angle is not None:
             assert_allclose(one.angle, other.angle, rtol=1e-14)
@@ -56,7 +61,10 @@ def test_missing_samples_are_empty_cells(tmp_path):
 
 def test_predictions_of_another_simulator_come_back(tmp_path):
     campaign = carrier_campaign()
-    runs = tuple(replace(run, predictions={k: 0.9 * v for k, v in run.signals.items()}) for run in campaign.runs)
+    runs = tuple(
+        replace(run, predictions={k: 0.9 * v for k, v in run.signals.items()})
+        for run in campaign.runs
+    )
     campaign = replace(campaign, baseline=Baseline("columns"), runs=runs)
     write_campaign(campaign, tmp_path / "c")
     same(read_campaign(tmp_path / "c"), campaign)
@@ -84,7 +92,9 @@ def element_campaign(unit="m", **rig):
     channel = Channel("y", "displacement", unit, noise_std=1e-6)
     baseline = Baseline("model", ("coulomb_friction",))
     input_units = {"force": unit} if unit != "m" else {}
-    return Campaign("element", "mount", baseline, {"drive": "force", **rig}, (channel,), (run,), input_units)
+    return Campaign(
+        "element", "mount", baseline, {"drive": "force", **rig}, (channel,), (run,), input_units
+    )
 
 
 @pytest.mark.parametrize(
@@ -125,7 +135,9 @@ def test_a_failed_write_leaves_nothing(tmp_path):
         raise OSError("disk full")
 
     with pytest.raises(OSError, match="disk full"):
-        write_campaign(carrier_campaign(), tmp_path / "c", more_files={"deflection_curves.csv": fails})
+        write_campaign(
+            carrier_campaign(), tmp_path / "c", more_files={"deflection_curves.csv": fails}
+        )
     assert list(tmp_path.iterdir()) == []
 
 
@@ -156,14 +168,38 @@ def set_cell(line, column, text):
 
 
 REFUSALS = {
-    "format": (edit_document(lambda d: d.update(format="x")), r"campaign\.toml: key 'format' is 'x'; expected 'carr"),
-    "newer": (edit_document(lambda d: d.update(version=2)), r"'version' is 2, written by a newer version; expected 1"),
-    "version text": (edit_document(lambda d: d.update(version="1")), r"key 'version' is '1'; expected 1"),
-    "unknown key": (edit_document(lambda d: d.update(owner="me")), r"campaign\.toml: unknown key 'owner'"),
-    "missing key": (edit_document(lambda d: d.pop("rig")), r"campaign\.toml: missing key 'rig'; expected a table"),
-    "kind": (edit_document(lambda d: d.update(kind="tower")), r"key 'kind' is 'tower'; expected one of carrier"),
-    "source": (edit_document(lambda d: d["baseline"].update(source="guess")), r"\[baseline\]: key 'source' is 'guess'"),
-    "no effects": (edit_document(lambda d: d["baseline"].pop("effects")), r"\[baseline\]: missing key 'effects'"),
+    "format": (
+        edit_document(lambda d: d.update(format="x")),
+        r"campaign\.toml: key 'format' is 'x'; expected 'carr",
+    ),
+    "newer": (
+        edit_document(lambda d: d.update(version=2)),
+        r"'version' is 2, written by a newer version; expected 1",
+    ),
+    "version text": (
+        edit_document(lambda d: d.update(version="1")),
+        r"key 'version' is '1'; expected 1",
+    ),
+    "unknown key": (
+        edit_document(lambda d: d.update(owner="me")),
+        r"campaign\.toml: unknown key 'owner'",
+    ),
+    "missing key": (
+        edit_document(lambda d: d.pop("rig")),
+        r"campaign\.toml: missing key 'rig'; expected a table",
+    ),
+    "kind": (
+        edit_document(lambda d: d.update(kind="tower")),
+        r"key 'kind' is 'tower'; expected one of carrier",
+    ),
+    "source": (
+        edit_document(lambda d: d["baseline"].update(source="guess")),
+        r"\[baseline\]: key 'source' is 'guess'",
+    ),
+    "no effects": (
+        edit_document(lambda d: d["baseline"].pop("effects")),
+        r"\[baseline\]: missing key 'effects'",
+    ),
     "effect": (
         edit_document(lambda d: d["baseline"].update(effects=["magic"])),
         r"campaign\.toml: \[baseline\]: unknown effect 'magic' in 'effects'; kind carrier knows axial_offset",
@@ -173,8 +209,14 @@ REFUSALS = {
         "unknown effect 'cubic_stiffness'",
     ),
     "rig key": (edit_document(lambda d: d["rig"].update(R_x=1.0)), r"\[rig\]: unknown key 'R_x'"),
-    "rig missing": (edit_document(lambda d: d["rig"].pop("n_planets")), r"\[rig\]: missing key 'n_planets'"),
-    "rig value": (edit_document(lambda d: d["rig"].update(n_planets=3.5)), r"'n_planets' is 3.5; expected a whole"),
+    "rig missing": (
+        edit_document(lambda d: d["rig"].pop("n_planets")),
+        r"\[rig\]: missing key 'n_planets'",
+    ),
+    "rig value": (
+        edit_document(lambda d: d["rig"].update(n_planets=3.5)),
+        r"'n_planets' is 3.5; expected a whole",
+    ),
     "curves escape": (
         edit_document(lambda d: d["rig"].update(deflection_curves="../c.csv")),
         r"\[rig\]: key 'deflection_curves' '\.\./c\.csv' leads out of the campaign folder",
@@ -203,25 +245,54 @@ REFUSALS = {
         edit_document(lambda d: d["channels"][0].update(name="torque")),
         "'name' is that of an input column",
     ),
-    "noise": (edit_document(lambda d: d["channels"][0].update(noise_std=0.0)), "'noise_std' is 0.0; expected a pos"),
-    "duplicate run": (edit_document(lambda d: d["runs"][1].update(name="LC1")), r"\[\[runs\]\] name 'LC1' stands"),
-    "duplicate file": (edit_document(lambda d: d["runs"][1].update(file="LC1.csv")), r"\[\[runs\]\] file 'LC1\.csv'"),
+    "noise": (
+        edit_document(lambda d: d["channels"][0].update(noise_std=0.0)),
+        "'noise_std' is 0.0; expected a pos",
+    ),
+    "duplicate run": (
+        edit_document(lambda d: d["runs"][1].update(name="LC1")),
+        r"\[\[runs\]\] name 'LC1' stands",
+    ),
+    "duplicate file": (
+        edit_document(lambda d: d["runs"][1].update(file="LC1.csv")),
+        r"\[\[runs\]\] file 'LC1\.csv'",
+    ),
     "escape": (
         edit_document(lambda d: d["runs"][0].update(file="../LC1.csv")),
         r"\[\[runs\]\] 1: key 'file' '\.\./LC1\.csv' leads out of the campaign folder; expected a plain file name",
     ),
-    "absolute": (edit_document(lambda d: d["runs"][0].update(file="/etc/x.csv")), "leads out of the campaign folder"),
-    "backslash": (edit_document(lambda d: d["runs"][0].update(file="..\\x.csv")), "leads out of the campaign folder"),
-    "suffix": (edit_document(lambda d: d["runs"][0].update(file="LC1.mat")), "'LC1.mat'; expected a name ending in"),
-    "no file": (edit_document(lambda d: d["runs"][0].update(file="LC9.csv")), r"run LC1: file 'LC9\.csv' is not in"),
-    "not toml": (lambda f: (f / "campaign.toml").write_text("= 1"), r"campaign\.toml: not a TOML file"),
-    "no campaign": (lambda f: (f / "campaign.toml").unlink(), r"no file campaign\.toml; expected a campaign folder"),
+    "absolute": (
+        edit_document(lambda d: d["runs"][0].update(file="/etc/x.csv")),
+        "leads out of the campaign folder",
+    ),
+    "backslash": (
+        edit_document(lambda d: d["runs"][0].update(file="..\\x.csv")),
+        "leads out of the campaign folder",
+    ),
+    "suffix": (
+        edit_document(lambda d: d["runs"][0].update(file="LC1.mat")),
+        "'LC1.mat'; expected a name ending in",
+    ),
+    "no file": (
+        edit_document(lambda d: d["runs"][0].update(file="LC9.csv")),
+        r"run LC1: file 'LC9\.csv' is not in",
+    ),
+    "not toml": (
+        lambda f: (f / "campaign.toml").write_text("= 1"),
+        r"campaign\.toml: not a TOML file",
+    ),
+    "no campaign": (
+        lambda f: (f / "campaign.toml").unlink(),
+        r"no file campaign\.toml; expected a campaign folder",
+    ),
     "extra column": (
         edit_csv(lambda lines: [line + (",x" if i == 0 else ",0") for i, line in enumerate(lines)]),
         r"LC1\.csv: column 'x' is neither an input nor a channel; expected time, carrier_angle",
     ),
     "prediction without columns": (
-        edit_csv(lambda lines: [line + (",s047_sim" if i == 0 else ",0") for i, line in enumerate(lines)]),
+        edit_csv(
+            lambda lines: [line + (",s047_sim" if i == 0 else ",0") for i, line in enumerate(lines)]
+        ),
         r"LC1\.csv: column 's047_sim' is neither an input nor a channel",
     ),
     "missing prediction": (
@@ -233,23 +304,52 @@ REFUSALS = {
         r"LC1\.csv: no column for the channel 's317'; found time, carrier_angle",
     ),
     "missing input": (
-        edit_csv(lambda lines: [",".join(line.split(",")[:2] + line.split(",")[3:]) for line in lines]),
+        edit_csv(
+            lambda lines: [",".join(line.split(",")[:2] + line.split(",")[3:]) for line in lines]
+        ),
         r"LC1\.csv: no column for the input 'torque'",
     ),
     "repeated column": (set_cell(0, 6, "s047"), r"LC1\.csv: column 's047' stands twice"),
     "time first": (set_cell(0, 0, "t"), r"LC1\.csv: first column is 't'; expected 'time'"),
     "no samples": (edit_csv(lambda lines: lines[:1]), r"LC1\.csv: .*expected at least one"),
-    "empty file": (lambda f: (f / "LC1.csv").write_text(""), r"LC1\.csv: first column is ''; expected 'time'"),
+    "empty file": (
+        lambda f: (f / "LC1.csv").write_text(""),
+        r"LC1\.csv: first column is ''; expected 'time'",
+    ),
     "text": (set_cell(5, 6, "abc"), r"LC1\.csv: .*abc.*; expected numbers in every column"),
-    "ragged": (edit_csv(lambda lines: [*lines, "1,2"]), r"LC1\.csv: .*[Ee]xpected 9 columns, got 2"),
-    "time back": (set_cell(5, 0, "0.0"), r"LC1\.csv: run LC1: column 'time' is 0.0 at sample 4 .*strictly increasing"),
+    "ragged": (
+        edit_csv(lambda lines: [*lines, "1,2"]),
+        r"LC1\.csv: .*[Ee]xpected 9 columns, got 2",
+    ),
+    "time back": (
+        set_cell(5, 0, "0.0"),
+        r"LC1\.csv: run LC1: column 'time' is 0.0 at sample 4 .*strictly increasing",
+    ),
     "time missing": (set_cell(5, 0, ""), r"LC1\.csv: run LC1: column 'time' is nan at sample 4"),
-    "input missing": (set_cell(5, 2, ""), r"LC1\.csv: run LC1: column 'torque' is nan at sample 4 .*a finite number"),
-    "input infinite": (set_cell(5, 2, "inf"), r"LC1\.csv: run LC1: column 'torque' is inf at sample 4"),
-    "signal infinite": (set_cell(5, 6, "-inf"), r"LC1\.csv: run LC1: column 's137' is -inf at sample 4"),
-    "wrapped": (set_cell(200, 1, "0.1"), r"LC1\.csv: run LC1: column 'carrier_angle' is 0.1 at sample 199 .*unwrap it"),
-    "long header": (set_cell(0, 8, "x" * 100_001), r"LC1\.csv: the header line exceeds 100000 bytes"),
-    "binary": (lambda f: (f / "LC1.csv").write_bytes(b"\xff\xfe\x00"), r"LC1\.csv: the header line is not UTF-8"),
+    "input missing": (
+        set_cell(5, 2, ""),
+        r"LC1\.csv: run LC1: column 'torque' is nan at sample 4 .*a finite number",
+    ),
+    "input infinite": (
+        set_cell(5, 2, "inf"),
+        r"LC1\.csv: run LC1: column 'torque' is inf at sample 4",
+    ),
+    "signal infinite": (
+        set_cell(5, 6, "-inf"),
+        r"LC1\.csv: run LC1: column 's137' is -inf at sample 4",
+    ),
+    "wrapped": (
+        set_cell(200, 1, "0.1"),
+        r"LC1\.csv: run LC1: column 'carrier_angle' is 0.1 at sample 199 .*unwrap it",
+    ),
+    "long header": (
+        set_cell(0, 8, "x" * 100_001),
+        r"LC1\.csv: the header line exceeds 100000 bytes",
+    ),
+    "binary": (
+        lambda f: (f / "LC1.csv").write_bytes(b"\xff\xfe\x00"),
+        r"LC1\.csv: the header line is not UTF-8",
+    ),
 }
 
 
@@ -289,12 +389,18 @@ def test_parquet_with_text_or_another_format_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda d: d["rig"].update(drive="hand"), "'drive' is 'hand'; expected one of force, displacement"),
+        (
+            lambda d: d["rig"].update(drive="hand"),
+            "'drive' is 'hand'; expected one of force, displacement",
+        ),
         (lambda d: d["rig"].pop("drive"), "'drive' is None; expected one of"),
         (lambda d: d["rig"].update(periodic=True), "missing key 'period_samples'"),
         (lambda d: d["channels"][0].update(unit="mm"), "'unit' is 'mm'; expected 'm'"),
         (lambda d: d["channels"][0].update(unit="N"), "'unit' is 'N'; expected 'm'"),
-        (lambda d: d["channels"][0].update(quantity="force"), "'quantity' is 'force'; expected one of displacement"),
+        (
+            lambda d: d["channels"][0].update(quantity="force"),
+            "'quantity' is 'force'; expected one of displacement",
+        ),
     ],
 )
 def test_wrong_element_campaigns_are_refused(tmp_path, change, message):
@@ -307,6 +413,8 @@ def test_wrong_element_campaigns_are_refused(tmp_path, change, message):
 def test_a_displacement_driven_element_measures_force(tmp_path):
     run = Run("A", "A.csv", "c", np.arange(3.0), {"displacement": np.zeros(3)}, {"f": np.zeros(3)})
     channel = Channel("f", "force", "N")
-    campaign = Campaign("element", "damper", Baseline("model"), {"drive": "displacement"}, (channel,), (run,))
+    campaign = Campaign(
+        "element", "damper", Baseline("model"), {"drive": "displacement"}, (channel,), (run,)
+    )
     write_campaign(campaign, tmp_path / "c")
     same(read_campaign(tmp_path / "c"), campaign)

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from identification.campaign.records import Run
-from identification.campaign.revolutions import whole_revolutions
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign.revolutions import whole_revolutions
 
 
 def record(angle):
@@ -34,5 +34,7 @@ def test_samples_of_a_moment_of_turning_back_go_to_the_revolution_they_belong_to
 @pytest.mark.parametrize("turns", [0.0, 0.5, 0.98])
 def test_less_than_one_revolution_is_refused(turns):
     angle = 2.0 * np.pi * turns * np.arange(200) / 200
-    with pytest.raises(ValueError, match=r"run A: the carrier turns by 0\.\d+ revolutions; expected at least one"):
+    with pytest.raises(
+        ValueError, match=r"run A: the carrier turns by 0\.\d+ revolutions; expected at least one"
+    ):
         whole_revolutions(record(angle))

@@ -6,20 +6,23 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fe.deflection_curves import DeflectionCurve
-from identification.carrier.carrier_identification import (
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.identification.carrier.carrier_identification import (
     axial_channels,
     fitted_signal,
     identify_each_run,
     identify_jointly,
     residual_signal,
 )
-from identification.carrier.models import flexible_model, rigid_model
-from identification.carrier.parameter_estimate import SHARED
-from identification.estimation.least_squares import CLASSICAL, JACKKNIFE, joint_fit
-from identification.estimation.normal_equations import normal_equations
-from identification.estimation.scatter_of_runs import SCATTER_OF_RUNS, with_scatter_of_runs
-from simulation.carrier.motion import CarrierMotion
+from carrierflex.identification.carrier.models import flexible_model, rigid_model
+from carrierflex.identification.carrier.parameter_estimate import SHARED
+from carrierflex.identification.estimation.least_squares import CLASSICAL, JACKKNIFE, joint_fit
+from carrierflex.identification.estimation.normal_equations import normal_equations
+from carrierflex.identification.estimation.scatter_of_runs import (
+    SCATTER_OF_RUNS,
+    with_scatter_of_runs,
+)
+from carrierflex.simulation.carrier.motion import CarrierMotion
 from tests.identification.synthetic_campaigns import SENSORS, TRUTH, carrier_campaign, run_case
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 
@@ -33,13 +36,16 @@ def truth_of(motion, names):
 
 
 @pytest.mark.parametrize(
-    "angles", [(1.5, 1.05), (-2.0, 3.0), (0.0, -1.0)], ids=["first quadrant", "beyond the half turn", "negative"]
+    "angles",
+    [(1.5, 1.05), (-2.0, 3.0), (0.0, -1.0)],
+    ids=["first quadrant", "beyond the half turn", "negative"],
 )
 def test_without_noise_the_truth_comes_back(angles):
     motion = replace(TRUTH, theta_H=angles[0], theta_PLC=angles[1])
     campaign = carrier_campaign([run_case(motion=motion)], noise_std=0.0)
     estimate = identify_each_run(campaign, M2)["LC1"]
-    # Normal equations lose the square of the condition number (2) of sixteen digits; rho_s has the smallest signal.
+    # Normal equations lose the square of the condition number (2) of sixteen digits; rho_s has the
+    # smallest signal.
     assert_allclose(estimate.values, truth_of(motion, estimate.names), rtol=1e-9, atol=1e-13)
     assert estimate.rms < 1e-11
     assert estimate.condition_number < 3.0
@@ -49,7 +55,9 @@ def test_without_noise_the_truth_comes_back(angles):
 def test_joint_fit_shares_what_belongs_to_the_assembly_and_separates_the_rest():
     campaign = carrier_campaign(noise_std=0.0)
     estimate = identify_jointly(campaign, M2)
-    assert {n for n, scope in zip(estimate.names, estimate.scopes, strict=True) if scope == SHARED} == {
+    assert {
+        n for n, scope in zip(estimate.names, estimate.scopes, strict=True) if scope == SHARED
+    } == {
         "phi_PLC",
         "theta_PLC",
         "rho_s",
@@ -90,51 +98,82 @@ def test_joint_intervals_cover_the_truth_as_well():
 
 
 def test_runs_that_agree_are_not_said_to_disagree():
-    sources = [identify_jointly(carrier_campaign(seed=seed), M2).covariance_source for seed in range(100)]
+    sources = [
+        identify_jointly(carrier_campaign(seed=seed), M2).covariance_source for seed in range(100)
+    ]
     assert sources.count(JACKKNIFE) >= 99
 
 
 def test_errors_of_a_shared_tilt_cover_runs_that_disagree():
-    """Tilts drawn about a common mean of 0.6 mrad: the interval is for that mean, not for the average of four runs."""
+    """Tilts drawn about a common mean of 0.6 mrad.
+
+    The interval is for that mean, not for the average of four runs.
+    """
     inside = []
     for seed in range(60):
         tilts = 6e-4 + 3e-5 * np.random.default_rng(500 + seed).standard_normal(4)
-        cases = [run_case(f"LC{k}", replace(TRUTH, phi_PLC=float(tilt)), duration=33.0) for k, tilt in enumerate(tilts)]
+        cases = [
+            run_case(f"LC{k}", replace(TRUTH, phi_PLC=float(tilt)), duration=33.0)
+            for k, tilt in enumerate(tilts)
+        ]
         estimate = identify_jointly(carrier_campaign(cases, seed=seed), M2)
         assert estimate.covariance_source == SCATTER_OF_RUNS
         low, high = estimate.ci95[estimate.index("phi_PLC", "LC0")]
         inside.append(low < 6e-4 < high)
     assert 0.85 <= np.mean(inside) <= 1.0
     k = estimate.index("d_x", "LC0")
-    assert estimate.confidence_factor[k] < 2.3 < 3.1 < estimate.confidence_factor[estimate.index("phi_PLC", "LC0")]
+    assert (
+        estimate.confidence_factor[k]
+        < 2.3
+        < 3.1
+        < estimate.confidence_factor[estimate.index("phi_PLC", "LC0")]
+    )
     assert_allclose(estimate.values[k], TRUTH.d_x, atol=5.0 * estimate.std[k])
-    assert_allclose(estimate.std[estimate.index("phi_PLC", "LC0")], np.std(tilts, ddof=1) / 2.0, rtol=0.2)
+    assert_allclose(
+        estimate.std[estimate.index("phi_PLC", "LC0")], np.std(tilts, ddof=1) / 2.0, rtol=0.2
+    )
 
 
 def test_jackknife_over_runs_is_that_of_joint_fits_without_one_run_each():
     """With gaps in the record no effect is orthogonal to another, and a run's own unknowns matter."""
-    cases = [run_case(f"LC{k}", replace(TRUTH, phi_PLC=tilt)) for k, tilt in enumerate((4e-4, 6e-4, 9e-4))]
+    cases = [
+        run_case(f"LC{k}", replace(TRUTH, phi_PLC=tilt))
+        for k, tilt in enumerate((4e-4, 6e-4, 9e-4))
+    ]
     campaign = carrier_campaign(cases)
     equations = []
     for k, run in enumerate(campaign.runs):
         gone = (run.inputs["carrier_angle"] % (2.0 * np.pi)) < 1.0 + k
-        run = replace(run, signals={name: np.where(gone, np.nan, values) for name, values in run.signals.items()})
+        run = replace(
+            run,
+            signals={name: np.where(gone, np.nan, values) for name, values in run.signals.items()},
+        )
         equations.append(normal_equations(run, axial_channels(campaign), M2))
     found = with_scatter_of_runs(joint_fit(equations, M2.shared), equations, M2.shared)
     assert found.covariance_source == SCATTER_OF_RUNS
-    without = [joint_fit(equations[:k] + equations[k + 1 :], M2.shared).unknowns[:4] for k in range(3)]
+    without = [
+        joint_fit(equations[:k] + equations[k + 1 :], M2.shared).unknowns[:4] for k in range(3)
+    ]
     scatter = np.array(without) - np.mean(without, axis=0)
-    assert_allclose(found.covariance[:4, :4], 2.0 / 3.0 * scatter.T @ scatter, rtol=1e-6, atol=1e-20)
+    assert_allclose(
+        found.covariance[:4, :4], 2.0 / 3.0 * scatter.T @ scatter, rtol=1e-6, atol=1e-20
+    )
 
 
 def test_jackknife_sees_residuals_that_belong_to_whole_revolutions():
-    """Offset that wanders from revolution to revolution: independent samples are far too sure of it."""
+    """Offset that wanders from revolution to revolution.
+
+    Independent samples are far too sure of it.
+    """
     scatter, claimed, classical = [], [], []
     for seed in range(60):
         campaign = carrier_campaign([run_case(motion=RIGID)], seed=seed)
         run = campaign.runs[0]
         rng = np.random.default_rng(1000 + seed)
-        wander = 2e-5 * rng.standard_normal(10)[(run.inputs["carrier_angle"] // (2.0 * np.pi)).astype(int)]
+        wander = (
+            2e-5
+            * rng.standard_normal(10)[(run.inputs["carrier_angle"] // (2.0 * np.pi)).astype(int)]
+        )
         run = replace(run, signals={name: values + wander for name, values in run.signals.items()})
         estimate = identify_each_run(replace(campaign, runs=(run,)), M1)["LC1"]
         k = estimate.index("d_x", "LC1")
@@ -152,7 +191,9 @@ def test_rms_of_m2_is_the_saddle_and_the_noise_and_m1_adds_the_deflection(saddle
     m1, m2 = (identify_each_run(campaign, model)["LC1"] for model in (M1, M2))
     assert_allclose(m2.rms**2, saddle**2 + 5e-6**2, rtol=0.02)
     angle = np.linspace(0.0, 2.0 * np.pi, 1000, endpoint=False)
-    bending = 360.0 * (0.61 * flexible_curve().axial_at(angle) + 0.26 * stiff_curve().axial_at(angle))
+    bending = 360.0 * (
+        0.61 * flexible_curve().axial_at(angle) + 0.26 * stiff_curve().axial_at(angle)
+    )
     assert_allclose(m1.rms**2 - m2.rms**2, np.mean(bending**2), rtol=0.02)
 
 
@@ -172,7 +213,9 @@ def mirrored(curve):
 
 
 def test_curves_of_the_wrong_sign_give_negative_scales():
-    estimate = identify_jointly(carrier_campaign(), flexible_model(mirrored(stiff_curve()), mirrored(flexible_curve())))
+    estimate = identify_jointly(
+        carrier_campaign(), flexible_model(mirrored(stiff_curve()), mirrored(flexible_curve()))
+    )
     assert estimate.values[estimate.index("rho_f", "LC1")] < -0.5
     assert estimate.values[estimate.index("rho_s", "LC1")] < -0.2
 
@@ -225,7 +268,9 @@ def test_missing_samples_are_left_out_one_by_one():
     signals = {name: values.copy() for name, values in run.signals.items()}
     signals["s047"][10:60] = np.nan
     signals["s227"][::3] = np.nan
-    estimate = identify_jointly(replace(campaign, runs=(replace(run, signals=signals), campaign.runs[1])), M2)
+    estimate = identify_jointly(
+        replace(campaign, runs=(replace(run, signals=signals), campaign.runs[1])), M2
+    )
     assert_allclose(estimate.values[estimate.index("rho_s", "LC1")], TRUTH.rho_s, rtol=1e-9)
     assert estimate.n_samples < identify_jointly(campaign, M2).n_samples - 150
 
@@ -238,14 +283,18 @@ def test_a_silent_channel_has_no_rms_and_a_silent_run_is_refused():
     assert np.isnan(estimate.rms_by_channel["LC1"]["s047"])
     assert np.isfinite(estimate.rms)
     silent = replace(run, signals={name: np.full(run.time.size, np.nan) for name in run.signals})
-    with pytest.raises(ValueError, match="run LC1: every sample of s047, s137, s227, s317 is missing"):
+    with pytest.raises(
+        ValueError, match="run LC1: every sample of s047, s137, s227, s317 is missing"
+    ):
         identify_jointly(replace(campaign, runs=(silent,)), M2)
 
 
 def test_proportional_curves_are_reported_as_not_told_apart():
     twin = flexible_curve(0.4)
     estimate = identify_jointly(carrier_campaign(), flexible_model(twin, flexible_curve()))
-    assert estimate.undetermined == ("rho_s and rho_f cannot be told apart: only 0.4 rho_s + rho_f is determined",)
+    assert estimate.undetermined == (
+        "rho_s and rho_f cannot be told apart: only 0.4 rho_s + rho_f is determined",
+    )
     for name in ("rho_s", "rho_f"):
         assert np.isnan(estimate.values[estimate.index(name, "LC1")])
         assert np.isinf(estimate.std[estimate.index(name, "LC1")])
@@ -290,9 +339,13 @@ def test_rms_by_channel_is_that_of_the_residual_signals():
     kept = slice(0, estimate.n_samples // 4)  # whole revolutions come first
     for channel in axial_channels(campaign):
         residual = residual_signal(run, channel, M2, estimate)[kept]
-        assert_allclose(estimate.rms_by_channel["LC1"][channel.name], np.sqrt(np.mean(residual**2)), rtol=1e-9)
+        assert_allclose(
+            estimate.rms_by_channel["LC1"][channel.name], np.sqrt(np.mean(residual**2)), rtol=1e-9
+        )
         measured = run.signals[channel.name][kept]
-        assert_allclose(measured - residual, fitted_signal(run, channel, M2, estimate)[kept], rtol=0, atol=1e-18)
+        assert_allclose(
+            measured - residual, fitted_signal(run, channel, M2, estimate)[kept], rtol=0, atol=1e-18
+        )
 
 
 def test_normal_equations_are_those_of_the_stacked_design():
@@ -318,7 +371,9 @@ def test_identification_leaves_the_campaign_unchanged():
 
 def test_another_kind_of_campaign_is_refused():
     campaign = carrier_campaign()
-    radial = tuple(replace(channel, quantity="radial_displacement") for channel in campaign.channels)
+    radial = tuple(
+        replace(channel, quantity="radial_displacement") for channel in campaign.channels
+    )
     with pytest.raises(ValueError, match="has no channel of quantity axial_displacement"):
         identify_jointly(replace(campaign, channels=radial), M1)
 

@@ -7,12 +7,17 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from identification.campaign.campaign_files import read_campaign_header, write_campaign
-from identification.carrier import long_records
-from identification.carrier.carrier_identification import FitOptions, identify_jointly
-from identification.carrier.long_records import LARGEST_GROUPS, is_long, run_pieces, streamed_equations
-from identification.carrier.models import flexible_model, rigid_model
-from identification.carrier.piecewise_identification import identify_in_pieces
+from carrierflex.identification.campaign.campaign_files import read_campaign_header, write_campaign
+from carrierflex.identification.carrier import long_records
+from carrierflex.identification.carrier.carrier_identification import FitOptions, identify_jointly
+from carrierflex.identification.carrier.long_records import (
+    LARGEST_GROUPS,
+    is_long,
+    run_pieces,
+    streamed_equations,
+)
+from carrierflex.identification.carrier.models import flexible_model, rigid_model
+from carrierflex.identification.carrier.piecewise_identification import identify_in_pieces
 from tests.identification.synthetic_campaigns import carrier_campaign, run_case
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 
@@ -103,10 +108,17 @@ def _shortened(run):
 
 def test_time_that_goes_back_between_pieces_is_refused(folder, small_pieces, monkeypatch):
     header = read_campaign_header(folder)
-    expected = dict.fromkeys([*header.contract.inputs, *(channel.name for channel in header.channels)], "column")
+    expected = dict.fromkeys(
+        [*header.contract.inputs, *(channel.name for channel in header.channels)], "column"
+    )
     tables = list(long_records._tables(folder / header.runs[0].file, expected))
-    monkeypatch.setattr(long_records, "_tables", lambda path, expected: iter([tables[1], tables[0]]))
-    with pytest.raises(ValueError, match=r"column 'time' is 0\.0 at sample .* after .*; expected strictly increasing"):
+    monkeypatch.setattr(
+        long_records, "_tables", lambda path, expected: iter([tables[1], tables[0]])
+    )
+    with pytest.raises(
+        ValueError,
+        match=r"column 'time' is 0\.0 at sample .* after .*; expected strictly increasing",
+    ):
         list(run_pieces(folder, header.runs[0], header))
 
 

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from identification.carrier.printed_tables import LOAD_CASES, SENSOR_RADIUS, TABLE_4, derived_facts
+from carrierflex.identification.carrier.printed_tables import (
+    LOAD_CASES,
+    SENSOR_RADIUS,
+    TABLE_4,
+    derived_facts,
+)
 
 FACTS = derived_facts()
 

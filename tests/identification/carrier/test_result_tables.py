@@ -1,8 +1,11 @@
 from numpy.testing import assert_allclose
 
-from identification.carrier.carrier_identification import identify_each_run, identify_jointly
-from identification.carrier.models import flexible_model, rigid_model
-from identification.carrier.result_tables import parameter_rows, rms_rows
+from carrierflex.identification.carrier.carrier_identification import (
+    identify_each_run,
+    identify_jointly,
+)
+from carrierflex.identification.carrier.models import flexible_model, rigid_model
+from carrierflex.identification.carrier.result_tables import parameter_rows, rms_rows
 from tests.identification.synthetic_campaigns import TRUTH, carrier_campaign
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 

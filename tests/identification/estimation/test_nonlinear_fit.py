@@ -6,15 +6,22 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from identification.estimation.fit_uncertainty import fit_uncertainty, profile_likelihood
-from identification.estimation.nonlinear_fit import (
+from carrierflex.identification.estimation.fit_uncertainty import (
+    fit_uncertainty,
+    profile_likelihood,
+)
+from carrierflex.identification.estimation.nonlinear_fit import (
     FreeParameter,
     bounded_fit,
     difference_quotients,
     one_sided_quotients,
 )
-from identification.estimation.several_starts import best_of_starts, check_nested, merged_values
-from workflows.support.executors import SerialExecutor
+from carrierflex.identification.estimation.several_starts import (
+    best_of_starts,
+    check_nested,
+    merged_values,
+)
+from carrierflex.workflows.support.executors import SerialExecutor
 
 TIME = np.linspace(0.0, 4.0, 400)
 FREE = (FreeParameter("a", "m", -10.0, 10.0, 1.0), FreeParameter("b", "1/s", 0.0, 50.0, 10.0))
@@ -65,7 +72,7 @@ def test_derivatives_pass_the_taylor_test(monkeypatch, quotients, order):
     exact = -np.column_stack([np.exp(-1.5 * TIME), -2.0 * TIME * np.exp(-1.5 * TIME)]) * scale
     errors = []
     for step in (1e-2, 1e-3):
-        monkeypatch.setattr("identification.estimation.nonlinear_fit._STEP", step)
+        monkeypatch.setattr("carrierflex.identification.estimation.nonlinear_fit._STEP", step)
         J = quotients(record(), values, scale, np.full(2, -99.0), np.full(2, 99.0))
         errors.append(np.abs(J - exact)[:, 1].max())
     slope = np.log10(errors[0] / errors[1])
@@ -99,7 +106,11 @@ def test_starts_that_fail_are_passed_over_and_all_failing_is_an_error():
         return record()(values)
 
     starts = [np.array([1.0, 40.0]), np.array([1.0, 3.0])]
-    assert_allclose(best_of_starts(failing, FREE, starts, SerialExecutor(), most=2).values, [2.0, 1.5], rtol=1e-3)
+    assert_allclose(
+        best_of_starts(failing, FREE, starts, SerialExecutor(), most=2).values,
+        [2.0, 1.5],
+        rtol=1e-3,
+    )
     with pytest.raises(ValueError, match="no start of 1 gave a fit: diverged"):
         best_of_starts(failing, FREE, starts[:1], SerialExecutor(), most=2)
 
@@ -121,7 +132,10 @@ def test_intervals_cover_the_truth_for_white_and_coloured_noise(memory):
         uncertainty = fit_uncertainty(fit, np.arange(TIME.size) // 16)
         half = uncertainty.confidence_factor * uncertainty.std
         inside.append(np.abs(fit.values - [2.0, 1.5]) < half)
-        plain = np.sqrt(np.diag(np.linalg.inv(fit.jacobian.T @ fit.jacobian)) * fit.cost / TIME.size) * fit.scale
+        plain = (
+            np.sqrt(np.diag(np.linalg.inv(fit.jacobian.T @ fit.jacobian)) * fit.cost / TIME.size)
+            * fit.scale
+        )
         classical.append(np.abs(fit.values - [2.0, 1.5]) < 1.96 * plain)
     coverage = np.mean(inside, axis=0)
     assert (coverage > 0.88).all(), coverage
@@ -139,7 +153,10 @@ def test_profile_has_its_foot_at_the_solution_and_rises_on_both_sides():
     assert (np.diff(cost[:3]) < 0.0).all()
     assert (np.diff(cost[2:]) > 0.0).all()
     # With a refitted the profile is lower than a cut along b.
-    assert (cost[[0, 4]] < [np.square(residuals(np.array([fit.values[0], b]))).sum() for b in values[[0, 4]]]).all()
+    assert (
+        cost[[0, 4]]
+        < [np.square(residuals(np.array([fit.values[0], b]))).sum() for b in values[[0, 4]]]
+    ).all()
     assert_allclose(points[:, 1], values)
     with pytest.raises(ValueError, match="no parameter 'c'; expected one of a, b"):
         profile_likelihood(residuals, fit, "c", [1.0])
@@ -149,7 +166,11 @@ def test_what_the_data_cannot_see_is_said():
     def blind(values):
         return 2.0 * np.exp(-TIME) - (values[0] + values[1]) * np.exp(-TIME)
 
-    free = (FREE[0], FreeParameter("b", "m", -10.0, 10.0, 1.0), FreeParameter("c", "m", -1.0, 1.0, 1.0))
+    free = (
+        FREE[0],
+        FreeParameter("b", "m", -10.0, 10.0, 1.0),
+        FreeParameter("c", "m", -1.0, 1.0, 1.0),
+    )
     fit = bounded_fit(blind, free, np.array([0.5, 0.5, 0.0]))
     uncertainty = fit_uncertainty(fit, np.arange(TIME.size) // 20)
     assert uncertainty.undetermined == (

@@ -1,4 +1,7 @@
-"""Twin experiments on the mounting rig: known bushings come back, richer models never fit worse, errors are honest."""
+"""Twin experiments on the mounting rig.
+
+Known bushings come back, richer models never fit worse, errors are honest.
+"""
 
 from dataclasses import replace
 
@@ -6,11 +9,21 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from identification.estimation.fit_uncertainty import fit_uncertainty
-from identification.estimation.nonlinear_fit import bounded_fit
-from identification.mounting import bushing_identification
-from identification.mounting.bushing_identification import identify_bushings, search_bushings
-from identification.mounting.bushing_models import BUSHING_MODELS, HYDRODYNAMIC, LINEAR, NONLINEAR, mounting_residuals
+from carrierflex.identification.estimation.fit_uncertainty import fit_uncertainty
+from carrierflex.identification.estimation.nonlinear_fit import bounded_fit
+from carrierflex.identification.mounting import bushing_identification
+from carrierflex.identification.mounting.bushing_identification import (
+    identify_bushings,
+    search_bushings,
+)
+from carrierflex.identification.mounting.bushing_models import (
+    BUSHING_MODELS,
+    HYDRODYNAMIC,
+    LINEAR,
+    NONLINEAR,
+    mounting_residuals,
+)
+from carrierflex.workflows.support.executors import SerialExecutor
 from tests.identification.mounting.mounting_campaigns import (
     HYDRO_TRUTH,
     LINEAR_TRUTH,
@@ -18,7 +31,6 @@ from tests.identification.mounting.mounting_campaigns import (
     mounting_campaign,
 )
 from tests.identification.synthetic_campaigns import carrier_campaign
-from workflows.support.executors import SerialExecutor
 
 TRUTHS = {LINEAR: LINEAR_TRUTH, NONLINEAR: NONLINEAR_TRUTH, HYDRODYNAMIC: HYDRO_TRUTH}
 
@@ -41,20 +53,29 @@ def test_the_truth_is_found_from_the_nominal_rig(model):
 
 @pytest.mark.slow
 def test_the_hydrodynamic_bushing_is_found_and_the_ladder_never_rises():
-    estimates = identify_bushings(mounting_campaign(HYDRO_TRUTH, duration=40.0), HYDRODYNAMIC, SerialExecutor())
+    estimates = identify_bushings(
+        mounting_campaign(HYDRO_TRUTH, duration=40.0), HYDRODYNAMIC, SerialExecutor()
+    )
     costs = [estimate.fit.cost for estimate in estimates]
     assert [estimate.model for estimate in estimates] == list(BUSHING_MODELS)
     assert costs[2] < 0.5 * costs[1] < 0.5 * costs[0]
-    distance = np.abs(estimates[-1].fit.values - _truth(HYDRODYNAMIC)) / estimates[-1].uncertainty.std
+    distance = (
+        np.abs(estimates[-1].fit.values - _truth(HYDRODYNAMIC)) / estimates[-1].uncertainty.std
+    )
     assert (distance < 5.0).all(), dict(zip(estimates[-1].fit.names, distance, strict=True))
 
 
 def test_a_richer_model_on_simple_data_fits_no_worse_and_finds_no_more():
-    linear, nonlinear = identify_bushings(mounting_campaign(LINEAR_TRUTH), NONLINEAR, SerialExecutor())
+    linear, nonlinear = identify_bushings(
+        mounting_campaign(LINEAR_TRUTH), NONLINEAR, SerialExecutor()
+    )
     assert nonlinear.fit.cost <= linear.fit.cost * (1.0 + 1e-6)
     low, high = nonlinear.ci95[nonlinear.fit.names.index("K3")]
     assert low < 2.0 * high
-    assert abs(nonlinear.fit.by_name()["K3"]) < 4.0 * nonlinear.uncertainty.std[nonlinear.fit.names.index("K3")] + 1e9
+    assert (
+        abs(nonlinear.fit.by_name()["K3"])
+        < 4.0 * nonlinear.uncertainty.std[nonlinear.fit.names.index("K3")] + 1e9
+    )
 
 
 def test_the_nested_guard_catches_a_search_that_failed(monkeypatch):
@@ -66,27 +87,35 @@ def test_the_nested_guard_catches_a_search_that_failed(monkeypatch):
         return fit if simpler is None else replace(fit, cost=10.0 * simpler.fit.cost)
 
     monkeypatch.setattr(bushing_identification, "_fitted", stuck)
-    with pytest.raises(ArithmeticError, match="nonlinear_bushing contains linear_bushing and yet fits worse"):
+    with pytest.raises(
+        ArithmeticError, match="nonlinear_bushing contains linear_bushing and yet fits worse"
+    ):
         identify_bushings(mounting_campaign(LINEAR_TRUTH), NONLINEAR, SerialExecutor())
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.3], ids=["white", "coloured"])
 @pytest.mark.parametrize(
     "model",
-    [LINEAR, *(pytest.param(model, marks=pytest.mark.acceptance) for model in (NONLINEAR, HYDRODYNAMIC))],
+    [
+        LINEAR,
+        *(pytest.param(model, marks=pytest.mark.acceptance) for model in (NONLINEAR, HYDRODYNAMIC)),
+    ],
     ids=lambda model: model.name,
 )
 def test_intervals_cover_the_truth_in_60_repeats(model, memory):
     inside = []
     for seed in range(60):
-        campaign = mounting_campaign(TRUTHS[model], seed=seed, memory=memory, duration=40.0, rate=10.0)
+        campaign = mounting_campaign(
+            TRUTHS[model], seed=seed, memory=memory, duration=40.0, rate=10.0
+        )
         residuals = mounting_residuals(campaign, model)
         fit = bounded_fit(residuals, model.free(residuals.rig), _truth(model), tolerance=1e-6)
         uncertainty = fit_uncertainty(fit, residuals.blocks(40.0 / 24.0))
         half = uncertainty.confidence_factor * uncertainty.std
         inside.append(np.abs(fit.values - _truth(model)) <= half)
     coverage = np.mean(inside, axis=0)
-    # 54 to 60 of 60 for each: the band of a true 95 % is 0.88 to 1; over all parameters it is narrower.
+    # 54 to 60 of 60 for each: the band of a true 95 % is 0.88 to 1; over all parameters it is
+    # narrower.
     assert (coverage >= 0.86).all(), dict(zip(model.names, coverage, strict=True))
     assert 0.90 <= coverage.mean() <= 0.99, coverage
 
@@ -124,5 +153,7 @@ def test_the_complex_method_reaches_the_same_valley_at_many_more_model_runs():
 
 
 def test_a_carrier_campaign_is_refused():
-    with pytest.raises(ValueError, match="is of kind carrier; model linear_bushing serves kind mounting only"):
+    with pytest.raises(
+        ValueError, match="is of kind carrier; model linear_bushing serves kind mounting only"
+    ):
         mounting_residuals(carrier_campaign(), LINEAR)

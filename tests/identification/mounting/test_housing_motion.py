@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from identification.mounting.housing_motion import housing_motion
-from simulation.mounting.rig import HOUSING_MOTION, SENSORS, MountingRig
+from carrierflex.identification.mounting.housing_motion import housing_motion
+from carrierflex.simulation.mounting.rig import HOUSING_MOTION, SENSORS, MountingRig
 
 RIG = MountingRig()
 RNG = np.random.default_rng(4)
@@ -28,14 +28,18 @@ def test_six_sensors_give_the_six_coordinates_back():
 
 def test_a_vertical_motion_and_a_roll_are_read_as_the_figure_shows():
     """Figure 5: ssz and spz agree in a vertical motion and differ in a roll."""
-    roll = housing_motion(RIG, {**_signals(np.zeros((1, 6))), "ssz": np.array([7.5e-4]), "spz": np.array([-7.5e-4])})
+    roll = housing_motion(
+        RIG, {**_signals(np.zeros((1, 6))), "ssz": np.array([7.5e-4]), "spz": np.array([-7.5e-4])}
+    )
     assert_allclose(roll.motion[0], [0, 0, 0, 1e-3, 0, 0], atol=1e-18)
 
 
 @pytest.mark.parametrize("missing", SENSORS)
 def test_five_sensors_are_not_enough_for_six_coordinates(missing):
     names = tuple(name for name in SENSORS if name != missing)
-    with pytest.raises(ValueError, match=r"5 sensors .* see 5 of 6 coordinates; the motion .* stays unseen"):
+    with pytest.raises(
+        ValueError, match=r"5 sensors .* see 5 of 6 coordinates; the motion .* stays unseen"
+    ):
         housing_motion(RIG, _signals(names=names))
 
 
@@ -49,7 +53,9 @@ def test_without_axial_motion_five_sensors_are_enough_and_six_are_averaged():
     averaged = housing_motion(RIG, noisy, coordinates=HOUSING_MOTION[1:])
     assert np.abs(averaged.residual).max() > 1e-6
     T = RIG.sensor_matrix[:, 1:]
-    assert_allclose(averaged.residual @ T, 0.0, atol=1e-17)  # least squares leaves nothing along the columns
+    assert_allclose(
+        averaged.residual @ T, 0.0, atol=1e-17
+    )  # least squares leaves nothing along the columns
 
 
 def test_gaps_are_bridged_where_the_other_sensors_suffice_and_counted_where_not():

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from simulation.carrier.case_files import read_case, shipped_case
+from carrierflex.simulation.carrier.case_files import read_case, shipped_case
 from tests.simulation.synthetic_curves import flexible_curve
 
 
@@ -19,7 +19,13 @@ def test_shipped_case_holds_the_sensors_of_the_paper():
     case = read_case(shipped_case(), flexible_curve())
     degrees = {s.name: (s.quantity, round(np.rad2deg(s.angle), 9), s.radius) for s in case.sensors}
     assert degrees["s317"] == ("axial_displacement", 317.0, 0.412)
-    assert [degrees[name][1] for name in ("s047", "s137", "s227", "r040", "r310")] == [47, 137, 227, 40, 310]
+    assert [degrees[name][1] for name in ("s047", "s137", "s227", "r040", "r310")] == [
+        47,
+        137,
+        227,
+        40,
+        310,
+    ]
     assert degrees["r310"][0] == "radial_displacement"
 
 
@@ -33,7 +39,9 @@ def test_deflection_is_proportional_to_torque_and_stiffens_above_half_torque():
 
 
 def test_an_unknown_shipped_case_names_those_there_are():
-    with pytest.raises(ValueError, match="'lc9' does not come with the package; expected one of carrier_lc1_to_lc4"):
+    with pytest.raises(
+        ValueError, match="'lc9' does not come with the package; expected one of carrier_lc1_to_lc4"
+    ):
         shipped_case("lc9")
 
 
@@ -43,9 +51,21 @@ def test_an_unknown_shipped_case_names_those_there_are():
         ("seed = 2012", "", "case.toml: missing key 'seed'; expected a whole number >= 0"),
         ("seed = 2012", "seed = 2012\ncolour = 3", "case.toml: unknown key 'colour'"),
         ("seed = 2012", "seed = 1.5", "case.toml: key 'seed' is 1.5; expected a whole number"),
-        ("version = 1", "version = 2", "case.toml: version is 2, written by a newer version; expected 1"),
-        ('"carrierflex-case"', '"other"', "key 'format' is 'other'; expected one of carrierflex-case"),
-        ("theta_H_deg = 90.0", "theta_H = 1.57", r"\[\[runs\]\] 1, \[motion\]: unknown key 'theta_H'"),
+        (
+            "version = 1",
+            "version = 2",
+            "case.toml: version is 2, written by a newer version; expected 1",
+        ),
+        (
+            '"carrierflex-case"',
+            '"other"',
+            "key 'format' is 'other'; expected one of carrierflex-case",
+        ),
+        (
+            "theta_H_deg = 90.0",
+            "theta_H = 1.57",
+            r"\[\[runs\]\] 1, \[motion\]: unknown key 'theta_H'",
+        ),
         ("stiff_share = 0.3", "stiff_share = 1.3", "case.toml: .*0 <= stiff_share < 1"),
         ('name = "s137"', 'name = "s047"', "case.toml: sensor name 's047' stands twice"),
         (

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from simulation.carrier.effects import (
+from carrierflex.simulation.carrier.effects import (
     closing_torque,
     delayed_values,
     drift_patterns,
@@ -16,7 +16,7 @@ from simulation.carrier.effects import (
     saturated_load,
     uneven_pins_pattern,
 )
-from workflows.support.default_curves import default_curves
+from carrierflex.workflows.support.default_curves import default_curves
 
 CURVES = default_curves()
 ANGLE = np.linspace(0.0, 2.0 * np.pi, 50)
@@ -27,7 +27,8 @@ def test_equal_pin_loads_give_the_curve_under_torque():
     torque = np.full(50, 2e5)
     own = uneven_pins_pattern(ANGLE, 0.8, torque, np.ones(3), g=CURVES["g_f"], pin_radius=radius)
     expected = CURVES["delta_f"].axial_at(0.8 - ANGLE) * 200.0
-    # The mesh does not repeat from pin to pin, so that the curve of pin 1, turned, misses the others' by a per cent.
+    # The mesh does not repeat from pin to pin, so that the curve of pin 1, turned, misses the
+    # others' by a per cent.
     assert_allclose(own, expected, atol=0.015 * np.abs(expected).max())
     assert_allclose(radius, 0.308, rtol=0.01)
 

@@ -1,10 +1,13 @@
-"""Every pattern against vector algebra that shares nothing with it: rotation matrices and cross products."""
+"""Every pattern against vector algebra that shares nothing with it.
+
+Rotation matrices and cross products.
+"""
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from simulation.carrier.kinematics import (
+from carrierflex.simulation.carrier.kinematics import (
     axial_deflection_pattern,
     carrier_tilt_pattern,
     housing_tilt_pattern,
@@ -35,7 +38,9 @@ def material_angle_under(sensor_angle, carrier_angle):
     """Carrier-frame angle of the point that the turning carrier brings under the sensor, by search."""
     candidates = np.deg2rad(np.arange(0.0, 360.0, 0.5))
     turned = rotation_about([1.0, 0.0, 0.0], carrier_angle)
-    distance = [np.linalg.norm(turned @ unit_vector(a) - unit_vector(sensor_angle)) for a in candidates]
+    distance = [
+        np.linalg.norm(turned @ unit_vector(a) - unit_vector(sensor_angle)) for a in candidates
+    ]
     assert min(distance) < 1e-6
     return candidates[int(np.argmin(distance))]
 
@@ -85,9 +90,13 @@ def test_deflection_is_that_of_the_material_point_under_the_sensor(curve, sensor
 def test_positive_rotation_carries_the_deflection_from_47_to_137_degrees():
     angle, torque = np.linspace(0.0, 6.0, 50), np.full(50, 360e3)
     at_47 = axial_deflection_pattern(angle, np.deg2rad(47.0), torque, flexible_curve())
-    at_137 = axial_deflection_pattern(angle + np.pi / 2, np.deg2rad(137.0), torque, flexible_curve())
+    at_137 = axial_deflection_pattern(
+        angle + np.pi / 2, np.deg2rad(137.0), torque, flexible_curve()
+    )
     assert_allclose(at_137, at_47, rtol=0, atol=1e-16)
-    opposite = axial_deflection_pattern(angle - np.pi / 2, np.deg2rad(137.0), torque, flexible_curve())
+    opposite = axial_deflection_pattern(
+        angle - np.pi / 2, np.deg2rad(137.0), torque, flexible_curve()
+    )
     assert np.abs(opposite - at_47).max() > 1e-5
 
 
@@ -100,7 +109,9 @@ def test_the_papers_argument_turns_an_odd_curve_over():
 
 def test_pin_angle_moves_the_curve_with_the_pin():
     curve, shift = flexible_curve(), 0.3
-    at_pin = axial_deflection_pattern(np.array([0.0]), shift, np.array([1e3]), curve, pin_angle=shift)
+    at_pin = axial_deflection_pattern(
+        np.array([0.0]), shift, np.array([1e3]), curve, pin_angle=shift
+    )
     assert_allclose(at_pin, curve.axial_at(0.0), rtol=0, atol=1e-18)
 
 

@@ -2,12 +2,26 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from simulation.carrier.motion import clean_signal, simulate_run
-from simulation.carrier.run_cases import AXIAL, RADIAL, CarrierMotion, RunCase, Sensor, rim_factors
+from carrierflex.simulation.carrier.motion import clean_signal, simulate_run
+from carrierflex.simulation.carrier.run_cases import (
+    AXIAL,
+    RADIAL,
+    CarrierMotion,
+    RunCase,
+    Sensor,
+    rim_factors,
+)
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 
 MOTION = CarrierMotion(
-    d_x=1e-4, phi_H=4e-4, theta_H=1.5, phi_PLC=6e-4, theta_PLC=1.0, rho_s=0.3, rho_f=0.6, saddle=1e-4
+    d_x=1e-4,
+    phi_H=4e-4,
+    theta_H=1.5,
+    phi_PLC=6e-4,
+    theta_PLC=1.0,
+    rho_s=0.3,
+    rho_f=0.6,
+    saddle=1e-4,
 )
 SPEED = 22.1 * 2.0 * np.pi / 60.0
 
@@ -35,7 +49,14 @@ def sensor(angle_deg=47.0, quantity=AXIAL):
 
 def simulate(run_case, sensors=None, noise_std=0.0, seed=1):
     rng = np.random.default_rng(seed)
-    return simulate_run(run_case, sensors or [sensor()], stiff_curve(), flexible_curve(), noise_std=noise_std, rng=rng)
+    return simulate_run(
+        run_case,
+        sensors or [sensor()],
+        stiff_curve(),
+        flexible_curve(),
+        noise_std=noise_std,
+        rng=rng,
+    )
 
 
 def test_carrier_turns_forward_at_its_mean_speed_with_the_stated_ripple():
@@ -67,7 +88,14 @@ def test_third_order_of_the_rim_has_the_stated_amplitude():
     rho_s, rho_f = rim_factors(42e-6, 0.3, 360e3, flexible_curve())
     motion = CarrierMotion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, rho_f)
     angle = 2.0 * np.pi * np.arange(720) / 720
-    signal = clean_signal(sensor(), motion, angle, np.full(720, 360e3), delta_s=stiff_curve(), delta_f=flexible_curve())
+    signal = clean_signal(
+        sensor(),
+        motion,
+        angle,
+        np.full(720, 360e3),
+        delta_s=stiff_curve(),
+        delta_f=flexible_curve(),
+    )
     assert_allclose(2.0 * np.abs(np.fft.rfft(signal)[3]) / 720, 42e-6, rtol=1e-12)
     assert_allclose(rho_s / (rho_s + rho_f), 0.3, rtol=1e-12)
 
@@ -90,7 +118,9 @@ def test_noise_is_white_and_of_the_stated_size():
 
 
 def test_the_same_seed_gives_the_same_record_and_another_one_does_not():
-    first, again, other = (simulate(case(), noise_std=1e-6, seed=seed).signals["s"] for seed in (4, 4, 5))
+    first, again, other = (
+        simulate(case(), noise_std=1e-6, seed=seed).signals["s"] for seed in (4, 4, 5)
+    )
     assert (first == again).all()
     assert (first != other).any()
 
@@ -115,11 +145,17 @@ def test_simulation_leaves_the_curves_unchanged():
     [
         (lambda: case(duration=0.01), "fewer than two samples"),
         (lambda: case(speed_ripple=0.5), "speed_ripple is 0.5; expected 0 <= speed_ripple < 0.2"),
-        (lambda: Sensor("s", "speed", 0.0, 0.4), "quantity is 'speed'; expected axial_displacement"),
+        (
+            lambda: Sensor("s", "speed", 0.0, 0.4),
+            "quantity is 'speed'; expected axial_displacement",
+        ),
         (lambda: Sensor("s", AXIAL, 0.0, -0.4), "radius -0.4 m must be positive"),
         (lambda: simulate(case(), noise_std=-1.0), "noise_std is -1.0 m; expected a value >= 0"),
         (lambda: rim_factors(1e-5, 1.0, 1e5, flexible_curve()), "0 <= stiff_share < 1"),
-        (lambda: rim_factors(1e-5, 0.2, 0.0, flexible_curve()), "a positive torque and a curve with a third order"),
+        (
+            lambda: rim_factors(1e-5, 0.2, 0.0, flexible_curve()),
+            "a positive torque and a curve with a third order",
+        ),
     ],
 )
 def test_wrong_input_is_refused(call, message):

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from simulation.mounting.bushings import (
+from carrierflex.simulation.mounting.bushings import (
     HydrodynamicBushing,
     LinearBushing,
     NonlinearBushing,
@@ -40,7 +40,8 @@ def test_nonlinear_bushing_of_table_3_reaches_the_deflection_worked_out_from_it(
     assert_allclose(2.0 * force * 0.75, 360e3, rtol=0.01)
     step = 1e-7
     slope = (
-        hardening_force(deflection + step, table.K3, table.K5) - hardening_force(deflection, table.K3, table.K5)
+        hardening_force(deflection + step, table.K3, table.K5)
+        - hardening_force(deflection, table.K3, table.K5)
     ) / step
     assert_allclose(slope, hardening_stiffness(deflection, table.K3, table.K5), rtol=1e-4)
 
@@ -48,11 +49,24 @@ def test_nonlinear_bushing_of_table_3_reaches_the_deflection_worked_out_from_it(
 def test_bushings_hand_their_constants_to_the_model_by_name():
     assert LinearBushing().parameters() == {"K1": 20.2e6, "C1": 4.83e6, "P_T": 0.119}
     assert NonlinearBushing().parameters()["C3"] == 1.15e6
-    assert set(HydrodynamicBushing().parameters()) == {"C1", "K1", "K3", "K5", "m", "c", "k", "Kp", "Fy", "P_T"}
+    assert set(HydrodynamicBushing().parameters()) == {
+        "C1",
+        "K1",
+        "K3",
+        "K5",
+        "m",
+        "c",
+        "k",
+        "Kp",
+        "Fy",
+        "P_T",
+    }
 
 
 @pytest.mark.parametrize("wrong", [{"K1": -1.0}, {"Fy": float("nan")}])
 def test_negative_or_missing_constants_are_refused(wrong):
     name = next(iter(wrong))
-    with pytest.raises(ValueError, match=f"HydrodynamicBushing: {name} is .*; expected a finite number >= 0"):
+    with pytest.raises(
+        ValueError, match=f"HydrodynamicBushing: {name} is .*; expected a finite number >= 0"
+    ):
         HydrodynamicBushing(**wrong)

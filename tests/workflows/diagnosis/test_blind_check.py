@@ -1,22 +1,32 @@
-"""The check from plans to page: order of seal, diagnosis and opening; interruption; a small fixed part of the real one."""
+"""The check from plans to page.
+
+Order of seal, diagnosis and opening; interruption; a small fixed part of the real one.
+"""
 
 import json
 
 import pytest
 
-from blind_check.labels import NOTHING, SINGLE, CasePlan, Label
-from blind_check.scoring.judging import judged_cases
-from blind_check.scoring.scoring import score
-from blind_check.sealing.check import LABELS_FILE, diagnosed, opened, sealed_check
-from blind_check.sealing.verdicts import TIMES_FILE, read_verdict
-from diagnosis.diagnosis_files import FORMAT, VERSION
-from files.json_files import save_json
-from workflows.diagnosis.diagnose_case import diagnose_case
-from workflows.diagnosis.run_blind_check import main
-from workflows.support.executors import SerialExecutor
+from carrierflex.blind_check.labels import NOTHING, SINGLE, CasePlan, Label
+from carrierflex.blind_check.scoring.judging import judged_cases
+from carrierflex.blind_check.scoring.scoring import score
+from carrierflex.blind_check.sealing.check import LABELS_FILE, diagnosed, opened, sealed_check
+from carrierflex.blind_check.sealing.verdicts import TIMES_FILE, read_verdict
+from carrierflex.diagnosis.diagnosis_files import FORMAT, VERSION
+from carrierflex.files.json_files import save_json
+from carrierflex.workflows.diagnosis.diagnose_case import diagnose_case
+from carrierflex.workflows.diagnosis.run_blind_check import main
+from carrierflex.workflows.support.executors import SerialExecutor
 
 PLANS = tuple(
-    CasePlan("element", k, 3, SINGLE if k % 2 else NOTHING, ("backlash",) if k % 2 else (), 10.0 * (k % 2))
+    CasePlan(
+        "element",
+        k,
+        3,
+        SINGLE if k % 2 else NOTHING,
+        ("backlash",) if k % 2 else (),
+        10.0 * (k % 2),
+    )
     for k in range(1, 7)
 )
 
@@ -26,7 +36,9 @@ def write_tiny(plan, folder):
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "force").write_text("1" if plan.effects else "0", encoding="utf-8")
     members = tuple((effect,) for effect in plan.effects)
-    return Label(plan.name, plan.kind, plan.family, plan.effects, members, (), plan.ratio, 1.0, 0.1, {}, {})
+    return Label(
+        plan.name, plan.kind, plan.family, plan.effects, members, (), plan.ratio, 1.0, 0.1, {}, {}
+    )
 
 
 def diagnose_tiny(campaign, out):
@@ -35,14 +47,25 @@ def diagnose_tiny(campaign, out):
     assert not (root / LABELS_FILE).exists()
     out.mkdir(parents=True)
     is_there = (campaign / "force").read_text(encoding="utf-8") == "1"
-    document = {"format": FORMAT, "version": VERSION, "verdict": "named" if is_there else "at_noise_floor"}
-    document |= {"effects": ["backlash"] if is_there else [], "aliases": [], "parameters": {}, "where": []}
+    document = {
+        "format": FORMAT,
+        "version": VERSION,
+        "verdict": "named" if is_there else "at_noise_floor",
+    }
+    document |= {
+        "effects": ["backlash"] if is_there else [],
+        "aliases": [],
+        "parameters": {},
+        "where": [],
+    }
     save_json(out / "diagnosis.json", document | {"how_far": {"rho": 0.1, "rho_ci95": [0.05, 0.2]}})
     save_json(out / TIMES_FILE, {"seconds": 1.0, "error": None})
 
 
 def sealed_tiny(out, plans=PLANS, write=write_tiny, check=None):
-    return sealed_check(plans, out, write, SerialExecutor(), check=check or {"seed": 3}, note=lambda text: None)
+    return sealed_check(
+        plans, out, write, SerialExecutor(), check=check or {"seed": 3}, note=lambda text: None
+    )
 
 
 def diagnosed_tiny(sealed, diagnose=diagnose_tiny, *, keep=True):
@@ -53,8 +76,16 @@ def test_cases_are_sealed_diagnosed_and_opened_in_this_order(tmp_path):
     sealed = sealed_tiny(tmp_path)
     verdicts = diagnosed_tiny(sealed)
     found = score(judged_cases(opened(sealed), verdicts))
-    assert [(row.name, row.cases, row.right) for row in found.confusion] == [("backlash", 3, 3), (NOTHING, 3, 3)]
-    assert json.loads((tmp_path / LABELS_FILE).read_text(encoding="utf-8"))["element-0001"]["label"]["family"] == SINGLE
+    assert [(row.name, row.cases, row.right) for row in found.confusion] == [
+        ("backlash", 3, 3),
+        (NOTHING, 3, 3),
+    ]
+    assert (
+        json.loads((tmp_path / LABELS_FILE).read_text(encoding="utf-8"))["element-0001"]["label"][
+            "family"
+        ]
+        == SINGLE
+    )
 
 
 def test_labels_stay_shut_until_the_last_verdict(tmp_path):
@@ -137,7 +168,10 @@ def test_fixed_part_of_the_check_names_no_wrong_class(kind, tmp_path):
     clear = figures["class right, gap >= 5 floors"]
     assert clear.cases >= 1
     assert round((1.0 - clear.value) * clear.cases) <= 1
-    assert figures['false naming, "nothing"'].value == 0.0 or figures['false naming, "nothing"'].cases == 0
+    assert (
+        figures['false naming, "nothing"'].value == 0.0
+        or figures['false naming, "nothing"'].cases == 0
+    )
     document = json.loads((tmp_path / "blind_check.json").read_text(encoding="utf-8"))
     assert len(document["cases"]) == 6
     assert not [case for case in document["cases"] if case["verdict"] == "error"]

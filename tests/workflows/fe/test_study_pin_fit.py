@@ -1,4 +1,7 @@
-"""The study of the pin fit on a coarse mesh: its ends are exact, its conclusions those of the docs."""
+"""The study of the pin fit on a coarse mesh.
+
+Its ends are exact, its conclusions those of the docs.
+"""
 
 import csv
 import json
@@ -7,10 +10,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from reduction.pin_fit import pin_fit_row
-from workflows.fe import study_pin_fit
-from workflows.fe.pin_fit_pictures import RESIDUALS
-from workflows.screen.tables import pin_fit_table
+from carrierflex.reduction.pin_fit import pin_fit_row
+from carrierflex.workflows.fe import study_pin_fit
+from carrierflex.workflows.fe.pin_fit_pictures import RESIDUALS
+from carrierflex.workflows.screen.tables import pin_fit_table
 
 COARSE = 0.06
 
@@ -40,7 +43,10 @@ def test_both_ends_of_the_sweep_are_their_own_mix(study):
         first, last = rows_of(study, axial)[0], rows_of(study, axial)[-1]
         assert (first.stiffness, last.stiffness) == (0.0, np.inf)
         assert_allclose(
-            [first.rho_rigid, first.rho_free, last.rho_rigid, last.rho_free], [0, 1, 1, 0], rtol=0.0, atol=1e-9
+            [first.rho_rigid, first.rho_free, last.rho_rigid, last.rho_free],
+            [0, 1, 1, 0],
+            rtol=0.0,
+            atol=1e-9,
         )
 
 
@@ -57,7 +63,9 @@ def test_three_peaks_become_six_once_between_1e7_and_1e8(study):
 def test_the_rms_of_table_4_is_met_where_the_study_says(study):
     row = pin_fit_row(study.family, study.changes["RMS of Table 4"], study.extremes)
     assert_allclose(row.rms, 0.083e-6, rtol=1e-4)
-    assert_allclose(row.rms, np.sqrt((row.order_3**2 + row.order_6**2 + row.order_9**2) / 2.0), rtol=2e-3)
+    assert_allclose(
+        row.rms, np.sqrt((row.order_3**2 + row.order_6**2 + row.order_9**2) / 2.0), rtol=2e-3
+    )
 
 
 def test_a_mix_represents_every_fit_but_its_shares_are_no_fractions(study):
@@ -65,7 +73,8 @@ def test_a_mix_represents_every_fit_but_its_shares_are_no_fractions(study):
     assert (np.diff(rho_s) > 0.0).all()
     assert (np.diff(rho_f) < 0.0).all()
     assert left.max() < 0.1
-    # A rigid fit is softer than bonded pins: more than all of the stiff curve, and some of the flexible one.
+    # A rigid fit is softer than bonded pins: more than all of the stiff curve, and some of the
+    # flexible one.
     assert rho_s[-1] > 1.1
     assert 0.05 < rho_f[-1] < 0.3
     assert study.worst["tied"]["residual_convex"]["residual"] > 2.0 * left.max()
@@ -84,7 +93,9 @@ def test_table_json_and_pictures_are_written(study, folder):
     with (folder / "pin_fit.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == len(study.rows)
-    assert [float(row["residual"]) for row in rows] == pytest.approx([row.residual for row in study.rows], rel=1e-8)
+    assert [float(row["residual"]) for row in rows] == pytest.approx(
+        [row.residual for row in study.rows], rel=1e-8
+    )
     assert float(rows[len(study.tied) - 1]["stiffness"]) == np.inf
     content = json.loads((folder / "pin_fit.json").read_text(encoding="utf-8"))
     assert set(content["worst"]["tied"]) == set(RESIDUALS)

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fe.carrier_curves import named_curves
-from fe.curve_files import read_curves
-from geometry.mesh_files import write_mesh
-from reduction.body_files import read_body
-from workflows.fe import compute_curves
-from workflows.geometry import list_cad_faces, write_cad
-from workflows.reduction import check_certificate, reduce_body
-from workflows.support.carrier_files import CarrierFiles
-from workflows.support.recorded_structure import recorded_structure
+from carrierflex.fe.carrier_curves import named_curves
+from carrierflex.fe.curve_files import read_curves
+from carrierflex.geometry.mesh_files import write_mesh
+from carrierflex.reduction.body_files import read_body
+from carrierflex.workflows.fe import compute_curves
+from carrierflex.workflows.geometry import list_cad_faces, write_cad
+from carrierflex.workflows.reduction import check_certificate, reduce_body
+from carrierflex.workflows.support.carrier_files import CarrierFiles
+from carrierflex.workflows.support.recorded_structure import recorded_structure
 
 #: Limit of the comparison with the parametric carrier at one mesh size.
 WANTED = 0.01

@@ -13,11 +13,15 @@ import pytest
 from numpy.testing import assert_allclose
 from rich.console import Console
 
-from identification.campaign.campaign_files import write_campaign
-from tests.identification.mounting.mounting_campaigns import LINEAR_TRUTH, NONLINEAR_TRUTH, mounting_campaign
+from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.workflows.identification.identify_parameters import main
+from carrierflex.workflows.screen.tables import estimate_table
+from tests.identification.mounting.mounting_campaigns import (
+    LINEAR_TRUTH,
+    NONLINEAR_TRUTH,
+    mounting_campaign,
+)
 from tests.identification.synthetic_campaigns import carrier_campaign
-from workflows.identification.identify_parameters import main
-from workflows.screen.tables import estimate_table
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +32,14 @@ def folder(tmp_path_factory):
 
 
 def test_bushings_are_found_and_written_with_both_tables(folder, tmp_path):
-    result = main(folder, model="nonlinear_bushing", out=tmp_path, profile=("K3",), compare_complex=False, quiet=True)
+    result = main(
+        folder,
+        model="nonlinear_bushing",
+        out=tmp_path,
+        profile=("K3",),
+        compare_complex=False,
+        quiet=True,
+    )
     document = json.loads((tmp_path / "identification.json").read_text())
     assert document["model"] == "nonlinear_bushing"
     low, high = document["shared"]["K1"]["ci95"]
@@ -39,7 +50,11 @@ def test_bushings_are_found_and_written_with_both_tables(folder, tmp_path):
     rows = document["models"][""]
     assert [row["model"] for row in rows] == ["linear_bushing", "nonlinear_bushing"]
     assert rows[1]["accuracy"] < 0.5 < rows[0]["accuracy"] == 1.0
-    assert {path.name for path in result.files} == {"identification.json", "signals.png", "profiles.png"}
+    assert {path.name for path in result.files} == {
+        "identification.json",
+        "signals.png",
+        "profiles.png",
+    }
     console = Console(width=140, record=True, file=io.StringIO())
     console.print(estimate_table(result))
     text = console.export_text()
@@ -56,7 +71,13 @@ def test_per_run_everything_stands_under_its_run(folder, tmp_path):
 
 def test_the_complex_method_stands_beside_the_fit(tmp_path):
     write_campaign(mounting_campaign(LINEAR_TRUTH, duration=20.0, rate=10.0), tmp_path / "campaign")
-    main(tmp_path / "campaign", model="linear_bushing", out=tmp_path / "out", compare_complex=True, quiet=True)
+    main(
+        tmp_path / "campaign",
+        model="linear_bushing",
+        out=tmp_path / "out",
+        compare_complex=True,
+        quiet=True,
+    )
     (row,) = json.loads((tmp_path / "out" / "identification.json").read_text())["models"][""]
     assert row["complex_accuracy"] >= row["accuracy"] * (1.0 - 1e-9)
     assert row["complex_model_runs"] > 5 * row["model_runs"]
@@ -64,18 +85,24 @@ def test_the_complex_method_stands_beside_the_fit(tmp_path):
 
 def test_wrong_choices_are_one_line_and_leave_nothing(folder, tmp_path):
     with pytest.raises(
-        ValueError, match="--profile K9: linear_bushing has no such parameter; expected one of K1, C1, P_T"
+        ValueError,
+        match="--profile K9: linear_bushing has no such parameter; expected one of K1, C1, P_T",
     ):
         main(folder, model="linear_bushing", out=tmp_path / "out", profile=("K9",), quiet=True)
     write_campaign(carrier_campaign(), tmp_path / "carrier")
-    with pytest.raises(ValueError, match="is of kind carrier; model linear_bushing serves kind mounting only"):
+    with pytest.raises(
+        ValueError, match="is of kind carrier; model linear_bushing serves kind mounting only"
+    ):
         main(tmp_path / "carrier", model="linear_bushing", out=tmp_path / "out", quiet=True)
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow
 def test_a_cluster_that_loses_a_worker_finds_the_same(folder, tmp_path):
-    """Bootstrap refits on two workers, one killed while it works: value for value what one process finds."""
+    """Bootstrap refits on two workers, one killed while it works.
+
+    Value for value what one process finds.
+    """
     from distributed import Client, LocalCluster
 
     options = {"model": "linear_bushing", "bootstrap": 60, "seed": 3, "quiet": True}
@@ -88,7 +115,8 @@ def test_a_cluster_that_loses_a_worker_finds_the_same(folder, tmp_path):
         main(folder, out=tmp_path / "there", scheduler=cluster.scheduler_address, **options)
         killer.join()
     here, there = (
-        json.loads((tmp_path / name / "identification.json").read_text())["shared"] for name in ("here", "there")
+        json.loads((tmp_path / name / "identification.json").read_text())["shared"]
+        for name in ("here", "there")
     )
     assert here == there
 
@@ -99,7 +127,7 @@ def _kill_soon(process):
 
 
 def test_the_command_tells_its_options():
-    command = [sys.executable, "-m", "workflows.command_line", "identify", "--help"]
+    command = [sys.executable, "-m", "carrierflex.workflows.command_line", "identify", "--help"]
     text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     for option in ("--compare-complex", "--scheduler", "--weights", "hydrodynamic_bushing"):
         assert option in text

@@ -4,13 +4,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fe.curve_files import write_curves
-from identification.campaign.campaign import Baseline, Campaign, Channel
-from identification.campaign.campaign_files import write_campaign
-from identification.campaign.records import Run
+from carrierflex.fe.curve_files import write_curves
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.identification.campaign.records import Run
+from carrierflex.workflows.identification.identify_parameters import main
 from tests.identification.synthetic_campaigns import TRUTH, carrier_campaign
 from tests.simulation.synthetic_curves import curve_set
-from workflows.identification.identify_parameters import main
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +18,9 @@ def campaign(tmp_path_factory):
     folder = tmp_path_factory.mktemp("measured") / "campaign"
     measured = carrier_campaign()
     measured = replace(measured, rig={**measured.rig, "deflection_curves": "curves.csv"})
-    write_campaign(measured, folder, more_files={"curves.csv": lambda path: write_curves(path, curve_set())})
+    write_campaign(
+        measured, folder, more_files={"curves.csv": lambda path: write_curves(path, curve_set())}
+    )
     return folder
 
 
@@ -31,9 +33,16 @@ def test_m2_finds_the_truth_and_writes_it_with_the_plots(tmp_path, campaign):
         margin = high - low
         assert low - margin < getattr(TRUTH, name) < high + margin
     assert document["runs"]["LC1"]["rms"] < result.estimates["m1"]["LC1"].rms_by_run["LC1"]
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(path.name for path in result.files)
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(
+        path.name for path in result.files
+    )
     pictures = [path for path in result.files if path.suffix == ".png"]
-    assert {path.name for path in pictures} == {"rms.png", "parameters.png", "signals_LC1.png", "signals_LC2.png"}
+    assert {path.name for path in pictures} == {
+        "rms.png",
+        "parameters.png",
+        "signals_LC1.png",
+        "signals_LC2.png",
+    }
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in pictures)
 
 
@@ -41,16 +50,29 @@ def test_m1_needs_no_curves_and_per_run_leaves_nothing_shared(tmp_path, campaign
     main(campaign, model="m1", out=tmp_path / "out", per_run=True)
     document = json.loads((tmp_path / "out" / "identification.json").read_text())
     assert document["shared"] == {}
-    assert set(document["runs"]["LC2"]["parameters"]) == {"d_x", "phi_H", "theta_H", "phi_PLC", "theta_PLC"}
+    assert set(document["runs"]["LC2"]["parameters"]) == {
+        "d_x",
+        "phi_H",
+        "theta_H",
+        "phi_PLC",
+        "theta_PLC",
+    }
 
 
 def test_a_campaign_of_another_kind_is_refused_and_leaves_nothing(tmp_path):
     run = Run("A", "A.csv", "c", *_element_record())
     element = Campaign(
-        "element", "mount", Baseline("model"), {"drive": "force"}, (Channel("y", "displacement", "m"),), (run,)
+        "element",
+        "mount",
+        Baseline("model"),
+        {"drive": "force"},
+        (Channel("y", "displacement", "m"),),
+        (run,),
     )
     write_campaign(element, tmp_path / "element")
-    with pytest.raises(ValueError, match="'mount' is of kind element; models m1 and m2 serve kind carrier only"):
+    with pytest.raises(
+        ValueError, match="'mount' is of kind element; models m1 and m2 serve kind carrier only"
+    ):
         main(tmp_path / "element", model="m2", out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 

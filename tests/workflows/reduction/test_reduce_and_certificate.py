@@ -6,9 +6,9 @@ import h5py
 import numpy as np
 import pytest
 
-from reduction.body_files import read_body, read_certificate
-from workflows.fe import compare_couplings
-from workflows.reduction import check_certificate, reduce_body
+from carrierflex.reduction.body_files import read_body, read_certificate
+from carrierflex.workflows.fe import compare_couplings
+from carrierflex.workflows.reduction import check_certificate, reduce_body
 
 COARSE = 0.06
 
@@ -50,7 +50,11 @@ def test_a_body_without_certificate_is_refused(body, tmp_path):
 def test_cut_off_frequency_keeps_the_modes_below_it(tmp_path):
     path = tmp_path / "pin.h5"
     reduce_body.main(body="pin", out=path, max_frequency=12_000.0, size=COARSE, quiet=True)
-    frequencies = [float(label.split("(")[1].split(" ")[0]) for label in read_body(path).labels if "mode" in label]
+    frequencies = [
+        float(label.split("(")[1].split(" ")[0])
+        for label in read_body(path).labels
+        if "mode" in label
+    ]
     assert frequencies
     assert max(frequencies) < 12_000.0
     with pytest.raises(ValueError, match="expected one of them"):
@@ -63,17 +67,22 @@ def test_rigid_couplings_bound_the_stiffness_from_above(tmp_path):
     for bracket in brackets.values():
         soft, rigid = bracket.stiffness
         assert np.all(rigid > soft)
-    # Without pins the bores' own deformation makes half of the rim's three waves: a rigid bore takes it away.
+    # Without pins the bores' own deformation makes half of the rim's three waves: a rigid bore
+    # takes it away.
     distributing, stiff = (curve.axial_order_content()[3] for curve in brackets["flexible"].curves)
     assert stiff < 0.7 * distributing
     assert [bracket.curve_name for bracket in brackets.values()] == ["delta_f", "delta_s"]
-    # The bores alone make more of the change than the seats or the face, and none of them all of it.
+    # The bores alone make more of the change than the seats or the face, and none of them all of
+    # it.
     changes = [
-        brackets["flexible"].curve_change(part) for part in ("shaft face", "bearing seats", "pins", "everything")
+        brackets["flexible"].curve_change(part)
+        for part in ("shaft face", "bearing seats", "pins", "everything")
     ]
     assert 0.0 < changes[0] < changes[1] < changes[2] < changes[3] < 1.0
     assert brackets["flexible"].curve_change("nothing") == 0.0
     # With bonded pins the load enters at the pins: what holds the shaft face hardly matters.
-    assert brackets["stiff"].curve_change("shaft face") < 0.02 < brackets["stiff"].curve_change("pins")
+    assert (
+        brackets["stiff"].curve_change("shaft face") < 0.02 < brackets["stiff"].curve_change("pins")
+    )
     written = json.loads((tmp_path / "couplings.json").read_text())
     assert written["curve_change"]["delta_f"]["pins"] == brackets["flexible"].curve_change("pins")

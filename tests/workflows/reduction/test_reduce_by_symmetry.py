@@ -1,10 +1,13 @@
-"""carrierflex reduce --by-symmetry: the body file of the whole carrier, computed from a sixth of it."""
+"""carrierflex reduce --by-symmetry.
+
+The body file of the whole carrier, computed from a sixth of it.
+"""
 
 import pytest
 from numpy.testing import assert_allclose
 
-from reduction.body_files import read_body, read_certificate
-from workflows.reduction.reduce_body import main
+from carrierflex.reduction.body_files import read_body, read_certificate
+from carrierflex.workflows.reduction.reduce_body import main
 
 #: Coarse: what is compared is one path with the other on the same mesh.
 SIZE = 0.08
@@ -27,7 +30,10 @@ def test_the_body_file_holds_what_the_whole_carrier_gives(tmp_path):
     ("options", "message"),
     [
         ({"body": "pin"}, "--by-symmetry is for the parametric carrier; expected --body carrier"),
-        ({"body": "carrier", "coupling": "rbe2"}, "works on the half sector, --coupling rbe2 needs the whole body"),
+        (
+            {"body": "carrier", "coupling": "rbe2"},
+            "works on the half sector, --coupling rbe2 needs the whole body",
+        ),
         (
             {"body": "carrier", "max_frequency": 900.0},
             "--max-frequency 900.0 needs the whole body; leave one of them out",

@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fe.curve_files import read_curves, write_curves
-from identification.campaign.campaign_files import read_campaign
-from identification.carrier.carrier_identification import identify_each_run
-from identification.carrier.models import flexible_model
-from simulation.carrier.case_files import shipped_case
+from carrierflex.fe.curve_files import read_curves, write_curves
+from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.identification.carrier.carrier_identification import identify_each_run
+from carrierflex.identification.carrier.models import flexible_model
+from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.workflows.simulation.simulate_load_case import main
 from tests.simulation.synthetic_curves import curve_set
-from workflows.simulation.simulate_load_case import main
 
 
 @pytest.fixture
@@ -33,14 +33,24 @@ def test_the_shipped_case_becomes_a_campaign_from_which_its_truth_is_identified(
         # Table 4: what M2 leaves is the static saddle and the noise.
         assert_allclose(estimate.rms**2, case.motion.saddle**2 + 5e-6**2, rtol=0.02)
         # Section 1: the deflection of the rim scales with the torque in every load case.
-        assert_allclose(estimate.values[estimate.index("rho_f", case.name)], 42e-6 / (0.19e-6 * 360), rtol=0.01)
+        assert_allclose(
+            estimate.values[estimate.index("rho_f", case.name)], 42e-6 / (0.19e-6 * 360), rtol=0.01
+        )
 
 
 def test_the_same_case_gives_the_same_files(tmp_path, curves):
     for name in ("a", "b"):
         main(shipped_case(), out=tmp_path / name, curves=curves)
     files = sorted(path.name for path in (tmp_path / "a").iterdir())
-    assert files == ["LC1.csv", "LC2.csv", "LC3.csv", "LC4.csv", "campaign.toml", "case.toml", "deflection_curves.csv"]
+    assert files == [
+        "LC1.csv",
+        "LC2.csv",
+        "LC3.csv",
+        "LC4.csv",
+        "campaign.toml",
+        "case.toml",
+        "deflection_curves.csv",
+    ]
     for name in files:
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
 
@@ -48,6 +58,8 @@ def test_the_same_case_gives_the_same_files(tmp_path, curves):
 def test_a_refused_case_leaves_nothing(tmp_path, curves):
     case = tmp_path / "case.toml"
     case.write_text(shipped_case().read_text().replace("torque = 180e3", "torque = 0.0", 1))
-    with pytest.raises(ValueError, match="a positive torque and a curve with a third order are needed"):
+    with pytest.raises(
+        ValueError, match="a positive torque and a curve with a third order are needed"
+    ):
         main(case, out=tmp_path / "campaign", curves=curves)
     assert not (tmp_path / "campaign").exists()

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from identification.campaign.campaign_files import read_campaign
-from simulation.carrier.case_files import shipped_case
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.rig import MountingRig
-from simulation.mounting.simulate import simulate
-from workflows.simulation.simulate_load_case import main
+from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.simulate import simulate
+from carrierflex.workflows.simulation.simulate_load_case import main
 
 
 def test_the_shipped_load_history_becomes_a_campaign_that_the_model_reproduces(tmp_path):
@@ -34,6 +34,10 @@ def test_a_mounting_case_takes_no_curves_and_the_same_case_gives_the_same_files(
         main(case, out=tmp_path / "x", curves=tmp_path / "curves.csv")
     for name in ("a", "b"):
         main(case, out=tmp_path / name, quiet=True)
-    assert sorted(path.name for path in (tmp_path / "a").iterdir()) == ["campaign.toml", "case.toml", "load_case.csv"]
+    assert sorted(path.name for path in (tmp_path / "a").iterdir()) == [
+        "campaign.toml",
+        "case.toml",
+        "load_case.csv",
+    ]
     for name in ("campaign.toml", "load_case.csv"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()

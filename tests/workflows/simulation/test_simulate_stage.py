@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fe.curve_files import write_curves
-from identification.campaign.campaign_files import read_campaign
-from reduction.body_files import write_body
-from reduction.pin_joints import carrier_with_pins
-from simulation.carrier.case_files import shipped_case
-from simulation.stage import response
-from simulation.stage.response import StageDivergedError
-from simulation.stage.stage_body import ShaftData, StageBody, beam_shaft
-from simulation.stage.stage_model import stage_model
-from simulation.stage.zeroing import rest_readings
+from carrierflex.fe.curve_files import write_curves
+from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.reduction.body_files import write_body
+from carrierflex.reduction.pin_joints import carrier_with_pins
+from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.simulation.stage import response
+from carrierflex.simulation.stage.response import StageDivergedError
+from carrierflex.simulation.stage.stage_body import ShaftData, StageBody, beam_shaft
+from carrierflex.simulation.stage.stage_model import stage_model
+from carrierflex.simulation.stage.zeroing import rest_readings
+from carrierflex.workflows import command_line
+from carrierflex.workflows.simulation import simulate_stage
+from carrierflex.workflows.simulation.simulate_load_case import main
 from tests.simulation.synthetic_curves import curve_set
-from workflows import command_line
-from workflows.simulation import simulate_stage
-from workflows.simulation.simulate_load_case import main
 
 
 @pytest.fixture
@@ -32,7 +32,11 @@ def curves(tmp_path):
 
 
 def short_case(tmp_path, *changes):
-    text = shipped_case("stage_lc1").read_text(encoding="utf-8").replace("duration = 20.0", "duration = 5.5")
+    text = (
+        shipped_case("stage_lc1")
+        .read_text(encoding="utf-8")
+        .replace("duration = 20.0", "duration = 5.5")
+    )
     for old, new in changes:
         assert old in text
         text = text.replace(old, new)
@@ -70,20 +74,34 @@ def test_a_stage_case_becomes_a_campaign_that_shows_three_peaks_a_revolution(tmp
 
 def test_a_refused_stage_case_leaves_nothing(tmp_path, curves):
     with pytest.raises(ValueError, match="too large for the mesh period"):
-        main(short_case(tmp_path, ("step = 1e-3 ", "step = 1e-2 ")), out=tmp_path / "campaign", curves=curves)
+        main(
+            short_case(tmp_path, ("step = 1e-3 ", "step = 1e-2 ")),
+            out=tmp_path / "campaign",
+            curves=curves,
+        )
     assert not (tmp_path / "campaign").exists()
 
 
-#: Radial load that lifts the housing by metres; as the carrier turns, its motion passes what counts as small here.
+#: Radial load that lifts the housing by metres; as the carrier turns, its motion passes what counts
+#: as small here.
 RUNAWAY = (("ntl_y = 0.0", "ntl_y = 1.3e8"), ("ntl_z = 0.0 ", "ntl_z = 1.3e8 "))
 
 
 @pytest.mark.usefixtures("coarse")
-def test_a_diverging_run_keeps_what_was_written_and_tells_when_and_where(tmp_path, curves, monkeypatch, capsys):
+def test_a_diverging_run_keeps_what_was_written_and_tells_when_and_where(
+    tmp_path, curves, monkeypatch, capsys
+):
     monkeypatch.setattr(response, "_RUN_AWAY", 3.0)
     monkeypatch.setattr(response, "CHUNK", 4)
     out = tmp_path / "campaign"
-    arguments = ["simulate", str(short_case(tmp_path, *RUNAWAY)), "--out", str(out), "--curves", str(curves)]
+    arguments = [
+        "simulate",
+        str(short_case(tmp_path, *RUNAWAY)),
+        "--out",
+        str(out),
+        "--curves",
+        str(curves),
+    ]
     monkeypatch.setattr(sys, "argv", ["carrierflex", *arguments])
     with pytest.raises(SystemExit) as ended:
         command_line.main()
@@ -130,7 +148,10 @@ def test_memory_does_not_grow_with_the_length_of_the_run(tmp_path, curves, monke
 
 def test_signals_count_from_rest_where_asked(tmp_path, curves, coarse):
     runs = []
-    for name, more in (("plain", ""), ("zeroed", "[zeroing]\ncarrier_angle_deg = 30.0\n\n[effects]")):
+    for name, more in (
+        ("plain", ""),
+        ("zeroed", "[zeroing]\ncarrier_angle_deg = 30.0\n\n[effects]"),
+    ):
         changes = [("duration = 5.5", "duration = 0.2")] + ([("[effects]", more)] if more else [])
         result = main(short_case(tmp_path, *changes), out=tmp_path / name, curves=curves)
         runs.append(read_campaign(result.folder).runs[0])
@@ -138,12 +159,18 @@ def test_signals_count_from_rest_where_asked(tmp_path, curves, coarse):
     model = stage_model(coarse, case.data, effects=case.effects, speed=case.speed)
     zero = rest_readings(model, case.sensors, np.deg2rad(30.0), effects=case.reading)
     for name in runs[0].signals:
-        assert_allclose(runs[0].signals[name] - runs[1].signals[name], zero[name], rtol=0.0, atol=1e-15)
+        assert_allclose(
+            runs[0].signals[name] - runs[1].signals[name], zero[name], rtol=0.0, atol=1e-15
+        )
 
 
 def with_bodies(tmp_path, **files):
     lines = "".join(f'{name} = "{file}"\n' for name, file in files.items())
-    return short_case(tmp_path, ("duration = 5.5", "duration = 0.2"), ("[effects] ", f"[bodies]\n{lines}\n[effects] "))
+    return short_case(
+        tmp_path,
+        ("duration = 5.5", "duration = 0.2"),
+        ("[effects] ", f"[bodies]\n{lines}\n[effects] "),
+    )
 
 
 @pytest.mark.usefixtures("coarse")
@@ -151,13 +178,20 @@ def test_a_case_may_bring_its_own_bodies(tmp_path, curves, flexible_reduction, p
     write_body(flexible_reduction.model, tmp_path / "carrier.h5")
     write_body(pin_reduction.model, tmp_path / "pin.h5")
     thin = ShaftData(outer_diameter=0.3)
-    write_body(beam_shaft(thin, flexible_reduction.model.pilots["shaft_face"]), tmp_path / "shaft.h5")
+    write_body(
+        beam_shaft(thin, flexible_reduction.model.pilots["shaft_face"]), tmp_path / "shaft.h5"
+    )
     case = with_bodies(tmp_path, carrier="carrier.h5", pin="pin.h5", shaft="shaft.h5")
     own = main(case, out=tmp_path / "own", curves=curves)
-    default = main(short_case(tmp_path, ("duration = 5.5", "duration = 0.2")), out=tmp_path / "default", curves=curves)
+    default = main(
+        short_case(tmp_path, ("duration = 5.5", "duration = 0.2")),
+        out=tmp_path / "default",
+        curves=curves,
+    )
     (run,), (other,) = read_campaign(own.folder).runs, read_campaign(default.folder).runs
     assert own.imbalance["LC1"] < 1e-6
-    # The same carrier and pins, but a shaft that gives way more: the sensors read other numbers of the same size.
+    # The same carrier and pins, but a shaft that gives way more: the sensors read other numbers of
+    # the same size.
     size = np.ptp(other.signals["s047"])
     assert 0.0 < np.abs(run.signals["s047"] - other.signals["s047"]).max() < 2.0 * size
 
@@ -181,23 +215,38 @@ def test_a_body_without_the_stages_pilots_is_refused_before_the_run(
     shaft = beam_shaft(ShaftData(), flexible_reduction.model.pilots["shaft_face"])
     model = {"carrier": flexible_reduction.model, "pin": pin_reduction.model, "shaft": shaft}[body]
     pilots = {name if name != lost else "elsewhere": point for name, point in model.pilots.items()}
-    rows = {name if name != lost else "elsewhere": own for name, own in model.pilot_coordinates.items()}
+    rows = {
+        name if name != lost else "elsewhere": own for name, own in model.pilot_coordinates.items()
+    }
     write_body(replace(model, pilots=pilots, pilot_coordinates=rows), tmp_path / f"{body}.h5")
     with pytest.raises(ValueError, match=message):
-        main(with_bodies(tmp_path, **{body: f"{body}.h5"}), out=tmp_path / "campaign", curves=curves)
+        main(
+            with_bodies(tmp_path, **{body: f"{body}.h5"}), out=tmp_path / "campaign", curves=curves
+        )
     assert not (tmp_path / "campaign").exists()
 
 
-def test_bodies_that_do_not_belong_together_are_refused(tmp_path, curves, flexible_reduction, stage_pins):
-    moved = {name: point + np.array([0.0, 0.0, 0.01]) for name, point in flexible_reduction.model.pilots.items()}
+def test_bodies_that_do_not_belong_together_are_refused(
+    tmp_path, curves, flexible_reduction, stage_pins
+):
+    moved = {
+        name: point + np.array([0.0, 0.0, 0.01])
+        for name, point in flexible_reduction.model.pilots.items()
+    }
     write_body(replace(flexible_reduction.model, pilots=moved), tmp_path / "carrier.h5")
-    with pytest.raises(ValueError, match=r"has pin_1_upwind at y, z = .*0\.3180 m; expected .*0\.3080 m"):
+    with pytest.raises(
+        ValueError, match=r"has pin_1_upwind at y, z = .*0\.3180 m; expected .*0\.3080 m"
+    ):
         main(with_bodies(tmp_path, carrier="carrier.h5"), out=tmp_path / "campaign", curves=curves)
     carrier, pin = stage_pins
     write_body(carrier, tmp_path / "carrier.h5")
     write_body(pin, tmp_path / "pin.h5")
     with pytest.raises(ValueError, match="comes with its pins; expected no body file for a pin"):
-        main(with_bodies(tmp_path, carrier="carrier.h5", pin="pin.h5"), out=tmp_path / "campaign", curves=curves)
+        main(
+            with_bodies(tmp_path, carrier="carrier.h5", pin="pin.h5"),
+            out=tmp_path / "campaign",
+            curves=curves,
+        )
     with pytest.raises(FileNotFoundError, match=r"none\.h5: no such file"):
         main(with_bodies(tmp_path, carrier="none.h5"), out=tmp_path / "campaign", curves=curves)
 

@@ -5,7 +5,13 @@ import json
 
 import pytest
 
-from workflows.simulation.simulate_table_5 import ALIGNED, MISALIGNED, PAPER, RIGID, main
+from carrierflex.workflows.simulation.simulate_table_5 import (
+    ALIGNED,
+    MISALIGNED,
+    PAPER,
+    RIGID,
+    main,
+)
 
 
 @pytest.fixture(scope="module")

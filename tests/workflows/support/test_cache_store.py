@@ -8,11 +8,16 @@ from pathlib import Path
 
 import pytest
 
-from geometry.parameters import CarrierParameters
-from workflows.reduction import reduce_body
-from workflows.support import cache_store, cached_results
-from workflows.support.cache_store import FOLDER_VARIABLE, CacheStore, cache_folder, cache_key
-from workflows.support.cached_results import cached_files
+from carrierflex.geometry.parameters import CarrierParameters
+from carrierflex.workflows.reduction import reduce_body
+from carrierflex.workflows.support import cache_store, cached_results
+from carrierflex.workflows.support.cache_store import (
+    FOLDER_VARIABLE,
+    CacheStore,
+    cache_folder,
+    cache_key,
+)
+from carrierflex.workflows.support.cached_results import cached_files
 
 
 @pytest.fixture
@@ -25,7 +30,9 @@ def run(folder, text="curve", *, use=True, quiet=True, **inputs):
     """Ask for result.csv; tells whether it came from the cache."""
     out = folder / "result.csv"
     out.unlink(missing_ok=True)
-    from_cache = cached_files({"a.csv": out}, lambda: out.write_text(text), use=use, quiet=quiet, inputs=inputs)
+    from_cache = cached_files(
+        {"a.csv": out}, lambda: out.write_text(text), use=use, quiet=quiet, inputs=inputs
+    )
     assert out.exists()
     return from_cache, out.read_text()
 
@@ -54,7 +61,11 @@ def test_the_key_follows_parameters_materials_program_and_libraries(monkeypatch)
         cache_key(carrier=CarrierParameters(plate_gap=0.241), size=0.03),
     ]
     keys.append(cache_key(carrier=CarrierParameters(), size=0.03 + 1e-15))
-    for name, value in (("BODY_MATERIALS", {}), ("_numerics", lambda: "changed"), ("versions", dict)):
+    for name, value in (
+        ("BODY_MATERIALS", {}),
+        ("_numerics", lambda: "changed"),
+        ("versions", dict),
+    ):
         with monkeypatch.context() as changed:
             changed.setattr(cache_store, name, value)
             keys.append(cache_key(carrier=CarrierParameters(), size=0.03))
@@ -74,7 +85,9 @@ def test_every_option_that_changes_a_body_is_in_its_key(tmp_path, monkeypatch):
         reduce_body.main(body="pin", out=tmp_path / "pin.h5")
     not_in_the_body = {"out", "preview", "cache", "quiet"}
     files = {"step", "surfaces", "mesh"}
-    assert set(inspect.signature(reduce_body.main).parameters) - not_in_the_body - files == set(seen) - {
+    assert set(inspect.signature(reduce_body.main).parameters) - not_in_the_body - files == set(
+        seen
+    ) - {
         "kind",
         "files",
     }
@@ -170,7 +183,11 @@ def test_a_full_cache_loses_what_was_not_used_for_the_longest_time(tmp_path):
         os.utime(tmp_path / "cache" / key, (age, age))
     assert store.found("first", ["file"])  # used: now the youngest
     store.keep("fourth", {"file": source}, {})
-    assert sorted(path.name for path in (tmp_path / "cache").iterdir()) == ["first", "fourth", "third"]
+    assert sorted(path.name for path in (tmp_path / "cache").iterdir()) == [
+        "first",
+        "fourth",
+        "third",
+    ]
 
 
 def test_an_entry_larger_than_the_limit_stays_until_the_next(tmp_path):

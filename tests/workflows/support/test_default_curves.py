@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from workflows.fe.compute_curves import main
-from workflows.support.default_curves import default_curves
+from carrierflex.workflows.fe.compute_curves import main
+from carrierflex.workflows.support.default_curves import default_curves
 
 
 @pytest.mark.slow
@@ -12,9 +12,12 @@ def test_shipped_curves_are_those_of_the_default_carrier(tmp_path):
     fresh = main(out=tmp_path, quiet=True)
     for name, shipped in default_curves().items():
         scale = np.abs(shipped.axial).max()
-        # Another release of the mesher may move nodes: that changes a curve by less than a mesh size does.
+        # Another release of the mesher may move nodes: that changes a curve by less than a mesh
+        # size does.
         np.testing.assert_allclose(fresh[name].axial, shipped.axial, atol=0.01 * scale)
-        np.testing.assert_allclose(fresh[name].radial, shipped.radial, atol=0.01 * np.abs(shipped.radial).max())
+        np.testing.assert_allclose(
+            fresh[name].radial, shipped.radial, atol=0.01 * np.abs(shipped.radial).max()
+        )
 
 
 def test_shipped_curves_have_six_and_three_peaks():

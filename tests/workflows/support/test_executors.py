@@ -1,4 +1,7 @@
-"""Every executor gives the same results in the same order; a cluster that loses a worker does too."""
+"""Every executor gives the same results in the same order.
+
+A cluster that loses a worker does too.
+"""
 
 import os
 import signal
@@ -7,7 +10,7 @@ import time
 import pytest
 from numpy.testing import assert_array_equal
 
-from workflows.support.executors import work_executor
+from carrierflex.workflows.support.executors import work_executor
 
 
 def _squared_slowly(number: int) -> tuple[int, int]:
@@ -22,7 +25,14 @@ def _failing(number: int) -> int:
 @pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_results_come_in_order_whatever_runs_them(workers):
     with work_executor(workers) as executor:
-        assert [square for square, _ in executor.map(_squared_slowly, range(6))] == [0, 1, 4, 9, 16, 25]
+        assert [square for square, _ in executor.map(_squared_slowly, range(6))] == [
+            0,
+            1,
+            4,
+            9,
+            16,
+            25,
+        ]
 
 
 def test_an_error_of_one_call_reaches_the_caller():
@@ -39,7 +49,7 @@ def test_bad_choices_are_refused():
 
 @pytest.mark.slow
 def test_a_scheduler_that_does_not_answer_is_named(monkeypatch):
-    monkeypatch.setattr("workflows.support.executors._CONNECT_TIMEOUT", 0.3)
+    monkeypatch.setattr("carrierflex.workflows.support.executors._CONNECT_TIMEOUT", 0.3)
     with (
         pytest.raises(OSError, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:1 "),
         work_executor(1, "tcp://127.0.0.1:1"),
