@@ -11,7 +11,7 @@ from typing import Any
 
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.findings import SIGNIFICANCE, detail_document
-from carrierflex.diagnosis.inference.results import Attribution, Interval, Shrinkage
+from carrierflex.diagnosis.inference.results import Attribution, GapReduction, Interval
 from carrierflex.diagnosis.results import Diagnosis, finite_or_none
 from carrierflex.files.json_files import save_text
 from carrierflex.files.versions import software_name
@@ -40,7 +40,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         Keys of the contract, and beside them ``kind``, ``reason``, ``unit``, ``ladder``,
         ``screen``, ``validation``, ``gap``.
     """
-    which, far = diagnosis.attribution, diagnosis.shrinkage
+    which, far = diagnosis.attribution, diagnosis.reduction
     return {
         "format": FORMAT,
         "version": VERSION,
@@ -65,16 +65,16 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
                 "rho": step.rho,
                 "rho_ci95": _interval(step.rho_ci95),
             }
-            for step in far.ladder
+            for step in far.steps
         ],
         "screen": [
             {"effect": own.id, "r_squared": own.r_squared, "surviving_share": own.surviving}
             for own in (which.screen.effects if which.screen else ())
         ],
-        "learnable_share": finite_or_none(which.learnable),
+        "learnable_share": finite_or_none(which.explainable),
         "validation": [asdict(own) for own in far.validation],
         "gap": detail_document(diagnosis.gap, most=_MOST_CELLS) if diagnosis.gap else None,
-        "separating_test": which.separating_test,
+        "separating_test": which.discriminating_experiment,
     }
 
 
@@ -172,7 +172,7 @@ def _ranking(which: Attribution) -> list[dict[str, Any]]:
     ]
 
 
-def _how_far(far: Shrinkage) -> dict[str, Any]:
+def _how_far(far: GapReduction) -> dict[str, Any]:
     numbers = {
         "rms_before": far.rms_before,
         "rms_after": far.rms_after,
@@ -180,8 +180,8 @@ def _how_far(far: Shrinkage) -> dict[str, Any]:
         "rho": far.rho,
         "phi": far.phi,
         "floor_multiple": far.floor_multiple,
-        "placebo_rho": far.placebo_rho,
-        "ceiling_rho": far.ceiling_rho,
+        "placebo_rho": far.negative_control_rho,
+        "ceiling_rho": far.black_box_rho,
         "extrapolation_rho": far.extrapolation_rho,
     }
     intervals = {"rho_ci95": _interval(far.rho_ci95), "phi_ci95": _interval(far.phi_ci95)}

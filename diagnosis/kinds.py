@@ -4,20 +4,20 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.problem import carrier_plant
-from carrierflex.diagnosis.comparison.problem import Plant
+from carrierflex.diagnosis.carrier.problem import carrier_problem
+from carrierflex.diagnosis.comparison.problem import ComparisonProblem
 from carrierflex.diagnosis.element.prediction import element_beside_prediction
-from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.mounting.prediction import mounting_beside_prediction
-from carrierflex.diagnosis.mounting.problem import mounting_plant
+from carrierflex.diagnosis.mounting.problem import mounting_problem
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 
 Curves = Mapping[str, DeflectionCurve]
 
 
-def plant_of(campaign: Campaign, curves: Curves | None = None) -> tuple[Plant, bool]:
-    """Plant of a campaign, and whether its noise floor is measured.
+def problem_of(campaign: Campaign, curves: Curves | None = None) -> tuple[ComparisonProblem, bool]:
+    """ComparisonProblem of a campaign, and whether its noise floor is measured.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def plant_of(campaign: Campaign, curves: Curves | None = None) -> tuple[Plant, b
 
     Returns
     -------
-    tuple of (Plant, bool)
+    tuple of (ComparisonProblem, bool)
         Ready to be diagnosed.
 
     Raises
@@ -36,20 +36,20 @@ def plant_of(campaign: Campaign, curves: Curves | None = None) -> tuple[Plant, b
     ValueError
         Where no plant knows the kind, or the plant refuses the records.
     """
-    if campaign.kind not in PLANT_BUILDERS:
-        known = ", ".join(PLANT_BUILDERS)
+    if campaign.kind not in PROBLEM_BUILDERS:
+        known = ", ".join(PROBLEM_BUILDERS)
         raise ValueError(
             f"campaign '{campaign.name}' is of kind {campaign.kind}; diagnose knows the kinds {known}"
         )
-    return PLANT_BUILDERS[campaign.kind](campaign, curves)
+    return PROBLEM_BUILDERS[campaign.kind](campaign, curves)
 
 
-def _element(campaign: Campaign, curves: Curves | None) -> tuple[Plant, bool]:
-    plant = element_plant(campaign)
+def _element(campaign: Campaign, curves: Curves | None) -> tuple[ComparisonProblem, bool]:
+    problem = element_problem(campaign)
     if campaign.baseline.source == "columns":
         _refuse_empty_predictions(campaign)
-        plant = element_beside_prediction(plant, campaign)
-    return plant, plant.noise_is_measured
+        problem = element_beside_prediction(problem, campaign)
+    return problem, problem.noise_is_measured
 
 
 def _refuse_empty_predictions(campaign: Campaign) -> None:
@@ -61,24 +61,24 @@ def _refuse_empty_predictions(campaign: Campaign) -> None:
                 )
 
 
-def _carrier(campaign: Campaign, curves: Curves | None) -> tuple[Plant, bool]:
+def _carrier(campaign: Campaign, curves: Curves | None) -> tuple[ComparisonProblem, bool]:
     if curves is None:
         raise ValueError(
             f"campaign '{campaign.name}' is of kind carrier; expected deflection curves with it"
         )
-    return carrier_plant(campaign, curves), True
+    return carrier_problem(campaign, curves), True
 
 
-def _mounting(campaign: Campaign, curves: Curves | None) -> tuple[Plant, bool]:
-    plant = mounting_plant(campaign)
+def _mounting(campaign: Campaign, curves: Curves | None) -> tuple[ComparisonProblem, bool]:
+    problem = mounting_problem(campaign)
     if campaign.baseline.source == "columns":
         _refuse_empty_predictions(campaign)
-        plant = mounting_beside_prediction(plant, campaign)
-    return plant, plant.noise_is_measured
+        problem = mounting_beside_prediction(problem, campaign)
+    return problem, problem.noise_is_measured
 
 
 #: Builder by kind: gives the plant, and whether its noise floor was declared or comes from repeats.
-PLANT_BUILDERS: dict[str, Callable[[Campaign, Curves | None], tuple[Plant, bool]]] = {
+PROBLEM_BUILDERS: dict[str, Callable[[Campaign, Curves | None], tuple[ComparisonProblem, bool]]] = {
     "carrier": _carrier,
     "element": _element,
     "mounting": _mounting,

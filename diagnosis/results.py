@@ -9,7 +9,7 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.gap.findings import GapDetail
-from carrierflex.diagnosis.inference.results import Attribution, Shrinkage
+from carrierflex.diagnosis.inference.results import Attribution, GapReduction
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class Diagnosis:
         Where the gap lies.
     attribution : Attribution
         Which.
-    shrinkage : Shrinkage
+    reduction : GapReduction
         How far.
     pictures : tuple of Picture
         Gap along the motion, where the plant draws it.
@@ -45,7 +45,7 @@ class Diagnosis:
     unit: str
     where_text: str
     attribution: Attribution
-    shrinkage: Shrinkage
+    reduction: GapReduction
     pictures: tuple[Picture, ...] = ()
     gap: GapDetail | None = None
 

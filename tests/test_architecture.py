@@ -28,7 +28,7 @@ KINDS = ("carrier", "element", "mounting")
 BELOW_THE_KINDS = ("comparison", "inference", "gap")
 MOST_LEVELS = 4
 #: Far above what clear code comes out at: lengths are a sign, not an aim.
-MOST_LINES_OF_A_FILE = 410
+MOST_LINES_OF_A_FILE = 420
 MOST_LINES_OF_A_FUNCTION = 75
 MOST_FILES_IN_A_ROOM = 16
 MOST_FILES_IN_A_FOLDER = 30
@@ -43,7 +43,7 @@ CURVES = {"carrierflex.fe.deflection_curves", "carrierflex.fe.curve_files"}
 
 def module_of(path):
     """Name of a file's module below the import name, ``carrierflex.diagnosis.carrier`` for ``diagnosis/carrier/__init__.py``."""
-    return ".".join(path.with_suffix("").parts).removesuffix(".__init__")
+    return ".".join((IMPORT_NAME, *path.with_suffix("").parts)).removesuffix(".__init__")
 
 
 MODULES = {module_of(path) for path in TREES}

@@ -251,7 +251,7 @@ CARRIER_CARDS = (
 )
 
 #: Effects without meaning, to measure what chance alone explains.
-PLACEBO_CARDS = tuple(
+NEGATIVE_CONTROLS = tuple(
     EffectCard(
         name,
         KIND,

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.cards import PLACEBO_CARDS
+from carrierflex.diagnosis.carrier.cards import NEGATIVE_CONTROLS
 from carrierflex.diagnosis.carrier.laws import (
     CarrierInputs,
     CarrierRig,
@@ -61,7 +61,7 @@ Key = tuple[str, int, str, int]
 
 
 @dataclass(frozen=True, eq=False)
-class ColumnBook:
+class ColumnIndex:
     """Numbers of the columns.
 
     Parameters
@@ -174,7 +174,7 @@ def shape_nodes(effect: str, source: ColumnSource) -> FloatArray:
 
 def all_cards(cards: Mapping[str, EffectCard]) -> dict[str, EffectCard]:
     """Cards of the library and the placebos, by id."""
-    return {**cards, **{card.id: card for card in PLACEBO_CARDS}}
+    return {**cards, **{card.id: card for card in NEGATIVE_CONTROLS}}
 
 
 def _keyed(effect: str, family: str, node: int, rows: FloatArray) -> dict[Key, FloatArray]:

@@ -6,7 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from carrierflex.diagnosis.carrier.columns import ColumnSource
-from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Plant, Trial
+from carrierflex.diagnosis.comparison.problem import (
+    CandidateExperiment,
+    ComparisonProblem,
+    Effects,
+    FloatArray,
+)
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 
@@ -17,10 +22,12 @@ _REVOLUTIONS = 4
 _SAMPLES = 144
 _Load = tuple[float, float, float]
 #: Plant that measured what a model predicts under the inputs of another campaign.
-Under = Callable[[Campaign, Effects, FloatArray], Plant]
+Under = Callable[[Campaign, Effects, FloatArray], ComparisonProblem]
 
 
-def carrier_trials(campaign: Campaign, source: ColumnSource, under: Under) -> tuple[Trial, ...]:
+def carrier_experiments(
+    campaign: Campaign, source: ColumnSource, under: Under
+) -> tuple[CandidateExperiment, ...]:
     """Steps of torque, of radial load along z and y, and radial loads at low torque.
 
     Parameters
@@ -30,12 +37,12 @@ def carrier_trials(campaign: Campaign, source: ColumnSource, under: Under) -> tu
     source : ColumnSource
         Nominal torque, largest radial load and typical speed of the records.
     under : callable
-        ``(campaign, effects, theta) -> Plant`` whose signals are those of a model under the inputs
+        ``(campaign, effects, theta) -> ComparisonProblem`` whose signals are those of a model under the inputs
         of a campaign.
 
     Returns
     -------
-    tuple of Trial
+    tuple of CandidateExperiment
         Each a short campaign of several steady runs.
     """
     nominal = source.rig.nominal_torque
@@ -61,16 +68,18 @@ def carrier_trials(campaign: Campaign, source: ColumnSource, under: Under) -> tu
             [(t, y, z) for t in (0.25, 1.0) for y, z in ((1.0, 0.0), (0.0, 1.0), (0.0, -1.0))],
         ),
     ]
-    trials = []
+    candidate_experiments = []
     for text, shares_of_loads in plans:
         loads = [(torque * nominal, y * force, z * force) for torque, y, z in shares_of_loads]
         runs = _steady_runs(campaign, loads, source.speed)
-        trials.append(Trial(text, _builder(runs, under)))
-    return tuple(trials)
+        candidate_experiments.append(CandidateExperiment(text, _builder(runs, under)))
+    return tuple(candidate_experiments)
 
 
-def _builder(campaign: Campaign, under: Under) -> Callable[[Effects, FloatArray], Plant | None]:
-    def build(effects: Effects, theta: FloatArray) -> Plant | None:
+def _builder(
+    campaign: Campaign, under: Under
+) -> Callable[[Effects, FloatArray], ComparisonProblem | None]:
+    def build(effects: Effects, theta: FloatArray) -> ComparisonProblem | None:
         return under(campaign, effects, theta)
 
     return build

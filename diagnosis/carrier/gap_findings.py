@@ -15,13 +15,19 @@ from carrierflex.diagnosis.carrier.gap_parts import Conditions, growth_table
 from carrierflex.diagnosis.carrier.gap_words import RADIAL_LOAD, SPEED, TORQUE, carrier_where_text
 from carrierflex.diagnosis.carrier.sums import CarrierSums
 from carrierflex.diagnosis.comparison.problem import GapCell
-from carrierflex.diagnosis.gap.findings import Drift, GapFindings, GapMoment, IncoherentCell, Scalar
+from carrierflex.diagnosis.gap.findings import (
+    Drift,
+    GapFindings,
+    GapMoment,
+    NonSynchronousCell,
+    Scalar,
+)
 from carrierflex.diagnosis.gap.in_time import drift_words, significant_drifts, sliding_rms, trends
 from carrierflex.diagnosis.gap.non_synchronous import (
-    incoherent_words,
+    non_synchronous_words,
     scatter_p_values,
     scatter_p_values_estimated,
-    significant_incoherent,
+    significant_non_synchronous,
 )
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.order_analysis import MAX_ORDER
@@ -91,7 +97,7 @@ class CarrierGap:
         """Gap in time, incoherent part, growth with the loads."""
         moments: list[GapMoment] = []
         trend_rows: list[Drift] = []
-        scattered: list[IncoherentCell] = []
+        scattered: list[NonSynchronousCell] = []
         split = pattern_split(self.campaign.channels, self.residual)
         measured = pattern_split(self.campaign.channels, self.records.orders[..., 0])
         for r, run in enumerate(self.campaign.runs):
@@ -104,18 +110,18 @@ class CarrierGap:
             moments += self._moments(run.name, time, own)
             trend_rows += _drifts(run.name, time, split, own)
             scattered += [*self._scatter(r, split, measured, own), *self._off_orders(r)]
-        repeated = significant_incoherent(self._repeats(split, measured))
-        drifts, rows = significant_drifts(trend_rows), significant_incoherent(scattered)
+        repeated = significant_non_synchronous(self._repeats(split, measured))
+        drifts, rows = significant_drifts(trend_rows), significant_non_synchronous(scattered)
         coherent = sum(cell.coherent for cell in self.cells)
         words = [
-            incoherent_words(rows, coherent, "m", "revolution to revolution"),
-            incoherent_words(repeated, coherent, "m", "repeat to repeat"),
+            non_synchronous_words(rows, coherent, "m", "revolution to revolution"),
+            non_synchronous_words(repeated, coherent, "m", "repeat to repeat"),
             drift_words(drifts, "m"),
         ]
         return GapFindings(
             in_time=tuple(moments),
             drifts=drifts,
-            incoherent=(*rows, *repeated),
+            non_synchronous=(*rows, *repeated),
             growth=growth_table(self.cells, self.conditions),
             text="; ".join(text for text in words if text),
         )
@@ -174,7 +180,7 @@ class CarrierGap:
 
     def _scatter(
         self, run: int, split: PatternSplit, measured: PatternSplit, own: NDArray[np.int64]
-    ) -> list[IncoherentCell]:
+    ) -> list[NonSynchronousCell]:
         """Cells of one run against the noise that is declared, or seen off the orders."""
         if own.size < 2:
             return []
@@ -195,14 +201,14 @@ class CarrierGap:
             )
         name = self.campaign.runs[run].name
         return [
-            IncoherentCell(
+            NonSynchronousCell(
                 name, split.names[m], float(n - MAX_ORDER), float(of_measured[m, n]), float(of_model[m, n]),
                 float(scatter[m, n]), float(noise[m, n]), float(p_value[m, n]),
             )
             for m, n in _single_cells(split)
         ]  # fmt: skip
 
-    def _repeats(self, split: PatternSplit, measured: PatternSplit) -> list[IncoherentCell]:
+    def _repeats(self, split: PatternSplit, measured: PatternSplit) -> list[NonSynchronousCell]:
         """Cells of runs of one condition: scatter of their means against that of their revolutions.
 
         ``F = var(mean of the run) / mean(s² / R)``; `noise` is the denominator.
@@ -232,7 +238,7 @@ class CarrierGap:
             )
             name = " and ".join(self.campaign.runs[r].name for r in runs)
             cells += [
-                IncoherentCell(
+                NonSynchronousCell(
                     name, split.names[m], float(n - MAX_ORDER), float(seen[m, n]), float(model[m, n]), float(gap[m, n]),
                     float(noise[m, n]), float(p_value[m, n]),
                 )
@@ -245,7 +251,7 @@ class CarrierGap:
         square, degrees = self.records.within[self.records.run_of_revolution == run].sum(axis=0).T
         return square / np.maximum(degrees, 1.0), degrees
 
-    def _off_orders(self, run: int) -> list[IncoherentCell]:
+    def _off_orders(self, run: int) -> list[NonSynchronousCell]:
         """Mean square off the orders by channel; the model's own part there is neglected."""
         variance, degrees = self._off_variance(run)
         cells = []
@@ -255,7 +261,7 @@ class CarrierGap:
             p_value = float(scatter_p_values(own, noise, degrees[c])) if declared else float("nan")
             name = self.campaign.runs[run].name
             cells.append(
-                IncoherentCell(
+                NonSynchronousCell(
                     name, channel.name, None, float(own), 0.0, float(own), float(noise), p_value
                 )
             )

@@ -21,7 +21,7 @@ from carrierflex.diagnosis.carrier.columns import (
     MOVED,
     ONE,
     PREDICTION,
-    ColumnBook,
+    ColumnIndex,
     ColumnSource,
     shape_nodes,
 )
@@ -46,7 +46,7 @@ class CarrierModel:
     ----------
     source : ColumnSource
         Columns, with all cards.
-    book : ColumnBook
+    book : ColumnIndex
         Their numbers.
     contained : tuple of str
         Effects of the baseline.
@@ -55,7 +55,7 @@ class CarrierModel:
     """
 
     source: ColumnSource
-    book: ColumnBook
+    book: ColumnIndex
     contained: Effects
     runs: tuple[str, ...]
     channels: tuple[str, ...]

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.cards import CARRIER_CARDS, KIND, ONE_CHANNEL, PLACEBO_CARDS
+from carrierflex.diagnosis.carrier.cards import CARRIER_CARDS, KIND, NEGATIVE_CONTROLS, ONE_CHANNEL
 from carrierflex.diagnosis.carrier.closed_fit import closed_fit
 from carrierflex.diagnosis.carrier.columns import (
     ColumnSource,
@@ -18,7 +18,7 @@ from carrierflex.diagnosis.carrier.columns import (
     largest_load,
     typical_speed,
 )
-from carrierflex.diagnosis.carrier.experiments import carrier_trials
+from carrierflex.diagnosis.carrier.experiments import carrier_experiments
 from carrierflex.diagnosis.carrier.gap_findings import CarrierGap
 from carrierflex.diagnosis.carrier.laws import CarrierRig
 from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
@@ -28,21 +28,21 @@ from carrierflex.diagnosis.carrier.signatures import carrier_signatures
 from carrierflex.diagnosis.carrier.sums import (
     CarrierSums,
     accumulated_sums,
-    piece_squares,
+    segment_squares,
     used_columns,
 )
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard, effect_library
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
+    CandidateExperiment,
     Effects,
     FloatArray,
     GapCell,
     Parameter,
-    Piece,
-    PieceSums,
+    Segment,
+    SegmentSums,
     Signatures,
-    Trial,
     bounds_of,
 )
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
@@ -52,8 +52,8 @@ from carrierflex.simulation.carrier.effects import pin_radius_of
 
 
 @dataclass(frozen=True, eq=False)
-class CarrierPlant:
-    """Rim sensors of a planet carrier; see :class:`carrierflex.diagnosis.comparison.problem.Plant`.
+class CarrierProblem:
+    """Rim sensors of a planet carrier; see :class:`carrierflex.diagnosis.comparison.problem.ComparisonProblem`.
 
     Parameters
     ----------
@@ -88,18 +88,18 @@ class CarrierPlant:
     @cached_property
     def cards(self) -> Mapping[str, EffectCard]:
         """Candidates by id."""
-        left_out = {*self.model.contained, *self.campaign.baseline.effects, *self.placebos}
+        left_out = {*self.model.contained, *self.campaign.baseline.effects, *self.negative_controls}
         return {name: card for name, card in self.model.cards.items() if name not in left_out}
 
     @property
-    def placebos(self) -> Effects:
+    def negative_controls(self) -> Effects:
         """Orders without meaning."""
-        return tuple(card.id for card in PLACEBO_CARDS)
+        return tuple(card.id for card in NEGATIVE_CONTROLS)
 
     @property
-    def pieces(self) -> tuple[Piece, ...]:
+    def segments(self) -> tuple[Segment, ...]:
         """Blocks of revolutions."""
-        return self.records.pieces
+        return self.records.segments
 
     @property
     def cell_counts(self) -> FloatArray:
@@ -128,24 +128,24 @@ class CarrierPlant:
             warm[k] = known.get((parameter.effect, name), quick[k] if parameter.shape else 0.0)
         return [np.clip(warm, *bounds_of(self.parameters(effects))), quick]
 
-    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> PieceSums:
+    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
         """Gauss-Newton sums from the products of the columns."""
         places, left, slopes = self._active(effects, theta)
-        run, gram = self.records.run_of_piece[chosen], self._gram_of(places)[chosen]
-        matrix = np.zeros((len(self.pieces), theta.size, theta.size))
-        right, square = np.zeros((len(self.pieces), theta.size)), np.zeros(len(self.pieces))
+        run, gram = self.records.run_of_segment[chosen], self._gram_of(places)[chosen]
+        matrix = np.zeros((len(self.segments), theta.size, theta.size))
+        right, square = np.zeros((len(self.segments), theta.size)), np.zeros(len(self.segments))
         own = slopes[run] @ gram
         matrix[chosen] = (own @ np.swapaxes(slopes[run], 2, 3)).sum(axis=1)
         right[chosen] = (own @ left[run][..., None])[..., 0].sum(axis=1)
-        square[chosen] = piece_squares(left[run], gram).sum(axis=1)
-        return PieceSums(matrix, right, square)
+        square[chosen] = segment_squares(left[run], gram).sum(axis=1)
+        return SegmentSums(matrix, right, square)
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         """Squared residuals by piece and channel."""
         places, left, _ = self._active(effects, theta)
         result = np.zeros(self.records.counts.shape)
-        run = self.records.run_of_piece[chosen]
-        result[chosen] = piece_squares(left[run], self._gram_of(places)[chosen])
+        run = self.records.run_of_segment[chosen]
+        result[chosen] = segment_squares(left[run], self._gram_of(places)[chosen])
         return result
 
     def signatures(self) -> Signatures:
@@ -174,23 +174,23 @@ class CarrierPlant:
         """Polar plots for the report."""
         return carrier_pictures(self.model, self.records, effects, theta, self._choice(effects))
 
-    def with_signals_of(self, effects: Effects, theta: FloatArray) -> "CarrierPlant":
-        """Plant that measured what a model predicts."""
+    def with_signals_of(self, effects: Effects, theta: FloatArray) -> "CarrierProblem":
+        """ComparisonProblem that measured what a model predicts."""
         weights, _ = self.model.weights(effects, self._choice(effects), theta)
         return replace(
             self, records=self.records.with_target(weights), _choices={}, _quick={}, _grams={}
         )
 
-    def trials(self) -> Sequence[Trial]:
+    def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Loads that were not applied."""
-        return carrier_trials(self.campaign, self.model.source, self.under)
+        return carrier_experiments(self.campaign, self.model.source, self.under)
 
     def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
         """Zero: the signals are a closed form."""
         return 0.0
 
-    def under(self, campaign: Campaign, effects: Effects, theta: FloatArray) -> "CarrierPlant":
-        """Plant that measured what a model predicts under the inputs of another campaign.
+    def under(self, campaign: Campaign, effects: Effects, theta: FloatArray) -> "CarrierProblem":
+        """ComparisonProblem that measured what a model predicts under the inputs of another campaign.
 
         Parameters of a run are those of the first run.
         """
@@ -205,7 +205,7 @@ class CarrierPlant:
         choice = self._choice(effects)
         own = np.array([value[p.effect, p.name] for p in model.parameters(effects, choice)])
         weights, _ = model.weights(effects, choice, own)
-        return CarrierPlant(campaign, model, records.with_target(weights), self.noise)
+        return CarrierProblem(campaign, model, records.with_target(weights), self.noise)
 
     def _gap(self, effects: Effects, theta: FloatArray) -> CarrierGap:
         places, left, _ = self._active(effects, theta)
@@ -264,9 +264,9 @@ class CarrierPlant:
         best = closed_fit(self.model, self._run_gram, effects, choice, start)
         for k, parameter in enumerate(parameters):
             for variant in self.model.variants(parameter.effect) if parameter.shape else ():
-                trial = best[0].copy()
-                trial[k] = variant[0]
-                found = closed_fit(self.model, self._run_gram, effects, choice, trial)
+                experiment = best[0].copy()
+                experiment[k] = variant[0]
+                found = closed_fit(self.model, self._run_gram, effects, choice, experiment)
                 best = min(best, found, key=lambda own: own[1])
         return best
 
@@ -275,12 +275,12 @@ class CarrierPlant:
         """Products of the columns by run and channel."""
         runs = range(len(self.campaign.runs))
         return np.stack(
-            [self.records.gram[self.records.run_of_piece == r].sum(axis=0) for r in runs]
+            [self.records.gram[self.records.run_of_segment == r].sum(axis=0) for r in runs]
         )
 
 
-def carrier_plant(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -> CarrierPlant:
-    """Plant of a campaign of kind ``carrier``.
+def carrier_problem(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -> CarrierProblem:
+    """ComparisonProblem of a campaign of kind ``carrier``.
 
     Parameters
     ----------
@@ -291,7 +291,7 @@ def carrier_plant(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -> 
 
     Returns
     -------
-    CarrierPlant
+    CarrierProblem
         Ready to be diagnosed.
 
     Raises
@@ -317,4 +317,4 @@ def carrier_plant(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -> 
         tuple(own.name for own in table) for table in (campaign.runs, campaign.channels)
     )
     model = CarrierModel(source, records.book, contained, runs, channels)
-    return CarrierPlant(campaign, model, records, channel_noise(campaign, records))
+    return CarrierProblem(campaign, model, records, channel_noise(campaign, records))

@@ -10,7 +10,7 @@ from carrierflex.diagnosis.carrier.cards import ONE_CHANNEL
 from carrierflex.diagnosis.carrier.columns import CEILING_COLUMN
 from carrierflex.diagnosis.carrier.model import CarrierModel
 from carrierflex.diagnosis.carrier.sums import CarrierSums
-from carrierflex.diagnosis.comparison.problem import CEILING, Effects, Signatures
+from carrierflex.diagnosis.comparison.problem import BLACK_BOX, Effects, Signatures
 
 FloatArray = NDArray[np.float64]
 
@@ -54,11 +54,11 @@ def carrier_signatures(
     gram = np.array(
         [
             _piece_gram(table[r], own, features)
-            for r, own in zip(records.run_of_piece, records.gram, strict=True)
+            for r, own in zip(records.run_of_segment, records.gram, strict=True)
         ]
     )
     n_ceiling = n_channels * len(features)
-    owners += [CEILING] * n_ceiling
+    owners += [BLACK_BOX] * n_ceiling
     variants += [()] * n_ceiling
     return Signatures(gram, D.shape[2], tuple(owners), tuple(variants))
 

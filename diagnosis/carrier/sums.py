@@ -16,12 +16,12 @@ from carrierflex.diagnosis.carrier.columns import (
     DELAY_NODES,
     PREDICTION,
     TARGET,
-    ColumnBook,
+    ColumnIndex,
     ColumnSource,
     Key,
 )
 from carrierflex.diagnosis.carrier.laws import CarrierInputs, RimSensor
-from carrierflex.diagnosis.comparison.problem import Piece
+from carrierflex.diagnosis.comparison.problem import Segment
 from carrierflex.identification.campaign.campaign import Campaign, Channel
 from carrierflex.identification.campaign.order_analysis import (
     MAX_ORDER,
@@ -50,11 +50,11 @@ class CarrierSums:
 
     Parameters
     ----------
-    book : ColumnBook
+    book : ColumnIndex
         Numbers of the columns.
-    pieces : tuple of Piece
+    segments : tuple of Segment
         Blocks of whole revolutions.
-    run_of_piece : ndarray of int, shape (P,)
+    run_of_segment : ndarray of int, shape (P,)
         Number of the run of every piece.
     gram : ndarray, shape (P, C, k, k)
         Products of the columns, the target among them.
@@ -70,9 +70,9 @@ class CarrierSums:
         Mean torque [N m] and radial load [N] along y and z of every revolution.
     """
 
-    book: ColumnBook
-    pieces: tuple[Piece, ...]
-    run_of_piece: IntArray
+    book: ColumnIndex
+    segments: tuple[Segment, ...]
+    run_of_segment: IntArray
     gram: FloatArray
     counts: IntArray
     orders: NDArray[np.complex128]
@@ -89,7 +89,7 @@ class CarrierSums:
             Weight of every column by run and channel.
         """
         gram, orders = self.gram.copy(), self.orders.copy()
-        for p, run in enumerate(self.run_of_piece):
+        for p, run in enumerate(self.run_of_segment):
             for c, weights in enumerate(run_weights[run]):
                 products = self.gram[p, c] @ weights
                 gram[p, c, 0], gram[p, c, :, 0] = products, products
@@ -138,21 +138,29 @@ def accumulated_sums(campaign: Campaign, source: ColumnSource) -> CarrierSums:
     """
     parts = [_run_sums(run, campaign, source) for run in campaign.runs]
     book = parts[0][0]
-    pieces = [
-        Piece(r.name, r.condition, b, int(n.sum()))
+    segments = [
+        Segment(r.name, r.condition, b, int(n.sum()))
         for r, own in zip(campaign.runs, parts, strict=True)
         for b, n in enumerate(own[2])
     ]
     joined = [np.concatenate([own[k] for own in parts]) for k in range(1, 6)]
     gram, counts, orders, within, loads = joined
-    run_of_piece = np.repeat(np.arange(len(parts)), [len(own[1]) for own in parts])
+    run_of_segment = np.repeat(np.arange(len(parts)), [len(own[1]) for own in parts])
     run_of_revolution = np.repeat(np.arange(len(parts)), [len(own[3]) for own in parts])
     return CarrierSums(
-        book, tuple(pieces), run_of_piece, gram, counts, orders, within, run_of_revolution, loads
+        book,
+        tuple(segments),
+        run_of_segment,
+        gram,
+        counts,
+        orders,
+        within,
+        run_of_revolution,
+        loads,
     )
 
 
-_RunSums = tuple[ColumnBook, FloatArray, IntArray, NDArray[np.complex128], FloatArray, FloatArray]
+_RunSums = tuple[ColumnIndex, FloatArray, IntArray, NDArray[np.complex128], FloatArray, FloatArray]
 
 
 def _run_sums(run: Run, campaign: Campaign, source: ColumnSource) -> _RunSums:
@@ -169,7 +177,7 @@ def _run_sums(run: Run, campaign: Campaign, source: ColumnSource) -> _RunSums:
         )
         for node in DELAY_NODES
     ]
-    book: ColumnBook | None = None
+    book: ColumnIndex | None = None
     results: list[list[list[np.ndarray]]] = []
     for channel in campaign.channels:
         sensor, own = rim_sensor(channel), []
@@ -177,7 +185,7 @@ def _run_sums(run: Run, campaign: Campaign, source: ColumnSource) -> _RunSums:
             samples = np.sort(np.concatenate([revolutions[r] for b in block for r in b]))
             rows = source.rows(sensor, _part(inputs, samples), [_part(s, samples) for s in shifts])
             keyed = {**_target_rows(run, channel, samples, source.speed), **rows}
-            book = book or ColumnBook({key: place for place, key in enumerate(keyed)})
+            book = book or ColumnIndex({key: place for place, key in enumerate(keyed)})
             table = np.array(list(keyed.values()))
             own += [
                 _block_sums(table, samples, [revolutions[r] for r in b], inputs.carrier_angle)
@@ -248,7 +256,7 @@ def _block_sums(
     return gram, count, orders, within
 
 
-def piece_squares(left: FloatArray, gram: FloatArray) -> FloatArray:
+def segment_squares(left: FloatArray, gram: FloatArray) -> FloatArray:
     """Sum of squares by piece and channel; a perfect fit leaves rounding of either sign."""
     return np.maximum(np.einsum("pck,pckl,pcl->pc", left, gram, left, optimize=True), 0.0)
 

@@ -76,7 +76,7 @@ class EffectCard:
         What it looks like in the gap map.
     aliases : tuple of str
         Ids it is commonly confused with.
-    separating_test : str
+    discriminating_experiment : str
         The measurement that tells it from them.
     acts_on_others : bool
         Whether it changes how other effects are read (a sensor's gain, place or delay): it is tried
@@ -92,7 +92,7 @@ class EffectCard:
     parameters: tuple[EffectParameter, ...]
     signature: str
     aliases: tuple[str, ...] = ()
-    separating_test: str = ""
+    discriminating_experiment: str = ""
     acts_on_others: bool = False
     law: Any = None
 

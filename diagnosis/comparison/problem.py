@@ -24,7 +24,7 @@ Effects = tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class Segment:
     """A block of one run: the smallest part of the record that is fitted or scored as a whole.
 
     Parameters
@@ -81,16 +81,16 @@ def bounds_of(parameters: Sequence[Parameter]) -> tuple[FloatArray, FloatArray]:
 
 
 @dataclass(frozen=True, eq=False)
-class PieceSums:
+class SegmentSums:
     """Gauss-Newton sums of every piece at one parameter set; zero where a piece was not asked for.
 
     Parameters
     ----------
-    matrix : ndarray, shape (n_pieces, p, p)
+    matrix : ndarray, shape (n_segments, p, p)
         ``J.T J``.
-    right_side : ndarray, shape (n_pieces, p)
+    right_side : ndarray, shape (n_segments, p)
         ``J.T r``.
-    square : ndarray, shape (n_pieces,)
+    square : ndarray, shape (n_segments,)
         ``r.T r``.
     """
 
@@ -109,7 +109,7 @@ class Signatures:
 
     Parameters
     ----------
-    gram : ndarray, shape (n_pieces, n, n)
+    gram : ndarray, shape (n_segments, n, n)
         Products of the columns by piece.
     n_base : int
         Regressors of the baseline.
@@ -127,7 +127,7 @@ class Signatures:
 
 
 #: Owner of the columns of the flexible residual model.
-CEILING = "ceiling"
+BLACK_BOX = "ceiling"
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,23 +165,23 @@ class GapCell:
 
 
 @dataclass(frozen=True, eq=False)
-class Trial:
+class CandidateExperiment:
     """A feasible measurement that was not made.
 
     Parameters
     ----------
     text : str
         The condition in words.
-    plant : callable
-        ``(effects, theta) -> Plant`` whose signals are those of a model under that condition; None
+    problem : callable
+        ``(effects, theta) -> ComparisonProblem`` whose signals are those of a model under that condition; None
         where the model runs away there.
     """
 
     text: str
-    plant: "Callable[[Effects, FloatArray], Plant | None]"
+    problem: "Callable[[Effects, FloatArray], ComparisonProblem | None]"
 
 
-class Plant(Protocol):
+class ComparisonProblem(Protocol):
     """Measured records and a simulator with switchable effects; what one kind of campaign brings.
 
     `cards` are the candidates by id; the effects the baseline already contains are always in and
@@ -193,9 +193,9 @@ class Plant(Protocol):
     @property
     def cards(self) -> Mapping[str, EffectCard]: ...  # noqa: D102
     @property
-    def placebos(self) -> Effects: ...  # noqa: D102
+    def negative_controls(self) -> Effects: ...  # noqa: D102
     @property
-    def pieces(self) -> tuple[Piece, ...]: ...  # noqa: D102
+    def segments(self) -> tuple[Segment, ...]: ...  # noqa: D102
     @property
     def unit(self) -> str: ...  # noqa: D102
     @property
@@ -221,7 +221,7 @@ class Plant(Protocol):
         """
         ...
 
-    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> PieceSums:
+    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
         """Gauss-Newton sums of the chosen pieces."""
         ...
 
@@ -244,11 +244,11 @@ class Plant(Protocol):
         """One plain sentence about the gap map of a model."""
         ...
 
-    def with_signals_of(self, effects: Effects, theta: FloatArray) -> "Plant":
+    def with_signals_of(self, effects: Effects, theta: FloatArray) -> "ComparisonProblem":
         """Same plant, its measured signals replaced by those of a model, without noise."""
         ...
 
-    def trials(self) -> Sequence[Trial]:
+    def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Feasible measurements, among which a separating one is sought."""
         ...
 

@@ -17,7 +17,7 @@ class BandTable:
     ----------
     edges_hz : ndarray, shape (n_bands + 1,)
         Ends of the bands [Hz].
-    counts, noise_square : ndarray, shape (n_pieces, n_bands)
+    counts, noise_square : ndarray, shape (n_segments, n_bands)
         Degrees of freedom, and the sum of squares of the noise.
     """
 

@@ -189,7 +189,7 @@ SLOT_NAMES: dict[tuple[str, str], tuple[str, ...]] = {
 }
 
 #: A force of the drive's spectrum with random phases: nothing physical, so that it must not help.
-PLACEBO_CARDS = tuple(
+NEGATIVE_CONTROLS = tuple(
     EffectCard(
         name,
         KIND,

@@ -5,7 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Plant, Trial
+from carrierflex.diagnosis.comparison.problem import (
+    CandidateExperiment,
+    ComparisonProblem,
+    Effects,
+    FloatArray,
+)
 from carrierflex.diagnosis.element.model import ElementModel, substeps_for
 from carrierflex.diagnosis.element.records import ElementRecord, prepared_record
 
@@ -15,12 +20,12 @@ _FREQUENCIES = (0.1, 0.5, 1.0, 2.0)
 _SAMPLES = 4096
 _CYCLES = 12
 #: Plant with the response of a record measured, by a model of the record's step.
-Measured = Callable[[ElementModel, ElementRecord], Plant]
+Measured = Callable[[ElementModel, ElementRecord], ComparisonProblem]
 
 
-def element_trials(
+def element_experiments(
     model: ElementModel, records: Sequence[ElementRecord], measured: Measured
-) -> tuple[Trial, ...]:
+) -> tuple[CandidateExperiment, ...]:
     """Drives at other amplitudes and frequencies.
 
     The measured drive scaled, sines about the natural frequency.
@@ -32,19 +37,19 @@ def element_trials(
     records : sequence of ElementRecord
         What was measured.
     measured : callable
-        ``(model, record) -> Plant`` that holds that record alone.
+        ``(model, record) -> ComparisonProblem`` that holds that record alone.
 
     Returns
     -------
-    tuple of Trial
+    tuple of CandidateExperiment
         Texts name amplitude and frequency.
     """
     largest = max(records, key=lambda record: float(record.drive.std()))
     mean, size = float(largest.drive.mean()), float(largest.drive.std())
     n = min(_SAMPLES, largest.drive.size)
     first = largest.drive.size - n
-    trials = [
-        Trial(
+    candidate_experiments = [
+        CandidateExperiment(
             f"the drive of run {largest.name} at {factor:g} times its amplitude",
             _builder(model, mean + factor * (largest.drive[first:] - mean), largest.step, measured),
         )
@@ -57,8 +62,10 @@ def element_trials(
             drive = mean + np.sqrt(2.0) * factor * size * np.sin(2.0 * np.pi * frequency * time)
             amplitude = np.sqrt(2.0) * factor * size
             text = f"a steady sine of {frequency:.3g} Hz and amplitude {amplitude:.3g} {model.units[0 if model.by_force else 1]}"
-            trials.append(Trial(text, _builder(model, drive, step, measured)))
-    return tuple(trials)
+            candidate_experiments.append(
+                CandidateExperiment(text, _builder(model, drive, step, measured))
+            )
+    return tuple(candidate_experiments)
 
 
 def _frequencies_hz(model: ElementModel) -> list[float]:
@@ -74,10 +81,10 @@ def _frequencies_hz(model: ElementModel) -> list[float]:
 
 def _builder(
     model: ElementModel, drive: FloatArray, step: float, measured: Measured
-) -> Callable[[Effects, FloatArray], Plant | None]:
-    """Plant under the drive, its response that of a model; the first quarter is left to settle."""
+) -> Callable[[Effects, FloatArray], ComparisonProblem | None]:
+    """ComparisonProblem under the drive, its response that of a model; the first quarter is left to settle."""
 
-    def build(effects: Effects, theta: FloatArray) -> Plant | None:
+    def build(effects: Effects, theta: FloatArray) -> ComparisonProblem | None:
         by_force = model.by_force
         counts = np.arange(drive.size) >= drive.size // 4
         blank = np.linspace(0.0, model.scale.deflection, drive.size)

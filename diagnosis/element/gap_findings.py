@@ -17,15 +17,15 @@ from carrierflex.diagnosis.gap.findings import (
     Drift,
     GapFindings,
     GapMoment,
-    IncoherentCell,
+    NonSynchronousCell,
     PartGrowth,
     Scalar,
 )
 from carrierflex.diagnosis.gap.in_time import drift_words, significant_drifts, trends
 from carrierflex.diagnosis.gap.non_synchronous import (
-    incoherent_words,
+    non_synchronous_words,
     scatter_p_values,
-    significant_incoherent,
+    significant_non_synchronous,
 )
 from carrierflex.diagnosis.gap.power_laws import Exponent, exponents
 
@@ -72,18 +72,18 @@ def element_findings(
     """
     moments: list[GapMoment] = []
     trend_rows: list[Drift] = []
-    scattered: list[IncoherentCell] = []
+    scattered: list[NonSynchronousCell] = []
     for record, residual, variance in zip(records, residuals, noise, strict=True):
         moments += _moments(record, residual)
         trend_rows += _drifts(record, residual, channel)
         scattered += _scatter(
             record, residual, channel, float(variance) if is_declared else float("nan")
         )
-    drifts, rows = significant_drifts(trend_rows), significant_incoherent(scattered)
+    drifts, rows = significant_drifts(trend_rows), significant_non_synchronous(scattered)
     unit = model.units[1 if model.by_force else 0]
     coherent = sum(cell.coherent for cell in cells)
     words = [
-        incoherent_words(rows, coherent, unit, "period to period", noun="line"),
+        non_synchronous_words(rows, coherent, unit, "period to period", noun="line"),
         drift_words(drifts, unit, noun="line"),
     ]
     conditions = {
@@ -93,7 +93,7 @@ def element_findings(
     return GapFindings(
         in_time=tuple(moments),
         drifts=drifts,
-        incoherent=rows,
+        non_synchronous=rows,
         growth=(PartGrowth(channel, float("nan"), "", conditions),),
         parity=parity_text(cells, records) or _no_parity(records),
         text="; ".join(text for text in words if text),
@@ -172,7 +172,7 @@ def _drifts(record: ElementRecord, residual: FloatArray, channel: str) -> list[D
 
 def _scatter(
     record: ElementRecord, residual: FloatArray, channel: str, variance: float
-) -> list[IncoherentCell]:
+) -> list[NonSynchronousCell]:
     """Scatter of the lines over the periods, by band of lines.
 
     The simulated signal of a settled drive repeats.
@@ -200,7 +200,7 @@ def _scatter(
             else float("nan")
         )
         cells.append(
-            IncoherentCell(
+            NonSynchronousCell(
                 record.name, channel, 0.5 * (first + last - 1), seen, model, gap, noise, p_value
             )
         )

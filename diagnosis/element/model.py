@@ -163,13 +163,13 @@ class ElementModel:
         if self.by_force:
             response, slope = self._motion(record, flat, laws, own, refined)
         else:
-            placebo = (
-                flat[SLOT["placebo_1"]] * record.placebos[0]
-                + flat[SLOT["placebo_2"]] * record.placebos[1]
+            negative_control = (
+                flat[SLOT["placebo_1"]] * record.negative_controls[0]
+                + flat[SLOT["placebo_2"]] * record.negative_controls[1]
             )
             q, v, a = record.motion
             limits = np.array([record.step, REST_SPEED * self.scale.speed])
-            response = restoring_force(q, v, a, flat, limits, *laws, *own) + placebo
+            response = restoring_force(q, v, a, flat, limits, *laws, *own) + negative_control
             slope = np.gradient(response)
         delay = flat[SLOT["delay"]] / record.step
         return (
@@ -243,9 +243,9 @@ class ElementModel:
 
 
 @lru_cache(maxsize=16)
-def _fine_drive(record: ElementRecord, substeps: int, placebo: int) -> FloatArray:
+def _fine_drive(record: ElementRecord, substeps: int, negative_control: int) -> FloatArray:
     """Drive (0) or one of its surrogates between the samples, with the periods run before a steady state."""
-    drive = record.placebos[placebo - 1] if placebo else record.drive
+    drive = record.negative_controls[negative_control - 1] if negative_control else record.drive
     if record.in_steady_state:
         drive = np.concatenate([np.tile(drive[: record.period], _RUN_IN_PERIODS), drive])
     return half_step_values(drive, substeps, periodic=record.in_steady_state)

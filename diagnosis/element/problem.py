@@ -16,18 +16,18 @@ from carrierflex.diagnosis.comparison.effect_cards import EffectCard, effect_lib
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
+    CandidateExperiment,
     Effects,
     FloatArray,
     GapCell,
     Parameter,
-    Piece,
-    PieceSums,
+    Segment,
+    SegmentSums,
     Signatures,
-    Trial,
 )
 from carrierflex.diagnosis.element.bands import BandTable, band_table, block_squares
-from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, KIND, PLACEBO_CARDS
-from carrierflex.diagnosis.element.experiments import element_trials
+from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, KIND, NEGATIVE_CONTROLS
+from carrierflex.diagnosis.element.experiments import element_experiments
 from carrierflex.diagnosis.element.gap_findings import element_findings, element_scalars
 from carrierflex.diagnosis.element.gap_map import element_gap_cells, element_where_text
 from carrierflex.diagnosis.element.growth import growth_exponent, growth_words
@@ -52,10 +52,10 @@ _THREADED = 2_000
 
 
 @dataclass(frozen=True, eq=False)
-class ElementPlant:
+class ElementProblem:
     """One element, its records and its library.
 
-    See :class:`carrierflex.diagnosis.comparison.problem.Plant`.
+    See :class:`carrierflex.diagnosis.comparison.problem.ComparisonProblem`.
 
     Parameters
     ----------
@@ -93,19 +93,19 @@ class ElementPlant:
     @cached_property
     def cards(self) -> Mapping[str, EffectCard]:
         """Candidates by id."""
-        left_out = {*self.model.contained, *self.placebos}
+        left_out = {*self.model.contained, *self.negative_controls}
         return {name: card for name, card in self.model.cards.items() if name not in left_out}
 
     @property
-    def placebos(self) -> Effects:
+    def negative_controls(self) -> Effects:
         """Forces without meaning."""
-        return tuple(card.id for card in PLACEBO_CARDS)
+        return tuple(card.id for card in NEGATIVE_CONTROLS)
 
     @cached_property
-    def pieces(self) -> tuple[Piece, ...]:
+    def segments(self) -> tuple[Segment, ...]:
         """Blocks of the runs."""
         return tuple(
-            Piece(record.name, record.condition, block, int((record.block == block).sum()))
+            Segment(record.name, record.condition, block, int((record.block == block).sum()))
             for record in self.records
             for block in range(record.n_blocks)
         )
@@ -135,9 +135,9 @@ class ElementPlant:
         """Starts from force space."""
         return element_starts(self.model, self._signatures, self._columns, effects, known)
 
-    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> PieceSums:
+    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
         """Gauss-Newton sums with derivatives by forward differences."""
-        n, p = len(self.pieces), theta.size
+        n, p = len(self.segments), theta.size
         matrix, right, square = np.zeros((n, p, p)), np.zeros((n, p)), np.zeros(n)
         runs = self._chosen_runs(chosen)
         residuals = self._in_threads(
@@ -151,7 +151,7 @@ class ElementPlant:
             for block, place in enumerate(places):
                 own, left = rows[:, record.block == block], residual[record.block == block]
                 matrix[place], right[place], square[place] = own @ own.T, own @ left, left @ left
-        return PieceSums(matrix, right, square)
+        return SegmentSums(matrix, right, square)
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         """Squared residuals by piece and band; infinite where the model runs away."""
@@ -209,8 +209,8 @@ class ElementPlant:
         """Force-space loops for the report."""
         return element_loops(self.model, self.records, effects, theta)
 
-    def with_signals_of(self, effects: Effects, theta: FloatArray) -> "ElementPlant":
-        """Plant that measured what a model predicts."""
+    def with_signals_of(self, effects: Effects, theta: FloatArray) -> "ElementProblem":
+        """ComparisonProblem that measured what a model predicts."""
         records = []
         for record in self.records:
             predicted = self.model.predicted(record, effects, theta)
@@ -221,9 +221,9 @@ class ElementPlant:
             )
         return replace(self, records=tuple(records))
 
-    def trials(self) -> Sequence[Trial]:
+    def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Drives that were not applied."""
-        return element_trials(self.model, self.records, self._with_record)
+        return element_experiments(self.model, self.records, self._with_record)
 
     def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
         """RMS change of the prediction with half the step."""
@@ -293,8 +293,8 @@ class ElementPlant:
         rows = self._in_threads(row, len(records) * theta.size)
         return [np.array(rows[r * theta.size : (r + 1) * theta.size]) for r in range(len(records))]
 
-    def _with_record(self, model: ElementModel, record: ElementRecord) -> "ElementPlant":
-        """Plant that measured one other record."""
+    def _with_record(self, model: ElementModel, record: ElementRecord) -> "ElementProblem":
+        """ComparisonProblem that measured one other record."""
         return replace(self, model=model, records=(record,), noise=self.noise[:1])
 
     def _in_threads(self, work: Callable[[int], FloatArray], count: int) -> list[FloatArray]:
@@ -305,8 +305,8 @@ class ElementPlant:
             return list(threads.map(work, range(count)))
 
 
-def element_plant(campaign: Campaign) -> ElementPlant:
-    """Plant of a campaign of kind ``element``.
+def element_problem(campaign: Campaign) -> ElementProblem:
+    """ComparisonProblem of a campaign of kind ``element``.
 
     Parameters
     ----------
@@ -315,7 +315,7 @@ def element_plant(campaign: Campaign) -> ElementPlant:
 
     Returns
     -------
-    ElementPlant
+    ElementProblem
         Ready to be diagnosed.
 
     Raises
@@ -331,7 +331,7 @@ def element_plant(campaign: Campaign) -> ElementPlant:
     _refuse_mixed_units(campaign, input_name)
     input_unit = campaign.input_units.get(input_name, input_unit)
     units = (input_unit, channel.unit) if by_force else (channel.unit, input_unit)
-    cards = {**effect_library(KIND, ELEMENT_CARDS), **{card.id: card for card in PLACEBO_CARDS}}
+    cards = {**effect_library(KIND, ELEMENT_CARDS), **{card.id: card for card in NEGATIVE_CONTROLS}}
     unscaled = ElementModel(
         by_force=by_force,
         mass=campaign.rig.get("mass"),
@@ -346,7 +346,7 @@ def element_plant(campaign: Campaign) -> ElementPlant:
     model = replace(
         unscaled, scale=scale, substeps=substeps_for(scale, max(record.step for record in records))
     )
-    return ElementPlant(
+    return ElementProblem(
         model, records, noise, measured, channel.name, channel.noise_std is not None
     )
 

@@ -56,7 +56,7 @@ class ElementRecord:
         Samples a period; 0 where the drive is not periodic.
     in_steady_state : bool
         Whether the record starts in the steady state of a periodic drive.
-    placebos : tuple of ndarray, shape (n,)
+    negative_controls : tuple of ndarray, shape (n,)
         Surrogates of the force.
     gap : ndarray, shape (n,), optional
         Measured less predicted where the baseline is another simulator's prediction.
@@ -74,7 +74,7 @@ class ElementRecord:
     cutoff_hz: float
     period: int
     in_steady_state: bool
-    placebos: tuple[FloatArray, ...]
+    negative_controls: tuple[FloatArray, ...]
     gap: FloatArray | None = None
 
     def with_response(self, response: FloatArray) -> "ElementRecord":
@@ -206,7 +206,7 @@ def prepared_record(
         period=period,
         in_steady_state=in_steady_state,
         # Phases differ from run to run: chance agreement in one does not carry over to the next.
-        placebos=tuple(surrogate(force, seed) for seed in _placebo_seeds(names[0])),
+        negative_controls=tuple(surrogate(force, seed) for seed in _placebo_seeds(names[0])),
     )
 
 

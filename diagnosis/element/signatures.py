@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import CEILING, FloatArray, Signatures
-from carrierflex.diagnosis.element.cards import PLACEBO_CARDS, SHAPE_STARTS
+from carrierflex.diagnosis.comparison.problem import BLACK_BOX, FloatArray, Signatures
+from carrierflex.diagnosis.element.cards import NEGATIVE_CONTROLS, SHAPE_STARTS
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.identification.campaign.signals import band_limited
 
-_PLACEBOS = tuple(card.id for card in PLACEBO_CARDS)
+_PLACEBOS = tuple(card.id for card in NEGATIVE_CONTROLS)
 #: Flexible residual force: powers of deflection and speed up to this degree, friction-like and
 #: hysteretic shapes.
 _DEGREE = 7
@@ -173,7 +173,7 @@ def element_signatures(model: ElementModel, records: Sequence[ElementRecord]) ->
     return Signatures(
         np.array(grams),
         base.shape[0],
-        (*(column.effect for column in columns), *(CEILING,) * n_flexible),
+        (*(column.effect for column in columns), *(BLACK_BOX,) * n_flexible),
         (*(column.shape for column in columns), *((float(k),) for k in range(n_flexible))),
     )
 

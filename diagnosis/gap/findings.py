@@ -62,7 +62,7 @@ class Drift:
 
 
 @dataclass(frozen=True, eq=False)
-class IncoherentCell:
+class NonSynchronousCell:
     """What does not repeat in one cell.
 
     From revolution to revolution, period to period or run to run, or off the orders.
@@ -176,7 +176,7 @@ class GapFindings:
 
     in_time: tuple[GapMoment, ...] = ()
     drifts: tuple[Drift, ...] = ()
-    incoherent: tuple[IncoherentCell, ...] = ()
+    non_synchronous: tuple[NonSynchronousCell, ...] = ()
     growth: tuple[PartGrowth, ...] = ()
     parity: str = ""
     text: str = ""
@@ -284,7 +284,7 @@ def detail_document(detail: GapDetail, *, most: int) -> dict[str, Any]:
     tables: dict[str, Sequence[Any]] = {
         "in_time": own.in_time,
         "drift": own.drifts,
-        "incoherent": own.incoherent,
+        "incoherent": own.non_synchronous,
         "growth": own.growth,
         "cells": detail.cells,
         "scalars": detail.scalars,

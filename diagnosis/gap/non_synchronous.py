@@ -11,7 +11,7 @@ from scipy.stats import chi2, false_discovery_control
 from scipy.stats import f as fisher_f
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.gap.findings import SIGNIFICANCE, IncoherentCell, size_words
+from carrierflex.diagnosis.gap.findings import SIGNIFICANCE, NonSynchronousCell, size_words
 
 #: A part that does not repeat is said where it is this share of the repeating part; below it is
 #: noted in the table only.
@@ -42,12 +42,14 @@ def scatter_p_values_estimated(
     return np.asarray(fisher_f.sf(ratio, degrees, noise_degrees), dtype=np.float64)
 
 
-def significant_incoherent(cells: Sequence[IncoherentCell]) -> tuple[IncoherentCell, ...]:
+def significant_non_synchronous(
+    cells: Sequence[NonSynchronousCell],
+) -> tuple[NonSynchronousCell, ...]:
     """Cells whose scatter is beyond noise, and those off the orders whatever they are, largest excess first.
 
     Parameters
     ----------
-    cells : sequence of IncoherentCell
+    cells : sequence of NonSynchronousCell
         All cells, p-values not adjusted.
     """
     known = [cell for cell in cells if np.isfinite(cell.p_value)]
@@ -60,8 +62,8 @@ def significant_incoherent(cells: Sequence[IncoherentCell]) -> tuple[IncoherentC
     return tuple(sorted(kept, key=lambda cell: cell.noise - cell.gap))
 
 
-def incoherent_words(
-    cells: Sequence[IncoherentCell],
+def non_synchronous_words(
+    cells: Sequence[NonSynchronousCell],
     coherent: float,
     unit: str,
     repeats: str,
@@ -72,7 +74,7 @@ def incoherent_words(
 
     Parameters
     ----------
-    cells : sequence of IncoherentCell
+    cells : sequence of NonSynchronousCell
         Adjusted cells.
     coherent : float
         Mean square of the repeating gap, over all runs.

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Plant
+from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray
 from carrierflex.diagnosis.inference.bounded_fit import EffectFit, fit_effects
-from carrierflex.diagnosis.inference.forward_selection import Ladder
+from carrierflex.diagnosis.inference.forward_selection import ForwardSelection
 from carrierflex.diagnosis.inference.screening import Screen
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 
@@ -13,7 +13,9 @@ _MOST_EXCHANGES = 4
 _TRIAL_STEPS = 8
 
 
-def alias_class(ladder: Ladder, screened: Screen, accepted: Effects, effect: str) -> Effects:
+def alias_class(
+    search: ForwardSelection, screened: Screen, accepted: Effects, effect: str
+) -> Effects:
     """Effects that reproduce a fitted one within the noise, the effect itself first.
 
     Effects whose projected signature is correlated with its signature, and the aliases on its card
@@ -22,7 +24,7 @@ def alias_class(ladder: Ladder, screened: Screen, accepted: Effects, effect: str
 
     Parameters
     ----------
-    ladder : Ladder
+    search : ForwardSelection
         Fitted sets.
     screened : Screen
         Correlations of the signatures.
@@ -36,28 +38,30 @@ def alias_class(ladder: Ladder, screened: Screen, accepted: Effects, effect: str
     tuple of str
         The class.
     """
-    plant, thresholds = ladder.plant, ladder.thresholds
-    fit = ladder.score(accepted).fit
+    problem, thresholds = search.problem, search.thresholds
+    fit = search.score(accepted).fit
     others = [own.id for own in screened.effects if own.id not in accepted]
     related = [
         other
         for other in others
         if screened.correlated(effect, other) >= thresholds.alias_correlation
-        or (other,) in ladder.scores
+        or (other,) in search.scores
     ]
     related.sort(key=lambda other: -screened.correlated(effect, other))
-    simulated = plant.with_signals_of(fit.effects, fit.theta)
+    simulated = problem.with_signals_of(fit.effects, fit.theta)
     members = [effect]
     for other in related[:_MOST_EXCHANGES]:
-        ladder.note(f"exchange test: {other} for {effect}")
+        search.note(f"exchange test: {other} for {effect}")
         exchanged = tuple(sorted((*(own for own in accepted if own != effect), other)))
-        left = _left_over(simulated, exchanged, ladder)
-        if left < thresholds.exchange_ratio * np.sqrt(ladder.floor):
+        left = _left_over(simulated, exchanged, search)
+        if left < thresholds.exchange_ratio * np.sqrt(search.floor):
             members.append(other)
     return tuple(members)
 
 
-def separating_measurement(ladder: Ladder, first: EffectFit, second: EffectFit) -> str:
+def discriminating_experiment_between(
+    search: ForwardSelection, first: EffectFit, second: EffectFit
+) -> str:
     """T-optimal measurement.
 
     Where the second set, refitted, stays farthest from the signals of the first.
@@ -66,8 +70,8 @@ def separating_measurement(ladder: Ladder, first: EffectFit, second: EffectFit) 
 
     Parameters
     ----------
-    ladder : Ladder
-        Plant and progress.
+    search : ForwardSelection
+        ComparisonProblem and progress.
     first, second : EffectFit
         Sets that these records cannot tell apart.
 
@@ -83,19 +87,19 @@ def separating_measurement(ladder: Ladder, first: EffectFit, second: EffectFit) 
     """
     # Below one floor the trial would separate no better than the records at hand.
     best, text = 1.0, ""
-    for trial in ladder.plant.trials():
-        ladder.note(f"trial: {trial.text}")
-        plant = trial.plant(first.effects, first.theta)
-        if plant is None:
+    for experiment in search.problem.candidate_experiments():
+        search.note(f"trial: {experiment.text}")
+        problem = experiment.problem(first.effects, first.theta)
+        if problem is None:
             continue
         # A trial may hold another number of runs, and with them of parameters.
         starts = (
-            [second.theta] if len(plant.parameters(second.effects)) == second.theta.size else []
+            [second.theta] if len(problem.parameters(second.effects)) == second.theta.size else []
         )
-        fit = fit_effects(plant, second.effects, starts=starts, most_steps=_TRIAL_STEPS)
-        ratio = _rms(plant, fit) / np.sqrt(ladder.floor)
+        fit = fit_effects(problem, second.effects, starts=starts, most_steps=_TRIAL_STEPS)
+        ratio = _rms(problem, fit) / np.sqrt(search.floor)
         if np.isfinite(ratio) and ratio > best:
-            best, text = ratio, trial.text
+            best, text = ratio, experiment.text
     if not text:
         return ""
     names = " and ".join("+".join(fit.effects) for fit in (first, second))
@@ -126,10 +130,10 @@ def is_named_consistently(
     return True
 
 
-def _left_over(simulated: Plant, exchanged: Effects, ladder: Ladder) -> float:
-    starts = [ladder.scores[exchanged].fit.theta] if exchanged in ladder.scores else []
+def _left_over(simulated: ComparisonProblem, exchanged: Effects, search: ForwardSelection) -> float:
+    starts = [search.scores[exchanged].fit.theta] if exchanged in search.scores else []
     return _rms(simulated, fit_effects(simulated, exchanged, starts=starts))
 
 
-def _rms(plant: Plant, fit: EffectFit) -> float:
-    return float(np.sqrt(fit.sums.square.sum() / plant.cell_counts.sum()))
+def _rms(problem: ComparisonProblem, fit: EffectFit) -> float:
+    return float(np.sqrt(fit.sums.square.sum() / problem.cell_counts.sum()))

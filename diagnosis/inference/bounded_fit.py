@@ -11,11 +11,11 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
+    ComparisonProblem,
     Effects,
     FloatArray,
     Parameter,
-    PieceSums,
-    Plant,
+    SegmentSums,
 )
 
 #: A model may cost more than one it contains by rounding only.
@@ -47,7 +47,7 @@ class EffectFit:
         Values.
     cost : float
         Sum of squared residuals and prior terms.
-    sums : PieceSums
+    sums : SegmentSums
         Sums at `theta`, by piece.
     prior : ndarray, shape (p,)
         Weight of each squared parameter in the cost.
@@ -59,7 +59,7 @@ class EffectFit:
     parameters: tuple[Parameter, ...]
     theta: FloatArray
     cost: float
-    sums: PieceSums
+    sums: SegmentSums
     prior: FloatArray
     at_bound: BoolArray
 
@@ -83,8 +83,8 @@ class EffectFit:
         matrix = self.sums.matrix.sum(axis=0) + np.diag(self.prior)
         inverse = _pseudo_inverse(matrix)
         scores = self.sums.right_side - self.sums.right_side.mean(axis=0)
-        pieces = max(len(scores), 2)
-        covariance = inverse @ (scores.T @ scores) @ inverse * pieces / (pieces - 1.0)
+        segments = max(len(scores), 2)
+        covariance = inverse @ (scores.T @ scores) @ inverse * segments / (segments - 1.0)
         unseen = np.diag(matrix) <= 0.0
         covariance[unseen], covariance[:, unseen] = np.nan, np.nan
         return covariance
@@ -116,7 +116,7 @@ def parameter_key(parameter: Parameter) -> tuple[str, str]:
 
 
 def fit_effects(
-    plant: Plant,
+    problem: ComparisonProblem,
     effects: Effects,
     *,
     contained: Sequence[EffectFit] = (),
@@ -127,7 +127,7 @@ def fit_effects(
 
     Parameters
     ----------
-    plant : Plant
+    problem : ComparisonProblem
         Records and simulator.
     effects : tuple of str
         Effects beside the baseline.
@@ -148,16 +148,24 @@ def fit_effects(
     NestedCostError
         Where a sub-set fits better by more than rounding.
     """
-    parameters = plant.parameters(effects)
-    everything = np.ones(len(plant.pieces), dtype=bool)
+    parameters = problem.parameters(effects)
+    everything = np.ones(len(problem.segments), dtype=bool)
     free = np.ones(len(parameters), dtype=bool)
-    prior = prior_weights(plant, parameters)
+    prior = prior_weights(problem, parameters)
     best = min(contained, key=lambda fit: fit.cost, default=None)
-    candidates = [*plant.starts(effects, best.known if best else {}), *starts]
-    costs = np.array([trial_cost(plant, effects, theta, everything, prior) for theta in candidates])
+    candidates = [*problem.starts(effects, best.known if best else {}), *starts]
+    costs = np.array(
+        [trial_cost(problem, effects, theta, everything, prior) for theta in candidates]
+    )
     costs = np.where(np.isfinite(costs), costs, np.inf)
     search = partial(
-        minimised, plant, effects, chosen=everything, free=free, prior=prior, most_steps=most_steps
+        minimised,
+        problem,
+        effects,
+        chosen=everything,
+        free=free,
+        prior=prior,
+        most_steps=most_steps,
     )
     theta, cost, sums = search(candidates[int(np.argmin(costs))])
     if best is not None and cost > best.cost:
@@ -170,16 +178,16 @@ def fit_effects(
 
 
 def minimised(
-    plant: Plant,
+    problem: ComparisonProblem,
     effects: Effects,
     start: FloatArray,
     *,
     chosen: BoolArray,
     free: BoolArray,
     prior: FloatArray,
-    first_sums: PieceSums | None = None,
+    first_sums: SegmentSums | None = None,
     most_steps: int = _MOST_STEPS,
-) -> tuple[FloatArray, float, PieceSums]:
+) -> tuple[FloatArray, float, SegmentSums]:
     """Minimise the cost of the chosen pieces over the free parameters by damped Gauss-Newton steps within bounds.
 
     Parameters
@@ -190,39 +198,39 @@ def minimised(
         Pieces that count, shape (n_pieces,); parameters that move, shape (p,).
     prior : ndarray, shape (p,)
         Weight of each squared parameter.
-    first_sums : PieceSums, optional
+    first_sums : SegmentSums, optional
         Sums at `start`, where they are known.
     most_steps : int
         Steps at most.
 
     Returns
     -------
-    tuple of (ndarray, float, PieceSums)
+    tuple of (ndarray, float, SegmentSums)
         Parameters, cost and the sums there.
     """
-    parameters = plant.parameters(effects)
+    parameters = problem.parameters(effects)
     theta = np.array(start, dtype=np.float64)
-    sums = plant.sums(effects, theta, chosen) if first_sums is None else first_sums
+    sums = problem.sums(effects, theta, chosen) if first_sums is None else first_sums
     cost = float(sums.square[chosen].sum() + prior @ theta**2)
-    far, slow, damping = _FAR_FROM_NOISE * float(plant.noise_square[chosen].sum()), 0, 1e-6
+    far, slow, damping = _FAR_FROM_NOISE * float(problem.noise_square[chosen].sum()), 0, 1e-6
     for _ in range(most_steps):
         matrix = sums.matrix[chosen].sum(axis=0) + np.diag(prior)
         slope = sums.right_side[chosen].sum(axis=0) - prior * theta
         moved = False
         for _ in range(_MOST_DAMPINGS):
-            trial = _bounded_step(parameters, theta, matrix, slope, free=free, damping=damping)
-            step = trial - theta
+            experiment = _bounded_step(parameters, theta, matrix, slope, free=free, damping=damping)
+            step = experiment - theta
             promise = float(2.0 * slope @ step - step @ matrix @ step)
             if promise <= _PROMISE * cost:
                 break
-            trial_value = trial_cost(plant, effects, trial, chosen, prior)
+            trial_value = trial_cost(problem, effects, experiment, chosen, prior)
             if np.isfinite(trial_value) and trial_value < cost:
                 moved, damping = True, damping / 10.0
                 break
             damping = max(10.0 * damping, 1e-4)
         if not moved:
             break
-        theta, sums, before = trial, plant.sums(effects, trial, chosen), cost
+        theta, sums, before = experiment, problem.sums(effects, experiment, chosen), cost
         cost = float(sums.square[chosen].sum() + prior @ theta**2)
         slow = slow + 1 if before - cost < _SLOW_GAIN[cost > far] * before else 0
         if slow == _SLOW_STEPS:
@@ -230,20 +238,24 @@ def minimised(
     return theta, cost, sums
 
 
-def prior_weights(plant: Plant, parameters: Sequence[Parameter]) -> FloatArray:
+def prior_weights(problem: ComparisonProblem, parameters: Sequence[Parameter]) -> FloatArray:
     """Weight of each squared parameter.
 
     The noise variance over the prior's variance, shape (p,).
     """
-    variance = float(plant.noise_square.sum() / max(plant.cell_counts.sum(), 1.0))
+    variance = float(problem.noise_square.sum() / max(problem.cell_counts.sum(), 1.0))
     return np.array([variance / parameter.prior_std**2 for parameter in parameters])
 
 
 def trial_cost(
-    plant: Plant, effects: Effects, theta: FloatArray, chosen: BoolArray, prior: FloatArray
+    problem: ComparisonProblem,
+    effects: Effects,
+    theta: FloatArray,
+    chosen: BoolArray,
+    prior: FloatArray,
 ) -> float:
     """Cost of one parameter set over the chosen pieces."""
-    return float(plant.squares(effects, theta, chosen)[chosen].sum() + prior @ theta**2)
+    return float(problem.squares(effects, theta, chosen)[chosen].sum() + prior @ theta**2)
 
 
 def _bounded_step(
@@ -262,24 +274,24 @@ def _bounded_step(
     lower = np.array([parameter.lower for parameter in parameters])
     upper = np.array([parameter.upper for parameter in parameters])
     moving = free & (np.diag(matrix) > 0.0)
-    trial = theta.copy()
+    experiment = theta.copy()
     for _ in range(len(parameters)):
         where = np.flatnonzero(moving)
         if where.size == 0:
             break
-        fixed = trial - theta
+        fixed = experiment - theta
         fixed[where] = 0.0
         own = matrix[np.ix_(where, where)]
         size = np.sqrt(np.diag(own))
         scaled = own / np.outer(size, size) + damping * np.eye(where.size)
         right = (slope[where] - matrix[where] @ fixed) / size
-        trial[where] = theta[where] + np.linalg.lstsq(scaled, right, rcond=1e-12)[0] / size
-        outside = moving & ((trial < lower) | (trial > upper))
+        experiment[where] = theta[where] + np.linalg.lstsq(scaled, right, rcond=1e-12)[0] / size
+        outside = moving & ((experiment < lower) | (experiment > upper))
         if not outside.any():
             break
-        trial = np.clip(trial, lower, upper)
+        experiment = np.clip(experiment, lower, upper)
         moving &= ~outside
-    return np.clip(trial, lower, upper)
+    return np.clip(experiment, lower, upper)
 
 
 def _bound_hits(parameters: Sequence[Parameter], theta: FloatArray) -> BoolArray:

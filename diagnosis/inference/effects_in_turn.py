@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, Plant
+from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray
 from carrierflex.diagnosis.inference.forward_selection import (
     explained_share,
-    ladder_of,
-    placebo_scores,
+    forward_selection,
+    negative_control_scores,
 )
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 
@@ -28,7 +28,7 @@ class EffectsInTurn:
         Held-out RMS of the baseline and one effect.
     phi : ndarray, shape (n_effects + 1,)
         Share of the mean square above the noise floor that is explained.
-    placebo_rho : float
+    negative_control_rho : float
         RMS with the best placebo over the baseline's.
     noise_floor : float
         RMS that no model can go below.
@@ -38,7 +38,7 @@ class EffectsInTurn:
     rms: FloatArray
     rms_alone: FloatArray
     phi: FloatArray
-    placebo_rho: float
+    negative_control_rho: float
     noise_floor: float
 
     @property
@@ -47,12 +47,12 @@ class EffectsInTurn:
         return self.rms / self.rms[0]
 
 
-def effects_in_turn(plant: Plant, effects: Sequence[str]) -> EffectsInTurn:
+def effects_in_turn(problem: ComparisonProblem, effects: Sequence[str]) -> EffectsInTurn:
     """Score the effects of a list on held-out records, as :func:`carrierflex.diagnosis.diagnose.diagnose` scores its sets.
 
     Parameters
     ----------
-    plant : Plant
+    problem : ComparisonProblem
         Records, simulator and library.
     effects : sequence of str
         Effects in the order they are added.
@@ -68,20 +68,22 @@ def effects_in_turn(plant: Plant, effects: Sequence[str]) -> EffectsInTurn:
     ValueError
         Where an effect is not a candidate of the plant.
     """
-    unknown = [effect for effect in effects if effect not in plant.cards]
+    unknown = [effect for effect in effects if effect not in problem.cards]
     if unknown:
         raise ValueError(
-            f"effects {', '.join(unknown)}; expected candidates of the plant: {', '.join(plant.cards)}"
+            f"effects {', '.join(unknown)}; expected candidates of the plant: {', '.join(problem.cards)}"
         )
-    ladder = ladder_of(plant, Thresholds())
-    squares = np.array([ladder.mean_square(tuple(effects[:k])) for k in range(len(effects) + 1)])
-    before = ladder.score(()).square.sum()
-    placebo = min(float(score.square.sum() / before) for score in placebo_scores(ladder, ()))
+    search = forward_selection(problem, Thresholds())
+    squares = np.array([search.mean_square(tuple(effects[:k])) for k in range(len(effects) + 1)])
+    before = search.score(()).square.sum()
+    negative_control = min(
+        float(score.square.sum() / before) for score in negative_control_scores(search, ())
+    )
     return EffectsInTurn(
         effects=tuple(effects),
         rms=np.sqrt(squares),
-        rms_alone=np.sqrt([ladder.mean_square((effect,)) for effect in effects]),
-        phi=np.array([explained_share(squares[0], square, ladder.floor) for square in squares]),
-        placebo_rho=float(np.sqrt(placebo)),
-        noise_floor=float(np.sqrt(ladder.floor)),
+        rms_alone=np.sqrt([search.mean_square((effect,)) for effect in effects]),
+        phi=np.array([explained_share(squares[0], square, search.floor) for square in squares]),
+        negative_control_rho=float(np.sqrt(negative_control)),
+        noise_floor=float(np.sqrt(search.floor)),
     )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import BoolArray, Piece
+from carrierflex.diagnosis.comparison.problem import BoolArray, Segment
 
 #: With fewer conditions, leaving one out takes away the range of amplitude that the others cannot
 #: replace.
@@ -25,7 +25,7 @@ class Fold:
     ----------
     name : str
         What is left out, in words.
-    training, own, held_out : ndarray of bool, shape (n_pieces,)
+    training, own, held_out : ndarray of bool, shape (n_segments,)
         Pieces that fit what runs share; pieces of held-out runs that fit those runs' own parameters
         only; pieces scored.
     """
@@ -36,7 +36,7 @@ class Fold:
     held_out: BoolArray
 
 
-def held_out_folds(pieces: Sequence[Piece], *, runs_have_own: bool) -> tuple[Fold, ...]:
+def held_out_folds(segments: Sequence[Segment], *, runs_have_own: bool) -> tuple[Fold, ...]:
     """Folds in which every piece is scored once.
 
     Three conditions or more: leave one condition out; where runs have parameters of their own,
@@ -46,7 +46,7 @@ def held_out_folds(pieces: Sequence[Piece], *, runs_have_own: bool) -> tuple[Fol
 
     Parameters
     ----------
-    pieces : sequence of Piece
+    segments : sequence of Segment
         Pieces of the plant.
     runs_have_own : bool
         Whether a run has parameters that other runs do not share.
@@ -56,8 +56,8 @@ def held_out_folds(pieces: Sequence[Piece], *, runs_have_own: bool) -> tuple[Fol
     tuple of Fold
         At least two.
     """
-    condition = np.array([piece.condition for piece in pieces])
-    block = np.array([piece.block for piece in pieces])
+    condition = np.array([segment.condition for segment in segments])
+    block = np.array([segment.block for segment in segments])
     names = sorted(set(condition))
     if len(names) >= _FEWEST_CONDITIONS:
         folds = []
@@ -86,14 +86,14 @@ def held_out_folds(pieces: Sequence[Piece], *, runs_have_own: bool) -> tuple[Fol
     return tuple(folds)
 
 
-def extrapolation_fold(pieces: Sequence[Piece], gap: Sequence[float]) -> Fold | None:
+def extrapolation_fold(segments: Sequence[Segment], gap: Sequence[float]) -> Fold | None:
     """The condition with the largest gap, predicted from all others.
 
     None where there is one condition only.
 
     Parameters
     ----------
-    pieces : sequence of Piece
+    segments : sequence of Segment
         Pieces of the plant.
     gap : sequence of float
         Mean square of the baseline's gap by piece.
@@ -103,7 +103,7 @@ def extrapolation_fold(pieces: Sequence[Piece], gap: Sequence[float]) -> Fold | 
     Fold or None
         The split.
     """
-    condition = np.array([piece.condition for piece in pieces])
+    condition = np.array([segment.condition for segment in segments])
     names = sorted(set(condition))
     if len(names) < 2:
         return None

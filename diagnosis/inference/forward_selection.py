@@ -9,10 +9,10 @@ from itertools import combinations
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import Effects, Plant, Signatures
+from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, Signatures
 from carrierflex.diagnosis.inference.bounded_fit import EffectFit, NestedCostError, fit_effects
 from carrierflex.diagnosis.inference.folds import Fold, held_out_folds
-from carrierflex.diagnosis.inference.held_out import HeldOut, held_out_score, shrink_interval
+from carrierflex.diagnosis.inference.held_out import HeldOut, held_out_score, reduction_draws
 from carrierflex.diagnosis.inference.screening import Screen, screen
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 
@@ -30,12 +30,12 @@ _SEED = 7
 
 
 @dataclass(eq=False)
-class Ladder:
+class ForwardSelection:
     """Sets of effects tried so far; grows while the search runs.
 
     Parameters
     ----------
-    plant : Plant
+    problem : ComparisonProblem
         Records and simulator.
     folds : sequence of Fold
         Splits.
@@ -51,7 +51,7 @@ class Ladder:
         Sets whose search ended above a set they contain, and how; none of them is supported.
     """
 
-    plant: Plant
+    problem: ComparisonProblem
     folds: Sequence[Fold]
     thresholds: Thresholds
     note: Callable[[str], None]
@@ -63,7 +63,7 @@ class Ladder:
         """Score of a set, fitted now where it was not yet."""
         key = tuple(sorted(effects))
         if key not in self.scores:
-            self.scores[key] = held_out_score(self.plant, self.fit(key), self.folds)
+            self.scores[key] = held_out_score(self.problem, self.fit(key), self.folds)
         return self.scores[key]
 
     def fit(self, effects: Effects) -> EffectFit:
@@ -73,7 +73,7 @@ class Ladder:
             self.note(" + ".join(("baseline", *key)))
             contained = [self.fits[smaller] for smaller in self.fits if set(smaller) < set(key)]
             try:
-                self.fits[key] = fit_effects(self.plant, key, contained=contained)
+                self.fits[key] = fit_effects(self.problem, key, contained=contained)
             except NestedCostError as error:
                 self.fits[key], self.stuck[key] = error.fit, str(error)
         return self.fits[key]
@@ -84,7 +84,7 @@ class Ladder:
         Held-out gains are smaller still.
         """
         square = self.fit(effects).sums.square.sum()
-        floor = float(self.plant.noise_square.sum())
+        floor = float(self.problem.noise_square.sum())
         smaller = [
             own for own in combinations(sorted(effects), len(effects) - 1) if own in self.fits
         ]
@@ -107,7 +107,7 @@ class Ladder:
 
     def mean_square(self, effects: Effects) -> float:
         """Held-out mean square of a set."""
-        return float(self.score(effects).square.sum() / self.plant.cell_counts.sum())
+        return float(self.score(effects).square.sum() / self.problem.cell_counts.sum())
 
     def leaves_nothing(self, effects: Effects) -> bool:
         """Whether what a set leaves above the floor is too little for a further effect."""
@@ -119,9 +119,9 @@ class Ladder:
     @property
     def floor(self) -> float:
         """Mean square of the noise."""
-        return float(self.plant.noise_square.sum() / self.plant.cell_counts.sum())
+        return float(self.problem.noise_square.sum() / self.problem.cell_counts.sum())
 
-    def refusal(self, effects: Effects) -> str:
+    def rejection(self, effects: Effects) -> str:
         """Why a set is not supported; empty where every effect in it is.
 
         An effect must stand off its physical bounds, explain at least the share `explained` of what
@@ -139,7 +139,7 @@ class Ladder:
         if self._fits_any_curve(effects):
             return f"{', '.join(effects)} are laws of one kind along one motion: together they fit any curve"
         smaller = [tuple(own for own in effects if own != effect) for effect in effects]
-        floor = float(self.plant.noise_square.sum())
+        floor = float(self.problem.noise_square.sum())
         whole = float(self.score(()).square.sum()) - floor
         # Sets that are scored already come first: they may settle it without another fit.
         for effect, rest in sorted(
@@ -164,23 +164,23 @@ class Ladder:
 
     def _fits_any_curve(self, effects: Effects) -> bool:
         """Whether three effects or more, each an alias of every other by its card, act on one channel."""
-        cards = self.plant.cards
+        cards = self.problem.cards
         return (
-            self.plant.n_channels == 1
+            self.problem.n_channels == 1
             and len(effects) > 2
             and all(two in cards[one].aliases for one in effects for two in effects if one != two)
         )
 
     def supported_sets(self) -> list[Effects]:
         """Sets scored so far that no rule refuses."""
-        return [effects for effects in list(self.scores) if effects and not self.refusal(effects)]
+        return [effects for effects in list(self.scores) if effects and not self.rejection(effects)]
 
     def shrink_draws(self, before: HeldOut, after: HeldOut) -> np.ndarray:
         """Bootstrap draws of RMS after over before."""
-        return shrink_interval(
+        return reduction_draws(
             before.square,
             after.square,
-            [piece.condition for piece in self.plant.pieces],
+            [segment.condition for segment in self.problem.segments],
             n_samples=self.thresholds.bootstrap_samples,
             rng=np.random.default_rng(_SEED),
         )
@@ -195,55 +195,59 @@ def explained_share(before: float, after: float, floor: float) -> float:
     return 1.0 - (after - floor) / above if above > 0.0 else 0.0
 
 
-def ladder_of(
-    plant: Plant, thresholds: Thresholds, note: Callable[[str], None] = lambda text: None
-) -> Ladder:
+def forward_selection(
+    problem: ComparisonProblem,
+    thresholds: Thresholds,
+    note: Callable[[str], None] = lambda text: None,
+) -> ForwardSelection:
     """Empty ladder of a plant, scored on the folds that its pieces and parameters allow."""
-    own = any(parameter.run is not None for parameter in plant.parameters(()))
-    return Ladder(plant, held_out_folds(plant.pieces, runs_have_own=own), thresholds, note)
+    own = any(parameter.run is not None for parameter in problem.parameters(()))
+    return ForwardSelection(
+        problem, held_out_folds(problem.segments, runs_have_own=own), thresholds, note
+    )
 
 
-def climb(ladder: Ladder, screened: Screen, signatures: Signatures) -> None:
+def select_forward(search: ForwardSelection, screened: Screen, signatures: Signatures) -> None:
     """Try single effects, pairs and larger sets until nothing is left or no set pays.
 
     Parameters
     ----------
-    ladder : Ladder
+    search : ForwardSelection
         Grows by the sets tried.
     screened : Screen
         Force-space screen of the baseline's residual.
     signatures : Signatures
         Columns of the screen, to screen again beside the best set.
     """
-    ladder.score(())
-    survivors = screened.survivors(ladder.thresholds)
-    level: list[Effects] = [ladder.score((effect,)).fit.effects for effect in survivors]
-    for size in range(2, ladder.thresholds.most_effects + 1):
-        level.sort(key=ladder.mean_square)
-        nothing_left = bool(level) and ladder.leaves_nothing(level[0])
-        if not level or nothing_left or (size > 2 and not _last_level_pays(ladder, level)):
+    search.score(())
+    survivors = screened.survivors(search.thresholds)
+    level: list[Effects] = [search.score((effect,)).fit.effects for effect in survivors]
+    for size in range(2, search.thresholds.most_effects + 1):
+        level.sort(key=search.mean_square)
+        nothing_left = bool(level) and search.leaves_nothing(level[0])
+        if not level or nothing_left or (size > 2 and not _last_level_pays(search, level)):
             return
         larger = []
         # Several laws along one motion are hardly ever right beyond two: there the best pair alone
         # is extended.
-        extended = _EXTENDED_SETS if size == 2 or ladder.plant.n_channels > 1 else 1
+        extended = _EXTENDED_SETS if size == 2 or search.problem.n_channels > 1 else 1
         for effects in level[:extended]:
-            if ladder.mean_square(effects) <= _FAR_BEHIND * ladder.mean_square(level[0]):
+            if search.mean_square(effects) <= _FAR_BEHIND * search.mean_square(level[0]):
                 further = _further_effects(effects, screened, signatures, survivors)
                 larger += [tuple(sorted((*effects, effect))) for effect in further]
         if size == 2:
-            larger += _beside_sensors(ladder.plant, survivors)
-        level = [effects for effects in dict.fromkeys(larger) if ladder.is_worth_scoring(effects)]
+            larger += _beside_sensors(search.problem, survivors)
+        level = [effects for effects in dict.fromkeys(larger) if search.is_worth_scoring(effects)]
         for effects in level:
-            ladder.score(effects)
+            search.score(effects)
 
 
-def _beside_sensors(plant: Plant, survivors: Effects) -> list[Effects]:
+def _beside_sensors(problem: ComparisonProblem, survivors: Effects) -> list[Effects]:
     """Every survivor with every effect that acts on it.
 
     Neither need show alone what both do together.
     """
-    acting = [card.id for card in plant.cards.values() if card.acts_on_others]
+    acting = [card.id for card in problem.cards.values() if card.acts_on_others]
     return [
         tuple(sorted((effect, other)))
         for effect in survivors
@@ -252,10 +256,10 @@ def _beside_sensors(plant: Plant, survivors: Effects) -> list[Effects]:
     ]
 
 
-def _last_level_pays(ladder: Ladder, level: list[Effects]) -> bool:
+def _last_level_pays(search: ForwardSelection, level: list[Effects]) -> bool:
     """Whether the best supported set so far is one of the largest sets tried."""
-    supported = ladder.supported_sets()
-    return bool(supported) and min(supported, key=ladder.mean_square) in level
+    supported = search.supported_sets()
+    return bool(supported) and min(supported, key=search.mean_square) in level
 
 
 def _further_effects(
@@ -274,6 +278,9 @@ def best_beside(effects: Effects, screened: Screen, signatures: Signatures) -> l
     ]
 
 
-def placebo_scores(ladder: Ladder, beside: Effects) -> list[HeldOut]:
+def negative_control_scores(search: ForwardSelection, beside: Effects) -> list[HeldOut]:
     """Scores of every placebo added to a set."""
-    return [ladder.score((*beside, placebo)) for placebo in ladder.plant.placebos]
+    return [
+        search.score((*beside, negative_control))
+        for negative_control in search.problem.negative_controls
+    ]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import FloatArray, Plant
+from carrierflex.diagnosis.comparison.problem import ComparisonProblem, FloatArray
 from carrierflex.diagnosis.inference.bounded_fit import EffectFit, minimised
 from carrierflex.diagnosis.inference.folds import Fold
 
@@ -24,9 +24,9 @@ class HeldOut:
     ----------
     fit : EffectFit
         Fit to all pieces.
-    square : ndarray, shape (n_pieces,)
+    square : ndarray, shape (n_segments,)
         Sum of squared held-out residuals.
-    log_density : ndarray, shape (n_pieces,)
+    log_density : ndarray, shape (n_segments,)
         Log predictive density, leftover of training as discrepancy.
     theta_by_fold : ndarray, shape (n_folds, p)
         Parameters of every fold.
@@ -43,7 +43,7 @@ class HeldOut:
         return float(self.log_density.sum())
 
 
-def held_out_score(plant: Plant, fit: EffectFit, folds: Sequence[Fold]) -> HeldOut:
+def held_out_score(problem: ComparisonProblem, fit: EffectFit, folds: Sequence[Fold]) -> HeldOut:
     """Score a set on every fold.
 
     ``elpd = sum log N(r; 0, s²)`` over the pieces and cells, with s² the mean square that the
@@ -51,7 +51,7 @@ def held_out_score(plant: Plant, fit: EffectFit, folds: Sequence[Fold]) -> HeldO
 
     Parameters
     ----------
-    plant : Plant
+    problem : ComparisonProblem
         Records and simulator.
     fit : EffectFit
         Fit to all pieces; start of every fold's fit.
@@ -63,29 +63,29 @@ def held_out_score(plant: Plant, fit: EffectFit, folds: Sequence[Fold]) -> HeldO
     HeldOut
         Score by piece.
     """
-    n_pieces = len(plant.pieces)
-    square, log_density, thetas = np.full(n_pieces, np.nan), np.full(n_pieces, np.nan), []
+    n_segments = len(problem.segments)
+    square, log_density, thetas = np.full(n_segments, np.nan), np.full(n_segments, np.nan), []
     # The discrepancy of the training pieces: their residual at the fit to all pieces is as good,
     # and one run cheaper.
-    trained = plant.squares(fit.effects, fit.theta, np.ones(n_pieces, dtype=bool))
+    trained = problem.squares(fit.effects, fit.theta, np.ones(n_segments, dtype=bool))
     for fold in folds:
-        theta = fold_theta(plant, fit, fold)
-        held = plant.squares(fit.effects, theta, fold.held_out)
+        theta = fold_theta(problem, fit, fold)
+        held = problem.squares(fit.effects, theta, fold.held_out)
         square[fold.held_out] = held[fold.held_out].sum(axis=1)
-        log_density[fold.held_out] = _log_density(plant, trained, fold, held)
+        log_density[fold.held_out] = _log_density(problem, trained, fold, held)
         thetas.append(theta)
     return HeldOut(fit, square, log_density, np.array(thetas))
 
 
-def fold_theta(plant: Plant, fit: EffectFit, fold: Fold) -> FloatArray:
+def fold_theta(problem: ComparisonProblem, fit: EffectFit, fold: Fold) -> FloatArray:
     """Parameters fitted without the held-out pieces, shape (p,)."""
     shared = np.array([parameter.run is None for parameter in fit.parameters], dtype=bool)
-    in_training = {plant.pieces[k].run for k in np.flatnonzero(fold.training)}
+    in_training = {problem.segments[k].run for k in np.flatnonzero(fold.training)}
     free = shared | np.array(
         [parameter.run in in_training for parameter in fit.parameters], dtype=bool
     )
     theta, _, _ = minimised(
-        plant,
+        problem,
         fit.effects,
         fit.theta,
         chosen=fold.training,
@@ -96,7 +96,7 @@ def fold_theta(plant: Plant, fit: EffectFit, fold: Fold) -> FloatArray:
     )
     if fold.own.any() and not free.all():
         theta, _, _ = minimised(
-            plant,
+            problem,
             fit.effects,
             theta,
             chosen=fold.own,
@@ -136,7 +136,7 @@ def stacking_weights(scores: Sequence[HeldOut]) -> FloatArray:
     return weights
 
 
-def shrink_interval(
+def reduction_draws(
     before: FloatArray,
     after: FloatArray,
     groups: Sequence[str],
@@ -150,7 +150,7 @@ def shrink_interval(
 
     Parameters
     ----------
-    before, after : ndarray, shape (n_pieces,)
+    before, after : ndarray, shape (n_segments,)
         Sums of squared residuals.
     groups : sequence of str
         Condition of every piece; with fewer than three, pieces alone are drawn, within their
@@ -183,14 +183,16 @@ def drawn_counts(groups: Sequence[str], *, n_samples: int, rng: np.random.Genera
     return counts
 
 
-def _log_density(plant: Plant, trained: FloatArray, fold: Fold, held: FloatArray) -> FloatArray:
-    trained_counts = plant.cell_counts[fold.training].sum(axis=0)
+def _log_density(
+    problem: ComparisonProblem, trained: FloatArray, fold: Fold, held: FloatArray
+) -> FloatArray:
+    trained_counts = problem.cell_counts[fold.training].sum(axis=0)
     counts = np.maximum(trained_counts, 1.0)
-    noise = plant.noise_square[fold.training].sum(axis=0) / counts
+    noise = problem.noise_square[fold.training].sum(axis=0) / counts
     variance = np.maximum(
         trained[fold.training].sum(axis=0) / counts, np.maximum(noise, np.finfo(float).tiny)
     )
-    own_counts = plant.cell_counts[fold.held_out]
+    own_counts = problem.cell_counts[fold.held_out]
     # A model that runs away predicts as badly as any model can.
     variance = np.minimum(variance, np.sqrt(np.finfo(float).max))
     with np.errstate(over="ignore"):

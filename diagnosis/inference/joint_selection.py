@@ -4,7 +4,11 @@ Several causes of like size, none of which pays before the others are in.
 """
 
 from carrierflex.diagnosis.comparison.problem import Effects, Signatures
-from carrierflex.diagnosis.inference.forward_selection import Ladder, best_beside, explained_share
+from carrierflex.diagnosis.inference.forward_selection import (
+    ForwardSelection,
+    best_beside,
+    explained_share,
+)
 from carrierflex.diagnosis.inference.screening import Screen
 
 #: Sets of one size that are extended.
@@ -17,18 +21,18 @@ _FEWEST_CHANNELS = 2
 _LEAST_STEP = 0.2
 
 
-def climb_together(ladder: Ladder, screened: Screen, signatures: Signatures) -> None:
+def select_jointly(search: ForwardSelection, screened: Screen, signatures: Signatures) -> None:
     """Extend sets by what they fit, not by what each step pays.
 
     Then drop what does not pay in the end.
 
     With three causes of like size each explains a third of the gap, and no pair explains most of
     what is left without one of its members; the whole set does. Every member of it must still pass
-    the rules of :meth:`carrierflex.diagnosis.inference.forward_selection.Ladder.refusal`.
+    the rules of :meth:`carrierflex.diagnosis.inference.forward_selection.ForwardSelection.rejection`.
 
     Parameters
     ----------
-    ladder : Ladder
+    search : ForwardSelection
         Grows by the sets tried; left alone where a set already explains enough to be named, and
         where one channel is measured.
     screened : Screen
@@ -36,66 +40,66 @@ def climb_together(ladder: Ladder, screened: Screen, signatures: Signatures) -> 
     signatures : Signatures
         Columns of the screen.
     """
-    if ladder.plant.n_channels < _FEWEST_CHANNELS or _is_explained(ladder):
+    if search.problem.n_channels < _FEWEST_CHANNELS or _is_explained(search):
         return
-    largest = _grown(ladder, screened, signatures)
-    while len(largest) > 2 and (weakest := _weakest(ladder, largest)):
+    largest = _grown(search, screened, signatures)
+    while len(largest) > 2 and (weakest := _weakest(search, largest)):
         largest = _without(largest, weakest)
-        ladder.score(largest)
+        search.score(largest)
 
 
-def _is_explained(ladder: Ladder) -> bool:
+def _is_explained(search: ForwardSelection) -> bool:
     """Whether a supported set explains enough of the gap, or the gap is too near the floor for several causes."""
-    limits, floor = ladder.thresholds, ladder.floor
-    before = ladder.mean_square(())
+    limits, floor = search.thresholds, search.floor
+    before = search.mean_square(())
     if before < limits.stands_out**2 * floor:
         return True
-    left = min((ladder.mean_square(effects) for effects in ladder.supported_sets()), default=before)
+    left = min((search.mean_square(effects) for effects in search.supported_sets()), default=before)
     return (
         left <= limits.far**2 * floor
         or explained_share(before, left, floor) >= limits.named_share_far
     )
 
 
-def _grown(ladder: Ladder, screened: Screen, signatures: Signatures) -> Effects:
+def _grown(search: ForwardSelection, screened: Screen, signatures: Signatures) -> Effects:
     """Best-fitting set of the largest size whose last effect still explains a part of what is left."""
-    floor = float(ladder.plant.noise_square.sum())
-    near = ladder.thresholds.far**2 * floor
+    floor = float(search.problem.noise_square.sum())
+    near = search.thresholds.far**2 * floor
     beam: list[Effects] = [()]
-    while len(beam[0]) < ladder.thresholds.most_effects and _left(ladder, beam[0]) > near:
+    while len(beam[0]) < search.thresholds.most_effects and _left(search, beam[0]) > near:
         larger = {
             _with(effects, further): None
             for effects in beam
             for further in best_beside(effects, screened, signatures)
         }
-        grown = sorted(larger, key=lambda effects: _left(ladder, effects))[:_BEAM]
+        grown = sorted(larger, key=lambda effects: _left(search, effects))[:_BEAM]
         if not grown:
             break
-        grown[0] = _exchanged(ladder, grown[0], screened, signatures)
-        if explained_share(_left(ladder, beam[0]), _left(ladder, grown[0]), floor) < _LEAST_STEP:
+        grown[0] = _exchanged(search, grown[0], screened, signatures)
+        if explained_share(_left(search, beam[0]), _left(search, grown[0]), floor) < _LEAST_STEP:
             break
         beam = grown
-    ladder.score(beam[0])
+    search.score(beam[0])
     return beam[0]
 
 
 def _exchanged(
-    ladder: Ladder, effects: Effects, screened: Screen, signatures: Signatures
+    search: ForwardSelection, effects: Effects, screened: Screen, signatures: Signatures
 ) -> Effects:
     """The set after each member that another effect replaces with a better fit has been replaced."""
     for member in effects:
         rest = _without(effects, member)
         others = [_with(rest, other) for other in best_beside(rest, screened, signatures)]
-        effects = min([effects, *others], key=lambda own: _left(ladder, own))
+        effects = min([effects, *others], key=lambda own: _left(search, own))
         if member in effects:
             continue
-        return _exchanged(ladder, effects, screened, signatures)
+        return _exchanged(search, effects, screened, signatures)
     return effects
 
 
-def _left(ladder: Ladder, effects: Effects) -> float:
+def _left(search: ForwardSelection, effects: Effects) -> float:
     """Sum of squares that a set leaves of the records it is fitted to."""
-    return float(ladder.fit(effects).sums.square.sum())
+    return float(search.fit(effects).sums.square.sum())
 
 
 def _with(effects: Effects, further: str) -> Effects:
@@ -106,16 +110,16 @@ def _without(effects: Effects, member: str) -> Effects:
     return tuple(own for own in effects if own != member)
 
 
-def _weakest(ladder: Ladder, effects: Effects) -> str:
+def _weakest(search: ForwardSelection, effects: Effects) -> str:
     """Member that explains least of what is left without it, where that is too little.
 
     Else empty.
     """
-    floor = float(ladder.plant.noise_square.sum())
-    left = float(ladder.score(effects).square.sum())
+    floor = float(search.problem.noise_square.sum())
+    left = float(search.score(effects).square.sum())
     shares = {
-        own: explained_share(float(ladder.score(_without(effects, own)).square.sum()), left, floor)
+        own: explained_share(float(search.score(_without(effects, own)).square.sum()), left, floor)
         for own in effects
     }
     weakest = min(shares, key=lambda own: shares[own])
-    return weakest if shares[weakest] < ladder.thresholds.explained else ""
+    return weakest if shares[weakest] < search.thresholds.explained else ""

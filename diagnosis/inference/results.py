@@ -63,10 +63,10 @@ class Attribution:
         Sets tried, best first.
     screen : Screen, optional
         Force-space screen.
-    learnable : float
+    explainable : float
         Share of the gap that a flexible model explains on held-out pieces, in the space of the
         screen.
-    separating_test : str
+    discriminating_experiment : str
         The measurement that would tell aliased effects apart or show a silent one.
     """
 
@@ -75,12 +75,12 @@ class Attribution:
     parameters: Mapping[str, Mapping[str, NamedValue]]
     ranking: tuple[RankedSet, ...]
     screen: Screen | None
-    learnable: float
-    separating_test: str
+    explainable: float
+    discriminating_experiment: str
 
 
 @dataclass(frozen=True, eq=False)
-class LadderStep:
+class SelectionStep:
     """Held-out result after effects were added in turn.
 
     RMS, rho against the baseline with its interval.
@@ -107,7 +107,7 @@ class RunValidation:
 
 
 @dataclass(frozen=True, eq=False)
-class Shrinkage:
+class GapReduction:
     """How far the gap shrinks on held-out records.
 
     Parameters
@@ -120,10 +120,10 @@ class Shrinkage:
         Share of the mean square above the floor that is explained.
     floor_multiple : float
         RMS after over the floor.
-    placebo_rho, ceiling_rho, extrapolation_rho : float
+    negative_control_rho, black_box_rho, extrapolation_rho : float
         rho of the best placebo, of a flexible model, and in the condition with the largest gap
         predicted from the others (NaN with one condition).
-    ladder : tuple of LadderStep
+    steps : tuple of SelectionStep
         Accepted effects in turn.
     cells_before, cells_after : tuple of GapCell
         Gap map of the baseline and of the accepted model.
@@ -139,10 +139,10 @@ class Shrinkage:
     phi: float
     phi_ci95: Interval
     floor_multiple: float
-    placebo_rho: float
-    ceiling_rho: float
+    negative_control_rho: float
+    black_box_rho: float
     extrapolation_rho: float
-    ladder: tuple[LadderStep, ...]
+    steps: tuple[SelectionStep, ...]
     cells_before: tuple[GapCell, ...]
     cells_after: tuple[GapCell, ...]
     validation: tuple[RunValidation, ...]

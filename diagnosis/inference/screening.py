@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import CEILING, FloatArray, Signatures
+from carrierflex.diagnosis.comparison.problem import BLACK_BOX, FloatArray, Signatures
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 
 #: Eigenvalues of a scaled Gram matrix below this are dependent columns.
@@ -109,7 +109,7 @@ def screen(
     for columns in _variants(signatures):
         name = signatures.effects[columns[0] - 1 - signatures.n_base]
         share = _explained(projected, columns)
-        if name != CEILING and (name not in best or share > best[name][0]):
+        if name != BLACK_BOX and (name not in best or share > best[name][0]):
             best[name] = (share, columns)
     order = sorted(best, key=lambda name: -best[name][0])
     entries = tuple(
@@ -127,7 +127,7 @@ def screen(
     return Screen(entries, correlation.reshape(len(order), len(order)))
 
 
-def learnable_share(signatures: Signatures) -> float:
+def explainable_fraction(signatures: Signatures) -> float:
     """Share of the residual that a flexible model explains on pieces it was not fitted to.
 
     Pieces are left out one quarter at a time (interleaved); the model is a ridge on the flexible
@@ -147,7 +147,7 @@ def learnable_share(signatures: Signatures) -> float:
     n_base = signatures.n_base
     base = list(range(1, 1 + n_base))
     flexible = base + [
-        k + 1 + n_base for k, name in enumerate(signatures.effects) if name == CEILING
+        k + 1 + n_base for k, name in enumerate(signatures.effects) if name == BLACK_BOX
     ]
     group = np.arange(len(signatures.gram)) % 4
     left = {"base": 0.0, "flexible": 0.0}

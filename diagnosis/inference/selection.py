@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import Effects
-from carrierflex.diagnosis.inference.forward_selection import Ladder
+from carrierflex.diagnosis.inference.forward_selection import ForwardSelection
 from carrierflex.diagnosis.inference.held_out import HeldOut, stacking_weights
 from carrierflex.diagnosis.inference.results import RankedSet
 
@@ -37,12 +37,12 @@ class Selection:
         )
 
 
-def selected(ladder: Ladder) -> Selection:
+def selected(search: ForwardSelection) -> Selection:
     """Accept the smallest supported set that predicts as well as the best.
 
     Parameters
     ----------
-    ladder : Ladder
+    search : ForwardSelection
         Scores of all sets.
 
     Returns
@@ -50,48 +50,52 @@ def selected(ladder: Ladder) -> Selection:
     Selection
         Accepted set, rivals, ranking.
     """
-    plant = ladder.plant
-    sets = [effects for effects in ladder.scores if not set(effects) & set(plant.placebos)]
-    refused = {effects: ladder.refusal(effects) if effects else "the baseline" for effects in sets}
+    problem = search.problem
+    sets = [
+        effects for effects in search.scores if not set(effects) & set(problem.negative_controls)
+    ]
+    refused = {
+        effects: search.rejection(effects) if effects else "the baseline" for effects in sets
+    }
     supported = [effects for effects in sets if not refused[effects]]
     accepted: Effects = ()
     rivals: list[Effects] = []
     if supported:
         # Supported sets shrink the gap whatever conditions are drawn; the densities of the smallest
         # residuals are overconfident.
-        best = min(supported, key=ladder.mean_square)
-        equal = [effects for effects in supported if _equal(ladder, effects, best)]
+        best = min(supported, key=search.mean_square)
+        equal = [effects for effects in supported if _equal(search, effects, best)]
         accepted = min(
-            equal, key=lambda effects: (*_size(ladder, effects), -ladder.scores[effects].elpd)
+            equal, key=lambda effects: (*_size(search, effects), -search.scores[effects].elpd)
         )
-        rivals = [e for e in equal if e != accepted and _size(ladder, e) <= _size(ladder, accepted)]
-    return Selection(accepted, tuple(rivals), _ranking(ladder, sets, refused))
+        rivals = [e for e in equal if e != accepted and _size(search, e) <= _size(search, accepted)]
+    return Selection(accepted, tuple(rivals), _ranking(search, sets, refused))
 
 
-def _equal(ladder: Ladder, effects: Effects, best: Effects) -> bool:
+def _equal(search: ForwardSelection, effects: Effects, best: Effects) -> bool:
     """Whether a set's score is within one standard error of the best set's, or its held-out RMS within a few per cent."""
-    difference = ladder.scores[best].log_density - ladder.scores[effects].log_density
+    difference = search.scores[best].log_density - search.scores[effects].log_density
     error = float(np.sqrt(difference.size) * difference.std(ddof=1))
-    ratio = np.sqrt(ladder.mean_square(effects) / ladder.mean_square(best))
-    return bool(difference.sum() <= error or ratio <= ladder.thresholds.equal_rms) and bool(
-        ratio <= ladder.thresholds.never_equal_rms
+    ratio = np.sqrt(search.mean_square(effects) / search.mean_square(best))
+    return bool(difference.sum() <= error or ratio <= search.thresholds.equal_rms) and bool(
+        ratio <= search.thresholds.never_equal_rms
     )
 
 
-def _size(ladder: Ladder, effects: Effects) -> tuple[int, int]:
-    return len(effects), len(ladder.scores[effects].fit.parameters)
+def _size(search: ForwardSelection, effects: Effects) -> tuple[int, int]:
+    return len(effects), len(search.scores[effects].fit.parameters)
 
 
 def _ranking(
-    ladder: Ladder, sets: list[Effects], refused: dict[Effects, str]
+    search: ForwardSelection, sets: list[Effects], refused: dict[Effects, str]
 ) -> tuple[RankedSet, ...]:
-    scores: list[HeldOut] = [ladder.scores[effects] for effects in sets]
+    scores: list[HeldOut] = [search.scores[effects] for effects in sets]
     weights = stacking_weights(scores)
     ranked = [
         RankedSet(
             effects,
             float(weight),
-            float(np.sqrt(ladder.mean_square(effects))),
+            float(np.sqrt(search.mean_square(effects))),
             score.elpd,
             refused[effects],
         )

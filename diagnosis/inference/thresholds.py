@@ -78,7 +78,7 @@ class Thresholds:
         over the pieces.
     bootstrap_samples : int
         Draws of every interval: enough for the 2.5 % quantile to be within half a per cent.
-    fewest_pieces : int
+    fewest_segments : int
         Fewer pieces of record carry no held-out score.
     fewest_samples : int
         Fewer samples a run carry no diagnosis.
@@ -110,5 +110,5 @@ class Thresholds:
     equal_rms: float = 1.05
     never_equal_rms: float = 1.25
     bootstrap_samples: int = 1000
-    fewest_pieces: int = 4
+    fewest_segments: int = 4
     fewest_samples: int = 200

@@ -4,7 +4,7 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.inference.alias_classes import is_named_consistently
-from carrierflex.diagnosis.inference.forward_selection import Ladder
+from carrierflex.diagnosis.inference.forward_selection import ForwardSelection
 from carrierflex.diagnosis.inference.held_out import HeldOut
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
@@ -13,21 +13,21 @@ from carrierflex.diagnosis.inference.results import (
     NAMED_WITH_REMAINDER,
     NONE_OF_THESE,
     NOT_DIAGNOSABLE,
-    Shrinkage,
+    GapReduction,
 )
 from carrierflex.diagnosis.inference.screening import Screen
 from carrierflex.diagnosis.inference.selection import Selection
 
 
 def verdict(
-    ladder: Ladder,
+    search: ForwardSelection,
     screened: Screen,
     selection: Selection,
     classes: tuple[Effects, ...],
-    shrinkage: Shrinkage,
+    reduction: GapReduction,
     *,
     floor_is_measured: bool,
-    learnable: float,
+    explainable: float,
 ) -> tuple[str, str]:
     """Verdict and its reason.
 
@@ -37,7 +37,7 @@ def verdict(
         What the search found.
     floor_is_measured : bool
         Whether the noise floor was declared or comes from repeats.
-    learnable : float
+    explainable : float
         Share of the gap that a flexible model explains.
 
     Returns
@@ -45,10 +45,10 @@ def verdict(
     tuple of str
         One of :data:`carrierflex.diagnosis.results.VERDICTS`, and a sentence.
     """
-    limits = ladder.thresholds
+    limits = search.thresholds
     ratio = (
-        (shrinkage.rms_before / shrinkage.noise_floor) ** 2
-        if shrinkage.noise_floor > 0.0
+        (reduction.rms_before / reduction.noise_floor) ** 2
+        if reduction.noise_floor > 0.0
         else np.inf
     )
     highest = limits.floor_ratio if floor_is_measured else limits.floor_ratio_estimated
@@ -59,7 +59,7 @@ def verdict(
         )
     if (
         ratio <= limits.coloured_ratio
-        and learnable <= limits.nothing_learnt
+        and explainable <= limits.nothing_learnt
         and not selection.accepted
     ):
         return AT_NOISE_FLOOR, (
@@ -73,46 +73,46 @@ def verdict(
             "the baseline absorbs the signature of every effect in these records",
         )
     if not selection.accepted:
-        return NONE_OF_THESE, _nothing_found(ladder, selection, learnable)
-    refused = _doubt(ladder, selection, classes, shrinkage, learnable)
+        return NONE_OF_THESE, _nothing_found(search, selection, explainable)
+    refused = _doubt(search, selection, classes, reduction, explainable)
     if refused:
         return refused
-    explained = f"explains {shrinkage.phi:.1%} of the gap above the floor on held-out records"
-    if shrinkage.floor_multiple > limits.remainder:
+    explained = f"explains {reduction.phi:.1%} of the gap above the floor on held-out records"
+    if reduction.floor_multiple > limits.remainder:
         return (
             NAMED_WITH_REMAINDER,
-            f"{explained}; what is left is {shrinkage.floor_multiple:.1f} times the noise floor",
+            f"{explained}; what is left is {reduction.floor_multiple:.1f} times the noise floor",
         )
     return (
         NAMED,
-        f"{explained}; what is left is {shrinkage.floor_multiple:.2f} times the noise floor",
+        f"{explained}; what is left is {reduction.floor_multiple:.2f} times the noise floor",
     )
 
 
 def _doubt(
-    ladder: Ladder,
+    search: ForwardSelection,
     selection: Selection,
     classes: tuple[Effects, ...],
-    shrinkage: Shrinkage,
-    learnable: float,
+    reduction: GapReduction,
+    explainable: float,
 ) -> tuple[str, str] | None:
     """Verdict where the accepted effects are not to be named, and why."""
-    limits = ladder.thresholds
-    best_phi = shrinkage.phi
-    share = limits.named_share_far if shrinkage.floor_multiple > limits.far else limits.named_share
+    limits = search.thresholds
+    best_phi = reduction.phi
+    share = limits.named_share_far if reduction.floor_multiple > limits.far else limits.named_share
     if best_phi < share:
         return NONE_OF_THESE, (
             f"the best set, {' + '.join(selection.accepted)}, explains {best_phi:.0%} of the gap and leaves "
-            f"{shrinkage.floor_multiple:.1f} times the noise floor; a cause explains at least {share:.0%} then"
+            f"{reduction.floor_multiple:.1f} times the noise floor; a cause explains at least {share:.0%} then"
         )
-    if best_phi < limits.ceiling_share * min(learnable, 1.0):
+    if best_phi < limits.ceiling_share * min(explainable, 1.0):
         return NONE_OF_THESE, (
-            f"the best set explains {best_phi:.0%} of the gap, a flexible model {learnable:.0%}: it can be learnt, but not "
+            f"the best set explains {best_phi:.0%} of the gap, a flexible model {explainable:.0%}: it can be learnt, but not "
             "by this library"
         )
     if any(len(members) > 1 for members in classes) and selection.rivals:
         return ALIASED, f"{_listed(selection.rivals)} predicts held-out records as well"
-    fit: HeldOut = ladder.score(selection.accepted)
+    fit: HeldOut = search.score(selection.accepted)
     if not is_named_consistently(limits, fit.fit, fit.theta_by_fold):
         return (
             NONE_OF_THESE,
@@ -125,23 +125,23 @@ def _doubt(
             f"the class holds {weight:.2f} of the stacking weight; {_listed(selection.rivals)} is as good",
         )
     whole = best_phi >= limits.wholly_explained
-    if not whole and 1.0 - shrinkage.placebo_rho**2 > limits.placebo_share * (
-        1.0 - shrinkage.rho**2
+    if not whole and 1.0 - reduction.negative_control_rho**2 > limits.placebo_share * (
+        1.0 - reduction.rho**2
     ):
         return (
             NONE_OF_THESE,
-            f"a placebo shrinks the gap to {shrinkage.placebo_rho:.2f} too: the records allow no naming",
+            f"a placebo shrinks the gap to {reduction.negative_control_rho:.2f} too: the records allow no naming",
         )
     return None
 
 
-def _nothing_found(ladder: Ladder, selection: Selection, learnable: float) -> str:
+def _nothing_found(search: ForwardSelection, selection: Selection, explainable: float) -> str:
     tried = [ranked for ranked in selection.ranking if ranked.effects]
     best = min(tried, key=lambda ranked: ranked.held_out_rms)
-    before = np.sqrt(ladder.mean_square(()))
+    before = np.sqrt(search.mean_square(()))
     return (
         f"the best set tried, {' + '.join(best.effects)}, leaves {best.held_out_rms / before:.2f} of the held-out gap and is "
-        f"refused ({best.refused}); a flexible model could explain {max(learnable, 0.0):.0%}"
+        f"refused ({best.refused}); a flexible model could explain {max(explainable, 0.0):.0%}"
     )
 
 

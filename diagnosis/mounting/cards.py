@@ -158,7 +158,7 @@ MOUNTING_CARDS = (
 
 #: A response to loads of the measured spectrum with random phases: nothing physical, so that it
 #: must not help.
-PLACEBO_CARDS = tuple(
+NEGATIVE_CONTROLS = tuple(
     EffectCard(
         name,
         KIND,

@@ -12,14 +12,14 @@ from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
 from carrierflex.diagnosis.gap.findings import (
     GapFindings,
     GapMoment,
-    IncoherentCell,
+    NonSynchronousCell,
     PartGrowth,
     Scalar,
 )
 from carrierflex.diagnosis.gap.non_synchronous import (
-    incoherent_words,
+    non_synchronous_words,
     scatter_p_values,
-    significant_incoherent,
+    significant_non_synchronous,
 )
 from carrierflex.diagnosis.gap.power_laws import exponents
 from carrierflex.diagnosis.mounting.gap_map import band_edges_hz, block_powers, pattern_matrix
@@ -65,15 +65,15 @@ def mounting_findings(
         if _are_repeats(records[one], records[two])
         for row in _difference(records, residuals, (one, two), names, matrix)
     ]
-    rows = significant_incoherent(repeats)
+    rows = significant_non_synchronous(repeats)
     return GapFindings(
         in_time=tuple(
             m for record, own in zip(records, residuals, strict=True) for m in _moments(record, own)
         ),
-        incoherent=rows,
+        non_synchronous=rows,
         growth=_growth(records, residuals, names, matrix),
         parity="not determinable: the loads are not periodic",
-        text=incoherent_words(
+        text=non_synchronous_words(
             rows, sum(cell.coherent for cell in cells), "m", "repeat to repeat", noun="line"
         ),
     )
@@ -137,7 +137,7 @@ def _difference(
     pair: tuple[int, int],
     names: Sequence[str],
     matrix: FloatArray,
-) -> list[IncoherentCell]:
+) -> list[NonSynchronousCell]:
     """Half of the squared difference of two repeats, by motion and band, against the noise of one."""
     one, two = (records[k] for k in pair)
     both = np.isfinite(one.measured) & np.isfinite(two.measured)
@@ -160,7 +160,7 @@ def _difference(
     noise = noise / both.size
     p_value = scatter_p_values(halves[2], noise, np.broadcast_to(degrees, noise.shape))
     return [
-        IncoherentCell(
+        NonSynchronousCell(
             f"{one.name} and {two.name}", name, float((edges[b] + edges[b + 1]) / edges[1]), float(halves[0][p, b]),
             float(halves[1][p, b]), float(halves[2][p, b]), float(noise[p, b]), float(p_value[p, b]),
         )

@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard, EffectParameter
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
-from carrierflex.diagnosis.mounting.cards import PLACEBO_CARDS, SIMULATED
+from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS, SIMULATED
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.simulation.mounting.equations import mounting_blocks
 from carrierflex.simulation.mounting.inputs import MountingInputs
@@ -150,7 +150,7 @@ class MountingModel:
         values = parameter_array(self.rig)
         values[[INDEX["K1"], INDEX["C1"]]] = 0.0
         gains, zeros, delay = np.ones(len(self.channels)), np.zeros(len(self.channels)), 0.0
-        placebo = np.zeros((record.inputs.time.size, len(SENSORS)))
+        negative_control = np.zeros((record.inputs.time.size, len(SENSORS)))
         for parameter, value in zip(self.parameters(effects), theta, strict=True):
             effect = parameter.effect
             if (effect, parameter.name) in SIMULATED:
@@ -162,11 +162,11 @@ class MountingModel:
             elif effect == "sensor_delay":
                 delay += value
             elif value:
-                placebo += value * self.placebo(record, effect)
+                negative_control += value * self.negative_control(record, effect)
         motion = self._signals(record, values, refined)
         if motion is None:
             return np.full(record.measured.shape, np.inf)
-        signals = _delayed(motion + placebo, record.inputs.time, delay)
+        signals = _delayed(motion + negative_control, record.inputs.time, delay)
         return signals[:, [SENSORS.index(sensor) for sensor in self.sensors]] * gains + zeros
 
     def _signals(
@@ -181,9 +181,9 @@ class MountingModel:
             return None
         return signals if np.isfinite(signals).all() else None
 
-    def placebo(self, record: MountingRecord, name: str) -> FloatArray:
+    def negative_control(self, record: MountingRecord, name: str) -> FloatArray:
         """Nominal response to a surrogate of one load with random phases, shape (n, 6)."""
-        number = [card.id for card in PLACEBO_CARDS].index(name)
+        number = [card.id for card in NEGATIVE_CONTROLS].index(name)
         loads = {load: np.zeros(record.inputs.time.size) for load in ("torque", "ntl_y", "ntl_z")}
         wanted = ("torque", "ntl_z")[number]
         source = wanted if np.ptp(getattr(record.inputs, wanted)) > 0.0 else "torque"

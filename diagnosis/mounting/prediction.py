@@ -7,24 +7,24 @@ less predicted.
 
 from dataclasses import replace
 
-from carrierflex.diagnosis.mounting.problem import MountingPlant
+from carrierflex.diagnosis.mounting.problem import MountingProblem
 from carrierflex.diagnosis.mounting.records import mounting_records
 from carrierflex.identification.campaign.campaign import Campaign
 
 
-def mounting_beside_prediction(plant: MountingPlant, campaign: Campaign) -> MountingPlant:
-    """Plant whose baseline is the prediction in the run files.
+def mounting_beside_prediction(problem: MountingProblem, campaign: Campaign) -> MountingProblem:
+    """ComparisonProblem whose baseline is the prediction in the run files.
 
     Parameters
     ----------
-    plant : MountingPlant
-        Plant of the same campaign with the model as its baseline.
+    problem : MountingProblem
+        ComparisonProblem of the same campaign with the model as its baseline.
     campaign : Campaign
         Campaign with predictions.
 
     Returns
     -------
-    MountingPlant
+    MountingProblem
         Same records; K1 and C1 held at what the prediction obeys.
     """
     # The floor is the measurement's: a prediction has no noise to be estimated.
@@ -34,17 +34,17 @@ def mounting_beside_prediction(plant: MountingPlant, campaign: Campaign) -> Moun
     # What the prediction contains already is no candidate.
     cards = {
         name: card
-        for name, card in plant.model.cards.items()
+        for name, card in problem.model.cards.items()
         if name not in campaign.baseline.effects
     }
-    linear = replace(plant.model, contained=(), cards=cards)
-    held = replace(plant, model=linear, records=simulated).bare_fit()
+    linear = replace(problem.model, contained=(), cards=cards)
+    held = replace(problem, model=linear, records=simulated).bare_fit()
     records = tuple(
         replace(
             record, measured=record.measured - own.measured + linear.predicted(record, (), held, {})
         )
-        for record, own in zip(plant.records, simulated, strict=True)
+        for record, own in zip(problem.records, simulated, strict=True)
     )
     return replace(
-        plant, model=replace(linear, held=tuple(float(value) for value in held)), records=records
+        problem, model=replace(linear, held=tuple(float(value) for value in held)), records=records
     )

@@ -13,19 +13,24 @@ from carrierflex.diagnosis.comparison.effect_cards import EffectCard, effect_lib
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
+    CandidateExperiment,
     Effects,
     FloatArray,
     GapCell,
     Parameter,
-    Piece,
-    PieceSums,
+    Segment,
+    SegmentSums,
     Signatures,
-    Trial,
 )
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.inference.bounded_fit import minimised
-from carrierflex.diagnosis.mounting.cards import KIND, MOUNTING_CARDS, ONE_CHANNEL, PLACEBO_CARDS
-from carrierflex.diagnosis.mounting.experiments import mounting_trials
+from carrierflex.diagnosis.mounting.cards import (
+    KIND,
+    MOUNTING_CARDS,
+    NEGATIVE_CONTROLS,
+    ONE_CHANNEL,
+)
+from carrierflex.diagnosis.mounting.experiments import mounting_experiments
 from carrierflex.diagnosis.mounting.gap_findings import mounting_findings, mounting_scalars
 from carrierflex.diagnosis.mounting.gap_map import (
     band_edges_hz,
@@ -52,10 +57,10 @@ _DIFFERENCE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class MountingPlant:
+class MountingProblem:
     """One mounting, its records and its library.
 
-    See :class:`carrierflex.diagnosis.comparison.problem.Plant`.
+    See :class:`carrierflex.diagnosis.comparison.problem.ComparisonProblem`.
 
     Parameters
     ----------
@@ -84,19 +89,19 @@ class MountingPlant:
     @cached_property
     def cards(self) -> Mapping[str, EffectCard]:
         """Candidates by id."""
-        left_out = {*self.model.contained, *self.placebos}
+        left_out = {*self.model.contained, *self.negative_controls}
         return {name: card for name, card in self.model.cards.items() if name not in left_out}
 
     @property
-    def placebos(self) -> Effects:
+    def negative_controls(self) -> Effects:
         """Responses without meaning."""
-        return tuple(card.id for card in PLACEBO_CARDS)
+        return tuple(card.id for card in NEGATIVE_CONTROLS)
 
     @cached_property
-    def pieces(self) -> tuple[Piece, ...]:
+    def segments(self) -> tuple[Segment, ...]:
         """Blocks of the runs."""
         return tuple(
-            Piece(
+            Segment(
                 record.name,
                 record.condition,
                 block,
@@ -143,11 +148,11 @@ class MountingPlant:
         lower, upper = np.array([[p.lower, p.upper] for p in parameters]).T
         return [np.clip(values_array(parameters, own), lower, upper) for own in values]
 
-    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> PieceSums:
+    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
         """Gauss-Newton sums with derivatives by differences, parameters in threads (the march holds no lock)."""
         p = theta.size
-        matrix, right = np.zeros((len(self.pieces), p, p)), np.zeros((len(self.pieces), p))
-        square = np.zeros(len(self.pieces))
+        matrix, right = np.zeros((len(self.segments), p, p)), np.zeros((len(self.segments), p))
+        square = np.zeros(len(self.segments))
         with ThreadPoolExecutor(os.cpu_count()) as threads:
             for record, places in self._chosen_runs(chosen):
                 residual = self._residual(record, effects, theta)
@@ -164,7 +169,7 @@ class MountingPlant:
                         own @ left,
                         left @ left,
                     )
-        return PieceSums(matrix, right, square)
+        return SegmentSums(matrix, right, square)
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         """Squared residuals by piece and cell; infinite where the motion leaves the model."""
@@ -206,8 +211,8 @@ class MountingPlant:
         """Gap along the motion that holds most of it."""
         return mounting_pictures(self.model, self.records, effects, theta, self.choice(effects))
 
-    def with_signals_of(self, effects: Effects, theta: FloatArray) -> "MountingPlant":
-        """Plant that measured what a model predicts, where there was a measurement."""
+    def with_signals_of(self, effects: Effects, theta: FloatArray) -> "MountingProblem":
+        """ComparisonProblem that measured what a model predicts, where there was a measurement."""
         records = []
         for record in self.records:
             predicted = self.model.predicted(record, effects, theta, self.choice(effects))
@@ -216,14 +221,14 @@ class MountingPlant:
             )
         return replace(self, records=tuple(records))
 
-    def trials(self) -> Sequence[Trial]:
+    def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Loads that were not applied."""
-        return mounting_trials(self.records[0], self._under)
+        return mounting_experiments(self.records[0], self._under)
 
     def _under(
         self, record: MountingRecord, effects: Effects, theta: FloatArray
-    ) -> "MountingPlant | None":
-        """Plant whose only record has the signals of a model.
+    ) -> "MountingProblem | None":
+        """ComparisonProblem whose only record has the signals of a model.
 
         None where the model leaves its range.
         """
@@ -270,8 +275,8 @@ class MountingPlant:
         return self._contained_solutions[0][1] if self._contained_solutions else {}
 
     @cached_property
-    def _bare(self) -> "tuple[MountingPlant, FloatArray]":
-        """Plant with linear bushings alone as its baseline, and its fit."""
+    def _bare(self) -> "tuple[MountingProblem, FloatArray]":
+        """ComparisonProblem with linear bushings alone as its baseline, and its fit."""
         bare = replace(self, model=replace(self.model, contained=()))
         return bare, bare.bare_fit()
 
@@ -295,7 +300,7 @@ class MountingPlant:
             return np.array(self.model.held)
         rig = self.model.rig
         start = np.array([rig.bushing_radial_stiffness, rig.bushing_radial_damping])
-        everything, free = np.ones(len(self.pieces), dtype=bool), np.ones(2, dtype=bool)
+        everything, free = np.ones(len(self.segments), dtype=bool), np.ones(2, dtype=bool)
         return minimised(self, (), start, chosen=everything, free=free, prior=np.zeros(2))[0]
 
     @cached_property
@@ -345,8 +350,8 @@ class MountingPlant:
         )
 
 
-def mounting_plant(campaign: Campaign) -> MountingPlant:
-    """Plant of a campaign of kind ``mounting``.
+def mounting_problem(campaign: Campaign) -> MountingProblem:
+    """ComparisonProblem of a campaign of kind ``mounting``.
 
     Parameters
     ----------
@@ -355,7 +360,7 @@ def mounting_plant(campaign: Campaign) -> MountingPlant:
 
     Returns
     -------
-    MountingPlant
+    MountingProblem
         Ready to be diagnosed.
 
     Raises
@@ -365,10 +370,13 @@ def mounting_plant(campaign: Campaign) -> MountingPlant:
     """
     records = mounting_records(campaign)
     rig = MountingRig.from_table(campaign.rig)
-    cards = {**effect_library(KIND, MOUNTING_CARDS), **{card.id: card for card in PLACEBO_CARDS}}
+    cards = {
+        **effect_library(KIND, MOUNTING_CARDS),
+        **{card.id: card for card in NEGATIVE_CONTROLS},
+    }
     sensors = tuple(str(channel.sensor) for channel in campaign.channels)
     names = tuple(channel.name for channel in campaign.channels)
     scale = mounting_scale(rig, records)
     model = MountingModel(rig, cards, tuple(campaign.baseline.effects), names, sensors, scale)
     declared = all(channel.noise_std is not None for channel in campaign.channels)
-    return MountingPlant(model, records, declared)
+    return MountingProblem(model, records, declared)

@@ -13,18 +13,18 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import (
     BASELINE,
-    CEILING,
+    BLACK_BOX,
     Effects,
     FloatArray,
     Parameter,
     Signatures,
 )
-from carrierflex.diagnosis.mounting.cards import ONE_CHANNEL, PLACEBO_CARDS, SHAPE_STARTS
+from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS, ONE_CHANNEL, SHAPE_STARTS
 from carrierflex.diagnosis.mounting.features import flexible_features
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 
-_PLACEBOS = tuple(card.id for card in PLACEBO_CARDS)
+_PLACEBOS = tuple(card.id for card in NEGATIVE_CONTROLS)
 #: Size of an effect in its signature, in scales of its parameter.
 _SIZE = 0.05
 _MOST_STARTS = 6
@@ -162,7 +162,7 @@ def mounting_signatures(
     signatures = Signatures(
         np.array(grams),
         2 + len(contained),
-        (*(column.effect for column in columns), *(CEILING,) * n_flexible),
+        (*(column.effect for column in columns), *(BLACK_BOX,) * n_flexible),
         (*(column.variant for column in columns), *((float(k),) for k in range(n_flexible))),
     )
     return signatures, tuple(columns)

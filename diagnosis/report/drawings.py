@@ -10,14 +10,14 @@ from carrierflex.diagnosis.comparison.effect_names import set_name
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import Effects, GapCell
 from carrierflex.diagnosis.gap.findings import GapMoment
-from carrierflex.diagnosis.inference.results import Shrinkage
+from carrierflex.diagnosis.inference.results import GapReduction
 from carrierflex.diagnosis.inference.screening import Screen
 from carrierflex.diagnosis.report.figures import (
     MOST_EFFECTS,
     colour_limits,
+    correlation_figure,
     gap_map_figure,
-    ladder_figure,
-    likeness_figure,
+    selection_figure,
 )
 from carrierflex.diagnosis.report.gap_grid import GapGrid, gap_grids
 from carrierflex.diagnosis.report.motion_figures import panel_figure
@@ -45,7 +45,7 @@ class Drawings:
         Before and after, one colour scale.
     remaining : Drawing, optional
         What is left, on its own scale.
-    ladder, likeness : Drawing, optional
+    selection, signature_correlation : Drawing, optional
         Held-out ratios in turn; correlation of the signatures.
     in_time : Drawing, optional
         Gap over time.
@@ -55,8 +55,8 @@ class Drawings:
 
     gap_maps: tuple[Drawing, ...]
     remaining: Drawing | None
-    ladder: Drawing | None
-    likeness: Drawing | None
+    selection: Drawing | None
+    signature_correlation: Drawing | None
     in_time: Drawing | None
     motion: tuple[tuple[Picture, tuple[Drawing, ...]], ...]
 
@@ -74,7 +74,7 @@ def drawings(diagnosis: Diagnosis) -> Drawings:
     Drawings
         Inline SVG elements.
     """
-    far, which = diagnosis.shrinkage, diagnosis.attribution
+    far, which = diagnosis.reduction, diagnosis.attribution
     grids = gap_grids(far.cells_before, far.cells_after)
     motion = tuple(
         (picture, tuple(_panel(picture, p, k) for p in range(len(picture.panels))))
@@ -83,7 +83,7 @@ def drawings(diagnosis: Diagnosis) -> Drawings:
     return Drawings(
         _gap_maps(grids, diagnosis),
         _remaining(grids, diagnosis),
-        _ladder(far) if far.ladder else None,
+        _ladder(far) if far.steps else None,
         _likeness(which.screen, which.effects)
         if which.screen and len(which.screen.effects) > 1
         else None,
@@ -103,9 +103,11 @@ def _in_time(moments: Sequence[GapMoment], unit: str) -> Drawing | None:
     return Drawing(svg, f"Gap with the baseline in windows over time.{rest}")
 
 
-def _ladder(far: Shrinkage) -> Drawing:
-    steps = ", ".join(f"{step.added} {step.rho:.3f}" for step in far.ladder)
-    svg = inline_svg(partial(ladder_figure, far), "ladder", f"Ladder of held-out ratios: {steps}")
+def _ladder(far: GapReduction) -> Drawing:
+    steps = ", ".join(f"{step.added} {step.rho:.3f}" for step in far.steps)
+    svg = inline_svg(
+        partial(selection_figure, far), "ladder", f"Ladder of held-out ratios: {steps}"
+    )
     return Drawing(
         svg,
         "Each row adds one more effect. Bars are 95 % intervals from the bootstrap over conditions and blocks of record. A "
@@ -117,7 +119,7 @@ def _ladder(far: Shrinkage) -> Drawing:
 def _likeness(screened: Screen, accepted: Effects) -> Drawing:
     n = len(screened.effects)
     svg = inline_svg(
-        partial(likeness_figure, screened, accepted),
+        partial(correlation_figure, screened, accepted),
         "likeness",
         "Likeness of the effects' signatures",
     )
@@ -132,7 +134,7 @@ def _likeness(screened: Screen, accepted: Effects) -> Drawing:
 def _gap_maps(grids: tuple[GapGrid, ...], diagnosis: Diagnosis) -> tuple[Drawing, ...]:
     if not grids:
         return ()
-    far = diagnosis.shrinkage
+    far = diagnosis.reduction
     maps = [("Before", "the baseline", far.cells_before)]
     if added_effects(far):
         is_named = bool(diagnosis.attribution.effects)
@@ -153,10 +155,10 @@ def _gap_maps(grids: tuple[GapGrid, ...], diagnosis: Diagnosis) -> tuple[Drawing
 
 
 def _remaining(grids: tuple[GapGrid, ...], diagnosis: Diagnosis) -> Drawing | None:
-    if not grids or not added_effects(diagnosis.shrinkage) or not grids[1].stands_out.any():
+    if not grids or not added_effects(diagnosis.reduction) or not grids[1].stands_out.any():
         return None
     draw = partial(gap_map_figure, grids[1], colour_limits(grids[1]), diagnosis.unit)
-    title = f"Map of the remaining gap; {_largest_cell(diagnosis.shrinkage.cells_after, diagnosis.unit)}"
+    title = f"Map of the remaining gap; {_largest_cell(diagnosis.reduction.cells_after, diagnosis.unit)}"
     return Drawing(
         inline_svg(draw, "map-remaining", title), "The remaining gap on its own colour scale."
     )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name
-from carrierflex.diagnosis.inference.results import Shrinkage
+from carrierflex.diagnosis.inference.results import GapReduction
 from carrierflex.diagnosis.inference.screening import Screen
 from carrierflex.diagnosis.report.gap_grid import GapGrid
 from carrierflex.diagnosis.report.svg import (
@@ -135,13 +135,13 @@ def _number_cells(panel: "Axes", grid: GapGrid, seen: np.ndarray, high: float) -
             )
 
 
-def ladder_figure(far: Shrinkage) -> "Figure":
+def selection_figure(far: GapReduction) -> "Figure":
     """Held-out rho as the accepted effects are added in turn, with intervals, placebo, ceiling and floor.
 
     Parameters
     ----------
-    far : Shrinkage
-        Ladder and lines.
+    far : GapReduction
+        ForwardSelection and lines.
 
     Returns
     -------
@@ -150,8 +150,8 @@ def ladder_figure(far: Shrinkage) -> "Figure":
     """
     from matplotlib.figure import Figure
 
-    rho = np.array([step.rho for step in far.ladder])
-    ends = np.array([step.rho_ci95 for step in far.ladder])
+    rho = np.array([step.rho for step in far.steps])
+    ends = np.array([step.rho_ci95 for step in far.steps])
     lines = _level_lines(far)
     figure = Figure(figsize=(WIDTH, 1.45 + 0.36 * rho.size), layout="constrained")
     panel = figure.subplots()
@@ -182,7 +182,7 @@ def ladder_figure(far: Shrinkage) -> "Figure":
         box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6}
         panel.annotate(f"{value:.3f}", (value, place), bbox=box, **above)
     panel.set_yticks(
-        range(rho.size), [_step_name(k, step.added) for k, step in enumerate(far.ladder)]
+        range(rho.size), [_step_name(k, step.added) for k, step in enumerate(far.steps)]
     )
     panel.set_ylim(rho.size - 0.5, -0.7)
     _ratio_axis(panel, [*rho, *ends[known].ravel(), *(line[0] for line in lines)])
@@ -190,15 +190,15 @@ def ladder_figure(far: Shrinkage) -> "Figure":
     return figure
 
 
-def _level_lines(far: Shrinkage) -> list[tuple[float, str, str, str]]:
+def _level_lines(far: GapReduction) -> list[tuple[float, str, str, str]]:
     """Value, name, stroke and colour of the lines that a ladder is read against.
 
     Those that are known.
     """
     floor = far.noise_floor / far.rms_before if far.rms_before > 0.0 else float("nan")
     lines = [
-        (far.placebo_rho, "best placebo", ":", GREY),
-        (far.ceiling_rho, "flexible model (ceiling)", "-.", GREEN),
+        (far.negative_control_rho, "best placebo", ":", GREY),
+        (far.black_box_rho, "flexible model (ceiling)", "-.", GREEN),
         (floor, "noise floor", "--", BLACK),
     ]
     return [line for line in lines if np.isfinite(line[0]) and line[0] > 0.0]
@@ -222,7 +222,7 @@ def _step_name(place: int, added: str) -> str:
     return name if place == 0 else "+ " + (name.replace(" ", "\n", 1) if len(name) > 18 else name)
 
 
-def likeness_figure(screened: Screen, accepted: tuple[str, ...]) -> "Figure":
+def correlation_figure(screened: Screen, accepted: tuple[str, ...]) -> "Figure":
     """Likeness of the effects' signatures beside the baseline.
 
     Correlation over the conditions that were measured.
@@ -243,13 +243,17 @@ def likeness_figure(screened: Screen, accepted: tuple[str, ...]) -> "Figure":
 
     names = [own.id for own in screened.effects]
     order = sorted(range(len(names)), key=lambda k: names[k] not in accepted)[:MOST_EFFECTS]
-    likeness = np.abs(screened.correlation[np.ix_(order, order)])
+    signature_correlation = np.abs(screened.correlation[np.ix_(order, order)])
     figure = Figure(figsize=(WIDTH, 1.3 + 0.24 * len(order)), layout="constrained")
     panel = figure.subplots()
     image = panel.imshow(
-        np.clip(likeness, 0.0, 1.0), vmin=0.0, vmax=1.0, cmap=MAGNITUDE_MAP, aspect="auto"
+        np.clip(signature_correlation, 0.0, 1.0),
+        vmin=0.0,
+        vmax=1.0,
+        cmap=MAGNITUDE_MAP,
+        aspect="auto",
     )
-    for (row, column), value in np.ndenumerate(likeness):
+    for (row, column), value in np.ndenumerate(signature_correlation):
         if row != column and value >= _LIKE:
             colour = BLACK if value > 0.6 else "white"
             panel.text(

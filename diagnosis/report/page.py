@@ -78,7 +78,7 @@ def report_page(diagnosis: Diagnosis, source: ReportSource) -> str:
 
 
 def _content(diagnosis: Diagnosis, source: ReportSource) -> dict[str, Any]:
-    which, far = diagnosis.attribution, diagnosis.shrinkage
+    which, far = diagnosis.attribution, diagnosis.reduction
     return {
         "found": diagnosis,
         "which": which,
@@ -108,8 +108,8 @@ def _marked(drawn: Drawings) -> dict[str, Any]:
         "gap_maps": maps,
         "remaining": own(drawn.remaining),
         "in_time": own(drawn.in_time),
-        "ladder": own(drawn.ladder),
-        "likeness": own(drawn.likeness),
+        "ladder": own(drawn.selection),
+        "likeness": own(drawn.signature_correlation),
         "motion": motion,
     }
 

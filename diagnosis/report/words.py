@@ -12,7 +12,7 @@ from markupsafe import Markup, escape
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.comparison.problem import Effects, GapCell
-from carrierflex.diagnosis.gap.findings import SIGNIFICANCE, Drift, IncoherentCell, PartGrowth
+from carrierflex.diagnosis.gap.findings import SIGNIFICANCE, Drift, NonSynchronousCell, PartGrowth
 from carrierflex.diagnosis.gap.power_laws import Exponent
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
@@ -21,14 +21,14 @@ from carrierflex.diagnosis.inference.results import (
     NAMED_WITH_REMAINDER,
     NONE_OF_THESE,
     NOT_DIAGNOSABLE,
+    GapReduction,
     Interval,
     RankedSet,
-    Shrinkage,
 )
 from carrierflex.diagnosis.report.svg import scaled_unit
 from carrierflex.diagnosis.results import Diagnosis
 
-_Row = TypeVar("_Row", Drift, IncoherentCell)
+_Row = TypeVar("_Row", Drift, NonSynchronousCell)
 
 #: Stands for what is not known.
 UNKNOWN = "–"
@@ -101,7 +101,7 @@ def separating_text(diagnosis: Diagnosis) -> str:
 
     Empty where none is asked for.
     """
-    text = in_words(diagnosis.attribution.separating_test, diagnosis)
+    text = in_words(diagnosis.attribution.discriminating_experiment, diagnosis)
     return f"{capitalised(text).rstrip('.')}." if text else ""
 
 
@@ -124,9 +124,9 @@ def counted(count: int, word: str) -> str:
     return f"{count} {word}" if count == 1 else f"{count} {word}s"
 
 
-def added_effects(far: Shrinkage) -> Effects:
+def added_effects(far: GapReduction) -> Effects:
     """Effects of the best supported set, named or not; empty where no set is supported."""
-    return tuple(step.added for step in far.ladder[1:])
+    return tuple(step.added for step in far.steps[1:])
 
 
 def listed(words: Sequence[str]) -> str:

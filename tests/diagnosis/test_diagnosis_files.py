@@ -12,7 +12,7 @@ from carrierflex.diagnosis.diagnosis_files import (
     read_diagnosis,
     write_diagnosis,
 )
-from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.results import VERDICTS
 from carrierflex.identification.campaign.campaign_files import write_campaign
 from tests.diagnosis.element.element_campaigns import displacement_campaign
@@ -25,7 +25,7 @@ def campaign():
 
 @pytest.fixture(scope="module")
 def diagnosis(campaign):
-    return diagnose(element_plant(campaign), campaign="twin", kind="element")
+    return diagnose(element_problem(campaign), campaign="twin", kind="element")
 
 
 def test_file_holds_the_contract(tmp_path, diagnosis):

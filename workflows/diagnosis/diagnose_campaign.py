@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.diagnosis_files import DIAGNOSIS_FILE, write_diagnosis, write_report
-from carrierflex.diagnosis.kinds import plant_of
+from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.diagnosis.report.page import ReportSource, report_page
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.fe.curve_files import read_curves
@@ -61,11 +61,11 @@ def _diagnosed(campaign: Path, out: Path, stages: Stages) -> Diagnosis:
     with stages.stage(f"reading {campaign}"):
         measured = read_campaign(campaign)
     with stages.stage("signals and noise floor"):
-        plant, floor_is_measured = plant_of(measured, campaign_curves(measured, campaign))
+        problem, floor_is_measured = problem_of(measured, campaign_curves(measured, campaign))
     prepared_folder(out)
     with stages.stage("which effect, and how far"):
         found = diagnose(
-            plant,
+            problem,
             campaign=measured.name,
             kind=measured.kind,
             floor_is_measured=floor_is_measured,

@@ -10,7 +10,7 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from carrierflex.diagnosis.inference.effects_in_turn import EffectsInTurn, effects_in_turn
-from carrierflex.diagnosis.kinds import plant_of
+from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.workflows.diagnosis import diagnose_campaign
@@ -52,5 +52,5 @@ def main(campaign: Path, *, out: Path) -> Gap:
     found = diagnose_campaign.main(campaign, out=out, quiet=True)
     measured = read_campaign(campaign)
     with threadpool_limits(limits=1):  # as in diagnose_campaign
-        plant, _ = plant_of(measured, diagnose_campaign.campaign_curves(measured, campaign))
-        return Gap(found, effects_in_turn(plant, PAPER_EFFECTS))
+        problem, _ = problem_of(measured, diagnose_campaign.campaign_curves(measured, campaign))
+        return Gap(found, effects_in_turn(problem, PAPER_EFFECTS))

@@ -281,10 +281,10 @@ def summary_table(job: "Job") -> RenderableType:
             f"{row['reached']:.3g}",
             "yes" if row["met"] else "[red]no[/]",
         )
-    ladder = _table("held-out RMS, um, as effects are added", "effect", "alone", "in turn", "rho")
+    search = _table("held-out RMS, um, as effects are added", "effect", "alone", "in turn", "rho")
     steps = zip(("baseline", *in_turn.effects), (np.nan, *in_turn.rms_alone), strict=True)
     for (effect, alone), rms, rho in zip(steps, in_turn.rms, in_turn.rho, strict=True):
-        ladder.add_row(
+        search.add_row(
             effect,
             "" if np.isnan(alone) else f"{alone * 1e6:.1f}",
             f"{rms * 1e6:.1f}",
@@ -293,7 +293,7 @@ def summary_table(job: "Job") -> RenderableType:
     seconds, memory = sum(summary["seconds"].values()), summary["peak_memory_gb"]
     moment = summary["tilting_moment_nm"]
     return Group(
-        _mesh_study_table(job), "", curve_table(job.curves), "", rms_table(job.identified), "", ladder, "", checks, "",
+        _mesh_study_table(job), "", curve_table(job.curves), "", rms_table(job.identified), "", search, "", checks, "",
         f"tilting moment M_t of 1 kN m: {moment['computed']:.2f} N m (the paper prints {moment['paper']})",
         f"where the gap lies: {found.where_text}",
         f"what is missing: {found.verdict}, {' + '.join(found.attribution.effects) or 'no effect'}; {found.reason}",
@@ -381,7 +381,7 @@ def _value_text(own: NamedValue) -> str:
 
 def diagnosis_table(found: Diagnosis) -> RenderableType:
     """Verdict, where, which and how far."""
-    far, which = found.shrinkage, found.attribution
+    far, which = found.reduction, found.attribution
     table = _table("diagnosis", "quantity", "value")
     table.columns[1].justify = "left"
     rows = [("verdict", found.verdict), ("reason", found.reason), ("where", found.where_text)]
@@ -397,11 +397,15 @@ def diagnosis_table(found: Diagnosis) -> RenderableType:
     )
     rows.append(("rho, 95 %", f"{far.rho:.4f} [{far.rho_ci95[0]:.4f}, {far.rho_ci95[1]:.4f}]"))
     rows.append(("phi, 95 %", f"{far.phi:.4f} [{far.phi_ci95[0]:.4f}, {far.phi_ci95[1]:.4f}]"))
-    others = (far.placebo_rho, far.ceiling_rho, far.extrapolation_rho)
+    others = (far.negative_control_rho, far.black_box_rho, far.extrapolation_rho)
     rows.append(
         ("rho of placebo, ceiling, extrapolation", ", ".join(f"{value:.3f}" for value in others))
     )
-    rows += [("to tell them apart", which.separating_test)] if which.separating_test else []
+    rows += (
+        [("to tell them apart", which.discriminating_experiment)]
+        if which.discriminating_experiment
+        else []
+    )
     for name, value in rows:
         table.add_row(name, escape(value))
     return table

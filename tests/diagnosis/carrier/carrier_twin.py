@@ -4,7 +4,7 @@ import numpy as np
 
 from carrierflex.diagnosis.carrier.cards import CARRIER_CARDS
 from carrierflex.diagnosis.carrier.laws import CarrierInputs, CarrierRig, RimSensor
-from carrierflex.diagnosis.carrier.problem import carrier_plant
+from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.simulation.carrier.effects import (
@@ -138,7 +138,7 @@ def inputs_tail(inputs):
     return inputs.ntl_y, inputs.ntl_z
 
 
-def twin_plant(effect=None, **options):
-    """Plant of such a campaign; a known effect that is asked for is missing from the baseline."""
+def twin_problem(effect=None, **options):
+    """ComparisonProblem of such a campaign; a known effect that is asked for is missing from the baseline."""
     contained = options.pop("contained", tuple(name for name in KNOWN if name != effect))
-    return carrier_plant(twin_campaign(effect, contained=contained, **options), CURVES)
+    return carrier_problem(twin_campaign(effect, contained=contained, **options), CURVES)

@@ -9,15 +9,15 @@ from carrierflex.diagnosis.carrier.gap_parts import frame_of, gap_parts
 from carrierflex.identification.campaign.campaign import Channel
 from carrierflex.identification.campaign.order_analysis import MAX_ORDER
 from carrierflex.identification.carrier.sensor_patterns import RADIAL, pattern_split
-from tests.diagnosis.carrier.carrier_twin import CHANNELS, twin_plant
+from tests.diagnosis.carrier.carrier_twin import CHANNELS, twin_problem
 
 QUIET = ((1.0, 0, 0), (0.5, 0, 0))
 
 
-def cells_of(plant):
+def cells_of(problem):
     return {
         (c.run, c.channel_pattern, int(c.order)): c
-        for c in plant.gap_cells((), plant.starts((), {})[-1])
+        for c in problem.gap_cells((), problem.starts((), {})[-1])
     }
 
 
@@ -26,7 +26,7 @@ def test_waviness_lands_only_in_m_equal_to_n_modulo_four(order, pattern):
     def waves(channel, angle):
         return 1e-4 * np.cos(order * (channel.angle - angle)) * (channel in CHANNELS[:4])
 
-    cells = cells_of(twin_plant(None, extra=waves, turns=6, loads=QUIET))
+    cells = cells_of(twin_problem(None, extra=waves, turns=6, loads=QUIET))
     own = {m: cells["run1", m, order].coherent for m in ("m=0", "m=+1", "m=-1", "m=2")}
     # Four of six channels, half the squared amplitude; the rest is noise.
     assert_allclose(own.pop(pattern), 1e-8 / 2.0 * 4.0 / 6.0, rtol=0.01)
@@ -70,21 +70,23 @@ def test_channels_without_a_pattern_stand_alone():
 
 
 def test_the_sentence_names_frame_order_and_growth():
-    plant = twin_plant("flexible_pins", contained=("axial_offset", "housing_tilt", "carrier_tilt"))
-    text = plant.where_text((), plant.starts((), {})[-1])
+    problem = twin_problem(
+        "flexible_pins", contained=("axial_offset", "housing_tilt", "carrier_tilt")
+    )
+    text = problem.where_text((), problem.starts((), {})[-1])
     assert "order 3, m=-1 (waves fixed to the carrier), in every run, growing as torque^1.0" in text
-    bare = twin_plant("carrier_tilt", contained=("axial_offset", "housing_tilt", "flexible_pins"))
+    bare = twin_problem("carrier_tilt", contained=("axial_offset", "housing_tilt", "flexible_pins"))
     text = bare.where_text((), bare.starts((), {})[-1])
     assert "order 1, m=+1 (tilt fixed to the carrier), in every run, whatever the torque" in text
 
 
 def test_without_a_gap_the_sentence_says_so():
-    plant = twin_plant(None)
-    assert "stands out" in plant.where_text((), plant.starts((), {})[-1])
+    problem = twin_problem(None)
+    assert "stands out" in problem.where_text((), problem.starts((), {})[-1])
 
 
-def parts_of(plant):
-    parts = gap_parts(plant.gap_cells((), plant.starts((), {})[-1]))
+def parts_of(problem):
+    parts = gap_parts(problem.gap_cells((), problem.starts((), {})[-1]))
     return {(part.pattern, part.order): frame_of(part, parts) for part in parts if part.runs}
 
 
@@ -95,8 +97,8 @@ def test_what_pulsates_in_the_housing_is_told_from_what_turns_with_the_carrier()
     def pulsating(channel, angle):
         return 5e-5 * np.cos(3.0 * angle) * np.cos(channel.angle - 0.4) * (channel in CHANNELS[:4])
 
-    assert parts_of(twin_plant(None, extra=turning, turns=6, loads=QUIET))["m=-1", 3] == "carrier"
-    frames = parts_of(twin_plant(None, extra=pulsating, turns=6, loads=QUIET))
+    assert parts_of(twin_problem(None, extra=turning, turns=6, loads=QUIET))["m=-1", 3] == "carrier"
+    frames = parts_of(twin_problem(None, extra=pulsating, turns=6, loads=QUIET))
     assert frames["m=+1", 3] == "housing"
     assert frames["m=-1", 3] == "undecided"
 
@@ -108,8 +110,8 @@ def test_radial_motion_is_split_between_carrier_and_housing():
     def shake(channel, angle):
         return 5e-5 * np.cos(angle) * np.cos(channel.angle) * (channel in CHANNELS[4:])
 
-    assert parts_of(twin_plant(None, extra=whirl, turns=6, loads=QUIET))[RADIAL, 1] == "carrier"
-    frames = parts_of(twin_plant(None, extra=shake, turns=6, loads=QUIET))
+    assert parts_of(twin_problem(None, extra=whirl, turns=6, loads=QUIET))[RADIAL, 1] == "carrier"
+    frames = parts_of(twin_problem(None, extra=shake, turns=6, loads=QUIET))
     assert (frames[RADIAL, 1], frames[RADIAL, -1]) == ("housing", "housing")
 
 
@@ -118,8 +120,8 @@ def test_a_small_order_beyond_chance_is_said_with_its_p_value():
         large = 1e-4 * np.cos(3.0 * (channel.angle - angle))
         return (large + 2e-6 * np.cos(6.0 * (channel.angle - angle))) * (channel in CHANNELS[:4])
 
-    plant = twin_plant(None, extra=small, turns=8, loads=QUIET)
-    text = plant.where_text((), plant.starts((), {})[-1])
+    problem = twin_problem(None, extra=small, turns=8, loads=QUIET)
+    text = problem.where_text((), problem.starts((), {})[-1])
     found = re.search(
         r"small yet beyond chance: order 6, m=2 \((.*) %, p <= (.*) in every run\)", text
     )

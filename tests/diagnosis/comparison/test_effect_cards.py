@@ -11,7 +11,7 @@ from carrierflex.diagnosis.comparison.effect_cards import (
 )
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, SLOT_NAMES
-from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.identification.campaign.campaign_kinds import ELEMENT_BY_DRIVE
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 
@@ -23,7 +23,7 @@ RUBBER_STOP = EffectCard(
     parameters=(EffectParameter("K_s", "N/m", 0.0, 20.0, powers=(1, -1, 0)),),
     signature="even and odd lines once the deflection passes the stop",
     aliases=("quadratic_stiffness",),
-    separating_test="amplitudes below and above 0.5 mm",
+    discriminating_experiment="amplitudes below and above 0.5 mm",
     law=lambda q, v, p: p[0] * max(q - 0.5e-3, 0.0),
 )
 NO_CARD = "not a card"
@@ -43,7 +43,7 @@ def test_the_library_is_the_contract():
     assert sorted(ids) == sorted(ELEMENT_BY_DRIVE["force"].effects)
     for card in ELEMENT_CARDS:
         assert set(card.aliases) < set(ids) - {card.id}
-        assert card.separating_test
+        assert card.discriminating_experiment
         assert card.signature
         for parameter in card.parameters:
             assert (card.id, parameter.name) in SLOT_NAMES
@@ -58,7 +58,7 @@ def test_friction_and_damping_cannot_drive():
 def test_a_users_effect_is_found_by_its_card_alone(monkeypatch):
     registered(monkeypatch, "RUBBER_STOP")
     campaign = displacement_campaign(lambda q, v: 4e3 * np.maximum(q - 0.5e-3, 0.0), n=2000)
-    found = diagnose(element_plant(campaign), campaign="stop", kind="element")
+    found = diagnose(element_problem(campaign), campaign="stop", kind="element")
     assert found.verdict == "named"
     assert found.attribution.effects == ("rubber_stop",)
     own = found.attribution.parameters["rubber_stop"]["K_s"]

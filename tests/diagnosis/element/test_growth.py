@@ -3,15 +3,15 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.element.growth import growth_exponent, growth_words
-from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.element.problem import element_problem
 from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign
 
 AMPLITUDES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
 
 
 def exponent(campaign):
-    plant = element_plant(campaign)
-    return growth_exponent(plant.model, plant.records, plant.noise)
+    problem = element_problem(campaign)
+    return growth_exponent(problem.model, problem.records, problem.noise)
 
 
 @pytest.mark.parametrize(

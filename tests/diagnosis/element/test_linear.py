@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.element.linear import linear_element
-from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.element.records import element_records
 from carrierflex.diagnosis.inference.bounded_fit import fit_effects
 from tests.diagnosis.element.element_campaigns import (
@@ -52,9 +52,9 @@ def test_an_estimate_that_predicts_better_stays(noisy_records):
 
 
 def test_a_baseline_is_found_under_noise():
-    plant = element_plant(force_campaign(no_law, amplitudes=(1.0, 2.0), noise=1e-4))
-    fit = fit_effects(plant, ())
-    assert_allclose(np.sqrt(fit.sums.square.sum() / plant.noise_square.sum()), 1.0, atol=0.03)
+    problem = element_problem(force_campaign(no_law, amplitudes=(1.0, 2.0), noise=1e-4))
+    fit = fit_effects(problem, ())
+    assert_allclose(np.sqrt(fit.sums.square.sum() / problem.noise_square.sum()), 1.0, atol=0.03)
     assert_allclose(fit.theta[0], MASS, rtol=0.05)
 
 
@@ -66,9 +66,9 @@ def test_the_ends_of_a_record_do_not_count_as_a_gap():
         q, step = run.inputs["displacement"], run.time[1] - run.time[0]
         inertia = 20.0 * np.gradient(np.gradient(q, step), step)
         runs.append(replace(run, signals={"F": run.signals["F"] + inertia}))
-    plant = element_plant(replace(campaign, runs=tuple(runs)))
-    left = fit_effects(plant, ()).sums.square / plant.cell_counts.sum(axis=1)
-    places = np.array([piece.block for piece in plant.pieces])
+    problem = element_problem(replace(campaign, runs=tuple(runs)))
+    left = fit_effects(problem, ()).sums.square / problem.cell_counts.sum(axis=1)
+    places = np.array([segment.block for segment in problem.segments])
     last = left[places == places.max()].mean()
     assert last < 4.0 * np.median(left)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.screening import screen
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.workflows.diagnosis import convert_emps, convert_silverbox, diagnose_campaign
@@ -42,7 +42,7 @@ def emps(tmp_path_factory):
 
 
 def r_squared(campaign):
-    return {own.id: own.r_squared for own in screen(element_plant(campaign).signatures()).effects}
+    return {own.id: own.r_squared for own in screen(element_problem(campaign).signatures()).effects}
 
 
 @pytest.mark.slow
@@ -82,9 +82,9 @@ def test_silverbox_misses_a_cubic_spring(silverbox, tmp_path):
         values["cubic_stiffness"]["K3"].value / values["baseline"]["K1"].value, 3.95, atol=0.05
     )
     assert values["cubic_stiffness"]["K3"].unit == "V/V^3"
-    assert found.shrinkage.rho <= 0.06
-    assert found.shrinkage.extrapolation_rho <= 0.06
-    assert found.shrinkage.placebo_rho >= 0.97
+    assert found.reduction.rho <= 0.06
+    assert found.reduction.extrapolation_rho <= 0.06
+    assert found.reduction.negative_control_rho >= 0.97
     # The unexplained force of a cubic spring.
     assert abs(float(found.where_text.split("deflection^")[1].split(" ")[0]) - 3.0) < 0.3
 
@@ -93,8 +93,8 @@ def test_the_servo_axis_misses_dry_friction(emps, tmp_path):
     found = diagnose_campaign.main(emps, out=tmp_path, quiet=True)
     assert found.verdict in ("named", "named_with_remainder", "aliased")
     assert found.attribution.effects == ("coulomb_friction",)
-    assert found.shrinkage.rho <= 0.30
-    assert found.shrinkage.placebo_rho >= 0.97
+    assert found.reduction.rho <= 0.30
+    assert found.reduction.negative_control_rho >= 0.97
     values = found.attribution.parameters
     # Literature (inverse dynamics): M 95.11 kg, Fv 203.5 N s/m, Fc 20.39 N, offset -3.16 N.
     assert_allclose(values["baseline"]["m"].value, 95.1, rtol=0.02)

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.diagnose import diagnose
-from carrierflex.diagnosis.kinds import plant_of
+from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.identification.campaign.campaign import Baseline
 from tests.diagnosis.element.element_campaigns import (
     STIFFNESS,
@@ -35,8 +35,8 @@ def beside(measured, predicted, effects=()):
 
 
 def found(campaign):
-    plant, measured = plant_of(campaign)
-    return diagnose(plant, campaign="twin", kind="element", floor_is_measured=measured)
+    problem, measured = problem_of(campaign)
+    return diagnose(problem, campaign="twin", kind="element", floor_is_measured=measured)
 
 
 @pytest.mark.parametrize("make", [force_campaign, displacement_campaign])
@@ -51,10 +51,10 @@ def test_what_the_prediction_lacks_is_named(make):
 
 def test_the_gap_is_measured_less_predicted():
     measured, predicted = displacement_campaign(cubic), displacement_campaign(no_law, noise=1e-12)
-    plant, _ = plant_of(beside(measured, predicted))
-    theta = np.array([parameter.lower for parameter in plant.parameters(())])
-    squares = plant.squares((), theta, np.ones(len(plant.pieces), dtype=bool))
-    inside = [record.block >= 0 for record in plant.records]
+    problem, _ = problem_of(beside(measured, predicted))
+    theta = np.array([parameter.lower for parameter in problem.parameters(())])
+    squares = problem.squares((), theta, np.ones(len(problem.segments), dtype=bool))
+    inside = [record.block >= 0 for record in problem.records]
     expected = sum(
         float(np.square((run.signals["F"] - other.signals["F"])[own]).sum())
         for run, other, own in zip(measured.runs, predicted.runs, inside, strict=True)
@@ -75,4 +75,4 @@ def test_an_empty_prediction_is_refused():
     first, *others = campaign.runs
     empty = replace(first, predictions={"q": np.full(first.time.size, np.nan)})
     with pytest.raises(ValueError, match="run R0: column 'q_sim' is empty; expected a prediction"):
-        plant_of(replace(campaign, runs=(empty, *others)))
+        problem_of(replace(campaign, runs=(empty, *others)))

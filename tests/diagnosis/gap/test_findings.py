@@ -8,7 +8,7 @@ from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.diagnosis_files import diagnosis_document
 from carrierflex.diagnosis.gap.findings import Scalar, cell_validations, scalar_gaps
-from tests.diagnosis.carrier.carrier_twin import INJECTED, KNOWN, twin_plant
+from tests.diagnosis.carrier.carrier_twin import INJECTED, KNOWN, twin_problem
 
 
 def cell(square, coherent, p_value=1e-9, order=1.0):
@@ -47,7 +47,7 @@ def test_area_between_distributions_is_their_shift_or_their_change_of_width():
 
 @pytest.fixture(scope="module")
 def swash():
-    return diagnose(twin_plant("carrier_tilt", turns=8), campaign="twin", kind="carrier")
+    return diagnose(twin_problem("carrier_tilt", turns=8), campaign="twin", kind="carrier")
 
 
 def test_the_tilt_at_1x_closes_once_it_is_named(swash):

@@ -2,16 +2,16 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.gap.in_time import significant_drifts, sliding_rms, trends
-from tests.diagnosis.carrier.carrier_twin import twin_plant
+from tests.diagnosis.carrier.carrier_twin import twin_problem
 from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign
 
 QUIET = ((1.0, 0, 0), (0.5, 0, 0))
 
 
-def findings_of(plant):
-    return plant.gap_findings((), plant.starts((), {})[-1])
+def findings_of(problem):
+    return problem.gap_findings((), problem.starts((), {})[-1])
 
 
 def test_windows_hold_at_most_twenty_repetitions_and_follow_the_gap():
@@ -41,7 +41,7 @@ def test_few_repetitions_tell_no_trend():
 
 
 def test_drift_of_the_offset_is_seen_in_time_and_said():
-    found = findings_of(twin_plant("thermal_drift", loads=QUIET))
+    found = findings_of(twin_problem("thermal_drift", loads=QUIET))
     first = found.drifts[0]
     assert (first.channel_pattern, first.order) == ("m=0", 0.0)
     # The law of the twin drifts by 40 um linearly and 20 um of the next form over a run.
@@ -54,7 +54,7 @@ def test_drift_of_the_offset_is_seen_in_time_and_said():
 
 def test_a_steady_gap_does_not_drift():
     found = findings_of(
-        twin_plant(None, loads=QUIET, contained=("axial_offset", "housing_tilt", "flexible_pins"))
+        twin_problem(None, loads=QUIET, contained=("axial_offset", "housing_tilt", "flexible_pins"))
     )
     assert "drifts" not in found.text
     own = [moment.rms for moment in found.in_time if moment.run == "run1"]
@@ -68,13 +68,13 @@ def test_an_element_whose_offset_wanders_drifts(by_force):
         if by_force
         else displacement_campaign(lambda q, v: 0.0 * q, n=2000)
     )
-    steady = findings_of(element_plant(campaign))
+    steady = findings_of(element_problem(campaign))
     assert steady.drifts == ()
     assert len(steady.in_time) >= 3
     name, size = ("q", 5e-5) if by_force else ("F", 1.0)
     for run in campaign.runs:
         run.signals[name] += size * np.linspace(-1.0, 1.0, run.time.size)
-    found = findings_of(element_plant(campaign))
+    found = findings_of(element_problem(campaign))
     if by_force:
         # Three periods after settling are too few for a trend.
         assert found.drifts == ()

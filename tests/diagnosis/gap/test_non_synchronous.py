@@ -4,8 +4,8 @@ from functools import cache
 import numpy as np
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.carrier.problem import carrier_plant
-from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.carrier.problem import carrier_problem
+from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.gap.findings import SIGNIFICANCE
 from tests.diagnosis.carrier.carrier_twin import CHANNELS, CURVES, KNOWN, NOISE, twin_campaign
 from tests.diagnosis.element.element_campaigns import force_campaign
@@ -14,8 +14,8 @@ QUIET = ((1.0, 0, 0), (0.5, 0, 0))
 WOBBLE = 2e-5
 
 
-def findings_of(plant):
-    return plant.gap_findings((), plant.starts((), {})[-1])
+def findings_of(problem):
+    return problem.gap_findings((), problem.starts((), {})[-1])
 
 
 @cache
@@ -29,7 +29,7 @@ def carrier_findings(*, declared=True, extra=None, noisy=None):
         campaign = replace(
             campaign, channels=tuple(replace(own, noise_std=None) for own in campaign.channels)
         )
-    return findings_of(carrier_plant(campaign, CURVES))
+    return findings_of(carrier_problem(campaign, CURVES))
 
 
 def wobble(channel, angle):
@@ -40,7 +40,7 @@ def wobble(channel, angle):
 
 
 def significant(found):
-    return [cell for cell in found.incoherent if cell.p_value < SIGNIFICANCE]
+    return [cell for cell in found.non_synchronous if cell.p_value < SIGNIFICANCE]
 
 
 def test_noise_alone_is_no_incoherent_gap():
@@ -69,7 +69,7 @@ def test_power_off_the_orders_is_told_from_declared_noise_only():
     assert "off the shaft orders" in found.text
     silent = [
         cell
-        for cell in carrier_findings(noisy="s137", declared=False).incoherent
+        for cell in carrier_findings(noisy="s137", declared=False).non_synchronous
         if cell.order is None
     ]
     assert silent
@@ -84,7 +84,7 @@ def repeats(extra_of_run):
     for size, run in zip(extra_of_run, runs, strict=True):
         for channel in CHANNELS[:4]:
             run.signals[channel.name] += size * np.cos(channel.angle - run.inputs["carrier_angle"])
-    return findings_of(carrier_plant(replace(campaign, runs=runs), CURVES))
+    return findings_of(carrier_problem(replace(campaign, runs=runs), CURVES))
 
 
 def test_what_differs_between_repeats_of_one_condition_is_told_apart():
@@ -102,16 +102,16 @@ def test_what_differs_between_repeats_of_one_condition_is_told_apart():
 
 def test_an_element_that_chatters_is_not_taken_for_noise():
     quiet = force_campaign(lambda q, v: 0.0 * q)
-    assert significant(findings_of(element_plant(quiet))) == []
+    assert significant(findings_of(element_problem(quiet))) == []
     rng = np.random.default_rng(3)
     for run in quiet.runs:
         # Broad chatter at four times the noise of 2 um.
         run.signals["q"] += 8e-6 * rng.standard_normal(run.time.size)
-    loud = findings_of(element_plant(quiet))
+    loud = findings_of(element_problem(quiet))
     cell = significant(loud)[0]
     assert_allclose(cell.gap / cell.noise, 17.0, rtol=0.5)
     assert "does not repeat from period to period" in loud.text
-    undeclared = element_plant(
+    undeclared = element_problem(
         replace(quiet, channels=(replace(quiet.channels[0], noise_std=None),))
     )
     assert significant(findings_of(undeclared)) == []

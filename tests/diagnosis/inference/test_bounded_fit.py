@@ -3,14 +3,14 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.comparison.problem import BASELINE
-from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.bounded_fit import NestedCostError, fit_effects
 from tests.diagnosis.element.element_campaigns import DAMPING, MASS, STIFFNESS, force_campaign
 
 
 @pytest.fixture(scope="module")
 def cubic_plant():
-    return element_plant(force_campaign(lambda q, v: 8e8 * q**3))
+    return element_problem(force_campaign(lambda q, v: 8e8 * q**3))
 
 
 def test_fit_finds_the_truth_within_its_error(cubic_plant):
@@ -28,7 +28,7 @@ def test_fit_finds_the_truth_within_its_error(cubic_plant):
 
 def test_derivatives_predict_the_change_of_the_residual(cubic_plant):
     fit = fit_effects(cubic_plant, ("cubic_stiffness",))
-    everything = np.ones(len(cubic_plant.pieces), dtype=bool)
+    everything = np.ones(len(cubic_plant.segments), dtype=bool)
     for k in range(fit.theta.size):
         errors = []
         for size in (1e-3, 5e-4):
@@ -65,8 +65,8 @@ def test_a_stuck_search_is_an_error(cubic_plant):
 
 def test_an_effect_of_the_wrong_sign_stands_on_its_bound():
     # A force that drives the motion: negative damping beyond the linear part.
-    plant = element_plant(force_campaign(lambda q, v: -20.0 * v * abs(v)))
-    fit = fit_effects(plant, ("quadratic_damping",))
+    problem = element_problem(force_campaign(lambda q, v: -20.0 * v * abs(v)))
+    fit = fit_effects(problem, ("quadratic_damping",))
     own = next(
         k for k, parameter in enumerate(fit.parameters) if parameter.effect == "quadratic_damping"
     )
@@ -79,7 +79,7 @@ def test_given_mass_is_not_fitted():
     campaign.rig["mass"] = MASS
     names = [
         parameter.name
-        for parameter in element_plant(campaign).parameters(())
+        for parameter in element_problem(campaign).parameters(())
         if parameter.effect == BASELINE
     ]
     assert names == ["K1", "C1", "f0"]

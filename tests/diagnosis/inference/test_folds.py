@@ -1,19 +1,19 @@
 import numpy as np
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.comparison.problem import Piece
+from carrierflex.diagnosis.comparison.problem import Segment
 from carrierflex.diagnosis.inference.folds import extrapolation_fold, held_out_folds
-from carrierflex.diagnosis.inference.held_out import drawn_counts, shrink_interval
+from carrierflex.diagnosis.inference.held_out import drawn_counts, reduction_draws
 
 
-def pieces(conditions, blocks=4):
-    return [Piece(f"R{c}", c, block, 100) for c in conditions for block in range(blocks)]
+def segments(conditions, blocks=4):
+    return [Segment(f"R{c}", c, block, 100) for c in conditions for block in range(blocks)]
 
 
 def test_every_piece_is_scored_once_and_never_trains_its_own_fold():
     for conditions in ("A", "AB", "ABC", "ABCD"):
         for own in (False, True):
-            folds = held_out_folds(pieces(conditions), runs_have_own=own)
+            folds = held_out_folds(segments(conditions), runs_have_own=own)
             assert len(folds) >= 2
             assert_allclose(np.sum([fold.held_out for fold in folds], axis=0), 1)
             for fold in folds:
@@ -23,7 +23,7 @@ def test_every_piece_is_scored_once_and_never_trains_its_own_fold():
 
 
 def test_with_three_conditions_a_whole_condition_is_left_out():
-    own = pieces("ABC")
+    own = segments("ABC")
     for fold in held_out_folds(own, runs_have_own=False):
         left_out = {own[k].condition for k in np.flatnonzero(fold.held_out)}
         trained = {own[k].condition for k in np.flatnonzero(fold.training)}
@@ -32,15 +32,15 @@ def test_with_three_conditions_a_whole_condition_is_left_out():
 
 
 def test_runs_own_parameters_are_fitted_on_the_other_blocks_of_the_held_out_run():
-    for fold in held_out_folds(pieces("ABC"), runs_have_own=True):
+    for fold in held_out_folds(segments("ABC"), runs_have_own=True):
         assert fold.own.sum() == fold.held_out.sum() == 2
 
 
 def test_extrapolation_leaves_out_the_largest_gap():
-    own = pieces("ABC")
-    fold = extrapolation_fold(own, [3.0 if piece.condition == "B" else 1.0 for piece in own])
+    own = segments("ABC")
+    fold = extrapolation_fold(own, [3.0 if segment.condition == "B" else 1.0 for segment in own])
     assert {own[k].condition for k in np.flatnonzero(fold.held_out)} == {"B"}
-    assert extrapolation_fold(pieces("A"), [1.0] * 4) is None
+    assert extrapolation_fold(segments("A"), [1.0] * 4) is None
 
 
 def test_bootstrap_covers_the_ratio():
@@ -50,7 +50,7 @@ def test_bootstrap_covers_the_ratio():
     for _ in range(200):
         before = rng.gamma(20.0, 1.0, 24)
         after = 0.25 * rng.gamma(20.0, 1.0, 24)
-        draws = shrink_interval(before, after, ["A"] * 24, n_samples=200, rng=rng)
+        draws = reduction_draws(before, after, ["A"] * 24, n_samples=200, rng=rng)
         low, high = np.quantile(draws, (0.025, 0.975))
         hits += low <= 0.5 <= high
     assert 175 <= hits <= 200
@@ -58,7 +58,9 @@ def test_bootstrap_covers_the_ratio():
 
 def test_two_levels_are_drawn_where_there_are_three_conditions():
     counts = drawn_counts(
-        [piece.condition for piece in pieces("ABC")], n_samples=400, rng=np.random.default_rng(0)
+        [segment.condition for segment in segments("ABC")],
+        n_samples=400,
+        rng=np.random.default_rng(0),
     )
     assert_allclose(counts.sum(axis=1), 12.0)
     by_condition = counts.reshape(400, 3, 4).sum(axis=2)

@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 
 from carrierflex.diagnosis.diagnose import diagnose
-from tests.diagnosis.carrier.carrier_twin import KNOWN, twin_plant
+from tests.diagnosis.carrier.carrier_twin import KNOWN, twin_problem
 
 
 @pytest.fixture(scope="module")
 def nothing_in_the_baseline():
-    return diagnose(twin_plant(contained=()), campaign="twin", kind="carrier")
+    return diagnose(twin_problem(contained=()), campaign="twin", kind="carrier")
 
 
 def test_all_missing_effects_are_named_where_the_baseline_holds_none(nothing_in_the_baseline):
     found = nothing_in_the_baseline
     assert found.verdict == "named", found.reason
     assert set(found.attribution.effects) == set(KNOWN)
-    assert found.shrinkage.rho == pytest.approx(
-        found.shrinkage.noise_floor / found.shrinkage.rms_before, rel=0.05
+    assert found.reduction.rho == pytest.approx(
+        found.reduction.noise_floor / found.reduction.rms_before, rel=0.05
     )
 
 
@@ -41,9 +41,9 @@ def test_several_causes_beside_one_outside_the_library_leave_a_remainder_or_noth
 
     What is named must not claim the whole.
     """
-    plant = twin_plant(
+    problem = twin_problem(
         contained=(),
         extra=lambda channel, angle: 6e-4 * np.cos(10.0 * angle) * (channel.name == "s227"),
     )
-    found = diagnose(plant, campaign="twin", kind="carrier")
+    found = diagnose(problem, campaign="twin", kind="carrier")
     assert found.verdict == "none_of_these", (found.attribution.effects, found.reason)

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.diagnose import diagnose
-from carrierflex.diagnosis.mounting.problem import mounting_plant
+from carrierflex.diagnosis.mounting.problem import mounting_problem
 from tests.diagnosis.mounting.mounting_campaigns import (
     CONDITIONS,
     NOISE,
@@ -19,7 +19,7 @@ THETA = np.array(list(TRUE_LINEAR.values()))
 
 
 def findings_of(campaign):
-    return mounting_plant(campaign).gap_findings((), THETA)
+    return mounting_problem(campaign).gap_findings((), THETA)
 
 
 def part(findings, name):
@@ -68,7 +68,7 @@ def test_what_differs_between_repeats_is_told_and_what_repeats_is_not():
 
     wave = 2e-5 * np.sin(2.0 * np.pi * 0.9 * np.arange(2600) * 0.05)
     shaken = findings_of(campaign(lambda inputs: np.outer(wave, [0.0, 0.0, 0.0, 0.0, 1.0, 0.0])))
-    first = shaken.incoherent[0]
+    first = shaken.non_synchronous[0]
     assert (first.run, first.channel_pattern) == ("R0 and R1", "sideways")
     # Half of the squared difference, on one of six channels.
     assert_allclose(first.gap, 2e-5**2 / 2.0 / 2.0 / 6.0, rtol=0.1)
@@ -79,7 +79,7 @@ def test_scalars_are_means_and_spans_of_the_motions():
     campaign = mounting_campaign(
         extra=lambda inputs: np.outer(np.full(inputs.time.size, 1e-4), [0, 0, 1, 1, 0, 0])
     )
-    scalars = {own.name: own for own in mounting_plant(campaign).scalars((), THETA)}
+    scalars = {own.name: own for own in mounting_problem(campaign).scalars((), THETA)}
     mean, span = scalars["vertical, mean"], scalars["vertical, peak to peak"]
     # Two channels of 100 um each are sqrt(2) times that along the unit pattern; 325 samples a
     # block.
@@ -91,7 +91,7 @@ def test_scalars_are_means_and_spans_of_the_motions():
 
 def test_the_diagnosis_holds_the_detail_before_and_after():
     found = diagnose(
-        mounting_plant(mounting_campaign({"K3": 6e12})), campaign="twin", kind="mounting"
+        mounting_problem(mounting_campaign({"K3": 6e12})), campaign="twin", kind="mounting"
     )
     assert found.gap.scalars
     roll = next(own for own in found.gap.scalars if own.name == "roll, peak to peak")
@@ -101,13 +101,13 @@ def test_the_diagnosis_holds_the_detail_before_and_after():
 
 def test_the_picture_shows_the_law_that_the_baseline_lacks():
     campaign = mounting_campaign({"K3": 6e12})
-    plant = mounting_plant(campaign)
+    problem = mounting_problem(campaign)
     theta = np.array([*THETA, 6e12])
-    (picture,) = plant.pictures(("cubic_stiffness",), theta)
+    (picture,) = problem.pictures(("cubic_stiffness",), theta)
     assert picture.title == "Unexplained roll motion"
     gap, law = picture.panels[0].traces
     assert (gap.role, law.role) == ("gap", "law")
     # Left of the law is noise: strips of the gap lie on it.
     on_law = np.interp(gap.x, law.x, law.y)
     assert np.std(gap.y - on_law) < 0.1 * np.std(gap.y)
-    assert plant.pictures((), THETA)[0].panels[0].traces[0].role == "gap"
+    assert problem.pictures((), THETA)[0].panels[0].traces[0].role == "gap"

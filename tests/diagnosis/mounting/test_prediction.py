@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.diagnose import diagnose
-from carrierflex.diagnosis.kinds import plant_of
+from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.identification.campaign.campaign import Baseline
 from tests.diagnosis.mounting.mounting_campaigns import TRUE_LINEAR, mounting_campaign
 
@@ -24,8 +24,8 @@ def beside(measured, predicted, effects=()):
 
 
 def found(campaign):
-    plant, measured = plant_of(campaign)
-    return diagnose(plant, campaign="twin", kind="mounting", floor_is_measured=measured)
+    problem, measured = problem_of(campaign)
+    return diagnose(problem, campaign="twin", kind="mounting", floor_is_measured=measured)
 
 
 def test_what_the_prediction_lacks_is_named():
@@ -43,15 +43,17 @@ def test_what_the_prediction_lacks_is_named():
 
 def test_the_gap_is_measured_less_predicted():
     measured, predicted = mounting_campaign(CUBIC), mounting_campaign(noise=0.0)
-    plant, _ = plant_of(beside(measured, predicted))
-    theta = np.array([parameter.lower for parameter in plant.parameters(())])
+    problem, _ = problem_of(beside(measured, predicted))
+    theta = np.array([parameter.lower for parameter in problem.parameters(())])
     expected = sum(
         float(np.square(run.signals[name] - other.signals[name]).sum())
         for run, other in zip(measured.runs, predicted.runs, strict=True)
         for name in run.signals
     )
     assert_allclose(
-        plant.squares((), theta, np.ones(len(plant.pieces), dtype=bool)).sum(), expected, rtol=1e-6
+        problem.squares((), theta, np.ones(len(problem.segments), dtype=bool)).sum(),
+        expected,
+        rtol=1e-6,
     )
 
 
@@ -72,4 +74,4 @@ def test_an_empty_prediction_is_refused():
     with pytest.raises(
         ValueError, match="run R0: column 'ssx_sim' is empty; expected a prediction"
     ):
-        plant_of(replace(campaign, runs=(empty, *others)))
+        problem_of(replace(campaign, runs=(empty, *others)))

@@ -8,7 +8,7 @@ from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.bounded_fit import fit_effects
 from carrierflex.diagnosis.mounting.cards import MOUNTING_CARDS
 from carrierflex.diagnosis.mounting.gap_map import PATTERNS, block_powers, pattern_matrix
-from carrierflex.diagnosis.mounting.problem import mounting_plant
+from carrierflex.diagnosis.mounting.problem import mounting_problem
 from carrierflex.diagnosis.mounting.records import mounting_records
 from carrierflex.identification.campaign.campaign_kinds import MOUNTING
 from carrierflex.simulation.mounting.rig import SENSORS
@@ -38,13 +38,13 @@ TRUTH = {
 FAST = ("parasitic_torque", "unequal_bushings", "sensor_zero")
 
 
-def found(plant):
-    return diagnose(plant, campaign="twin", kind="mounting")
+def found(problem):
+    return diagnose(problem, campaign="twin", kind="mounting")
 
 
 def check_named(effect):
     simulated, expected = TRUTH[effect]
-    result = found(mounting_plant(mounting_campaign(simulated)))
+    result = found(mounting_problem(mounting_campaign(simulated)))
     named = {
         *result.attribution.effects,
         *(own for group in result.attribution.aliases for own in group),
@@ -53,8 +53,8 @@ def check_named(effect):
     assert result.verdict in ("named", "named_with_remainder", "aliased")
     # The placebo's response has the loads' spectrum: beside a large gap it may gain or lose a
     # little by chance.
-    assert 0.8 < result.shrinkage.placebo_rho < 1.25
-    assert result.shrinkage.rho < 0.5
+    assert 0.8 < result.reduction.negative_control_rho < 1.25
+    assert result.reduction.rho < 0.5
     if effect in result.attribution.effects:
         for name, value in expected.items():
             own = result.attribution.parameters[effect][name]
@@ -79,7 +79,7 @@ def test_every_other_missing_effect_is_named(effect):
 
 
 def test_linear_bushings_are_at_the_noise_floor_whatever_the_nominal_stiffness():
-    result = found(mounting_plant(mounting_campaign()))
+    result = found(mounting_problem(mounting_campaign()))
     assert result.verdict == "at_noise_floor"
     own = result.attribution.parameters["baseline"]["K1"]
     assert abs(own.value - TRUE_LINEAR["K1"]) < 4.0 * own.std
@@ -87,9 +87,9 @@ def test_linear_bushings_are_at_the_noise_floor_whatever_the_nominal_stiffness()
 
 def test_an_effect_that_the_baseline_contains_is_fitted_with_it_and_not_named():
     campaign = mounting_campaign({"P_T": 0.1}, effects=("parasitic_torque",))
-    plant = mounting_plant(campaign)
-    assert "parasitic_torque" not in plant.cards
-    fit = fit_effects(plant, ())
+    problem = mounting_problem(campaign)
+    assert "parasitic_torque" not in problem.cards
+    fit = fit_effects(problem, ())
     assert_allclose(fit.theta[2], 0.1, rtol=5e-3)
 
 
@@ -97,15 +97,15 @@ def test_an_effect_that_the_baseline_contains_is_fitted_with_it_and_not_named():
     "effect", ["cubic_stiffness", "sensor_delay", "sensor_gain", "ntl_direction"]
 )
 def test_derivatives_are_those_of_the_prediction(effect):
-    plant = mounting_plant(mounting_campaign(TRUTH[effect][0], conditions=CONDITIONS[:2]))
-    theta = plant.starts((effect,), {})[1].copy()
-    theta[-1] += 0.05 * plant.parameters((effect,))[-1].scale
-    chosen = np.ones(len(plant.pieces), dtype=bool)
-    sums = plant.sums((effect,), theta, chosen)
+    problem = mounting_problem(mounting_campaign(TRUTH[effect][0], conditions=CONDITIONS[:2]))
+    theta = problem.starts((effect,), {})[1].copy()
+    theta[-1] += 0.05 * problem.parameters((effect,))[-1].scale
+    chosen = np.ones(len(problem.segments), dtype=bool)
+    sums = problem.sums((effect,), theta, chosen)
     slope, cost = -2.0 * sums.right_side.sum(axis=0), sums.square.sum()
-    for k, parameter in enumerate(plant.parameters((effect,))):
+    for k, parameter in enumerate(problem.parameters((effect,))):
         step = 1e-4 * parameter.scale * np.eye(theta.size)[k]
-        costs = [plant.squares((effect,), theta + sign * step, chosen).sum() for sign in (1, -1)]
+        costs = [problem.squares((effect,), theta + sign * step, chosen).sum() for sign in (1, -1)]
         # Against the largest slope that such a residual could have; forward differences of 1e-4 are
         # that exact.
         size = np.sqrt(sums.matrix.sum(axis=0)[k, k] * cost)
@@ -117,7 +117,7 @@ def test_records_are_thinned_alike_for_loads_and_signals():
     record = mounting_records(fine)[0]
     assert_allclose(record.step, 0.02, rtol=1e-6)
     assert_allclose(record.noise, NOISE**2 / 2.0)
-    fit = fit_effects(mounting_plant(fine), ("parasitic_torque",))
+    fit = fit_effects(mounting_problem(fine), ("parasitic_torque",))
     # Thinned to 20 Hz the damping would be 2 % off.
     assert_allclose(fit.theta, [*TRUE_LINEAR.values(), 0.1], rtol=5e-3)
 
@@ -143,8 +143,8 @@ def test_powers_of_the_bands_add_up_to_the_sum_of_squares():
 
 
 def test_the_gap_of_unequal_bushings_is_vertical_and_follows_the_torque():
-    plant = mounting_plant(mounting_campaign(TRUTH["unequal_bushings"][0]))
-    text = plant.where_text((), fit_effects(plant, ()).theta)
+    problem = mounting_problem(mounting_campaign(TRUTH["unequal_bushings"][0]))
+    text = problem.where_text((), fit_effects(problem, ()).theta)
     assert "vertical motion of the housing" in text
     assert "follows the torque" in text
 
@@ -152,9 +152,9 @@ def test_the_gap_of_unequal_bushings_is_vertical_and_follows_the_torque():
 def test_a_missing_stretch_of_a_channel_is_left_out():
     campaign = mounting_campaign({"P_T": 0.1}, conditions=CONDITIONS[:2])
     campaign.runs[0].signals["ssz"][500:900] = np.nan
-    plant = mounting_plant(campaign)
-    assert_allclose(fit_effects(plant, ("parasitic_torque",)).theta[2], 0.1, rtol=5e-3)
-    assert sum(piece.n_samples for piece in plant.pieces) == 2 * 2600 * 6 - 400
+    problem = mounting_problem(campaign)
+    assert_allclose(fit_effects(problem, ("parasitic_torque",)).theta[2], 0.1, rtol=5e-3)
+    assert sum(segment.n_samples for segment in problem.segments) == 2 * 2600 * 6 - 400
 
 
 def with_signals(campaign, change):
@@ -168,18 +168,18 @@ def with_signals(campaign, change):
 def test_unusable_campaigns_are_refused_in_plain_words():
     campaign = mounting_campaign(conditions=CONDITIONS[:1])
     with pytest.raises(ValueError, match="column 'spy' holds 0 measured samples"):
-        mounting_plant(
+        mounting_problem(
             with_signals(campaign, lambda name, own: own * np.nan if name == "spy" else own)
         )
     with pytest.raises(ValueError, match="every channel is constant"):
-        mounting_plant(with_signals(campaign, lambda name, own: 0.0 * own))
+        mounting_problem(with_signals(campaign, lambda name, own: 0.0 * own))
     with pytest.raises(ValueError, match="nothing but rest"):
-        mounting_plant(mounting_campaign(conditions=((0.0, 0.0, 0.0),)))
+        mounting_problem(mounting_campaign(conditions=((0.0, 0.0, 0.0),)))
 
 
 def test_one_run_alone_is_diagnosed_by_its_blocks():
     result = found(
-        mounting_plant(mounting_campaign(TRUTH["unequal_bushings"][0], conditions=CONDITIONS[:1]))
+        mounting_problem(mounting_campaign(TRUTH["unequal_bushings"][0], conditions=CONDITIONS[:1]))
     )
     named = {
         *result.attribution.effects,
@@ -189,6 +189,8 @@ def test_one_run_alone_is_diagnosed_by_its_blocks():
 
 
 def test_the_gain_is_looked_for_at_the_sensor_that_has_it():
-    plant = mounting_plant(mounting_campaign(TRUTH["sensor_gain"][0], conditions=CONDITIONS[:2]))
-    assert plant.choice(("sensor_gain",)) == {"sensor_gain": SENSORS.index("spz")}
-    assert_allclose(fit_effects(plant, ("sensor_gain",)).theta[2], 0.05, rtol=1e-2)
+    problem = mounting_problem(
+        mounting_campaign(TRUTH["sensor_gain"][0], conditions=CONDITIONS[:2])
+    )
+    assert problem.choice(("sensor_gain",)) == {"sensor_gain": SENSORS.index("spz")}
+    assert_allclose(fit_effects(problem, ("sensor_gain",)).theta[2], 0.05, rtol=1e-2)

@@ -4,13 +4,13 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.findings import GapMoment
-from carrierflex.diagnosis.inference.results import LadderStep, Shrinkage
+from carrierflex.diagnosis.inference.results import GapReduction, SelectionStep
 from carrierflex.diagnosis.inference.screening import Screen, ScreenedEffect
 from carrierflex.diagnosis.report.figures import (
     colour_limits,
+    correlation_figure,
     gap_map_figure,
-    ladder_figure,
-    likeness_figure,
+    selection_figure,
 )
 from carrierflex.diagnosis.report.gap_grid import gap_grids
 from carrierflex.diagnosis.report.time_figure import gap_in_time_figure
@@ -88,10 +88,10 @@ def test_only_what_stands_out_is_coloured():
 @pytest.mark.parametrize(("rho", "scale"), [(0.03, "log"), (0.6, "linear")])
 def test_ladder_shows_each_step_with_its_interval_and_the_lines(rho, scale):
     steps = (
-        LadderStep("baseline", 1.0, 1.0, (NAN, NAN)),
-        LadderStep("carrier_tilt", rho, rho, (0.9 * rho, 1.2 * rho)),
+        SelectionStep("baseline", 1.0, 1.0, (NAN, NAN)),
+        SelectionStep("carrier_tilt", rho, rho, (0.9 * rho, 1.2 * rho)),
     )
-    far = Shrinkage(
+    far = GapReduction(
         1.0,
         rho,
         0.5 * rho,
@@ -108,7 +108,7 @@ def test_ladder_shows_each_step_with_its_interval_and_the_lines(rho, scale):
         (),
         (),
     )
-    panel = ladder_figure(far).axes[0]
+    panel = selection_figure(far).axes[0]
     assert panel.get_xscale() == scale
     points, (_, _), (bars,) = panel.containers[0]
     assert_allclose(points.get_xdata(), [1.0, rho])
@@ -137,7 +137,7 @@ def test_named_effects_stand_first_in_the_matrix_of_likeness():
     names = ("stiff_pins", "carrier_tilt", "ring_pass")
     correlation = np.array([[1.0, 0.2, -0.7], [0.2, 1.0, 0.4], [-0.7, 0.4, 1.0]])
     screened = Screen(tuple(ScreenedEffect(name, 0.5, 0.5, ()) for name in names), correlation)
-    panel = likeness_figure(screened, ("carrier_tilt",)).axes[0]
+    panel = correlation_figure(screened, ("carrier_tilt",)).axes[0]
     assert [label.get_text() for label in panel.get_yticklabels()] == [
         "carrier tilt  1",
         "stiff pins  2",

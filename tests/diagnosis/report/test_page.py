@@ -9,11 +9,11 @@ import pytest
 
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.diagnosis_files import write_report
-from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.results import VERDICTS
 from carrierflex.diagnosis.report import page as report
 from carrierflex.diagnosis.report.page import ReportSource, report_page
-from tests.diagnosis.carrier.carrier_twin import twin_campaign, twin_plant
+from tests.diagnosis.carrier.carrier_twin import twin_campaign, twin_problem
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 from tests.diagnosis.report.browser import browser
 
@@ -31,14 +31,16 @@ def source_of(campaign):
 @pytest.fixture(scope="module")
 def element():
     campaign = displacement_campaign(lambda q, v: 5e8 * q**3, n=1500)
-    found = diagnose(element_plant(campaign), campaign="twin mount", kind="element")
+    found = diagnose(element_problem(campaign), campaign="twin mount", kind="element")
     return found, source_of(campaign)
 
 
 @pytest.fixture(scope="module")
 def carrier():
     options = {"loads": LOADS, "turns": 8}
-    found = diagnose(twin_plant("carrier_tilt", **options), campaign="twin carrier", kind="carrier")
+    found = diagnose(
+        twin_problem("carrier_tilt", **options), campaign="twin carrier", kind="carrier"
+    )
     return found, source_of(twin_campaign("carrier_tilt", **options))
 
 
@@ -89,11 +91,18 @@ def test_page_has_every_section(section, page):
 
 def test_page_says_what_was_found(element, page):
     found, _ = element
-    far = found.shrinkage
+    far = found.reduction
     assert "The simulation lacks cubic stiffness" in page
     assert found.where_text.split("^")[0] in page
     assert found.reason in page
-    for value in (far.rho, far.phi, far.placebo_rho, far.ceiling_rho, *far.rho_ci95, *far.phi_ci95):
+    for value in (
+        far.rho,
+        far.phi,
+        far.negative_control_rho,
+        far.black_box_rho,
+        *far.rho_ci95,
+        *far.phi_ci95,
+    ):
         assert f"{value:.3f}" in page
     K3 = found.attribution.parameters["cubic_stiffness"]["K3"]
     mantissa = f"{K3.value:.1e}".split("e")[0]
@@ -187,7 +196,7 @@ def test_effects_are_called_by_their_names_in_every_sentence(element):
     found, source = element
     reason = "the best set, cubic_stiffness + quintic_stiffness, is refused"
     which = replace(
-        found.attribution, separating_test="a sine separates cubic_stiffness and backlash"
+        found.attribution, discriminating_experiment="a sine separates cubic_stiffness and backlash"
     )
     page = report_page(without_figures(replace(found, reason=reason, attribution=which)), source)
     assert "cubic stiffness + quintic stiffness, is refused" in page
@@ -201,12 +210,12 @@ def test_a_template_without_its_content_is_refused(element, monkeypatch):
 
 
 def without_figures(found):
-    far = replace(found.shrinkage, cells_before=(), cells_after=(), ladder=())
+    far = replace(found.reduction, cells_before=(), cells_after=(), steps=())
     return replace(
         found,
         pictures=(),
         gap=None,
-        shrinkage=far,
+        reduction=far,
         attribution=replace(found.attribution, screen=None),
     )
 
@@ -227,9 +236,9 @@ def test_records_that_allow_no_diagnosis_give_a_page_that_says_why(element):
     campaign = replace(
         source.campaign, baseline=replace(source.campaign.baseline), runs=source.campaign.runs[:1]
     )
-    plant = element_plant(campaign)
+    problem = element_problem(campaign)
     found = diagnose(
-        replace(plant, records=(replace(plant.records[0], n_blocks=2),)),
+        replace(problem, records=(replace(problem.records[0], n_blocks=2),)),
         campaign="short",
         kind="element",
     )
@@ -243,11 +252,11 @@ def test_records_that_allow_no_diagnosis_give_a_page_that_says_why(element):
 def test_without_a_supported_set_the_gap_is_drawn_once(element):
     found, source = element
     far = replace(
-        found.shrinkage, ladder=found.shrinkage.ladder[:1], cells_after=found.shrinkage.cells_before
+        found.reduction, steps=found.reduction.steps[:1], cells_after=found.reduction.cells_before
     )
     nothing = replace(found.attribution, effects=())
     page = report_page(
-        replace(found, verdict="none_of_these", pictures=(), shrinkage=far, attribution=nothing),
+        replace(found, verdict="none_of_these", pictures=(), reduction=far, attribution=nothing),
         source,
     )
     assert "No known effect explains the gap" in page

@@ -14,11 +14,11 @@ from carrierflex.diagnosis.comparison.pictures import (
     is_function,
     strip_means,
 )
-from carrierflex.diagnosis.element.problem import element_plant
+from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.bounded_fit import fit_effects
 from carrierflex.diagnosis.report.motion_figures import panel_figure
 from carrierflex.identification.campaign.order_analysis import MAX_ORDER
-from tests.diagnosis.carrier.carrier_twin import NOISE, twin_plant
+from tests.diagnosis.carrier.carrier_twin import NOISE, twin_problem
 from tests.diagnosis.element.element_campaigns import (
     DAMPING,
     STIFFNESS,
@@ -29,9 +29,9 @@ from tests.diagnosis.element.element_campaigns import (
 K3, FRICTION = 5e8, 1.5
 
 
-def pictures_of(plant, effects):
-    fit = fit_effects(plant, effects)
-    return plant.pictures(fit.effects, fit.theta)
+def pictures_of(problem, effects):
+    fit = fit_effects(problem, effects)
+    return problem.pictures(fit.effects, fit.theta)
 
 
 def traces(panel):
@@ -40,12 +40,12 @@ def traces(panel):
 
 @pytest.fixture(scope="module")
 def cubic():
-    return element_plant(displacement_campaign(lambda q, v: K3 * q**3, n=1500))
+    return element_problem(displacement_campaign(lambda q, v: K3 * q**3, n=1500))
 
 
 @pytest.fixture(scope="module")
 def rubbing():
-    return element_plant(displacement_campaign(lambda q, v: FRICTION * np.tanh(v / 1e-4), n=1500))
+    return element_problem(displacement_campaign(lambda q, v: FRICTION * np.tanh(v / 1e-4), n=1500))
 
 
 def test_unexplained_force_of_a_cubic_spring_is_its_cube(cubic):
@@ -98,32 +98,32 @@ def test_without_an_accepted_effect_the_gap_of_the_baseline_is_drawn_and_no_law(
 
 
 def test_a_force_driven_element_shows_the_same_law():
-    plant = element_plant(force_campaign(lambda q, v: 2e9 * q**3, amplitudes=(2.0, 4.0, 8.0)))
-    (picture,) = pictures_of(plant, ("cubic_stiffness",))
+    problem = element_problem(force_campaign(lambda q, v: 2e9 * q**3, amplitudes=(2.0, 4.0, 8.0)))
+    (picture,) = pictures_of(problem, ("cubic_stiffness",))
     own = traces(picture.panels[0])
     assert_allclose(own[GAP].x ** 3 @ own[GAP].y / np.sum(own[GAP].x ** 6), 2e9, rtol=0.05)
 
 
 def test_what_the_baseline_already_contains_is_no_gap(cubic):
-    plant = replace(cubic, model=replace(cubic.model, contained=("cubic_stiffness",)))
-    gap = traces(pictures_of(plant, ())[0].panels[0])[GAP]
+    problem = replace(cubic, model=replace(cubic.model, contained=("cubic_stiffness",)))
+    gap = traces(pictures_of(problem, ())[0].panels[0])[GAP]
     assert gap.y.std() < 0.06
 
 
 def test_a_missing_gap_between_stops_is_drawn_with_its_stiffness():
     size = 4e-4
-    plant = element_plant(
+    problem = element_problem(
         displacement_campaign(lambda q, v: -STIFFNESS * np.clip(q, -size, size), n=1500)
     )
-    picture = pictures_of(plant, ("backlash",))[0]
+    picture = pictures_of(problem, ("backlash",))[0]
     law = traces(picture.panels[0])[LAW]
     assert_allclose(np.abs(law.y).max(), STIFFNESS * size, rtol=0.1)
 
 
 def test_polar_plot_of_a_tilted_carrier_is_its_order_one_and_nothing_is_left():
-    plant = twin_plant("carrier_tilt", loads=((1.0, 0, 0), (0.5, 0, 0)), turns=8)
-    by_sensor, by_run = pictures_of(plant, ("carrier_tilt",))
-    assert isinstance(plant, Pictured)
+    problem = twin_problem("carrier_tilt", loads=((1.0, 0, 0), (0.5, 0, 0)), turns=8)
+    by_sensor, by_run = pictures_of(problem, ("carrier_tilt",))
+    assert isinstance(problem, Pictured)
     assert by_sensor.is_polar
     # KNOWN and INJECTED of the twin: one and the same effect twice; the baseline lacks both.
     size = 0.412 * np.hypot(3e-4 + 5e-5, 5e-4 + 1e-4)
