@@ -22,7 +22,7 @@ from diagnosis.carrier_columns import (
     ColumnSource,
     shape_nodes,
 )
-from diagnosis.effect_cards import EffectCard
+from diagnosis.effect_cards import EffectCard, EffectParameter
 from diagnosis.plants import Effects, Parameter
 
 FloatArray = NDArray[np.float64]
@@ -73,7 +73,7 @@ class CarrierModel:
     def _own_parameters(self, effect: str, run: str | None, choice: Choice) -> list[Parameter]:
         own = []
         for parameter in self.cards[effect].parameters:
-            lower, upper = self._bounds(effect, parameter.name, (parameter.lower, parameter.upper))
+            lower, upper = self._bounds(effect, parameter)
             name = f"{parameter.name}_{self.channels[choice[effect]]}" if effect in choice else parameter.name
             prior = np.inf if parameter.shape or effect in self.contained else _PRIOR * parameter.scale
             own.append(
@@ -81,13 +81,15 @@ class CarrierModel:
             )
         return own
 
-    def _bounds(self, effect: str, name: str, given: tuple[float, float]) -> tuple[float, float]:
-        if name in ("T_c", "F_s"):
+    def _bounds(self, effect: str, parameter: EffectParameter) -> tuple[float, float]:
+        if parameter.shape:
             nodes = shape_nodes(effect, self.source)
             return float(nodes[0]), float(nodes[-1])
         if effect == "sensor_delay":
             return -_LARGEST_DELAY / self.source.speed, _LARGEST_DELAY / self.source.speed
-        return (-_LARGEST_MOVE, _LARGEST_MOVE) if effect == "sensor_angle" else given
+        if effect == "sensor_angle":
+            return -_LARGEST_MOVE, _LARGEST_MOVE
+        return parameter.lower, parameter.upper
 
     def weights(self, effects: Effects, choice: Choice, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Weights of the columns and their derivatives.
@@ -127,11 +129,13 @@ class CarrierModel:
     def _add_own(self, effect: str, W: FloatArray, D: FloatArray, theta: FloatArray, place: int) -> None:
         """Add a linear effect, or one with a threshold, whose parameters start at `place`."""
         parameters = self.cards[effect].parameters
-        if self.cards[effect].law is not None:
+        if self.cards[effect].law is None:
+            return
+        if not parameters[-1].shape:
             for number in range(len(parameters)):
                 column = self.book.of(effect, number)
                 W[..., column], D[..., place + number, column] = theta[place + number], 1.0
-        elif parameters[-1].shape:
+        else:
             nodes, last = shape_nodes(effect, self.source), place + len(parameters) - 1
             hat, slope = _hats(nodes, float(theta[last]))
             for number in range(len(parameters) - 1):

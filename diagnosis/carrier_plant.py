@@ -7,17 +7,18 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.carrier_cards import CARRIER_CARDS, KIND, ONE_CHANNEL, PLACEBO_CARDS
-from diagnosis.carrier_columns import ColumnSource, all_cards
+from diagnosis.carrier_cards import ONE_CHANNEL, PLACEBO_CARDS
+from diagnosis.carrier_columns import ColumnSource
 from diagnosis.carrier_gap_detail import CarrierGap
 from diagnosis.carrier_laws import CarrierRig
+from diagnosis.carrier_library import carrier_library
 from diagnosis.carrier_loads import bounds_of, largest_load, piece_squares, typical_speed, used_columns
 from diagnosis.carrier_model import CarrierModel, Choice
 from diagnosis.carrier_noise import channel_noise, refuse_silent_channels
 from diagnosis.carrier_signatures import carrier_signatures
 from diagnosis.carrier_sums import CarrierSums, accumulated_sums
 from diagnosis.carrier_trials import carrier_trials
-from diagnosis.effect_cards import EffectCard, effect_library
+from diagnosis.effect_cards import EffectCard
 from diagnosis.gap_detail import GapFindings, Scalar
 from diagnosis.plants import BoolArray, Effects, FloatArray, GapCell, Parameter, Piece, PieceSums, Signatures, Trial
 from diagnosis.report_carrier_polar import carrier_pictures
@@ -278,17 +279,15 @@ def carrier_plant(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -> 
     Raises
     ------
     ValueError
-        Where a channel is missing throughout or constant, or a run has no whole revolution.
+        Where a channel is missing throughout or constant, a run has no whole revolution, or a
+        user's card is refused.
     """
     refuse_silent_channels(campaign)
-    cards = all_cards(effect_library(KIND, CARRIER_CARDS))
     n_planets, pin_radius = int(campaign.rig["n_planets"]), 1.0
     if "g_f" in curves:
         pin_radius = pin_radius_of(curves["delta_f"], curves["g_f"], n_planets)
-    else:
-        cards = {name: card for name, card in cards.items() if "load_sharing" not in name}
     rig = CarrierRig(float(campaign.rig["nominal_torque"]), n_planets, pin_radius, curves)
-    source = ColumnSource(rig, cards, typical_speed(campaign), largest_load(campaign))
+    source = ColumnSource(rig, carrier_library(rig), typical_speed(campaign), largest_load(campaign))
     records = accumulated_sums(campaign, source)
     contained = tuple(campaign.baseline.effects)
     if campaign.baseline.source == "columns":

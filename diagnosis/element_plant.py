@@ -9,13 +9,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.effect_cards import EffectCard, effect_library
+from diagnosis.effect_cards import EffectCard
 from diagnosis.element_bands import BandTable, band_table, block_squares
 from diagnosis.element_effects import ELEMENT_CARDS, KIND, PLACEBO_CARDS
 from diagnosis.element_gap import element_gap_cells, element_where_text
 from diagnosis.element_gap_detail import element_findings, element_scalars
 from diagnosis.element_growth import growth_exponent, growth_words
-from diagnosis.element_model import ElementModel, ElementScale, compiled_laws, substeps_for
+from diagnosis.element_model import ElementModel, ElementScale, substeps_for
 from diagnosis.element_records import ElementRecord, element_records, noise_variance
 from diagnosis.element_scale import element_scale
 from diagnosis.element_signatures import Column, element_signatures, signature_columns
@@ -25,6 +25,7 @@ from diagnosis.gap_detail import GapFindings, Scalar
 from diagnosis.plants import BoolArray, Effects, FloatArray, GapCell, Parameter, Piece, PieceSums, Signatures, Trial
 from diagnosis.report_element_loops import element_loops
 from diagnosis.report_pictures import Picture
+from diagnosis.user_laws import force_library
 from identification.campaign import Campaign
 
 #: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
@@ -271,7 +272,7 @@ def element_plant(campaign: Campaign) -> ElementPlant:
     _refuse_mixed_units(campaign, input_name)
     input_unit = campaign.input_units.get(input_name, input_unit)
     units = (input_unit, channel.unit) if by_force else (channel.unit, input_unit)
-    cards = {**effect_library(KIND, ELEMENT_CARDS), **{card.id: card for card in PLACEBO_CARDS}}
+    cards, laws = force_library(KIND, (*ELEMENT_CARDS, *PLACEBO_CARDS))
     unscaled = ElementModel(
         by_force=by_force,
         mass=campaign.rig.get("mass"),
@@ -280,7 +281,7 @@ def element_plant(campaign: Campaign) -> ElementPlant:
         contained=tuple(campaign.baseline.effects),
         units=units,
         substeps=1,
-        laws=compiled_laws(cards),
+        laws=laws,
     )
     scale = element_scale(unscaled, records)
     model = replace(unscaled, scale=scale, substeps=substeps_for(scale, max(record.step for record in records)))
@@ -292,8 +293,7 @@ def _refuse_mixed_units(campaign: Campaign, input_name: str) -> None:
     channel = campaign.channels[0]
     foreign = channel.unit != campaign.contract.quantities[channel.quantity]
     declared = campaign.input_units.get(input_name, campaign.contract.inputs[input_name])
-    foreign_input = declared != campaign.contract.inputs[input_name]
-    if foreign != foreign_input:
+    if foreign != (declared != campaign.contract.inputs[input_name]):
         raise ValueError(
             f"[[channels]]: unit of '{channel.name}' is {channel.unit} and that of the input '{input_name}' is {declared}; "
             "expected both in SI units, or both declared as an analogue"

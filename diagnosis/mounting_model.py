@@ -10,6 +10,7 @@ from diagnosis.effect_cards import EffectCard, EffectParameter
 from diagnosis.mounting_cards import PLACEBO_CARDS, SIMULATED
 from diagnosis.mounting_records import MountingRecord
 from diagnosis.plants import BASELINE, Effects, FloatArray, Parameter
+from simulation.force_laws import Force, ForceLaw, sum_of_laws
 from simulation.mounting.equations import mounting_blocks
 from simulation.mounting.inputs import MountingInputs
 from simulation.mounting.parameters import INDEX, PARAMETERS, parameter_array
@@ -58,6 +59,8 @@ class MountingModel:
         Nominal rig.
     cards : mapping of str to EffectCard
         Library with the placebos.
+    laws : mapping of str to callable
+        Users' compiled force laws by effect.
     contained : tuple of str
         Effects of the baseline.
     channels, sensors : tuple of str
@@ -70,6 +73,7 @@ class MountingModel:
 
     rig: MountingRig
     cards: Mapping[str, EffectCard]
+    laws: Mapping[str, Force]
     contained: Effects
     channels: tuple[str, ...]
     sensors: tuple[str, ...]
@@ -130,6 +134,7 @@ class MountingModel:
         values[[INDEX["K1"], INDEX["C1"]]] = 0.0
         gains, zeros, delay = np.ones(len(self.channels)), np.zeros(len(self.channels)), 0.0
         placebo = np.zeros((record.inputs.time.size, len(SENSORS)))
+        own: dict[str, list[float]] = {}
         for parameter, value in zip(self.parameters(effects), theta, strict=True):
             effect = parameter.effect
             if (effect, parameter.name) in SIMULATED:
@@ -140,20 +145,26 @@ class MountingModel:
                 zeros[choice[effect]] += value
             elif effect == "sensor_delay":
                 delay += value
+            elif effect in self.laws:
+                own.setdefault(effect, []).append(float(value))
             elif value:
+                # Only the placebos are left: a user's card without a law is refused before.
                 placebo += value * self.placebo(record, effect)
-        motion = self._signals(record, values, refined)
+        users = tuple(ForceLaw(self.laws[effect], np.array(own[effect])) for effect in own)
+        motion = self._signals(record, values, sum_of_laws(users), refined)
         if motion is None:
             return np.full(record.measured.shape, np.inf)
         signals = _delayed(motion + placebo, record.inputs.time, delay)
         return signals[:, [SENSORS.index(sensor) for sensor in self.sensors]] * gains + zeros
 
-    def _signals(self, record: MountingRecord, values: FloatArray, refined: int) -> FloatArray | None:
+    def _signals(
+        self, record: MountingRecord, values: FloatArray, user_law: ForceLaw | None, refined: int
+    ) -> FloatArray | None:
         """All six sensors relative to their zero; None where the motion leaves the model."""
         inputs = record.inputs if refined == 1 else record.inputs.refined(refined)
         rig = replace(self.rig, zeroing_samples=(record.zeroing_samples - 1) * refined + 1)
         try:
-            signals = simulate(rig, values, inputs).signals[::refined]
+            signals = simulate(rig, values, inputs, user_law=user_law).signals[::refined]
         except ArithmeticError:
             return None
         return signals if np.isfinite(signals).all() else None

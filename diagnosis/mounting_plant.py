@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.bounded_fit import minimised
-from diagnosis.effect_cards import EffectCard, effect_library
+from diagnosis.effect_cards import EffectCard
 from diagnosis.gap_detail import GapFindings, Scalar
 from diagnosis.mounting_cards import KIND, MOUNTING_CARDS, ONE_CHANNEL, PLACEBO_CARDS
 from diagnosis.mounting_gap import band_edges_hz, block_powers, mounting_gap_cells, score_cells
@@ -23,6 +23,7 @@ from diagnosis.mounting_trials import mounting_trials
 from diagnosis.plants import BoolArray, Effects, FloatArray, GapCell, Parameter, Piece, PieceSums, Signatures, Trial
 from diagnosis.report_mounting_motion import mounting_pictures
 from diagnosis.report_pictures import Picture
+from diagnosis.user_laws import force_library
 from identification.campaign import Campaign
 from simulation.mounting.rig import MountingRig
 
@@ -286,14 +287,14 @@ def mounting_plant(campaign: Campaign) -> MountingPlant:
     Raises
     ------
     ValueError
-        Where a signal is missing throughout, or the loads never change.
+        Where a signal is missing throughout, the loads never change, or a user's card is refused.
     """
     records = mounting_records(campaign)
     rig = MountingRig.from_table(campaign.rig)
-    cards = {**effect_library(KIND, MOUNTING_CARDS), **{card.id: card for card in PLACEBO_CARDS}}
+    cards, laws = force_library(KIND, (*MOUNTING_CARDS, *PLACEBO_CARDS))
     sensors = tuple(str(channel.sensor) for channel in campaign.channels)
     names = tuple(channel.name for channel in campaign.channels)
     scale = mounting_scale(rig, records)
-    model = MountingModel(rig, cards, tuple(campaign.baseline.effects), names, sensors, scale)
+    model = MountingModel(rig, cards, laws, tuple(campaign.baseline.effects), names, sensors, scale)
     declared = all(channel.noise_std is not None for channel in campaign.channels)
     return MountingPlant(model, records, declared)

@@ -1,12 +1,13 @@
 """Force laws written in Python by a user, compiled for the time integrators.
 
-A law is ``force(deflection, speed, parameters)`` [N] of two floats [m, m/s] and one array of floats. It is the internal force,
-positive against a positive deflection; the body receives its negative (see :mod:`simulation.bushings`).
+A law is ``force(deflection, speed, parameters)`` [N] of two floats [m, m/s] and one array of
+floats. It is the internal force, positive against a positive deflection; the body receives its
+negative (see :mod:`simulation.bushings`).
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache, reduce
+from functools import lru_cache
 
 import numpy as np
 from numba import cfunc, njit, types
@@ -45,14 +46,14 @@ class ForceLaw:
         return np.array(forces, dtype=np.float64)
 
     def slopes_at_rest(self, deflection: Array) -> tuple[Array, Array]:
-        """Stiffness [N/m] and damping [N s/m] at zero speed, each of the shape of `deflection` [m]."""
+        """Stiffness [N/m] and damping [N s/m] at zero speed, of the shape of `deflection` [m]."""
         slopes = [force_slopes(self.force, float(u), 0.0, self.parameters) for u in deflection]
         stiffness, damping = np.array(slopes, dtype=np.float64).reshape(-1, 2).T
         return stiffness, damping
 
 
 def compiled_force(function: Force) -> Force:
-    """Law compiled to :data:`LAW_SIGNATURE`; division by zero gives infinity, as in the integrators.
+    """Law compiled to :data:`LAW_SIGNATURE`; division by zero gives infinity.
 
     Parameters
     ----------
@@ -85,20 +86,14 @@ def force_slopes(force: Force, u: float, v: float, parameters: Array) -> tuple[f
 
 
 def sum_of_laws(laws: tuple[ForceLaw, ...]) -> ForceLaw | None:
-    """One law that gives the sum of several, its parameters those of each in turn; None for no law."""
+    """Sum of several laws, its parameters those of each in turn; None for no law."""
     if not laws:
         return None
-    parameters = np.concatenate([law.parameters for law in laws])
-    sizes = [law.parameters.size for law in laws]
-    # The first n parameters are those of the laws summed so far.
-    ends = np.cumsum(sizes)
-    forces = [law.force for law in laws]
-    total = reduce(
-        lambda force, following: _sum_of_two(force, following[0], following[1]),
-        zip(forces[1:], ends[:-1].tolist(), strict=True),
-        forces[0],
-    )
-    return ForceLaw(total, parameters)
+    total = laws[0]
+    for law in laws[1:]:
+        force = _sum_of_two(total.force, law.force, total.parameters.size)
+        total = ForceLaw(force, np.concatenate([total.parameters, law.parameters]))
+    return total
 
 
 @lru_cache(maxsize=256)

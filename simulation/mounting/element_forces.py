@@ -21,7 +21,12 @@ _ITERATIONS, _GAIN = 40, 0.1
 
 
 @_inline
-def solve_forces(block: BlockRecord, tolerance: float, user_force: Any, user_parameters: Array) -> bool:
+def solve_forces(
+    block: BlockRecord,
+    tolerance: float,
+    user_force: Any,
+    user_parameters: Array,
+) -> bool:
     """Solve ``y = phi(known + y by_force)`` for the element forces at the middle and the end of a step.
 
     The step is short against the stiffness that phi adds, so putting phi back in mostly converges at once; where it does
@@ -99,7 +104,8 @@ def _fill_jacobian(block: BlockRecord, user_force: Any, user_parameters: Array) 
                 slope += 2.0 * C3 * u * block.probe[size + row]
                 rate_slope = C3 * u * u
             if user_force is not None:
-                over_u, over_rate = force_slopes(user_force, u, block.probe[size + row], user_parameters)
+                rate = block.probe[size + row]
+                over_u, over_rate = force_slopes(user_force, u, rate, user_parameters)
                 slope += over_u
                 rate_slope += over_rate
             for column in range(size):

@@ -142,12 +142,12 @@ class Block:
         return self.C + (self.rows.T * (self.weights * slope)) @ self.rows
 
     def force_at_rest(self, u: Array) -> Array:
-        """Nonlinear forces without memory [N] at deflections `u` [m] and zero rate, shape (n_elements,)."""
+        """Nonlinear forces without memory [N] at deflections `u` [m] and zero rate, (n_elements,)."""
         force = hardening_force.py_func(u, self.law[0], self.law[1])
         return force if self.user_law is None else force + self.user_law.at_rest(u)
 
     def _slopes_at_rest(self, u: Array) -> tuple[Array, Array]:
-        """Derivatives of these forces by deflection [N/m] and rate [N s/m], each of shape (n_elements,)."""
+        """Derivatives of these forces by deflection [N/m] and rate [N s/m], each (n_elements,)."""
         stiffness = hardening_stiffness.py_func(u, self.law[0], self.law[1])
         damping = self.law[2] * u**2
         if self.user_law is None:

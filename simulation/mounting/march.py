@@ -258,9 +258,15 @@ def _march_block(
         return good, None if coordinate < 0 else (coordinate, DIVERGED)
     record = block_record(block, matrices, x, memory)
     law = block.user_law
-    user_force, user_parameters = (None, _NO_PARAMETERS) if law is None else (first_class(law.force), law.parameters)
     good, coordinate, outcome = march_nonlinear(
-        record, block.output, model.substeps, _NEWTON_TOLERANCE, loads, signals, user_force, user_parameters
+        record,
+        block.output,
+        model.substeps,
+        _NEWTON_TOLERANCE,
+        loads,
+        signals,
+        None if law is None else first_class(law.force),
+        _NO_PARAMETERS if law is None else law.parameters,
     )
     x[:], memory[:] = standing(record, len(x))
     return good, None if outcome == DONE else (coordinate, outcome)
