@@ -25,7 +25,7 @@ def solve_forces(
     block: BlockRecord,
     tolerance: float,
     user_force: Any,
-    user_parameters: Array,
+    user_parameters: Array | None,
 ) -> bool:
     """Solve ``y = phi(known + y by_force)`` for the element forces at the middle and the end of a step.
 
@@ -54,7 +54,7 @@ def solve_forces(
 
 
 @_inline
-def _laws(block: BlockRecord, user_force: Any, user_parameters: Array) -> tuple[float, float]:
+def _laws(block: BlockRecord, user_force: Any, user_parameters: Array | None) -> tuple[float, float]:
     """Fill the last column of `work` with ``y - phi`` and `friction`; return the largest entry and the scale."""
     n_e, size = block.preload.shape[0], block.force.shape[0]
     K3, K5, C3, Kp, Fy = block.law[0], block.law[1], block.law[2], block.law[3], block.law[4]
@@ -79,14 +79,14 @@ def _laws(block: BlockRecord, user_force: Any, user_parameters: Array) -> tuple[
 
 
 @_jit
-def _newton_step(block: BlockRecord, user_force: Any, user_parameters: Array) -> bool:
+def _newton_step(block: BlockRecord, user_force: Any, user_parameters: Array | None) -> bool:
     """Replace the residual in the last column of `work` by Newton's correction; rarely called, so not woven into the march."""
     _fill_jacobian(block, user_force, user_parameters)
     return _eliminate(block)
 
 
 @_inline
-def _fill_jacobian(block: BlockRecord, user_force: Any, user_parameters: Array) -> None:
+def _fill_jacobian(block: BlockRecord, user_force: Any, user_parameters: Array | None) -> None:
     """Fill `work` but its last column with the derivative of ``y - phi``."""
     n_e, size = block.preload.shape[0], block.force.shape[0]
     K3, K5, C3, Kp, Fy = block.law[0], block.law[1], block.law[2], block.law[3], block.law[4]

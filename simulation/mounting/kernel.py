@@ -64,7 +64,7 @@ def march_nonlinear(
     loads: Array,
     signals: Array,
     user_force: Any,
-    user_parameters: Array,
+    user_parameters: Array | None,
 ) -> tuple[int, int, int]:
     """March a block with nonlinear bushing elements; `block` and `signals` are updated.
 
@@ -82,8 +82,8 @@ def march_nonlinear(
         Inputs; outputs from the second sample on.
     user_force : function value or None
         See :func:`simulation.force_laws.first_class`; None is compiled to code without it.
-    user_parameters : ndarray, shape (n_parameters,)
-        Its parameters; empty where there is none.
+    user_parameters : ndarray, shape (n_parameters,), or None
+        Its parameters; an array that is handed over is counted in and out in every step.
 
     Returns
     -------

@@ -24,8 +24,6 @@ _DEFAULT_PHASE, _LARGEST_PHASE = 1.2, np.pi
 #: Shares of the largest load at which the stiffness of a user's law is looked at.
 _SHARES_OF_LOAD = (0.0, 0.25, 0.5, 0.75, 1.0)
 
-_NO_PARAMETERS = np.empty(0)
-
 #: Steps in one sampling interval above which the record is too coarsely sampled for the model.
 _MOST_SUBSTEPS = 20_000
 
@@ -266,7 +264,7 @@ def _march_block(
         loads,
         signals,
         None if law is None else first_class(law.force),
-        _NO_PARAMETERS if law is None else law.parameters,
+        None if law is None else law.parameters,
     )
     x[:], memory[:] = standing(record, len(x))
     return good, None if outcome == DONE else (coordinate, outcome)
