@@ -4,13 +4,10 @@ from typing import Any
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from simulation.bushings import elasto_plastic_force, hardening_force, hardening_stiffness
 from simulation.force_laws import force_slopes
 from simulation.mounting.block_records import BlockRecord
-
-Array = NDArray[np.float64]
 
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy")
 _inline = numba.njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -25,7 +22,7 @@ def solve_forces(
     block: BlockRecord,
     tolerance: float,
     user_force: Any,
-    user_parameters: Array | None,
+    user_parameters: Any,
 ) -> bool:
     """Solve ``y = phi(known + y by_force)`` for the element forces at the middle and the end of a step.
 
@@ -54,7 +51,7 @@ def solve_forces(
 
 
 @_inline
-def _laws(block: BlockRecord, user_force: Any, user_parameters: Array | None) -> tuple[float, float]:
+def _laws(block: BlockRecord, user_force: Any, user_parameters: Any) -> tuple[float, float]:
     """Fill the last column of `work` with ``y - phi`` and `friction`; return the largest entry and the scale."""
     n_e, size = block.preload.shape[0], block.force.shape[0]
     K3, K5, C3, Kp, Fy = block.law[0], block.law[1], block.law[2], block.law[3], block.law[4]
@@ -79,14 +76,14 @@ def _laws(block: BlockRecord, user_force: Any, user_parameters: Array | None) ->
 
 
 @_jit
-def _newton_step(block: BlockRecord, user_force: Any, user_parameters: Array | None) -> bool:
+def _newton_step(block: BlockRecord, user_force: Any, user_parameters: Any) -> bool:
     """Replace the residual in the last column of `work` by Newton's correction; rarely called, so not woven into the march."""
     _fill_jacobian(block, user_force, user_parameters)
     return _eliminate(block)
 
 
 @_inline
-def _fill_jacobian(block: BlockRecord, user_force: Any, user_parameters: Array | None) -> None:
+def _fill_jacobian(block: BlockRecord, user_force: Any, user_parameters: Any) -> None:
     """Fill `work` but its last column with the derivative of ``y - phi``."""
     n_e, size = block.preload.shape[0], block.force.shape[0]
     K3, K5, C3, Kp, Fy = block.law[0], block.law[1], block.law[2], block.law[3], block.law[4]

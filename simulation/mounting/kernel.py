@@ -64,7 +64,7 @@ def march_nonlinear(
     loads: Array,
     signals: Array,
     user_force: Any,
-    user_parameters: Array | None,
+    user_parameters: Any,
 ) -> tuple[int, int, int]:
     """March a block with nonlinear bushing elements; `block` and `signals` are updated.
 
