@@ -2,7 +2,7 @@
 
 A law is ``force(deflection, speed, parameters)`` [N] of two floats [m, m/s] and one array of
 floats. It is the internal force, positive against a positive deflection; the body receives its
-negative (see :mod:`simulation.bushings`).
+negative (see :mod:`carrierflex.simulation.mounting.bushings`).
 """
 
 from collections.abc import Callable

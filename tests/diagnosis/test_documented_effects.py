@@ -10,17 +10,22 @@ import numpy as np
 import pytest
 from numba import njit
 
-from diagnosis.carrier_plant import carrier_plant
-from diagnosis.diagnose import diagnose
-from diagnosis.effect_cards import ENTRY_POINT_GROUP
-from diagnosis.element_plant import element_plant
-from diagnosis.mounting_plant import mounting_plant
-from simulation.mounting.equations import mounting_blocks
-from simulation.mounting.parameters import parameter_array
-from simulation.mounting.simulate import simulate
-from tests.diagnosis.carrier_twin import CURVES, KNOWN, twin_campaign
-from tests.diagnosis.element_campaigns import displacement_campaign
-from tests.diagnosis.mounting_campaigns import CONDITIONS, RIG, TRUE_LINEAR, mounting_campaign
+from carrierflex.diagnosis.carrier.problem import carrier_problem
+from carrierflex.diagnosis.comparison.effect_cards import ENTRY_POINT_GROUP
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.mounting.problem import mounting_problem
+from carrierflex.simulation.mounting.equations import mounting_blocks
+from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.simulate import simulate
+from tests.diagnosis.carrier.carrier_twin import CURVES, KNOWN, twin_campaign
+from tests.diagnosis.element.element_campaigns import displacement_campaign
+from tests.diagnosis.mounting.mounting_campaigns import (
+    CONDITIONS,
+    RIG,
+    TRUE_LINEAR,
+    mounting_campaign,
+)
 
 PAGE = Path(__file__).parents[2] / "docs" / "diagnosis.md"
 #: Truth of the stops in the bushings: stiffness [N/m] and clearance [m].
@@ -69,7 +74,7 @@ def check_parameter(found, effect, name, truth):
 
 def test_the_stop_of_an_element_is_named(documented_package):
     campaign = displacement_campaign(lambda q, v: 4e3 * np.maximum(q - 0.5e-3, 0.0), n=2000)
-    found = diagnose(element_plant(campaign), campaign="page", kind="element")
+    found = diagnose(element_problem(campaign), campaign="page", kind="element")
     check_parameter(found, "rubber_stop", "K_s", 4e3)
 
 
@@ -79,14 +84,14 @@ def test_the_runout_of_a_carriers_rim_is_named(documented_package):
         return wave if channel.quantity == "radial_displacement" else 0.0
 
     campaign = twin_campaign(contained=tuple(KNOWN), extra=runout)
-    found = diagnose(carrier_plant(campaign, CURVES), campaign="page", kind="carrier")
+    found = diagnose(carrier_problem(campaign, CURVES), campaign="page", kind="carrier")
     for name, truth in zip(("e_c", "e_s"), RUNOUT, strict=True):
         check_parameter(found, "rim_eccentricity", name, truth)
 
 
 def test_the_stops_of_the_bushings_are_named(documented_package):
     campaign = mounting_campaign(extra=change_by_stops, conditions=CONDITIONS[:3])
-    found = diagnose(mounting_plant(campaign), campaign="page", kind="mounting")
+    found = diagnose(mounting_problem(campaign), campaign="page", kind="mounting")
     check_parameter(found, "bushing_stop", "K_s", STOP_STIFFNESS)
     check_parameter(found, "bushing_stop", "g", CLEARANCE)
 

@@ -5,14 +5,14 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from simulation.force_laws import ForceLaw, compiled_force, sum_of_laws
-from simulation.mounting.equations import mounting_blocks
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.linearised import linearised_block
-from simulation.mounting.march import mounting_model, state_at_rest
-from simulation.mounting.parameters import parameter_array
-from simulation.mounting.rig import MountingRig
-from simulation.mounting.simulate import simulate
+from carrierflex.simulation.force_laws import ForceLaw, compiled_force, sum_of_laws
+from carrierflex.simulation.mounting.equations import mounting_blocks
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.linearised import linearised_block
+from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.simulate import simulate
+from carrierflex.simulation.mounting.time_integration import mounting_model, state_at_rest
 
 RIG = MountingRig(zeroing_samples=1)
 K3, K5, C3 = 6e11, 1.5e16, 2e11
