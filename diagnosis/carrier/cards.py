@@ -1,8 +1,8 @@
 """Effect cards of the kind "carrier": rim sensors of a planet carrier.
 
 The law of a card gives the signal per unit of each of its linear parameters, see
-:mod:`carrierflex.diagnosis.carrier.laws`; the effects of a sensor and those with a threshold have
-none, :mod:`carrierflex.diagnosis.carrier.model` computes them in full.
+:mod:`carrierflex.diagnosis.carrier.laws`; the effects of a sensor have none,
+:mod:`carrierflex.diagnosis.carrier.model` computes them in full.
 """
 
 from math import inf
@@ -134,6 +134,7 @@ CARRIER_CARDS = (
         "order 3 falls behind the torque and order 6 grows above a threshold torque",
         _THREE,
         "torque in steps of a tenth up to the nominal: order 3 has a kink where the clearance closes",
+        laws.pin_clearance,
     ),
     _card(
         "unequal_load_sharing",
@@ -173,6 +174,7 @@ CARRIER_CARDS = (
         "order 0, m = +1 and -1, and a radial shift along the load, both with a limit",
         _STATIC,
         "radial loads of five sizes and both signs: a clearance saturates, a compliance does not",
+        laws.bearing_clearance,
     ),
     _card(
         "flange_warp",

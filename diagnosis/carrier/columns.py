@@ -4,8 +4,8 @@ Every basis function an effect can ask for, at one sensor and one piece of recor
 
 Effects that move a sensor or delay a signal are polynomials through the exact columns at a few
 shifts: with nodes 3 deg (sensor, up to 6) and 6 deg (delay, up to 18) apart the interpolation
-misses order 6 by less than half a per cent of its amplitude. A closing clearance is linear between
-its nodes, as the law itself is wherever the torque stays off the node's cell.
+misses order 6 by less than half a per cent of its amplitude. A threshold is linear between its
+nodes, as the law of a closing clearance is wherever the torque stays off the node's cell.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,21 +14,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.cards import NEGATIVE_CONTROLS
-from carrierflex.diagnosis.carrier.laws import (
-    CarrierInputs,
-    CarrierRig,
-    RimSensor,
-    deflection,
-)
+from carrierflex.diagnosis.carrier.laws import CarrierInputs, CarrierRig, RimSensor
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.simulation.carrier.effects import (
-    closing_torque,
-    load_shift_pattern,
-    load_tilt_pattern,
-    saturated_load,
-)
 
 FloatArray = NDArray[np.float64]
 
@@ -39,6 +27,8 @@ DELAY_NODES = np.deg2rad([-18.0, -12.0, -6.0, 0.0, 6.0, 12.0, 18.0])
 #: Threshold torques over the nominal torque; saturating loads over the largest load.
 TORQUE_NODES = np.linspace(0.0, 1.0, 11)
 LOAD_NODES = np.geomspace(0.02, 4.0, 9)
+#: Values between the bounds of a shape of a user's law.
+_USER_NODES = 11
 #: Effects whose columns follow a moved sensor, and a delayed carrier angle.
 MOVED = (
     "housing_tilt",
@@ -118,6 +108,11 @@ class ColumnSource:
         for name, card in self.cards.items():
             if card.law is None:
                 continue
+            if card.parameters[-1].shape:
+                for node, value in enumerate(shape_nodes(name, self).tolist()):
+                    signals = card.law(sensor, inputs, self.rig, value)
+                    rows.update(_keyed(name, "threshold", node, signals))
+                continue
             rows.update(_keyed(name, "", 0, card.law(sensor, inputs, self.rig)))
             if name in MOVED:
                 for node in np.flatnonzero(ANGLE_NODES).tolist():
@@ -128,24 +123,7 @@ class ColumnSource:
                     rows.update(
                         _keyed(name, "delay", node, card.law(sensor, shifts[node], self.rig))
                     )
-        rows.update(self._clearance_rows(sensor, inputs))
         rows.update(_keyed(CEILING_COLUMN, "", 0, self._flexible_rows(inputs)))
-        return rows
-
-    def _clearance_rows(self, sensor: RimSensor, inputs: CarrierInputs) -> dict[Key, FloatArray]:
-        rows: dict[Key, FloatArray] = {}
-        for node, share in enumerate(TORQUE_NODES):
-            torque = closing_torque(inputs.torque, share * self.rig.nominal_torque)
-            stiff, flexible = (
-                deflection(c, sensor, inputs, self.rig, torque) for c in ("delta_s", "delta_f")
-            )
-            rows["pin_clearance", 0, "threshold", node] = stiff - flexible
-        for node, share in enumerate(LOAD_NODES):
-            load = saturated_load(inputs.ntl_y, inputs.ntl_z, share * self.largest_load)
-            tilt = load_tilt_pattern(sensor.angle, sensor.radius, *load)
-            shift = load_shift_pattern(sensor.angle, *load)
-            rows["bearing_clearance", 0, "threshold", node] = sensor.is_axial * tilt
-            rows["bearing_clearance", 1, "threshold", node] = (not sensor.is_axial) * shift
         return rows
 
     def _flexible_rows(self, inputs: CarrierInputs) -> FloatArray:
@@ -169,12 +147,10 @@ def shape_nodes(effect: str, source: ColumnSource) -> FloatArray:
     """Nodes of an effect's threshold, in its unit."""
     if effect == "pin_clearance":
         return TORQUE_NODES * source.rig.nominal_torque
-    return LOAD_NODES * source.largest_load
-
-
-def all_cards(cards: Mapping[str, EffectCard]) -> dict[str, EffectCard]:
-    """Cards of the library and the placebos, by id."""
-    return {**cards, **{card.id: card for card in NEGATIVE_CONTROLS}}
+    if effect == "bearing_clearance":
+        return LOAD_NODES * source.largest_load
+    shape = source.cards[effect].parameters[-1]
+    return np.linspace(shape.lower, shape.upper, _USER_NODES)
 
 
 def _keyed(effect: str, family: str, node: int, rows: FloatArray) -> dict[Key, FloatArray]:

@@ -58,8 +58,9 @@ class CarrierRig:
     curves: Mapping[str, DeflectionCurve]
 
 
-#: Signal per unit of each parameter, shape (n_parameters, n).
-Law = Callable[[RimSensor, CarrierInputs, CarrierRig], FloatArray]
+#: Signal per unit of each parameter, shape (n_parameters, n), of sensor, inputs and rig; a law with
+#: a threshold takes its value as a fourth argument and gives no row for it.
+Law = Callable[..., FloatArray]
 
 
 def axial_offset(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
@@ -153,6 +154,32 @@ def ring_pass(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> Floa
 def thermal_drift(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
     """Slow polynomials in time."""
     return sensor.is_axial * np.array(effects.drift_patterns(inputs.time, inputs.start, inputs.end))
+
+
+def pin_clearance(
+    sensor: RimSensor,
+    inputs: CarrierInputs,
+    rig: CarrierRig,
+    T_c: float,
+) -> FloatArray:
+    """Stiff less flexible pins under the part of the torque beyond `T_c` [N m]."""
+    torque = effects.closing_torque(inputs.torque, T_c)
+    stiff = deflection("delta_s", sensor, inputs, rig, torque)
+    flexible = deflection("delta_f", sensor, inputs, rig, torque)
+    return (stiff - flexible)[None]
+
+
+def bearing_clearance(
+    sensor: RimSensor,
+    inputs: CarrierInputs,
+    rig: CarrierRig,
+    F_s: float,
+) -> FloatArray:
+    """Tilt of axial, then shift of radial sensors by a radial load that saturates at `F_s` [N]."""
+    load = effects.saturated_load(inputs.ntl_y, inputs.ntl_z, F_s)
+    tilt = effects.load_tilt_pattern(sensor.angle, sensor.radius, *load)
+    shift = effects.load_shift_pattern(sensor.angle, *load)
+    return np.array([sensor.is_axial * tilt, (not sensor.is_axial) * shift])
 
 
 def first_placebo(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:

@@ -25,7 +25,7 @@ from carrierflex.diagnosis.carrier.columns import (
     ColumnSource,
     shape_nodes,
 )
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard, EffectParameter
 from carrierflex.diagnosis.comparison.problem import Effects, Parameter
 
 FloatArray = NDArray[np.float64]
@@ -76,7 +76,7 @@ class CarrierModel:
     def _own_parameters(self, effect: str, run: str | None, choice: Choice) -> list[Parameter]:
         own = []
         for parameter in self.cards[effect].parameters:
-            lower, upper = self._bounds(effect, parameter.name, (parameter.lower, parameter.upper))
+            lower, upper = self._bounds(effect, parameter)
             name = (
                 f"{parameter.name}_{self.channels[choice[effect]]}"
                 if effect in choice
@@ -100,13 +100,15 @@ class CarrierModel:
             )
         return own
 
-    def _bounds(self, effect: str, name: str, given: tuple[float, float]) -> tuple[float, float]:
-        if name in ("T_c", "F_s"):
+    def _bounds(self, effect: str, parameter: EffectParameter) -> tuple[float, float]:
+        if parameter.shape:
             nodes = shape_nodes(effect, self.source)
             return float(nodes[0]), float(nodes[-1])
         if effect == "sensor_delay":
             return -_LARGEST_DELAY / self.source.speed, _LARGEST_DELAY / self.source.speed
-        return (-_LARGEST_MOVE, _LARGEST_MOVE) if effect == "sensor_angle" else given
+        if effect == "sensor_angle":
+            return -_LARGEST_MOVE, _LARGEST_MOVE
+        return parameter.lower, parameter.upper
 
     def weights(
         self, effects: Effects, choice: Choice, theta: FloatArray
@@ -150,11 +152,13 @@ class CarrierModel:
     ) -> None:
         """Add a linear effect, or one with a threshold, whose parameters start at `place`."""
         parameters = self.cards[effect].parameters
-        if self.cards[effect].law is not None:
+        if self.cards[effect].law is None:
+            return
+        if not parameters[-1].shape:
             for number in range(len(parameters)):
                 column = self.book.of(effect, number)
                 W[..., column], D[..., place + number, column] = theta[place + number], 1.0
-        elif parameters[-1].shape:
+        else:
             nodes, last = shape_nodes(effect, self.source), place + len(parameters) - 1
             hat, slope = _hats(nodes, float(theta[last]))
             for number in range(len(parameters) - 1):

@@ -10,17 +10,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.cards import CARRIER_CARDS, KIND, NEGATIVE_CONTROLS, ONE_CHANNEL
+from carrierflex.diagnosis.carrier.cards import NEGATIVE_CONTROLS, ONE_CHANNEL
 from carrierflex.diagnosis.carrier.closed_fit import closed_fit
-from carrierflex.diagnosis.carrier.columns import (
-    ColumnSource,
-    all_cards,
-    largest_load,
-    typical_speed,
-)
+from carrierflex.diagnosis.carrier.columns import ColumnSource, largest_load, typical_speed
 from carrierflex.diagnosis.carrier.experiments import carrier_experiments
 from carrierflex.diagnosis.carrier.gap_findings import CarrierGap
 from carrierflex.diagnosis.carrier.laws import CarrierRig
+from carrierflex.diagnosis.carrier.library import carrier_library
 from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
 from carrierflex.diagnosis.carrier.noise import channel_noise, refuse_silent_channels
 from carrierflex.diagnosis.carrier.pictures import carrier_pictures
@@ -31,7 +27,7 @@ from carrierflex.diagnosis.carrier.sums import (
     segment_squares,
     used_columns,
 )
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard, effect_library
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
@@ -297,17 +293,17 @@ def carrier_problem(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -
     Raises
     ------
     ValueError
-        Where a channel is missing throughout or constant, or a run has no whole revolution.
+        Where a channel is missing throughout or constant, a run has no whole revolution, or a
+        user's card is refused.
     """
     refuse_silent_channels(campaign)
-    cards = all_cards(effect_library(KIND, CARRIER_CARDS))
     n_planets, pin_radius = int(campaign.rig["n_planets"]), 1.0
     if "g_f" in curves:
         pin_radius = pin_radius_of(curves["delta_f"], curves["g_f"], n_planets)
-    else:
-        cards = {name: card for name, card in cards.items() if "load_sharing" not in name}
     rig = CarrierRig(float(campaign.rig["nominal_torque"]), n_planets, pin_radius, curves)
-    source = ColumnSource(rig, cards, typical_speed(campaign), largest_load(campaign))
+    source = ColumnSource(
+        rig, carrier_library(rig), typical_speed(campaign), largest_load(campaign)
+    )
     records = accumulated_sums(campaign, source)
     contained = tuple(campaign.baseline.effects)
     if campaign.baseline.source == "columns":

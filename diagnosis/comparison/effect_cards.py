@@ -1,18 +1,21 @@
 """Effect cards: what a missing effect is, which parameters it has, what it looks like, and what it is confused with.
 
 The kinds "carrier", "mounting" and "element" bring a library of cards; users add their own by an
-entry point of the group ``carrierflex.effects`` that names an :class:`EffectCard`
-(docs/diagnosis.md has an example).
+entry point of the group ``carrierflex.effects`` that names an :class:`EffectCard`. The chapter
+"Adding an effect or a kind" of docs/diagnosis.md has an example of each kind.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from typing import Any
 
+from carrierflex.identification.campaign.campaign_kinds import KIND_NAMES
+
 #: Entry points of this group are looked through for cards.
 ENTRY_POINT_GROUP = "carrierflex.effects"
+#: Kinds of campaign that effects belong to.
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,8 +85,11 @@ class EffectCard:
         Whether it changes how other effects are read (a sensor's gain, place or delay): it is tried
         beside each of them.
     law : object, optional
-        How the plant computes it; each kind says what it expects. Kind element: a function
-        ``(deflection, speed, parameters) -> force`` of floats and one array that numba can compile.
+        How the kind computes it; a user's card must have one. Kinds element and mounting: a
+        function ``(deflection, speed, parameters) -> force`` of floats and one array that numba can
+        compile, which acts in the element, or in both bushings in y and in z. Kind carrier: a
+        function ``(sensor, inputs, rig) -> signal per unit of each parameter``. See
+        :mod:`carrierflex.diagnosis.comparison.user_laws`.
     """
 
     id: str
@@ -97,6 +103,17 @@ class EffectCard:
     law: Any = None
 
     def __post_init__(self) -> None:
+        if self.kind not in KIND_NAMES:
+            known = ", ".join(KIND_NAMES)
+            raise ValueError(
+                f"effect card '{self.id}': kind is '{self.kind}'; expected one of {known}"
+            )
+        names = [parameter.name for parameter in self.parameters]
+        if len(set(names)) < len(names):
+            listed = ", ".join(names)
+            raise ValueError(
+                f"effect card '{self.id}': parameters {listed}; expected different names"
+            )
         if not self.parameters or all(parameter.shape for parameter in self.parameters):
             raise ValueError(
                 f"effect card '{self.id}': no parameter that is zero without the effect; expected one"
@@ -121,7 +138,8 @@ def effect_library(kind: str, own: Iterable[EffectCard]) -> dict[str, EffectCard
     Raises
     ------
     ValueError
-        Where an entry point names something else than a card, or an id stands twice.
+        Where an entry point cannot be loaded or names something else than a card, or an id stands
+        twice.
     """
     library: dict[str, EffectCard] = {}
     for card in (*own, *_registered(kind)):
@@ -133,10 +151,25 @@ def effect_library(kind: str, own: Iterable[EffectCard]) -> dict[str, EffectCard
     return library
 
 
+def users_cards(
+    library: Mapping[str, EffectCard],
+    own: Iterable[EffectCard],
+) -> tuple[EffectCard, ...]:
+    """Cards of a library that users registered: all but the kind's own."""
+    brought = {card.id for card in own}
+    return tuple(card for card in library.values() if card.id not in brought)
+
+
 def _registered(kind: str) -> list[EffectCard]:
     cards = []
     for entry in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda entry: entry.name):
-        card = entry.load()
+        try:
+            card = entry.load()
+        except Exception as error:
+            said = (str(error).splitlines() or [type(error).__name__])[0]
+            raise ValueError(
+                f"entry point '{entry.name}' of group {ENTRY_POINT_GROUP} cannot be loaded: {said}"
+            ) from error
         if not isinstance(card, EffectCard):
             raise ValueError(
                 f"entry point '{entry.name}' of group {ENTRY_POINT_GROUP} is a {type(card).__name__}; "

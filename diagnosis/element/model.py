@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numba import njit
 
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard, EffectParameter
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
@@ -13,13 +12,13 @@ from carrierflex.diagnosis.element.cards import SLOT_NAMES
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.identification.campaign.signals import band_limited, half_step_values, shifted
 from carrierflex.simulation.element.kernels import (
-    LAW_SIGNATURE,
     SLOT,
     SLOTS,
     driven_motion,
     no_law,
     restoring_force,
 )
+from carrierflex.simulation.force_laws import Force, ForceLaw, sum_of_laws
 
 #: Largest phase of the natural frequency in one step [rad]; the relative error in frequency is its
 #: fourth power over 120.
@@ -31,8 +30,6 @@ _PRIOR = 10.0
 REST_SPEED = 1e-3
 #: Periods run before a record that starts in the steady state.
 _RUN_IN_PERIODS = 2
-#: Users' laws that one set may hold.
-MOST_LAWS = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +81,7 @@ class ElementModel:
         Units of force and deflection.
     substeps : int
         Steps of integration a sample.
-    laws : mapping of str to object
+    laws : mapping of str to callable
         Users' compiled laws by effect.
     held : tuple of float
         Values at which the baseline's own parameters are held; empty where they are fitted.
@@ -97,7 +94,7 @@ class ElementModel:
     contained: Effects
     units: tuple[str, str]
     substeps: int
-    laws: Mapping[str, object]
+    laws: Mapping[str, Force]
     held: tuple[float, ...] = ()
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
@@ -212,13 +209,11 @@ class ElementModel:
             for slot in slots:
                 # v_s and tau start at one to keep divisions defined; every other place adds up.
                 flat[SLOT[slot]] = value if slot in ("v_s", "tau") else flat[SLOT[slot]] + value
-        if len(own) > MOST_LAWS:
-            raise ValueError(
-                f"effects {', '.join(own)}: {len(own)} users' laws in one set; expected at most {MOST_LAWS}"
-            )
-        laws = [*(self.laws[name] for name in own), no_law, no_law]
-        arrays = [*(np.array(values) for values in own.values()), np.empty(0), np.empty(0)]
-        return flat, (laws[0], laws[1]), (arrays[0], arrays[1])
+        users = tuple(ForceLaw(self.laws[name], np.array(values)) for name, values in own.items())
+        # The motion takes two laws: the first, and the sum of all others.
+        none = ForceLaw(no_law, np.empty(0))
+        first, others = sum_of_laws(users[:1]) or none, sum_of_laws(users[1:]) or none
+        return flat, (first.force, others.force), (first.parameters, others.parameters)
 
     def signature(
         self, record: ElementRecord, effect: str, values: Mapping[str, float]
@@ -249,33 +244,6 @@ def _fine_drive(record: ElementRecord, substeps: int, negative_control: int) -> 
     if record.in_steady_state:
         drive = np.concatenate([np.tile(drive[: record.period], _RUN_IN_PERIODS), drive])
     return half_step_values(drive, substeps, periodic=record.in_steady_state)
-
-
-def compiled_laws(cards: Mapping[str, EffectCard]) -> dict[str, object]:
-    """Users' laws by effect, compiled.
-
-    Raises
-    ------
-    ValueError
-        Where a card has neither a built-in law nor one of its own, or its own cannot be compiled.
-    """
-    laws: dict[str, object] = {}
-    for name, card in cards.items():
-        built_in = all((name, parameter.name) in SLOT_NAMES for parameter in card.parameters)
-        if built_in:
-            continue
-        if card.law is None:
-            raise ValueError(
-                f"effect card '{name}': no law; expected a function (deflection, speed, parameters) -> force"
-            )
-        try:
-            laws[name] = njit(LAW_SIGNATURE)(card.law)
-        except Exception as error:
-            first_line = str(error).strip().splitlines()[0]
-            raise ValueError(
-                f"effect card '{name}': its law does not compile: {first_line}"
-            ) from error
-    return laws
 
 
 def substeps_for(scale: ElementScale, step: float) -> int:

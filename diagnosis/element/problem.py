@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard, effect_library
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
@@ -25,18 +25,14 @@ from carrierflex.diagnosis.comparison.problem import (
     SegmentSums,
     Signatures,
 )
+from carrierflex.diagnosis.comparison.user_laws import force_library
 from carrierflex.diagnosis.element.bands import BandTable, band_table, block_squares
 from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, KIND, NEGATIVE_CONTROLS
 from carrierflex.diagnosis.element.experiments import element_experiments
 from carrierflex.diagnosis.element.gap_findings import element_findings, element_scalars
 from carrierflex.diagnosis.element.gap_map import element_gap_cells, element_where_text
 from carrierflex.diagnosis.element.growth import growth_exponent, growth_words
-from carrierflex.diagnosis.element.model import (
-    ElementModel,
-    ElementScale,
-    compiled_laws,
-    substeps_for,
-)
+from carrierflex.diagnosis.element.model import ElementModel, ElementScale, substeps_for
 from carrierflex.diagnosis.element.pictures import element_loops
 from carrierflex.diagnosis.element.records import ElementRecord, element_records, noise_variance
 from carrierflex.diagnosis.element.scale import element_scale
@@ -331,7 +327,7 @@ def element_problem(campaign: Campaign) -> ElementProblem:
     _refuse_mixed_units(campaign, input_name)
     input_unit = campaign.input_units.get(input_name, input_unit)
     units = (input_unit, channel.unit) if by_force else (channel.unit, input_unit)
-    cards = {**effect_library(KIND, ELEMENT_CARDS), **{card.id: card for card in NEGATIVE_CONTROLS}}
+    cards, laws = force_library(KIND, (*ELEMENT_CARDS, *NEGATIVE_CONTROLS))
     unscaled = ElementModel(
         by_force=by_force,
         mass=campaign.rig.get("mass"),
@@ -340,7 +336,7 @@ def element_problem(campaign: Campaign) -> ElementProblem:
         contained=tuple(campaign.baseline.effects),
         units=units,
         substeps=1,
-        laws=compiled_laws(cards),
+        laws=laws,
     )
     scale = element_scale(unscaled, records)
     model = replace(
@@ -359,8 +355,7 @@ def _refuse_mixed_units(campaign: Campaign, input_name: str) -> None:
     channel = campaign.channels[0]
     foreign = channel.unit != campaign.contract.quantities[channel.quantity]
     declared = campaign.input_units.get(input_name, campaign.contract.inputs[input_name])
-    foreign_input = declared != campaign.contract.inputs[input_name]
-    if foreign != foreign_input:
+    if foreign != (declared != campaign.contract.inputs[input_name]):
         raise ValueError(
             f"[[channels]]: unit of '{channel.name}' is {channel.unit} and that of the input '{input_name}' is {declared}; "
             "expected both in SI units, or both declared as an analogue"

@@ -10,6 +10,7 @@ from carrierflex.diagnosis.comparison.effect_cards import EffectCard, EffectPara
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
 from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS, SIMULATED
 from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.simulation.force_laws import Force, ForceLaw, sum_of_laws
 from carrierflex.simulation.mounting.equations import mounting_blocks
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.parameters import INDEX, PARAMETERS, parameter_array
@@ -59,6 +60,8 @@ class MountingModel:
         Nominal rig.
     cards : mapping of str to EffectCard
         Library with the placebos.
+    laws : mapping of str to callable
+        Users' compiled force laws by effect.
     contained : tuple of str
         Effects of the baseline.
     channels, sensors : tuple of str
@@ -71,6 +74,7 @@ class MountingModel:
 
     rig: MountingRig
     cards: Mapping[str, EffectCard]
+    laws: Mapping[str, Force]
     contained: Effects
     channels: tuple[str, ...]
     sensors: tuple[str, ...]
@@ -151,6 +155,7 @@ class MountingModel:
         values[[INDEX["K1"], INDEX["C1"]]] = 0.0
         gains, zeros, delay = np.ones(len(self.channels)), np.zeros(len(self.channels)), 0.0
         negative_control = np.zeros((record.inputs.time.size, len(SENSORS)))
+        own: dict[str, list[float]] = {}
         for parameter, value in zip(self.parameters(effects), theta, strict=True):
             effect = parameter.effect
             if (effect, parameter.name) in SIMULATED:
@@ -161,22 +166,26 @@ class MountingModel:
                 zeros[choice[effect]] += value
             elif effect == "sensor_delay":
                 delay += value
+            elif effect in self.laws:
+                own.setdefault(effect, []).append(float(value))
             elif value:
+                # Only the placebos are left: a user's card without a law is refused before.
                 negative_control += value * self.negative_control(record, effect)
-        motion = self._signals(record, values, refined)
+        users = tuple(ForceLaw(self.laws[effect], np.array(own[effect])) for effect in own)
+        motion = self._signals(record, values, sum_of_laws(users), refined)
         if motion is None:
             return np.full(record.measured.shape, np.inf)
         signals = _delayed(motion + negative_control, record.inputs.time, delay)
         return signals[:, [SENSORS.index(sensor) for sensor in self.sensors]] * gains + zeros
 
     def _signals(
-        self, record: MountingRecord, values: FloatArray, refined: int
+        self, record: MountingRecord, values: FloatArray, user_law: ForceLaw | None, refined: int
     ) -> FloatArray | None:
         """All six sensors relative to their zero; None where the motion leaves the model."""
         inputs = record.inputs if refined == 1 else record.inputs.refined(refined)
         rig = replace(self.rig, zeroing_samples=(record.zeroing_samples - 1) * refined + 1)
         try:
-            signals = simulate(rig, values, inputs).signals[::refined]
+            signals = simulate(rig, values, inputs, user_law=user_law).signals[::refined]
         except ArithmeticError:
             return None
         return signals if np.isfinite(signals).all() else None

@@ -9,7 +9,7 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard, effect_library
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
@@ -22,6 +22,7 @@ from carrierflex.diagnosis.comparison.problem import (
     SegmentSums,
     Signatures,
 )
+from carrierflex.diagnosis.comparison.user_laws import force_library
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.inference.bounded_fit import minimised
 from carrierflex.diagnosis.mounting.cards import (
@@ -366,17 +367,14 @@ def mounting_problem(campaign: Campaign) -> MountingProblem:
     Raises
     ------
     ValueError
-        Where a signal is missing throughout, or the loads never change.
+        Where a signal is missing throughout, the loads never change, or a user's card is refused.
     """
     records = mounting_records(campaign)
     rig = MountingRig.from_table(campaign.rig)
-    cards = {
-        **effect_library(KIND, MOUNTING_CARDS),
-        **{card.id: card for card in NEGATIVE_CONTROLS},
-    }
+    cards, laws = force_library(KIND, (*MOUNTING_CARDS, *NEGATIVE_CONTROLS))
     sensors = tuple(str(channel.sensor) for channel in campaign.channels)
     names = tuple(channel.name for channel in campaign.channels)
     scale = mounting_scale(rig, records)
-    model = MountingModel(rig, cards, tuple(campaign.baseline.effects), names, sensors, scale)
+    model = MountingModel(rig, cards, laws, tuple(campaign.baseline.effects), names, sensors, scale)
     declared = all(channel.noise_std is not None for channel in campaign.channels)
     return MountingProblem(model, records, declared)

@@ -28,6 +28,8 @@ _PLACEBOS = tuple(card.id for card in NEGATIVE_CONTROLS)
 #: Size of an effect in its signature, in scales of its parameter.
 _SIZE = 0.05
 _MOST_STARTS = 6
+#: Shapes of a user's law that start the search, over the scale of the card.
+_USER_SHARES = (0.25, 0.5, 1.0, 2.0, 4.0)
 Known = Mapping[tuple[str, str], float]
 #: Values by effect and name, and the channel of each effect of one sensor.
 Solution = tuple[dict[tuple[str, str], float], dict[str, int]]
@@ -47,6 +49,9 @@ class Column:
         Values of the shapes.
     channel : int
         Channel of an effect of one sensor; -1 otherwise.
+    shapes_follow : bool
+        Whether the shapes grow with the amplitude: a yield force, a damper. Those of a user's law
+        stay as they are.
     bounds : tuple of float
         Physical bounds of the amplitude.
     """
@@ -56,6 +61,7 @@ class Column:
     size: float
     shapes: Mapping[str, float]
     channel: int = -1
+    shapes_follow: bool = True
     bounds: tuple[float, float] = (-np.inf, np.inf)
 
     @property
@@ -71,6 +77,9 @@ def signature_columns(model: MountingModel) -> tuple[Column, ...]:
         if name in _PLACEBOS:
             continue
         own = bare.parameters((name,))[2:]
+        if name in model.laws:
+            columns += _user_columns(name, own)
+            continue
         amplitude = next(p for p in own if not p.shape)
         shape = next((p for p in own if p.shape), None)
         size = _SIZE * amplitude.scale
@@ -85,8 +94,22 @@ def signature_columns(model: MountingModel) -> tuple[Column, ...]:
                     )
                 }
             bounds = (amplitude.lower, amplitude.upper)
-            columns.append(Column(name, amplitude.name, size, shapes, channel, bounds))
+            columns.append(Column(name, amplitude.name, size, shapes, channel, bounds=bounds))
     return tuple(columns)
+
+
+def _user_columns(effect: str, parameters: Sequence[Parameter]) -> list[Column]:
+    """A column for every amplitude of a user's law, at several multiples of its shapes' scales."""
+    amplitudes = [parameter for parameter in parameters if not parameter.shape]
+    shapes = [parameter for parameter in parameters if parameter.shape]
+    columns = []
+    for share in _USER_SHARES if shapes else (1.0,):
+        values = {p.name: float(np.clip(share * p.scale, p.lower, p.upper)) for p in shapes}
+        for p in amplitudes:
+            size = _SIZE * p.scale
+            bounds = (p.lower, p.upper)
+            columns.append(Column(effect, p.name, size, values, shapes_follow=False, bounds=bounds))
+    return columns
 
 
 def column_values(
@@ -96,7 +119,8 @@ def column_values(
     bare = replace(model, contained=())
     base = np.array([known[BASELINE, "K1"], known[BASELINE, "C1"]])
     own = {**column.shapes, column.amplitude: column.size}
-    theta = np.array([*base, *(own[p.name] for p in bare.parameters((column.effect,))[2:])])
+    parameters = bare.parameters((column.effect,))[2:]
+    theta = np.array([*base, *(own.get(p.name, 0.0) for p in parameters)])
     choice = {column.effect: column.channel}
     change = bare.predicted(record, (column.effect,), theta, choice) - bare.predicted(
         record, (), base, {}
@@ -173,18 +197,25 @@ def solutions(
 ) -> list[Solution]:
     """Least-squares values over the variants of the effects, best first, and the channels they stand at."""
     gram, first = signatures.gram.sum(axis=0), 1 + signatures.n_base
-    groups = [
-        [k for k, column in enumerate(columns) if column.effect == effect] for effect in effects
-    ]
+    groups = [_variants(columns, effect) for effect in effects]
     found = []
-    for chosen in product(*(group or [-1] for group in groups)):
-        own = [k for k in chosen if k >= 0]
+    for chosen in product(*groups):
+        own = [k for group in chosen for k in group]
         left, values = _bounded_solution(
             gram, [*range(1, first), *(first + k for k in own)], [columns[k] for k in own]
         )
         found.append((left, _named([columns[k] for k in own], values, first - 1, known)))
     found.sort(key=lambda pair: pair[0])
     return [own for _, own in found[:_MOST_STARTS]]
+
+
+def _variants(columns: Sequence[Column], effect: str) -> list[list[int]]:
+    """Columns of an effect that are taken together, by variant; one empty list if it has none."""
+    groups: dict[tuple[float, ...], list[int]] = {}
+    for k, column in enumerate(columns):
+        if column.effect == effect:
+            groups.setdefault(column.variant, []).append(k)
+    return list(groups.values()) or [[]]
 
 
 def _bounded_solution(
@@ -229,7 +260,8 @@ def _named(columns: Sequence[Column], values: FloatArray, n_base: int, known: Kn
         for name, shape in column.shapes.items():
             # A branch of the same time, a slider of the same yield deflection, at the fitted
             # stiffness.
-            named[column.effect, name] = abs(float(value)) / column.size * shape
+            growth = abs(float(value)) / column.size if column.shapes_follow else 1.0
+            named[column.effect, name] = growth * shape
     return named, {column.effect: column.channel for column in columns if column.channel >= 0}
 
 

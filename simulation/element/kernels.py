@@ -9,6 +9,8 @@ import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
+from carrierflex.simulation.force_laws import LAW_SIGNATURE
+
 #: Places of the parameters in the flat array.
 SLOTS = (
     *(
@@ -56,8 +58,6 @@ SLOT = {name: place for place, name in enumerate(SLOTS)}
 ) = range(len(SLOTS))
 
 _array = types.Array(types.float64, 1, "C")
-#: What a user's law is compiled to: force of deflection, speed and its own parameters.
-LAW_SIGNATURE = types.float64(types.float64, types.float64, _array)
 _law = types.FunctionType(LAW_SIGNATURE)
 #: Motion beyond this many times the measured one is a model that runs away.
 _RUNAWAY = 1e3

@@ -1,8 +1,11 @@
 """Forces of the nonlinear bushing elements within one time step, compiled into the march."""
 
+from typing import Any
+
 import numba
 import numpy as np
 
+from carrierflex.simulation.force_laws import force_slopes
 from carrierflex.simulation.mounting.block_records import BlockRecord
 from carrierflex.simulation.mounting.bushings import (
     elasto_plastic_force,
@@ -19,7 +22,12 @@ _ITERATIONS, _GAIN = 40, 0.1
 
 
 @_inline
-def solve_forces(block: BlockRecord, tolerance: float) -> bool:
+def solve_forces(
+    block: BlockRecord,
+    tolerance: float,
+    user_force: Any,
+    user_parameters: Any,
+) -> bool:
     """Solve ``y = phi(known + y by_force)`` for the element forces at the middle and the end of a step.
 
     The step is short against the stiffness that phi adds, so putting phi back in mostly converges
@@ -32,10 +40,10 @@ def solve_forces(block: BlockRecord, tolerance: float) -> bool:
             for column in range(size):
                 total += block.by_force[column, row] * block.force[column]
             block.probe[row] = total
-        error, scale = _laws(block)
+        error, scale = _laws(block, user_force, user_parameters)
         converged = error <= tolerance * scale
         newton = newton or error > _GAIN * last
-        if newton and not converged and not _newton_step(block):
+        if newton and not converged and not _newton_step(block, user_force, user_parameters):
             return False
         # Converged or put back: the law's own value, one order better than the iterate it was made
         # from.
@@ -48,7 +56,7 @@ def solve_forces(block: BlockRecord, tolerance: float) -> bool:
 
 
 @_inline
-def _laws(block: BlockRecord) -> tuple[float, float]:
+def _laws(block: BlockRecord, user_force: Any, user_parameters: Any) -> tuple[float, float]:
     """Fill the last column of `work` with ``y - phi`` and `friction`.
 
     Return the largest entry and the scale.
@@ -66,6 +74,8 @@ def _laws(block: BlockRecord) -> tuple[float, float]:
             phi = hardening_force(u, K3, K5) + before
             if C3 > 0.0:
                 phi += C3 * u * u * block.probe[size + row]
+            if user_force is not None:
+                phi += user_force(u, block.probe[size + row], user_parameters)
             block.work[row, size] = block.force[row] - phi
             error = max(error, abs(block.work[row, size]))
             scale = max(scale, abs(phi))
@@ -74,17 +84,17 @@ def _laws(block: BlockRecord) -> tuple[float, float]:
 
 
 @_jit
-def _newton_step(block: BlockRecord) -> bool:
+def _newton_step(block: BlockRecord, user_force: Any, user_parameters: Any) -> bool:
     """Replace the residual in the last column of `work` by Newton's correction.
 
     Rarely called, so not woven into the march.
     """
-    _fill_jacobian(block)
+    _fill_jacobian(block, user_force, user_parameters)
     return _eliminate(block)
 
 
 @_inline
-def _fill_jacobian(block: BlockRecord) -> None:
+def _fill_jacobian(block: BlockRecord, user_force: Any, user_parameters: Any) -> None:
     """Fill `work` but its last column with the derivative of ``y - phi``."""
     n_e, size = block.preload.shape[0], block.force.shape[0]
     K3, K5, C3, Kp, Fy = block.law[0], block.law[1], block.law[2], block.law[3], block.law[4]
@@ -101,11 +111,17 @@ def _fill_jacobian(block: BlockRecord) -> None:
             if C3 > 0.0:
                 slope += 2.0 * C3 * u * block.probe[size + row]
                 rate_slope = C3 * u * u
+            if user_force is not None:
+                rate = block.probe[size + row]
+                over_u, over_rate = force_slopes(user_force, u, rate, user_parameters)
+                slope += over_u
+                rate_slope += over_rate
             for column in range(size):
                 derivative = (
                     slope * block.by_force[column, row] + over_middle * block.by_force[column, e]
                 )
-                if C3 > 0.0:
+                # Without a law that depends on the rate the probes hold no rate.
+                if rate_slope != 0.0:
                     derivative += rate_slope * block.by_force[column, size + row]
                 block.work[row, column] = -derivative
             block.work[row, row] += 1.0

@@ -5,11 +5,12 @@
 fluid branch's coordinate ``u_m`` the linear part is ``ẋ = A x + B loads + N phi``.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.simulation.force_laws import ForceLaw
 from carrierflex.simulation.mounting.bushings import (
     elasto_plastic_force,
     hardening_force,
@@ -49,6 +50,8 @@ class Block:
         Linear static deflection under gravity [m].
     output : ndarray, shape (6, n_q)
         Sensors over the coordinates.
+    user_law : ForceLaw, optional
+        A force law that a user adds to every element.
     """
 
     names: tuple[str, ...]
@@ -62,12 +65,18 @@ class Block:
     law: Array
     preload: Array
     output: Array
+    user_law: ForceLaw | None = None
 
     @property
     def is_linear(self) -> bool:
         """Whether no element has a force beside its linear part."""
         K3, K5, C3, Kp, Fy = self.law
-        return bool(K3 == K5 == C3 == 0.0 and (Kp == 0.0 or Fy == 0.0))
+        return self.user_law is None and bool(K3 == K5 == C3 == 0.0 and (Kp == 0.0 or Fy == 0.0))
+
+    @property
+    def needs_rates(self) -> bool:
+        """Whether a nonlinear force depends on the rate of the deflection."""
+        return self.user_law is not None or bool(self.law[2] > 0.0)
 
     def state_matrices(self) -> tuple[Array, Array, Array]:
         """A, B, N of ``ẋ = A x + B loads + N phi``.
@@ -115,7 +124,7 @@ class Block:
         ArithmeticError
             Where Newton's method does not reach the equilibrium.
         """
-        K3, K5, _, Kp, Fy = self.law
+        _, _, _, Kp, Fy = self.law
         force, q = self.G @ loads, np.zeros(len(self.names))
         scale = np.abs(force) + np.abs(self.K).max() * 1e-9
         for _ in range(_STATIC_ITERATIONS):
@@ -123,13 +132,11 @@ class Block:
             friction = np.array(
                 [elasto_plastic_force.py_func(0.0, deflection, Kp, Fy) for deflection in u]
             )
-            phi = hardening_force.py_func(u, K3, K5) + friction
+            phi = self.force_at_rest(u) + friction
             residual = force - self.K @ q - self.rows.T @ (self.weights * phi)
             if (np.abs(residual) <= _STATIC_TOLERANCE * scale.max()).all():
                 return q, friction
-            slope = hardening_stiffness.py_func(u, K3, K5) + np.where(
-                np.abs(friction) < Fy, Kp, 0.0
-            )
+            slope = self._slopes_at_rest(u)[0] + np.where(np.abs(friction) < Fy, Kp, 0.0)
             tangent = self.K + (self.rows.T * (self.weights * slope)) @ self.rows
             q = q + np.linalg.solve(tangent, residual)
         raise ArithmeticError(
@@ -138,13 +145,35 @@ class Block:
 
     def tangent_stiffness(self, loads: Array) -> Array:
         """Stiffness at rest under `loads` [N/m, N m/rad], elasto-plastic springs not yielded."""
-        K3, K5, _, Kp, Fy = self.law
+        _, _, _, Kp, Fy = self.law
         u = self.preload + self.rows @ self.static_solution(loads)[0]
-        slope = hardening_stiffness.py_func(u, K3, K5) + (Kp if Fy > 0.0 else 0.0)
+        slope = self._slopes_at_rest(u)[0] + (Kp if Fy > 0.0 else 0.0)
         return self.K + (self.rows.T * (self.weights * slope)) @ self.rows
 
+    def tangent_damping(self, loads: Array) -> Array:
+        """Damping of small motions about the rest under `loads` [N s/m, N m s/rad]."""
+        u = self.preload + self.rows @ self.static_solution(loads)[0]
+        slope = self._slopes_at_rest(u)[1]
+        return self.C + (self.rows.T * (self.weights * slope)) @ self.rows
 
-def mounting_blocks(rig: MountingRig, parameters: ParameterArray) -> tuple[Block, Block]:
+    def force_at_rest(self, u: Array) -> Array:
+        """Nonlinear forces without memory [N] at deflections `u` [m] and zero rate, (n_elements,)."""
+        force = hardening_force.py_func(u, self.law[0], self.law[1])
+        return force if self.user_law is None else force + self.user_law.at_rest(u)
+
+    def _slopes_at_rest(self, u: Array) -> tuple[Array, Array]:
+        """Derivatives of these forces by deflection [N/m] and rate [N s/m], each (n_elements,)."""
+        stiffness = hardening_stiffness.py_func(u, self.law[0], self.law[1])
+        damping = self.law[2] * u**2
+        if self.user_law is None:
+            return stiffness, damping
+        over_u, over_rate = self.user_law.slopes_at_rest(u)
+        return stiffness + over_u, damping + over_rate
+
+
+def mounting_blocks(
+    rig: MountingRig, parameters: ParameterArray, user_law: ForceLaw | None = None
+) -> tuple[Block, Block]:
     """Vertical (roll, pitch, bearing in z) and horizontal (yaw, bearing in y, housing in x) block.
 
     Parameters
@@ -153,13 +182,16 @@ def mounting_blocks(rig: MountingRig, parameters: ParameterArray) -> tuple[Block
         Geometry and masses.
     parameters : ndarray
         Flat parameter set.
+    user_law : ForceLaw, optional
+        Force that a user adds to the radial force of both bushings, in y and in z.
 
     Returns
     -------
     tuple of Block
         Vertical, horizontal.
     """
-    return _vertical(rig, parameters), _horizontal(rig, parameters)
+    vertical, horizontal = _vertical(rig, parameters), _horizontal(rig, parameters)
+    return replace(vertical, user_law=user_law), replace(horizontal, user_law=user_law)
 
 
 def _masses(rig: MountingRig) -> tuple[float, float, float]:

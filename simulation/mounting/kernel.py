@@ -4,6 +4,8 @@ The compiled code is kept by the date of this file: after a change in a module t
 touch it.
 """
 
+from typing import Any
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
@@ -59,7 +61,14 @@ def march_linear(
 
 @_jit
 def march_nonlinear(
-    block: BlockRecord, output: Array, substeps: int, tolerance: float, loads: Array, signals: Array
+    block: BlockRecord,
+    output: Array,
+    substeps: int,
+    tolerance: float,
+    loads: Array,
+    signals: Array,
+    user_force: Any,
+    user_parameters: Any,
 ) -> tuple[int, int, int]:
     """March a block with nonlinear bushing elements; `block` and `signals` are updated.
 
@@ -75,6 +84,11 @@ def march_nonlinear(
         Of the iteration, relative to the forces of the elements.
     loads, signals : ndarray, shape (n_samples, 3), (n_samples, 6)
         Inputs; outputs from the second sample on.
+    user_force : function value or None
+        See :func:`carrierflex.simulation.force_laws.first_class`; None is compiled to code without
+        it.
+    user_parameters : ndarray, shape (n_parameters,), or None
+        Its parameters; an array that is handed over is counted in and out in every step.
 
     Returns
     -------
@@ -89,7 +103,7 @@ def march_nonlinear(
                 block.loads[column] = loads[sample - 1, column] + part * rise
                 block.loads[3 + column] = block.loads[column] + rise
             _follow_state(block)
-            if not solve_forces(block, tolerance):
+            if not solve_forces(block, tolerance, user_force, user_parameters):
                 return sample - 1, -1, NOT_CONVERGED
             for i in range(n_state):
                 total = block.known[block.probe.shape[0] + i]

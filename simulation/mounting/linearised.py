@@ -100,10 +100,13 @@ def linearised_block(block: Block, loads: Array) -> Block:
     ArithmeticError
         Where the bushings find no equilibrium under these loads.
     """
-    u = block.preload + block.rows @ block.static_solution(loads)[0]
-    C = block.C + (block.rows.T * (block.weights * block.law[2] * u**2)) @ block.rows
     return replace(
-        block, K=block.tangent_stiffness(loads), C=C, law=np.zeros(5), preload=np.zeros(len(u))
+        block,
+        K=block.tangent_stiffness(loads),
+        C=block.tangent_damping(loads),
+        law=np.zeros(5),
+        preload=np.zeros(len(block.rows)),
+        user_law=None,
     )
 
 

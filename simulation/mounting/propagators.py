@@ -65,7 +65,7 @@ def propagator(block: Block, step: float) -> Propagator:
     deflection = np.zeros((n_e, n))
     deflection[:, :n_q] = block.rows
     parts = [deflection @ middle, deflection @ end]
-    if block.law[2] > 0.0:
+    if block.needs_rates:
         rate = np.zeros((n_e, n))
         rate[:, n_q : 2 * n_q] = block.rows
         parts += [rate @ middle, rate @ end]

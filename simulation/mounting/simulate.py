@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.simulation.force_laws import ForceLaw
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.parameters import INDEX, ParameterArray
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
@@ -52,6 +53,7 @@ def simulate(
     inputs: MountingInputs,
     *,
     step: float | None = None,
+    user_law: ForceLaw | None = None,
 ) -> MountingResponse:
     """Six motion sensors of the housing under measured torque and radial load.
 
@@ -69,6 +71,8 @@ def simulate(
         Loads of the run.
     step : float, optional
         Largest step [s]; chosen from the nonlinear stiffness where not given.
+    user_law : ForceLaw, optional
+        Force that a user adds to the radial force of both bushings, in y and in z; continuous.
 
     Returns
     -------
@@ -86,7 +90,7 @@ def simulate(
     ----------
     .. [1] 2011 paper, equations (1)-(8), (14)-(16).
     """
-    model = mounting_model(rig, parameters, inputs.loads, inputs.step, step=step)
+    model = mounting_model(rig, parameters, inputs.loads, inputs.step, step=step, user_law=user_law)
     start = state_at_rest(model, inputs.loads[0], float(inputs.time[0]))
     signals, _ = marched(model, start, inputs.loads)
     return response_of(rig, parameters, inputs, signals)

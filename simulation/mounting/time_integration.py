@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.simulation.force_laws import ForceLaw, first_class
 from carrierflex.simulation.mounting.block_records import block_record, standing
-from carrierflex.simulation.mounting.bushings import hardening_force
 from carrierflex.simulation.mounting.equations import Block, mounting_blocks
 from carrierflex.simulation.mounting.kernel import (
     DIVERGED,
@@ -27,6 +27,9 @@ Array = NDArray[np.float64]
 #: eig M⁻¹ (K_t - K))``. With 1.2 loads with noise up to 20 Hz are followed to 1e-4
 #: (docs/mounting_model.md); beyond pi a step cannot hold half a wave.
 _DEFAULT_PHASE, _LARGEST_PHASE = 1.2, np.pi
+
+#: Shares of the largest load at which the stiffness of a user's law is looked at.
+_SHARES_OF_LOAD = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 #: Steps in one sampling interval above which the record is too coarsely sampled for the model.
 _MOST_SUBSTEPS = 20_000
@@ -107,6 +110,7 @@ def mounting_model(
     interval: float,
     *,
     step: float | None = None,
+    user_law: ForceLaw | None = None,
 ) -> MountingModel:
     """Equations and propagators for loads sampled every `interval` seconds.
 
@@ -124,6 +128,8 @@ def mounting_model(
     step : float, optional
         Largest step [s]; without it the nonlinear stiffness turns its phase by at most 1.2 rad a
         step. A linear block is exact at any step.
+    user_law : ForceLaw, optional
+        Force that a user adds to the radial force of both bushings, in y and in z; continuous.
 
     Returns
     -------
@@ -140,7 +146,7 @@ def mounting_model(
         raise ValueError(
             f"sampling interval {interval} s, step {step} s; expected positive numbers"
         )
-    blocks = mounting_blocks(rig, parameters)
+    blocks = mounting_blocks(rig, parameters, user_law)
     rate = max(_nonlinear_rate(block, loads) for block in blocks)
     if step is None:
         substeps = max(1, int(np.ceil(interval * rate / _DEFAULT_PHASE)))
@@ -166,9 +172,12 @@ def _nonlinear_rate(block: Block, loads: Array) -> float:
         return 0.0
     flexibility = block.rows @ np.linalg.solve(block.K, block.G)
     deflections = loads @ flexibility.T
+    # The built-in laws are stiffest at the largest deflection; where a user's law is, is not known.
+    shares = (1.0,) if block.user_law is None else _SHARES_OF_LOAD
     added = [
-        block.tangent_stiffness(loads[sample]) - block.K
+        block.tangent_stiffness(share * loads[sample]) - block.K
         for sample in {int(np.argmax(np.abs(column))) for column in deflections.T}
+        for share in shares
     ]
     return float(
         np.sqrt(max(np.abs(np.linalg.eigvals(np.linalg.solve(block.M, K))).max() for K in added))
@@ -198,7 +207,7 @@ def state_at_rest(model: MountingModel, loads: Array, time: float = 0.0) -> Marc
         state = np.zeros(len(matrices.end))
         state[: len(q)] = q
         u = block.preload + block.rows @ q
-        phi = hardening_force.py_func(u, block.law[0], block.law[1]) + friction
+        phi = block.force_at_rest(u) + friction
         states.append(state)
         memories.append(np.stack([friction, u, phi, phi, phi]))
     return MarchState(time, tuple(states), tuple(memories))
@@ -270,8 +279,16 @@ def _march_block(
         good, coordinate = march_linear(matrices.end, block.output, x, loads, signals)
         return good, None if coordinate < 0 else (coordinate, DIVERGED)
     record = block_record(block, matrices, x, memory)
+    law = block.user_law
     good, coordinate, outcome = march_nonlinear(
-        record, block.output, model.substeps, _NEWTON_TOLERANCE, loads, signals
+        record,
+        block.output,
+        model.substeps,
+        _NEWTON_TOLERANCE,
+        loads,
+        signals,
+        None if law is None else first_class(law.force),
+        None if law is None else law.parameters,
     )
     x[:], memory[:] = standing(record, len(x))
     return good, None if outcome == DONE else (coordinate, outcome)

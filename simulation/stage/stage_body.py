@@ -173,7 +173,9 @@ def beam_shaft(shaft: ShaftData, end: NDArray[np.float64]) -> ReducedModel:
 
 
 def joined_to_shaft(carrier: ReducedModel, shaft: ReducedModel) -> StageBody:
-    """Tie the carrier's ``shaft_face`` to the shaft's ``carrier_joint``, all six coordinates (:mod:`carrierflex.reduction.shaft_joint`).
+    """Tie the carrier's ``shaft_face`` to the shaft's ``carrier_joint``, all six coordinates.
+
+    See :mod:`carrierflex.reduction.shaft_joint`.
 
     Parameters
     ----------

@@ -1,0 +1,120 @@
+"""Effects among which the diagnosis of a carrier chooses: its own, the negative controls, users'.
+
+The law of a user's card is ``(sensor, inputs, rig) -> signal per unit of each parameter``, an array
+of shape (n_parameters, n); a card whose last parameter is a shape (a threshold) takes its value as
+a fourth argument and gives no row for it; see :mod:`carrierflex.diagnosis.carrier.laws`.
+"""
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.diagnosis.carrier.cards import CARRIER_CARDS, KIND, NEGATIVE_CONTROLS
+from carrierflex.diagnosis.carrier.laws import CarrierInputs, CarrierRig, RimSensor
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard, effect_library, users_cards
+from carrierflex.diagnosis.comparison.user_laws import check_is_function, first_line, refusal
+
+#: Effects computed from the deflection under a single loaded pin, the curve g_f.
+_NEEDS_PIN_CURVE = ("unequal_load_sharing", "load_sharing_ntl")
+_CARRIER_LAW = "a function (sensor, inputs, rig) -> signals of unit parameters, (n_parameters, n)"
+_CARRIER_SHAPE_LAW = (
+    "a function (sensor, inputs, rig, last value) -> signals, (n_parameters - 1, n)"
+)
+#: Samples of the inputs on which a carrier's law is tried.
+_TRIED_SAMPLES = 9
+
+FloatArray = NDArray[np.float64]
+
+
+def carrier_library(rig: CarrierRig) -> dict[str, EffectCard]:
+    """Cards by id that the curves of a rig allow.
+
+    Parameters
+    ----------
+    rig : CarrierRig
+        Rig and curves of the campaign.
+
+    Returns
+    -------
+    dict of str to EffectCard
+        Own cards and placebos first, then users'.
+
+    Raises
+    ------
+    ValueError
+        Where a user's card cannot be computed.
+    """
+    own_cards = (*CARRIER_CARDS, *NEGATIVE_CONTROLS)
+    cards = effect_library(KIND, own_cards)
+    refuse_wrong_carrier_laws(users_cards(cards, own_cards), rig)
+    if "g_f" in rig.curves:
+        return cards
+    return {name: card for name, card in cards.items() if name not in _NEEDS_PIN_CURVE}
+
+
+def refuse_wrong_carrier_laws(cards: Iterable[EffectCard], rig: CarrierRig) -> None:
+    """Refuse users' cards of kind ``carrier`` whose law does not give what a fit can use.
+
+    Parameters
+    ----------
+    cards : iterable of EffectCard
+        Users' cards.
+    rig : CarrierRig
+        Rig and curves of the campaign.
+
+    Raises
+    ------
+    ValueError
+        Where a card has no law, a shape that cannot be interpolated, or a law that fails or gives
+        an array of another shape or values that are not finite.
+    """
+    for card in cards:
+        has_shape = any(parameter.shape for parameter in card.parameters)
+        check_is_function(card, _CARRIER_SHAPE_LAW if has_shape else _CARRIER_LAW)
+        if has_shape:
+            _check_shape_parameter(card)
+        for is_axial in (True, False):
+            _try_signals(card, RimSensor(0.5, 0.4, is_axial), rig)
+
+
+def _check_shape_parameter(card: EffectCard) -> None:
+    *others, last = card.parameters
+    if not last.shape or any(parameter.shape for parameter in others):
+        names = ", ".join(parameter.name for parameter in card.parameters if parameter.shape)
+        raise refusal(card, f"shapes {names}", "one at most, as the last parameter")
+    if not np.isfinite([last.lower, last.upper]).all():
+        found = f"shape {last.name} is bounded by {last.lower} and {last.upper}"
+        raise refusal(card, found, "finite bounds, between which signals are interpolated")
+
+
+def _try_signals(card: EffectCard, sensor: RimSensor, rig: CarrierRig) -> None:
+    last = card.parameters[-1]
+    values = (0.5 * (last.lower + last.upper),) if last.shape else ()
+    wanted = (len(card.parameters) - len(values), _TRIED_SAMPLES)
+    try:
+        rows = card.law(sensor, _tried_inputs(rig), rig, *values)
+        signals = np.asarray(rows, dtype=np.float64)
+    except Exception as error:
+        expected = _CARRIER_SHAPE_LAW if last.shape else _CARRIER_LAW
+        raise refusal(card, f"its law fails: {first_line(error)}", expected) from error
+    if signals.shape != wanted:
+        found = f"its law gives the shape {signals.shape} for {_TRIED_SAMPLES} samples"
+        raise refusal(card, found, str(wanted))
+    if not np.isfinite(signals).all():
+        raise refusal(card, "its law gives values that are not finite", "finite values")
+
+
+def _tried_inputs(rig: CarrierRig) -> CarrierInputs:
+    """One turn with loads of both signs and zero among them."""
+    share = np.linspace(-1.0, 1.0, _TRIED_SAMPLES)
+    force = 1e5 * share
+    return CarrierInputs(
+        time=share + 1.0,
+        carrier_angle=np.pi * (share + 1.0),
+        torque=rig.nominal_torque * share,
+        ntl_y=force,
+        ntl_z=force[::-1],
+        start=0.0,
+        end=2.0,
+    )
