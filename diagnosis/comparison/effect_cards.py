@@ -15,7 +15,6 @@ from carrierflex.identification.campaign.campaign_kinds import KIND_NAMES
 
 #: Entry points of this group are looked through for cards.
 ENTRY_POINT_GROUP = "carrierflex.effects"
-#: Kinds of campaign that effects belong to.
 
 
 @dataclass(frozen=True, eq=False)
