@@ -108,8 +108,8 @@ def _marked(drawn: Drawings) -> dict[str, Any]:
         "gap_maps": maps,
         "remaining": own(drawn.remaining),
         "in_time": own(drawn.in_time),
-        "ladder": own(drawn.selection),
-        "likeness": own(drawn.signature_correlation),
+        "selection": own(drawn.selection),
+        "signature_correlation": own(drawn.signature_correlation),
         "motion": motion,
     }
 
