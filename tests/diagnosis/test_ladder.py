@@ -1,0 +1,384 @@
+"""Forward search over sets of effects: why a set is not supported, which sets are tried, when the search ends."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from diagnosis.ladder import best_beside, climb, explained_share, ladder_of, placebo_scores
+from diagnosis.plants import BASELINE
+from diagnosis.screening import screen
+from diagnosis.selection import selected
+from diagnosis.thresholds import Thresholds
+from tests.diagnosis.toy_problem import (
+    CONTROL,
+    LinearProblem,
+    linear_problem,
+    with_random_noise,
+    write_fit,
+    write_score,
+)
+
+#: Binary fractions, so that a limit can be met exactly.
+LIMITS = Thresholds(
+    bootstrap_samples=200,
+    explained=0.5,
+    material=2.0**-6,
+    stands_out=2.0,
+    clears=0.875,
+)
+MUTUAL = {"a": ("b", "c"), "b": ("a", "c"), "c": ("a", "b")}
+
+
+def ladder_on(truth, effects=("a", "b", "c", "d"), *, limits=LIMITS, **options):
+    return ladder_of(linear_problem(truth, effects, **options), limits)
+
+
+def rejected(truth, effects, **options):
+    return ladder_on(truth, **options).refusal(effects)
+
+
+def written(scores):
+    """Ladder with the given held-out mean squares, in a noise of one."""
+    ladder = ladder_on({})
+    for effects, mean_square in scores.items():
+        write_score(ladder, effects, mean_square)
+    return ladder
+
+
+# What a set explains
+
+
+def test_mean_squares_are_the_known_ones_and_the_floor_is_the_noise():
+    ladder = ladder_on({"a": 3.0, "b": 2.0}, noise_std=0.5)
+    assert_allclose(ladder.mean_square(()), 13.25)
+    assert_allclose(ladder.mean_square(("a",)), 4.25)
+    assert_allclose(ladder.floor, 0.25)
+
+
+def test_the_explained_share_is_counted_above_the_floor():
+    assert explained_share(9.0, 3.0, 1.0) == 0.75
+    assert explained_share(9.0, 11.0, 1.0) == -0.25
+    assert explained_share(1.0, 0.5, 1.0) == 0.0
+    assert explained_share(0.5, 0.2, 1.0) == 0.0
+
+
+def test_a_set_is_the_same_in_any_order_and_fitted_once():
+    told = []
+    ladder = ladder_of(linear_problem({"a": 3.0}), LIMITS, told.append)
+    assert ladder.score(("b", "a")) is ladder.score(("a", "b"))
+    assert ladder.fit(("b", "a")) is ladder.fit(("a", "b"))
+    assert told == ["baseline + a + b"]
+
+
+def test_a_set_may_be_fitted_after_one_that_contains_it():
+    ladder = ladder_on({"a": 3.0, "b": 3.0})
+    ladder.score(("a", "b"))
+    ladder.score(("a",))
+    assert ladder.stuck == {}
+
+
+def test_held_out_runs_fit_their_own_parameters_where_they_have_any():
+    problem = linear_problem({"a": 3.0})
+    assert not any(fold.own.any() for fold in ladder_of(problem, LIMITS).folds)
+    problem = replace(problem, runs_own=(BASELINE,))
+    assert all(fold.own.any() for fold in ladder_of(problem, LIMITS).folds)
+
+
+def test_every_negative_control_is_scored_beside_a_set():
+    problem = replace(linear_problem({"a": 3.0, "d": 2.0}), placebos=(CONTROL, "d"))
+    ladder = ladder_of(problem, LIMITS)
+    scores = placebo_scores(ladder, ("a",))
+    assert [score.fit.effects for score in scores] == [("a", CONTROL), ("a", "d")]
+    assert_allclose([score.square.mean() / 16.0 for score in scores], [5.0, 1.0])
+
+
+# Why a set is not supported
+
+
+def test_a_cause_alone_is_supported():
+    assert rejected({"a": 4.0}, ("a",)) == ""
+    assert rejected({"a": 4.0, "b": 4.0}, ("a", "b")) == ""
+
+
+def test_an_effect_at_its_physical_bound_is_rejected():
+    problem = replace(linear_problem({"a": -4.0, "b": 5.0}), bounds={"a": (0.0, np.inf)})
+    ladder = ladder_of(problem, LIMITS)
+    assert ladder.refusal(("a",)) == "x of a stands on its physical bound"
+    assert ladder.refusal(("a", "b")) == "x of a stands on its physical bound"
+    assert ladder.refusal(("b",)) == ""
+
+
+def test_the_baseline_may_be_at_its_bound():
+    problem = linear_problem({BASELINE: -1.0, "a": 4.0})
+    problem = replace(problem, bounds={BASELINE: (0.0, np.inf)})
+    assert ladder_of(problem, LIMITS).refusal(("a",)) == ""
+
+
+class ShortSearch(LinearProblem):
+    """Problem whose search for the pair of a and b ends where it begins."""
+
+    def starts(self, effects, known):
+        return super().starts(effects, {} if effects == ("a", "b") else known)
+
+    def sums(self, effects, theta, chosen):
+        sums = super().sums(effects, theta, chosen)
+        if effects != ("a", "b"):
+            return sums
+        return replace(sums, matrix=0.0 * sums.matrix, right_side=0.0 * sums.right_side)
+
+
+def test_a_search_that_ends_above_a_smaller_set_supports_nothing():
+    truth = {"a": 6.0, "b": 4.0, "c": 4.0}
+    ladder = ladder_of(ShortSearch(**vars(linear_problem(truth))), LIMITS)
+    ladder.score(())
+    ladder.score(("a",))
+    reason = ladder.refusal(("b", "a"))
+    assert reason.startswith("effects a, b cost")
+    assert "more than" in reason
+    assert "with a alone" in reason
+    assert ladder.refusal(("a", "b", "c")) == f"nothing is known without c: {reason}"
+    assert ladder.supported_sets() == [("a",)]
+
+
+def test_three_laws_of_one_kind_fit_any_curve():
+    truth = {"a": 4.0, "b": 4.0, "c": 4.0}
+    text = "a, b, c are laws of one kind along one motion: together they fit any curve"
+    assert rejected(truth, ("a", "b", "c"), aliases=MUTUAL) == text
+    # On several channels their patterns differ; two alone cannot; nor three of which two are no aliases.
+    assert rejected(truth, ("a", "b", "c"), aliases=MUTUAL, n_channels=2) == ""
+    assert rejected({"a": 4.0, "b": 4.0}, ("a", "b"), aliases=MUTUAL) == ""
+    assert rejected(truth, ("a", "b", "c"), aliases={**MUTUAL, "c": ("a",)}) == ""
+
+
+def test_an_effect_explains_a_least_share_of_what_is_left_without_it():
+    assert rejected({"a": 4.1, "outside": 4.0}, ("a",)) == ""
+    text = rejected({"a": 4.0, "outside": 4.1}, ("a",))
+    assert text == "a explains 49% of what is left without it"
+    # Exactly half of what is above the floor.
+    assert written({(): 9.0, ("a",): 5.0}).refusal(("a",)) == ""
+    assert written({(): 9.0, ("a",): 5.01}).refusal(("a",)) != ""
+    text = written({(): 9.0, ("a",): 13.0}).refusal(("a",))
+    assert text == "a explains 0% of what is left without it"
+
+
+def test_the_member_that_smaller_scored_sets_convict_is_told_first():
+    ladder = ladder_on({"outside": 5.0})
+    ladder.score(("a",))
+    assert ladder.refusal(("a", "b")) == "b explains 0% of what is left without it"
+    assert ("b",) not in ladder.scores
+
+
+def test_an_effect_beside_others_explains_a_material_part_of_the_whole_gap():
+    # A 64th of 128 above the floor; what is left without b does not stand out of it.
+    limit = {(): 129.0, ("a",): 3.0, ("b",): 129.0, ("a", "b"): 1.0}
+    assert written(limit).refusal(("a", "b")) == ""
+    text = written({**limit, (): 130.0}).refusal(("a", "b"))
+    assert text == "b explains less than 2% of the whole gap"
+    # Alone it needs no part of a larger gap.
+    assert written({(): 3.0, ("b",): 1.0}).refusal(("b",)) == ""
+
+
+def test_a_small_effect_beside_a_large_one_is_supported_where_it_clears_what_stands_out():
+    # Four floors are left without b; b explains all but an eighth of the three above the floor.
+    limit = {(): 1001.0, ("a",): 4.0, ("b",): 1001.0, ("a", "b"): 1.375}
+    assert written(limit).refusal(("a", "b")) == ""
+    assert written({**limit, ("a", "b"): 1.376}).refusal(("a", "b")) != ""
+    assert written({**limit, ("a",): 3.99}).refusal(("a", "b")) != ""
+
+
+def test_an_effect_that_grows_the_gap_in_some_conditions_is_rejected():
+    def after(ratio):
+        """A third of the draws lack conditions A and B, where the effect pays."""
+        return [1.0, 1.0, 1.0, 1.0, 9.0 * ratio**2, 9.0 * ratio**2]
+
+    text = written({(): 9.0, ("a",): after(1.0011)}).refusal(("a",))
+    assert text == "a grows the held-out gap in some draws of the conditions"
+    # Where it does not act, shared parameters may shift a little.
+    assert written({(): 9.0, ("a",): after(1.0)}).refusal(("a",)) == ""
+    assert written({(): 9.0, ("a",): after(1.0009)}).refusal(("a",)) == ""
+
+
+def test_the_draws_are_ratios_of_rms_after_over_before():
+    ladder = written({(): 9.0, ("a",): 4.0})
+    draws = ladder.shrink_draws(ladder.score(()), ladder.score(("a",)))
+    assert draws.shape == (LIMITS.bootstrap_samples,)
+    assert_allclose(draws, 2.0 / 3.0)
+
+
+def test_supported_sets_hold_an_effect_and_no_rejected_one():
+    ladder = ladder_on({"a": 4.0})
+    for effects in ((), ("a",), ("b",), ("a", "b")):
+        ladder.score(effects)
+    assert ladder.supported_sets() == [("a",)]
+
+
+# Which sets are worth a held-out score
+
+
+def fitted(squares):
+    ladder = ladder_on({})
+    for effects, mean_square in squares.items():
+        write_fit(ladder, effects, mean_square)
+    return ladder
+
+
+def test_a_set_is_worth_scoring_where_every_step_to_it_pays_on_its_own_data():
+    pays = {(): 17.0, ("a",): 9.0, ("b",): 9.0, ("a", "b"): 5.0}
+    assert fitted(pays).is_worth_scoring(("a", "b"))
+    assert not fitted({**pays, ("a", "b"): 5.01}).is_worth_scoring(("a", "b"))
+    # One step is enough to refuse it, the last or the first.
+    assert not fitted({**pays, ("a",): 8.9}).is_worth_scoring(("a", "b"))
+    assert not fitted({**pays, ("b",): 8.9}).is_worth_scoring(("b", "a"))
+    # A smaller set that was never fitted says nothing.
+    assert fitted({(): 17.0, ("a",): 9.0, ("a", "b"): 5.0}).is_worth_scoring(("a", "b"))
+
+
+def test_a_step_of_too_small_a_part_of_the_whole_gap_is_not_worth_scoring():
+    limit = {(): 129.0, ("a",): 3.0, ("a", "b"): 1.0}
+    assert fitted(limit).is_worth_scoring(("a", "b"))
+    assert not fitted({**limit, (): 130.0}).is_worth_scoring(("a", "b"))
+
+
+def test_nothing_is_left_within_three_per_cent_of_the_floor():
+    gap = {(): 1.05}
+    assert written({**gap, ("a",): 1.03}).leaves_nothing(("a",))
+    assert not written({**gap, ("a",): 1.031}).leaves_nothing(("a",))
+
+
+def test_nothing_is_left_where_it_is_immaterial_and_does_not_stand_out():
+    # A 64th of 64 above the floor.
+    assert written({(): 65.0, ("a",): 2.0}).leaves_nothing(("a",))
+    assert not written({(): 65.0, ("a",): 2.01}).leaves_nothing(("a",))
+    assert written({(): 1001.0, ("a",): 3.99}).leaves_nothing(("a",))
+    assert not written({(): 1001.0, ("a",): 4.0}).leaves_nothing(("a",))
+
+
+# The search
+
+
+def searched(truth, effects=("a", "b", "c", "d", "e", "f"), *, limits=LIMITS, **options):
+    ladder = ladder_on(truth, effects, limits=limits, **options)
+    signatures = ladder.plant.signatures()
+    climb(ladder, screen(signatures), signatures)
+    return ladder
+
+
+def sets_of(ladder, size, sets):
+    return {"".join(effects) for effects in sets if len(effects) == size}
+
+
+def test_one_cause_is_found_and_ends_the_search():
+    ladder = searched({"a": 5.0})
+    assert selected(ladder).accepted == ("a",)
+    assert () in ladder.scores
+    # The screen keeps four effects; nothing is left for a pair.
+    assert len(ladder.fits) == 5
+
+
+def test_a_pair_is_found_and_ends_the_search():
+    ladder = searched({"a": 3.0, "b": 5.0})
+    assert selected(ladder).accepted == ("a", "b")
+    assert sets_of(ladder, 3, ladder.fits) == set()
+    # Only a pair whose every step pays is scored.
+    assert sets_of(ladder, 2, ladder.scores) == {"ab"}
+
+
+def test_a_triple_with_clear_steps_is_found():
+    truth = {"a": 16.0, "b": 8.0, "c": 4.0, "d": 0.1}
+    ladder = searched(truth)
+    assert selected(ladder).accepted == ("a", "b", "c")
+    assert sets_of(ladder, 4, ladder.fits) == set()
+
+
+def test_no_set_is_larger_than_allowed():
+    truth = {"a": 16.0, "b": 8.0, "c": 4.0}
+    ladder = searched(truth, limits=replace(LIMITS, most_effects=2))
+    assert sets_of(ladder, 3, ladder.fits) == set()
+    assert sets_of(ladder, 2, ladder.scores) == {"ab"}
+    assert sets_of(searched(truth, limits=replace(LIMITS, most_effects=1)), 2, ladder.fits)
+
+
+def test_a_column_of_noise_is_not_taken_for_a_cause():
+    for seed in range(3):
+        problem = linear_problem({"a": 3.0}, noise_std=0.0, n_samples=40, seed=seed)
+        problem = with_random_noise(replace(problem, noise_std=1.0), np.random.default_rng(seed))
+        ladder = ladder_of(problem, LIMITS)
+        signatures = problem.signatures()
+        climb(ladder, screen(signatures), signatures)
+        assert selected(ladder).accepted == ("a",)
+        alone = {effects for effects in ladder.scores if effects and "a" not in effects}
+        assert alone
+        assert not alone & set(ladder.supported_sets())
+
+
+def test_the_two_best_singles_are_extended_each_by_the_four_best_beside_it():
+    truth = {"a": 6.0, "b": 5.5, "c": 5.0, "d": 4.5, "e": 4.0, "f": 3.5, "g": 3.0}
+    ladder = searched(truth, tuple("abcdefg"))
+    assert sets_of(ladder, 2, ladder.fits) == {"ab", "ac", "ad", "ae", "bc", "bd", "be"}
+
+
+def test_the_two_best_survivors_join_a_set_though_its_screen_ranks_them_low():
+    # Beside h, which holds most of a and b, five others explain more than they do.
+    effects = {name: {name: 1.0} for name in "abcdef"}
+    effects["h"] = {"a": 1.0, "b": 1.0, "own": 0.01}
+    truth = {"a": 8.0, "b": 7.9, "c": 2.4, "d": 2.3, "e": 2.2, "f": 2.1}
+    ladder = searched(truth, effects)
+    pairs = sets_of(ladder, 2, ladder.fits)
+    survivors = screen(ladder.plant.signatures()).survivors(LIMITS)
+    assert survivors[:2] == ("h", "a")
+    assert {"ch", "dh", "eh", "fh", "ah"} <= pairs
+    assert "bh" not in pairs
+
+
+def test_a_single_far_behind_the_best_is_not_extended():
+    ladder = searched({"a": 40.0, "b": 3.0, "c": 2.0, "d": 1.0, "e": 1.0})
+    assert sets_of(ladder, 2, ladder.fits) == {"ab", "ac", "ad", "ae"}
+    # Beside a, 10 floors are left; beside b, nearly ten times as much, and a little more than that.
+    near, far = (searched({"a": square**0.5, "b": 3.0}) for square in (98.0, 100.0))
+    assert not all("a" in pair for pair in sets_of(near, 2, near.fits))
+    assert all("a" in pair for pair in sets_of(far, 2, far.fits))
+
+
+def test_every_survivor_is_tried_with_effects_that_act_on_others():
+    truth = {"a": 6.0, "b": 5.0, "c": 4.0, "d": 3.0, "e": 2.0, "f": 1.0}
+    ladder = searched(truth, tuple("abcdefz"), acting=("z",))
+    pairs = sets_of(ladder, 2, ladder.fits)
+    assert {"az", "bz", "cz", "dz"} <= pairs
+    assert "zz" not in pairs
+    plain = searched(truth, tuple("abcdefz"))
+    assert {"cz", "dz"} & sets_of(plain, 2, plain.fits) == set()
+
+
+def test_larger_sets_extend_the_best_pair_alone_on_one_channel_and_two_on_several():
+    effects = {name: {name: 1.0} for name in "abcde"}
+    effects["t"] = {"b": 1.0, "e": 0.2}
+    truth = {"a": 16.0, "b": 9.0, "c": 4.0}
+    one, several = (searched(truth, effects, n_channels=n) for n in (1, 2))
+    assert "ab" in sets_of(one, 2, one.scores)
+    assert "at" in sets_of(one, 2, one.scores)
+    assert "act" not in sets_of(one, 3, one.fits)
+    assert "act" in sets_of(several, 3, several.fits)
+    for ladder in (one, several):
+        assert "abc" in sets_of(ladder, 3, ladder.scores)
+        assert selected(ladder).accepted == ("a", "b", "c")
+
+
+def test_pairs_that_do_not_pay_end_the_search():
+    # The pair leaves half of the single's gap to what is outside: nothing of it is supported, and no triple is tried.
+    ladder = searched({"a": 4.0, "b": 3.0, "c": 2.0, "outside": 6.0})
+    assert sets_of(ladder, 2, ladder.fits)
+    assert sets_of(ladder, 3, ladder.fits) == set()
+    assert selected(ladder).accepted == ()
+
+
+def test_effects_beside_a_set_come_by_what_they_explain_of_the_rest():
+    effects = {name: {name: 1.0} for name in "abcdefg"}
+    effects["none"] = {"none": 0.0}
+    truth = {"a": 9.0, "b": 3.0, "c": 5.0, "d": 4.0, "e": 2.0, "f": 1.0}
+    signatures = linear_problem(truth, effects).signatures()
+    screened = screen(signatures)
+    assert best_beside(("a",), screened, signatures) == ["c", "d", "b", "e"]
+    assert best_beside(("c", "d"), screened, signatures) == ["a", "b", "e", "f"]
+    assert best_beside(("a", "b", "c", "d", "e", "f"), screened, signatures) == ["g"]
