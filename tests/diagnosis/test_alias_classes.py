@@ -19,9 +19,9 @@ LIMITS = Thresholds(bootstrap_samples=20)
 NEAR = {"a": 0.8, "own": 0.6}
 
 
-def classed(truth, effects, accepted=("a",), effect="a", scored=(), **limits):
+def classed(truth, effects, accepted=("a",), effect="a", *, scored=(), noise_std=1.0, **limits):
     """Class of an effect of an accepted set, and what was exchanged for it."""
-    problem = linear_problem(truth, effects)
+    problem = linear_problem(truth, effects, noise_std=noise_std)
     told = []
     ladder = ladder_of(problem, replace(LIMITS, **limits), told.append)
     for single in scored:
@@ -43,11 +43,17 @@ def test_a_correlated_column_is_parted_where_the_effect_is_large_enough():
     assert classed({"a": 3.30}, effects)[0] == ("a", "near")
     assert classed({"a": 3.36}, effects)[0] == ("a",)
     assert classed({"a": 3.36}, effects, exchange_ratio=2.1)[0] == ("a", "near")
+    # The limit goes with the noise.
+    assert classed({"a": 6.60}, effects, noise_std=2.0)[0] == ("a", "near")
+    assert classed({"a": 6.72}, effects, noise_std=2.0)[0] == ("a",)
 
 
 def test_only_correlated_or_scored_effects_are_exchanged():
     effects = {"a": {"a": 1.0}, "near": NEAR}
-    assert classed({"a": 1.0}, effects, alias_correlation=0.79)[0] == ("a", "near")
+    screened = screen(linear_problem({"a": 1.0}, effects).signatures())
+    correlation = screened.correlated("a", "near")
+    assert correlation == pytest.approx(0.8)
+    assert classed({"a": 1.0}, effects, alias_correlation=correlation)[0] == ("a", "near")
     assert classed({"a": 1.0}, effects, alias_correlation=0.81)[0] == ("a",)
     assert classed({"a": 1.0}, effects, alias_correlation=0.81, scored=("near",))[0] == (
         "a",
@@ -56,7 +62,7 @@ def test_only_correlated_or_scored_effects_are_exchanged():
 
 
 def test_an_effect_is_exchanged_beside_the_others_of_its_set():
-    # Beside c the twin of a + c reproduces a: alone it would not, nor does it stand in for c when c is exchanged.
+    # Beside c a column of both reproduces a, which it could not alone.
     effects = {"a": {"a": 1.0}, "c": {"c": 1.0}, "sum": {"a": 0.8, "c": 0.6}, "e": {"c": 0.9}}
     truth = {"a": 9.0, "c": 9.0}
     members, exchanged = classed(truth, effects, accepted=("a", "c"))
@@ -86,9 +92,10 @@ def trial(text, effects, *, gain=1.0, gains=None):
     return Trial(text, plant)
 
 
-def separated(trials, truth=4.0):
+def separated(trials, truth=4.0, noise_std=1.0):
     effects = {"a": {"a": 1.0}, "b": {"a": 2.0}}
-    problem = replace(linear_problem({"a": truth}, effects), candidates=tuple(trials))
+    problem = linear_problem({"a": truth}, effects, noise_std=noise_std)
+    problem = replace(problem, candidates=tuple(trials))
     told = []
     ladder = ladder_of(problem, LIMITS, told.append)
     fits = [fit_effects(problem, (name,)) for name in ("a", "b")]
@@ -108,6 +115,9 @@ def test_the_measurement_with_the_largest_difference_is_proposed():
     assert told == ["trial: half", "trial: whole", "trial: same"]
     assert separated(trials[::-1])[0] == text
     assert "half separates a and b: they would differ by 2.4 noise" in separated(trials[:1])[0]
+    assert "differ by 8.0 noise floors" in separated(trials, noise_std=0.5)[0]
+    # Of two alike the first.
+    assert separated([trial("one", APART), trial("two", APART)])[0].startswith("one")
 
 
 def test_no_measurement_is_proposed_where_the_difference_is_within_the_noise():
@@ -162,33 +172,41 @@ def test_a_trial_starts_at_the_fitted_values_too():
 
 
 class FitWithError(EffectFit):
-    """Fit with an error of 0.1 in the parameter of the baseline and of 0.4 in the other."""
+    """Fit with an error of a quarter in the parameter of the effect."""
 
-    covariance = np.diag([0.1**2, 0.4**2])
+    covariance = np.diag([0.01, 0.0625])
 
 
 @pytest.fixture
 def fitted():
-    return FitWithError(**vars(fit_effects(linear_problem({"a": 2.0}), ("a",))))
+    """Fit of a = 2."""
+    fit = fit_effects(linear_problem({"a": 2.0}), ("a",))
+    return FitWithError(**vars(replace(fit, theta=np.array([0.0, 2.0]))))
 
 
-def moved(fit, *changes, effect="a"):
+def moved(fit, change, effect="a"):
     """Values of three folds, of which the last is moved."""
     theta = np.array([fit.theta, fit.theta, fit.theta])
-    theta[2, [own.effect for own in fit.parameters].index(effect)] += sum(changes)
+    theta[2, [own.effect for own in fit.parameters].index(effect)] += change
     return theta
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_an_effect_is_named_where_it_moves_within_its_error_or_half_its_signal(fitted, sign):
     limits = replace(LIMITS, fold_consistency=2.0)
-    # Half of its signal: one. Two errors: 0.8.
-    assert is_named_consistently(limits, fitted, moved(fitted, sign * 0.99))
-    assert not is_named_consistently(limits, fitted, moved(fitted, sign * 1.01))
-    # Three errors: 1.2.
-    limits = replace(LIMITS, fold_consistency=3.0)
-    assert is_named_consistently(limits, fitted, moved(fitted, sign * 1.19))
-    assert not is_named_consistently(limits, fitted, moved(fitted, sign * 1.21))
+    # Half of its signal is one, two errors are a half: the larger counts.
+    assert is_named_consistently(limits, fitted, moved(fitted, sign))
+    assert not is_named_consistently(limits, fitted, moved(fitted, 1.01 * sign))
+    # Six errors are one and a half.
+    limits = replace(LIMITS, fold_consistency=6.0)
+    assert is_named_consistently(limits, fitted, moved(fitted, 1.5 * sign))
+    assert not is_named_consistently(limits, fitted, moved(fitted, 1.51 * sign))
+
+
+def test_an_effect_is_judged_by_its_signal_in_all_conditions():
+    problem = linear_problem({"a": 2.0}, gains={"A": 0.0, "B": 0.0, "C": 1.0})
+    fit = fit_effects(problem, ("a",))
+    assert not is_named_consistently(LIMITS, fit, moved(fit, 1.5))
 
 
 def test_the_baseline_shapes_and_runs_own_parameters_may_move(fitted):

@@ -57,10 +57,11 @@ def test_intervals_hold_the_value_where_the_conditions_differ():
     gains = {"A": 1.0, "B": 2.0, "C": 3.0, "D": 4.0}
     problem = linear_problem({"a": 3.0, "outside": 2.0}, gains=gains)
     far = reduced(problem, ("a",))
-    # Effect and remainder grow alike, only the noise does not: from condition A alone to condition D alone.
+    # Effect and remainder grow alike, the noise does not: from condition A alone to D alone.
     square = np.array([1.0, 4.0, 9.0, 16.0])
     assert_allclose(far.rho**2, (1.0 + 4.0 * square.mean()) / (1.0 + 13.0 * square.mean()))
-    assert np.sqrt(65.0 / 209.0) <= far.rho_ci95[0] < far.rho < far.rho_ci95[1] <= np.sqrt(5.0 / 14.0)
+    low, high = far.rho_ci95
+    assert np.sqrt(65.0 / 209.0) <= low < far.rho < high <= np.sqrt(5.0 / 14.0)
     # Above the noise every draw is reduced alike.
     assert_allclose(far.phi_ci95, 9.0 / 13.0)
 
@@ -122,11 +123,9 @@ def test_without_noise_what_is_left_is_beyond_every_multiple_of_it():
 
 def test_accepted_effects_are_listed_largest_step_first(found):
     assert [step.added for step in found.ladder] == ["baseline", "a", "b"]
-    squares = [BEFORE, BEFORE - A**2, AFTER]
+    squares = np.array([BEFORE, BEFORE - A**2, AFTER])
     assert_allclose([step.rms for step in found.ladder], np.sqrt(squares), rtol=1e-9)
-    assert_allclose(
-        [step.rho for step in found.ladder], np.sqrt(np.array(squares) / BEFORE), rtol=1e-9
-    )
+    assert_allclose([step.rho for step in found.ladder], np.sqrt(squares / BEFORE), rtol=1e-9)
     assert np.isnan(found.ladder[0].rho_ci95).all()
     assert_allclose(found.ladder[2].rho_ci95, found.rho, rtol=1e-9)
     turned = reduced(linear_problem({"a": 1.0, "b": 4.0, "c": 2.0}), ("a", "b", "c"))
@@ -143,26 +142,24 @@ def test_extrapolation_predicts_the_condition_with_the_largest_gap_from_the_othe
     in_b = [piece.condition == "B" for piece in problem.pieces]
     target[in_b] += 4.0 * problem.columns[in_b, :, 1]
     far = reduced(replace(problem, target=target), ("a",))
-    assert_allclose(
-        far.extrapolation_rho, np.sqrt((17.0 * 9.0 + 1.0) / (65.0 * 9.0 + 1.0)), rtol=1e-6
-    )
+    after, before = 17.0 * 9.0 + 1.0, 65.0 * 9.0 + 1.0
+    assert_allclose(far.extrapolation_rho, np.sqrt(after / before), rtol=1e-6)
+
+
+def halved(pieces, condition):
+    """Blocks of which those of one condition count half of their samples."""
+    half = {own: replace(own, n_samples=own.n_samples // 2) for own in pieces}
+    return tuple(half[own] if own.condition == condition else own for own in pieces)
 
 
 def test_the_condition_with_the_largest_gap_is_that_of_the_largest_mean_square():
     """Its blocks may be shorter than those of a condition with a smaller gap."""
     problem = linear_problem({"a": 4.0}, gains={"A": 1.0, "B": 1.1, "C": 1.0})
-    pieces = tuple(
-        replace(piece, n_samples=piece.n_samples // (2 if piece.condition == "B" else 1))
-        for piece in problem.pieces
-    )
-    far = reduced(replace(problem, pieces=pieces), ("a",))
-    assert_allclose(far.extrapolation_rho, 1.0 / np.sqrt(16.0 * 1.21 + 1.0), rtol=1e-6)
-    pieces = tuple(
-        replace(piece, n_samples=piece.n_samples // (2 if piece.condition == "A" else 1))
-        for piece in problem.pieces
-    )
-    far = reduced(replace(problem, pieces=pieces), ("a",))
-    assert_allclose(far.extrapolation_rho, 1.0 / np.sqrt(17.0), rtol=1e-6)
+    in_b = replace(problem, pieces=halved(problem.pieces, "B"))
+    of_b, of_a = 1.0 / np.sqrt(16.0 * 1.21 + 1.0), 1.0 / np.sqrt(17.0)
+    assert_allclose(reduced(in_b, ("a",)).extrapolation_rho, of_b, rtol=1e-6)
+    in_a = replace(problem, pieces=halved(problem.pieces, "A"))
+    assert_allclose(reduced(in_a, ("a",)).extrapolation_rho, of_a, rtol=1e-6)
 
 
 def test_with_one_condition_nothing_can_be_extrapolated():

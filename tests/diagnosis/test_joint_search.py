@@ -1,4 +1,4 @@
-"""Several causes of like size, none of which pays before the others are in, on a problem with known sums."""
+"""Several causes of like size, none of which pays before the others are in, by known sums."""
 
 from dataclasses import replace
 
@@ -149,9 +149,8 @@ def test_a_mixture_that_was_taken_first_is_exchanged_for_the_causes_themselves()
 
 def test_a_column_of_noise_joins_no_cause():
     for seed in range(3):
-        problem = linear_problem(
-            ALIKE, EFFECTS, noise_std=0.0, n_samples=40, n_channels=2, seed=seed
-        )
+        problem = linear_problem(ALIKE, EFFECTS, noise_std=0.0, n_samples=40, seed=seed)
+        problem = replace(problem, n_channels=2)
         problem = with_random_noise(replace(problem, noise_std=1.0), np.random.default_rng(seed))
         assert selected(joint(problem)).accepted == ("a", "b", "c")
 
@@ -160,7 +159,7 @@ def test_three_sets_of_a_size_are_extended():
     truth = {"a": 8.0, "b": 6.0, "c": 5.0, "d": 4.0, "e": 3.5, "f": 1.0}
     ladder = grown(truth, tuple("abcdef"), limits=replace(LIMITS, most_effects=2))
     pairs = {"".join(effects) for effects in ladder.fits if len(effects) == 2}
-    # The four best beside each of a, b and c; the exchange of a member of ab adds what is best beside the other.
+    # The four best beside each of a, b and c; members of ab are exchanged for the same ones.
     assert pairs == {"ab", "ac", "ad", "ae", "bc", "bd", "be", "cd", "ce"}
 
 

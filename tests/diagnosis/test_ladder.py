@@ -1,9 +1,8 @@
-"""Forward search over sets of effects: why a set is not supported, which sets are tried, when the search ends."""
+"""Forward search: why a set is not supported, which sets are tried, when the search ends."""
 
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from numpy.testing import assert_allclose
 
 from diagnosis.ladder import best_beside, climb, explained_share, ladder_of, placebo_scores
@@ -86,6 +85,19 @@ def test_held_out_runs_fit_their_own_parameters_where_they_have_any():
     assert all(fold.own.any() for fold in ladder_of(problem, LIMITS).folds)
 
 
+class MixedBaseline(LinearProblem):
+    """Problem whose baseline has a parameter of every run beside the one for all."""
+
+    def parameters(self, effects):
+        shared = super().parameters(effects)
+        return (*shared, replace(shared[0], name="y", run=self.pieces[0].run))
+
+
+def test_one_parameter_of_a_run_is_enough_for_runs_to_have_their_own():
+    problem = MixedBaseline(**vars(linear_problem({"a": 3.0})))
+    assert all(fold.own.any() for fold in ladder_of(problem, LIMITS).folds)
+
+
 def test_every_negative_control_is_scored_beside_a_set():
     problem = replace(linear_problem({"a": 3.0, "d": 2.0}), placebos=(CONTROL, "d"))
     ladder = ladder_of(problem, LIMITS)
@@ -146,7 +158,7 @@ def test_three_laws_of_one_kind_fit_any_curve():
     truth = {"a": 4.0, "b": 4.0, "c": 4.0}
     text = "a, b, c are laws of one kind along one motion: together they fit any curve"
     assert rejected(truth, ("a", "b", "c"), aliases=MUTUAL) == text
-    # On several channels their patterns differ; two alone cannot; nor three of which two are no aliases.
+    # Not on several channels, where patterns differ; nor two; nor where two are no aliases.
     assert rejected(truth, ("a", "b", "c"), aliases=MUTUAL, n_channels=2) == ""
     assert rejected({"a": 4.0, "b": 4.0}, ("a", "b"), aliases=MUTUAL) == ""
     assert rejected(truth, ("a", "b", "c"), aliases={**MUTUAL, "c": ("a",)}) == ""
@@ -366,11 +378,23 @@ def test_larger_sets_extend_the_best_pair_alone_on_one_channel_and_two_on_severa
 
 
 def test_pairs_that_do_not_pay_end_the_search():
-    # The pair leaves half of the single's gap to what is outside: nothing of it is supported, and no triple is tried.
+    # What is outside is more than each of them: nothing is supported, and no triple is tried.
     ladder = searched({"a": 4.0, "b": 3.0, "c": 2.0, "outside": 6.0})
     assert sets_of(ladder, 2, ladder.fits)
     assert sets_of(ladder, 3, ladder.fits) == set()
     assert selected(ladder).accepted == ()
+
+
+def test_the_search_ends_where_the_best_supported_set_is_smaller_than_the_largest_tried():
+    # The pair with b predicts better than a alone, but b is at its bound.
+    problem = linear_problem({"a": 8.0, "b": 4.0, "c": 3.0})
+    problem = replace(problem, bounds={"b": (-np.inf, 3.9)})
+    ladder = ladder_of(problem, LIMITS)
+    signatures = problem.signatures()
+    climb(ladder, screen(signatures), signatures)
+    assert ladder.mean_square(("a", "b")) < ladder.mean_square(("a",))
+    assert ladder.supported_sets() == [("a",)]
+    assert sets_of(ladder, 3, ladder.fits) == set()
 
 
 def test_effects_beside_a_set_come_by_what_they_explain_of_the_rest():

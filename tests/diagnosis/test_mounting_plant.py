@@ -163,8 +163,10 @@ def test_unusable_campaigns_are_refused_in_plain_words():
 
 def test_one_run_alone_is_diagnosed_by_its_blocks():
     result = found(mounting_plant(mounting_campaign(TRUTH["unequal_bushings"][0], conditions=CONDITIONS[:1])))
-    named = {*result.attribution.effects, *(own for group in result.attribution.aliases for own in group)}
-    assert "unequal_bushings" in named or result.verdict == "not_diagnosable"
+    assert (result.verdict, result.attribution.effects) == ("named", ("unequal_bushings",))
+    assert result.attribution.aliases == ()
+    # One condition: nothing is left from which another could be predicted.
+    assert np.isnan(result.shrinkage.extrapolation_rho)
 
 
 def test_the_gain_is_looked_for_at_the_sensor_that_has_it():

@@ -14,7 +14,7 @@ from diagnosis.thresholds import Thresholds
 from tests.diagnosis.toy_problem import CONTROL, linear_problem, write_score
 
 LIMITS = Thresholds(equal_rms=1.5, never_equal_rms=2.0)
-#: Differences of log density over four blocks whose sum is just below, and just above, their standard error of 3.
+#: Differences of log density over four blocks: their sum is within its standard error, or beyond.
 WITHIN, BEYOND = (3.0, -0.1, 0.0, 0.0), (3.0, 0.1, 0.0, 0.0)
 
 
@@ -30,7 +30,7 @@ class JudgedLadder(Ladder):
 
 @pytest.fixture
 def judged():
-    """Ladder of scores by set: a mean square, and how much log density the blocks lose against the best set."""
+    """Ladder of scores by set: mean square, and log density that each block loses."""
 
     def make(scores, rejected=None):
         problem = linear_problem({"a": 1.0}, gains={"A": 1.0, "B": 1.0})
@@ -81,9 +81,7 @@ def test_the_larger_set_is_accepted_where_it_predicts_better(judged):
 
 def test_sets_are_alike_within_one_standard_error_of_the_score(judged):
     def accepted(loss):
-        return selected(
-            judged({**BASE, ("a",): (1.6**2, loss), ("a", "b"): (1.0, EQUAL)})
-        ).accepted
+        return selected(judged({**BASE, ("a",): (1.6**2, loss), ("a", "b"): (1.0, EQUAL)})).accepted
 
     assert accepted(WITHIN) == ("a",)
     assert accepted(BEYOND) == ("a", "b")
@@ -92,7 +90,13 @@ def test_sets_are_alike_within_one_standard_error_of_the_score(judged):
 
 
 @pytest.mark.parametrize(
-    ("rms_ratio", "accepted"), [(1.49, "a"), (1.5, "a"), (1.51, "ab"), (2.5, "ab")]
+    ("rms_ratio", "accepted"),
+    [
+        (1.49, "a"),
+        (1.5, "a"),
+        (1.51, "ab"),
+        (2.5, "ab"),
+    ],
 )
 def test_sets_are_alike_where_the_rms_is_within_a_few_per_cent(judged, rms_ratio, accepted):
     scores = {**BASE, ("a",): (rms_ratio**2, LITTLE_WORSE), ("a", "b"): (1.0, EQUAL)}
@@ -144,18 +148,19 @@ def test_a_negative_control_is_no_explanation(judged):
 
 
 def test_the_ranking_goes_by_weight_then_by_held_out_rms(judged):
-    # Two sets of equal density share the weight, two without any come after them.
+    # Two sets share the weight but for a part in a thousand, two without any come after them.
     scores = {
         ("c",): (9.0, (40.0, 40.0, 40.0, 40.0)),
         (): (16.0, (40.0, 40.0, 40.0, 40.0)),
         ("a",): (4.0, EQUAL),
-        ("b",): (1.0, EQUAL),
+        ("b",): (1.0, (1.6e-6, 1.6e-6, 1.6e-6, 1.6e-6)),
     }
     ranking = selected(judged(scores)).ranking
     assert [own.effects for own in ranking] == [("b",), ("a",), ("c",), ()]
-    assert_allclose([own.weight for own in ranking], [0.5, 0.5, 0.0, 0.0], atol=1e-9)
+    assert ranking[0].weight < ranking[1].weight
+    assert_allclose([own.weight for own in ranking], [0.5, 0.5, 0.0, 0.0], atol=5e-4)
     assert_allclose([own.held_out_rms for own in ranking], [1.0, 2.0, 3.0, 4.0])
-    assert_allclose([own.elpd for own in ranking], [0.0, 0.0, -160.0, -160.0])
+    assert_allclose([own.elpd for own in ranking], [0.0, 0.0, -160.0, -160.0], atol=1e-5)
 
 
 def test_weight_comes_before_rms_in_the_ranking(judged):

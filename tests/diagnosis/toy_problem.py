@@ -1,8 +1,8 @@
 """A linear comparison problem whose sums are known in closed form, for tests of the decisions.
 
-Every column is a combination of *directions*: vectors that are orthogonal within each block and have an RMS of one
-(times the gain of the condition). Noise is one more direction, so that a model leaves exactly the sum of the squares
-of what it lacks: no test of a decision depends on the luck of a draw.
+Every column is a combination of *directions*: vectors that are orthogonal within each block and
+have an RMS of one (times the gain of the condition). Noise is one more direction, so that a model
+leaves exactly the sum of the squares of what it lacks: no decision depends on the luck of a draw.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,13 +26,16 @@ from diagnosis.plants import (
     Trial,
 )
 
+#: Values of parameters by effect and name.
+Known = Mapping[tuple[str, str], float]
+
 NOISE = "noise"
 CONTROL = "control"
 
 
 @dataclass(frozen=True, eq=False)
 class LinearProblem:
-    """Target minus ``columns @ theta``: one column and one parameter for the baseline and for each effect.
+    """Target minus ``columns @ theta``: one column for the baseline and one for each effect.
 
     Parameters
     ----------
@@ -82,9 +85,7 @@ class LinearProblem:
             for run in (self._runs if name in self.runs_own else (None,))
         )
 
-    def starts(
-        self, effects: Effects, known: Mapping[tuple[str, str], float]
-    ) -> Sequence[FloatArray]:
+    def starts(self, effects: Effects, known: Known) -> Sequence[FloatArray]:
         keys = [
             (own.effect, own.name if own.run is None else f"{own.name} of {own.run}")
             for own in self.parameters(effects)
@@ -175,7 +176,7 @@ def linear_problem(
     truth : mapping of str to float
         Size of every direction in the target; one that no effect has is outside the library.
     effects : mapping of str to mapping of str to float, or sequence of str
-        Directions of each effect's column with their weights; a name alone is a direction of its own.
+        Directions of each effect's column with their weights; a name alone is a direction.
     gains : mapping of str to float, optional
         Factor of all directions but baseline and noise, by condition.
     flexible : sequence of str
@@ -193,9 +194,8 @@ def linear_problem(
     target = {**truth, NOISE: noise_std}
     named = [*(name for weights in (*columns.values(), target) for name in weights), *flexible]
     directions = tuple(dict.fromkeys(named))
-    pieces = tuple(
-        Piece(f"R{name}", name, block, n_samples) for name in gains for block in range(blocks)
-    )
+    numbers = range(blocks)
+    pieces = tuple(Piece(f"R{name}", name, k, n_samples) for name in gains for k in numbers)
     draws = np.random.default_rng(seed).standard_normal((len(pieces), n_samples, len(directions)))
     vectors = np.linalg.qr(draws)[0] * np.sqrt(n_samples)
     changed = [k for k, name in enumerate(directions) if name not in (BASELINE, NOISE)]
@@ -218,7 +218,7 @@ def linear_problem(
 
 
 def with_random_noise(problem: LinearProblem, rng: np.random.Generator) -> LinearProblem:
-    """Problem with white noise of the declared size on top of its target (make it with `noise_std` 0)."""
+    """Problem with white noise of the declared size added to its target."""
     noise = problem.noise_std * rng.standard_normal(problem.target.shape)
     return replace(problem, target=problem.target + noise)
 
@@ -247,9 +247,8 @@ def write_score(
     score = ladder.score(effects)
     problem = ladder.plant
     counts = problem.cell_counts.sum(axis=1)
-    ladder.scores[effects] = replace(
-        score, square=counts * np.asarray(mean_square), log_density=np.array(log_density)
-    )
+    square = counts * np.asarray(mean_square)
+    ladder.scores[effects] = replace(score, square=square, log_density=np.array(log_density))
 
 
 def write_fit(ladder: Ladder, effects: Effects, mean_square: float) -> None:
