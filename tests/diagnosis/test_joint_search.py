@@ -10,7 +10,7 @@ from diagnosis.screening import screen
 from diagnosis.selection import selected
 from diagnosis.several_causes import climb_together
 from diagnosis.thresholds import Thresholds
-from tests.diagnosis.toy_problem import linear_problem, with_random_noise
+from tests.diagnosis.toy_problem import linear_problem, with_random_noise, write_score
 
 #: Binary fractions, so that a limit can be met exactly.
 LIMITS = Thresholds(bootstrap_samples=40, far=1.25, named_share_far=0.875)
@@ -30,7 +30,9 @@ def joint(problem, *, limits=LIMITS, scored=()):
 
 
 def grown(truth, effects=EFFECTS, *, n_channels=2, limits=LIMITS, scored=(), **options):
-    problem = linear_problem(truth, effects, n_channels=n_channels, **options)
+    """Joint search where the truth is given in units of the noise."""
+    sizes = {name: 2.0 * ratio for name, ratio in truth.items()}
+    problem = linear_problem(sizes, effects, n_channels=n_channels, noise_std=2.0, **options)
     return joint(problem, limits=limits, scored=scored)
 
 
@@ -68,6 +70,12 @@ def test_a_gap_near_the_floor_is_left_alone():
     # Four floors: noise of one, and three from the causes.
     assert set(grown({"a": 1.0, "b": 1.0, "c": 0.99}).fits) == {()}
     assert len(grown({"a": 1.0, "b": 1.0, "c": 1.01}).fits) > 1
+    # Four floors exactly.
+    problem = linear_problem({"a": 4.0}, EFFECTS, n_channels=2, noise_std=2.0)
+    ladder = ladder_of(problem, LIMITS)
+    write_score(ladder, (), 16.0)
+    climb_together(ladder, screen(problem.signatures()), problem.signatures())
+    assert len(ladder.fits) > 1
 
 
 def test_nothing_is_searched_where_a_supported_set_explains_enough():
@@ -85,6 +93,11 @@ def test_nothing_is_searched_where_a_supported_set_leaves_the_noise():
     assert set(enough.fits) == {(), ("a",)}
     short = grown({**truth, "outside": 0.76}, scored=[("a",)])
     assert len(short.fits) > 2
+
+
+def test_the_best_supported_set_tells_whether_enough_is_explained():
+    done = grown({"a": 8.0, "b": 6.0}, scored=[("a",), ("a", "b")])
+    assert set(done.fits) == {(), ("a",), ("b",), ("a", "b")}
 
 
 def test_only_a_supported_set_makes_the_search_needless():

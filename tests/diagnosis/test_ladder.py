@@ -39,10 +39,10 @@ def rejected(truth, effects, **options):
 
 
 def written(scores, limits=LIMITS):
-    """Ladder with the given held-out mean squares, in a noise of one."""
-    ladder = ladder_on({}, limits=limits)
-    for effects, mean_square in scores.items():
-        write_score(ladder, effects, mean_square)
+    """Ladder with the given held-out mean squares over that of the noise."""
+    ladder = ladder_on({}, limits=limits, noise_std=2.0)
+    for effects, ratio in scores.items():
+        write_score(ladder, effects, 4.0 * np.array(ratio))
     return ladder
 
 
@@ -59,6 +59,7 @@ def test_mean_squares_are_the_known_ones_and_the_floor_is_the_noise():
 def test_the_explained_share_is_counted_above_the_floor():
     assert explained_share(9.0, 3.0, 1.0) == 0.75
     assert explained_share(9.0, 11.0, 1.0) == -0.25
+    assert explained_share(1.5, 1.25, 1.0) == 0.5
     assert explained_share(1.0, 0.5, 1.0) == 0.0
     assert explained_share(0.5, 0.2, 1.0) == 0.0
 
@@ -230,9 +231,10 @@ def test_supported_sets_hold_an_effect_and_no_rejected_one():
 
 
 def fitted(squares):
-    ladder = ladder_on({})
-    for effects, mean_square in squares.items():
-        write_fit(ladder, effects, mean_square)
+    """Ladder whose fits leave the given mean squares over that of the noise."""
+    ladder = ladder_on({}, noise_std=2.0)
+    for effects, ratio in squares.items():
+        write_fit(ladder, effects, 4.0 * ratio)
     return ladder
 
 
