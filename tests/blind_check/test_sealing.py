@@ -1,5 +1,6 @@
 """A sealed label cannot be changed, and nothing that diagnoses can read one."""
 
+import hashlib
 import json
 import subprocess
 import sys
@@ -47,7 +48,16 @@ def sealed():
 
 
 def test_labels_open_their_own_seals(sealed):
-    verify(*sealed)
+    labels, salts, published = sealed
+    verify(labels, salts, published)
+    # A third party needs the text of the label, its salt and SHA-256, and nothing of this project.
+    for case, label in labels.items():
+        text = (label.text() + salts[case]).encode()
+        assert published.seals[case] == hashlib.sha256(text).hexdigest()
+    # Labels that were dealt to each other's cases open nothing.
+    first, second = labels
+    with pytest.raises(ValueError, match="2 labels are not the sealed ones"):
+        verify({first: labels[second], second: labels[first]}, salts, published)
 
 
 @pytest.mark.parametrize(

@@ -31,9 +31,14 @@ def pilots_on(mesh, *names):
     return tuple(distributing_pilot(mesh, name, np.array([1.2, 0.5, 0.5])) for name in names)
 
 
-def test_the_carriers_own_pilots_are_accepted(flexible_structure, stiff_structure):
+def test_the_carriers_own_pilots_are_independent(flexible_structure, stiff_structure):
     for structure in (flexible_structure, stiff_structure):
         refuse_dependent_pilots(structure.pilots, structure.points)
+        n_coordinates = sum(len(pilot.components) for pilot in structure.pilots)
+        rank, smallest = independence(structure.pilots)
+        assert rank == n_coordinates
+        # Rows of pilots that share nothing are orthonormal.
+        assert smallest == pytest.approx(1.0, abs=1e-9)
 
 
 def test_two_pilots_on_one_surface_are_refused():

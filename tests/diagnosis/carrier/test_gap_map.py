@@ -117,17 +117,15 @@ def test_radial_motion_is_split_between_carrier_and_housing():
 
 def test_a_small_order_beyond_chance_is_said_with_its_p_value():
     def small(channel, angle):
-        large = 1e-4 * np.cos(3.0 * (channel.angle - angle))
-        return (large + 2e-6 * np.cos(6.0 * (channel.angle - angle))) * (channel in CHANNELS[:4])
+        large = 1e-3 * np.cos(3.0 * (channel.angle - angle))
+        return (large + 2e-5 * np.cos(6.0 * (channel.angle - angle))) * (channel in CHANNELS[:4])
 
     problem = twin_problem(None, extra=small, turns=8, loads=QUIET)
     text = problem.where_text((), problem.starts((), {})[-1])
-    found = re.search(
-        r"small yet beyond chance: order 6, m=2 \((.*) %, p <= (.*) in every run\)", text
-    )
-    # A hundredth of a square of 2 in 100; the noise of 5 um over 480 samples shifts an amplitude of
-    # 2 um by some 10 %.
-    assert_allclose(float(found[1]), 0.04, rtol=0.3)
+    cell = r"small yet beyond chance: order 6, m=2 \((\S+) %, p <= (\S+) in every run\)"
+    found = re.search(cell, text)
+    # The square of 2 in 100, printed with two digits; the noise of 5 um shifts 20 um by 1 %.
+    assert_allclose(float(found[1]), 0.04, rtol=0.03)
     assert float(found[2]) < 0.01
 
 
@@ -154,7 +152,9 @@ def test_one_revolution_is_tested_against_the_declared_noise():
         )
     # Adjusted p-values of 77 cells: hardly ever below 5 % where the noise is the only gap.
     assert np.mean(np.min(p_values, axis=1) < 0.05) < 0.05
-    # And not for want of power: the raw noise of every cell is met within 3 %.
+    # And not for want of power: the raw noise is met. One cell scatters by 6 % over 300 draws.
     split = pattern_split(CHANNELS, orders)
     met = (split.weights * np.mean(np.abs(split.amplitudes) ** 2, axis=0))[split.weights > 0.0]
-    assert_allclose(met, split.noise[split.weights > 0.0] / n, rtol=0.3)
+    expected = split.noise[split.weights > 0.0] / n
+    assert_allclose(met, expected, rtol=0.2)
+    assert np.mean(met / expected) == pytest.approx(1.0, abs=0.02)

@@ -34,7 +34,8 @@ def test_noise_in_the_deflection_does_not_bias_the_element(noisy_records):
     poor = (0.05 * MASS, 0.5 * STIFFNESS, DAMPING, 0.0)
     m, K1, C1, f0 = linear_element(noisy_records, poor, mass=None)
     assert_allclose([m, K1], [MASS, STIFFNESS], rtol=0.05)
-    assert_allclose(C1, DAMPING, rtol=0.25)
+    # From draw to draw of the noise the damping scatters by 5 %.
+    assert_allclose(C1, DAMPING, rtol=0.1)
     assert abs(f0) < 0.1
 
 

@@ -32,10 +32,14 @@ def carrier_findings(*, declared=True, extra=None, noisy=None):
     return findings_of(carrier_problem(campaign, CURVES))
 
 
+def sizes_of_turns():
+    return np.random.default_rng(4).standard_normal(16)
+
+
 def wobble(channel, angle):
     """Tilt at 1X whose size differs from one revolution to the next."""
     turn = np.minimum((angle / (2.0 * np.pi)).astype(int), 15)
-    size = np.random.default_rng(4).standard_normal(16)[turn]
+    size = sizes_of_turns()[turn]
     return WOBBLE * size * np.cos(channel.angle - angle) * (channel in CHANNELS[:4])
 
 
@@ -53,9 +57,10 @@ def test_what_changes_from_turn_to_turn_lands_in_its_pattern_and_order():
     for declared in (True, False):
         cell = significant(carrier_findings(declared=declared, extra=wobble))[0]
         assert (cell.channel_pattern, cell.order) == ("m=+1", 1.0)
-        # Four of six channels, half the squared amplitude, whose variance over 16 draws scatters by
-        # a third.
-        assert_allclose(cell.gap, WOBBLE**2 / 2.0 * 4.0 / 6.0, rtol=0.6)
+        # Four of six channels, half the squared amplitude, variance of the sizes drawn; noise
+        # adds 0.1 %.
+        variance = sizes_of_turns().var(ddof=1)
+        assert_allclose(cell.gap, variance * WOBBLE**2 / 2.0 * 4.0 / 6.0, rtol=0.005)
         assert cell.measured > 100.0 * cell.noise
     text = carrier_findings(extra=wobble).text
     assert "does not repeat from revolution to revolution, most of it at order 1 in run" in text
@@ -108,8 +113,10 @@ def test_an_element_that_chatters_is_not_taken_for_noise():
         # Broad chatter at four times the noise of 2 um.
         run.signals["q"] += 8e-6 * rng.standard_normal(run.time.size)
     loud = findings_of(element_problem(quiet))
-    cell = significant(loud)[0]
-    assert_allclose(cell.gap / cell.noise, 17.0, rtol=0.5)
+    cells = significant(loud)
+    # Noise and 16 times its power. One cell scatters by a sixth, the mean of all by a thirtieth.
+    assert len(cells) > 30
+    assert_allclose(np.mean([cell.gap / cell.noise for cell in cells]), 17.0, rtol=0.1)
     assert "does not repeat from period to period" in loud.text
     undeclared = element_problem(
         replace(quiet, channels=(replace(quiet.channels[0], noise_std=None),))

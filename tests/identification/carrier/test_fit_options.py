@@ -192,7 +192,9 @@ def test_bootstrap_and_jackknife_agree_on_white_noise():
     )
     assert "500 samples, blocks of 3" in bootstrap.covariance_source
     assert_allclose(bootstrap.values, jackknife.values, rtol=1e-12)
-    assert_allclose(bootstrap.std, jackknife.std, rtol=0.4)
+    # 13 blocks of three revolutions: one error is known to a fifth, the mean of seven to a tenth.
+    assert_allclose(bootstrap.std, jackknife.std, rtol=0.2)
+    assert np.mean(bootstrap.std / jackknife.std) == pytest.approx(1.0, abs=0.1)
     assert identify_jointly(campaign, M2, FitOptions(bootstrap=500)).std[0] == bootstrap.std[0]
 
 

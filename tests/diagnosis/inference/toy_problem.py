@@ -1,0 +1,260 @@
+"""A linear comparison problem whose sums are known in closed form, for tests of the decisions.
+
+Every column is a combination of *directions*: vectors that are orthogonal within each block and
+have an RMS of one (times the gain of the condition). Noise is one more direction, so that a model
+leaves exactly the sum of the squares of what it lacks: no decision depends on the luck of a draw.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard, EffectParameter
+from carrierflex.diagnosis.comparison.problem import (
+    BASELINE,
+    BLACK_BOX,
+    BoolArray,
+    CandidateExperiment,
+    Effects,
+    FloatArray,
+    GapCell,
+    Parameter,
+    Segment,
+    SegmentSums,
+    Signatures,
+)
+from carrierflex.diagnosis.inference.forward_selection import ForwardSelection
+
+#: Values of parameters by effect and name.
+Known = Mapping[tuple[str, str], float]
+
+NOISE = "noise"
+CONTROL = "control"
+
+
+@dataclass(frozen=True, eq=False)
+class LinearProblem:
+    """Target minus ``columns @ theta``: one column for the baseline and one for each effect.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (n_segments, n_samples, n_columns)
+        The baseline's, then one of each effect in `names`.
+    target : ndarray, shape (n_segments, n_samples)
+        Measured signal.
+    names : tuple of str
+        Owner of each column.
+    flexible : ndarray, shape (n_segments, n_samples, n_features)
+        Features of the flexible residual model.
+    bounds : mapping of str to tuple of float
+        Physical bounds of the effects that have any.
+    runs_own : tuple of str
+        Effects with a parameter for each run in place of one for all.
+    numerical : float
+        Numerical error that the problem claims.
+    """
+
+    columns: FloatArray
+    target: FloatArray
+    names: tuple[str, ...]
+    segments: tuple[Segment, ...]
+    cards: Mapping[str, EffectCard]
+    negative_controls: Effects
+    flexible: FloatArray
+    noise_std: float
+    n_channels: int = 1
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    runs_own: tuple[str, ...] = ()
+    candidates: tuple[CandidateExperiment, ...] = ()
+    numerical: float = 0.0
+    unit: str = "m"
+
+    @property
+    def cell_counts(self) -> FloatArray:
+        return np.full((len(self.segments), 1), float(self.target.shape[1]))
+
+    @property
+    def noise_square(self) -> FloatArray:
+        return self.noise_std**2 * self.cell_counts
+
+    def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
+        return tuple(
+            Parameter(name, "x", "m", *self.bounds.get(name, (-np.inf, np.inf)), 1.0, run=run)
+            for name in (BASELINE, *effects)
+            for run in (self._runs if name in self.runs_own else (None,))
+        )
+
+    def starts(self, effects: Effects, known: Known) -> Sequence[FloatArray]:
+        keys = [
+            (own.effect, own.name if own.run is None else f"{own.name} of {own.run}")
+            for own in self.parameters(effects)
+        ]
+        return [np.array([known.get(key, 0.0) for key in keys])]
+
+    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
+        jacobian = self._jacobian(effects) * chosen[:, None, None]
+        residual = (self.target - jacobian @ theta) * chosen[:, None]
+        return SegmentSums(
+            np.einsum("kip,kiq->kpq", jacobian, jacobian),
+            np.einsum("kip,ki->kp", jacobian, residual),
+            np.einsum("ki,ki->k", residual, residual),
+        )
+
+    def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
+        return self.sums(effects, theta, chosen).square[:, None]
+
+    def signatures(self) -> Signatures:
+        effects = [k for k, name in enumerate(self.names) if name in self.cards]
+        columns = np.concatenate(
+            [
+                self.target[:, :, None],
+                self.columns[:, :, :1],
+                self.columns[:, :, effects],
+                self.flexible,
+            ],
+            axis=2,
+        )
+        owners = [self.names[k] for k in effects] + [BLACK_BOX] * self.flexible.shape[2]
+        gram = np.einsum("kip,kiq->kpq", columns, columns)
+        return Signatures(gram, 1, tuple(owners), ((),) * len(owners))
+
+    def gap_cells(self, effects: Effects, theta: FloatArray) -> tuple[GapCell, ...]:
+        """One cell a run: mean square of the residual, and the same less the noise."""
+        squares = self.sums(effects, theta, np.ones(len(self.segments), dtype=bool)).square
+        cells = []
+        for run in self._runs:
+            own = [segment.run == run for segment in self.segments]
+            mean = float(squares[own].sum() / self.cell_counts[own].sum())
+            coherent = mean - self.noise_std**2
+            cells.append(GapCell("signal", 1.0, run, mean, coherent, 1.0, (1.0, 1.0), 0.0))
+        return tuple(cells)
+
+    def where_text(self, effects: Effects, theta: FloatArray) -> str:
+        return "in the signal"
+
+    def with_signals_of(self, effects: Effects, theta: FloatArray) -> "LinearProblem":
+        return replace(self, target=self._jacobian(effects) @ theta)
+
+    def candidate_experiments(self) -> Sequence[CandidateExperiment]:
+        return self.candidates
+
+    def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
+        return self.numerical
+
+    @property
+    def _runs(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(segment.run for segment in self.segments))
+
+    def _jacobian(self, effects: Effects) -> FloatArray:
+        """Derivatives of the prediction, shape (n_pieces, n_samples, n_parameters)."""
+        parameters = self.parameters(effects)
+        jacobian = self.columns[:, :, [self.names.index(own.effect) for own in parameters]]
+        runs = [segment.run for segment in self.segments]
+        acts = [[own.run is None or own.run == run for own in parameters] for run in runs]
+        return jacobian * np.array(acts)[:, None, :]
+
+
+def linear_problem(
+    truth: Mapping[str, float],
+    effects: Mapping[str, Mapping[str, float]] | Sequence[str] = ("a", "b", "c", "d"),
+    *,
+    gains: Mapping[str, float] | None = None,
+    blocks: int = 2,
+    n_samples: int = 16,
+    flexible: Sequence[str] = (),
+    noise_std: float = 1.0,
+    n_channels: int = 1,
+    aliases: Mapping[str, Effects] | None = None,
+    acting: Sequence[str] = (),
+    seed: int = 3,
+) -> LinearProblem:
+    """Problem with three conditions of one run each, unless `gains` says otherwise.
+
+    Parameters
+    ----------
+    truth : mapping of str to float
+        Size of every direction in the target; one that no effect has is outside the library.
+    effects : mapping of str to mapping of str to float, or sequence of str
+        Directions of each effect's column with their weights; a name alone is a direction.
+    gains : mapping of str to float, optional
+        Factor of all directions but baseline and noise, by condition.
+    flexible : sequence of str
+        Directions that the flexible residual model knows.
+    noise_std : float
+        RMS of the noise.
+    aliases : mapping of str to tuple of str, optional
+        Aliases on the cards.
+    acting : sequence of str
+        Effects that act on others.
+    """
+    gains = gains or {"A": 1.0, "B": 1.0, "C": 1.0}
+    known = effects if isinstance(effects, Mapping) else {name: {name: 1.0} for name in effects}
+    columns = {BASELINE: {BASELINE: 1.0}, **known, CONTROL: {CONTROL: 1.0}}
+    target = {**truth, NOISE: noise_std}
+    named = [*(name for weights in (*columns.values(), target) for name in weights), *flexible]
+    directions = tuple(dict.fromkeys(named))
+    numbers = range(blocks)
+    segments = tuple(Segment(f"R{name}", name, k, n_samples) for name in gains for k in numbers)
+    draws = np.random.default_rng(seed).standard_normal((len(segments), n_samples, len(directions)))
+    vectors = np.linalg.qr(draws)[0] * np.sqrt(n_samples)
+    changed = [k for k, name in enumerate(directions) if name not in (BASELINE, NOISE)]
+    vectors[:, :, changed] *= np.array([gains[segment.condition] for segment in segments])[
+        :, None, None
+    ]
+
+    def combined(weights: Mapping[str, float]) -> FloatArray:
+        return vectors @ np.array([weights.get(name, 0.0) for name in directions])
+
+    return LinearProblem(
+        columns=np.stack([combined(weights) for weights in columns.values()], axis=2),
+        target=combined(target),
+        names=tuple(columns),
+        segments=segments,
+        cards={name: _card(name, (aliases or {}).get(name, ()), name in acting) for name in known},
+        negative_controls=(CONTROL,),
+        flexible=vectors[:, :, [directions.index(name) for name in flexible]],
+        noise_std=noise_std,
+        n_channels=n_channels,
+    )
+
+
+def with_random_noise(problem: LinearProblem, rng: np.random.Generator) -> LinearProblem:
+    """Problem with white noise of the declared size added to its target."""
+    noise = problem.noise_std * rng.standard_normal(problem.target.shape)
+    return replace(problem, target=problem.target + noise)
+
+
+def _card(name: str, aliases: Effects, acts_on_others: bool) -> EffectCard:
+    return EffectCard(
+        id=name,
+        kind="toy",
+        equation=f"x column_{name}",
+        parameters=(EffectParameter("x", "m"),),
+        signature="a line",
+        aliases=aliases,
+        discriminating_experiment=f"isolate {name}",
+        acts_on_others=acts_on_others,
+    )
+
+
+def write_score(
+    search: ForwardSelection,
+    effects: Effects,
+    mean_square: float | Sequence[float],
+    *,
+    log_density: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
+) -> None:
+    """Put a held-out score into a ladder by hand: one mean square, or one for each piece."""
+    score = search.score(effects)
+    problem = search.problem
+    counts = problem.cell_counts.sum(axis=1)
+    square = counts * np.asarray(mean_square)
+    search.scores[effects] = replace(score, square=square, log_density=np.array(log_density))
+
+
+def write_fit(search: ForwardSelection, effects: Effects, mean_square: float) -> None:
+    """Put a fit's sum of squares into a ladder by hand."""
+    fit = search.fit(effects)
+    square = search.problem.cell_counts.sum(axis=1) * mean_square
+    search.fits[effects] = replace(fit, sums=replace(fit.sums, square=square))
