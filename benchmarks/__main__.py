@@ -7,7 +7,6 @@ from pathlib import Path
 from benchmarks.ratio import Failed
 from benchmarks.report import Report, ratio_table
 from benchmarks.run import chosen, rows_of
-from workflows.outputs import prepared_folder
 
 #: Exit codes: a benchmark failed, refused input, and interruption by the user (128 + SIGINT).
 EXIT_FAILED, EXIT_REFUSED, EXIT_INTERRUPTED = 1, 2, 130
@@ -38,9 +37,15 @@ def main(
             print("\n".join(modules))
             return 0
         if json is not None:
-            prepared_folder(json.parent)
-    except (ValueError, OSError) as error:
+            json.parent.mkdir(parents=True, exist_ok=True)
+    except ValueError as error:
         print(error, file=sys.stderr)
+        return EXIT_REFUSED
+    except OSError as error:
+        print(
+            f"--json {json}: {error.strerror}; expected a file in a writable folder",
+            file=sys.stderr,
+        )
         return EXIT_REFUSED
     return run(modules, Report(quick, json))
 
