@@ -77,7 +77,7 @@ def ratios(
             note = "" if found.converged else f"stopped after {found.evaluations} runs"
             yield Ratio(case, TIME, fitted.wall, peer, search.wall, note=note)
             yield Ratio(case, RMS, last.rms * 1e6, peer, rms * 1e6, at_least(0.999))
-            yield Ratio(case, RUNS, runs, peer, found.evaluations)
+            yield Ratio(case, RUNS, runs, peer, found.evaluations, note=note)
 
 
 def _campaign(rate: float, seconds: float) -> Campaign:

@@ -24,7 +24,7 @@ from benchmarks.run import run_alone
 from fe.rigid_couplings import rigidly_coupled
 from reduction.craig_bampton import craig_bampton
 
-QUICK = {"size": 0.06}
+QUICK = {"size": 0.06, "turns": 1}
 
 #: Unknowns from which on the limit of the memory is meant.
 _LARGE = 650_000
