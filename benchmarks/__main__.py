@@ -68,6 +68,7 @@ def run(names: list[str], report: Report, package: str = "benchmarks") -> int:
         report.complete = True
         report.save()
     except KeyboardInterrupt:
+        report.save()  # the interruption may have come while the last row was written
         print("interrupted; what was measured stays", file=sys.stderr)
         code = EXIT_INTERRUPTED
     _show(report)

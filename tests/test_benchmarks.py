@@ -184,16 +184,20 @@ def test_an_independent_code_that_is_not_installed_is_absent_and_no_failure(stub
 
 def test_an_interrupted_run_keeps_what_was_measured(stub, tmp_path, monkeypatch):
     monkeypatch.setattr(benchmark_run, "_GRACE", 0.1)
+    path = tmp_path / "bench.json"
+    # The interruption comes once the row has arrived; before that there is nothing to keep.
     interrupting = f"""
-    import os, signal, tempfile, time
+    import os, pathlib, signal, tempfile, time
     def ratios(size):
         with tempfile.TemporaryDirectory(dir={str(tmp_path)!r}, prefix="record"):
             yield Ratio("before", TIME, size)
+            while "before" not in pathlib.Path({str(path)!r}).read_text():
+                time.sleep(0.01)
             os.kill({os.getpid()}, signal.SIGINT)
             time.sleep(60)
     """
     names = [stub("interrupting", interrupting), stub("good", GOOD)]
-    code, content = report_of(names, tmp_path / "bench.json")
+    code, content = report_of(names, path)
     assert code == EXIT_INTERRUPTED
     assert content["complete"] is False
     assert [row["case"] for row in content["rows"]] == ["before"]
