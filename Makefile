@@ -2,6 +2,9 @@
 # Another interpreter: make test PYTHON=python3.12     Another result folder: make run OUT=elsewhere
 PYTHON ?=
 OUT := out
+# Of make bench: names or parts of names, and 1 for small meshes and short records.
+ONLY :=
+QUICK :=
 BIN := .venv/bin
 PACKAGES := files geometry fe reduction simulation identification diagnosis blind_check workflows
 # The import name over the folders, as links; what mypy and pytest read.
@@ -11,13 +14,15 @@ PYTEST := $(BIN)/pytest --doctest-modules $(LINKS) tests
 MAKEFLAGS += --no-print-directory
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: help install run test quick acceptance clean
+.PHONY: help install run test quick acceptance bench clean
 
 help:
 	@echo "make run     meshes, curves, reduced bodies, simulations and the gap report, written to $(OUT)/"
 	@echo "make test    ruff, mypy, doctests and all tests"
 	@echo "make quick   doctests and tests without the slow ones"
 	@echo "make acceptance   the tests that take minutes: coverage of intervals, full blind check"
+	@echo "make bench   every benchmark beside its peer, one table of ratios, also in $(OUT)/bench.json; QUICK=1 takes minutes,"
+	@echo "             ONLY=\"mounting_speed assembly\" chooses by name or part of a name"
 	@echo "make clean   removes everything the other targets made, .venv included"
 
 install:
@@ -39,6 +44,9 @@ quick: install
 acceptance: install
 	$(PYTEST) -m acceptance
 	$(BIN)/carrierflex blind-check --workers 2 --no-keep --out $(OUT)/blind_check
+
+bench: install
+	$(BIN)/python -m benchmarks $(ONLY) $(if $(filter-out 0,$(QUICK)),--quick) --json $(OUT)/bench.json
 
 clean:
 	rm -rf .venv $(OUT) build *.egg-info .mypy_cache .ruff_cache .pytest_cache

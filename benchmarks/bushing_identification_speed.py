@@ -1,17 +1,19 @@
-"""The three bushing models fitted to the 520 s record of figure 6, beside the complex method of Box on the same record.
+"""The three bushing models fitted to figure 6's record, beside the complex method of Box.
 
-    python benchmarks/bushing_identification_speed.py [RATE] [--complex]
+    python -m benchmarks.bushing_identification_speed [RATE] [--no-complex-method]
 
-RATE is the sample rate [Hz], 100 by default. Wanted on two cores: linear under 2 s, nonlinear under
-5 s, hydro-dynamic under 20 s, each with the simpler models it starts from. The search of the
-complex method stops after 5000 simulations.
+Each model is timed with the simpler models it starts from, on two processes. The search of the
+complex method stops after 5000 simulations, or after EVALUATIONS.
 """
 
-import sys
+from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
-from measured import measured, print_ratios
 
+from benchmarks.measured import measured
+from benchmarks.ratio import TIME, Quantity, Ratio, at_least, at_most
+from benchmarks.run import run_alone
 from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.mounting.bushing_identification import (
@@ -25,41 +27,69 @@ from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
 from carrierflex.workflows.support.executors import work_executor
 
-SECONDS, NOISE = 520.0, 5e-6
+QUICK = {"rate": 50.0, "seconds": 130.0, "evaluations": 500}
+
+NOISE = 5e-6
 #: Nonlinear bushings and the parasitic torque of the 2011 paper's fit [SI].
 TRUTH = {"K1": 17.6e6, "K3": 65e9, "K5": 1.55e15, "C1": 1e5, "P_T": 0.11}
+#: Time [s] wanted for 520 s at 100 Hz.
 WANTED_SECONDS = {"linear_bushing": 2.0, "nonlinear_bushing": 5.0, "hydrodynamic_bushing": 20.0}
+RMS = Quantity("RMS of the residual", "um")
+RUNS = Quantity("model runs")
 
 
-def main(arguments: list[str]) -> None:
-    rate = float(next((text for text in arguments if not text.startswith("-")), "100"))
-    campaign = _campaign(rate)
-    rows = []
+def ratios(
+    rate: float = 100.0,
+    *,
+    seconds: float = 520.0,
+    evaluations: int = 5000,
+    complex_method: bool = True,
+) -> Iterator[Ratio]:
+    """Time, residual and model runs of both ways.
+
+    Parameters
+    ----------
+    rate
+        Samples a second [Hz].
+    seconds
+        Length of the record [s].
+    evaluations
+        Simulations after which the complex method stops.
+    complex_method
+        Run the complex method too.
+    """
+    campaign = _campaign(rate, seconds)
     with work_executor(2) as executor:
-        list(executor.map(abs, range(4)))  # the workers are there before the clock starts
-        identify_bushings(campaign, BUSHING_MODELS[-1], executor)  # compiled
+        list(executor.map(abs, range(4)))  # the processes are there before the clock starts
+        identify_bushings(campaign, BUSHING_MODELS[-1], executor)  # compiles
         for model in BUSHING_MODELS:
-            fitted = measured(lambda model=model: identify_bushings(campaign, model, executor))
-            runs = sum(one.fit.model_runs for one in fitted.result)
-            reached = f"{fitted.wall:6.2f} s, {runs:4d} model runs, rms {fitted.result[-1].rms * 1e6:.3f} um"
-            if "--complex" in arguments:
-                search = measured(lambda model=model: search_bushings(campaign, model))
-                rms = (
-                    np.sqrt(search.result.cost / fitted.result[-1].fit.cost) * fitted.result[-1].rms
-                )
-                reached += f"; complex method {search.wall:7.1f} s, {search.result.evaluations} runs, rms {rms * 1e6:.3f} um"
-            rows.append(
-                (f"{model.name}, {rate:.0f} Hz", f"<= {WANTED_SECONDS[model.name]:.0f} s", reached)
+            fitted = measured(partial(identify_bushings, campaign, model, executor))
+            last = fitted.result[-1]
+            case = f"{model.name}, {rate:.0f} Hz"
+            wanted = at_most(WANTED_SECONDS[model.name])
+            yield Ratio(case, TIME, fitted.wall, wanted=wanted)
+            if not complex_method:
+                continue
+            search = measured(
+                partial(search_bushings, campaign, model, max_evaluations=evaluations)
             )
-    print_ratios(rows)
+            found = search.result
+            rms = np.sqrt(found.cost / last.fit.cost) * last.rms
+            runs = sum(estimate.fit.model_runs for estimate in fitted.result)
+            peer = "complex method"
+            note = "" if found.converged else f"stopped after {found.evaluations} runs"
+            yield Ratio(case, TIME, fitted.wall, peer, search.wall, note=note)
+            yield Ratio(case, RMS, last.rms * 1e6, peer, rms * 1e6, at_least(0.999))
+            yield Ratio(case, RUNS, runs, peer, found.evaluations, note=note)
 
 
-def _campaign(rate: float) -> Campaign:
+def _campaign(rate: float, seconds: float) -> Campaign:
     rig = MountingRig()
-    inputs = LoadHistory(sample_rate=rate).inputs(first=0.0, last=SECONDS)
+    inputs = LoadHistory(sample_rate=rate).inputs(first=0.0, last=seconds)
     result = simulate(rig, parameter_array(rig, TRUTH), inputs)
     noise = np.random.default_rng(0).normal(0.0, NOISE, result.signals.shape)
-    signals = {name: result.signals[:, k] + noise[:, k] for k, name in enumerate(SENSORS)}
+    noisy = result.signals + noise
+    signals = {name: noisy[:, k] for k, name in enumerate(SENSORS)}
     columns = {name: column for name, column in inputs.columns().items() if name != "time"}
     channels = tuple(
         Channel(name, "housing_displacement", "m", sensor=name, noise_std=NOISE) for name in SENSORS
@@ -69,4 +99,4 @@ def _campaign(rate: float) -> Campaign:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    run_alone(ratios)

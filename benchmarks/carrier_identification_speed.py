@@ -1,17 +1,22 @@
-"""M1 and M2 of a ten-minute record in closed form, beside the complex method of Box on the same record.
+"""M1 and M2 of one record in closed form, beside the complex method of Box on the same record.
 
-    python benchmarks/carrier_identification_speed.py
+    python -m benchmarks.carrier_identification_speed [MINUTES]
 
-Six sensors at 100 Hz; the search evaluates the model at every sample, as the papers did. Wanted: M1
-and M2 together under 0.2 s, a residual no higher than the search's, at under one percent of its
-model evaluations.
+Six sensors at 100 Hz; the search evaluates the model at every sample, as the papers did.
 """
 
-import time
+from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
+from benchmarks.measured import fastest, measured
+from benchmarks.ratio import TIME, Quantity, Ratio, at_least, at_most
+from benchmarks.run import run_alone
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.simulated_campaign import simulated_campaign
 from carrierflex.identification.carrier.carrier_identification import (
     FitOptions,
@@ -24,65 +29,76 @@ from carrierflex.identification.carrier.models import (
     rigid_model,
     with_radial_motion,
 )
-from carrierflex.identification.estimation.complex_method import complex_search
+from carrierflex.identification.carrier.parameter_estimate import ParameterEstimate
+from carrierflex.identification.estimation.complex_method import ComplexSearch, complex_search
 from carrierflex.simulation.carrier.case_files import read_case, shipped_case
 from carrierflex.simulation.carrier.motion import simulate_run
 from carrierflex.workflows.support.default_curves import default_curves
 
-MINUTES, RATE = 10, 100.0
+QUICK = {"minutes": 1.0}
+
+RATE = 100.0
+RMS = Quantity("RMS of the residual", "um")
+EVALUATIONS = Quantity("model evaluations")
 
 
-def main() -> None:
+def ratios(minutes: float = 10.0) -> Iterator[Ratio]:
+    """Time, residual and model evaluations of both ways.
+
+    Parameters
+    ----------
+    minutes
+        Length of the record.
+    """
     curves = default_curves()
     delta_s, delta_f = curves["delta_s"], curves["delta_f"]
-    campaign = _campaign(delta_s, delta_f)
-    options = FitOptions(radial=True)
-    models = [with_radial_motion(one) for one in (rigid_model(), flexible_model(delta_s, delta_f))]
-    print(
-        f"{MINUTES} min at {RATE:.0f} Hz, {len(campaign.channels)} sensors, {campaign.runs[0].time.size} samples each"
-    )
-    for repeat in range(3):
-        start = time.perf_counter()
-        estimates = [identify_each_run(campaign, model, options)["LC1"] for model in models]
-        print(
-            f"M1 and M2 in closed form, pass {repeat + 1}: {time.perf_counter() - start:.3f} s (wanted under 0.2)"
-        )
-    print(
-        f"{'model':5} {'closed form, mm':>16} {'search, mm':>12} {'evaluations':>12} {'search, s':>10} {'share, %':>9}"
-    )
-    for model, estimate in zip(models, estimates, strict=True):
-        start = time.perf_counter()
-        search = _searched(campaign, model)
-        seconds = time.perf_counter() - start
-        rms = np.sqrt(search.cost / estimate.n_samples)
-        share = 100.0 / search.evaluations
-        print(
-            f"{model.name:5} {estimate.rms * 1e3:16.6f} {rms * 1e3:12.6f} {search.evaluations:12d} {seconds:10.1f} {share:9.3f}"
-        )
+    campaign = _campaign(delta_s, delta_f, minutes)
+    models = {
+        "M1": with_radial_motion(rigid_model()),
+        "M2": with_radial_motion(flexible_model(delta_s, delta_f)),
+    }
+    both = fastest(lambda: [_estimate(campaign, model) for model in models.values()], 3)
+    case = f"M1 and M2 of {minutes:g} min"
+    yield Ratio(case, TIME, both.wall, wanted=at_most(0.2), note="fastest of three")
+    for name, model in models.items():
+        closed = fastest(partial(_estimate, campaign, model), 3)
+        search = measured(partial(_searched, campaign, model))
+        evaluations = search.result.evaluations
+        estimate = closed.result
+        rms = np.sqrt(search.result.cost / estimate.n_samples)
+        peer = "complex method"
+        yield Ratio(name, TIME, closed.wall, peer, search.wall)
+        yield Ratio(name, RMS, estimate.rms * 1e6, peer, rms * 1e6, at_least(1))
+        yield Ratio(name, EVALUATIONS, 1, peer, evaluations, at_least(100))
 
 
-def _campaign(delta_s, delta_f):
+def _estimate(campaign: Campaign, model: CarrierModel) -> ParameterEstimate:
+    return identify_each_run(campaign, model, FitOptions(radial=True))["LC1"]
+
+
+def _campaign(delta_s: DeflectionCurve, delta_f: DeflectionCurve, minutes: float) -> Campaign:
     case = read_case(shipped_case(), delta_f)
-    run = replace(case.runs[0], duration=60.0 * MINUTES, sample_rate=RATE)
+    run = replace(case.runs[0], duration=60.0 * minutes, sample_rate=RATE)
     rng = np.random.default_rng(1)
     response = simulate_run(run, case.sensors, delta_s, delta_f, noise_std=5e-6, rng=rng)
     rig = {"nominal_torque": 360e3, "sensor_radius": 0.412, "n_planets": 3}
     return simulated_campaign("speed", case.sensors, [(run, response)], rig=rig, noise_std=5e-6)
 
 
-def _searched(campaign, model: CarrierModel):
+def _searched(campaign: Campaign, model: CarrierModel) -> ComplexSearch:
     run, channels = campaign.runs[0], rim_channels(campaign)
-    designs = [model.design(run.inputs, channel) for channel in channels]
+    designs = {channel.name: model.design(run.inputs, channel) for channel in channels}
 
-    def cost(values):
+    def cost(values: NDArray[np.float64]) -> float:
         return sum(
-            float(np.square(run.signals[c.name] - X @ values).sum())
-            for c, X in zip(channels, designs, strict=True)
+            float(np.square(run.signals[name] - X @ values).sum()) for name, X in designs.items()
         )
 
-    size = np.array([1.0 if name.startswith("rho") else 1e-3 for name in model.coefficients])
-    return complex_search(cost, -2 * size, 2 * size, rng=np.random.default_rng(0), tolerance=1e-4)
+    names = model.coefficients
+    size = np.array([1.0 if name.startswith("rho") else 1e-3 for name in names])
+    rng = np.random.default_rng(0)
+    return complex_search(cost, -2 * size, 2 * size, rng=rng, tolerance=1e-4)
 
 
 if __name__ == "__main__":
-    main()
+    run_alone(ratios)

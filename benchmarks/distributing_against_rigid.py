@@ -1,48 +1,69 @@
-"""Distributing couplings (RBE3) against rigid ones (RBE2).
+"""Distributing couplings (RBE3) against rigid ones (RBE2): the reduction of one body, in turns.
 
-The whole reduction of one body, in turns.
+    python -m benchmarks.distributing_against_rigid [SIZE [TURNS]]
 
-Run as `python benchmarks/distributing_against_rigid.py [SIZE [TURNS]]`; 0.045, 0.03, 0.022 make 59
-000, 126 000 and 262 000 unknowns. Distributing couplings keep the nodes of the coupled surfaces,
-which rigid ones remove. TURNS 0 runs the distributing one once, for its peak memory: 0.015 makes
-683 000 unknowns.
+0.045, 0.03 and 0.022 make 59 000, 126 000 and 262 000 unknowns. Distributing couplings keep the
+nodes of the coupled surfaces, which rigid ones remove. TURNS 0 runs the distributing one once, for
+its peak memory: 0.015 makes 683 000 unknowns.
 """
 
-import sys
+from collections.abc import Iterator
 
-import fourteen_pilots
 import numpy as np
-from measured import measured, peak_gb, print_ratios
 
+from benchmarks.fourteen_pilots import (
+    N_MODES,
+    compile_kernels,
+    completed_mesh,
+    free_structure,
+    half_mesh,
+)
+from benchmarks.measured import measured, peak_gb
+from benchmarks.ratio import MEMORY, TIME, Ratio, at_least, at_most
+from benchmarks.run import run_alone
 from carrierflex.fe.rigid_couplings import rigidly_coupled
 from carrierflex.reduction.craig_bampton import craig_bampton
 
-N_MODES = 40
+QUICK = {"size": 0.06, "turns": 1}
+
+#: Unknowns from which on the limit of the memory is meant.
+_LARGE = 650_000
 
 
-def main(size=0.045, turns=3):
-    craig_bampton(
-        fourteen_pilots.free_structure(fourteen_pilots.whole_mesh(fourteen_pilots.half_mesh(0.06))),
-        1,
-    )
-    mesh = fourteen_pilots.whole_mesh(fourteen_pilots.half_mesh(size))
-    structure = fourteen_pilots.free_structure(mesh)
-    print(f"{structure.n_dofs} unknowns, {len(structure.pilots)} pilots, {N_MODES} modes")
-    if turns < 1:
-        print(f"distributing  {measured(lambda: craig_bampton(structure, N_MODES).modes.omega)}")
-        print_ratios([("peak memory, 700 000 unknowns [GB]", "<= 11", f"{peak_gb():.2f}")])
-        return
-    ratios = []
-    for _ in range(int(turns)):
-        distributing = measured(lambda: craig_bampton(structure, N_MODES).modes.omega)
-        rigid = measured(
-            lambda: craig_bampton(rigidly_coupled(structure, mesh), N_MODES).modes.omega
-        )
-        print(f"distributing  {distributing}\nrigid         {rigid}", flush=True)
-        ratios.append(distributing.wall / rigid.wall)
-    reached = f"{np.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f})"
-    print_ratios([("distributing over rigid, wall", "<= 1", reached)])
+def ratios(size: float = 0.045, turns: int = 3) -> Iterator[Ratio]:
+    """Time of both, the median of their turns, and the peak memory of the distributing one.
+
+    Parameters
+    ----------
+    size
+        Element edge length [m].
+    turns
+        Times that each is run; 0 runs the distributing one alone.
+    """
+    compile_kernels()
+    mesh = completed_mesh(half_mesh(size))
+    structure = free_structure(mesh)
+    case = f"{structure.n_dofs} unknowns"
+    limit = at_most(11) if structure.n_dofs > _LARGE else None
+    distributing: list[float] = []
+    rigid: list[float] = []
+    for turn in range(max(turns, 1)):
+        ours = measured(lambda: craig_bampton(structure, N_MODES).modes.omega)
+        distributing.append(ours.wall)
+        if turn == 0:
+            yield Ratio(case, MEMORY, peak_gb(), wanted=limit, note=f"in {ours.wall:.0f} s")
+        if turns:
+            other = measured(
+                lambda: craig_bampton(rigidly_coupled(structure, mesh), N_MODES).modes.omega
+            )
+            rigid.append(other.wall)
+    if turns:
+        ratio = np.array(rigid) / np.array(distributing)
+        note = f"ratios of {turns} turns {ratio.min():.2f} to {ratio.max():.2f}"
+        middle = np.argsort(ratio)[turns // 2]
+        times = distributing[middle], rigid[middle]
+        yield Ratio(case, TIME, times[0], "rigid couplings", times[1], at_least(1), note)
 
 
 if __name__ == "__main__":
-    main(*map(float, sys.argv[1:3]))
+    run_alone(ratios)

@@ -1,53 +1,67 @@
-"""Times of one piece of work, and the table that sets wanted beside reached."""
+"""Wall time, processor time and memory of one call."""
 
 import resource
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
-class Measured:
-    """Result of a piece of work, wall and processor time [s]."""
+class Measured(Generic[Result]):
+    """Result of a call, its wall and its processor time [s]."""
 
-    result: object
+    result: Result
     wall: float
     processor: float
 
-    def __str__(self):
-        return f"{self.wall:8.2f} s wall {self.processor:8.2f} s processor"
 
-
-def measured(work):
-    wall, processor = time.perf_counter(), time.process_time()
+def measured(work: Callable[[], Result]) -> Measured[Result]:
+    """Call `work` once with the clocks running."""
+    wall = time.perf_counter()
+    processor = time.process_time()
     result = work()
     return Measured(result, time.perf_counter() - wall, time.process_time() - processor)
 
 
-def fastest(work, repeats):
+def fastest(work: Callable[[], Result], repeats: int) -> Measured[Result]:
     """Measure `work` several times, every result freed before the next.
 
-    The fastest wall time, the last result.
+    Returns
+    -------
+    Measured
+        The last result, and the shortest of the wall and of the processor times [s].
     """
-    best, run = None, None
-    for _ in range(repeats):
-        run = None
-        run = measured(work)
-        best = (
-            (run.wall, run.processor)
-            if best is None
-            else (min(best[0], run.wall), min(best[1], run.processor))
-        )
-    return Measured(run.result, *best)
+    last = measured(work)
+    wall, processor = last.wall, last.processor
+    for _ in range(repeats - 1):
+        del last
+        last = measured(work)
+        wall = min(wall, last.wall)
+        processor = min(processor, last.processor)
+    return Measured(last.result, wall, processor)
 
 
-def peak_gb():
+def best_of(seconds_of: Callable[[], float], budget: float) -> float:
+    """Shortest of the times [s] that `seconds_of` returns.
+
+    It is called for `budget` seconds and at least three times: other work on the machine only slows
+    a call down, so that the shortest is the nearest to its own time.
+    """
+    begin = time.perf_counter()
+    times: list[float] = []
+    while time.perf_counter() - begin < budget or len(times) < 3:
+        times.append(seconds_of())
+    return min(times)
+
+
+def wall_seconds(work: Callable[[], object]) -> float:
+    """Wall time [s] of one call, its result dropped."""
+    return measured(work).wall
+
+
+def peak_gb() -> float:
     """Largest memory of this process so far [GB]."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e9
-
-
-def print_ratios(rows):
-    """Print (what, wanted, reached) rows; 'wanted' holds the comparison, such as ``>= 20``."""
-    width = max(len(what) for what, _, _ in rows)
-    print(f"{'':{width}}  {'wanted':>10}  reached")
-    for what, wanted, reached in rows:
-        print(f"{what:{width}}  {wanted:>10}  {reached}")

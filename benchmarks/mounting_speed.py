@@ -1,21 +1,38 @@
-"""Simulated seconds per wall second of the mounting model, with scipy's solve_ivp and Exudyn beside it on the same model.
+"""Simulated seconds per wall second of the mounting model, and scipy's solve_ivp on the same model.
 
-Run as `python -m benchmarks.mounting_speed`; one core: set OMP_NUM_THREADS and OPENBLAS_NUM_THREADS
-to 1. Warm: all is compiled before the clock starts. Each figure is the best of what two seconds
-hold: other work on the machine only slows. Errors are the largest of all six sensors, relative to
-the largest signal, against a run of a sixty-fourth of the step (linear: loads refined 16 times).
-Exudyn: see `mounting_equal_error.py`.
+    python -m benchmarks.mounting_speed
+
+On one thread, warm: all is compiled before the clock starts. Each figure is the best of what two
+seconds hold, as other work on the machine only slows. Errors are the largest of all six sensors,
+relative to the largest signal, against a run of a sixty-fourth of the step (linear: loads refined
+16 times). Exudyn: ``mounting_equal_error``.
 """
 
 import time
+from collections.abc import Iterator
 from functools import partial
+from typing import Any
 
 import numpy as np
+from scipy.integrate import solve_ivp
+from threadpoolctl import threadpool_limits
 
-from benchmarks.measured import print_ratios
-from benchmarks.mounting_equal_error import equal_error_rows, formula_inputs
-from benchmarks.mounting_equal_error import error_of as error_of_peer
-from benchmarks.mounting_peers import best_of, element_coordinates, scipy_run, timed
+from benchmarks.measured import best_of, measured, wall_seconds
+from benchmarks.mounting_cases import (
+    MODERATE_LINEAR,
+    MODERATE_NONLINEAR,
+    PEER_MODELS,
+    RIG,
+    Array,
+    element_coordinates,
+    error_of,
+    formula_inputs,
+    noisy_inputs,
+    radial_at,
+    torque_at,
+)
+from benchmarks.ratio import ERROR, SPEED, Ratio, at_least, at_most
+from benchmarks.run import run_alone
 from carrierflex.simulation.mounting.bushings import (
     HydrodynamicBushing,
     LinearBushing,
@@ -23,134 +40,136 @@ from carrierflex.simulation.mounting.bushings import (
 )
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.load_history import LoadHistory
-from carrierflex.simulation.mounting.parameters import parameter_array
-from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.parameters import ParameterArray, parameter_array
 from carrierflex.simulation.mounting.simulate import response_of, signal_pieces, simulate
 from carrierflex.simulation.mounting.time_integration import mounting_model
 
-RIG = MountingRig(zeroing_samples=1)
+QUICK = {"first": 500.0, "budget": 0.2, "formula_seconds": 15.0}
+
+#: Damping of the papers' tables [N s/m].
+_PAPER = {"C1": 4.83e6}
+_MAXWELL = HydrodynamicBushing(m=0.0).parameters()
 MODELS = {
-    "linear, moderate damping": ({**LinearBushing().parameters(), "C1": 1e5}, 80_000, 1e-9),
-    "linear, damping of the paper": (LinearBushing().parameters(), 80_000, 1e-9),
-    "nonlinear, moderate damping": ({**NonlinearBushing().parameters(), "C1": 3e4}, 10_000, 1e-4),
-    "nonlinear, damping of the paper": (
-        {**NonlinearBushing().parameters(), "C1": 4.83e6},
-        10_000,
-        1e-4,
-    ),
-    "hydro-dynamic, Maxwell branch": (HydrodynamicBushing(m=0.0).parameters(), 10_000, 1e-4),
-    "hydro-dynamic, fluid mass": (HydrodynamicBushing().parameters(), 10_000, 1e-4),
-    "hydro-dynamic, damping of the paper": (
-        {**HydrodynamicBushing(m=0.0).parameters(), "C1": 4.83e6},
-        10_000,
-        1e-4,
-    ),
+    "linear, moderate damping": MODERATE_LINEAR,
+    "linear, damping of the paper": LinearBushing().parameters(),
+    "nonlinear, moderate damping": MODERATE_NONLINEAR,
+    "nonlinear, damping of the paper": {**NonlinearBushing().parameters(), **_PAPER},
+    "hydro-dynamic, Maxwell branch": _MAXWELL,
+    "hydro-dynamic, fluid mass": HydrodynamicBushing().parameters(),
+    "hydro-dynamic, damping of the paper": {**_MAXWELL, **_PAPER},
 }
 
+#: Wanted speed [s/s] and error of linear models, which are solved exactly, and of the others.
+_LINEAR_WANTED = at_least(80_000), at_most(1e-9)
+_NONLINEAR_WANTED = at_least(10_000), at_most(1e-4)
 
-#: What a peer integrates too: without the parasitic torque, whose load its user would have to
-#: build.
-PEER_MODELS = {
-    name: {**MODELS[name][0], "P_T": 0.0}
-    for name in ("linear, moderate damping", "nonlinear, moderate damping")
-}
+_SCIPY_METHODS = ("RK45", "DOP853", "LSODA", "Radau")
 
 
-def best_of_pieces(parameters, inputs, budget=2.0):
-    """Wall seconds of a run, each of its 27 pieces and the zeroing at its best.
+def ratios(
+    first: float = 40.0, *, budget: float = 2.0, formula_seconds: float = 30.0
+) -> Iterator[Ratio]:
+    """Speed and error of every model under three load histories; then beside scipy.
 
-    On a busy machine no whole run is left alone.
+    Parameters
+    ----------
+    first
+        Time of figure 6's history at which a run begins; all end at 560 [s].
+    budget
+        Time for the repetitions of a run [s].
+    formula_seconds
+        Length of the record that scipy simulates too [s].
     """
-    begin, best = time.perf_counter(), np.inf
-    while time.perf_counter() - begin < budget:
-        stamps, pieces = [time.perf_counter()], []
+    histories = {
+        "figure 6": LoadHistory().inputs(first, 560.0),
+        "figure 6 with ntl_y": LoadHistory(ntl_y=30e3).inputs(first, 560.0),
+        "figure 6 with noise": noisy_inputs(first, 560.0),
+    }
+    with threadpool_limits(1):
+        for history, inputs in histories.items():
+            for name, values in MODELS.items():
+                yield from _speed_and_error(f"{history}: {name}", values, inputs, budget)
+        for name, parameters in PEER_MODELS.items():
+            yield from _beside_scipy(name, parameters, formula_seconds, budget)
+
+
+def _speed_and_error(
+    case: str, values: dict[str, float], inputs: MountingInputs, budget: float
+) -> Iterator[Ratio]:
+    parameters = parameter_array(RIG, values)
+    model = mounting_model(RIG, parameters, inputs.loads, inputs.step)
+    linear = ": linear" in case
+    signals = simulate(RIG, parameters, inputs).signals
+    run = partial(wall_seconds, partial(simulate, RIG, parameters, inputs))
+    duration = inputs.time[-1] - inputs.time[0]
+    whole = duration / best_of(run, budget)
+    speed = duration / _best_of_pieces(parameters, inputs, budget)
+    wanted_speed, wanted_error = _LINEAR_WANTED if linear else _NONLINEAR_WANTED
+    note = f"step {inputs.step / model.substeps * 1e3:.3g} ms; {whole:.0f} s/s whole"
+    yield Ratio(case, SPEED, speed, wanted=wanted_speed, note=note)
+    if linear:
+        reference = simulate(RIG, parameters, inputs.refined(16)).signals[::16]
+    else:
+        reference = simulate(RIG, parameters, inputs, step=inputs.step / 64).signals
+    yield Ratio(case, ERROR, error_of(signals, reference), wanted=wanted_error)
+
+
+def _best_of_pieces(parameters: ParameterArray, inputs: MountingInputs, budget: float) -> float:
+    """Wall seconds of a run, the zeroing and each of its pieces at its best.
+
+    On a busy machine no whole run is left alone; a piece of it is.
+    """
+    begin = time.perf_counter()
+    best: Array = np.array([np.inf])
+    while time.perf_counter() - begin < budget or not np.isfinite(best).all():
+        stamps = [time.perf_counter()]
+        pieces = []
         for piece in signal_pieces(RIG, parameters, inputs):
             pieces.append(piece)
             stamps.append(time.perf_counter())
         response_of(RIG, parameters, inputs, np.concatenate(pieces))
         best = np.minimum(best, np.diff([*stamps, time.perf_counter()]))
-    return best.sum()
+    return float(best.sum())
 
 
-def rough_inputs():
-    """The history of figure 6 with 5 % of noise below 10 Hz on torque and radial load.
-
-    Nothing smooth to live on.
-    """
-    smooth = LoadHistory().inputs(40.0, 560.0)
-    rng = np.random.default_rng(1)
-    spectrum = np.fft.rfft(rng.standard_normal((2, smooth.time.size)), axis=1)
-    spectrum[:, np.fft.rfftfreq(smooth.time.size, smooth.step) > 10.0] = 0.0
-    noise = np.fft.irfft(spectrum, smooth.time.size, axis=1)
-    noise *= 0.05 / noise.std(axis=1, keepdims=True)
-    torque, ntl_z = smooth.torque * (1.0 + noise[0]), smooth.ntl_z * (1.0 + noise[1])
-    return MountingInputs(
-        smooth.time, torque, smooth.speed, smooth.carrier_angle, smooth.ntl_y, ntl_z
-    )
-
-
-def error_of(parameters, inputs, signals, linear):
-    if linear:
-        reference = simulate(RIG, parameters, inputs.refined(16)).signals[::16]
-    else:
-        reference = simulate(RIG, parameters, inputs, step=inputs.step / 64).signals
-    return np.abs(signals - reference).max() / np.abs(reference).max()
+def _beside_scipy(
+    name: str, parameters: ParameterArray, duration: float, budget: float
+) -> Iterator[Ratio]:
+    """Speed on loads that are formulas, and that of solve_ivp at its tolerance of 1e-6."""
+    inputs = formula_inputs(10e-3, duration)
+    to_signals = element_coordinates(RIG, parameters)[-1]
+    reference = simulate(RIG, parameters, formula_inputs(0.5e-3, duration)).signals[::20]
+    error = error_of(simulate(RIG, parameters, inputs).signals, reference)
+    run = partial(wall_seconds, partial(simulate, RIG, parameters, inputs))
+    ours = duration / best_of(run, budget)
+    for method in _SCIPY_METHODS:
+        scipy = measured(partial(_scipy_deflections, parameters, inputs.time, method))
+        scipy_error = error_of(scipy.result @ to_signals.T, reference)
+        note = f"errors {error:.0e} and {scipy_error:.0e}"
+        speed = duration / scipy.wall
+        yield Ratio(f"formulas: {name}", SPEED, ours, f"scipy {method}", speed, note=note)
 
 
-def our_rows(label, inputs):
-    for name, (values, wanted, error_wanted) in MODELS.items():
-        parameters, linear = parameter_array(RIG, values), name.startswith("linear")
-        signals = simulate(RIG, parameters, inputs).signals
-        whole, quiet = (
-            best_of(partial(timed, partial(simulate, RIG, parameters, inputs))),
-            best_of_pieces(parameters, inputs),
-        )
-        step = inputs.step / mounting_model(RIG, parameters, inputs.loads, inputs.step).substeps
-        error = error_of(parameters, inputs, signals, linear)
-        what = f"{520.0 / quiet:8.0f} s/s in pieces, {520.0 / whole:.0f} whole, error {error:.0e} "
-        what += f"(<= {error_wanted:.0e}), step {step * 1e3:.3g} ms, {quiet * 1e3:.1f} ms"
-        yield f"{label}: {name}", f">= {wanted}", what
+def _scipy_deflections(parameters: ParameterArray, times: Array, method: str) -> Array:
+    """Deflections of both bushings by solve_ivp, shape (n, 2) [m]."""
+    M, C, K, G, law, _ = element_coordinates(RIG, parameters)
+    inverse = np.linalg.inv(M)
+    K3, K5 = law[:2]
 
+    def rates(t: Any, y: Array) -> Array:
+        u, v = y[:2], y[2:]
+        square = u * u
+        springs = K @ u + u * square * (K3 + K5 * square)
+        force = G[:, 0] * torque_at(t) + G[:, 1] * radial_at(t) - springs - C @ v
+        return np.concatenate([v, inverse @ force])
 
-def scipy_rows():
-    """What scipy's solve_ivp takes at its tolerance of 1e-6 on the loads that are formulas."""
-    inputs = formula_inputs(10e-3)
-    for name in PEER_MODELS:
-        parameters = parameter_array(RIG, PEER_MODELS[name])
-        to_signals = element_coordinates(RIG, parameters)[-1]
-        reference = simulate(RIG, parameters, formula_inputs(0.5e-3)).signals[::20]
-        for method in ("RK45", "DOP853", "LSODA", "Radau"):
-            u, seconds = scipy_run(RIG, parameters, inputs.time, method)
-            error = error_of_peer(u @ to_signals.T, reference)
-            yield (
-                f"{name}: scipy {method}",
-                "",
-                f"{inputs.time[-1] / seconds:8.0f} s/s, error {error:.0e}",
-            )
-
-
-def measured_part():
-    """Thirty seconds with torque of the noisy history, from rest: loads of a record."""
-    part = MountingInputs(*(values[-3001:] for values in rough_inputs().columns().values()))
-    ramp = np.minimum(1.0, (part.time - part.time[0]) / 2.0)
-    return MountingInputs(
-        part.time - part.time[0],
-        part.torque * ramp,
-        part.speed,
-        part.carrier_angle,
-        part.ntl_y,
-        part.ntl_z * ramp,
-    )
-
-
-def main():
-    print_ratios(list(our_rows("figure 6", LoadHistory().inputs(40.0, 560.0))))
-    print_ratios(list(our_rows("figure 6 with ntl_y", LoadHistory(ntl_y=30e3).inputs(40.0, 560.0))))
-    print_ratios(list(our_rows("with noise", rough_inputs())))
-    print_ratios(list(scipy_rows()))
-    models = {name: parameter_array(RIG, values) for name, values in PEER_MODELS.items()}
-    print_ratios(list(equal_error_rows(RIG, models, measured_part())))
+    tolerances = {"rtol": 1e-6, "atol": [1e-10] * 2 + [1e-8] * 2}
+    span = times[0], times[-1]
+    solution = solve_ivp(rates, span, np.zeros(4), method=method, t_eval=times, **tolerances)
+    if not solution.success:
+        raise RuntimeError(f"solve_ivp {method} stopped: {solution.message}")
+    return solution.y[:2].T
 
 
 if __name__ == "__main__":
-    main()
+    run_alone(ratios)

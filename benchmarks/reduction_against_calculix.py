@@ -1,94 +1,115 @@
-"""The whole reduction against CalculiX's forty modes alone on the same mesh, in one run.
+"""The whole reduction against CalculiX's forty modes alone on the same mesh.
 
-Needs `ccx` (Debian's calculix-ccx).
+    python -m benchmarks.reduction_against_calculix [SIZE]
 
-Run as `python benchmarks/reduction_against_calculix.py [SIZE]`, SIZE the element edge length [m];
-0.022 makes 262 000 unknowns. CalculiX holds the nodes of all pilots' surfaces, as rigid couplings
-with held pilots do, so that its frequencies are those of our rigid reduction.
+Needs the command ``ccx``. CalculiX holds the nodes of all pilots' surfaces, as rigid couplings with
+held pilots do, so that its frequencies are those of our rigid reduction.
 """
 
 import os
 import re
 import shutil
 import subprocess
-import sys
 import tempfile
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-import fourteen_pilots
 import numpy as np
-from measured import measured, print_ratios
+from numpy.typing import NDArray
 
+from benchmarks.fourteen_pilots import (
+    N_MODES,
+    compile_kernels,
+    completed_mesh,
+    free_structure,
+    half_mesh,
+    pilot_points,
+)
+from benchmarks.measured import measured
+from benchmarks.ratio import DIFFERENCE, TIME, Absent, Ratio, at_least
+from benchmarks.run import run_alone
 from carrierflex.fe.materials import CAST_IRON
 from carrierflex.fe.rigid_couplings import rigidly_coupled
+from carrierflex.geometry.mesh_files import write_mesh
+from carrierflex.geometry.tet_mesh import TetMesh
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.fixed_interface_modes import fixed_interface_modes
 from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
 
-N_MODES = 40
+QUICK = {"size": 0.06}
 
 
-def write_deck(mesh, pilots, path):
+def ratios(size: float = 0.022) -> Iterator[Ratio | Absent]:
+    """Time from the mesh to the reduced body, and what the rigid frequencies differ by.
+
+    Parameters
+    ----------
+    size
+        Element edge length [m]; 0.022 makes 262 000 unknowns.
+    """
+    if shutil.which("ccx") is None:
+        yield Absent("CalculiX", "no command ccx (Debian: apt-get install calculix-ccx)")
+        return
+    compile_kernels()
+    mesh = completed_mesh(half_mesh(size))
+    case = f"{3 * len(mesh.points)} unknowns"
+    ours = measured(lambda: craig_bampton(free_structure(mesh), N_MODES).model.n_coordinates)
+    with tempfile.TemporaryDirectory() as folder:
+        _write_deck(mesh, tuple(pilot_points()), Path(folder))
+        calculix = measured(lambda: _calculix_omega(Path(folder)))
+    yield Ratio(case, TIME, ours.wall, "CalculiX, modes alone", calculix.wall, at_least(6))
+    difference = np.abs(calculix.result / _rigid_omega(mesh) - 1.0).max()
+    note = "falls with the size"
+    yield Ratio("frequencies, rigid", DIFFERENCE, difference, "CalculiX", note=note)
+
+
+def _write_deck(mesh: TetMesh, pilots: Sequence[str], folder: Path) -> None:
+    """The mesh and a deck that holds the surfaces of all pilots and asks for the modes."""
+    write_mesh(mesh, folder / "mesh.inp")
     held = np.unique(np.concatenate([np.unique(mesh.surface(name)) for name in pilots])) + 1
-    with path.open("w") as file:
-        file.write("*NODE, NSET=NALL\n")
-        for number, point in enumerate(mesh.points, start=1):
-            file.write(f"{number}, {point[0]:.12e}, {point[1]:.12e}, {point[2]:.12e}\n")
-        file.write("*ELEMENT, TYPE=C3D10, ELSET=EALL\n")
-        for number, nodes in enumerate(mesh.tets + 1, start=1):
-            file.write(f"{number}, {', '.join(map(str, nodes))}\n")
-        file.write("*NSET, NSET=HELD\n" + "".join(f"{node},\n" for node in held))
-        file.write(
-            f"*MATERIAL, NAME=IRON\n*ELASTIC\n{CAST_IRON.E:.12e}, {CAST_IRON.nu}\n*DENSITY\n{CAST_IRON.rho}\n"
-        )
-        file.write("*SOLID SECTION, ELSET=EALL, MATERIAL=IRON\n*BOUNDARY\nHELD, 1, 3\n")
-        file.write(f"*STEP\n*FREQUENCY\n{N_MODES}\n*END STEP\n")
+    lines = [
+        "*INCLUDE, INPUT=mesh.inp",
+        "*NSET, NSET=HELD",
+        *(f"{node}," for node in held),
+        "*MATERIAL, NAME=IRON",
+        "*ELASTIC",
+        f"{CAST_IRON.E:.12e}, {CAST_IRON.nu}",
+        "*DENSITY",
+        f"{CAST_IRON.rho:.12e}",
+        *(f"*SOLID SECTION, ELSET={body}, MATERIAL=IRON" for body in mesh.bodies),
+        "*BOUNDARY",
+        "HELD, 1, 3",
+        "*STEP",
+        "*FREQUENCY",
+        f"{N_MODES}",
+        "*END STEP",
+    ]
+    (folder / "deck.inp").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def calculix_omega(folder):
+def _calculix_omega(folder: Path) -> NDArray[np.float64]:
+    """Angular frequencies [rad/s] from the table that CalculiX prints, on all cores."""
     environment = {**os.environ, "OMP_NUM_THREADS": str(os.cpu_count())}
-    subprocess.run(
-        ["ccx", "-i", "deck"], cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL
+    run = subprocess.run(
+        ["ccx", "-i", "deck"], cwd=folder, env=environment, capture_output=True, text=True
     )
-    table = re.findall(
-        r"^ +\d+ +(\S+) +(\S+) +\S+ +\S+ *$", (folder / "deck.dat").read_text(), flags=re.MULTILINE
-    )
+    result = folder / "deck.dat"
+    text = result.read_text(encoding="utf-8") if result.exists() else ""
+    table = re.findall(r"^ +\d+ +(\S+) +(\S+) +\S+ +\S+ *$", text, flags=re.MULTILINE)
+    if run.returncode or len(table) < N_MODES:
+        raise RuntimeError(
+            f"CalculiX printed {len(table)} modes, exit code {run.returncode}; expected {N_MODES}"
+        )
     return np.sqrt([float(row[0]) for row in table[:N_MODES]])
 
 
-def our_rigid_omega(structure, mesh):
-    rigid = rigidly_coupled(structure, mesh)
-    held = HeldStructure(GroundedBody(rigid.K, rigid.points, rigid.rigid_points), rigid.pilots)
+def _rigid_omega(mesh: TetMesh) -> NDArray[np.float64]:
+    """Angular frequencies [rad/s] of our rigid reduction with all pilots held."""
+    rigid = rigidly_coupled(free_structure(mesh), mesh)
+    body = GroundedBody(rigid.K, rigid.points, rigid.rigid_points)
+    held = HeldStructure(body, rigid.pilots)
     return fixed_interface_modes(held, rigid.M, N_MODES, rng=np.random.default_rng(0)).omega
 
 
-def main(size=0.022):
-    if shutil.which("ccx") is None:
-        sys.exit("ccx is not installed; expected CalculiX, as in `apt-get install calculix-ccx`")
-    craig_bampton(
-        fourteen_pilots.free_structure(fourteen_pilots.whole_mesh(fourteen_pilots.half_mesh(0.06))),
-        1,
-    )
-    mesh = fourteen_pilots.whole_mesh(fourteen_pilots.half_mesh(size))
-    names = tuple(fourteen_pilots.pilot_points())
-    ours = measured(
-        lambda: craig_bampton(fourteen_pilots.free_structure(mesh), N_MODES).model.n_coordinates
-    )
-    print(f"{3 * len(mesh.points)} unknowns, {len(names)} pilots, {N_MODES} modes")
-    print(f"ours, mesh to reduced body  {ours}", flush=True)
-    with tempfile.TemporaryDirectory() as folder:
-        write_deck(mesh, names, Path(folder) / "deck.inp")
-        theirs = measured(lambda: calculix_omega(Path(folder)))
-    print(f"CalculiX, forty modes       {theirs.wall:8.2f} s wall", flush=True)
-    omega = our_rigid_omega(fourteen_pilots.free_structure(mesh), mesh)
-    difference = np.abs(theirs.result / omega - 1.0).max()
-    print_ratios(
-        [
-            ("CalculiX's time over ours", ">= 6", f"{theirs.wall / ours.wall:.1f}"),
-            ("largest difference of the frequencies, falls with SIZE", "", f"{difference:.1e}"),
-        ]
-    )
-
-
 if __name__ == "__main__":
-    main(*map(float, sys.argv[1:2]))
+    run_alone(ratios)
