@@ -16,6 +16,8 @@ from diagnosis.screening import screen
 from identification.campaign_files import read_campaign
 from workflows import convert_emps, convert_silverbox, diagnose_campaign
 
+pytestmark = pytest.mark.may_skip
+
 DATA = Path(os.environ.get("CARRIERFLEX_DATA", Path(__file__).parents[2].parent / "shared" / "data"))
 
 
