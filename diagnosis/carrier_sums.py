@@ -122,18 +122,19 @@ def accumulated_sums(campaign: Campaign, source: ColumnSource) -> CarrierSums:
         for r, own in zip(campaign.runs, parts, strict=True)
         for b, n in enumerate(own[2])
     ]
-    joined = [np.concatenate([own[k] for own in parts]) for k in range(1, 6)]
-    gram, counts, orders, within, loads = joined
+    # Hundreds of megabytes: copied once, from the lists of the runs.
+    gram = np.array([block for own in parts for block in own[1]])
+    counts, orders, within, loads = (np.concatenate([own[k] for own in parts]) for k in range(2, 6))
     run_of_piece = np.repeat(np.arange(len(parts)), [len(own[1]) for own in parts])
     run_of_revolution = np.repeat(np.arange(len(parts)), [len(own[3]) for own in parts])
     return CarrierSums(book, tuple(pieces), run_of_piece, gram, counts, orders, within, run_of_revolution, loads)
 
 
-_RunSums = tuple[ColumnBook, FloatArray, IntArray, NDArray[np.complex128], FloatArray, FloatArray]
+_RunSums = tuple[ColumnBook, list[list[FloatArray]], IntArray, NDArray[np.complex128], FloatArray, FloatArray]
 
 
 def _run_sums(run: Run, campaign: Campaign, source: ColumnSource) -> _RunSums:
-    """Book, products, counts, orders, scatter within revolutions, and loads of one run."""
+    """Book, products by block and channel, counts, orders, scatter within revolutions, and loads of one run."""
     revolutions = whole_revolutions(run).samples
     blocks = np.array_split(np.arange(len(revolutions)), min(_MOST_BLOCKS, len(revolutions)))
     inputs = inputs_of(run)
@@ -154,7 +155,8 @@ def _run_sums(run: Run, campaign: Campaign, source: ColumnSource) -> _RunSums:
             own += [_block_sums(table, samples, [revolutions[r] for r in b], inputs.carrier_angle) for b in block]
         results.append([list(column) for column in zip(*own, strict=True)])
     assert book is not None
-    gram, counts = (np.stack([np.array(own[k]) for own in results], axis=1) for k in (0, 1))
+    gram = [list(block) for block in zip(*(own[0] for own in results), strict=True)]
+    counts = np.array([own[1] for own in results]).T
     orders, within = (np.stack([np.concatenate(own[k]) for own in results], axis=1) for k in (2, 3))
     columns = (inputs.torque, inputs.ntl_y, inputs.ntl_z)
     loads = np.array([[column[own].mean() for column in columns] for own in revolutions])
