@@ -1,20 +1,24 @@
 # Every target installs what it needs first (tools/install.sh) and reinstalls only after a change.
 # Another interpreter: make test PYTHON=python3.12     Another result folder: make run OUT=elsewhere
+# Tests run in two processes; another number: make test WORKERS=4
 PYTHON ?=
 OUT := out
 # Of make bench: names or parts of names, and 1 for small meshes and short records.
 ONLY :=
 QUICK :=
+WORKERS := 2
 BIN := .venv/bin
 PACKAGES := files geometry fe reduction simulation identification diagnosis blind_check workflows
 # The import name over the folders, as links; what mypy and pytest read.
 LINKS := build/import/carrierflex
-PYTEST := $(BIN)/pytest --doctest-modules $(LINKS) tests
+# A file's tests share fixtures and stay in one process. Dense matrices are small: a second thread of algebra only waits.
+PYTEST := OMP_NUM_THREADS=1 $(BIN)/pytest --doctest-modules $(LINKS) tests \
+	--numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 MAKEFLAGS += --no-print-directory
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: help install run test quick acceptance bench clean
+.PHONY: help install run test lint types tests quick acceptance bench clean
 
 help:
 	@echo "make run     meshes, curves, reduced bodies, simulations and the gap report, written to $(OUT)/"
@@ -32,10 +36,18 @@ install:
 run: install
 	$(BIN)/carrierflex run --out $(OUT)
 
-test: install
+# The type checker runs beside the tests.
+test: lint
+	@$(MAKE) --jobs types tests
+
+lint: install
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
+
+types: install
 	$(BIN)/mypy
+
+tests: install
 	$(PYTEST)
 
 quick: install

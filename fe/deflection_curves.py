@@ -133,14 +133,8 @@ def _fourier_series(
 ) -> NDArray[np.float64]:
     """Trigonometric interpolation of equally spaced `samples` of one turn, at `angle` [rad].
 
-    Orders whose amplitude is at rounding level are left out: a curve of a symmetric carrier holds
-    orders 3, 6, 9, ... only, and long records are evaluated at millions of angles.
+    The series is a polynomial in ``exp(j angle)`` (Horner's rule): one exponential an angle, not
+    two functions an order.
     """
-    amplitude = _amplitudes(samples)
-    kept = np.flatnonzero(np.abs(amplitude) > 1e-14 * np.abs(amplitude).max(initial=0.0))
-    total = np.zeros(angle.shape)
-    for order in kept:
-        total += amplitude[order].real * np.cos(order * angle) - amplitude[order].imag * np.sin(
-            order * angle
-        )
-    return total
+    turned = np.exp(1j * angle)
+    return np.asarray(np.polynomial.polynomial.polyval(turned, _amplitudes(samples)).real)

@@ -1,4 +1,11 @@
-"""Meshes, matrices and reductions that many tests look at, each made once a session and never changed."""
+"""Meshes, matrices and reductions that many tests look at, each made once a session and never changed.
+
+With CI=true in the environment a test that skips fails, save those with the marker `may_skip`.
+"""
+
+import os
+import sys
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -19,11 +26,48 @@ from carrierflex.geometry.carrier_mesh import (
 )
 from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters
 from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.workflows import command_line
 from carrierflex.workflows.support.cache_store import FOLDER_VARIABLE
 
 #: Coarse [m]: identities of the method hold on any mesh, and the curves' orders are within a few
 #: per cent already.
 SIZE = 0.06
+
+EVERY_CHECK_RUNS = os.environ.get("CI") == "true"
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config, items):
+    """Where processes share the files out, those with slow tests go first.
+
+    So all end at about the same time.
+    """
+    if hasattr(config, "workerinput"):
+        slow = {item.path for item in items if item.get_closest_marker("slow")}
+        items.sort(key=lambda item: item.path not in slow)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    report = yield
+    if EVERY_CHECK_RUNS and item.get_closest_marker("may_skip") is None:
+        _fail_skipped(report)
+    return report
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector):
+    report = yield
+    if EVERY_CHECK_RUNS:
+        _fail_skipped(report)
+    return report
+
+
+def _fail_skipped(report):
+    if report.skipped and not hasattr(report, "wasxfail"):
+        reason = report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longrepr
+        report.outcome = "failed"
+        report.longrepr = f"{report.nodeid}: {reason}; with CI=true every check has to run"
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -35,6 +79,36 @@ def own_cache(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(FOLDER_VARIABLE, str(tmp_path_factory.mktemp("cache")))
         yield
+
+
+class Ended(NamedTuple):
+    """How a command ended, with the names of subprocess.CompletedProcess."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+@pytest.fixture
+def command(monkeypatch, capfd, tmp_path):
+    """Function that runs the command in the test's folder, in this process.
+
+    Another one would import for seconds.
+    """
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["carrierflex", *map(str, arguments)])
+        capfd.readouterr()
+        try:
+            command_line.main()
+            code = 0
+        except SystemExit as end:
+            code = end.code
+        return Ended(code, *capfd.readouterr())
+
+    return run
 
 
 @pytest.fixture(scope="session")

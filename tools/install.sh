@@ -24,6 +24,13 @@ libraries=(
     libEGL.so.1:libegl1
 )
 
+# Program : Debian package. Tests call them and skip where they are absent; with CI=true they are installed and
+# a test that skips fails (tests/conftest.py).
+programs=()
+if [ "${CI:-}" = true ]; then
+    programs=(chromium:chromium ccx:calculix-ccx cc:gcc cc:libc6-dev)
+fi
+
 say() { echo "install: $*"; }
 fail() { echo "install: error: $*" >&2; exit 1; }
 
@@ -52,6 +59,10 @@ for entry in sys.argv[1:]:
 if importlib.util.find_spec("ensurepip") is None:
     print("ensurepip:python%d.%d-venv" % sys.version_info[:2])
 PYTHON
+    local entry
+    for entry in ${programs[@]+"${programs[@]}"}; do
+        command -v "${entry%%:*}" >/dev/null || echo "$entry"
+    done
     # Debian's pip trusts the certificates of this file only.
     if command -v apt-get >/dev/null && [ ! -s /etc/ssl/certs/ca-certificates.crt ]; then
         echo certificates:ca-certificates

@@ -143,8 +143,9 @@ def accumulated_sums(campaign: Campaign, source: ColumnSource) -> CarrierSums:
         for r, own in zip(campaign.runs, parts, strict=True)
         for b, n in enumerate(own[2])
     ]
-    joined = [np.concatenate([own[k] for own in parts]) for k in range(1, 6)]
-    gram, counts, orders, within, loads = joined
+    # Hundreds of megabytes: copied once, from the lists of the runs.
+    gram = np.array([block for own in parts for block in own[1]])
+    counts, orders, within, loads = (np.concatenate([own[k] for own in parts]) for k in range(2, 6))
     run_of_segment = np.repeat(np.arange(len(parts)), [len(own[1]) for own in parts])
     run_of_revolution = np.repeat(np.arange(len(parts)), [len(own[3]) for own in parts])
     return CarrierSums(
@@ -160,11 +161,13 @@ def accumulated_sums(campaign: Campaign, source: ColumnSource) -> CarrierSums:
     )
 
 
-_RunSums = tuple[ColumnIndex, FloatArray, IntArray, NDArray[np.complex128], FloatArray, FloatArray]
+_RunSums = tuple[
+    ColumnIndex, list[list[FloatArray]], IntArray, NDArray[np.complex128], FloatArray, FloatArray
+]
 
 
 def _run_sums(run: Run, campaign: Campaign, source: ColumnSource) -> _RunSums:
-    """Book, products, counts, orders, scatter within revolutions, and loads of one run."""
+    """Book, products by block and channel, counts, orders, scatter within revolutions, and loads of one run."""
     revolutions = whole_revolutions(run).samples
     blocks = np.array_split(np.arange(len(revolutions)), min(_MOST_BLOCKS, len(revolutions)))
     inputs = inputs_of(run)
@@ -193,7 +196,8 @@ def _run_sums(run: Run, campaign: Campaign, source: ColumnSource) -> _RunSums:
             ]
         results.append([list(column) for column in zip(*own, strict=True)])
     assert book is not None
-    gram, counts = (np.stack([np.array(own[k]) for own in results], axis=1) for k in (0, 1))
+    gram = [list(block) for block in zip(*(own[0] for own in results), strict=True)]
+    counts = np.array([own[1] for own in results]).T
     orders, within = (np.stack([np.concatenate(own[k]) for own in results], axis=1) for k in (2, 3))
     columns = (inputs.torque, inputs.ntl_y, inputs.ntl_z)
     loads = np.array([[column[own].mean() for column in columns] for own in revolutions])

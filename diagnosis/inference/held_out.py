@@ -173,13 +173,19 @@ def reduction_draws(
 def drawn_counts(groups: Sequence[str], *, n_samples: int, rng: np.random.Generator) -> FloatArray:
     """How often each piece is drawn in each sample of the two-level bootstrap, shape (n_samples, n_pieces)."""
     group = np.asarray(groups)
-    names = sorted(set(groups))
+    members = [np.flatnonzero(group == name) for name in sorted(set(groups))]
     counts = np.zeros((n_samples, group.size))
     for k in range(n_samples):
-        drawn = rng.choice(len(names), len(names)) if len(names) >= 3 else np.arange(len(names))
+        drawn = (
+            rng.integers(len(members), size=len(members))
+            if len(members) >= 3
+            else np.arange(len(members))
+        )
         for number in drawn:
-            own = np.flatnonzero(group == names[number])
-            np.add.at(counts[k], rng.choice(own, own.size), 1.0)
+            own = members[number]
+            counts[k] += np.bincount(
+                own[rng.integers(own.size, size=own.size)], minlength=group.size
+            )
     return counts
 
 

@@ -1,6 +1,4 @@
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -83,40 +81,22 @@ def test_other_and_newer_files_are_refused(tmp_path):
             read_diagnosis(path)
 
 
-def test_the_command_writes_the_file_and_ends_with_zero(tmp_path, campaign):
+def test_the_command_writes_the_file_and_ends_with_zero(tmp_path, campaign, command):
     write_campaign(campaign, tmp_path / "campaign")
-    command = [
-        sys.executable,
-        "-m",
-        "carrierflex.workflows.command_line",
-        "diagnose",
-        "campaign",
-        "--out",
-        "out",
-    ]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    done = command("diagnose", "campaign", "--out", "out")
     assert done.returncode == 0, done.stderr
     assert "cubic_stiffness" in done.stdout
     assert read_diagnosis(tmp_path / "out" / "diagnosis.json")["verdict"] == "named"
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"diagnosis.json", "report.html"}
 
 
-def test_an_unknown_effect_in_the_baseline_gets_one_line(tmp_path, campaign):
+def test_an_unknown_effect_in_the_baseline_gets_one_line(tmp_path, campaign, command):
     write_campaign(campaign, tmp_path / "campaign")
     document = tmp_path / "campaign" / "campaign.toml"
     document.write_text(
         document.read_text().replace("effects = []", 'effects = ["cubic_stifness"]')
     )
-    command = [
-        sys.executable,
-        "-m",
-        "carrierflex.workflows.command_line",
-        "diagnose",
-        "campaign",
-        "--out",
-        "out",
-    ]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    done = command("diagnose", "campaign", "--out", "out")
     assert done.returncode == 2
     assert "unknown effect 'cubic_stifness'" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1

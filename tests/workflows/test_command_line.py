@@ -1,4 +1,7 @@
-"""The command as a user meets it: exit codes, one-line errors, nothing left behind."""
+"""The command as a user meets it: exit codes, one-line errors, nothing left behind.
+
+Every exit code is seen once from a process of its own; the other refusals run in this one.
+"""
 
 import os
 import signal
@@ -31,12 +34,15 @@ def refused(result):
     return lines[0]
 
 
-def test_help_lists_the_commands_and_explains_units(tmp_path):
+def test_help_lists_the_commands(tmp_path):
     result = carrierflex("--help", cwd=tmp_path)
     assert result.returncode == 0
     for name in ("run", "mesh", "curves", "reduce", "simulate", "identify"):
         assert name in result.stdout
-    assert "[m]" in carrierflex("mesh", "--help", cwd=tmp_path).stdout
+
+
+def test_help_of_a_command_explains_units(command):
+    assert "[m]" in command("mesh", "--help").stdout
 
 
 @pytest.mark.parametrize(
@@ -59,32 +65,32 @@ def test_help_lists_the_commands_and_explains_units(tmp_path):
         ("carrier = \n", "not a TOML file"),
     ],
 )
-def test_impossible_parameters_get_one_line_and_leave_nothing(tmp_path, text, message):
+def test_impossible_parameters_get_one_line_and_leave_nothing(tmp_path, command, text, message):
     (tmp_path / "stage.toml").write_text(text, encoding="utf-8")
-    line = refused(carrierflex("run", "--parameters", "stage.toml", "--out", "out", cwd=tmp_path))
+    line = refused(command("run", "--parameters", "stage.toml", "--out", "out"))
     assert message in line
     assert not (tmp_path / "out").exists()
 
 
-def test_unknown_variant_option_and_suffix_are_refused(tmp_path):
+def test_unknown_variant_option_and_suffix_are_refused(tmp_path, command):
     assert 'Choose from: "stiff", "flexible"' in refused(
-        carrierflex("mesh", "--variant", "x", "--out", "a.msh", cwd=tmp_path)
+        command("mesh", "--variant", "x", "--out", "a.msh")
     )
     assert "--sise" in refused(
-        carrierflex("mesh", "--variant", "stiff", "--sise", "1", "--out", "a.msh", cwd=tmp_path)
+        command("mesh", "--variant", "stiff", "--sise", "1", "--out", "a.msh")
     )
     assert "expected one of .msh" in refused(
-        carrierflex("mesh", "--variant", "stiff", "--out", "a.stl", cwd=tmp_path)
+        command("mesh", "--variant", "stiff", "--out", "a.stl")
     )
     assert "mesh size is 5.0 m" in refused(
-        carrierflex("mesh", "--variant", "stiff", "--size", "5", "--out", "a.msh", cwd=tmp_path)
+        command("mesh", "--variant", "stiff", "--size", "5", "--out", "a.msh")
     )
     assert not list(tmp_path.iterdir())
 
 
-def test_unwritable_output_folder_is_refused(tmp_path):
+def test_unwritable_output_folder_is_refused(tmp_path, command):
     (tmp_path / "file").write_text("", encoding="utf-8")
-    line = refused(carrierflex("run", "--out", "file/out", cwd=tmp_path))
+    line = refused(command("run", "--out", "file/out"))
     assert "cannot write into this output folder" in line
 
 
@@ -104,14 +110,14 @@ def test_missing_library_is_told_in_one_line(tmp_path):
     assert "libGLU.so.1" in refused(result)
 
 
-def test_missing_input_files_are_refused(tmp_path):
+def test_missing_input_files_are_refused(tmp_path, command):
     assert "no such file" in refused(
         carrierflex(
             "mesh", "--variant", "stiff", "--parameters", "p.toml", "--out", "a.msh", cwd=tmp_path
         )
     )
-    refused(carrierflex("identify", "nowhere", "--model", "m1", "--out", "out", cwd=tmp_path))
-    refused(carrierflex("simulate", "nowhere.toml", "--out", "out", cwd=tmp_path))
+    refused(command("identify", "nowhere", "--model", "m1", "--out", "out"))
+    refused(command("simulate", "nowhere.toml", "--out", "out"))
     assert not list(tmp_path.iterdir())
 
 

@@ -12,13 +12,13 @@ from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.reduction.body_files import read_body
 from carrierflex.workflows import run
 
-COARSE = 0.05
+COARSE = 0.06
 
 
 @pytest.fixture(scope="module")
 def job_folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("job") / "out"
-    run.main(out=folder, size=COARSE, study_sizes=(0.06, 0.05), quiet=True)
+    run.main(out=folder, size=COARSE, study_sizes=(0.07, 0.06), quiet=True)
     return folder
 
 

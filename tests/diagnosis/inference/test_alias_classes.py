@@ -148,14 +148,12 @@ def test_a_trial_in_which_the_model_diverges_is_passed_over():
 
 
 def test_a_trial_may_hold_other_runs_than_the_records():
-    def problem(names, theta):
-        problem = linear_problem({"a": 4.0}, APART, gains={"X": 1.0}, noise_std=0.0)
-        return replace(problem, runs_own=("b",), noise_std=1.0)
+    def under(names, theta):
+        short = linear_problem({"a": 4.0}, APART, gains={"X": 1.0}, noise_std=0.0)
+        return replace(short, runs_own=("b",), noise_std=1.0)
 
     problem = linear_problem({"a": 4.0}, ALIKE)
-    problem = replace(
-        problem, runs_own=("b",), candidates=(CandidateExperiment("one run", problem),)
-    )
+    problem = replace(problem, runs_own=("b",), candidates=(CandidateExperiment("one run", under),))
     search = forward_selection(problem, LIMITS)
     assert len(problem.parameters(("b",))) == 4
     text = discriminating_experiment_between(

@@ -16,6 +16,8 @@ FLAGS = (
     "--disable-sync --remote-debugging-pipe"
 ).split()
 SECONDS = 60
+#: Debian's and Google's names of the program.
+PROGRAMS = ("chromium", "google-chrome")
 
 
 class Browser:
@@ -80,8 +82,12 @@ class Browser:
 
 @contextmanager
 def browser(folder):
-    """Browser with an empty profile in a folder; skips where there is none."""
-    program, shell = shutil.which("chromium"), shutil.which("bash")
+    """Browser with an empty profile in a folder.
+
+    Where there is none the test skips (fails with CI=true).
+    """
+    program = next(filter(None, map(shutil.which, PROGRAMS)), None)
+    shell = shutil.which("bash")
     if program is None or shell is None:
         pytest.skip(
             "chromium (or bash, which starts it) is not installed; the page's look is checked with it"

@@ -4,8 +4,6 @@ import io
 import json
 import os
 import signal
-import subprocess
-import sys
 import threading
 import time
 
@@ -126,8 +124,8 @@ def _kill_soon(process):
     os.kill(process, signal.SIGKILL)
 
 
-def test_the_command_tells_its_options():
-    command = [sys.executable, "-m", "carrierflex.workflows.command_line", "identify", "--help"]
-    text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+def test_the_command_tells_its_options(command):
+    returncode, text, _ = command("identify", "--help")
+    assert returncode == 0
     for option in ("--compare-complex", "--scheduler", "--weights", "hydrodynamic_bushing"):
         assert option in text

@@ -18,7 +18,6 @@ from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.mounting.case_files import read_mounting_case
 from carrierflex.simulation.mounting.linearised import frequency_response, mounting_modes
 from carrierflex.simulation.mounting.simulate import simulate
-from carrierflex.workflows import command_line
 from carrierflex.workflows.simulation.simulate_load_case import main
 
 COMMAND = [sys.executable, "-m", "carrierflex.workflows.command_line"]
@@ -66,18 +65,6 @@ def one_line(result, code):
     return line
 
 
-def command(monkeypatch, capsys, *arguments):
-    """Exit code and the one line of the command in this process.
-
-    Starting another one takes seconds.
-    """
-    monkeypatch.setattr(sys, "argv", ["carrierflex", *map(str, arguments)])
-    with pytest.raises(SystemExit) as ended:
-        command_line.main()
-    (line,) = capsys.readouterr().err.strip().splitlines()
-    return ended.value.code, line
-
-
 #: A linear bushing far too soft for its torque: the roll passes 0.3 rad while the torque rises.
 SOFT = [
     ("K1 = 17.6e6", "K1 = 1.0e5"),
@@ -88,11 +75,9 @@ SOFT = [
 ]
 
 
-def test_a_diverging_run_tells_time_and_coordinate_and_keeps_its_record(tmp_path):
+def test_a_diverging_run_tells_time_and_coordinate_and_keeps_its_record(tmp_path, command):
     case = changed_case(tmp_path, *SOFT)
-    line = one_line(
-        run([*COMMAND, "simulate", case, "--out", "out", "--linearised", "lin"], tmp_path), 2
-    )
+    line = one_line(command("simulate", case, "--out", "out", "--linearised", "lin"), 2)
     assert line.startswith("carrierflex: theta_x: diverged after 5")
     assert line.endswith("s; the signals up to there are kept")
     told = float(line.split("after ")[1].split(" s")[0])
@@ -157,21 +142,9 @@ def test_an_interrupted_run_keeps_its_record(tmp_path):
         ),
     ],
 )
-def test_bad_input_is_told_in_one_line_and_leaves_nothing(
-    tmp_path, monkeypatch, capsys, changes, message
-):
+def test_bad_input_is_told_in_one_line_and_leaves_nothing(tmp_path, command, changes, message):
     case = changed_case(tmp_path, *changes)
-    code, line = command(
-        monkeypatch,
-        capsys,
-        "simulate",
-        case,
-        "--out",
-        tmp_path / "out",
-        "--linearised",
-        tmp_path / "lin",
-    )
-    assert code == 2
+    line = one_line(command("simulate", case, "--out", "out", "--linearised", "lin"), 2)
     assert message in line
     assert [path.name for path in tmp_path.iterdir()] == ["case.toml"]
 
@@ -183,11 +156,10 @@ def test_a_torque_that_is_not_finite_is_refused_by_the_shell(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["case.toml"]
 
 
-def test_a_bushing_that_gives_way_ends_the_run_with_what_it_has(tmp_path, monkeypatch, capsys):
+def test_a_bushing_that_gives_way_ends_the_run_with_what_it_has(tmp_path, command):
     # Beyond 3.4 mm this law pushes outward, and the radial load goes further.
     case = changed_case(tmp_path, ("K3 = 65.05e9", "K3 = -5e11"), ("K5 = 1.55e15", "K5 = 0.0"))
-    code, line = command(monkeypatch, capsys, "simulate", case, "--out", tmp_path / "out")
-    assert code == 2
+    line = one_line(command("simulate", case, "--out", "out"), 2)
     assert line.startswith(
         "carrierflex: theta_x, theta_y: the bushing forces did not converge after 9"
     )
