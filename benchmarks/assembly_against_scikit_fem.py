@@ -16,11 +16,11 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 from benchmarks.measured import fastest
 from benchmarks.ratio import DIFFERENCE, TIME, Ratio, at_least, at_most
 from benchmarks.run import run_alone
-from fe.assembly import assemble_stiffness_and_mass
-from fe.materials import CAST_IRON
-from geometry.carrier_mesh import flexible_carrier_mesh
-from geometry.parameters import CarrierParameters
-from geometry.tet_mesh import TetMesh
+from carrierflex.fe.assembly import assemble_stiffness_and_mass
+from carrierflex.fe.materials import CAST_IRON
+from carrierflex.geometry.carrier_mesh import flexible_carrier_mesh
+from carrierflex.geometry.parameters import CarrierParameters
+from carrierflex.geometry.tet_mesh import TetMesh
 
 QUICK = {"size": 0.06}
 

@@ -14,15 +14,18 @@ import numpy as np
 from benchmarks.measured import measured
 from benchmarks.ratio import TIME, Quantity, Ratio, at_least, at_most
 from benchmarks.run import run_alone
-from identification.bushing_identification import identify_bushings, search_bushings
-from identification.bushing_models import BUSHING_MODELS
-from identification.campaign import Baseline, Campaign, Channel
-from identification.records import Run
-from simulation.mounting.load_history import LoadHistory
-from simulation.mounting.parameters import parameter_array
-from simulation.mounting.rig import SENSORS, MountingRig
-from simulation.mounting.simulate import simulate
-from workflows.executors import work_executor
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.mounting.bushing_identification import (
+    identify_bushings,
+    search_bushings,
+)
+from carrierflex.identification.mounting.bushing_models import BUSHING_MODELS
+from carrierflex.simulation.mounting.load_history import LoadHistory
+from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
+from carrierflex.simulation.mounting.simulate import simulate
+from carrierflex.workflows.support.executors import work_executor
 
 QUICK = {"rate": 50.0, "seconds": 130.0, "evaluations": 500}
 

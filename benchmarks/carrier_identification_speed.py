@@ -15,21 +15,25 @@ from numpy.typing import NDArray
 from benchmarks.measured import fastest, measured
 from benchmarks.ratio import TIME, Quantity, Ratio, at_least, at_most
 from benchmarks.run import run_alone
-from fe.deflection_curves import DeflectionCurve
-from identification.campaign import Campaign
-from identification.carrier_identification import FitOptions, identify_each_run, rim_channels
-from identification.carrier_models import (
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.simulated_campaign import simulated_campaign
+from carrierflex.identification.carrier.carrier_identification import (
+    FitOptions,
+    identify_each_run,
+    rim_channels,
+)
+from carrierflex.identification.carrier.models import (
     CarrierModel,
     flexible_model,
     rigid_model,
     with_radial_motion,
 )
-from identification.complex_method import ComplexSearch, complex_search
-from identification.parameter_estimate import ParameterEstimate
-from identification.simulated_campaign import simulated_campaign
-from simulation.carrier_motion import simulate_run
-from simulation.case_files import read_case, shipped_case
-from workflows.default_curves import default_curves
+from carrierflex.identification.carrier.parameter_estimate import ParameterEstimate
+from carrierflex.identification.estimation.complex_method import ComplexSearch, complex_search
+from carrierflex.simulation.carrier.case_files import read_case, shipped_case
+from carrierflex.simulation.carrier.motion import simulate_run
+from carrierflex.workflows.support.default_curves import default_curves
 
 QUICK = {"minutes": 1.0}
 

@@ -21,8 +21,8 @@ from benchmarks.fourteen_pilots import (
 from benchmarks.measured import measured, peak_gb
 from benchmarks.ratio import MEMORY, TIME, Ratio, at_least, at_most
 from benchmarks.run import run_alone
-from fe.rigid_couplings import rigidly_coupled
-from reduction.craig_bampton import craig_bampton
+from carrierflex.fe.rigid_couplings import rigidly_coupled
+from carrierflex.reduction.craig_bampton import craig_bampton
 
 QUICK = {"size": 0.06, "turns": 1}
 

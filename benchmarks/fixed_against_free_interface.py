@@ -17,16 +17,16 @@ from numpy.typing import NDArray
 from benchmarks.measured import measured
 from benchmarks.ratio import TIME, Quantity, Ratio
 from benchmarks.run import run_alone
-from fe.structural_model import StructuralModel
-from geometry.parameter_files import read_parameters
-from reduction.craig_bampton import craig_bampton
-from reduction.dynamic_stiffness import LOSS_FACTOR, FullResponse, full_response
-from reduction.free_interface import free_interface_reduction
-from reduction.free_modes import full_free_modes
-from reduction.held_structure import GroundedBody
-from reduction.reduced_model import ReducedModel
-from reduction.residual_vectors import body_loads
-from workflows.named_bodies import body_structure
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.geometry.parameter_files import read_parameters
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.dynamic_stiffness import LOSS_FACTOR, FullResponse, full_response
+from carrierflex.reduction.free_interface import free_interface_reduction
+from carrierflex.reduction.free_modes import full_free_modes
+from carrierflex.reduction.held_structure import GroundedBody
+from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.reduction.residual_vectors import body_loads
+from carrierflex.workflows.support.named_bodies import body_structure
 
 QUICK = {"size": 0.08, "mode_counts": (10, 40), "n_responses": 5}
 

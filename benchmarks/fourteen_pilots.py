@@ -8,18 +8,22 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.assembly import assemble_stiffness_and_mass
-from fe.couplings import distributing_pilot
-from fe.half_sector_sensors import HalfSectorSensors, half_sector_sensors
-from fe.materials import BODY_MATERIALS
-from fe.structural_model import FLEXIBLE_CARRIER_PILOTS, StructuralModel, carrier_pilot_points
-from fe.symmetry_blocks import HalfSector, half_sector
-from geometry.carrier_mesh import flexible_half_sector
-from geometry.dihedral import completed, rotation_about_x
-from geometry.named_surfaces import with_carrier_surfaces
-from geometry.parameters import HALF_SECTOR_ANGLE, CarrierParameters
-from geometry.tet_mesh import TetMesh, boundary_facets
-from reduction.craig_bampton import craig_bampton
+from carrierflex.fe.assembly import assemble_stiffness_and_mass
+from carrierflex.fe.couplings import distributing_pilot
+from carrierflex.fe.half_sector_sensors import HalfSectorSensors, half_sector_sensors
+from carrierflex.fe.materials import BODY_MATERIALS
+from carrierflex.fe.structural_model import (
+    FLEXIBLE_CARRIER_PILOTS,
+    StructuralModel,
+    carrier_pilot_points,
+)
+from carrierflex.fe.symmetry_blocks import HalfSector, half_sector
+from carrierflex.geometry.carrier_mesh import flexible_half_sector
+from carrierflex.geometry.dihedral import completed, rotation_about_x
+from carrierflex.geometry.named_surfaces import with_carrier_surfaces
+from carrierflex.geometry.parameters import HALF_SECTOR_ANGLE, CarrierParameters
+from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
+from carrierflex.reduction.craig_bampton import craig_bampton
 
 CARRIER = CarrierParameters()
 #: Fixed-interface modes that every benchmark keeps.

@@ -25,12 +25,12 @@ from numpy.typing import NDArray
 from benchmarks.measured import measured
 from benchmarks.ratio import MEMORY, Quantity, Ratio, at_most
 from benchmarks.run import run_alone
-from identification.campaign_files import write_campaign
-from identification.simulated_campaign import simulated_campaign
-from simulation.carrier_motion import simulate_run
-from simulation.case_files import read_case, shipped_case
-from simulation.run_cases import CarrierMotion
-from workflows.default_curves import default_curves
+from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.identification.campaign.simulated_campaign import simulated_campaign
+from carrierflex.simulation.carrier.case_files import read_case, shipped_case
+from carrierflex.simulation.carrier.motion import simulate_run
+from carrierflex.simulation.carrier.run_cases import CarrierMotion
+from carrierflex.workflows.support.default_curves import default_curves
 
 QUICK = {"samples": 3e6}
 
@@ -56,7 +56,13 @@ def ratios(samples: float = 1e8, suffix: Literal["parquet", "csv"] = "parquet") 
         out = Path(folder) / "out"
         truth = _written(campaign, int(samples), suffix)
         size = (campaign / f"LC1.{suffix}").stat().st_size / 1e9
-        command = [sys.executable, "-m", "workflows.command_line", "identify", str(campaign)]
+        command = [
+            sys.executable,
+            "-m",
+            "carrierflex.workflows.command_line",
+            "identify",
+            str(campaign),
+        ]
         options = ["--model", "m2", "--quiet", "--out", str(out)]
         run = measured(
             lambda: subprocess.run([*command, *options], check=True, stdout=subprocess.DEVNULL)

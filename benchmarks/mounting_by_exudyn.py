@@ -33,9 +33,9 @@ from benchmarks.mounting_cases import (
     element_coordinates,
     has_nonlinear_stiffness,
 )
-from simulation.mounting.equations import mounting_blocks
-from simulation.mounting.parameters import INDEX, ParameterArray
-from simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.equations import mounting_blocks
+from carrierflex.simulation.mounting.parameters import INDEX, ParameterArray
+from carrierflex.simulation.mounting.rig import MountingRig
 
 
 def exudyn_equations(

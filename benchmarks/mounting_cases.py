@@ -3,12 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.bushings import LinearBushing, NonlinearBushing
-from simulation.mounting.equations import mounting_blocks
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.load_history import LoadHistory
-from simulation.mounting.parameters import INDEX, ParameterArray, parameter_array
-from simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.bushings import LinearBushing, NonlinearBushing
+from carrierflex.simulation.mounting.equations import mounting_blocks
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.load_history import LoadHistory
+from carrierflex.simulation.mounting.parameters import INDEX, ParameterArray, parameter_array
+from carrierflex.simulation.mounting.rig import MountingRig
 
 Array = NDArray[np.float64]
 

@@ -27,10 +27,10 @@ from benchmarks.mounting_cases import (
 )
 from benchmarks.ratio import SPEED, Bound, Ratio, at_least
 from benchmarks.run import run_alone
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.march import marched, mounting_model, state_at_rest
-from simulation.mounting.parameters import ParameterArray
-from simulation.mounting.simulate import simulate
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.parameters import ParameterArray
+from carrierflex.simulation.mounting.simulate import simulate
+from carrierflex.simulation.mounting.time_integration import marched, mounting_model, state_at_rest
 
 QUICK = {"duration": 15.0, "budget": 0.1}
 

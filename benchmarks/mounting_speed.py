@@ -33,12 +33,16 @@ from benchmarks.mounting_cases import (
 )
 from benchmarks.ratio import ERROR, SPEED, Ratio, at_least, at_most
 from benchmarks.run import run_alone
-from simulation.bushings import HydrodynamicBushing, LinearBushing, NonlinearBushing
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.load_history import LoadHistory
-from simulation.mounting.march import mounting_model
-from simulation.mounting.parameters import ParameterArray, parameter_array
-from simulation.mounting.simulate import response_of, signal_pieces, simulate
+from carrierflex.simulation.mounting.bushings import (
+    HydrodynamicBushing,
+    LinearBushing,
+    NonlinearBushing,
+)
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.load_history import LoadHistory
+from carrierflex.simulation.mounting.parameters import ParameterArray, parameter_array
+from carrierflex.simulation.mounting.simulate import response_of, signal_pieces, simulate
+from carrierflex.simulation.mounting.time_integration import mounting_model
 
 QUICK = {"first": 500.0, "budget": 0.2, "formula_seconds": 15.0}
 

@@ -28,13 +28,13 @@ from benchmarks.fourteen_pilots import (
 from benchmarks.measured import measured
 from benchmarks.ratio import DIFFERENCE, TIME, Absent, Ratio, at_least
 from benchmarks.run import run_alone
-from fe.materials import CAST_IRON
-from fe.rigid_couplings import rigidly_coupled
-from geometry.mesh_files import write_mesh
-from geometry.tet_mesh import TetMesh
-from reduction.craig_bampton import craig_bampton
-from reduction.fixed_interface_modes import fixed_interface_modes
-from reduction.held_structure import GroundedBody, HeldStructure
+from carrierflex.fe.materials import CAST_IRON
+from carrierflex.fe.rigid_couplings import rigidly_coupled
+from carrierflex.geometry.mesh_files import write_mesh
+from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.fixed_interface_modes import fixed_interface_modes
+from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
 
 QUICK = {"size": 0.06}
 

@@ -25,10 +25,10 @@ from benchmarks.fourteen_pilots import (
 from benchmarks.measured import fastest, measured
 from benchmarks.ratio import DIFFERENCE, TIME, Ratio, at_least, at_most
 from benchmarks.run import run_alone
-from fe.rigid_couplings import rigidly_coupled
-from fe.structural_model import StructuralModel
-from geometry.tet_mesh import TetMesh
-from reduction.craig_bampton import craig_bampton
+from carrierflex.fe.rigid_couplings import rigidly_coupled
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.reduction.craig_bampton import craig_bampton
 
 QUICK = {"size": 0.06, "repeats": 1}
 

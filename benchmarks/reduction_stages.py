@@ -21,10 +21,10 @@ from benchmarks.fourteen_pilots import (
 from benchmarks.measured import measured, peak_gb
 from benchmarks.ratio import MEMORY, TIME, Ratio, at_most
 from benchmarks.run import run_alone
-from fe.structural_model import StructuralModel
-from reduction.ffrf_data import ffrf_data
-from reduction.fixed_interface_modes import fixed_interface_modes
-from reduction.held_structure import GroundedBody, HeldStructure
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.reduction.ffrf_data import ffrf_data
+from carrierflex.reduction.fixed_interface_modes import fixed_interface_modes
+from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
 
 QUICK = {"size": 0.06}
 

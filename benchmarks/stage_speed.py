@@ -22,17 +22,22 @@ from threadpoolctl import threadpool_limits
 from benchmarks.measured import measured
 from benchmarks.ratio import ERROR, SPEED, Quantity, Ratio, at_least, at_most
 from benchmarks.run import run_alone
-from simulation.run_cases import AXIAL, RADIAL, Sensor
-from simulation.stage.effects import StageEffects
-from simulation.stage.modal_form import modal_stage, step_matrices
-from simulation.stage.readings import sensor_signals
-from simulation.stage.response import joined_records, quasi_static_start, run_stage, steady_drive
-from simulation.stage.roller_bearing import RollerBearingData
-from simulation.stage.stage_data import BearingData, StageData
-from simulation.stage.stage_model import GRAVITY, StageBody, StageModel, stage_model
-from simulation.stage.stage_run import simulate_stage
-from simulation.stage.statics import SteadyLoad, channel_forces, frozen_stiffness
-from workflows.stage_bodies import default_stage_body
+from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL, Sensor
+from carrierflex.simulation.stage.effects import StageEffects
+from carrierflex.simulation.stage.modal_form import modal_stage, step_matrices
+from carrierflex.simulation.stage.readings import sensor_signals
+from carrierflex.simulation.stage.response import (
+    joined_records,
+    quasi_static_start,
+    run_stage,
+    steady_drive,
+)
+from carrierflex.simulation.stage.roller_bearing import RollerBearingData
+from carrierflex.simulation.stage.stage_data import BearingData, StageData
+from carrierflex.simulation.stage.stage_model import GRAVITY, StageBody, StageModel, stage_model
+from carrierflex.simulation.stage.stage_run import simulate_stage
+from carrierflex.simulation.stage.statics import SteadyLoad, channel_forces, frozen_stiffness
+from carrierflex.workflows.support.stage_bodies import default_stage_body
 
 QUICK = {"size": 0.08, "steps": (1e-3,), "duration": 4.0, "revolutions": 0.25}
 

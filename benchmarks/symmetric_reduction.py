@@ -21,10 +21,10 @@ from benchmarks.fourteen_pilots import (
 from benchmarks.measured import measured, peak_gb
 from benchmarks.ratio import DIFFERENCE, MEMORY, PROCESSOR_TIME, TIME, Ratio, at_least, at_most
 from benchmarks.run import run_alone
-from geometry.tet_mesh import TetMesh
-from reduction.craig_bampton import craig_bampton
-from reduction.reduced_model import ReducedModel
-from reduction.symmetric_craig_bampton import symmetric_craig_bampton
+from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampton
 
 QUICK = {"size": 0.06}
 
