@@ -1,5 +1,6 @@
 """Run the benchmarks and print one table of ratios: ``python -m benchmarks [NAMES...]``."""
 
+import signal
 import sys
 import time
 from pathlib import Path
@@ -89,6 +90,8 @@ def _show(report: Report) -> None:
 if __name__ == "__main__":
     import cyclopts
 
+    # A time limit of another program ends the run as the user would.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     app = cyclopts.App(name="benchmarks", suppress_keyboard_interrupt=False)
     app.default(main)
     sys.exit(app(sys.argv[1:], result_action="return_value"))
