@@ -89,7 +89,7 @@ def test_without_an_accepted_set_nothing_is_reduced():
     assert far.rho == 1.0
     assert far.phi == pytest.approx(0.0, abs=1e-12)
     assert far.rms_after == far.rms_before
-    assert [step.added for step in far.search] == ["baseline"]
+    assert [step.added for step in far.steps] == ["baseline"]
     assert np.isnan(far.extrapolation_rho)
 
 
@@ -122,14 +122,14 @@ def test_without_noise_what_is_left_is_beyond_every_multiple_of_it():
 
 
 def test_accepted_effects_are_listed_largest_step_first(found):
-    assert [step.added for step in found.search] == ["baseline", "a", "b"]
+    assert [step.added for step in found.steps] == ["baseline", "a", "b"]
     squares = np.array([BEFORE, BEFORE - A**2, AFTER])
-    assert_allclose([step.rms for step in found.search], np.sqrt(squares), rtol=1e-9)
-    assert_allclose([step.rho for step in found.search], np.sqrt(squares / BEFORE), rtol=1e-9)
-    assert np.isnan(found.search[0].rho_ci95).all()
-    assert_allclose(found.search[2].rho_ci95, found.rho, rtol=1e-9)
+    assert_allclose([step.rms for step in found.steps], np.sqrt(squares), rtol=1e-9)
+    assert_allclose([step.rho for step in found.steps], np.sqrt(squares / BEFORE), rtol=1e-9)
+    assert np.isnan(found.steps[0].rho_ci95).all()
+    assert_allclose(found.steps[2].rho_ci95, found.rho, rtol=1e-9)
     turned = reduced(linear_problem({"a": 1.0, "b": 4.0, "c": 2.0}), ("a", "b", "c"))
-    assert [step.added for step in turned.search] == ["baseline", "b", "c", "a"]
+    assert [step.added for step in turned.steps] == ["baseline", "b", "c", "a"]
 
 
 def test_extrapolation_predicts_the_condition_with_the_largest_gap_from_the_others():

@@ -8,9 +8,9 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.inference.folds import held_out_folds
 from carrierflex.diagnosis.inference.forward_selection import ForwardSelection
+from carrierflex.diagnosis.inference.results import RankedSet
 from carrierflex.diagnosis.inference.selection import Selection, selected
 from carrierflex.diagnosis.inference.thresholds import Thresholds
-from carrierflex.diagnosis.results import RankedSet
 from tests.diagnosis.inference.toy_problem import CONTROL, linear_problem, write_score
 
 LIMITS = Thresholds(equal_rms=1.5, never_equal_rms=2.0)

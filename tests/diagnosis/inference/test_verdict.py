@@ -7,11 +7,7 @@ import pytest
 
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.forward_selection import forward_selection
-from carrierflex.diagnosis.inference.screening import Screen, ScreenedEffect
-from carrierflex.diagnosis.inference.selection import Selection
-from carrierflex.diagnosis.inference.thresholds import Thresholds
-from carrierflex.diagnosis.inference.verdict import verdict
-from carrierflex.diagnosis.results import (
+from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
     NAMED,
@@ -22,6 +18,10 @@ from carrierflex.diagnosis.results import (
     GapReduction,
     RankedSet,
 )
+from carrierflex.diagnosis.inference.screening import Screen, ScreenedEffect
+from carrierflex.diagnosis.inference.selection import Selection
+from carrierflex.diagnosis.inference.thresholds import Thresholds
+from carrierflex.diagnosis.inference.verdict import verdict
 from tests.diagnosis.inference.toy_problem import linear_problem
 
 #: Binary fractions and squares of them: a limit can be met exactly.
@@ -55,7 +55,7 @@ CLEAR = GapReduction(
     negative_control_rho=1.0,
     black_box_rho=0.0,
     extrapolation_rho=1.0,
-    search=(),
+    steps=(),
     cells_before=(),
     cells_after=(),
     validation=(),
@@ -136,13 +136,13 @@ def test_a_gap_of_an_estimated_floor_is_at_it_where_nothing_was_accepted(decided
 
 
 def test_a_gap_of_which_a_flexible_model_learns_nothing_is_coloured_noise(decided):
-    coloured = {"rms_before": 3.0 * FLOOR, "learnable": 0.125, "accepted": ()}
+    coloured = {"rms_before": 3.0 * FLOOR, "explainable": 0.125, "accepted": ()}
     kind, reason = decided(**coloured)
     assert kind == AT_NOISE_FLOOR
     assert reason.startswith("the held-out gap is 9.00 times the mean square of the noise floor")
     assert "a flexible model learns nothing of it" in reason
     assert decided(**{**coloured, "rms_before": 3.01 * FLOOR})[0] == NONE_OF_THESE
-    assert decided(**{**coloured, "learnable": 0.13})[0] == NONE_OF_THESE
+    assert decided(**{**coloured, "explainable": 0.13})[0] == NONE_OF_THESE
     assert decided(**{**coloured, "accepted": ("a",)})[0] == NAMED
 
 
@@ -247,7 +247,7 @@ def test_nothing_is_named_where_a_placebo_shrinks_the_gap_too(decided):
 def diagnosed(*args, **options):
     limits = Thresholds(bootstrap_samples=40, fewest_samples=20)
     problem = linear_problem(*args, **options)
-    return diagnose(problem, campaign="toy", kind="toy", thresholds=limits)
+    return diagnose(problem, campaign="toy", kind="element", thresholds=limits)
 
 
 def test_a_whole_diagnosis_reaches_every_verdict():

@@ -228,7 +228,7 @@ def with_random_noise(problem: LinearProblem, rng: np.random.Generator) -> Linea
 def _card(name: str, aliases: Effects, acts_on_others: bool) -> EffectCard:
     return EffectCard(
         id=name,
-        kind="toy",
+        kind="element",
         equation=f"x column_{name}",
         parameters=(EffectParameter("x", "m"),),
         signature="a line",
