@@ -3,7 +3,7 @@
 PYTHON ?=
 OUT := out
 BIN := .venv/bin
-PACKAGES := geometry fe reduction simulation identification diagnosis workflows
+PACKAGES := files geometry fe reduction simulation identification diagnosis workflows
 PYTEST := $(BIN)/pytest --doctest-modules $(PACKAGES) tests
 
 MAKEFLAGS += --no-print-directory

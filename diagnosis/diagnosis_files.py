@@ -9,7 +9,7 @@ from typing import Any
 from diagnosis.gap_detail import SIGNIFICANCE, detail_document
 from diagnosis.plants import GapCell
 from diagnosis.results import Attribution, Diagnosis, Interval, Shrinkage, finite_or_none
-from geometry.whole_files import whole_file
+from files.whole_files import whole_file
 from identification.estimate_files import software_name
 
 FORMAT = "carrierflex-diagnosis"

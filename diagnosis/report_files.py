@@ -4,7 +4,7 @@ from pathlib import Path
 
 from diagnosis.report import ReportSource, report_page
 from diagnosis.results import Diagnosis
-from geometry.whole_files import whole_file
+from files.whole_files import whole_file
 
 
 def write_report(path: Path, diagnosis: Diagnosis, source: ReportSource) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from fe.deflection_curves import DeflectionCurve
-from geometry.whole_files import whole_file
+from files.whole_files import whole_file
 
 #: Curve names and the unit load each column's values belong to [N m or N].
 UNIT_LOADS = {"delta_s": 1000.0, "delta_f": 1000.0, "g_s": 1.0, "g_f": 1.0}

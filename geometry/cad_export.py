@@ -4,11 +4,11 @@ from pathlib import Path
 
 import gmsh
 
+from files.whole_files import whole_file
 from geometry.carrier_solid import carrier_solid
 from geometry.half_sector import MeshingError, quiet_geometry
 from geometry.parameters import CarrierParameters, pin_angles
 from geometry.silent_output import silent_stdout
-from geometry.whole_files import whole_file
 
 
 def write_step(carrier: CarrierParameters, path: Path) -> None:

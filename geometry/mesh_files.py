@@ -9,9 +9,9 @@ import meshio.gmsh
 import numpy as np
 from numpy.typing import NDArray
 
+from files.whole_files import whole_file
 from geometry.mesh_checks import check_mesh
 from geometry.tet_mesh import TetMesh, boundary_facets
-from geometry.whole_files import whole_file
 
 #: Format of meshio's writer by suffix.
 _FORMATS = {".msh": "gmsh22", ".vtu": "vtu", ".inp": "abaqus"}

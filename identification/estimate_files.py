@@ -8,7 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from geometry.whole_files import whole_file
+from files.whole_files import whole_file
 from identification.parameter_estimate import SHARED, ParameterEstimate
 from identification.robust_loss import Outliers
 

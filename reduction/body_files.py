@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.whole_files import whole_file
+from files.whole_files import whole_file
 from reduction.certificate import Certificate, Check
 from reduction.ffrf_data import FfrfData
 from reduction.interface_mass import effective_interface_mass

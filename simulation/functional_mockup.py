@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from geometry.whole_files import whole_file
+from files.whole_files import whole_file
 from simulation.mounting.equations import mounting_blocks
 from simulation.mounting.parameters import INDEX, ParameterArray, check_parameters
 from simulation.mounting.propagators import propagator

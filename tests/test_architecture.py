@@ -4,7 +4,7 @@ import ast
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-CHAIN = ("geometry", "fe", "reduction", "simulation", "identification", "diagnosis", "workflows")
+CHAIN = ("files", "geometry", "fe", "reduction", "simulation", "identification", "diagnosis", "workflows")
 TREES = {
     path.relative_to(ROOT): ast.parse(path.read_text(encoding="utf-8"))
     for package in CHAIN

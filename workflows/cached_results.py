@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from geometry.whole_files import whole_file
+from files.whole_files import whole_file
 from workflows.cache_store import CacheStore, cache_folder, cache_key
 
 

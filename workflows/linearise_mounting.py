@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.whole_files import whole_file
+from files.whole_files import whole_file
 from simulation.mounting.case_files import MountingCase, MountingRun
 from simulation.mounting.linearised import campbell_diagram, frequency_response, mounting_modes
 from simulation.mounting.rig import SENSORS

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.whole_files import whole_file
+from files.whole_files import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 from rich.console import Console
 
-from geometry.whole_files import whole_file
+from files.whole_files import whole_file
 from identification.estimate_files import software_name
 from workflows.blind.case_plans import case_plans, full_size
 from workflows.blind.check import diagnosed, opened, sealed_check

@@ -15,11 +15,12 @@ from pathlib import Path
 import numpy as np
 
 from fe.curve_files import read_curves, write_curves
+from files.toml_files import toml_document
 from identification.campaign import Campaign
 from identification.campaign_files import CASE_COPY, write_campaign
 from identification.simulated_campaign import CURVES_FILE, simulated_campaign
 from simulation.carrier_motion import simulate_run
-from simulation.case_files import SimulationCase, read_case, read_case_document
+from simulation.case_files import CARRIER_CASE, SimulationCase, read_case
 from simulation.stage.stage_cases import STAGE_FORMAT
 from workflows import simulate_mounting, simulate_stage
 from workflows.progress import Stages
@@ -74,7 +75,7 @@ def main(
     ValueError
         Where the case or the curves are refused, or the folder holds something that is not a campaign.
     """
-    document = read_case_document(case)
+    document = toml_document(case, CARRIER_CASE)
     if linearised is not None and document.get("kind") != "mounting":
         raise ValueError(f"--linearised is {linearised}; only a case of kind mounting is linearised here")
     if document.get("format") == STAGE_FORMAT:

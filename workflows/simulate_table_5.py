@@ -16,8 +16,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from files.whole_files import whole_file
 from geometry.carrier_mesh import DEFAULT_SIZE
-from geometry.whole_files import whole_file
 from identification.carrier_identification import identify_each_run
 from identification.carrier_models import rigid_model
 from identification.records import Run

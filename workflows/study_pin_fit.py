@@ -14,9 +14,9 @@ import numpy as np
 from fe.carrier_curves import CASES, UNIT_TORQUE, carrier_deflection, flexible_cases, stiff_cases
 from fe.deflection_curves import DeflectionCurve
 from fe.load_cases import gear_forces
+from files.whole_files import whole_file
 from geometry.carrier_mesh import DEFAULT_SIZE
 from geometry.parameter_files import StageParameters, read_parameters
-from geometry.whole_files import whole_file
 from reduction.craig_bampton import craig_bampton
 from reduction.pin_fit import ExtremeCurves, PinFitFamily, PinFitRow, pin_fit_row, rms, torque_curve
 from reduction.pin_joints import PIN_FITS

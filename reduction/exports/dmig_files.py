@@ -8,7 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from pyyeti.nastran import bulk
 
-from geometry.whole_files import whole_file
+from files.whole_files import whole_file
 from reduction.exports.op4_files import FIRST_SPOINT, grid_numbers
 from reduction.exports.ordered_body import OrderedBody, comments, header, ordered_body
 from reduction.reduced_model import ReducedModel

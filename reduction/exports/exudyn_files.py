@@ -13,8 +13,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fe.structural_model import StructuralModel
+from files.whole_files import whole_file
 from geometry.tet_mesh import TetMesh, boundary_facets
-from geometry.whole_files import whole_file
 from reduction.craig_bampton import Reduction
 from reduction.exports.ordered_body import FRAME, UNITS, header
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.whole_files import whole_file
+from files.whole_files import whole_file
 from reduction.exports.ordered_body import HeldBody, comments, header, held_body
 from reduction.reduced_model import ReducedModel
 

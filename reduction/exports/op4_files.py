@@ -7,7 +7,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from pyyeti.nastran import bulk, n2p
 
-from geometry.whole_files import whole_file
+from files.whole_files import whole_file
 from reduction.exports.ordered_body import comments, header, ordered_body
 from reduction.reduced_model import ReducedModel
 

@@ -11,7 +11,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from geometry.whole_files import whole_file
+from files.whole_files import whole_file
 from reduction.exports.ordered_body import FRAME, UNITS, HeldBody, held_body
 from reduction.ffrf_data import FfrfData
 from reduction.reduced_model import ReducedModel

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import scipy.io
 
-from geometry.whole_files import whole_file
+from files.whole_files import whole_file
 from reduction.exports.ordered_body import FRAME, UNITS, ordered_body
 from reduction.reduced_model import ReducedModel
 

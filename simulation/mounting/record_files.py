@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pa_parquet
 from numpy.typing import NDArray
 
-from geometry.whole_files import whole_file
+from files.whole_files import whole_file
 from simulation.mounting.inputs import MountingInputs
 from simulation.mounting.march import DivergedError, marched, mounting_model, state_at_rest
 from simulation.mounting.parameters import INDEX, ParameterArray
