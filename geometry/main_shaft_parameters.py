@@ -1,7 +1,9 @@
 """Dimensions of the main shaft, each default with its source (tags as in :mod:`carrierflex.geometry.parameters`)."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
+from carrierflex.files.problems import refuse
 from carrierflex.geometry.parameters import CarrierParameters, refuse_non_positive
 
 
@@ -37,23 +39,26 @@ class MainShaftParameters:
 
     def __post_init__(self) -> None:
         refuse_non_positive(self)
+        refuse(self._conflicts())
+
+    def _conflicts(self) -> Iterator[str]:
         if self.bearing_to_joint > 20.0:
-            raise ValueError(
+            yield (
                 f"MainShaftParameters.bearing_to_joint is {self.bearing_to_joint} m; expected dimensions in metres, at most 20 m"
             )
         if not self.inner_diameter < self.outer_diameter:
-            raise ValueError(
+            yield (
                 f"MainShaftParameters.inner_diameter is {self.inner_diameter} m; expected less than outer_diameter "
                 f"{self.outer_diameter} m"
             )
         room = 2.0 * min(self.bearing_to_joint, self.bearing_to_flange)
         if not self.bearing_width < room:
-            raise ValueError(
+            yield (
                 f"MainShaftParameters.bearing_width is {self.bearing_width} m: the bearing reaches an end of the shaft; "
                 f"expected less than {room} m, twice bearing_to_joint and bearing_to_flange"
             )
         if not self.hub_to_bearing >= self.bearing_to_flange:
-            raise ValueError(
+            yield (
                 f"MainShaftParameters.hub_to_bearing is {self.hub_to_bearing} m; expected at least bearing_to_flange "
                 f"{self.bearing_to_flange} m: the hub stands upwind of the flange"
             )

@@ -6,10 +6,13 @@ those by a calculation; *chosen* is an assumption of this project, with its reas
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
+
+from carrierflex.files.problems import refuse
 
 #: Half the angle between two pins: a half sector of the carrier runs from a pin's plane to a web's
 #: plane.
@@ -27,13 +30,15 @@ def pin_angles() -> NDArray[np.float64]:
 
 
 def refuse_non_positive(parameters: object) -> None:
-    """Raise ValueError naming the first field that is not a finite positive number."""
+    """Raise ValueError naming every field that is not a finite positive number."""
+    refuse(_non_positive(parameters))
+
+
+def _non_positive(parameters: object) -> Iterator[str]:
     for field in fields(parameters):  # type: ignore[arg-type]
         value = getattr(parameters, field.name)
         if not (isinstance(value, (int, float)) and math.isfinite(value) and value > 0.0):
-            raise ValueError(
-                f"{type(parameters).__name__}.{field.name} is {value!r}; expected a positive number"
-            )
+            yield f"{type(parameters).__name__}.{field.name} is {value!r}; expected a positive number"
 
 
 @dataclass(frozen=True)
@@ -85,24 +90,15 @@ class CarrierParameters:
 
     def __post_init__(self) -> None:
         refuse_non_positive(self)
+        # In millimetres nothing else would make sense either.
         if self.outer_radius > _LARGEST_RADIUS:
             raise ValueError(
                 f"CarrierParameters.outer_radius is {self.outer_radius} m; expected dimensions in metres, at most "
                 f"{_LARGEST_RADIUS} m"
             )
-        self._refuse_pin_hole_outside_plate()
-        self._refuse_webs_without_room()
-        self._refuse_shaft_ends_that_do_not_fit()
-        if not self.outer_radius > self.sensor_radius:
-            raise ValueError(
-                f"CarrierParameters.outer_radius is {self.outer_radius} m: the rim ends inside the sensor radius "
-                f"{self.sensor_radius} m; expected a larger outer radius"
-            )
-        if self.sensor_radius <= self.centre_distance + self.pin_hole_radius:
-            raise ValueError(
-                f"CarrierParameters.sensor_radius is {self.sensor_radius} m: the measured circle crosses the pin holes, "
-                f"which reach {self.centre_distance + self.pin_hole_radius:.4g} m; expected a larger sensor radius"
-            )
+        conflicts = [*self._pin_hole_conflicts(), *self._web_conflicts()]
+        conflicts += [*self._shaft_end_conflicts(), *self._sensor_circle_conflicts()]
+        refuse(conflicts)
 
     @property
     def pin_hole_radius(self) -> float:
@@ -140,27 +136,39 @@ class CarrierParameters:
             sum(downwind) / 2.0,
         )
 
-    def _refuse_pin_hole_outside_plate(self) -> None:
+    def _sensor_circle_conflicts(self) -> Iterator[str]:
+        if not self.outer_radius > self.sensor_radius:
+            yield (
+                f"CarrierParameters.outer_radius is {self.outer_radius} m: the rim ends inside the sensor radius "
+                f"{self.sensor_radius} m; expected a larger outer radius"
+            )
+        if self.sensor_radius <= self.centre_distance + self.pin_hole_radius:
+            yield (
+                f"CarrierParameters.sensor_radius is {self.sensor_radius} m: the measured circle crosses the pin holes, "
+                f"which reach {self.centre_distance + self.pin_hole_radius:.4g} m; expected a larger sensor radius"
+            )
+
+    def _pin_hole_conflicts(self) -> Iterator[str]:
         outer, inner = (
             self.centre_distance + self.pin_hole_radius,
             self.centre_distance - self.pin_hole_radius,
         )
         if outer >= self.outer_radius:
-            raise ValueError(
+            yield (
                 f"CarrierParameters.pin_hole_diameter is {self.pin_hole_diameter} m: the hole reaches radius {outer:.4g} m "
                 f"and leaves the plate; expected less than outer_radius {self.outer_radius} m"
             )
         for name in ("hub_outer_diameter", "seat_outer_diameter"):
             if inner <= getattr(self, name) / 2.0 - _DEEPEST_NOTCH:
-                raise ValueError(
+                yield (
                     f"CarrierParameters.{name} is {getattr(self, name)} m and covers the pin holes, which begin at radius "
                     f"{inner:.4g} m; expected at most {2.0 * (inner + _DEEPEST_NOTCH):.4g} m"
                 )
 
-    def _refuse_webs_without_room(self) -> None:
+    def _web_conflicts(self) -> Iterator[str]:
         a, clearance = self.centre_distance, self.planet_clearance_radius
         if not self.web_inner_radius < self.outer_radius:
-            raise ValueError(
+            yield (
                 f"CarrierParameters.web_inner_radius is {self.web_inner_radius} m; expected less than outer_radius "
                 f"{self.outer_radius} m"
             )
@@ -171,38 +179,38 @@ class CarrierParameters:
         )
         nearest = math.sqrt(r_nearest**2 + a**2 - 2.0 * r_nearest * a * math.cos(HALF_SECTOR_ANGLE))
         if nearest <= clearance:
-            raise ValueError(
+            yield (
                 f"CarrierParameters.planet_clearance_radius is {clearance} m: the webs touch the planet, their middle plane "
                 f"is {nearest:.4g} m from the pin axis; expected a smaller clearance radius or a larger centre_distance"
             )
         if clearance <= self.pin_hole_radius:
-            raise ValueError(
+            yield (
                 f"CarrierParameters.planet_clearance_radius is {clearance} m; expected more than the pin hole's radius "
                 f"{self.pin_hole_radius} m"
             )
 
-    def _refuse_shaft_ends_that_do_not_fit(self) -> None:
+    def _shaft_end_conflicts(self) -> Iterator[str]:
         for name, inner, outer in (
             ("hub", self.hub_inner_diameter, self.hub_outer_diameter),
             ("seat", self.seat_inner_diameter, self.seat_outer_diameter),
         ):
             if not inner < outer:
-                raise ValueError(
+                yield (
                     f"CarrierParameters.{name}_inner_diameter is {inner} m; expected less than {name}_outer_diameter {outer} m"
                 )
             if not outer < 2.0 * self.outer_radius:
-                raise ValueError(
+                yield (
                     f"CarrierParameters.{name}_outer_diameter is {outer} m; expected less than twice outer_radius "
                     f"{self.outer_radius} m"
                 )
         if not self.upwind_bearing_width < self.hub_length:
-            raise ValueError(
+            yield (
                 f"CarrierParameters.upwind_bearing_width is {self.upwind_bearing_width} m; expected less than hub_length "
                 f"{self.hub_length} m, on which the bearing is centred"
             )
         largest_bore = max(self.hub_inner_diameter, self.seat_inner_diameter) / 2.0
         if not largest_bore < self.web_inner_radius:
-            raise ValueError(
+            yield (
                 f"CarrierParameters.web_inner_radius is {self.web_inner_radius} m; expected more than the radius of the "
                 f"central bores, {largest_bore} m"
             )
@@ -233,13 +241,16 @@ class PinParameters:
 
         The message names the parameter.
         """
+        refuse(self._conflicts(carrier))
+
+    def _conflicts(self, carrier: CarrierParameters) -> Iterator[str]:
         if not math.isclose(self.diameter, carrier.pin_hole_diameter, rel_tol=1e-12):
-            raise ValueError(
+            yield (
                 f"PinParameters.diameter is {self.diameter} m; expected the carrier's pin_hole_diameter "
                 f"{carrier.pin_hole_diameter} m (the fit's clearance is not part of the mesh)"
             )
         if not self.bearing_width < carrier.plate_gap:
-            raise ValueError(
+            yield (
                 f"PinParameters.bearing_width is {self.bearing_width} m; expected less than the carrier's plate_gap "
                 f"{carrier.plate_gap} m"
             )
@@ -270,23 +281,24 @@ class GearData:
 
     def __post_init__(self) -> None:
         refuse_non_positive(self)
+        refuse(self._conflicts())
+
+    def _conflicts(self) -> Iterator[str]:
         for name in ("ring_teeth", "planet_teeth", "sun_teeth"):
             if getattr(self, name) != int(getattr(self, name)):
-                raise ValueError(
-                    f"GearData.{name} is {getattr(self, name)}; expected a whole number"
-                )
+                yield f"GearData.{name} is {getattr(self, name)}; expected a whole number"
         for name in ("pressure_angle", "helix_angle"):
             if getattr(self, name) >= math.pi / 4.0:
-                raise ValueError(
+                yield (
                     f"GearData.{name} is {getattr(self, name)}; expected an angle in radians, below 0.785 (45 deg)"
                 )
         if self.ring_teeth != self.sun_teeth + 2 * self.planet_teeth:
-            raise ValueError(
+            yield (
                 f"GearData.ring_teeth is {self.ring_teeth}; expected sun_teeth + 2 planet_teeth = "
                 f"{self.sun_teeth + 2 * self.planet_teeth}"
             )
         if (self.ring_teeth + self.sun_teeth) % N_PINS:
-            raise ValueError(
+            yield (
                 f"GearData.sun_teeth is {self.sun_teeth}; expected ring_teeth + sun_teeth divisible by {N_PINS}, or the "
                 "planets cannot be assembled at equal angles"
             )

@@ -4,10 +4,11 @@ The objects check what the contract says about their content; the files they com
 written in :mod:`carrierflex.identification.campaign.campaign_files`.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from carrierflex.files.problems import refuse, repeated_names
 from carrierflex.identification.campaign.campaign_kinds import (
     NOT_SI_UNITS,
     CampaignKind,
@@ -134,35 +135,34 @@ class Campaign:
 
 
 def check_different(names: Iterable[str], what: str) -> None:
-    """Refuse a name that stands twice.
+    """Refuse names that stand twice.
 
     Raises
     ------
     ValueError
         Where a name repeats.
     """
-    seen: set[str] = set()
-    for name in names:
-        if name in seen:
-            raise ValueError(f"{what} '{name}' stands twice; expected different names")
-        seen.add(name)
+    refuse(repeated_names(names, what))
 
 
 def check_effects(effects: Iterable[str], kind: CampaignKind) -> None:
-    """Refuse an effect id that the kind does not know.
+    """Refuse effect ids that the kind does not know.
 
     Raises
     ------
     ValueError
         Where an id is unknown or stands twice.
     """
+    refuse(f"[baseline]: {conflict}" for conflict in effect_conflicts(effects, kind))
+
+
+def effect_conflicts(effects: Iterable[str], kind: CampaignKind) -> Iterator[str]:
+    """One text for every effect id that stands twice or that the kind does not know."""
     effects = tuple(effects)
-    check_different(effects, "[baseline]: effect")
-    for effect in effects:
+    yield from repeated_names(effects, "effect")
+    for effect in dict.fromkeys(effects):
         if effect not in kind.effects:
-            raise ValueError(
-                f"[baseline]: unknown effect '{effect}' in 'effects'; kind {kind.name} knows {', '.join(kind.effects)}"
-            )
+            yield f"unknown effect '{effect}' in 'effects'; kind {kind.name} knows {', '.join(kind.effects)}"
 
 
 def check_channels(channels: Iterable[Channel], kind: CampaignKind) -> None:
@@ -173,23 +173,25 @@ def check_channels(channels: Iterable[Channel], kind: CampaignKind) -> None:
     ValueError
         Where a name repeats or is that of an input, a quantity is unknown, or a unit is wrong.
     """
+    refuse(channel_conflicts(channels, kind))
+
+
+def channel_conflicts(channels: Iterable[Channel], kind: CampaignKind) -> Iterator[str]:
+    """One text for everything that the kind does not allow in the channels."""
     channels = tuple(channels)
-    check_different([channel.name for channel in channels], "[[channels]] name")
+    yield from repeated_names([channel.name for channel in channels], "[[channels]] name")
     for channel in channels:
         where = f"[[channels]] {channel.name}"
         if channel.name == "time" or channel.name in kind.inputs:
-            raise ValueError(
-                f"{where}: key 'name' is that of an input column; expected another name"
-            )
+            yield f"{where}: key 'name' is that of an input column; expected another name"
         if channel.quantity not in kind.quantities:
-            raise ValueError(
-                f"{where}: key 'quantity' is '{channel.quantity}'; expected one of {', '.join(kind.quantities)}"
-            )
+            yield f"{where}: key 'quantity' is '{channel.quantity}'; expected one of {', '.join(kind.quantities)}"
+            continue
         expected = kind.quantities[channel.quantity]
         others = {*kind.inputs.values(), *NOT_SI_UNITS} - {expected}
         allowed = channel.unit not in others if kind.any_unit else channel.unit == expected
         if not allowed:
-            raise ValueError(f"{where}: key 'unit' is '{channel.unit}'; expected '{expected}'")
+            yield f"{where}: key 'unit' is '{channel.unit}'; expected '{expected}'"
 
 
 def expected_columns(

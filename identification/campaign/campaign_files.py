@@ -2,7 +2,6 @@
 
 import os
 import shutil
-import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from uuid import uuid4
@@ -13,8 +12,10 @@ import pyarrow.csv as pa_csv
 import pyarrow.parquet as pa_parquet
 import tomli_w
 
+from carrierflex.files.toml_files import toml_document
 from carrierflex.identification.campaign.campaign import Campaign, check_columns, expected_columns
 from carrierflex.identification.campaign.campaign_document import (
+    CAMPAIGN_FILE,
     DOCUMENT_NAME,
     CampaignHeader,
     RunEntry,
@@ -25,7 +26,6 @@ from carrierflex.identification.campaign.campaign_document import (
 from carrierflex.identification.campaign.records import PREDICTION_SUFFIX, Run
 
 #: Sanity limits, checked before anything is allocated.
-LARGEST_DOCUMENT = 10_000_000  # bytes of campaign.toml
 LARGEST_HEADER = 100_000  # bytes of the header line of a CSV file
 LARGEST_CSV = 8 * 1024**3  # bytes of a CSV file
 LARGEST_TABLE = 1_000_000_000  # cells of a Parquet file: 8 GB of numbers
@@ -82,15 +82,7 @@ def read_campaign_header(folder: Path) -> CampaignHeader:
     path = folder / DOCUMENT_NAME
     if not path.is_file():
         raise ValueError(f"{folder}: no file {DOCUMENT_NAME}; expected a campaign folder")
-    if path.stat().st_size > LARGEST_DOCUMENT:
-        raise ValueError(
-            f"{DOCUMENT_NAME}: {path.stat().st_size} bytes; expected at most {LARGEST_DOCUMENT}"
-        )
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{DOCUMENT_NAME}: not a TOML file: {one_line(error)}") from error
-    return campaign_header(document)
+    return campaign_header(toml_document(path, CAMPAIGN_FILE), str(path))
 
 
 def write_campaign(

@@ -1,24 +1,11 @@
-"""What each kind of measurement campaign holds: inputs, quantities, units, rig keys and effect ids.
+"""What each kind of measurement campaign holds: inputs, quantities, units and effect ids.
 
-Data only, after the file contract (docs: campaign format, version 1). A new kind is a new table
-here.
+Data only, after the file contract (docs: campaign format, version 1). The keys of the file, those
+of the rig among them, are stated in :mod:`carrierflex.identification.campaign.campaign_tables`.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-
-from carrierflex.simulation.toml_tables import (
-    COUNT,
-    FLAG,
-    NOT_NEGATIVE,
-    NUMBER,
-    POSITIVE,
-    POSITIVE_COUNT,
-    TEXT,
-    THREE_POSITIVE,
-    Value,
-    one_of,
-)
+from dataclasses import dataclass
 
 #: Units of a declared element quantity that are SI multiples or foreign units of length and force;
 #: a voltage analogue may use any other unit.
@@ -37,10 +24,6 @@ class CampaignKind:
         Input columns and their units, besides ``time`` [s].
     quantities : mapping of str to str
         Quantities a channel may measure and their units.
-    channel_keys : mapping of str to Value
-        Keys a channel has in this kind only.
-    rig_required, rig_optional : mapping of str to Value
-        Keys of the rig table.
     effects : tuple of str
         Effect ids.
     any_unit : bool
@@ -50,9 +33,6 @@ class CampaignKind:
     name: str
     inputs: Mapping[str, str]
     quantities: Mapping[str, str]
-    channel_keys: Mapping[str, Value] = field(default_factory=dict)
-    rig_required: Mapping[str, Value] = field(default_factory=dict)
-    rig_optional: Mapping[str, Value] = field(default_factory=dict)
     effects: tuple[str, ...] = ()
     any_unit: bool = False
 
@@ -61,13 +41,6 @@ CARRIER = CampaignKind(
     name="carrier",
     inputs={"carrier_angle": "rad", "torque": "N m", "ntl_y": "N", "ntl_z": "N"},
     quantities={"axial_displacement": "m", "radial_displacement": "m"},
-    channel_keys={"angle_deg": NUMBER, "radius_m": POSITIVE},
-    rig_required={
-        "nominal_torque": POSITIVE,
-        "sensor_radius": POSITIVE,
-        "n_planets": POSITIVE_COUNT,
-    },
-    rig_optional={"deflection_curves": TEXT},
     effects=(
         "axial_offset",
         "housing_tilt",
@@ -95,28 +68,6 @@ MOUNTING = CampaignKind(
     name="mounting",
     inputs={"torque": "N m", "speed": "rad/s", "carrier_angle": "rad", "ntl_y": "N", "ntl_z": "N"},
     quantities={"housing_displacement": "m"},
-    channel_keys={"sensor": one_of("ssx", "spx", "ssz", "spz", "spy", "sbx")},
-    rig_required={
-        "R_x": POSITIVE,
-        "R_y": NUMBER,
-        "R_z": NUMBER,
-        "R_b": NUMBER,
-        "R_yz": NUMBER,
-        "bushing_radial_stiffness": POSITIVE,
-        "bushing_radial_damping": NOT_NEGATIVE,
-        "bushing_axial_stiffness": NOT_NEGATIVE,
-        "bushing_axial_damping": NOT_NEGATIVE,
-        "housing_mass": POSITIVE,
-        "housing_inertia": THREE_POSITIVE,
-        "housing_cg_x": NUMBER,
-        "shaft_mass": NOT_NEGATIVE,
-        "shaft_cg_x": NUMBER,
-        "coupling_mass": NOT_NEGATIVE,
-        "coupling_arm": NUMBER,
-        "main_bearing_x": POSITIVE,
-        "gear_ratio": POSITIVE,
-        "zeroing_samples": POSITIVE_COUNT,
-    },
     effects=(
         "cubic_stiffness",
         "quintic_stiffness",
@@ -134,12 +85,6 @@ MOUNTING = CampaignKind(
     ),
 )
 
-_ELEMENT_RIG_OPTIONAL = {
-    "mass": POSITIVE,
-    "periodic": FLAG,
-    "period_samples": POSITIVE_COUNT,
-    "settle_samples": COUNT,
-}
 _ELEMENT_EFFECTS = (
     "quadratic_stiffness",
     "cubic_stiffness",
@@ -162,8 +107,6 @@ def _element(input_name: str, input_unit: str, quantity: str, unit: str) -> Camp
         name="element",
         inputs={input_name: input_unit},
         quantities={quantity: unit},
-        rig_required={"drive": one_of("force", "displacement")},
-        rig_optional=_ELEMENT_RIG_OPTIONAL,
         effects=_ELEMENT_EFFECTS,
         any_unit=True,
     )

@@ -1,48 +1,20 @@
 """Reading of simulation cases of kind ``mounting`` (TOML): rig, truth and load histories."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from carrierflex.simulation.carrier.case_files import read_case_document
+from carrierflex.files.problems import problems_of, refuse
+from carrierflex.files.toml_files import TomlKind, read_toml
+from carrierflex.simulation.carrier.case_files import MOST_CASE_BYTES
 from carrierflex.simulation.mounting.load_history import LoadHistory
-from carrierflex.simulation.mounting.parameters import PARAMETERS, ParameterArray, parameter_array
+from carrierflex.simulation.mounting.parameters import ParameterArray, parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig
-from carrierflex.simulation.toml_tables import (
-    COUNT,
-    NOT_NEGATIVE,
-    NUMBER,
-    POSITIVE,
-    POSITIVE_COUNT,
-    TABLE,
-    TABLES,
-    TEXT,
-    THREE_POSITIVE,
-    checked_table,
-    one_of,
-)
 
-_CASE_KEYS = {
-    "format": one_of("carrierflex-case"),
-    "version": POSITIVE_COUNT,
-    "kind": one_of("mounting"),
-    "name": TEXT,
-    "seed": COUNT,
-    "noise_std": NOT_NEGATIVE,
-    "rig": TABLE,
-    "truth": TABLE,
-    "runs": TABLES,
-}
-_RIG_KEYS = {
-    field.name: NUMBER for field in fields(MountingRig) if field.name != "axial_motion"
-} | {
-    "housing_inertia": THREE_POSITIVE,
-    "zeroing_samples": POSITIVE_COUNT,
-}
-_TRUTH_KEYS = {parameter.name: NUMBER for parameter in PARAMETERS}
-_RUN_KEYS = {"name": TEXT, "condition": TEXT, "history": TABLE}
-_HISTORY_KEYS = {field.name: NUMBER for field in fields(LoadHistory)}
+MOUNTING_CASE = TomlKind(
+    "a case file of kind mounting",
+    most_bytes=MOST_CASE_BYTES,
+    format="carrierflex-case",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,47 +73,26 @@ def read_mounting_case(path: Path) -> MountingCase:
 
     Raises
     ------
+    FileNotFoundError
+        Where there is no such file.
     ValueError
-        Where the file is missing, not TOML, or a key is unknown, missing or wrong.
+        Where it is not TOML, or keys are unknown, missing or wrong; all of them at once.
     """
-    document = checked_table(
-        read_case_document(path), path.name, required=_CASE_KEYS, optional={"step": POSITIVE}
-    )
-    if document["version"] > 1:
-        raise ValueError(
-            f"{path.name}: version is {document['version']}, written by a newer version; expected 1"
-        )
-    rig_table = checked_table(
-        document["rig"], f"{path.name}, [rig]", required={}, optional=_RIG_KEYS
-    )
-    if "housing_inertia" in rig_table:
-        rig_table["housing_inertia"] = tuple(rig_table["housing_inertia"])
-    truth = checked_table(
-        document["truth"], f"{path.name}, [truth]", required={}, optional=_TRUTH_KEYS
-    )
+    from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
+
+    document = read_toml(path, MOUNTING_CASE, MountingCaseDocument)
     try:
-        rig = MountingRig(**rig_table)
-        runs = tuple(
-            _run(table, f"[[runs]] {number}")
-            for number, table in enumerate(document["runs"], start=1)
-        )
-        values = parameter_array(rig, truth)
+        truth = parameter_array(document.rig, document.truth.given())
     except ValueError as error:
-        raise ValueError(f"{path.name}: {error}") from error
+        refuse(problems_of(error), str(path))
+        raise
+    runs = tuple(MountingRun(run.name, run.condition, run.history) for run in document.runs)
     return MountingCase(
-        document["name"],
-        document["seed"],
-        float(document["noise_std"]),
-        rig,
-        values,
+        document.name,
+        document.seed,
+        document.noise_std,
+        document.rig,
+        truth,
         runs,
-        document.get("step"),
+        document.step,
     )
-
-
-def _run(table: Mapping[str, Any], where: str) -> MountingRun:
-    run = checked_table(table, where, required=_RUN_KEYS)
-    history = checked_table(
-        run["history"], f"{where}, [history]", required={}, optional=_HISTORY_KEYS
-    )
-    return MountingRun(run["name"], run["condition"], LoadHistory(**history))

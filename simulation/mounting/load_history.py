@@ -1,11 +1,13 @@
 """The load history of figure 6 of the 2011 paper, as a generator of inputs."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.files.problems import refuse
 from carrierflex.simulation.mounting.inputs import MountingInputs
 
 Array = NDArray[np.float64]
@@ -63,11 +65,14 @@ class LoadHistory:
     load_ripple: float = 0.02
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            if not np.isfinite(getattr(self, field.name)):
-                raise ValueError(
-                    f"load history: {field.name} is {getattr(self, field.name)}; expected a finite number"
-                )
+        refuse(
+            f"load history: {field.name} is {getattr(self, field.name)}; expected a finite number"
+            for field in fields(self)
+            if not np.isfinite(getattr(self, field.name))
+        )
+        refuse(self._conflicts())
+
+    def _conflicts(self) -> Iterator[str]:
         order = (
             "radial_load_from",
             "radial_load_to",
@@ -79,7 +84,7 @@ class LoadHistory:
         )
         for before, after in pairwise(order):
             if not getattr(self, before) < getattr(self, after):
-                raise ValueError(
+                yield (
                     f"load history: {before} is {getattr(self, before)} s and {after} {getattr(self, after)} s; "
                     "expected them in that order"
                 )
@@ -88,7 +93,7 @@ class LoadHistory:
             and self.torque_rise > 0.0
             and self.radial_load_from >= 0.0
         ):
-            raise ValueError(
+            yield (
                 f"load history: duration {self.duration} s, sample_rate {self.sample_rate} 1/s, torque_rise "
                 f"{self.torque_rise} s, radial_load_from {self.radial_load_from} s; expected two samples or more and "
                 "positive times"

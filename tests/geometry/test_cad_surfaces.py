@@ -177,46 +177,64 @@ def test_written_statements_match_every_face_they_name_and_come_back(folder, car
 HEAD = 'format = "carrierflex-surfaces"\nversion = 1\n'
 RIM = '[surfaces.rim_face]\ntype = "plane"\nnormal = [1, 0, 0]\nstation = 0\n'
 WRONG_FILES = [
-    ("version = 1\n" + RIM, r"format is None; expected 'carrierflex-surfaces'"),
-    (HEAD.replace("1", "2") + RIM, r"written for a newer version \(2\); expected 1"),
-    (HEAD.replace("1", "true") + RIM, "version is True"),
-    (HEAD, r"no table \[surfaces.<name>\]"),
-    (HEAD + "surface = 1\n" + RIM, "unknown entry 'surface'"),
+    (
+        "version = 1\n" + RIM,
+        r"missing key 'format'; expected 'carrierflex-surfaces' for a surfaces file",
+    ),
+    (
+        HEAD.replace("1", "2") + RIM,
+        "key 'version' is 2, written by a newer version; expected 1: update carrierflex",
+    ),
+    (HEAD.replace("1", "true") + RIM, "key 'version' is true; expected 1"),
+    (HEAD, r"missing key 'surfaces'; expected at least one table \[surfaces.<name>\]"),
+    (HEAD + "surface = 1\n" + RIM, r"unknown key 'surface'; did you mean 'surfaces'\?"),
     (
         HEAD + "tolerance = 0.1\n" + RIM,
-        "tolerance is 0.1 m; expected more than 0 and at most 0.001 m",
+        "key 'tolerance' is 0.1; expected more than 0 and at most 0.001 m",
     ),
-    (HEAD + RIM + "[pin]\nbearing_width = -1\n", "bearing_width is -1.0 m"),
+    (
+        HEAD + RIM + "[pin]\nbearing_width = -1\n",
+        r"\[pin\]: key 'bearing_width' is -1; expected a positive width",
+    ),
     (
         HEAD + RIM + "[pin]\nwidth = 1\n",
-        r"\[pin\]: found {'width': 1}; expected the keys bearing_width",
+        r"\[pin\]: unknown key 'width'; expected one of bearing_width",
     ),
     (HEAD + RIM + "[frame]\naxis = [1, 0, 0]\npin_1 = [1, 0, 1]\n", "expected a right angle"),
     (
         HEAD + RIM + "[frame]\naxis = [0, 0, 0]\n",
-        r"axis is \[0.0, 0.0, 0.0\]; expected a direction",
+        r"\[frame\]: key 'axis' is \[0, 0, 0\]; expected a direction",
     ),
     (
         HEAD + RIM.replace("plane", "cone"),
-        r"\[surfaces.rim_face\]: type is 'cone'; expected 'cylinder' or 'plane'",
+        r"\[surfaces.rim_face\]: key 'type' is 'cone'; expected one of cylinder, plane",
     ),
-    (HEAD + RIM + "radius = 1\n", "unknown key 'radius'; expected type, normal, station"),
-    (HEAD + RIM.replace("station = 0", ""), "station is None; expected a number"),
-    (HEAD + RIM.replace("station = 0", "station = nan"), "station is nan; expected a number"),
-    (HEAD + RIM.replace("[1, 0, 0]", "[1, 0]"), r"normal is \[1, 0\]; expected 3 numbers"),
-    (HEAD + RIM + "radial_range = [2, 1]\n", "expected the smaller value first"),
-    (HEAD + RIM + "parts = 0\n", "parts is 0; expected a whole number from 1"),
+    (HEAD + RIM + "radius = 1\n", "unknown key 'radius'; expected one of type, normal, station"),
+    (HEAD + RIM.replace("station = 0", ""), "missing key 'station'; expected a finite number"),
+    (
+        HEAD + RIM.replace("station = 0", "station = nan"),
+        "key 'station' is nan; expected a finite number",
+    ),
+    (
+        HEAD + RIM.replace("[1, 0, 0]", "[1, 0]"),
+        r"key 'normal' is \[1, 0\]; expected a direction: three numbers",
+    ),
+    (
+        HEAD + RIM + "radial_range = [2, 1]\n",
+        r"key 'radial_range' is \[2, 1\]; expected two numbers, the smaller value first",
+    ),
+    (HEAD + RIM + "parts = 0\n", "key 'parts' is 0; expected a whole number from 1 to 100"),
     (
         HEAD
         + '[surfaces.bore]\ntype = "cylinder"\npoint = [0, 0, 0]\ndirection = [1, 0, 0]\nradius = -1\n',
-        "radius is -1.0",
+        r"\[surfaces.bore\]: key 'radius' is -1; expected a positive number",
     ),
     (
         HEAD + '[surfaces.bore]\ntype = "cylinder"\ndirection = [1, 0, 0]\nradius = 1\n',
-        "point is None; expected 3 numbers",
+        "missing key 'point'; expected three finite numbers",
     ),
     ("format = \n", "not a TOML file"),
-    ("#" * 100_001, "100001 bytes; expected a surfaces file below"),
+    ("#" * 100_001, "100001 bytes; expected a surfaces file of at most 100000 bytes"),
 ]
 
 

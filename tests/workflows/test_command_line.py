@@ -61,7 +61,7 @@ def test_help_of_a_command_explains_units(command):
             "planet_clearance_radius is 0.28 m: the webs touch the planet",
         ),
         ("[carrier]\nouter_radios = 0.4\n", "unknown key 'outer_radios'"),
-        ("[hub]\nlength = 0.4\n", "unknown entry 'hub'"),
+        ("[hub]\nlength = 0.4\n", "unknown key 'hub'"),
         ("carrier = \n", "not a TOML file"),
     ],
 )
@@ -70,6 +70,27 @@ def test_impossible_parameters_get_one_line_and_leave_nothing(tmp_path, command,
     line = refused(command("run", "--parameters", "stage.toml", "--out", "out"))
     assert message in line
     assert not (tmp_path / "out").exists()
+
+
+def test_all_mistakes_of_a_file_are_told_in_one_line(tmp_path):
+    text = "[carrier]\nouter_radios = 0.4\nplate_gap = -1\n[pin]\ndiameter = 'wide'\n"
+    (tmp_path / "stage.toml").write_text(text, encoding="utf-8")
+    command = ("mesh", "--variant", "stiff", "--parameters", "stage.toml", "--out", "a.msh")
+    line = refused(carrierflex(*command, cwd=tmp_path))
+    assert line == (
+        "carrierflex: 3 problems in stage.toml: "
+        "(1) [carrier]: key 'plate_gap' is -1; expected a positive number; "
+        "(2) [carrier]: unknown key 'outer_radios'; did you mean 'outer_radius'?; "
+        "(3) [pin]: key 'diameter' is 'wide'; expected a positive number"
+    )
+
+
+def test_a_command_that_reads_no_toml_does_not_load_pydantic():
+    program = (
+        "import sys; from carrierflex.workflows.command_line import _application; _application(); "
+        "sys.exit('pydantic' in sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)
 
 
 def test_unknown_variant_option_and_suffix_are_refused(tmp_path, command):

@@ -18,10 +18,11 @@ from pathlib import Path
 import numpy as np
 
 from carrierflex.fe.curve_files import read_curves, write_curves
+from carrierflex.files.toml_files import toml_document
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import CASE_COPY, write_campaign
 from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE, simulated_campaign
-from carrierflex.simulation.carrier.case_files import SimulationCase, read_case, read_case_document
+from carrierflex.simulation.carrier.case_files import CARRIER_CASE, SimulationCase, read_case
 from carrierflex.simulation.carrier.motion import simulate_run
 from carrierflex.simulation.stage.stage_cases import STAGE_FORMAT
 from carrierflex.workflows.simulation import simulate_mounting, simulate_stage
@@ -84,7 +85,7 @@ def main(
         Where the case or the curves are refused, or the folder holds something that is not a
         campaign.
     """
-    document = read_case_document(case)
+    document = toml_document(case, CARRIER_CASE)
     if linearised is not None and document.get("kind") != "mounting":
         raise ValueError(
             f"--linearised is {linearised}; only a case of kind mounting is linearised here"

@@ -125,7 +125,11 @@ def test_a_case_runs_and_gives_every_sensor_a_signal(stage_body):
             "ring_pass_tilt = [1.0]\nphi_PLC = ",
             "key 'ring_pass_tilt' is .*; expected four finite numbers",
         ),
-        ("version = 1", "version = 2", "version is 2, written by a newer version; expected 1"),
+        (
+            "version = 1",
+            "version = 2",
+            "key 'version' is 2, written by a newer version; expected 1",
+        ),
         ("ntl_z = 0.0", "ntl_z = nan", "key 'ntl_z' is nan; expected a finite number"),
     ],
 )
@@ -135,5 +139,7 @@ def test_wrong_cases_are_refused_with_the_key(tmp_path, old, new, message):
 
 
 def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(ValueError, match=r"none\.toml: expected a case file"):
+    with pytest.raises(
+        FileNotFoundError, match=r"none\.toml: no such file; expected a case file of the stage"
+    ):
         read_stage_case(tmp_path / "none.toml")

@@ -1,0 +1,195 @@
+"""What a stage case holds: runs of the planetary stage, its data, effects, sensors and bodies."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from carrierflex.files.toml_values import (
+    Count,
+    Expected,
+    FieldsOf,
+    FourNumbers,
+    NotNegative,
+    Number,
+    Positive,
+    Text,
+    ThreeNumbers,
+    ThreePositive,
+    TomlTable,
+    TwoNumbers,
+    different,
+    key,
+)
+from carrierflex.simulation.carrier.case_tables import RigTable, SensorTable
+from carrierflex.simulation.stage.data_keys import (
+    BEARING_KEYS,
+    CHAIN_KEYS,
+    MESH_KEYS,
+    MOUNTING_KEYS,
+    ROLLER_KEYS,
+)
+from carrierflex.simulation.stage.effects import StageEffects
+from carrierflex.simulation.stage.roller_bearing import RollerBearingData
+from carrierflex.simulation.stage.stage_data import BearingData, ChainData, MeshData, MountingData
+
+_Order = Annotated[int, Field(ge=2), Expected("a whole number >= 2, order 1 is a tilt of the face")]
+
+
+class StageSensorTable(SensorTable):
+    """One displacement sensor fixed to the housing, with its errors."""
+
+    gain: Number = key("Share by which it reads too much", default=0.0)
+    angle_error_deg: Number = key(
+        "Angle by which it stands beyond its stated one",
+        "deg",
+        default=0.0,
+    )
+    zero: Number = key("Zero error", "m", default=0.0)
+
+
+class StageRunTable(TomlTable):
+    """One run."""
+
+    name: Text = key("Name of the run, also of its file")
+    condition: Text = key("Free text, equal for repeats")
+    torque: Number = key("Torque on the main shaft about +x", "N m")
+    ntl_y: Number = key("Radial load at the dynamometer coupling along y", "N")
+    ntl_z: Number = key("Radial load at the dynamometer coupling along z", "N")
+
+
+class EffectsTable(TomlTable):
+    """What departs from the symmetric, aligned stage; what is left out does not."""
+
+    # Symbols of the paper, hence N815.
+    phi_PLC: Number = key("Tilt of the carrier on the main shaft", "rad", default=0.0)  # noqa: N815
+    theta_PLC_deg: Number = key("Carrier angle of its axis", "deg", default=0.0)  # noqa: N815
+    pin_offset: ThreeNumbers = key(
+        "Tangential position error of each pin",
+        "m",
+        default=StageEffects.pin_offset,
+    )
+    sun_mesh_factor: ThreePositive = key(
+        "Stiffness of each sun mesh over the nominal one",
+        default=StageEffects.sun_mesh_factor,
+    )
+    ring_mesh_factor: ThreePositive = key(
+        "Stiffness of each ring mesh over the nominal one",
+        default=StageEffects.ring_mesh_factor,
+    )
+    planet_bearing_factor: ThreePositive = key(
+        "Stiffness of each planet bearing over the nominal one",
+        default=StageEffects.planet_bearing_factor,
+    )
+    pin_fit_play: NotNegative = key(
+        "Angle by which a pin bends in its bore before it bears on the bore's edges",
+        "rad",
+        default=0.0,
+    )
+    pin_fit_closed: Positive = key(
+        "Stiffness of each pin interface beyond the play",
+        "N m/rad",
+        default=StageEffects.pin_fit_closed,
+    )
+    ring_pass_offset: TwoNumbers = key(
+        "Axial motion of the flange per torque, cos and sin of three times the carrier angle",
+        "m/N m",
+        default=StageEffects.ring_pass_offset,
+    )
+    ring_pass_tilt: FourNumbers = key(
+        "Tilt of the flange per torque about the housing angles 0 and 90 deg, cos and sin of each",
+        "rad/N m",
+        default=StageEffects.ring_pass_tilt,
+    )
+
+
+class RunoutTable(TomlTable):
+    """One order of the measured face's waviness."""
+
+    order: _Order = key("Waves around the face")
+    amplitude: Number = key("Amplitude", "m")
+    phase_deg: Number = key("Phase", "deg")
+
+
+class ReadingTable(TomlTable):
+    """Effects between the stage's motion and the record; what is left out is none."""
+
+    axial_offset: Number = key("Axial offset of all axial sensors", "m", default=0.0)
+    phi_H: Number = key("Tilt of the housing", "rad", default=0.0)  # noqa: N815
+    theta_H_deg: Number = key("Housing angle of the tilt's axis", "deg", default=0.0)  # noqa: N815
+    phi_face: Number = key("Tilt of the measured face against the carrier", "rad", default=0.0)
+    theta_face_deg: Number = key("Carrier-frame angle of that tilt's axis", "deg", default=0.0)
+    saddle: ThreeNumbers = key(
+        "Static saddle: at no load [m], per torque [m/N m], per vertical radial load [m/N]",
+        default=(0.0, 0.0, 0.0),
+    )
+    runout: Annotated[list[RunoutTable], Field(min_length=1)] = key(
+        "Waviness of the measured face",
+        default_factory=list,
+    )
+    drift_rate: Number = key("Drift of the axial sensors", "m/s", default=0.0)
+    delay: Number = key("Time of the displacements behind the carrier angle", "s", default=0.0)
+    noise_std: NotNegative = key(
+        "Standard deviation of the noise of every sensor",
+        "m",
+        default=0.0,
+    )
+
+
+class BodiesTable(TomlTable):
+    """Files of ``carrierflex reduce`` in place of the default bodies, relative to the case."""
+
+    carrier: Text | None = key("Carrier", default=None)
+    pin: Text | None = key("Pin", default=None)
+    shaft: Text | None = key("Main shaft", default=None)
+
+
+class ZeroingTable(TomlTable):
+    """Rest reading that the signals count from."""
+
+    carrier_angle_deg: Number = key("Carrier angle at rest", "deg")
+
+
+class StageCaseDocument(TomlTable):
+    """Load cases of the whole planetary stage; SI units unless a key's name says otherwise."""
+
+    format: Literal["carrierflex-stage-case"] = key("Kind of the file")
+    version: Literal[1] = key("Version of the format")
+    name: Text = key("Title")
+    seed: Count = key("Seed of the random generator for the noise")
+    speed_rpm: Positive = key("Mean speed of the carrier", "rev/min")
+    duration: Positive = key("Length of every run", "s")
+    sample_rate_hz: Positive = key("Samples a second", "1/s")
+    step: Positive = key("Longest step of the integration", "s")
+    pin_fit_stiffness: NotNegative = key("Bending stiffness of each pin interface", "N m/rad")
+    rig: RigTable = key("Nominal facts of the rig")
+    sensors: Annotated[list[StageSensorTable], Field(min_length=1), different("sensor name")] = key(
+        "Sensors",
+    )
+    runs: Annotated[list[StageRunTable], Field(min_length=1), different("run name")] = key("Runs")
+    mesh: Annotated[MeshData, FieldsOf(MESH_KEYS)] = key(
+        "Tooth meshes of the stage",
+        default_factory=MeshData,
+    )
+    bearings: Annotated[BearingData, FieldsOf(BEARING_KEYS)] = key(
+        "Bearings as springs",
+        default_factory=BearingData,
+    )
+    chain: Annotated[ChainData, FieldsOf(CHAIN_KEYS, without=("low_teeth", "high_teeth"))] = key(
+        "Parallel stages and generator",
+        default_factory=ChainData,
+    )
+    mounting: Annotated[MountingData, FieldsOf(MOUNTING_KEYS)] = key(
+        "Bushings under the housing",
+        default_factory=MountingData,
+    )
+    planet_rollers: Annotated[RollerBearingData, FieldsOf(ROLLER_KEYS)] | None = key(
+        "Planet bearings roller by roller in place of springs; may be empty",
+        default=None,
+    )
+    effects: EffectsTable = key("Effects inside the stage", default_factory=EffectsTable)
+    reading: ReadingTable = key("Effects between motion and record", default_factory=ReadingTable)
+    bodies: BodiesTable = key(
+        "Body files in place of the default ones",
+        default_factory=BodiesTable,
+    )
+    zeroing: ZeroingTable | None = key("Rest reading that the signals count from", default=None)
