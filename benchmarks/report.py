@@ -17,7 +17,7 @@ from rich.table import Table
 
 from benchmarks.ratio import Absent, Failed, Ratio, Row
 from benchmarks.run import BENCHMARKS
-from carrierflex.workflows.support.outputs import save_json
+from carrierflex.files.json_files import save_json
 
 #: Of the JSON file; one more where a key changes its meaning or goes.
 SCHEMA = 1

@@ -6,9 +6,9 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 target=build/import/carrierflex
 mkdir -p "$target"
 find "$target" -xtype l -delete
-for init in */__init__.py; do
-    package=${init%/*}
-    [ "$package" = carrierflex ] || ln -sfn "../../../$package" "$target/$package"
+# The packages are those that pyproject.toml maps to folders.
+for package in $(sed -n 's/^"carrierflex\.\([a-z_]*\)" = "\1"$/\1/p' pyproject.toml); do
+    ln -sfn "../../../$package" "$target/$package"
 done
 for file in carrierflex/*.py; do
     ln -sfn "../../../$file" "$target/${file#carrierflex/}"
