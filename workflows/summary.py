@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.fe.carrier_curves import UNIT_TORQUE
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.fe.load_cases import gear_forces
@@ -81,7 +82,7 @@ def _largest_other(curve: DeflectionCurve) -> float:
 def _gap(job: "Job") -> dict[str, Any]:
     found, in_turn = job.gap.diagnosis, job.gap.in_turn
     return {
-        "where": found.where_text,
+        "where": where_text(found),
         "verdict": found.verdict,
         "named": found.attribution.effects,
         "named_rho": found.reduction.rho,

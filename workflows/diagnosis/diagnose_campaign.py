@@ -11,8 +11,12 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from carrierflex.diagnosis.diagnose import diagnose
-from carrierflex.diagnosis.diagnosis_files import DIAGNOSIS_FILE, write_diagnosis, write_report
 from carrierflex.diagnosis.kinds import problem_of
+from carrierflex.diagnosis.report.diagnosis_files import (
+    DIAGNOSIS_FILE,
+    write_diagnosis,
+    write_report,
+)
 from carrierflex.diagnosis.report.page import ReportSource, report_page
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.fe.curve_files import read_curves

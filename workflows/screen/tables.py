@@ -8,6 +8,7 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 
 from carrierflex.diagnosis.inference.results import NamedValue
+from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.geometry.cad_faces import CadFace
@@ -295,7 +296,7 @@ def summary_table(job: "Job") -> RenderableType:
     return Group(
         _mesh_study_table(job), "", curve_table(job.curves), "", rms_table(job.identified), "", search, "", checks, "",
         f"tilting moment M_t of 1 kN m: {moment['computed']:.2f} N m (the paper prints {moment['paper']})",
-        f"where the gap lies: {found.where_text}",
+        f"where the gap lies: {where_text(found)}",
         f"what is missing: {found.verdict}, {' + '.join(found.attribution.effects) or 'no effect'}; {found.reason}",
         f"{seconds:.0f} s, peak memory {memory:.1f} GB",
     )  # fmt: skip
@@ -384,7 +385,7 @@ def diagnosis_table(found: Diagnosis) -> RenderableType:
     far, which = found.reduction, found.attribution
     table = _table("diagnosis", "quantity", "value")
     table.columns[1].justify = "left"
-    rows = [("verdict", found.verdict), ("reason", found.reason), ("where", found.where_text)]
+    rows = [("verdict", found.verdict), ("reason", found.reason), ("where", where_text(found))]
     rows += [("effects", ", ".join(which.effects) or "none")]
     rows += [("aliases", " = ".join(members)) for members in which.aliases]
     for effect, values in which.parameters.items():
