@@ -1,7 +1,7 @@
 """Tell where the gap between a campaign and its simulation lies, which effect is missing, how far it shrinks.
 
 Writes diagnosis.json and report.html. A good answer: a verdict whose held-out shrink interval
-excludes one, a placebo that does not shrink the gap, and what is left near the noise floor; "none
+excludes one, a negative control that does not shrink the gap, and a remaining gap near the noise floor; "none
 of these" and "not diagnosable" are answers too.
 """
 
