@@ -7,7 +7,8 @@ from collections.abc import Callable
 
 from carrierflex.diagnosis.comparison.pictures import Picture, Pictured
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, Signatures
-from carrierflex.diagnosis.gap.findings import Detailed, GapDetail, cell_validations, scalar_gaps
+from carrierflex.diagnosis.gap.findings import Detailed, GapDetail
+from carrierflex.diagnosis.gap.validation import cell_validations, scalar_gaps
 from carrierflex.diagnosis.inference.alias_classes import (
     alias_class,
     discriminating_experiment_between,
@@ -90,23 +91,18 @@ def diagnose(
         floor_is_measured=floor_is_measured,
         explainable=explainable,
     )
-    gap = _gap_detail(search, selection, far)
-    where_text = problem.where_text((), search.score(()).fit.theta)
     return Diagnosis(
         campaign=campaign,
         kind=kind,
         verdict=kind_of_verdict,
         reason=reason,
         unit=problem.unit,
-        where_text="; ".join(
-            text for text in (where_text, gap.findings.text if gap else "") if text
-        ),
         attribution=_attribution(
             search, screened, selection, classes, kind_of_verdict, explainable, far
         ),
         reduction=far,
         pictures=_pictures(search, selection),
-        gap=gap,
+        gap=_gap_detail(search, selection, far),
     )
 
 
@@ -220,7 +216,6 @@ def _not_diagnosable(campaign: str, kind: str, unit: str, missing: str) -> Diagn
         verdict=NOT_DIAGNOSABLE,
         reason=missing,
         unit=unit,
-        where_text="not diagnosed",
         attribution=Attribution((), (), {}, (), None, nan, missing),
         reduction=GapReduction(
             nan, nan, nan, nan, none, nan, none, nan, nan, nan, nan, (), (), (), ()

@@ -5,8 +5,6 @@ Where the gap lies, which effect is missing, how far it shrinks, and the verdict
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.gap.findings import GapDetail
 from carrierflex.diagnosis.inference.results import Attribution, GapReduction
@@ -26,8 +24,6 @@ class Diagnosis:
         Why this verdict, in one sentence with its numbers.
     unit : str
         Unit of every RMS.
-    where_text : str
-        Where the gap lies.
     attribution : Attribution
         Which.
     reduction : GapReduction
@@ -43,13 +39,7 @@ class Diagnosis:
     verdict: str
     reason: str
     unit: str
-    where_text: str
     attribution: Attribution
     reduction: GapReduction
     pictures: tuple[Picture, ...] = ()
     gap: GapDetail | None = None
-
-
-def finite_or_none(value: float) -> float | None:
-    """Number for a JSON file, which knows neither NaN nor infinity."""
-    return float(value) if np.isfinite(value) else None

@@ -1,14 +1,11 @@
 """Writing of identification.json."""
 
-import dataclasses
-import json
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from carrierflex.files.json_files import plain, save_json
 from carrierflex.files.versions import software_name
-from carrierflex.files.whole_files import whole_file
 from carrierflex.identification.carrier.parameter_estimate import SHARED, ParameterEstimate
 from carrierflex.identification.carrier.robust_loss import Outliers
 
@@ -56,7 +53,7 @@ def identification_document(
         if joint
         else [f"{run}: {text}" for run, one in by_run.items() for text in one.undetermined]
     )
-    return {
+    content = {
         "format": FORMAT,
         "version": VERSION,
         "campaign": campaign,
@@ -65,7 +62,7 @@ def identification_document(
         "shared": _parameters(first, SHARED) if joint else {},
         "runs": {run: _run(estimate, run) for run, estimate in by_run.items()},
         "undetermined": list(texts),
-        "outliers": [dataclasses.asdict(flag) for flag in outliers],
+        "outliers": outliers,
         "covariance_source": first.covariance_source,
         "correlation": {
             key: _correlation(one) for key, one in ({"": first} if joint else by_run).items()
@@ -73,6 +70,8 @@ def identification_document(
         "model_runs": model_runs,
         "seconds": seconds,
     }
+    document: dict[str, Any] = plain(content)
+    return document
 
 
 def write_identification(path: Path, document: Mapping[str, Any]) -> None:
@@ -85,10 +84,7 @@ def write_identification(path: Path, document: Mapping[str, Any]) -> None:
     document : mapping
         Result of :func:`identification_document`.
     """
-    with whole_file(path) as temporary:
-        temporary.write_text(
-            json.dumps(document, indent=2, allow_nan=False) + "\n", encoding="utf-8"
-        )
+    save_json(path, document)
 
 
 def _correlation(estimate: ParameterEstimate) -> dict[str, Any]:
@@ -99,7 +95,7 @@ def _correlation(estimate: ParameterEstimate) -> dict[str, Any]:
     ]
     return {
         "parameters": labels,
-        "matrix": [[_finite(value) for value in row] for row in estimate.correlation],
+        "matrix": estimate.correlation,
     }
 
 
@@ -107,10 +103,8 @@ def _run(estimate: ParameterEstimate, run: str) -> dict[str, Any]:
     """One run's entry; where it is fitted by itself every parameter stands here."""
     return {
         "parameters": _parameters(estimate, run),
-        "rms": _finite(estimate.rms_by_run[run]),
-        "rms_by_channel": {
-            name: _finite(value) for name, value in estimate.rms_by_channel[run].items()
-        },
+        "rms": estimate.rms_by_run[run],
+        "rms_by_channel": estimate.rms_by_channel[run],
     }
 
 
@@ -118,16 +112,11 @@ def _parameters(estimate: ParameterEstimate, scope: str) -> dict[str, Any]:
     """Value, error and unit of the parameters of one scope."""
     return {
         name: {
-            "value": _finite(estimate.values[k]),
-            "std": _finite(estimate.std[k]),
-            "ci95": [_finite(end) for end in estimate.ci95[k]],
+            "value": estimate.values[k],
+            "std": estimate.std[k],
+            "ci95": estimate.ci95[k],
             "unit": estimate.units[k],
         }
         for k, name in enumerate(estimate.names)
         if estimate.scopes[k] == scope
     }
-
-
-def _finite(value: float) -> float | None:
-    """JSON knows neither NaN nor infinity."""
-    return float(value) if math.isfinite(value) else None

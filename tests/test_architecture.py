@@ -30,7 +30,7 @@ MOST_LEVELS = 4
 #: Far above what clear code comes out at: lengths are a sign, not an aim.
 MOST_LINES_OF_A_FILE = 420
 MOST_LINES_OF_A_FUNCTION = 75
-MOST_FILES_IN_A_ROOM = 17
+MOST_FILES_IN_A_ROOM = 16
 MOST_FILES_IN_A_FOLDER = 30
 TREES = {
     path.relative_to(ROOT): ast.parse(path.read_text(encoding="utf-8"))

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.fe.carrier_curves import UNIT_TORQUE
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.fe.load_cases import gear_forces
@@ -11,12 +12,11 @@ from carrierflex.fe.surface_integrals import rigid_motion
 from carrierflex.geometry.quality import MeshQuality, mesh_quality
 from carrierflex.identification.carrier.parameter_estimate import ParameterEstimate
 from carrierflex.workflows.fe.check_mesh_convergence import STUDY_ORDERS
+from carrierflex.workflows.support.units import MICROMETRES
 
 if TYPE_CHECKING:
     from carrierflex.workflows.job import Job
 
-#: Micrometres per metre: deflections are shown in um per kN m.
-_UM = 1e6
 #: Angles whose truth lies on a circle are compared modulo a turn.
 _TRUTHS = ("d_x", "phi_H", "theta_H", "phi_PLC", "theta_PLC", "rho_s", "rho_f")
 
@@ -41,8 +41,8 @@ def job_summary(job: "Job", size: float) -> dict[str, Any]:
             "sizes": job.mesh_study.sizes,
             "n_dofs": job.mesh_study.n_dofs,
             "orders": STUDY_ORDERS,
-            "flexible_um_per_knm": job.mesh_study.flexible * _UM,
-            "stiff_um_per_knm": job.mesh_study.stiff * _UM,
+            "flexible_um_per_knm": job.mesh_study.flexible * MICROMETRES,
+            "stiff_um_per_knm": job.mesh_study.stiff * MICROMETRES,
         },
         "pin_fit": pin_fit,
         "frequencies_hz": {
@@ -50,7 +50,7 @@ def job_summary(job: "Job", size: float) -> dict[str, Any]:
             for body in (job.reduced.flexible, job.reduced.stiff, job.reduced.pin)
         },
         "rms_um": {
-            model: {run: estimate.rms_by_run[run] * _UM for run, estimate in runs.items()}
+            model: {run: estimate.rms_by_run[run] * MICROMETRES for run, estimate in runs.items()}
             for model, runs in job.identified.estimates.items()
         },
         "truth": truth,
@@ -60,7 +60,7 @@ def job_summary(job: "Job", size: float) -> dict[str, Any]:
 
 
 def _curve(curve: DeflectionCurve) -> dict[str, Any]:
-    content = curve.axial_order_content() * _UM
+    content = curve.axial_order_content() * MICROMETRES
     return {
         "peaks": len(curve.peak_angles()),
         "peak_angles_deg": np.rad2deg(curve.peak_angles()),
@@ -81,19 +81,19 @@ def _largest_other(curve: DeflectionCurve) -> float:
 def _gap(job: "Job") -> dict[str, Any]:
     found, in_turn = job.gap.diagnosis, job.gap.in_turn
     return {
-        "where": found.where_text,
+        "where": where_text(found),
         "verdict": found.verdict,
         "named": found.attribution.effects,
         "named_rho": found.reduction.rho,
-        "named_rms_um": [step.rms * _UM for step in found.reduction.steps],
+        "named_rms_um": [step.rms * MICROMETRES for step in found.reduction.steps],
         "named_in_turn": [step.added for step in found.reduction.steps],
         "effects": in_turn.effects,
         "rho": in_turn.rho,
         "phi": in_turn.phi,
-        "rms_um": in_turn.rms * _UM,
-        "rms_alone_um": in_turn.rms_alone * _UM,
+        "rms_um": in_turn.rms * MICROMETRES,
+        "rms_alone_um": in_turn.rms_alone * MICROMETRES,
         "placebo_rho": in_turn.negative_control_rho,
-        "noise_floor_um": in_turn.noise_floor * _UM,
+        "noise_floor_um": in_turn.noise_floor * MICROMETRES,
     }
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from carrierflex.diagnosis.diagnosis_files import DIAGNOSIS_FILE, read_diagnosis
+from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, read_diagnosis
 
 #: Written last: a folder that holds it is finished.
 TIMES_FILE = "times.json"

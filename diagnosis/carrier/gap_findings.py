@@ -8,13 +8,19 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f as fisher_f
 
-from carrierflex.diagnosis.carrier.gap_map import carrier_gap_cells
-from carrierflex.diagnosis.carrier.gap_parts import Conditions, growth_table
-from carrierflex.diagnosis.carrier.gap_words import RADIAL_LOAD, SPEED, TORQUE, carrier_where_text
+from carrierflex.diagnosis.carrier.gap_map import ORDERS, carrier_gap_cells, degrees_of
+from carrierflex.diagnosis.carrier.gap_parts import (
+    RADIAL_LOAD,
+    SPEED,
+    TORQUE,
+    Conditions,
+    carrier_where,
+    growth_table,
+)
 from carrierflex.diagnosis.carrier.sums import CarrierSums
-from carrierflex.diagnosis.comparison.problem import GapCell
+from carrierflex.diagnosis.comparison.problem import BoolArray, GapCell
+from carrierflex.diagnosis.gap.findings import ORDERS as SHAFT_ORDERS
 from carrierflex.diagnosis.gap.findings import (
     Drift,
     GapFindings,
@@ -22,9 +28,10 @@ from carrierflex.diagnosis.gap.findings import (
     NonSynchronousCell,
     Scalar,
 )
-from carrierflex.diagnosis.gap.in_time import drift_words, significant_drifts, sliding_rms, trends
+from carrierflex.diagnosis.gap.in_time import significant_drifts, sliding_rms, trend
 from carrierflex.diagnosis.gap.non_synchronous import (
-    non_synchronous_words,
+    ScatterTable,
+    repeatability,
     scatter_p_values,
     scatter_p_values_estimated,
     significant_non_synchronous,
@@ -79,83 +86,80 @@ class CarrierGap:
     @cached_property
     def conditions(self) -> Conditions:
         """Mean torque, radial load and speed of every run, sizes."""
-        loads = {}
+        sizes: dict[str, dict[str, float]] = {TORQUE: {}, RADIAL_LOAD: {}, SPEED: {}}
         for r, run in enumerate(self.campaign.runs):
             torque, y, z = self.records.loads[self.records.run_of_revolution == r].mean(axis=0)
             angle = run.inputs["carrier_angle"]
             speed = (angle[-1] - angle[0]) / (run.time[-1] - run.time[0])
-            loads[run.name] = (abs(float(torque)), float(np.hypot(y, z)), abs(float(speed)))
-        names = (TORQUE, RADIAL_LOAD, SPEED)
-        return {name: {run: own[k] for run, own in loads.items()} for k, name in enumerate(names)}
-
-    @property
-    def where_text(self) -> str:
-        """One sentence about the map."""
-        return carrier_where_text(self.cells, self.conditions)
+            sizes[TORQUE][run.name] = abs(float(torque))
+            sizes[RADIAL_LOAD][run.name] = float(np.hypot(y, z))
+            sizes[SPEED][run.name] = abs(float(speed))
+        return sizes
 
     def findings(self) -> GapFindings:
-        """Gap in time, incoherent part, growth with the loads."""
+        """Where the gap lies, in time, what does not repeat, growth with the loads."""
         moments: list[GapMoment] = []
-        trend_rows: list[Drift] = []
+        trends: list[Drift] = []
         scattered: list[NonSynchronousCell] = []
         split = pattern_split(self.campaign.channels, self.residual)
         measured = pattern_split(self.campaign.channels, self.records.orders[..., 0])
         for r, run in enumerate(self.campaign.runs):
-            own = self._complete(r)
-            if not own.size:
+            revolutions = self._complete(r)
+            if not revolutions.size:
                 continue
             samples = whole_revolutions(run).samples
             first = int(np.argmax(self.records.run_of_revolution == r))
-            time = np.array([run.time[samples[k - first]].mean() for k in own])
-            moments += self._moments(run.name, time, own)
-            trend_rows += _drifts(run.name, time, split, own)
-            scattered += [*self._scatter(r, split, measured, own), *self._off_orders(r)]
+            time = np.array([run.time[samples[k - first]].mean() for k in revolutions])
+            moments += sliding_rms(run.name, time, self._mean_squares(revolutions))
+            trends += _drifts(run.name, time, split, revolutions)
+            scattered += self._scatter(r, split, measured, revolutions)
+            scattered += self._off_orders(r)
+        rows = significant_non_synchronous(scattered)
         repeated = significant_non_synchronous(self._repeats(split, measured))
-        drifts, rows = significant_drifts(trend_rows), significant_non_synchronous(scattered)
         coherent = sum(cell.coherent for cell in self.cells)
-        words = [
-            non_synchronous_words(rows, coherent, "m", "revolution to revolution"),
-            non_synchronous_words(repeated, coherent, "m", "repeat to repeat"),
-            drift_words(drifts, "m"),
-        ]
         return GapFindings(
+            where=carrier_where(self.cells, self.conditions),
+            numbered_by=SHAFT_ORDERS,
             in_time=tuple(moments),
-            drifts=drifts,
+            drifts=significant_drifts(trends),
             non_synchronous=(*rows, *repeated),
+            repeatability=(
+                *repeatability(rows, coherent, "revolution"),
+                *repeatability(repeated, coherent, "repeat"),
+            ),
             growth=growth_table(self.cells, self.conditions),
-            text="; ".join(text for text in words if text),
         )
 
     def scalars(self) -> tuple[Scalar, ...]:
         """Static tilt, tilt at 1X, radial 1X and peak to peak by revolution, measured and predicted."""
         channels = self.campaign.channels
         target = self.records.orders[..., 0]
-        complete = np.isfinite(target).all(axis=(1, 2)) & np.isfinite(self.residual).all(
-            axis=(1, 2)
-        )
-        if not complete.any():
+        is_complete = np.isfinite(target).all(axis=(1, 2))
+        is_complete &= np.isfinite(self.residual).all(axis=(1, 2))
+        if not is_complete.any():
             return ()
-        signals = [target[complete], (target - self.residual)[complete]]
-        splits = [pattern_split(channels, own) for own in signals]
-        names = splits[0].names
-        wanted = [
+        measured = target[is_complete]
+        predicted = (target - self.residual)[is_complete]
+        measured_split = pattern_split(channels, measured)
+        predicted_split = pattern_split(channels, predicted)
+        quantities = [
             ("static tilt at the rim", "m=+1", 0, 2.0),
             ("1X axial", "m=+1", 1, 1.0),
             ("1X radial", RADIAL, 1, 1.0),
         ]
-        result = []
-        for name, pattern, order, factor in wanted:
-            if pattern in names:
-                place = names.index(pattern)
-                values = [
-                    factor * np.abs(own.amplitudes[:, place, MAX_ORDER + order]) for own in splits
-                ]
-                result.append(Scalar(name, "m", values[0], values[1]))
+        scalars = []
+        for name, pattern, order, factor in quantities:
+            if pattern in measured_split.names:
+                cell = (..., measured_split.names.index(pattern), MAX_ORDER + order)
+                sizes = factor * np.abs(measured_split.amplitudes[cell])
+                predicted_sizes = factor * np.abs(predicted_split.amplitudes[cell])
+                scalars.append(Scalar(name, "m", sizes, predicted_sizes))
         axial = [c for c, channel in enumerate(channels) if channel.quantity == AXIAL]
         if axial:
-            spans = [_peak_to_peak(own[:, axial]) for own in signals]
-            result.append(Scalar("axial peak to peak", "m", spans[0], spans[1]))
-        return tuple(result)
+            span = _peak_to_peak(measured[:, axial])
+            predicted_span = _peak_to_peak(predicted[:, axial])
+            scalars.append(Scalar("axial peak to peak", "m", span, predicted_span))
+        return tuple(scalars)
 
     @cached_property
     def _samples(self) -> FloatArray:
@@ -167,46 +171,48 @@ class CarrierGap:
         )
 
     def _complete(self, run: int) -> NDArray[np.int64]:
-        own = (self.records.run_of_revolution == run) & np.isfinite(self.residual).all(axis=(1, 2))
-        return np.flatnonzero(own)
+        """Revolutions of a run in which every channel was measured."""
+        is_complete = np.isfinite(self.residual).all(axis=(1, 2))
+        return np.flatnonzero((self.records.run_of_revolution == run) & is_complete)
 
-    def _moments(self, run: str, time: FloatArray, own: NDArray[np.int64]) -> tuple[GapMoment, ...]:
+    def _mean_squares(self, revolutions: NDArray[np.int64]) -> FloatArray:
+        """Mean square over the channels by revolution, orders and what lies off them [m²]."""
         weight = np.where(np.arange(MAX_ORDER + 1) == 0, 1.0, 0.5)
-        square = (np.abs(self.residual[own]) ** 2 * weight).sum(axis=2)
-        off = self.records.within[own, :, 0] / np.maximum(
-            self.records.within[own, :, 1] + _FITTED, 1.0
-        )
-        return sliding_rms(run, time, (square + off).mean(axis=1))
+        of_orders = (np.abs(self.residual[revolutions]) ** 2 * weight).sum(axis=2)
+        square, degrees = np.moveaxis(self.records.within[revolutions], 2, 0)
+        off_orders = square / np.maximum(degrees + _FITTED, 1.0)
+        return np.asarray((of_orders + off_orders).mean(axis=1), dtype=np.float64)
 
     def _scatter(
-        self, run: int, split: PatternSplit, measured: PatternSplit, own: NDArray[np.int64]
-    ) -> list[NonSynchronousCell]:
-        """Cells of one run against the noise that is declared, or seen off the orders."""
-        if own.size < 2:
-            return []
-        gap, seen = split.amplitudes[own], measured.amplitudes[own]
-        scatter, of_measured, of_model = (
-            split.weights * part.var(axis=0, ddof=1) for part in (gap, seen, seen - gap)
-        )
-        declared = all(channel.noise_std is not None for channel in self.campaign.channels)
-        level = self.noise if declared else self._off_variance(run)[0]
-        by_pattern = np.array([level[list(members)].mean() for members in split.members])
+        self, run: int, split: PatternSplit, measured: PatternSplit, revolutions: NDArray[np.int64]
+    ) -> tuple[NonSynchronousCell, ...]:
+        """Cells of one run against the noise that is declared, or found off the orders."""
+        if revolutions.size < 2:
+            return ()
+        gap_amplitudes = split.amplitudes[revolutions]
+        amplitudes = measured.amplitudes[revolutions]
+        is_declared = all(channel.noise_std is not None for channel in self.campaign.channels)
+        variance, degrees_off = self._off_variance(run)
+        by_channel = self.noise if is_declared else variance
+        by_pattern = np.array([by_channel[list(members)].mean() for members in split.members])
         noise = split.noise * by_pattern[:, None] / self._samples[run]
-        degrees = np.where(np.abs(gap.imag).max(axis=0) == 0.0, 1.0, 2.0) * (own.size - 1)
-        if declared:
-            p_value = scatter_p_values(scatter, noise, degrees)
+        gap = split.weights * gap_amplitudes.var(axis=0, ddof=1)
+        degrees = degrees_of(gap_amplitudes) * (revolutions.size - 1)
+        if is_declared:
+            p_value = scatter_p_values(gap, noise, degrees)
         else:
-            p_value = scatter_p_values_estimated(
-                scatter, noise, degrees, float(self._off_variance(run)[1].sum())
-            )
-        name = self.campaign.runs[run].name
-        return [
-            NonSynchronousCell(
-                name, split.names[m], float(n - MAX_ORDER), float(of_measured[m, n]), float(of_model[m, n]),
-                float(scatter[m, n]), float(noise[m, n]), float(p_value[m, n]),
-            )
-            for m, n in _single_cells(split)
-        ]  # fmt: skip
+            p_value = scatter_p_values_estimated(gap, noise, degrees, float(degrees_off.sum()))
+        return ScatterTable(
+            run=self.campaign.runs[run].name,
+            patterns=split.names,
+            orders=ORDERS,
+            measured=split.weights * amplitudes.var(axis=0, ddof=1),
+            simulated=split.weights * (amplitudes - gap_amplitudes).var(axis=0, ddof=1),
+            gap=gap,
+            noise=noise,
+            p_value=p_value,
+            used=_single_cells(split),
+        ).cells()
 
     def _repeats(self, split: PatternSplit, measured: PatternSplit) -> list[NonSynchronousCell]:
         """Cells of runs of one condition: scatter of their means against that of their revolutions.
@@ -217,34 +223,40 @@ class CarrierGap:
         for r, run in enumerate(self.campaign.runs):
             if self._complete(r).size > 1:
                 groups.setdefault(run.condition, []).append(r)
-        cells = []
-        for runs in (own for own in groups.values() if len(own) > 1):
-            turns = [self._complete(r) for r in runs]
-            gap, seen, model = (
-                split.weights * np.var([part[own].mean(axis=0) for own in turns], axis=0, ddof=1)
-                for part in (
-                    split.amplitudes,
-                    measured.amplitudes,
-                    measured.amplitudes - split.amplitudes,
-                )
-            )
-            within = [split.amplitudes[own].var(axis=0, ddof=1) / own.size for own in turns]
-            noise = split.weights * np.mean(within, axis=0)
-            real = np.abs(split.amplitudes[np.concatenate(turns)].imag).max(axis=0) == 0.0
-            degrees = np.where(real, 1.0, 2.0)
-            left = degrees * sum(own.size - 1 for own in turns)
-            p_value = fisher_f.sf(
-                gap / np.maximum(noise, np.finfo(float).tiny), degrees * (len(runs) - 1), left
-            )
-            name = " and ".join(self.campaign.runs[r].name for r in runs)
-            cells += [
-                NonSynchronousCell(
-                    name, split.names[m], float(n - MAX_ORDER), float(seen[m, n]), float(model[m, n]), float(gap[m, n]),
-                    float(noise[m, n]), float(p_value[m, n]),
-                )
-                for m, n in _single_cells(split)
-            ]  # fmt: skip
+        cells: list[NonSynchronousCell] = []
+        for runs in groups.values():
+            if len(runs) > 1:
+                cells += self._repeats_of(runs, split, measured)
         return cells
+
+    def _repeats_of(
+        self, runs: list[int], split: PatternSplit, measured: PatternSplit
+    ) -> tuple[NonSynchronousCell, ...]:
+        """Cells of runs of one condition."""
+        revolutions = [self._complete(r) for r in runs]
+
+        def scatter_of_means(amplitudes: ComplexArray) -> FloatArray:
+            means = [amplitudes[rows].mean(axis=0) for rows in revolutions]
+            return np.asarray(split.weights * np.var(means, axis=0, ddof=1), dtype=np.float64)
+
+        within = [split.amplitudes[rows].var(axis=0, ddof=1) / rows.size for rows in revolutions]
+        noise = split.weights * np.mean(within, axis=0)
+        gap = scatter_of_means(split.amplitudes)
+        degrees = degrees_of(split.amplitudes[np.concatenate(revolutions)])
+        noise_degrees = degrees * sum(rows.size - 1 for rows in revolutions)
+        return ScatterTable(
+            run=" and ".join(self.campaign.runs[r].name for r in runs),
+            patterns=split.names,
+            orders=ORDERS,
+            measured=scatter_of_means(measured.amplitudes),
+            simulated=scatter_of_means(measured.amplitudes - split.amplitudes),
+            gap=gap,
+            noise=noise,
+            p_value=scatter_p_values_estimated(
+                gap, noise, degrees * (len(runs) - 1), noise_degrees
+            ),
+            used=_single_cells(split),
+        ).cells()
 
     def _off_variance(self, run: int) -> tuple[FloatArray, FloatArray]:
         """Variance off the orders by channel, and its degrees of freedom."""
@@ -254,38 +266,52 @@ class CarrierGap:
     def _off_orders(self, run: int) -> list[NonSynchronousCell]:
         """Mean square off the orders by channel; the model's own part there is neglected."""
         variance, degrees = self._off_variance(run)
+        n_channels = len(self.campaign.channels)
         cells = []
         for c, channel in enumerate(self.campaign.channels):
-            declared = channel.noise_std is not None and degrees[c] > 0.0
-            own, noise = np.array([variance[c], self.noise[c]]) / len(self.campaign.channels)
-            p_value = float(scatter_p_values(own, noise, degrees[c])) if declared else float("nan")
-            name = self.campaign.runs[run].name
+            is_declared = channel.noise_std is not None and degrees[c] > 0.0
+            p_value = scatter_p_values(variance[c], self.noise[c], degrees[c])
             cells.append(
                 NonSynchronousCell(
-                    name, channel.name, None, float(own), 0.0, float(own), float(noise), p_value
+                    run=self.campaign.runs[run].name,
+                    channel_pattern=channel.name,
+                    order=None,
+                    measured=float(variance[c]) / n_channels,
+                    simulated=0.0,
+                    gap=float(variance[c]) / n_channels,
+                    noise=float(self.noise[c]) / n_channels,
+                    p_value=float(p_value) if is_declared else float("nan"),
                 )
             )
         return cells
 
 
-def _single_cells(split: PatternSplit) -> list[tuple[int, int]]:
-    """Cells that hold something, the two halves of a static tilt once."""
-    used = [(int(m), int(n)) for m, n in np.argwhere(split.weights > 0.0)]
-    return [(m, n) for m, n in used if not (split.names[m] == "m=-1" and n == MAX_ORDER)]
+def _single_cells(split: PatternSplit) -> BoolArray:
+    """Cells that exist, the two halves of a static tilt once, shape (n_patterns, n_orders)."""
+    used = split.weights > 0.0
+    if "m=-1" in split.names:
+        used[split.names.index("m=-1"), MAX_ORDER] = False
+    return used
 
 
-def _drifts(run: str, time: FloatArray, split: PatternSplit, own: NDArray[np.int64]) -> list[Drift]:
-    amplitudes = split.amplitudes[own]
-    change, trend, p_value = trends(time, amplitudes)
-    whole = np.mean(np.abs(amplitudes) ** 2, axis=0)
+def _drifts(
+    run: str, time: FloatArray, split: PatternSplit, revolutions: NDArray[np.int64]
+) -> list[Drift]:
+    """Trends of every cell of a run, with their share of the cell's mean square."""
+    amplitudes = split.amplitudes[revolutions]
+    over_run = trend(time, amplitudes)
+    mean_square = np.mean(np.abs(amplitudes) ** 2, axis=0)
     return [
         Drift(
-            run, split.names[m], float(n - MAX_ORDER), float(change[m, n]), float(trend[m, n] / whole[m, n]),
-            float(p_value[m, n]),
+            run=run,
+            channel_pattern=split.names[p],
+            order=float(ORDERS[n]),
+            change=float(over_run.change[p, n]),
+            share=float(over_run.mean_square[p, n] / mean_square[p, n]),
+            p_value=float(over_run.p_value[p, n]),
         )
-        for m, n in _single_cells(split)
-        if whole[m, n] > 0.0
-    ]  # fmt: skip
+        for p, n in np.argwhere(_single_cells(split) & (mean_square > 0.0))
+    ]
 
 
 def _peak_to_peak(orders: ComplexArray) -> FloatArray:

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, false_discovery_control
+from scipy.stats import chi2
 from scipy.stats import f as fisher_f
 
 from carrierflex.diagnosis.comparison.problem import GapCell
+from carrierflex.diagnosis.gap.gap_map import CellTable, gap_cells, resampling_counts
 from carrierflex.identification.campaign.campaign import Channel
 from carrierflex.identification.campaign.order_analysis import MAX_ORDER
 from carrierflex.identification.carrier.sensor_patterns import (
@@ -20,10 +21,9 @@ from carrierflex.identification.carrier.sensor_patterns import (
     pattern_split,
 )
 
-_Table = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
-
-_DRAWS = 200
 _SEED = 3
+#: Signed orders of a pattern's amplitudes.
+ORDERS = np.arange(-MAX_ORDER, MAX_ORDER + 1, dtype=np.float64)
 
 
 def carrier_gap_cells(
@@ -33,7 +33,7 @@ def carrier_gap_cells(
     run_of_revolution: NDArray[np.int64],
     noise_of_mean: FloatArray,
 ) -> tuple[GapCell, ...]:
-    """Gap map of a residual, largest share first.
+    """Gap map of a residual, largest cell first.
 
     ``coherent = w (|mean|² - s²/R)`` over the R complete revolutions of a run, test ``R |mean|²/s²
     ~ F(d, d (R - 1))``; with one revolution the noise of a channel's order stands for s.
@@ -57,62 +57,47 @@ def carrier_gap_cells(
         Every cell of every run that has a complete revolution.
     """
     split = pattern_split(channels, residual_orders)
-    tables: list[tuple[int, _Table]] = []
-    for r in range(len(runs)):
-        own = split.amplitudes[run_of_revolution == r]
-        own = own[np.isfinite(own).all(axis=(1, 2))]
-        if len(own):
-            tables.append((r, _run_table(own, split, float(noise_of_mean[r]))))
-    if not tables:
-        return ()
-    total = sum(float(table[1].sum()) for _, table in tables)
-    adjusted = false_discovery_control(
-        np.concatenate([table[2][split.weights > 0.0] for _, table in tables]), method="by"
-    )
-    cells = []
-    for k, (r, (square, coherent, _, draws)) in enumerate(tables):
-        drawn_total = draws.sum(axis=(1, 2)) + total - float(coherent.sum())
-        used = np.argwhere(split.weights > 0.0)
-        p_own = adjusted[k * len(used) : (k + 1) * len(used)]
-        for (m, n), p_value in zip(used, p_own, strict=True):
-            low, high = np.quantile(draws[:, m, n] / _safe(drawn_total), (0.025, 0.975))
-            cells.append(
-                GapCell(
-                    split.names[m],
-                    float(n - MAX_ORDER),
-                    runs[r],
-                    float(square[m, n]),
-                    float(coherent[m, n]),
-                    float(coherent[m, n] / total) if total else float("nan"),
-                    (float(low), float(high)),
-                    float(p_value),
-                )
-            )
-    return tuple(sorted(cells, key=lambda cell: -cell.coherent))
+    tables = []
+    for r, run in enumerate(runs):
+        amplitudes = split.amplitudes[run_of_revolution == r]
+        amplitudes = amplitudes[np.isfinite(amplitudes).all(axis=(1, 2))]
+        if len(amplitudes):
+            tables.append(_run_table(run, amplitudes, split, float(noise_of_mean[r])))
+    return gap_cells(tables)
 
 
-def _safe(total: FloatArray) -> FloatArray:
-    return np.where(total == 0.0, np.nan, total)
+def degrees_of(amplitudes: ComplexArray) -> FloatArray:
+    """Degrees of freedom of complex amplitudes, shape (R, ...), along the first axis.
+
+    Two, or one where they are real throughout.
+    """
+    return np.where(np.abs(amplitudes.imag).max(axis=0) == 0.0, 1.0, 2.0)
 
 
-def _run_table(own: ComplexArray, split: PatternSplit, noise: float) -> _Table:
-    """Mean square, coherent part, p-value and draws of the coherent part of every cell of one run."""
-    n, mean = len(own), own.mean(axis=0)
-    real = np.abs(own.imag).max(axis=0) == 0.0
-    degrees = np.where(real, 1.0, 2.0)
+def _run_table(run: str, amplitudes: ComplexArray, split: PatternSplit, noise: float) -> CellTable:
+    """Cells of one run from its amplitudes, shape (R, n_patterns, n_orders)."""
+    n = len(amplitudes)
+    mean = amplitudes.mean(axis=0)
+    degrees = degrees_of(amplitudes)
     if n > 1:
-        scatter = own.var(axis=0, ddof=1)
-        p_value = fisher_f.sf(
-            n * np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny),
-            degrees,
-            degrees * (n - 1),
-        )
+        scatter = amplitudes.var(axis=0, ddof=1)
+        ratio = n * np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny)
+        p_value = fisher_f.sf(ratio, degrees, degrees * (n - 1))
     else:
         scatter = noise * split.noise / np.maximum(split.weights, np.finfo(float).tiny)
-        p_value = chi2.sf(
-            degrees * np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny), degrees
-        )
-    square = split.weights * np.abs(mean) ** 2
-    counts = np.random.default_rng(_SEED).multinomial(n, np.full(n, 1.0 / n), _DRAWS) / n
-    draws = split.weights * (np.abs(np.einsum("dr,rmn->dmn", counts, own)) ** 2 - scatter / n)
-    return square, square - split.weights * scatter / n, p_value, draws
+        ratio = np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny)
+        p_value = chi2.sf(degrees * ratio, degrees)
+    mean_square = split.weights * np.abs(mean) ** 2
+    noise_square = split.weights * scatter / n
+    weights = resampling_counts(n, np.random.default_rng(_SEED)) / n
+    drawn = split.weights * np.abs(np.einsum("dr,rmn->dmn", weights, amplitudes)) ** 2
+    return CellTable(
+        runs=(run,),
+        patterns=split.names,
+        orders=ORDERS,
+        mean_square=mean_square[None],
+        coherent=(mean_square - noise_square)[None],
+        p_value=p_value[None],
+        draws=(drawn - noise_square)[:, None],
+        used=split.weights > 0.0,
+    )

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import GapCell
-from carrierflex.diagnosis.gap.findings import SIGNIFICANCE, PartGrowth
-from carrierflex.diagnosis.gap.power_laws import exponents
+from carrierflex.diagnosis.gap.findings import ORDER, SMALL_ORDER, Finding, PartGrowth
+from carrierflex.diagnosis.gap.power_laws import WITHOUT, exponents
+from carrierflex.diagnosis.gap.significance import significant
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL, FloatArray
 
 HOUSING, CARRIER, UNDECIDED = "housing", "carrier", "undecided"
@@ -19,7 +20,19 @@ HOUSING, CARRIER, UNDECIDED = "housing", "carrier", "undecided"
 _OWN_ORDER = 0.9
 #: Growth is fitted for this many parts.
 _MOST_PARTS = 12
+#: Parts of the gap that are named at most, and the smallest share worth naming.
+_MOST_NAMED = 3
+_SMALLEST_NAMED = 0.05
+#: Small orders named at most.
+_MOST_SMALL = 4
+#: An exponent with torque is taken out where its interval is narrower than this on either side.
+_KNOWN_WITHIN = 1.0
+#: A part changes with the radial load where its sizes, the growth with torque taken out, differ by
+#: this share of the largest.
+_CHANGES = 0.5
+TORQUE, RADIAL_LOAD, SPEED = "torque", "radial load", "speed"
 
+#: Size of every condition in every run.
 Conditions = Mapping[str, Mapping[str, float]]
 
 
@@ -64,23 +77,23 @@ def gap_parts(cells: Sequence[GapCell]) -> tuple[GapPart, ...]:
         )
         groups.setdefault((pattern, int(cell.order)), []).append(cell)
     parts = []
-    for (pattern, order), own in groups.items():
+    for (pattern, order), group in groups.items():
         sizes: dict[str, float] = {}
         noise: dict[str, float] = {}
-        for cell in own:
+        for cell in group:
             sizes[cell.run] = sizes.get(cell.run, 0.0) + max(cell.coherent, 0.0)
             noise[cell.run] = noise.get(cell.run, 0.0) + max(cell.mean_square - cell.coherent, 0.0)
-        seen = [cell for cell in own if cell.p_value < SIGNIFICANCE and cell.coherent > 0.0]
+        beyond = significant(group)
         parts.append(
             GapPart(
-                pattern,
-                order,
-                sum(cell.share for cell in own),
-                {run: float(np.sqrt(size)) for run, size in sizes.items()},
+                pattern=pattern,
+                order=order,
+                share=sum(cell.share for cell in group),
+                amplitudes={run: float(np.sqrt(size)) for run, size in sizes.items()},
                 # Of the two components of the noise one lies along the amplitude.
-                {run: float(np.sqrt(0.5 * size)) for run, size in noise.items()},
-                tuple(dict.fromkeys(cell.run for cell in seen)),
-                max((cell.p_value for cell in seen), default=1.0),
+                errors={run: float(np.sqrt(0.5 * size)) for run, size in noise.items()},
+                runs=tuple(dict.fromkeys(cell.run for cell in beyond)),
+                p_value=max((cell.p_value for cell in beyond), default=1.0),
             )
         )
     return tuple(sorted(parts, key=lambda part: -part.share))
@@ -112,8 +125,9 @@ def frame_of(part: GapPart, parts: Sequence[GapPart]) -> str:
     numbers = {name: m for m, name in PATTERN_NAMES.items()}
     if part.pattern not in numbers:
         return UNDECIDED
-    rivals = [own for own in parts if own.order == part.order and own.pattern in numbers]
-    share = part.share / max(sum(max(own.share, 0.0) for own in rivals), np.finfo(float).tiny)
+    rivals = [other for other in parts if other.order == part.order and other.pattern in numbers]
+    total = sum(max(other.share, 0.0) for other in rivals)
+    share = part.share / max(total, np.finfo(float).tiny)
     if (part.order - numbers[part.pattern]) % 4 == 0:
         return CARRIER if share >= _OWN_ORDER else UNDECIDED
     return HOUSING if share > 1.0 - _OWN_ORDER else UNDECIDED
@@ -122,10 +136,11 @@ def frame_of(part: GapPart, parts: Sequence[GapPart]) -> str:
 def _radial_frame(part: GapPart, parts: Sequence[GapPart]) -> str:
     if part.order % 2 == 0:
         return UNDECIDED
-    size = {own.order: max(own.share, 0.0) for own in parts if own.pattern == RADIAL}
+    shares = {other.order: max(other.share, 0.0) for other in parts if other.pattern == RADIAL}
     n = abs(part.order)
     turning = n if n % 4 == 1 else -n
-    share = size.get(turning, 0.0) / max(size.get(n, 0.0) + size.get(-n, 0.0), np.finfo(float).tiny)
+    total = shares.get(n, 0.0) + shares.get(-n, 0.0)
+    share = shares.get(turning, 0.0) / max(total, np.finfo(float).tiny)
     if share >= _OWN_ORDER:
         return CARRIER if part.order == turning else UNDECIDED
     return HOUSING if 0.25 <= share <= 0.75 else UNDECIDED
@@ -144,7 +159,8 @@ def part_growth(part: GapPart, parts: Sequence[GapPart], conditions: Conditions)
         Size of every condition in every run.
     """
     runs = part.runs
-    size, error = (np.array([own[run] for run in runs]) for own in (part.amplitudes, part.errors))
+    size = np.array([part.amplitudes[run] for run in runs])
+    error = np.array([part.errors[run] for run in runs])
     values: dict[str, FloatArray] = {
         name: np.array([by_run[run] for run in runs], dtype=np.float64)
         for name, by_run in conditions.items()
@@ -157,5 +173,97 @@ def part_growth(part: GapPart, parts: Sequence[GapPart], conditions: Conditions)
 def growth_table(cells: Sequence[GapCell], conditions: Conditions) -> tuple[PartGrowth, ...]:
     """Frame and growth of the largest significant parts."""
     parts = gap_parts(cells)
-    seen = [part for part in parts if part.runs and part.share > 0.0][:_MOST_PARTS]
-    return tuple(part_growth(part, parts, conditions) for part in seen)
+    return tuple(
+        part_growth(part, parts, conditions) for part in _significant_parts(parts)[:_MOST_PARTS]
+    )
+
+
+def carrier_where(cells: Sequence[GapCell], conditions: Conditions) -> tuple[Finding, ...]:
+    """Where the gap lies: its largest parts, then the orders that are small yet significant.
+
+    Parameters
+    ----------
+    cells : sequence of GapCell
+        The map.
+    conditions : mapping of str to mapping of str to float
+        ``torque`` [N m], ``radial load`` [N] and ``speed`` [rad/s] of every run, sizes.
+
+    Returns
+    -------
+    tuple of Finding
+        Empty where no part of five per cent is significant.
+    """
+    parts = gap_parts(cells)
+    significant_parts = _significant_parts(parts)
+    large = [part for part in significant_parts if part.share >= _SMALLEST_NAMED][:_MOST_NAMED]
+    if not large:
+        return ()
+    n_runs = len(conditions[TORQUE])
+    rest = [part for part in significant_parts if part not in large]
+    return (
+        *(_large_part(part, parts, conditions) for part in large),
+        *_small_orders(rest, n_runs),
+    )
+
+
+def _significant_parts(parts: Sequence[GapPart]) -> list[GapPart]:
+    return [part for part in parts if part.runs and part.share > 0.0]
+
+
+def _large_part(part: GapPart, parts: Sequence[GapPart], conditions: Conditions) -> Finding:
+    growth = part_growth(part, parts, conditions)
+    return Finding(
+        kind=ORDER,
+        patterns=(part.pattern,),
+        share=part.share,
+        runs=part.runs,
+        is_in_every_run=len(part.runs) == len(conditions[TORQUE]),
+        order=part.order,
+        frame=growth.frame,
+        p_value=part.p_value,
+        exponents=growth.exponents,
+        changes_with=RADIAL_LOAD if _changes_with_load(part, growth, conditions) else "",
+    )
+
+
+def _changes_with_load(part: GapPart, growth: PartGrowth, conditions: Conditions) -> bool:
+    """Whether a part differs between runs with and without a radial load, its growth with torque taken out."""
+    loads = conditions[RADIAL_LOAD]
+    exponent = growth.exponents[TORQUE]
+    is_known = exponent.ci95[1] - exponent.value <= _KNOWN_WITHIN
+    power = exponent.value if is_known else 0.0
+    sizes = {
+        run: part.amplitudes[run] / max(conditions[TORQUE][run], 1.0) ** power for run in part.runs
+    }
+    least = WITHOUT * max(loads.values())
+    n_loaded = sum(loads[run] > least for run in part.runs)
+    if n_loaded in (0, len(part.runs)):
+        return False
+    largest = max(sizes.values())
+    return largest - min(sizes.values()) > _CHANGES * largest
+
+
+def _small_orders(parts: Sequence[GapPart], n_runs: int) -> list[Finding]:
+    """Orders that are significant in most runs though small, largest first.
+
+    The patterns of one order together.
+    """
+    orders: dict[int, list[GapPart]] = {}
+    for part in parts:
+        if 2 * len(part.runs) > n_runs:
+            orders.setdefault(abs(part.order), []).append(part)
+    findings = []
+    for order, group in orders.items():
+        surest = min(group, key=lambda part: (-len(part.runs), part.p_value))
+        findings.append(
+            Finding(
+                kind=SMALL_ORDER,
+                patterns=tuple(dict.fromkeys(part.pattern for part in group)),
+                share=sum(part.share for part in group),
+                runs=surest.runs,
+                is_in_every_run=len(surest.runs) == n_runs,
+                order=order,
+                p_value=surest.p_value,
+            )
+        )
+    return sorted(findings, key=lambda finding: -finding.share)[:_MOST_SMALL]

@@ -154,10 +154,6 @@ class CarrierProblem:
         """Gap by run, pattern and order."""
         return self._gap(effects, theta).cells
 
-    def where_text(self, effects: Effects, theta: FloatArray) -> str:
-        """One sentence about the gap map of a model."""
-        return self._gap(effects, theta).where_text
-
     def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
         """Gap in time, incoherent part and growth."""
         return self._gap(effects, theta).findings()

@@ -240,10 +240,6 @@ class ComparisonProblem(Protocol):
         """Gap map of a model, largest share first."""
         ...
 
-    def where_text(self, effects: Effects, theta: FloatArray) -> str:
-        """One plain sentence about the gap map of a model."""
-        ...
-
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "ComparisonProblem":
         """Same plant, its measured signals replaced by those of a model, without noise."""
         ...

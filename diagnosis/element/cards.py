@@ -105,7 +105,7 @@ ELEMENT_CARDS = (
         "friction_asymmetry",
         "F_plus for v > 0, -F_minus for v < 0, stick between",
         (_parameter("F_plus", "N", (1, 0, 0)), _parameter("F_minus", "N", (1, 0, 0))),
-        "as dry friction, with even lines where the motion rests",
+        "as dry friction, with even lines while the element sticks",
         _FRICTION,
         "rest on both flanks: the force at which it breaks away differs by direction, an offset does not",
     ),

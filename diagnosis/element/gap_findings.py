@@ -1,37 +1,50 @@
-"""The gap of an element beyond its map.
+"""What is found about the gap of an element.
 
-By block in time, what does not repeat from period to period, growth, scalars.
+Where it lies, by block in time, what does not repeat from period to period, growth, scalars.
 """
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
-from carrierflex.diagnosis.element.gap_map import parity_text, whole_periods
-from carrierflex.diagnosis.element.growth import BlockForces, block_forces, growth_exponent
+from carrierflex.diagnosis.element.gap_map import line_amplitudes, whole_periods
+from carrierflex.diagnosis.element.growth import block_forces, growth_exponent
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.gap.findings import (
+    BAND,
+    EVEN,
+    LINES,
+    NO_ODD_DRIVE,
+    NO_PERIODIC_DRIVE,
+    ODD,
+    ODD_AND_EVEN,
     Drift,
+    Finding,
     GapFindings,
     GapMoment,
     NonSynchronousCell,
     PartGrowth,
     Scalar,
 )
-from carrierflex.diagnosis.gap.in_time import drift_words, significant_drifts, trends
+from carrierflex.diagnosis.gap.in_time import block_rms, significant_drifts, trend
 from carrierflex.diagnosis.gap.non_synchronous import (
-    non_synchronous_words,
+    ScatterTable,
+    repeatability,
     scatter_p_values,
     significant_non_synchronous,
 )
 from carrierflex.diagnosis.gap.power_laws import Exponent, exponents
+from carrierflex.diagnosis.gap.significance import largest_cells, significant
 
 _BANDS = 12
 #: Unexplained force in blocks where it is this many times the noise shows its growth with speed.
-_SEEN = 2.0
+_CLEAR = 2.0
+#: Even (or odd) lines count as not driven below this share of the drive's power.
+_NOT_DRIVEN = 0.01
+#: The gap counts as odd, or even, from this share on lines of that parity.
+_PURE = 0.9
 DEFLECTION, SPEED = "deflection", "speed"
 
 
@@ -45,7 +58,7 @@ def element_findings(
     is_declared: bool,
     channel: str,
 ) -> GapFindings:
-    """Gap in time, incoherent part, growth and parity of an element.
+    """Where the gap lies, in time, what does not repeat, growth and parity of an element.
 
     Parameters
     ----------
@@ -53,7 +66,7 @@ def element_findings(
         Baseline.
     records : sequence of ElementRecord
         Runs.
-    residuals : sequence of ndarray
+    residuals : sequence of ndarray, shape (n,)
         Gap of every run.
     cells : sequence of GapCell
         Its map.
@@ -68,36 +81,78 @@ def element_findings(
     Returns
     -------
     GapFindings
-        All of it, with words.
+        All of it.
     """
     moments: list[GapMoment] = []
-    trend_rows: list[Drift] = []
+    trends: list[Drift] = []
     scattered: list[NonSynchronousCell] = []
     for record, residual, variance in zip(records, residuals, noise, strict=True):
-        moments += _moments(record, residual)
-        trend_rows += _drifts(record, residual, channel)
+        time = record.step * np.arange(residual.size, dtype=np.float64)
+        is_measured = np.ones((residual.size, 1), dtype=bool)
+        moments += block_rms(record.name, time, record.block, residual[:, None], is_measured)
+        trends += _drifts(record, residual, channel)
         scattered += _scatter(
             record, residual, channel, float(variance) if is_declared else float("nan")
         )
-    drifts, rows = significant_drifts(trend_rows), significant_non_synchronous(scattered)
-    unit = model.units[1 if model.by_force else 0]
-    coherent = sum(cell.coherent for cell in cells)
-    words = [
-        non_synchronous_words(rows, coherent, unit, "period to period", noun="line"),
-        drift_words(drifts, unit, noun="line"),
-    ]
-    conditions = {
-        DEFLECTION: growth_exponent(model, records, noise),
-        SPEED: _speed_exponent(model, records, noise),
-    }
+    rows = significant_non_synchronous(scattered)
+    exponent = growth_exponent(model, records, noise)
+    conditions = {DEFLECTION: exponent, SPEED: _speed_exponent(model, records, noise)}
     return GapFindings(
+        where=_where(cells, "deflection" if model.by_force else "force", exponent),
+        numbered_by=LINES,
         in_time=tuple(moments),
-        drifts=drifts,
+        drifts=significant_drifts(trends),
         non_synchronous=rows,
+        repeatability=repeatability(rows, sum(cell.coherent for cell in cells), "period"),
         growth=(PartGrowth(channel, float("nan"), "", conditions),),
-        parity=parity_text(cells, records) or _no_parity(records),
-        text="; ".join(text for text in words if text),
+        parity=parity(cells, records),
     )
+
+
+def _where(cells: Sequence[GapCell], quantity: str, growth: Exponent) -> tuple[Finding, ...]:
+    """Band and runs that hold most of the gap; empty where no cell is significant."""
+    largest = largest_cells(significant(cells))
+    if not largest:
+        return ()
+    bands_hz = [cell.frequency_hz for cell in largest if cell.frequency_hz]
+    runs = {cell.run for cell in largest}
+    finding = Finding(
+        kind=BAND,
+        patterns=(quantity,),
+        share=sum(cell.share for cell in largest),
+        runs=tuple(sorted(runs)),
+        is_in_every_run=runs == {cell.run for cell in cells},
+        band_hz=(min(low for low, _ in bands_hz), max(high for _, high in bands_hz)),
+        exponents={DEFLECTION: growth},
+    )
+    return (finding,)
+
+
+def parity(cells: Sequence[GapCell], records: Sequence[ElementRecord]) -> str:
+    """Parity of the missing law, or why the lines do not tell it.
+
+    Parameters
+    ----------
+    cells : sequence of GapCell
+        Gap map.
+    records : sequence of ElementRecord
+        Runs.
+    """
+    if not all(record.period for record in records):
+        return NO_PERIODIC_DRIVE
+    beyond = significant(cells)
+    first = int(np.argmax(records[0].counts))
+    period = records[0].drive[first : first + records[0].period]
+    power = np.abs(np.fft.rfft(period)[1:]) ** 2
+    is_odd_drive = power[0::2].sum() / power.sum() >= 1.0 - _NOT_DRIVEN
+    if not beyond or not is_odd_drive:
+        return NO_ODD_DRIVE
+    odd = sum(cell.coherent for cell in beyond if cell.order >= 1 and int(cell.order) % 2)
+    every = sum(cell.coherent for cell in beyond if cell.order >= 1)
+    share = odd / max(every, np.finfo(float).tiny)
+    if share >= _PURE:
+        return ODD
+    return EVEN if share <= 1.0 - _PURE else ODD_AND_EVEN
 
 
 def element_scalars(
@@ -109,41 +164,28 @@ def element_scalars(
     ----------
     records : sequence of ElementRecord
         Runs.
-    residuals : sequence of ndarray
+    residuals : sequence of ndarray, shape (n,)
         Gap of every run.
     unit : str
         Unit of the channel.
     """
-    measured, predicted = [], []
+    measured = []
+    predicted = []
     for record, residual in zip(records, residuals, strict=True):
         for block in range(record.n_blocks):
-            own = record.block == block
-            measured.append(record.response[own])
-            predicted.append(record.response[own] - residual[own])
-    return (
-        Scalar(
-            "peak to peak",
-            unit,
-            *(np.array([np.ptp(own) for own in side]) for side in (measured, predicted)),
-        ),
-        Scalar(
-            "RMS", unit, *(np.array([_rms(own) for own in side]) for side in (measured, predicted))
-        ),
-    )
+            is_inside = record.block == block
+            measured.append(record.response[is_inside])
+            predicted.append(record.response[is_inside] - residual[is_inside])
+    scalars = []
+    for name, size in (("peak to peak", np.ptp), ("RMS", _rms)):
+        sizes = np.array([float(size(values)) for values in measured])
+        predicted_sizes = np.array([float(size(values)) for values in predicted])
+        scalars.append(Scalar(name, unit, sizes, predicted_sizes))
+    return tuple(scalars)
 
 
 def _rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
-
-
-def _moments(record: ElementRecord, residual: FloatArray) -> list[GapMoment]:
-    """RMS by block: a block is long enough to score, and a drive's amplitude may change from one to the next."""
-    blocks = [np.flatnonzero(record.block == block) for block in range(record.n_blocks)]
-    return [
-        GapMoment(record.name, float(own.mean() * record.step), _rms(residual[own]))
-        for own in blocks
-        if own.size
-    ]
 
 
 def _drifts(record: ElementRecord, residual: FloatArray, channel: str) -> list[Drift]:
@@ -153,72 +195,70 @@ def _drifts(record: ElementRecord, residual: FloatArray, channel: str) -> list[D
     """
     periods = whole_periods(record, residual)
     if periods is not None:
-        amplitudes = np.fft.rfft(periods, axis=1)[:, : (periods.shape[1] + 1) // 2] * (
-            2.0 / periods.shape[1]
-        )
-        amplitudes[:, 0] *= 0.5
+        amplitudes = line_amplitudes(periods)
     else:
         means = [residual[record.block == block].mean() for block in range(record.n_blocks)]
         amplitudes = np.array(means, dtype=np.complex128)[:, None]
-    change, trend, p_value = trends(np.arange(len(amplitudes), dtype=np.float64), amplitudes)
-    whole = float(np.mean(residual[record.block >= 0] ** 2))
-    half = np.where(np.arange(change.size) == 0, 1.0, 0.5)
-    share = half * trend / whole if whole > 0.0 else np.zeros(change.size)
+    over_run = trend(np.arange(len(amplitudes), dtype=np.float64), amplitudes)
+    mean_square = float(np.mean(residual[record.block >= 0] ** 2))
+    half = np.where(np.arange(over_run.change.size) == 0, 1.0, 0.5)
+    share = half * over_run.mean_square / (mean_square or np.inf)
     return [
-        Drift(record.name, channel, float(k), float(change[k]), float(share[k]), float(p_value[k]))
-        for k in range(change.size)
+        Drift(
+            run=record.name,
+            channel_pattern=channel,
+            order=float(line),
+            change=float(over_run.change[line]),
+            share=float(share[line]),
+            p_value=float(over_run.p_value[line]),
+        )
+        for line in range(over_run.change.size)
     ]
 
 
 def _scatter(
     record: ElementRecord, residual: FloatArray, channel: str, variance: float
-) -> list[NonSynchronousCell]:
+) -> tuple[NonSynchronousCell, ...]:
     """Scatter of the lines over the periods, by band of lines.
 
     The simulated signal of a settled drive repeats.
     """
     periods = whole_periods(record, residual)
-    if periods is None:
-        return []
-    n, size = periods.shape
     measured = whole_periods(record, record.response)
-    assert measured is not None
-    rows = []
-    for values in (periods, measured, measured - periods):
-        lines = np.fft.rfft(values, axis=1)[:, 1 : (size + 1) // 2] * (2.0 / size)
-        rows.append(0.5 * lines.var(axis=0, ddof=1))
-    edges = np.unique(np.geomspace(1, rows[0].size + 1, _BANDS + 1).round().astype(int))
-    cells = []
-    for first, last in pairwise(edges.tolist()):
-        gap, seen, model = (float(row[first - 1 : last - 1].sum()) for row in rows)
-        count = last - first
-        noise = 2.0 * variance / size * count
-        degrees = np.array(2.0 * count * (n - 1))
-        p_value = (
-            float(scatter_p_values(np.array(gap), np.array(noise), degrees))
-            if np.isfinite(noise)
-            else float("nan")
-        )
-        cells.append(
-            NonSynchronousCell(
-                record.name, channel, 0.5 * (first + last - 1), seen, model, gap, noise, p_value
-            )
-        )
-    return cells
+    if periods is None or measured is None:
+        return ()
+    n, size = periods.shape
+    n_lines = (size + 1) // 2 - 1
+    edges = np.unique(np.geomspace(1, n_lines + 1, _BANDS + 1).round().astype(int))
+    counts = np.diff(edges)
+
+    def scatter(signals: FloatArray) -> FloatArray:
+        by_line = 0.5 * line_amplitudes(signals).var(axis=0, ddof=1)
+        return np.add.reduceat(by_line[: edges[-1]], edges[:-1])[None]
+
+    gap = scatter(periods)
+    noise = (2.0 * variance / size * counts)[None]
+    p_value = np.full(gap.shape, np.nan)
+    if np.isfinite(variance):
+        p_value = scatter_p_values(gap, noise, (2.0 * counts * (n - 1))[None])
+    return ScatterTable(
+        run=record.name,
+        patterns=(channel,),
+        orders=0.5 * (edges[:-1] + edges[1:] - 1),
+        measured=scatter(measured),
+        simulated=scatter(measured - periods),
+        gap=gap,
+        noise=noise,
+        p_value=p_value,
+    ).cells()
 
 
 def _speed_exponent(
     model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray
 ) -> Exponent:
     """Exponent with speed at equal deflection, where the blocks tell the two apart."""
-    blocks: BlockForces = block_forces(model, records, noise)
-    seen = blocks.left > _SEEN * blocks.noise
-    size = np.sqrt(np.maximum(blocks.left**2 - blocks.noise**2, 0.0))
-    conditions = {DEFLECTION: blocks.deflection[seen], SPEED: blocks.speed[seen]}
-    return exponents(size[seen], blocks.noise[seen], conditions)[SPEED]
-
-
-def _no_parity(records: Sequence[ElementRecord]) -> str:
-    if not all(record.period for record in records):
-        return "not determinable: the drive is not periodic"
-    return "not determinable: the drive holds even lines, or no line of the gap stands out"
+    blocks = block_forces(model, records, noise)
+    is_clear = blocks.residual > _CLEAR * blocks.noise
+    size = np.sqrt(np.maximum(blocks.residual**2 - blocks.noise**2, 0.0))
+    conditions = {DEFLECTION: blocks.deflection[is_clear], SPEED: blocks.speed[is_clear]}
+    return exponents(size[is_clear], blocks.noise[is_clear], conditions)[SPEED]

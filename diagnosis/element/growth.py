@@ -16,39 +16,39 @@ from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.signatures import base_columns, known_force
 from carrierflex.diagnosis.gap.power_laws import Exponent
 
-#: Share of the blocks, the gentlest, that the linear element is fitted to.
-_GENTLE = 1.0 / 8.0
-#: Growth is told where the deflection of the blocks spans at least this factor.
+#: Share of the blocks, those of the lowest amplitude, that the linear element is fitted to.
+_LOW_AMPLITUDE = 1.0 / 8.0
+#: Growth is determined where the deflection of the blocks spans at least this factor.
 _SPAN = 2.0
 #: An unexplained force counts where its RMS is this many times that of the noise.
-_SEEN = 2.0
+_CLEAR = 2.0
 _FEWEST_POINTS = 5
-#: An exponent is told where its interval is narrower than this on either side.
-_TOLD_WITHIN = 1.5
+#: Exponents that the search starts from, and their bounds.
 _STARTS = (0.3, 1.5, 2.5, 4.0)
-_LOW, _HIGH = -1.0, 8.0
+_LOW = -1.0
+_HIGH = 8.0
 _SEED = 5
 
 
 @dataclass(frozen=True, eq=False)
 class BlockForces:
-    """Blocks of all records.
-
-    RMS of deflection and speed, of the force a linear element leaves, and of the noise in it.
+    """RMS by block of all records.
 
     Parameters
     ----------
-    deflection, speed, left, noise : ndarray, shape (n,)
-        RMS by block.
-    gentle : float
+    deflection, speed : ndarray, shape (n,)
+        RMS of deflection and speed.
+    residual, noise : ndarray, shape (n,)
+        RMS of the force that a linear element leaves, and of the noise in it.
+    low_deflection : float
         RMS of the deflection of the blocks that the linear element was fitted to.
     """
 
     deflection: FloatArray
     speed: FloatArray
-    left: FloatArray
+    residual: FloatArray
     noise: FloatArray
-    gentle: float
+    low_deflection: float
 
 
 def growth_exponent(
@@ -56,11 +56,11 @@ def growth_exponent(
 ) -> Exponent:
     """Exponent p of ``unexplained force ~ deflection^p`` over the blocks.
 
-    The baseline is fitted to the gentlest blocks, of deflection g. It takes up the part of the law
-    there that a linear element can, so that a block of deflection q is left with ``r² = f² + c² (s
-    q^2p + (1 - s)(q^p - g^(p-1) q)²)``: a floor f between the noise and what the gentlest blocks
-    leave, the share s that no linear element takes up, and what the linear share has grown since.
-    c, s, p and f are fitted to log r.
+    The baseline is fitted to the low-amplitude blocks, of deflection g. It takes up the part of the
+    law there that a linear element can, so that the residual of a block of deflection q is ``r² =
+    f² + c² (s q^2p + (1 - s)(q^p - g^(p-1) q)²)``: a floor f between the noise and the residual of
+    the low-amplitude blocks, the share s that no linear element takes up, and what the linear share
+    has grown since. c, s, p and f are fitted to log r.
 
     Parameters
     ----------
@@ -75,25 +75,14 @@ def growth_exponent(
     -------
     Exponent
         3 for a cubic spring, 2 for quadratic damping, 1 for a linear branch, near 0 for dry
-        friction; its reason where the deflection hardly varies or the force does not stand out.
+        friction; its reason where the deflection hardly varies or the force is within the noise.
     """
     blocks = block_forces(model, records, noise)
-    if np.count_nonzero(blocks.left > _SEEN * blocks.noise) < _FEWEST_POINTS:
-        return _silent(blocks, "no unexplained force stands out of the noise")
+    if np.count_nonzero(blocks.residual > _CLEAR * blocks.noise) < _FEWEST_POINTS:
+        return _undetermined(blocks, "no unexplained force is above the noise")
     if np.ptp(np.log(blocks.deflection)) < np.log(_SPAN):
-        return _silent(blocks, "deflection does not vary")
+        return _undetermined(blocks, "deflection does not vary")
     return _fitted(blocks)
-
-
-def growth_words(found: Exponent) -> str:
-    """``, grows with deflection^3.0 (95 %.
-
-    2.8 to 3.2)`` where the exponent is known well enough to be said.
-    """
-    if not found.ci95[1] - found.value <= _TOLD_WITHIN:
-        return ""
-    low, high = found.ci95
-    return f", grows with deflection^{found.value:.1f} (95 %: {low:.1f} to {high:.1f})"
 
 
 def block_forces(
@@ -118,26 +107,30 @@ def block_forces(
     blocks = [
         (r, record.block == b) for r, record in enumerate(records) for b in range(record.n_blocks)
     ]
-    rows = [base_columns(model, record) for record in records]
+    columns = [base_columns(model, record) for record in records]
     force = [known_force(model, record) for record in records]
-    size, speed = (np.array([records[r].motion[k][own].std() for r, own in blocks]) for k in (0, 1))
-    gentle = np.argsort(size)[: max(2, round(_GENTLE * len(blocks)))]
-    design = np.concatenate([rows[blocks[k][0]][:, blocks[k][1]] for k in gentle], axis=1)
-    target = np.concatenate([force[blocks[k][0]][blocks[k][1]] for k in gentle])
+    deflection = np.array([records[r].motion[0][samples].std() for r, samples in blocks])
+    speed = np.array([records[r].motion[1][samples].std() for r, samples in blocks])
+    low = np.argsort(deflection)[: _n_low(len(blocks))]
+    design = np.concatenate([columns[blocks[k][0]][:, blocks[k][1]] for k in low], axis=1)
+    target = np.concatenate([force[blocks[k][0]][blocks[k][1]] for k in low])
     scale = np.linalg.norm(design, axis=1)
     scale[scale == 0.0] = 1.0
     law = np.linalg.lstsq((design / scale[:, None]).T, target, rcond=1e-10)[0] / scale
-    left = np.array(
-        [np.sqrt(np.mean((force[r][own] - law @ rows[r][:, own]) ** 2)) for r, own in blocks]
-    )
+    residuals = [own_force - law @ own for own_force, own in zip(force, columns, strict=True)]
     floor = [_force_noise(model, record, law, float(noise[r])) for r, record in enumerate(records)]
     return BlockForces(
-        size,
-        speed,
-        left,
-        np.array([floor[r] for r, _ in blocks]),
-        float(np.sqrt(np.mean(size[gentle] ** 2))),
+        deflection=deflection,
+        speed=speed,
+        residual=np.array([np.sqrt(np.mean(residuals[r][samples] ** 2)) for r, samples in blocks]),
+        noise=np.array([floor[r] for r, _ in blocks]),
+        low_deflection=float(np.sqrt(np.mean(deflection[low] ** 2))),
     )
+
+
+def _n_low(n_blocks: int) -> int:
+    """Number of low-amplitude blocks."""
+    return max(2, round(_LOW_AMPLITUDE * n_blocks))
 
 
 def _force_noise(
@@ -153,18 +146,20 @@ def _force_noise(
 
 
 def _fitted(blocks: BlockForces) -> Exponent:
-    q, n = blocks.deflection / blocks.gentle, len(blocks.left)
-    size = float(np.median(blocks.left))
-    noise, target = (blocks.noise / size) ** 2, np.log(np.maximum(blocks.left / size, 1e-12))
-    gentlest = (np.sort(blocks.left)[: max(2, round(_GENTLE * n))].max() / size) ** 2
+    """Exponent that fits the residuals of the blocks best, with its interval."""
+    n = len(blocks.residual)
+    q = blocks.deflection / blocks.low_deflection
+    size = float(np.median(blocks.residual))
+    noise = (blocks.noise / size) ** 2
+    target = np.log(np.maximum(blocks.residual / size, 1e-12))
+    lowest = (np.sort(blocks.residual)[: _n_low(n)].max() / size) ** 2
 
     def misfit(unknown: FloatArray) -> FloatArray:
         log_c, share, p, part = unknown
-        own = share * q ** (2.0 * p) + (1.0 - share) * (q**p - q) ** 2
-        floor = noise + part * max(gentlest - float(noise.min()), 0.0)
-        return np.asarray(
-            0.5 * np.log(floor + np.exp(2.0 * log_c) * own + 1e-12) - target, dtype=np.float64
-        )
+        law = share * q ** (2.0 * p) + (1.0 - share) * (q**p - q) ** 2
+        floor = noise + part * max(lowest - float(noise.min()), 0.0)
+        fitted = 0.5 * np.log(floor + np.exp(2.0 * log_c) * law + 1e-12)
+        return np.asarray(fitted - target, dtype=np.float64)
 
     bounds = ([-40.0, 1e-4, _LOW, 0.0], [40.0, 1.0, _HIGH, 1.0])
     fits = []
@@ -174,12 +169,14 @@ def _fitted(blocks: BlockForces) -> Exponent:
         fits.append(least_squares(misfit, start, bounds=bounds, loss="soft_l1", f_scale=0.2))
     best = min(fits, key=lambda fit: float(fit.cost))
     covariance = np.linalg.pinv(best.jac.T @ best.jac)
-    std = float(np.sqrt(covariance[2, 2] * np.sum(misfit(best.x) ** 2) / (n - 4)))
-    half, value = float(student_t(n - 4).ppf(0.975)) * std, float(best.x[2])
-    p_value = float(2.0 * student_t(n - 4).sf(abs(value) / std)) if std > 0.0 else 0.0
+    degrees = n - best.x.size
+    std = float(np.sqrt(covariance[2, 2] * np.sum(misfit(best.x) ** 2) / degrees))
+    value = float(best.x[2])
+    half = float(student_t(degrees).ppf(0.975)) * std
+    p_value = float(2.0 * student_t(degrees).sf(abs(value) / std)) if std > 0.0 else 0.0
     return Exponent(value, (value - half, value + half), p_value, n)
 
 
-def _silent(blocks: BlockForces, reason: str) -> Exponent:
+def _undetermined(blocks: BlockForces, reason: str) -> Exponent:
     nan = float("nan")
-    return Exponent(nan, (nan, nan), nan, len(blocks.left), reason)
+    return Exponent(nan, (nan, nan), nan, len(blocks.residual), reason)

@@ -26,16 +26,15 @@ from carrierflex.diagnosis.comparison.problem import (
     Signatures,
 )
 from carrierflex.diagnosis.comparison.user_laws import force_library
-from carrierflex.diagnosis.element.bands import BandTable, band_table, block_squares
 from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, KIND, NEGATIVE_CONTROLS
 from carrierflex.diagnosis.element.experiments import element_experiments
 from carrierflex.diagnosis.element.gap_findings import element_findings, element_scalars
-from carrierflex.diagnosis.element.gap_map import element_gap_cells, element_where_text
-from carrierflex.diagnosis.element.growth import growth_exponent, growth_words
+from carrierflex.diagnosis.element.gap_map import element_gap_cells
 from carrierflex.diagnosis.element.model import ElementModel, ElementScale, substeps_for
 from carrierflex.diagnosis.element.pictures import element_loops
 from carrierflex.diagnosis.element.records import ElementRecord, element_records, noise_variance
 from carrierflex.diagnosis.element.scale import element_scale
+from carrierflex.diagnosis.element.score_cells import ScoreCells, score_cells, segment_squares
 from carrierflex.diagnosis.element.signatures import Column, element_signatures, signature_columns
 from carrierflex.diagnosis.element.starts import element_starts
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
@@ -107,9 +106,9 @@ class ElementProblem:
         )
 
     @cached_property
-    def bands(self) -> BandTable:
+    def bands(self) -> ScoreCells:
         """Bands of frequency of the score."""
-        return band_table(self.records, self.noise)
+        return score_cells(self.records, self.noise)
 
     @property
     def cell_counts(self) -> FloatArray:
@@ -157,7 +156,7 @@ class ElementProblem:
             lambda k: self._residual(runs[k][0], effects, theta), len(runs)
         )
         for (record, places), residual in zip(runs, residuals, strict=True):
-            result[places] = block_squares(record, residual, self.bands.edges_hz)
+            result[places] = segment_squares(record, residual, self.bands.edges_hz)
         return result
 
     def signatures(self) -> Signatures:
@@ -170,30 +169,15 @@ class ElementProblem:
             self.records, self._residuals(effects, theta), self.noise, channel=self.channel
         )
 
-    def where_text(self, effects: Effects, theta: FloatArray) -> str:
-        """One sentence."""
-        cells, exponent = (
-            self.gap_cells(effects, theta),
-            growth_exponent(self.model, self.records, self.noise),
-        )
-        return element_where_text(
-            cells, self.records, by_force=self.model.by_force, growth=growth_words(exponent)
-        )
-
     def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
-        """Gap by block, incoherent part, growth and parity."""
-        own, cells, known = (
-            self._residuals(effects, theta),
-            self.gap_cells(effects, theta),
-            self.noise_is_declared,
-        )
+        """Where the gap lies, by block, what does not repeat, growth and parity."""
         return element_findings(
             self.model,
             self.records,
-            own,
-            cells,
+            self._residuals(effects, theta),
+            self.gap_cells(effects, theta),
             noise=self.noise,
-            is_declared=known,
+            is_declared=self.noise_is_declared,
             channel=self.channel,
         )
 

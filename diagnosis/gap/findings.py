@@ -1,19 +1,102 @@
-"""The gap beyond its map.
+"""What is found about the gap of one model: objects, from which the report makes its words.
 
-In time, what does not repeat, growth with the conditions, and its uncertainty by cell.
+Where it lies, how it develops in time, what does not repeat, how it grows with the conditions, and
+quantities of interest.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, Protocol, runtime_checkable
+from dataclasses import dataclass, field
+from typing import Protocol, runtime_checkable
 
-import numpy as np
-from scipy.stats import wasserstein_distance
-
-from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, GapCell
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.diagnosis.gap.power_laws import Exponent
 
-SIGNIFICANCE = 0.01
+#: Kinds of findings: a shaft order in a sensor pattern; a small yet significant order in all its
+#: patterns; a band of frequency; a motion pattern; the motion at one channel.
+ORDER = "order"
+SMALL_ORDER = "small order"
+BAND = "band"
+MOTION = "motion"
+CHANNEL = "channel"
+
+#: What the cells of a map are numbered by.
+ORDERS = "orders"
+LINES = "lines"
+MOTION_BANDS = "bands of motions"
+
+#: Parity of the missing law, told by the lines of a periodic drive of odd lines alone, or why it is
+#: not determinable.
+ODD = "odd"
+EVEN = "even"
+ODD_AND_EVEN = "odd and even"
+NO_PERIODIC_DRIVE = "no periodic drive"
+NO_PERIODIC_LOADS = "no periodic loads"
+NO_ODD_DRIVE = "no odd drive"
+
+
+@dataclass(frozen=True, eq=False)
+class FollowedLoad:
+    """The load that a gap follows in time.
+
+    Parameters
+    ----------
+    load : str
+        Name of the input.
+    is_rate : bool
+        Whether it follows the load's rate rather than the load.
+    correlation : float
+        Size of the correlation.
+    """
+
+    load: str
+    is_rate: bool
+    correlation: float
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """One statement about where the gap lies.
+
+    Parameters
+    ----------
+    kind : str
+        ORDER, SMALL_ORDER, BAND, MOTION or CHANNEL.
+    patterns : tuple of str
+        Sensor patterns, the motion, or the measured quantity; largest first.
+    share : float
+        Share of the gap.
+    runs : tuple of str
+        Runs in which it is significant.
+    is_in_every_run : bool
+        Whether these are all runs.
+    order : int, optional
+        Shaft order; negative for backward motion of a radial pair.
+    band_hz : tuple of float, optional
+        Band of frequency [Hz].
+    frame : str
+        What it is fixed to; empty where nothing turns.
+    p_value : float
+        Largest of the significant runs; NaN where it is not told.
+    exponents : mapping of str to Exponent
+        Amplitude-scaling exponents by condition.
+    changes_with : str
+        Condition with which it changes, though not by a power; empty where none.
+    follows : FollowedLoad, optional
+        Load that it follows in time.
+    """
+
+    kind: str
+    patterns: tuple[str, ...]
+    share: float
+    runs: tuple[str, ...]
+    is_in_every_run: bool
+    order: int | None = None
+    band_hz: tuple[float, float] | None = None
+    frame: str = ""
+    p_value: float = float("nan")
+    exponents: Mapping[str, Exponent] = field(default_factory=dict)
+    changes_with: str = ""
+    follows: FollowedLoad | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,9 +146,7 @@ class Drift:
 
 @dataclass(frozen=True, eq=False)
 class NonSynchronousCell:
-    """What does not repeat in one cell.
-
-    From revolution to revolution, period to period or run to run, or off the orders.
+    """Scatter of one cell over the repetitions, or everything off the orders.
 
     Parameters
     ----------
@@ -77,7 +158,7 @@ class NonSynchronousCell:
     measured, simulated : float
         Mean square that does not repeat in the measured and in the simulated signal.
     gap, noise : float
-        The same of the gap, and of the noise alone.
+        Mean square that does not repeat in the gap, and what the noise alone leaves there.
     p_value : float
         Without more than noise; adjusted (Benjamini-Yekutieli); NaN where the noise is itself
         estimated from this scatter.
@@ -145,7 +226,15 @@ class CellValidation:
 
 @dataclass(frozen=True, eq=False)
 class Scalar:
-    """A quantity of interest, measured and predicted, one value for every repetition in every condition."""
+    """A quantity of interest, one value for every repetition in every condition.
+
+    Parameters
+    ----------
+    name, unit : str
+        What it is, and its unit.
+    measured, predicted : ndarray, shape (n,)
+        Values by repetition.
+    """
 
     name: str
     unit: str
@@ -155,9 +244,16 @@ class Scalar:
 
 @dataclass(frozen=True, eq=False)
 class ScalarGap:
-    """Area between the distributions of a scalar, measured and simulated, before and after.
+    """Area between the distributions of a scalar, measured and simulated, ``integral |F_s - F_m| dx``.
 
-    ``integral |F_s - F_m| dx``.
+    Parameters
+    ----------
+    name, unit : str
+        What it is, and its unit.
+    measured_mean : float
+        Mean of the measured values.
+    area_before, area_after : float
+        Area with the baseline and with the accepted effects, in `unit`.
     """
 
     name: str
@@ -168,18 +264,60 @@ class ScalarGap:
 
 
 @dataclass(frozen=True, eq=False)
-class GapFindings:
-    """What a plant finds about the gap of one model beyond its map.
+class Repeatability:
+    """How far the gap repeats from one repetition to the next.
 
-    Fields as in :class:`GapDetail`.
+    Parameters
+    ----------
+    repetition : str
+        What repeats: ``revolution``, ``period`` or ``repeat``.
+    rms : float
+        RMS by run of what does not repeat, above the noise, in the unit of the channels.
+    share : float
+        Its mean square over that of the repeating gap.
+    largest : NonSynchronousCell, optional
+        Cell with most of it; None where what does not repeat is noise.
     """
 
+    repetition: str
+    rms: float
+    share: float
+    largest: NonSynchronousCell | None
+
+
+@dataclass(frozen=True, eq=False)
+class GapFindings:
+    """What a kind finds about the gap of one model beyond the cells of its map.
+
+    Parameters
+    ----------
+    where : tuple of Finding
+        Where it lies, largest first; empty where no cell is significant.
+    numbered_by : str
+        What the cells are numbered by: ORDERS, LINES or MOTION_BANDS.
+    in_time : tuple of GapMoment
+        RMS in windows of the runs.
+    drifts : tuple of Drift
+        Significant trends, largest change first.
+    non_synchronous : tuple of NonSynchronousCell
+        Cells whose scatter is beyond noise, largest excess first.
+    repeatability : tuple of Repeatability
+        What they amount to, by sort of repetition.
+    growth : tuple of PartGrowth
+        Amplitude-scaling exponents of the largest parts.
+    parity : str
+        ODD, EVEN, ODD_AND_EVEN, or one of the reasons why it is not determinable; empty where a
+        parity has no meaning.
+    """
+
+    where: tuple[Finding, ...]
+    numbered_by: str
     in_time: tuple[GapMoment, ...] = ()
     drifts: tuple[Drift, ...] = ()
     non_synchronous: tuple[NonSynchronousCell, ...] = ()
+    repeatability: tuple[Repeatability, ...] = ()
     growth: tuple[PartGrowth, ...] = ()
     parity: str = ""
-    text: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +327,7 @@ class GapDetail:
     Parameters
     ----------
     findings : GapFindings
-        In time, incoherent, growth, parity, and words.
+        Where it lies, in time, what does not repeat, growth and parity.
     cells : tuple of CellValidation
         Significant cells, largest error first.
     scalars : tuple of ScalarGap
@@ -203,106 +341,15 @@ class GapDetail:
 
 @runtime_checkable
 class Detailed(Protocol):
-    """A plant that looks at its gap beyond the map.
+    """A comparison problem that looks at its gap beyond the map.
 
     One without these methods has no such part in its diagnosis.
     """
 
     def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
-        """Gap of a model in time, incoherent, with the conditions."""
+        """Where the gap of a model lies, in time, what does not repeat, growth."""
         ...
 
     def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
         """Quantities of interest of a model."""
         ...
-
-
-def cell_validations(
-    before: Sequence[GapCell], after: Sequence[GapCell], numerical: float
-) -> tuple[CellValidation, ...]:
-    """Comparison error and its uncertainty of every significant cell (ASME V&V 20-2009, section 1-5).
-
-    Parameters
-    ----------
-    before, after : sequence of GapCell
-        Map of the baseline and of the accepted model.
-    numerical : float
-        RMS error of the integration.
-
-    Returns
-    -------
-    tuple of CellValidation
-        Largest error before first.
-    """
-    later = {(c.run, c.channel_pattern, c.order): c for c in after}
-    result = []
-    for cell in before:
-        if cell.p_value >= SIGNIFICANCE or cell.coherent <= 0.0:
-            continue
-        left = later[cell.run, cell.channel_pattern, cell.order]
-        error, rest = float(np.sqrt(cell.mean_square)), float(np.sqrt(max(left.mean_square, 0.0)))
-        u_val = float(np.sqrt(numerical**2 + max(cell.mean_square - cell.coherent, 0.0)))
-        result.append(
-            CellValidation(
-                cell.channel_pattern, cell.order, cell.run, error, rest, u_val, error > u_val
-            )
-        )
-    return tuple(sorted(result, key=lambda own: -own.error_before))
-
-
-def scalar_gaps(before: Sequence[Scalar], after: Sequence[Scalar]) -> tuple[ScalarGap, ...]:
-    """Area metric of every scalar, before and after.
-
-    References
-    ----------
-    .. [1] S. Ferson, W. L. Oberkampf, L. Ginzburg, "Model validation and predictive capability for
-       the thermal challenge problem", Comput. Methods Appl. Mech. Engrg. 197 (2008) 2408-2430.
-    """
-    return tuple(
-        ScalarGap(
-            old.name,
-            old.unit,
-            float(np.mean(old.measured)),
-            float(wasserstein_distance(old.measured, old.predicted)),
-            float(wasserstein_distance(new.measured, new.predicted)),
-        )
-        for old, new in zip(before, after, strict=True)
-    )
-
-
-def detail_document(detail: GapDetail, *, most: int) -> dict[str, Any]:
-    """Content of the key ``gap`` of diagnosis.json; what is not finite is null.
-
-    Parameters
-    ----------
-    detail : GapDetail
-        The gap.
-    most : int
-        Rows of a table at most.
-    """
-    own = detail.findings
-    tables: dict[str, Sequence[Any]] = {
-        "in_time": own.in_time,
-        "drift": own.drifts,
-        "incoherent": own.non_synchronous,
-        "growth": own.growth,
-        "cells": detail.cells,
-        "scalars": detail.scalars,
-    }
-    rows = {name: [_plain(asdict(row)) for row in table[:most]] for name, table in tables.items()}
-    return {"text": own.text, "parity": own.parity, **rows}
-
-
-def size_words(value: float, unit: str) -> str:
-    """Size with its unit, metres in micrometres."""
-    return f"{value * 1e6:.3g} µm" if unit == "m" else f"{value:.3g} {unit}"
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(own) for key, own in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(own) for own in value]
-    if isinstance(value, float):
-        return value if np.isfinite(value) else None
-    return value

@@ -1,25 +1,23 @@
-"""The gap in time: RMS in sliding windows, and the trend of every cell over the repetitions of a run."""
+"""The gap in time: RMS in windows of a run, and the trend of every cell over its repetitions."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f as fisher_f
-from scipy.stats import false_discovery_control
 
-from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.gap.findings import SIGNIFICANCE, Drift, GapMoment, size_words
+from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray
+from carrierflex.diagnosis.gap.findings import Drift, GapMoment
+from carrierflex.diagnosis.gap.significance import SIGNIFICANCE, adjusted
 
 ComplexArray = NDArray[np.complex128]
-#: Repetitions in a window at most, and windows a run is seen in at least where it has as many
+#: Repetitions in a window at most, and windows a run has at least where it has as many
 #: repetitions.
 _WINDOW = 20
 _FEWEST_WINDOWS = 8
 #: A trend is a quadratic in time.
 _TERMS = 2
-#: A trend below this share of a cell's mean square is not named, and no more than so many are.
-_NAMED_SHARE = 0.02
-_MOST_NAMED = 2
 
 
 def sliding_rms(run: str, time: FloatArray, square: FloatArray) -> tuple[GapMoment, ...]:
@@ -43,20 +41,78 @@ def sliding_rms(run: str, time: FloatArray, square: FloatArray) -> tuple[GapMome
     length = max(1, min(_WINDOW, n - _FEWEST_WINDOWS + 1))
     moments = []
     for first in range(n - length + 1):
-        own = square[first : first + length]
-        if np.isfinite(own).any():
+        window = square[first : first + length]
+        if np.isfinite(window).any():
             middle = float(time[first : first + length].mean())
-            moments.append(GapMoment(run, middle, float(np.sqrt(np.nanmean(own)))))
+            moments.append(GapMoment(run, middle, float(np.sqrt(np.nanmean(window)))))
     return tuple(moments)
 
 
-def trends(time: FloatArray, amplitudes: ComplexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def block_rms(
+    run: str,
+    time: FloatArray,
+    block: NDArray[np.int64],
+    residual: FloatArray,
+    is_measured: BoolArray,
+) -> tuple[GapMoment, ...]:
+    """RMS by block of a run.
+
+    A block is long enough to score; loads may change from one to the next.
+
+    Parameters
+    ----------
+    run : str
+        Run.
+    time : ndarray, shape (n,)
+        Time of the samples [s].
+    block : ndarray of int, shape (n,)
+        Block of every sample; -1 where it does not count.
+    residual : ndarray, shape (n, n_channels)
+        Gap, zero where nothing was measured.
+    is_measured : ndarray of bool, shape (n, n_channels)
+        Samples that were measured.
+
+    Returns
+    -------
+    tuple of GapMoment
+        One for each block with a measured sample.
+    """
+    moments = []
+    for number in range(int(block.max()) + 1):
+        is_inside = block == number
+        n_measured = int(is_measured[is_inside].sum())
+        if n_measured:
+            mean_square = float(np.sum(residual[is_inside] ** 2)) / n_measured
+            moments.append(
+                GapMoment(run, float(time[is_inside].mean()), float(np.sqrt(mean_square)))
+            )
+    return tuple(moments)
+
+
+@dataclass(frozen=True, eq=False)
+class Trend:
+    """Quadratic trend of complex amplitudes, arrays shaped like one repetition.
+
+    Parameters
+    ----------
+    change : ndarray
+        Size of the change from the first to the last repetition.
+    mean_square : ndarray
+        Mean square of the trend.
+    p_value : ndarray
+        Without a trend; NaN with fewer than five repetitions.
+    """
+
+    change: FloatArray
+    mean_square: FloatArray
+    p_value: FloatArray
+
+
+def trend(time: FloatArray, amplitudes: ComplexArray) -> Trend:
     """Quadratic trend of complex amplitudes over a run.
 
-    Change from first to last, mean square, p-value.
-
-    ``F = (SS_trend / 2) / (SS_left / (R - 3))``, complex amplitudes with twice the degrees of
-    freedom; NaN p-values with fewer than five repetitions.
+    ``F = (SS_trend / 2) / (SS_rest / (R - 3))``, complex amplitudes with twice the degrees of
+    freedom.
 
     Parameters
     ----------
@@ -64,29 +120,25 @@ def trends(time: FloatArray, amplitudes: ComplexArray) -> tuple[FloatArray, Floa
         Middle of every repetition [s].
     amplitudes : ndarray of complex, shape (R, ...)
         Amplitudes.
-
-    Returns
-    -------
-    tuple of ndarray
-        ``|change|``, mean square of the trend, p-value; each shaped like one repetition.
     """
-    n, shape = time.size, amplitudes.shape[1:]
-    nothing = np.zeros(shape), np.zeros(shape), np.full(shape, np.nan)
+    n = time.size
+    shape = amplitudes.shape[1:]
     if n < _TERMS + 3 or np.ptp(time) == 0.0:
-        return nothing
-    place = 2.0 * (time - time.min()) / np.ptp(time) - 1.0
+        return Trend(np.zeros(shape), np.zeros(shape), np.full(shape, np.nan))
+    relative = 2.0 * (time - time.min()) / np.ptp(time) - 1.0
     # Orthonormal columns without the constant.
-    basis = np.linalg.qr(np.vander(place, _TERMS + 1, increasing=True))[0][:, 1:]
+    basis = np.linalg.qr(np.vander(relative, _TERMS + 1, increasing=True))[0][:, 1:]
     flat = amplitudes.reshape(n, -1)
     centred = flat - flat.mean(axis=0)
-    trend = basis @ (basis.T @ centred)
-    explained, whole = (np.abs(own) ** 2 for own in (trend, centred))
+    fitted = basis @ (basis.T @ centred)
+    explained = (np.abs(fitted) ** 2).sum(axis=0)
+    total = (np.abs(centred) ** 2).sum(axis=0)
     degrees = np.where(np.abs(flat.imag).max(axis=0) == 0.0, 1.0, 2.0)
-    left = np.maximum(whole.sum(axis=0) - explained.sum(axis=0), np.finfo(float).tiny)
-    ratio = explained.sum(axis=0) / _TERMS / (left / (n - _TERMS - 1))
+    rest = np.maximum(total - explained, np.finfo(float).tiny)
+    ratio = explained / _TERMS / (rest / (n - _TERMS - 1))
     p_value = fisher_f.sf(ratio, degrees * _TERMS, degrees * (n - _TERMS - 1))
-    change = np.abs(trend[-1] - trend[0])
-    return change.reshape(shape), explained.mean(axis=0).reshape(shape), p_value.reshape(shape)
+    change = np.abs(fitted[-1] - fitted[0])
+    return Trend(change.reshape(shape), (explained / n).reshape(shape), p_value.reshape(shape))
 
 
 def significant_drifts(rows: Sequence[Drift]) -> tuple[Drift, ...]:
@@ -95,28 +147,9 @@ def significant_drifts(rows: Sequence[Drift]) -> tuple[Drift, ...]:
     P-values are adjusted here.
     """
     known = [row for row in rows if np.isfinite(row.p_value)]
-    if not known:
-        return ()
-    adjusted = false_discovery_control([row.p_value for row in known], method="by")
-    found = [
-        Drift(row.run, row.channel_pattern, row.order, row.change, row.share, float(p))
-        for row, p in zip(known, adjusted, strict=True)
-        if p < SIGNIFICANCE
+    p_values = adjusted([row.p_value for row in known])
+    drifts = [
+        replace(row, p_value=float(p_value)) for row, p_value in zip(known, p_values, strict=True)
     ]
-    return tuple(sorted(found, key=lambda row: -row.change))
-
-
-def drift_words(drifts: Sequence[Drift], unit: str, *, noun: str = "order") -> str:
-    """``the gap drifts: in LC2 order 0, m=0 changes by 12 µm over the run``.
-
-    Empty without a drift worth a word.
-    """
-    named = [row for row in drifts if row.share >= _NAMED_SHARE]
-    if not named:
-        return ""
-    texts = [
-        f"in {row.run} {noun} {row.order:g}, {row.channel_pattern} changes by {size_words(row.change, unit)}"
-        for row in named[:_MOST_NAMED]
-    ]
-    more = f" (and {len(named) - _MOST_NAMED} cells more)" if len(named) > _MOST_NAMED else ""
-    return f"the gap drifts in time: {', '.join(texts)}{more}"
+    kept = [row for row in drifts if row.p_value < SIGNIFICANCE]
+    return tuple(sorted(kept, key=lambda row: -row.change))

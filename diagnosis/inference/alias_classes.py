@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from carrierflex.diagnosis.comparison.effect_names import set_name
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray
 from carrierflex.diagnosis.inference.bounded_fit import EffectFit, fit_effects
 from carrierflex.diagnosis.inference.forward_selection import ForwardSelection
@@ -102,7 +103,7 @@ def discriminating_experiment_between(
             best, text = ratio, experiment.text
     if not text:
         return ""
-    names = " and ".join("+".join(fit.effects) for fit in (first, second))
+    names = " and ".join(set_name(fit.effects) for fit in (first, second))
     return f"{text} separates {names}: they would differ by {best:.1f} noise floors there"
 
 

@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from carrierflex.diagnosis.comparison.effect_names import set_name
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
     ComparisonProblem,
@@ -96,15 +97,15 @@ class NestedCostError(ArithmeticError):
     Parameters
     ----------
     fit : EffectFit
-        Where the search of the larger set stuck.
+        Where the search of the larger set did not converge below the fit it contains.
     smaller : EffectFit
         Fit of the smaller set.
     """
 
     def __init__(self, fit: EffectFit, smaller: EffectFit) -> None:
         super().__init__(
-            f"effects {', '.join(fit.effects)} cost {fit.cost:.8e}, more than {smaller.cost:.8e} with "
-            f"{', '.join(smaller.effects) or 'the baseline'} alone; the search stuck"
+            f"{set_name(fit.effects)}: cost {fit.cost:.8e}, more than {smaller.cost:.8e} of "
+            f"{set_name(smaller.effects)}; the search did not converge below the fit it contains"
         )
         self.fit, self.smaller = fit, smaller
 

@@ -9,6 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
+from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, Signatures
 from carrierflex.diagnosis.inference.bounded_fit import EffectFit, NestedCostError, fit_effects
 from carrierflex.diagnosis.inference.folds import Fold, held_out_folds
@@ -135,9 +136,11 @@ class ForwardSelection:
             return self.stuck[tuple(sorted(effects))]
         for parameter, hit in zip(score.fit.parameters, score.fit.at_bound, strict=True):
             if hit and parameter.effect in effects:
-                return f"{parameter.name} of {parameter.effect} stands on its physical bound"
+                return (
+                    f"{parameter.name} of {plain_name(parameter.effect)} is at its physical bound"
+                )
         if self._fits_any_curve(effects):
-            return f"{', '.join(effects)} are laws of one kind along one motion: together they fit any curve"
+            return f"{set_name(effects)} are laws of one kind along one motion: together they fit any curve"
         smaller = [tuple(own for own in effects if own != effect) for effect in effects]
         floor = float(self.problem.noise_square.sum())
         whole = float(self.score(()).square.sum()) - floor
@@ -147,19 +150,23 @@ class ForwardSelection:
         ):
             without = self.score(rest)
             if tuple(sorted(rest)) in self.stuck:
-                return f"nothing is known without {effect}: {self.stuck[tuple(sorted(rest))]}"
+                reason = self.stuck[tuple(sorted(rest))]
+                return f"nothing is known without {plain_name(effect)}: {reason}"
             share = explained_share(without.square.sum(), score.square.sum(), floor)
             if share < self.thresholds.explained:
-                return f"{effect} explains {max(share, 0.0):.0%} of what is left without it"
+                explained = f"{max(share, 0.0):.0%}"
+                return f"{plain_name(effect)} explains {explained} of what is left without it"
             if rest and not self._is_material(
                 float(without.square.sum()), float(score.square.sum()), floor, whole
             ):
-                return (
-                    f"{effect} explains less than {self.thresholds.material:.0%} of the whole gap"
-                )
+                least = f"{self.thresholds.material:.0%}"
+                return f"{plain_name(effect)} explains less than {least} of the total gap"
             draws = self.shrink_draws(without, score)
             if np.quantile(draws, 0.975) >= _UNCHANGED:
-                return f"{effect} grows the held-out gap in some draws of the conditions"
+                return (
+                    f"{plain_name(effect)} grows the held-out gap in more than 2.5 % of the "
+                    "bootstrap samples"
+                )
         return ""
 
     def _fits_any_curve(self, effects: Effects) -> bool:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from carrierflex.diagnosis.comparison.effect_names import set_name
 from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.inference.alias_classes import is_named_consistently
 from carrierflex.diagnosis.inference.forward_selection import ForwardSelection
@@ -63,8 +64,8 @@ def verdict(
         and not selection.accepted
     ):
         return AT_NOISE_FLOOR, (
-            f"the held-out gap is {ratio:.2f} times the mean square of the noise floor, and a flexible model learns nothing of "
-            "it: as from noise whose neighbouring samples are correlated"
+            f"the held-out gap is {ratio:.2f} times the mean square of the noise floor, and a black-box reference learns nothing "
+            "of it: as from noise whose neighbouring samples are correlated"
         )
     visible = [own for own in screened.effects if own.surviving >= limits.surviving_share]
     if not visible:
@@ -102,13 +103,13 @@ def _doubt(
     share = limits.named_share_far if reduction.floor_multiple > limits.far else limits.named_share
     if best_phi < share:
         return NONE_OF_THESE, (
-            f"the best set, {' + '.join(selection.accepted)}, explains {best_phi:.0%} of the gap and leaves "
+            f"the best set, {set_name(selection.accepted)}, explains {best_phi:.0%} of the gap and leaves "
             f"{reduction.floor_multiple:.1f} times the noise floor; a cause explains at least {share:.0%} then"
         )
     if best_phi < limits.ceiling_share * min(explainable, 1.0):
         return NONE_OF_THESE, (
-            f"the best set explains {best_phi:.0%} of the gap, a flexible model {explainable:.0%}: it can be learnt, but not "
-            "by this library"
+            f"the best set explains {best_phi:.0%} of the gap, a black-box reference {explainable:.0%}: it can be learnt, "
+            "but not by this library"
         )
     if any(len(members) > 1 for members in classes) and selection.rivals:
         return ALIASED, f"{_listed(selection.rivals)} predicts held-out records as well"
@@ -130,7 +131,7 @@ def _doubt(
     ):
         return (
             NONE_OF_THESE,
-            f"a placebo shrinks the gap to {reduction.negative_control_rho:.2f} too: the records allow no naming",
+            f"a negative control shrinks the gap to {reduction.negative_control_rho:.2f} too: the records allow no naming",
         )
     return None
 
@@ -140,10 +141,10 @@ def _nothing_found(search: ForwardSelection, selection: Selection, explainable: 
     best = min(tried, key=lambda ranked: ranked.held_out_rms)
     before = np.sqrt(search.mean_square(()))
     return (
-        f"the best set tried, {' + '.join(best.effects)}, leaves {best.held_out_rms / before:.2f} of the held-out gap and is "
-        f"refused ({best.refused}); a flexible model could explain {max(explainable, 0.0):.0%}"
+        f"the best set tried, {set_name(best.effects)}, leaves {best.held_out_rms / before:.2f} of the held-out gap and is "
+        f"rejected ({best.refused}); a black-box reference could explain {max(explainable, 0.0):.0%}"
     )
 
 
 def _listed(sets: tuple[Effects, ...]) -> str:
-    return ", ".join(" + ".join(effects) for effects in sets)
+    return ", ".join(set_name(effects) for effects in sets)

@@ -1,6 +1,6 @@
-"""The gap of a mounting beyond its map.
+"""What is found about the gap of a mounting.
 
-In time, between repeats, growth with loads and motion, scalars.
+Where it lies, in time, between repeats, growth with loads and motion, scalars.
 """
 
 from collections.abc import Sequence
@@ -9,28 +9,50 @@ from itertools import combinations
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
+from carrierflex.diagnosis.comparison.spectral_cells import block_powers
 from carrierflex.diagnosis.gap.findings import (
+    CHANNEL,
+    MOTION,
+    MOTION_BANDS,
+    NO_PERIODIC_LOADS,
+    Finding,
+    FollowedLoad,
     GapFindings,
     GapMoment,
     NonSynchronousCell,
     PartGrowth,
     Scalar,
 )
+from carrierflex.diagnosis.gap.in_time import block_rms
 from carrierflex.diagnosis.gap.non_synchronous import (
-    non_synchronous_words,
+    ScatterTable,
+    repeatability,
     scatter_p_values,
     significant_non_synchronous,
 )
 from carrierflex.diagnosis.gap.power_laws import exponents
-from carrierflex.diagnosis.mounting.gap_map import band_edges_hz, block_powers, pattern_matrix
+from carrierflex.diagnosis.gap.significance import largest_cells, significant
+from carrierflex.diagnosis.mounting.gap_map import (
+    PATTERNS,
+    line_counts,
+    map_edges_hz,
+    pattern_matrix,
+)
 from carrierflex.diagnosis.mounting.records import MountingRecord
 
-TORQUE, RADIAL_LOAD, DEFLECTION, SPEED = "torque", "radial load", "deflection", "speed"
+TORQUE = "torque"
+RADIAL_LOAD = "radial load"
+DEFLECTION = "deflection"
+SPEED = "speed"
 #: A pattern's gap in a block shows its growth where it is this many times the noise.
-_SEEN = 2.0
+_CLEAR = 2.0
 #: Runs of one condition are repeats where their loads differ by no more than this share of their
 #: size.
 _SAME_LOADS = 0.02
+#: Correlation with a load from which the gap counts as following it.
+_FOLLOWS = 0.8
+#: Loads that a gap may follow, by the names of the inputs.
+_LOADS = ("torque", "ntl_z", "ntl_y")
 
 
 def mounting_findings(
@@ -40,7 +62,7 @@ def mounting_findings(
     sensors: Sequence[str],
     channels: Sequence[str],
 ) -> GapFindings:
-    """Gap in time, what differs between repeats, and growth with the loads and the motion.
+    """Where the gap lies, in time, what differs between repeats, and growth with loads and motion.
 
     Parameters
     ----------
@@ -59,24 +81,81 @@ def mounting_findings(
         Trends in time are not among them: loads that change in time make them too.
     """
     names, matrix = pattern_matrix(sensors, channels)
-    repeats = [
-        row
-        for one, two in combinations(range(len(records)), 2)
-        if _are_repeats(records[one], records[two])
-        for row in _difference(records, residuals, (one, two), names, matrix)
-    ]
-    rows = significant_non_synchronous(repeats)
+    moments: list[GapMoment] = []
+    for record, residual in zip(records, residuals, strict=True):
+        moments += block_rms(
+            record.name,
+            record.inputs.time,
+            record.block,
+            residual,
+            np.isfinite(record.measured),
+        )
+    scattered: list[NonSynchronousCell] = []
+    for one, two in combinations(range(len(records)), 2):
+        if _are_repeats(records[one], records[two]):
+            scattered += _difference(records, residuals, (one, two), names, matrix)
+    rows = significant_non_synchronous(scattered)
     return GapFindings(
-        in_time=tuple(
-            m for record, own in zip(records, residuals, strict=True) for m in _moments(record, own)
-        ),
+        where=_where(cells, records, residuals, names, matrix),
+        numbered_by=MOTION_BANDS,
+        in_time=tuple(moments),
         non_synchronous=rows,
+        repeatability=repeatability(rows, sum(cell.coherent for cell in cells), "repeat"),
         growth=_growth(records, residuals, names, matrix),
-        parity="not determinable: the loads are not periodic",
-        text=non_synchronous_words(
-            rows, sum(cell.coherent for cell in cells), "m", "repeat to repeat", noun="line"
-        ),
+        parity=NO_PERIODIC_LOADS,
     )
+
+
+def _where(
+    cells: Sequence[GapCell],
+    records: Sequence[MountingRecord],
+    residuals: Sequence[FloatArray],
+    names: Sequence[str],
+    matrix: FloatArray,
+) -> tuple[Finding, ...]:
+    """Motion with the largest significant gap; empty where no cell is significant."""
+    beyond = significant(cells)
+    if not beyond:
+        return ()
+    shares: dict[str, float] = {}
+    for cell in beyond:
+        shares[cell.channel_pattern] = shares.get(cell.channel_pattern, 0.0) + cell.share
+    largest = max(shares, key=lambda name: shares[name])
+    most = largest_cells([cell for cell in beyond if cell.channel_pattern == largest])
+    bands_hz = [cell.frequency_hz for cell in most if cell.frequency_hz]
+    runs = {cell.run for cell in most}
+    row = matrix[names.index(largest)]
+    finding = Finding(
+        kind=MOTION if largest in PATTERNS else CHANNEL,
+        patterns=(largest,),
+        share=shares[largest],
+        runs=tuple(sorted(runs)),
+        is_in_every_run=len(runs) == len(records),
+        band_hz=(min(low for low, _ in bands_hz), max(high for _, high in bands_hz)),
+        follows=_followed_load(records, [residual @ row for residual in residuals]),
+    )
+    return (finding,)
+
+
+def _followed_load(
+    records: Sequence[MountingRecord], gaps: Sequence[FloatArray]
+) -> FollowedLoad | None:
+    """Load, or rate of a load, that a gap is most correlated with; None where with none."""
+    gap = np.concatenate(gaps)
+    candidates = []
+    for name in _LOADS:
+        loads = [getattr(record.inputs, name) for record in records]
+        rates = [np.gradient(load) for load in loads]
+        for values, is_rate in ((loads, False), (rates, True)):
+            strength = _correlation(np.concatenate(values), gap)
+            candidates.append(FollowedLoad(name, is_rate, strength))
+    best = max(candidates, key=lambda followed: followed.correlation)
+    return best if best.correlation > _FOLLOWS else None
+
+
+def _correlation(a: FloatArray, b: FloatArray) -> float:
+    size = float(a.std() * b.std())
+    return float(abs(np.mean((a - a.mean()) * (b - b.mean())))) / size if size > 0.0 else 0.0
 
 
 def mounting_scalars(
@@ -93,80 +172,73 @@ def mounting_scalars(
         As for :func:`mounting_findings`.
     """
     names, matrix = pattern_matrix(sensors, channels)
-    sides: list[list[FloatArray]] = [[], []]
+    measured: list[FloatArray] = []
+    predicted: list[FloatArray] = []
     for record, residual in zip(records, residuals, strict=True):
-        complete = np.asarray(np.isfinite(record.measured).all(axis=1))
-        motion = np.where(complete[:, None], record.measured, 0.0) @ matrix.T
+        is_complete = np.asarray(np.isfinite(record.measured).all(axis=1))
+        motion = np.where(is_complete[:, None], record.measured, 0.0) @ matrix.T
         for block in range(record.n_blocks):
-            own = complete & (record.block == block)
-            if own.sum() > 1:
-                sides[0].append(motion[own])
-                sides[1].append(motion[own] - residual[own] @ matrix.T)
+            samples = is_complete & (record.block == block)
+            if samples.sum() > 1:
+                measured.append(motion[samples])
+                predicted.append(motion[samples] - residual[samples] @ matrix.T)
+    if not measured:
+        return ()
     scalars = []
     for k, name in enumerate(names):
-        for words, value in (("mean", np.mean), ("peak to peak", np.ptp)):
-            measured, predicted = (np.array([value(own[:, k]) for own in side]) for side in sides)
-            scalars.append(Scalar(f"{name}, {words}", "m", measured, predicted))
-    return tuple(scalars) if sides[0] else ()
-
-
-def _moments(record: MountingRecord, residual: FloatArray) -> list[GapMoment]:
-    moments = []
-    for block in range(record.n_blocks):
-        own = record.block == block
-        present = int(np.isfinite(record.measured[own]).sum())
-        if present:
-            rms = float(np.sqrt(np.sum(residual[own] ** 2) / present))
-            moments.append(GapMoment(record.name, float(record.inputs.time[own].mean()), rms))
-    return moments
+        for words, size in (("mean", np.mean), ("peak to peak", np.ptp)):
+            sizes = np.array([size(block[:, k]) for block in measured])
+            predicted_sizes = np.array([size(block[:, k]) for block in predicted])
+            scalars.append(Scalar(f"{name}, {words}", "m", sizes, predicted_sizes))
+    return tuple(scalars)
 
 
 def _are_repeats(one: MountingRecord, two: MountingRecord) -> bool:
     """Whether two runs of one condition bear the same loads, sample by sample."""
     if one.condition != two.condition or one.inputs.time.size != two.inputs.time.size:
         return False
-    difference, size = one.inputs.loads - two.inputs.loads, one.inputs.loads
-    return bool(
-        (np.square(difference).mean(axis=0) <= _SAME_LOADS**2 * np.square(size).mean(axis=0)).all()
-    )
+    difference = np.square(one.inputs.loads - two.inputs.loads).mean(axis=0)
+    size = np.square(one.inputs.loads).mean(axis=0)
+    return bool((difference <= _SAME_LOADS**2 * size).all())
 
 
 def _difference(
     records: Sequence[MountingRecord],
     residuals: Sequence[FloatArray],
     pair: tuple[int, int],
-    names: Sequence[str],
+    names: tuple[str, ...],
     matrix: FloatArray,
-) -> list[NonSynchronousCell]:
+) -> tuple[NonSynchronousCell, ...]:
     """Half of the squared difference of two repeats, by motion and band, against the noise of one."""
     one, two = (records[k] for k in pair)
-    both = np.isfinite(one.measured) & np.isfinite(two.measured)
-    apart = [
-        np.where(both, part, 0.0)
-        for part in (
-            residuals[pair[0]] - residuals[pair[1]],
-            one.measured - two.measured,
-            one.measured - residuals[pair[0]] - two.measured + residuals[pair[1]],
-        )
-    ]
-    edges = band_edges_hz(records)
-    (gap, lines), (seen, _), (model, _) = (
-        block_powers(one, part @ matrix.T, edges) for part in apart
-    )
-    degrees = np.maximum(lines.sum(axis=0), 1.0)
-    noise = np.multiply.outer(matrix**2 @ (one.noise + two.noise) / 2.0, lines.sum(axis=0))
-    noise[:, 0] += matrix**2 @ (one.zero_noise + two.zero_noise) / 2.0 * both.all(axis=1).sum()
-    halves = [0.5 * own.sum(axis=0) / both.size for own in (seen, model, gap)]
-    noise = noise / both.size
-    p_value = scatter_p_values(halves[2], noise, np.broadcast_to(degrees, noise.shape))
-    return [
-        NonSynchronousCell(
-            f"{one.name} and {two.name}", name, float((edges[b] + edges[b + 1]) / edges[1]), float(halves[0][p, b]),
-            float(halves[1][p, b]), float(halves[2][p, b]), float(noise[p, b]), float(p_value[p, b]),
-        )
-        for p, name in enumerate(names)
-        for b in range(edges.size - 1)
-    ]  # fmt: skip
+    is_in_both = np.isfinite(one.measured) & np.isfinite(two.measured)
+    edges_hz = map_edges_hz(records)
+
+    def half_square(difference: FloatArray) -> FloatArray:
+        motion = np.where(is_in_both, difference, 0.0) @ matrix.T
+        powers = block_powers(motion, one.block, one.step, edges_hz)
+        return np.asarray(0.5 * powers.sum(axis=0) / is_in_both.size, dtype=np.float64)
+
+    measured = one.measured - two.measured
+    gap = residuals[pair[0]] - residuals[pair[1]]
+    n_lines = line_counts(one, edges_hz)
+    noise = np.multiply.outer(matrix**2 @ (one.noise + two.noise) / 2.0, n_lines)
+    zero_noise = matrix**2 @ (one.zero_noise + two.zero_noise) / 2.0
+    # The zero's error stays for the whole run: it lies in the lowest band.
+    noise[:, 0] += zero_noise * is_in_both.all(axis=1).sum()
+    noise /= is_in_both.size
+    gap_square = half_square(gap)
+    degrees = np.broadcast_to(np.maximum(n_lines, 1.0), noise.shape)
+    return ScatterTable(
+        run=f"{one.name} and {two.name}",
+        patterns=names,
+        orders=(edges_hz[:-1] + edges_hz[1:]) / edges_hz[1],
+        measured=half_square(measured),
+        simulated=half_square(measured - gap),
+        gap=gap_square,
+        noise=noise,
+        p_value=scatter_p_values(gap_square, noise, degrees),
+    ).cells()
 
 
 def _growth(
@@ -175,37 +247,54 @@ def _growth(
     names: Sequence[str],
     matrix: FloatArray,
 ) -> tuple[PartGrowth, ...]:
-    """Exponents of every motion's gap over the blocks.
+    """Exponents of every motion's gap over the blocks, largest gap first.
 
     With the loads, and with deflection and speed of that motion.
     """
-    rows: list[list[FloatArray]] = [[], [], [], []]
-    loads = []
-    for record, residual in zip(records, residuals, strict=True):
-        motion = np.where(np.isfinite(record.measured), record.measured, 0.0) @ matrix.T
-        speed = np.gradient(motion, record.step, axis=0)
-        noise = np.sqrt(matrix**2 @ record.noise)
-        for block in range(record.n_blocks):
-            own = record.block == block
-            for row, values in zip(rows, (residual @ matrix.T, motion, speed), strict=False):
-                row.append(np.sqrt(np.mean(values[own] ** 2, axis=0)))
-            rows[3].append(noise)
-            torque, y, z = np.sqrt(np.mean(record.inputs.loads[own] ** 2, axis=0))
-            loads.append((torque, np.hypot(y, z)))
-    left, deflection, speed, noise = (np.array(row) for row in rows)
-    by_load = np.array(loads)
+    blocks = [
+        _block_sizes(record, residual, matrix)
+        for record, residual in zip(records, residuals, strict=True)
+    ]
+    gap, deflection, speed, noise = (
+        np.concatenate([sizes[k] for sizes in blocks]) for k in range(4)
+    )
+    loads = np.concatenate([_block_loads(record) for record in records])
     parts = []
-    for k, name in enumerate(names):
-        seen = left[:, k] > _SEEN * noise[:, k]
-        size = np.sqrt(np.maximum(left[seen, k] ** 2 - noise[seen, k] ** 2, 0.0))
-        own = exponents(
-            size, noise[seen, k], {TORQUE: by_load[seen, 0], RADIAL_LOAD: by_load[seen, 1]}
-        )
-        own |= exponents(
-            size, noise[seen, k], {DEFLECTION: deflection[seen, k], SPEED: speed[seen, k]}
-        )
-        if seen.any():
-            parts.append(
-                (float(np.sum(left[:, k] ** 2)), PartGrowth(name, float("nan"), "housing", own))
-            )
-    return tuple(part for _, part in sorted(parts, key=lambda pair: -pair[0]))
+    for k in np.argsort(-np.sum(gap**2, axis=0), kind="stable"):
+        is_clear = gap[:, k] > _CLEAR * noise[:, k]
+        if not is_clear.any():
+            continue
+        error = noise[is_clear, k]
+        size = np.sqrt(np.maximum(gap[is_clear, k] ** 2 - error**2, 0.0))
+        of_loads = {TORQUE: loads[is_clear, 0], RADIAL_LOAD: loads[is_clear, 1]}
+        of_motion = {DEFLECTION: deflection[is_clear, k], SPEED: speed[is_clear, k]}
+        both = exponents(size, error, of_loads) | exponents(size, error, of_motion)
+        parts.append(PartGrowth(names[k], float("nan"), "housing", both))
+    return tuple(parts)
+
+
+def _block_sizes(
+    record: MountingRecord, residual: FloatArray, matrix: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """RMS of gap, deflection, speed and noise by block and motion, each (n_blocks, n_patterns)."""
+    motion = np.where(np.isfinite(record.measured), record.measured, 0.0) @ matrix.T
+    speed = np.gradient(motion, record.step, axis=0)
+    noise = np.broadcast_to(np.sqrt(matrix**2 @ record.noise), (record.n_blocks, len(matrix)))
+    gap = residual @ matrix.T
+    return _block_rms(record, gap), _block_rms(record, motion), _block_rms(record, speed), noise
+
+
+def _block_loads(record: MountingRecord) -> FloatArray:
+    """RMS of torque [N m] and of the radial load [N] by block, shape (n_blocks, 2)."""
+    torque, y, z = _block_rms(record, record.inputs.loads).T
+    return np.column_stack([torque, np.hypot(y, z)])
+
+
+def _block_rms(record: MountingRecord, signals: FloatArray) -> FloatArray:
+    """RMS of signals, shape (n, n_columns), by block, shape (n_blocks, n_columns)."""
+    return np.array(
+        [
+            np.sqrt(np.mean(signals[record.block == block] ** 2, axis=0))
+            for block in range(record.n_blocks)
+        ]
+    )

@@ -22,6 +22,7 @@ from carrierflex.diagnosis.comparison.problem import (
     SegmentSums,
     Signatures,
 )
+from carrierflex.diagnosis.comparison.spectral_cells import block_powers
 from carrierflex.diagnosis.comparison.user_laws import force_library
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.inference.bounded_fit import minimised
@@ -34,12 +35,10 @@ from carrierflex.diagnosis.mounting.cards import (
 from carrierflex.diagnosis.mounting.experiments import mounting_experiments
 from carrierflex.diagnosis.mounting.gap_findings import mounting_findings, mounting_scalars
 from carrierflex.diagnosis.mounting.gap_map import (
-    band_edges_hz,
-    block_powers,
+    map_edges_hz,
     mounting_gap_cells,
     score_cells,
 )
-from carrierflex.diagnosis.mounting.gap_words import mounting_where_text
 from carrierflex.diagnosis.mounting.model import Choice, MountingModel, mounting_scale
 from carrierflex.diagnosis.mounting.pictures import mounting_pictures
 from carrierflex.diagnosis.mounting.records import MountingRecord, mounting_records
@@ -114,7 +113,7 @@ class MountingProblem:
 
     @cached_property
     def _edges_hz(self) -> FloatArray:
-        return band_edges_hz(self.records)[[0, 1, 4, -1]]
+        return map_edges_hz(self.records)[[0, 1, 4, -1]]
 
     @cached_property
     def _cells(self) -> tuple[FloatArray, FloatArray]:
@@ -176,7 +175,8 @@ class MountingProblem:
         """Squared residuals by piece and cell; infinite where the motion leaves the model."""
         result = np.zeros(self.cell_counts.shape)
         for record, places in self._chosen_runs(chosen):
-            powers, _ = block_powers(record, self._residual(record, effects, theta), self._edges_hz)
+            residual = self._residual(record, effects, theta)
+            powers = block_powers(residual, record.block, record.step, self._edges_hz)
             result[places] = powers.reshape(len(places), -1)
         return result
 
@@ -190,17 +190,15 @@ class MountingProblem:
             self.records, self._residuals(effects, theta), self.model.sensors, self.model.channels
         )
 
-    def where_text(self, effects: Effects, theta: FloatArray) -> str:
-        """One sentence."""
-        cells, own = self.gap_cells(effects, theta), self._residuals(effects, theta)
-        return mounting_where_text(
-            cells, self.records, own, self.model.sensors, self.model.channels
-        )
-
     def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
-        """Gap in time, between repeats, and its growth."""
-        cells, own = self.gap_cells(effects, theta), self._residuals(effects, theta)
-        return mounting_findings(self.records, own, cells, self.model.sensors, self.model.channels)
+        """Where the gap lies, in time, between repeats, and its growth."""
+        return mounting_findings(
+            self.records,
+            self._residuals(effects, theta),
+            self.gap_cells(effects, theta),
+            self.model.sensors,
+            self.model.channels,
+        )
 
     def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
         """Mean and peak to peak of every motion."""

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.effect_names import set_name
+from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import Effects, GapCell
 from carrierflex.diagnosis.gap.findings import GapMoment
@@ -23,7 +23,7 @@ from carrierflex.diagnosis.report.gap_grid import GapGrid, gap_grids
 from carrierflex.diagnosis.report.motion_figures import panel_figure
 from carrierflex.diagnosis.report.svg import inline_svg
 from carrierflex.diagnosis.report.time_figure import MOST_RUNS, gap_in_time_figure
-from carrierflex.diagnosis.report.words import added_effects, place_of, sized
+from carrierflex.diagnosis.report.words import added_effects, position_of, sized
 from carrierflex.diagnosis.results import Diagnosis
 
 
@@ -44,7 +44,7 @@ class Drawings:
     gap_maps : tuple of Drawing
         Before and after, one colour scale.
     remaining : Drawing, optional
-        What is left, on its own scale.
+        The remaining gap, on its own scale.
     selection, signature_correlation : Drawing, optional
         Held-out ratios in turn; correlation of the signatures.
     in_time : Drawing, optional
@@ -67,28 +67,30 @@ def drawings(diagnosis: Diagnosis) -> Drawings:
     Parameters
     ----------
     diagnosis : Diagnosis
-        What was found.
+        Result of the diagnosis.
 
     Returns
     -------
     Drawings
         Inline SVG elements.
     """
-    far, which = diagnosis.reduction, diagnosis.attribution
+    far = diagnosis.reduction
+    which = diagnosis.attribution
     grids = gap_grids(far.cells_before, far.cells_after)
     motion = tuple(
-        (picture, tuple(_panel(picture, p, k) for p in range(len(picture.panels))))
+        (picture, tuple(_panel(picture, number, k) for number in range(len(picture.panels))))
         for k, picture in enumerate(diagnosis.pictures)
     )
+    correlation = None
+    if which.screen and len(which.screen.effects) > 1:
+        correlation = _signature_correlation(which.screen, which.effects)
     return Drawings(
-        _gap_maps(grids, diagnosis),
-        _remaining(grids, diagnosis),
-        _ladder(far) if far.steps else None,
-        _likeness(which.screen, which.effects)
-        if which.screen and len(which.screen.effects) > 1
-        else None,
-        _in_time(diagnosis.gap.findings.in_time, diagnosis.unit) if diagnosis.gap else None,
-        motion,
+        gap_maps=_gap_maps(grids, diagnosis),
+        remaining=_remaining(grids, diagnosis),
+        selection=_selection(far) if far.steps else None,
+        signature_correlation=correlation,
+        in_time=_in_time(diagnosis.gap.findings.in_time, diagnosis.unit) if diagnosis.gap else None,
+        motion=motion,
     )
 
 
@@ -96,38 +98,45 @@ def _in_time(moments: Sequence[GapMoment], unit: str) -> Drawing | None:
     if not moments:
         return None
     largest = max(moments, key=lambda moment: moment.rms)
-    title = f"Gap over time; largest in run {largest.run} at {largest.time:.4g} s, {sized(largest.rms, unit)}"
+    title = (
+        f"Gap over time; largest in run {largest.run} at {largest.time:.4g} s, "
+        f"{sized(largest.rms, unit)}"
+    )
     more = len({moment.run for moment in moments}) - MOST_RUNS
     rest = f" The {MOST_RUNS} runs with the largest gap are drawn." if more > 0 else ""
     svg = inline_svg(partial(gap_in_time_figure, moments, unit), "gap-in-time-figure", title)
     return Drawing(svg, f"Gap with the baseline in windows over time.{rest}")
 
 
-def _ladder(far: GapReduction) -> Drawing:
-    steps = ", ".join(f"{step.added} {step.rho:.3f}" for step in far.steps)
+def _selection(far: GapReduction) -> Drawing:
+    steps = ", ".join(f"{plain_name(step.added)} {step.rho:.3f}" for step in far.steps)
     svg = inline_svg(
-        partial(selection_figure, far), "ladder", f"Ladder of held-out ratios: {steps}"
+        partial(selection_figure, far),
+        "selection",
+        f"Held-out ratios as effects are added: {steps}",
     )
     return Drawing(
         svg,
-        "Each row adds one more effect. Bars are 95 % intervals from the bootstrap over conditions and blocks of record. A "
-        "placebo is a signal without meaning: what it gains is chance. The flexible model shows how much could be learnt; "
-        "where the plant is dynamic it is fitted in force space, so its line is a guide and no bound.",
+        "Each row adds one more effect. Bars are 95 % intervals from the bootstrap over conditions "
+        "and segments. A negative control is a signal without physical meaning: what it gains is "
+        "chance. The black-box reference shows how much could be learnt; where the element or "
+        "structure is dynamic it is fitted to the equation-error residual, so its line is a guide "
+        "and no bound.",
     )
 
 
-def _likeness(screened: Screen, accepted: Effects) -> Drawing:
+def _signature_correlation(screened: Screen, accepted: Effects) -> Drawing:
     n = len(screened.effects)
     svg = inline_svg(
         partial(correlation_figure, screened, accepted),
-        "likeness",
-        "Likeness of the effects' signatures",
+        "signature-correlation",
+        "Correlation of the effects' signatures",
     )
+    shown = f" The {MOST_EFFECTS} best of {n} effects are shown." if n > MOST_EFFECTS else ""
     return Drawing(
         svg,
-        "Correlation of the effects' signatures beside the baseline, under the conditions that were measured: 1 means that "
-        "the screen cannot tell two effects apart."
-        + (f" The {MOST_EFFECTS} best of {n} effects are shown." if n > MOST_EFFECTS else ""),
+        "Correlation of the effects' signatures beside the baseline, under the conditions that "
+        f"were measured: 1 means that the screening cannot tell two effects apart.{shown}",
     )
 
 
@@ -155,10 +164,11 @@ def _gap_maps(grids: tuple[GapGrid, ...], diagnosis: Diagnosis) -> tuple[Drawing
 
 
 def _remaining(grids: tuple[GapGrid, ...], diagnosis: Diagnosis) -> Drawing | None:
-    if not grids or not added_effects(diagnosis.reduction) or not grids[1].stands_out.any():
+    if not grids or not added_effects(diagnosis.reduction) or not grids[1].is_significant.any():
         return None
     draw = partial(gap_map_figure, grids[1], colour_limits(grids[1]), diagnosis.unit)
-    title = f"Map of the remaining gap; {_largest_cell(diagnosis.reduction.cells_after, diagnosis.unit)}"
+    largest = _largest_cell(diagnosis.reduction.cells_after, diagnosis.unit)
+    title = f"Map of the remaining gap; {largest}"
     return Drawing(
         inline_svg(draw, "map-remaining", title), "The remaining gap on its own colour scale."
     )
@@ -169,10 +179,11 @@ def _largest_cell(cells: Sequence[GapCell], unit: str) -> str:
     if not cells:
         return "no cells"
     first = cells[0]
-    return f"largest in run {first.run}: {first.channel_pattern}, {place_of(first)}, {sized(first.mean_square**0.5, unit)}"
+    size = sized(first.mean_square**0.5, unit)
+    return f"largest in run {first.run}: {first.channel_pattern}, {position_of(first)}, {size}"
 
 
-def _panel(picture: Picture, number: int, place: int) -> Drawing:
+def _panel(picture: Picture, number: int, picture_number: int) -> Drawing:
     panel = picture.panels[number]
     sizes = [
         f"{trace.role} {sized(float(np.sqrt(np.mean(trace.y**2))), picture.y_unit)}"
@@ -180,6 +191,8 @@ def _panel(picture: Picture, number: int, place: int) -> Drawing:
     ]
     title = f"{picture.title}, {panel.title}; RMS: {', '.join(sizes)}"
     return Drawing(
-        inline_svg(partial(panel_figure, picture, panel), f"motion-{place}-{number}", title),
+        inline_svg(
+            partial(panel_figure, picture, panel), f"motion-{picture_number}-{number}", title
+        ),
         panel.title,
     )

@@ -1,6 +1,6 @@
 """Figures of the report.
 
-Gap map, ladder, likeness of the effects; loops and polar plots. Matplotlib late.
+Gap map, forward selection, correlation of the signatures. Matplotlib late.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -28,12 +28,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: Dynamic range of the colours of a gap map: at least one decade, at most three.
-_FEWEST, _MOST = 10.0, 1e3
+_FEWEST = 10.0
+_MOST = 1e3
 #: Cells of a gap map above this share of the largest carry their number.
 _NUMBERED = 0.1
-#: Effects in the matrix of likeness at most; likeness from which a cell carries its number.
+#: Effects in the matrix of correlations at most; correlation from which a cell carries its number.
 MOST_EFFECTS = 12
-_LIKE = 0.5
+_NUMBERED_CORRELATION = 0.5
 #: Ratios below this are told apart on a logarithmic axis only.
 _SMALL_RATIO = 0.2
 
@@ -41,13 +42,13 @@ _SMALL_RATIO = 0.2
 def colour_limits(*grids: GapGrid) -> tuple[float, float]:
     """RMS at both ends of the colours that maps share.
 
-    What stands out in any of them; all where nothing does.
+    Of the significant cells of any of them; of all cells where none is.
     """
-    seen = np.concatenate([grid.rms[grid.stands_out] for grid in grids])
-    if not seen.size:
-        seen = np.concatenate([grid.rms[np.isfinite(grid.rms)] for grid in grids])
-    high = float(seen.max()) or 1.0
-    return float(np.clip(seen.min(), high / _MOST, high / _FEWEST)), high
+    sizes = np.concatenate([grid.rms[grid.is_significant] for grid in grids])
+    if not sizes.size:
+        sizes = np.concatenate([grid.rms[np.isfinite(grid.rms)] for grid in grids])
+    high = float(sizes.max()) or 1.0
+    return float(np.clip(sizes.min(), high / _MOST, high / _FEWEST)), high
 
 
 def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Figure":
@@ -76,7 +77,8 @@ def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Fi
     low, high = factor * limits[0], factor * limits[1]
     figure = Figure(figsize=(WIDTH, 1.35 + 0.34 * len(grid.rows)), layout="constrained")
     panel = figure.subplots()
-    seen = np.where(grid.stands_out & (factor * grid.rms >= low), factor * grid.rms, np.nan)
+    is_shown = grid.is_significant & (factor * grid.rms >= low)
+    shown = np.where(is_shown, factor * grid.rms, np.nan)
     norm = LogNorm(vmin=low, vmax=high)
     lines = np.arange(len(grid.rows) + 1) - 0.5
     known = np.ma.masked_invalid(np.where(np.isfinite(grid.rms), 0.0, np.nan))
@@ -86,7 +88,7 @@ def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Fi
     image = panel.pcolormesh(
         grid.edges,
         lines,
-        np.ma.masked_invalid(seen),
+        np.ma.masked_invalid(shown),
         norm=norm,
         cmap=MAGNITUDE_MAP,
         edgecolors="white",
@@ -105,7 +107,7 @@ def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Fi
         panel.set_xticks(
             np.arange(np.ceil(grid.edges[0]), grid.edges[-1], 1 if grid.edges.size < 16 else 3)
         )
-        _number_cells(panel, grid, seen, high)
+        _number_cells(panel, grid, shown, high)
     bar = figure.colorbar(
         image, ax=panel, orientation="horizontal", aspect=40, label=f"RMS of the gap [{shown_unit}]"
     )
@@ -125,9 +127,9 @@ def _plain_numbers(axis: "Axis", low: float, high: float) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def _number_cells(panel: "Axes", grid: GapGrid, seen: np.ndarray, high: float) -> None:
+def _number_cells(panel: "Axes", grid: GapGrid, shown: np.ndarray, high: float) -> None:
     middles = 0.5 * (grid.edges[1:] + grid.edges[:-1])
-    for (row, column), value in np.ndenumerate(seen):
+    for (row, column), value in np.ndenumerate(shown):
         if np.isfinite(value) and value >= _NUMBERED * high:
             text = f"{value:.0f}" if high >= 10.0 else f"{value:.1f}"
             panel.text(
@@ -136,12 +138,14 @@ def _number_cells(panel: "Axes", grid: GapGrid, seen: np.ndarray, high: float) -
 
 
 def selection_figure(far: GapReduction) -> "Figure":
-    """Held-out rho as the accepted effects are added in turn, with intervals, placebo, ceiling and floor.
+    """Held-out rho as the accepted effects are added in turn, with intervals.
+
+    Beside it negative control, black-box reference and noise floor as lines.
 
     Parameters
     ----------
     far : GapReduction
-        ForwardSelection and lines.
+        Steps and the levels of the lines.
 
     Returns
     -------
@@ -178,9 +182,9 @@ def selection_figure(far: GapReduction) -> "Figure":
         "fontsize": 8,
         "color": BLUE,
     }
-    for place, value in enumerate(rho):
+    for row, value in enumerate(rho):
         box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6}
-        panel.annotate(f"{value:.3f}", (value, place), bbox=box, **above)
+        panel.annotate(f"{value:.3f}", (value, row), bbox=box, **above)
     panel.set_yticks(
         range(rho.size), [_step_name(k, step.added) for k, step in enumerate(far.steps)]
     )
@@ -191,14 +195,11 @@ def selection_figure(far: GapReduction) -> "Figure":
 
 
 def _level_lines(far: GapReduction) -> list[tuple[float, str, str, str]]:
-    """Value, name, stroke and colour of the lines that a ladder is read against.
-
-    Those that are known.
-    """
+    """Value, name, stroke and colour of the known lines that the steps are read against."""
     floor = far.noise_floor / far.rms_before if far.rms_before > 0.0 else float("nan")
     lines = [
-        (far.negative_control_rho, "best placebo", ":", GREY),
-        (far.black_box_rho, "flexible model (ceiling)", "-.", GREEN),
+        (far.negative_control_rho, "best negative control", ":", GREY),
+        (far.black_box_rho, "black-box reference", "-.", GREEN),
         (floor, "noise floor", "--", BLACK),
     ]
     return [line for line in lines if np.isfinite(line[0]) and line[0] > 0.0]
@@ -217,15 +218,15 @@ def _ratio_axis(panel: "Axes", shown: list[float]) -> None:
     panel.grid(axis="x", alpha=0.25)
 
 
-def _step_name(place: int, added: str) -> str:
+def _step_name(row: int, added: str) -> str:
     name = plain_name(added)
-    return name if place == 0 else "+ " + (name.replace(" ", "\n", 1) if len(name) > 18 else name)
+    return name if row == 0 else "+ " + (name.replace(" ", "\n", 1) if len(name) > 18 else name)
 
 
 def correlation_figure(screened: Screen, accepted: tuple[str, ...]) -> "Figure":
-    """Likeness of the effects' signatures beside the baseline.
+    """Correlation of the effects' signatures beside the baseline.
 
-    Correlation over the conditions that were measured.
+    Over the conditions that were measured.
 
     Parameters
     ----------
@@ -241,7 +242,7 @@ def correlation_figure(screened: Screen, accepted: tuple[str, ...]) -> "Figure":
     """
     from matplotlib.figure import Figure
 
-    names = [own.id for own in screened.effects]
+    names = [effect.id for effect in screened.effects]
     order = sorted(range(len(names)), key=lambda k: names[k] not in accepted)[:MOST_EFFECTS]
     signature_correlation = np.abs(screened.correlation[np.ix_(order, order)])
     figure = Figure(figsize=(WIDTH, 1.3 + 0.24 * len(order)), layout="constrained")
@@ -254,7 +255,7 @@ def correlation_figure(screened: Screen, accepted: tuple[str, ...]) -> "Figure":
         aspect="auto",
     )
     for (row, column), value in np.ndenumerate(signature_correlation):
-        if row != column and value >= _LIKE:
+        if row != column and value >= _NUMBERED_CORRELATION:
             colour = BLACK if value > 0.6 else "white"
             panel.text(
                 column,

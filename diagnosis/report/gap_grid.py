@@ -3,16 +3,16 @@
 Rows are sensor patterns, or runs where there is one channel; columns orders or bands.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, GapCell
+from carrierflex.diagnosis.gap.significance import is_significant
 
 #: Lines of a periodic drive beyond this number are joined to bands, about this many.
 _MOST_COLUMNS = 30
-SIGNIFICANCE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,8 +32,8 @@ class GapGrid:
     rms : ndarray, shape (n_rows, n_columns)
         RMS of the gap above the noise, over the runs, in the unit of the channels; NaN where the
         map has no cell.
-    stands_out : ndarray of bool, shape (n_rows, n_columns)
-        Whether a cell of it is beyond chance (adjusted p below 0.01) in any run.
+    is_significant : ndarray of bool, shape (n_rows, n_columns)
+        Whether a cell of it is beyond chance in any run.
     """
 
     row_name: str
@@ -41,7 +41,7 @@ class GapGrid:
     edges: FloatArray
     is_frequency: bool
     rms: FloatArray
-    stands_out: BoolArray
+    is_significant: BoolArray
 
 
 def gap_grids(*maps: Sequence[GapCell]) -> tuple[GapGrid, ...]:
@@ -61,32 +61,51 @@ def gap_grids(*maps: Sequence[GapCell]) -> tuple[GapGrid, ...]:
     if not first:
         return ()
     runs = sorted({cell.run for cell in first})
-    patterns = sorted({cell.channel_pattern for cell in first}, key=_pattern_place)
-    by_run = len(patterns) == 1
-    rows = tuple(runs if by_run else patterns)
+    patterns = sorted({cell.channel_pattern for cell in first}, key=_pattern_position)
     is_frequency = all(cell.frequency_hz is not None for cell in first)
     edges = _frequency_edges(first) if is_frequency else _order_edges(first)
+    if len(patterns) == 1:
+        blank = _blank_grid("run", runs, edges, is_frequency)
+        return tuple(_filled(blank, cells, lambda cell: cell.run, n_runs=1) for cells in maps)
     of_patterns = any(name.startswith("m=") for name in patterns)
-    row_name = "run" if by_run else "sensor pattern" if of_patterns else "channel"
-    grids = []
-    for cells in maps:
-        square = np.full((len(rows), edges.size - 1), np.nan)
-        stands_out = np.zeros(square.shape, dtype=bool)
-        for cell in cells:
-            place = (
-                rows.index(cell.run if by_run else cell.channel_pattern),
-                _column(cell, edges, is_frequency),
-            )
-            square[place] = np.nan_to_num(square[place]) + cell.coherent / (
-                1 if by_run else len(runs)
-            )
-            stands_out[place] |= cell.p_value < SIGNIFICANCE and cell.coherent > 0.0
-        rms = np.sqrt(np.maximum(square, 0.0))
-        grids.append(GapGrid(row_name, rows, edges, is_frequency, rms, stands_out))
-    return tuple(grids)
+    blank = _blank_grid(
+        "sensor pattern" if of_patterns else "channel", patterns, edges, is_frequency
+    )
+    return tuple(
+        _filled(blank, cells, lambda cell: cell.channel_pattern, n_runs=len(runs)) for cells in maps
+    )
 
 
-def _pattern_place(name: str) -> tuple[int, str]:
+def _blank_grid(
+    row_name: str, rows: Sequence[str], edges: FloatArray, is_frequency: bool
+) -> GapGrid:
+    """Grid without cells."""
+    shape = (len(rows), edges.size - 1)
+    return GapGrid(
+        row_name=row_name,
+        rows=tuple(rows),
+        edges=edges,
+        is_frequency=is_frequency,
+        rms=np.full(shape, np.nan),
+        is_significant=np.zeros(shape, dtype=bool),
+    )
+
+
+def _filled(
+    blank: GapGrid, cells: Sequence[GapCell], row_of: Callable[[GapCell], str], *, n_runs: int
+) -> GapGrid:
+    """Grid with the coherent gap of the cells, a mean over `n_runs` runs in every row."""
+    square = blank.rms.copy()
+    beyond = blank.is_significant.copy()
+    for cell in cells:
+        row = blank.rows.index(row_of(cell))
+        column = _column(cell, blank.edges, blank.is_frequency)
+        square[row, column] = np.nan_to_num(square[row, column]) + cell.coherent / n_runs
+        beyond[row, column] |= is_significant(cell)
+    return replace(blank, rms=np.sqrt(np.maximum(square, 0.0)), is_significant=beyond)
+
+
+def _pattern_position(name: str) -> tuple[int, str]:
     """Sensor patterns in the order 0, +1, -1, 2, channels after them by name."""
     known = ("m=0", "m=+1", "m=-1", "m=2")
     return (known.index(name) if name in known else len(known), name)
@@ -118,19 +137,20 @@ def _frequency_edges(cells: Sequence[GapCell]) -> FloatArray:
 
     Lines, which have no width, are joined until few enough are left.
     """
-    bands = {
-        run: sorted({_band(cell) for cell in cells if cell.run == run})
+    bands_of_runs = [
+        sorted({_band(cell) for cell in cells if cell.run == run})
         for run in {cell.run for cell in cells}
-    }
-    wide = [own for own in bands.values() if any(low < high for low, high in own)]
+    ]
+    wide = [bands for bands in bands_of_runs if any(low < high for low, high in bands)]
     if wide:
-        coarsest = max(wide, key=lambda own: own[-1][1] / own[-1][0])
+        coarsest = max(wide, key=lambda bands: bands[-1][1] / bands[-1][0])
         edges = [low for low, _ in coarsest if low > 0.0] + [coarsest[-1][1]]
         return np.array([edges[0] / (edges[1] / edges[0]), *edges])
     lines = np.unique([_middle(cell) for cell in cells if _middle(cell) > 0.0])
-    places = np.arange(lines.size)
+    first_lines = np.arange(lines.size)
     if lines.size > _MOST_COLUMNS:
-        places = np.unique(np.geomspace(1.0, lines.size, _MOST_COLUMNS).round().astype(int)) - 1
-    starts = lines[places]
+        spaced = np.geomspace(1.0, lines.size, _MOST_COLUMNS)
+        first_lines = np.unique(spaced.round().astype(int)) - 1
+    starts = lines[first_lines]
     step = starts[0] if lines.size == 1 else lines[1] - lines[0]
     return np.append(starts - 0.5 * step, lines[-1] + 0.5 * step)

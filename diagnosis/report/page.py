@@ -10,9 +10,9 @@ from markupsafe import Markup
 from carrierflex.diagnosis.comparison import effect_names
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.comparison.problem import GapCell
-from carrierflex.diagnosis.report import words
+from carrierflex.diagnosis.gap.significance import significant
+from carrierflex.diagnosis.report import gap_words, words
 from carrierflex.diagnosis.report.drawings import Drawing, Drawings, drawings
-from carrierflex.diagnosis.report.gap_grid import SIGNIFICANCE
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.files.versions import software_name
 from carrierflex.identification.campaign.campaign import Campaign
@@ -73,7 +73,7 @@ def report_page(diagnosis: Diagnosis, source: ReportSource) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"powers": words.powers, "plain_name": plain_name}
+    environment.filters["plain_name"] = plain_name
     return environment.get_template(_TEMPLATE).render(**_content(diagnosis, source))
 
 
@@ -86,6 +86,7 @@ def _content(diagnosis: Diagnosis, source: ReportSource) -> dict[str, Any]:
         "source": source,
         "campaign": source.campaign,
         "words": words,
+        "gap_words": gap_words,
         "names": effect_names,
         "software": software_name(),
         "drawn": _marked(drawings(diagnosis)),
@@ -98,26 +99,27 @@ def _content(diagnosis: Diagnosis, source: ReportSource) -> dict[str, Any]:
 
 def _marked(drawn: Drawings) -> dict[str, Any]:
     """Figures as markup that is not escaped again."""
-
-    def own(drawing: Drawing | None) -> dict[str, Any] | None:
-        return None if drawing is None else {"svg": Markup(drawing.svg), "caption": drawing.caption}
-
-    motion = [{"picture": p, "figures": [own(d) for d in figures]} for p, figures in drawn.motion]
-    maps = [own(drawing) for drawing in drawn.gap_maps]
+    motion = [
+        {"picture": picture, "figures": [_markup(figure) for figure in figures]}
+        for picture, figures in drawn.motion
+    ]
     return {
-        "gap_maps": maps,
-        "remaining": own(drawn.remaining),
-        "in_time": own(drawn.in_time),
-        "selection": own(drawn.selection),
-        "signature_correlation": own(drawn.signature_correlation),
+        "gap_maps": [_markup(drawing) for drawing in drawn.gap_maps],
+        "remaining": _markup(drawn.remaining),
+        "in_time": _markup(drawn.in_time),
+        "selection": _markup(drawn.selection),
+        "signature_correlation": _markup(drawn.signature_correlation),
         "motion": motion,
     }
 
 
+def _markup(drawing: Drawing | None) -> dict[str, Any] | None:
+    if drawing is None:
+        return None
+    return {"svg": Markup(drawing.svg), "caption": drawing.caption}
+
+
 def _largest_cells(cells: Sequence[GapCell]) -> list[GapCell]:
     """Cells beyond chance that hold a part of the gap worth a row."""
-    return [
-        c
-        for c in cells
-        if c.share >= _SMALLEST_SHARE and c.p_value < SIGNIFICANCE and c.coherent > 0.0
-    ][:_MOST_CELLS]
+    large = [cell for cell in significant(cells) if cell.share >= _SMALLEST_SHARE]
+    return large[:_MOST_CELLS]

@@ -44,13 +44,13 @@ def gap_in_time_figure(moments: Sequence[GapMoment], unit: str) -> "Figure":
     by_run: dict[str, list[GapMoment]] = {}
     for moment in moments:
         by_run.setdefault(moment.run, []).append(moment)
-    sizes = {run: max(own.rms for own in windows) for run, windows in by_run.items()}
+    sizes = {run: max(window.rms for window in windows) for run, windows in by_run.items()}
     drawn = sorted(sizes, key=lambda run: -sizes[run])[:MOST_RUNS]
     factor, shown_unit = scaled_unit(max(sizes.values()), unit)
     figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
     panel = figure.subplots()
     for run, (colour, dashes) in zip(sorted(drawn), _STROKES, strict=False):
-        time, rms = np.array([(own.time, factor * own.rms) for own in by_run[run]]).T
+        time, rms = np.array([(window.time, factor * window.rms) for window in by_run[run]]).T
         mark = "." if time.size < 30 else ""
         panel.plot(
             time,

@@ -4,16 +4,14 @@ The verdict as a sentence, values with as many digits as their error allows.
 """
 
 import math
-import re
 from collections.abc import Sequence
-from typing import TypeVar
-
-from markupsafe import Markup, escape
+from typing import NamedTuple, TypeVar
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.comparison.problem import Effects, GapCell
-from carrierflex.diagnosis.gap.findings import SIGNIFICANCE, Drift, NonSynchronousCell, PartGrowth
+from carrierflex.diagnosis.gap.findings import Drift, NonSynchronousCell, PartGrowth
 from carrierflex.diagnosis.gap.power_laws import Exponent
+from carrierflex.diagnosis.gap.significance import SIGNIFICANCE
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
@@ -24,6 +22,12 @@ from carrierflex.diagnosis.inference.results import (
     GapReduction,
     Interval,
     RankedSet,
+)
+from carrierflex.diagnosis.report.phrases import (
+    Phrase,
+    in_scientific_notation,
+    phrase,
+    unit_phrase,
 )
 from carrierflex.diagnosis.report.svg import scaled_unit
 from carrierflex.diagnosis.results import Diagnosis
@@ -37,12 +41,11 @@ _UNDETERMINED = 1e6
 _MOST_DECIMALS = 9
 #: Rounding of a closed form: no signal of any unit in use is that small.
 _NOTHING = 1e-15
+_SMALLEST_P = 1e-99
 _MOST_ROWS = 12
 _MOST_BEYOND = 6
 #: An exponent with a wider interval tells no law from another.
 WIDEST_EXPONENT = 3.0
-_POWER = re.compile(r"\^(-?\d+(?:\.\d+)?)")
-_TEN = re.compile(r"(?<![\w.])(-?\d+(?:\.\d+)?)e([+-]?\d+)\b")
 
 _HEADINGS = {
     NAMED: "The simulation lacks {effects}",
@@ -53,9 +56,9 @@ _HEADINGS = {
     NOT_DIAGNOSABLE: "These records do not allow a diagnosis",
 }
 _MEANINGS = {
-    NAMED: "What is named explains the gap on records it was not fitted to; what is left is near the noise.",
-    NAMED_WITH_REMAINDER: "What is named explains most of the gap on records it was not fitted to; a remainder stands above "
-    "the noise.",
+    NAMED: "What is named explains the gap on records it was not fitted to; the remaining gap is near the noise.",
+    NAMED_WITH_REMAINDER: "What is named explains most of the gap on records it was not fitted to; a remainder above the "
+    "noise is left.",
     ALIASED: "Several effects explain the gap equally well under the conditions that were measured.",
     NONE_OF_THESE: "There is a gap, but no effect of the library may be named as its cause.",
     AT_NOISE_FLOOR: "There is no gap above the noise floor that an effect could explain.",
@@ -77,7 +80,7 @@ def verdict_heading(diagnosis: Diagnosis) -> str:
         For example ``The simulation lacks cubic stiffness, and something more``.
     """
     return _HEADINGS[diagnosis.verdict].format(
-        effects=listed([plain_name(own) for own in diagnosis.attribution.effects])
+        effects=listed([plain_name(effect) for effect in diagnosis.attribution.effects])
     )
 
 
@@ -88,30 +91,17 @@ def verdict_meaning(verdict: str) -> str:
 
 def alias_sentence(diagnosis: Diagnosis) -> str:
     """What the named effects cannot be told from; empty where nothing."""
-    classes = diagnosis.attribution.aliases
-    texts = [
-        f"{plain_name(own[0])} from {listed([plain_name(other) for other in own[1:]])}"
-        for own in classes
-    ]
+    texts = []
+    for effect, *others in diagnosis.attribution.aliases:
+        names = listed([plain_name(other) for other in others])
+        texts.append(f"{plain_name(effect)} from {names}")
     return f"These records do not tell {listed(texts)}." if texts else ""
 
 
-def separating_text(diagnosis: Diagnosis) -> str:
-    """Measurement that would tell more, as a sentence with the effects in words.
-
-    Empty where none is asked for.
-    """
-    text = in_words(diagnosis.attribution.discriminating_experiment, diagnosis)
+def experiment_text(diagnosis: Diagnosis) -> str:
+    """Discriminating experiment as a sentence; empty where none is asked for."""
+    text = diagnosis.attribution.discriminating_experiment
     return f"{capitalised(text).rstrip('.')}." if text else ""
-
-
-def in_words(text: str, diagnosis: Diagnosis) -> str:
-    """Text with the ids of all effects that were tried or are aliased in words, longer ids first."""
-    which = diagnosis.attribution
-    sets = [own.effects for own in which.ranking] + list(which.aliases)
-    for effect in sorted({effect for effects in sets for effect in effects}, key=len, reverse=True):
-        text = text.replace(effect, plain_name(effect))
-    return text
 
 
 def capitalised(text: str) -> str:
@@ -175,67 +165,64 @@ def sized(value: float, unit: str) -> str:
     return f"{factor * value:.3g} {shown}"
 
 
-def with_error(value: float, std: float) -> tuple[str, str]:
+def with_error(value: float, std: float) -> tuple[Phrase, Phrase]:
     """Value and standard deviation, both to the second digit of the latter, under one power of ten.
 
     Parameters
     ----------
     value, std : float
-        What was found, and its standard deviation.
+        Value and its standard deviation.
 
     Returns
     -------
-    tuple of str
-        For example ``("3.942", "0.013")`` or ``("5.80e-4", "0.10e-4")``; "not determined" where the
-        error is beyond all bounds.
+    tuple of Phrase
+        For example ``3.942`` and ``0.013``, or ``5.80e-4`` and ``0.10e-4``; "not determined" where
+        the error is beyond all bounds.
     """
     if not math.isfinite(value):
-        return UNKNOWN, UNKNOWN
+        return phrase(UNKNOWN), phrase(UNKNOWN)
     if not (math.isfinite(std) and std > 0.0):
-        return f"{value:.4g}", UNKNOWN
+        return in_scientific_notation(f"{value:.4g}"), phrase(UNKNOWN)
     if std > _UNDETERMINED * abs(value):
-        return f"{value:.1g}", "not determined"
+        return in_scientific_notation(f"{value:.1g}"), phrase("not determined")
     power = math.floor(math.log10(max(abs(value), std)))
     shift = 0 if -3 <= power < 5 else power
     decimals = min(max(0, shift - math.floor(math.log10(std)) + 1), _MOST_DECIMALS)
     ending = f"e{shift}" if shift else ""
-    own, error = (f"{part / 10.0**shift:.{decimals}f}{ending}" for part in (value, std))
-    return own, error
+    value_text = f"{value / 10.0**shift:.{decimals}f}{ending}"
+    error_text = f"{std / 10.0**shift:.{decimals}f}{ending}"
+    return in_scientific_notation(value_text), in_scientific_notation(error_text)
 
 
-def parameter_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str, str, str]]:
-    """Effect, name, value, standard deviation and unit of every parameter.
+class ParameterRow(NamedTuple):
+    """Row of the table of parameters."""
 
-    Those of the named effects first.
-    """
+    effect: str
+    name: str
+    value: Phrase
+    std: Phrase
+    unit: Phrase
+
+
+def parameter_rows(diagnosis: Diagnosis) -> list[ParameterRow]:
+    """Every parameter, those of the named effects first."""
     which = diagnosis.attribution
     order = sorted(which.parameters, key=lambda effect: effect not in which.effects)
     return [
-        (effect, name, *with_error(own.value, own.std), own.unit)
+        ParameterRow(effect, name, *with_error(found.value, found.std), unit_phrase(found.unit))
         for effect in order
-        for name, own in which.parameters[effect].items()
+        for name, found in which.parameters[effect].items()
     ]
 
 
-def remark(own: RankedSet, diagnosis: Diagnosis) -> str:
+def remark(ranked: RankedSet, diagnosis: Diagnosis) -> str:
     """What became of a set that was tried."""
-    if own.effects and set(own.effects) == set(diagnosis.attribution.effects):
+    if ranked.effects and set(ranked.effects) == set(diagnosis.attribution.effects):
         return "named"
-    return in_words(own.refused, diagnosis) or "passes every rule"
+    return ranked.refused or "passes every rule"
 
 
-def powers(text: str) -> Markup:
-    """Text with its powers raised: ``V/V^3``, ``deflection^3.0``, ``5.8e-4``."""
-    escaped = str(escape(text.replace(" <= ", " ≤ ")))
-    escaped = _TEN.sub(lambda match: f"{match[1]}·10<sup>{_minus(match[2])}</sup>", escaped)
-    return Markup(_POWER.sub(lambda match: f"<sup>{_minus(match[1])}</sup>", escaped))
-
-
-def _minus(digits: str) -> str:
-    return digits.lstrip("+").replace("-", "−")
-
-
-def place_of(cell: GapCell) -> str:
+def position_of(cell: GapCell) -> str:
     """Where a cell lies: its order or its frequency band."""
     if cell.frequency_hz is None:
         return f"order {cell.order:g}"
@@ -258,30 +245,33 @@ def beyond_chance(rows: Sequence[_Row]) -> list[_Row]:
     return [row for row in rows if row.p_value < SIGNIFICANCE][:_MOST_BEYOND]
 
 
-def where_parts(text: str) -> tuple[str, str]:
-    """Sentence about the place of the gap in two: its shares, and what is said beside them."""
-    parts = text.split("; ")
-    shares = next((k for k, part in enumerate(parts) if not part[:1].isdigit()), len(parts))
-    return "; ".join(parts[: max(shares, 1)]), "; ".join(parts[max(shares, 1) :])
+class GrowthRow(NamedTuple):
+    """Row of the table of amplitude-scaling exponents."""
+
+    part: str
+    frame: str
+    condition: str
+    exponent: Exponent
 
 
-def growth_rows(growth: Sequence[PartGrowth]) -> list[tuple[str, str, str, Exponent]]:
-    """Part, frame, condition and exponent of everything that is determined, at most twelve rows."""
+def growth_rows(growth: Sequence[PartGrowth]) -> list[GrowthRow]:
+    """Every exponent that is determined, at most twelve rows."""
     rows = []
     for part in growth:
-        name = part.channel_pattern + (
-            f", order {part.order:g}" if math.isfinite(part.order) else ""
-        )
+        order = f", order {part.order:g}" if math.isfinite(part.order) else ""
         rows += [
-            (name, part.frame or UNKNOWN, condition, own)
-            for condition, own in part.exponents.items()
-            if math.isfinite(own.value) and own.ci95[1] - own.ci95[0] <= WIDEST_EXPONENT
+            GrowthRow(part.channel_pattern + order, part.frame or UNKNOWN, condition, exponent)
+            for condition, exponent in part.exponents.items()
+            if math.isfinite(exponent.value)
+            and exponent.ci95[1] - exponent.ci95[0] <= WIDEST_EXPONENT
         ]
     return rows[:_MOST_ROWS]
 
 
-def p_value(value: float) -> str:
+def p_value(value: float) -> Phrase:
     """Probability with its power of ten; very small ones as a bound."""
     if not math.isfinite(value):
-        return UNKNOWN
-    return "< 1e-99" if value < 1e-99 else f"{value:.1g}"
+        return phrase(UNKNOWN)
+    if value < _SMALLEST_P:
+        return phrase("< ") + in_scientific_notation(f"{_SMALLEST_P:.0e}")
+    return in_scientific_notation(f"{value:.1g}")

@@ -1,7 +1,7 @@
 """Tell where the gap between a campaign and its simulation lies, which effect is missing, how far it shrinks.
 
 Writes diagnosis.json and report.html. A good answer: a verdict whose held-out shrink interval
-excludes one, a placebo that does not shrink the gap, and what is left near the noise floor; "none
+excludes one, a negative control that does not shrink the gap, and a remaining gap near the noise floor; "none
 of these" and "not diagnosable" are answers too.
 """
 
@@ -11,8 +11,12 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from carrierflex.diagnosis.diagnose import diagnose
-from carrierflex.diagnosis.diagnosis_files import DIAGNOSIS_FILE, write_diagnosis, write_report
 from carrierflex.diagnosis.kinds import problem_of
+from carrierflex.diagnosis.report.diagnosis_files import (
+    DIAGNOSIS_FILE,
+    write_diagnosis,
+    write_report,
+)
 from carrierflex.diagnosis.report.page import ReportSource, report_page
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.fe.curve_files import read_curves

@@ -9,6 +9,7 @@ import numpy as np
 
 from carrierflex.fe.curve_mixes import convex_mix, least_squares_mix
 from carrierflex.reduction.pin_fit import ExtremeCurves, PinFitFamily, PinFitRow
+from carrierflex.workflows.support.units import MICROMETRES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,7 +22,6 @@ RESIDUALS = {
     "residual_clamped": "stiff and flexible, shaft face clamped",
     "residual_ends": "rigid and free fit, best shares",
 }
-_UM = 1e6
 _COLOURS = ("#1f5fa8", "#c8501e", "#3a8f4d", "#7a4fa3", "#555555")
 #: Stiffnesses whose curves are drawn over their mixes [N m/rad].
 _DRAWN = (1e6, 1.4e7, 1e8, np.inf)
@@ -74,7 +74,7 @@ def sweep_figure(study: PinFitStudy) -> "Figure":
     axes = figure.subplots(3, 1, sharex=True)
     x = _positions(study.tied)
     orders = {"order_3": "order 3", "order_6": "order 6", "order_9": "order 9", "rms": "RMS"}
-    _draw(axes[0], x, study.tied, orders, scale=_UM)
+    _draw(axes[0], x, study.tied, orders, scale=MICROMETRES)
     axes[0].set_ylabel("axial rim deflection [µm per kN m]")
     shares = {
         "rho_s": "ρ_s, stiff",
@@ -160,7 +160,7 @@ def mix_figure(study: PinFitStudy) -> "Figure":
             ),
         )
         for one, text, style in drawn:
-            axis.plot(angle, _UM * one.axial_at(np.deg2rad(angle)), label=text, **style)
+            axis.plot(angle, MICROMETRES * one.axial_at(np.deg2rad(angle)), label=text, **style)
         rigid = "rigid" if np.isinf(stiffness) else f"{stiffness:.2g} N m/rad"
         axis.set_title(f"{rigid}: ρ_s {best.rho_s:.2f}, ρ_f {best.rho_f:.2f}", loc="left")
         axis.legend(fontsize="small", framealpha=1.0)

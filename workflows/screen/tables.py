@@ -8,6 +8,7 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 
 from carrierflex.diagnosis.inference.results import NamedValue
+from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.geometry.cad_faces import CadFace
@@ -23,6 +24,7 @@ from carrierflex.workflows.screen.score_tables import blind_check_table as blind
 from carrierflex.workflows.screen.simulation_tables import fmu_table as fmu_table
 from carrierflex.workflows.screen.simulation_tables import table_5_table as table_5_table
 from carrierflex.workflows.screen.titled_table import titled_table as _table
+from carrierflex.workflows.support.units import MICROMETRES
 
 if TYPE_CHECKING:
     from carrierflex.reduction.coupling_bracket import CouplingBracket
@@ -60,7 +62,7 @@ def curve_table(curves: "dict[str, DeflectionCurve] | CostPreview") -> Renderabl
         "axial rim deflection", "curve", "per", "order 3, um", "order 6, um", "order 9, um", "peaks"
     )
     for name, curve in curves.items():
-        content = curve.axial_order_content() * 1e6
+        content = curve.axial_order_content() * MICROMETRES
         of_torque = name.startswith("delta")
         unit, peaks = ("kN m", str(len(curve.peak_angles()))) if of_torque else ("N on pin 1", "-")
         table.add_row(name, unit, *(f"{content[order]:.4g}" for order in (3, 6, 9)), peaks)
@@ -106,7 +108,7 @@ def coupling_table(brackets: "dict[str, CouplingBracket]") -> RenderableType:
         title = f"{bracket.curve_name}, um/kN m"
         orders = _table(title, "rigid", "order 3", "order 6", "peaks", "change, %")
         for rigid_part, curve in bracket.all_curves.items():
-            content = curve.axial_order_content() * 1e6
+            content = curve.axial_order_content() * MICROMETRES
             change = 100.0 * bracket.curve_change(rigid_part)
             orders.add_row(
                 rigid_part,
@@ -137,7 +139,7 @@ def pin_fit_table(study: "PinFitStudy") -> RenderableType:
     for row in study.tied:
         decade = np.log10(row.stiffness) % 1.0 if 0.0 < row.stiffness < np.inf else 0.0
         if min(decade, 1.0 - decade) < 1e-9 or row.stiffness in PIN_FITS.values():
-            sizes = (f"{value * 1e6:.4f}" for value in (row.order_3, row.order_6, row.rms))
+            sizes = (f"{value * MICROMETRES:.4f}" for value in (row.order_3, row.order_6, row.rms))
             shares = (f"{row.rho_s:.3f}", f"{row.rho_f:.3f}")
             left = (f"{100.0 * value:.2f}" for value in (row.residual, row.residual_convex))
             table.add_row(f"{row.stiffness:.3g}", *sizes, str(row.peaks), *shares, *left)
@@ -244,7 +246,7 @@ def _bushing_table(identified: "BushingIdentification") -> RenderableType:
         table.add_row(
             "accuracy (objective over linear)", *(f"{row['accuracy']:.6g}" for row in rows)
         )
-        table.add_row("RMS of the gap, um", *(f"{row['rms'] * 1e6:.4g}" for row in rows))
+        table.add_row("RMS of the gap, um", *(f"{row['rms'] * MICROMETRES:.4g}" for row in rows))
         for name in dict.fromkeys(name for row in rows for name in row["parameters"]):
             own = [row["parameters"].get(name) for row in rows]
             table.add_row(
@@ -286,8 +288,8 @@ def summary_table(job: "Job") -> RenderableType:
     for (effect, alone), rms, rho in zip(steps, in_turn.rms, in_turn.rho, strict=True):
         search.add_row(
             effect,
-            "" if np.isnan(alone) else f"{alone * 1e6:.1f}",
-            f"{rms * 1e6:.1f}",
+            "" if np.isnan(alone) else f"{alone * MICROMETRES:.1f}",
+            f"{rms * MICROMETRES:.1f}",
             f"{rho:.3f}",
         )
     seconds, memory = sum(summary["seconds"].values()), summary["peak_memory_gb"]
@@ -295,7 +297,7 @@ def summary_table(job: "Job") -> RenderableType:
     return Group(
         _mesh_study_table(job), "", curve_table(job.curves), "", rms_table(job.identified), "", search, "", checks, "",
         f"tilting moment M_t of 1 kN m: {moment['computed']:.2f} N m (the paper prints {moment['paper']})",
-        f"where the gap lies: {found.where_text}",
+        f"where the gap lies: {where_text(found)}",
         f"what is missing: {found.verdict}, {' + '.join(found.attribution.effects) or 'no effect'}; {found.reason}",
         f"{seconds:.0f} s, peak memory {memory:.1f} GB",
     )  # fmt: skip
@@ -314,7 +316,7 @@ def _mesh_study_table(job: "Job") -> RenderableType:
     )
     for row, (size, n_dofs) in enumerate(zip(study.sizes, study.n_dofs, strict=True)):
         values = (*study.flexible[row], *study.stiff[row])
-        table.add_row(f"{size:g}", str(n_dofs), *(f"{value * 1e6:.4f}" for value in values))
+        table.add_row(f"{size:g}", str(n_dofs), *(f"{value * MICROMETRES:.4f}" for value in values))
     return table
 
 
@@ -322,7 +324,8 @@ def printed_tables_table(facts: DerivedFacts) -> RenderableType:
     """What the printed tables determine, each with the interval of its digits."""
     table = _table("2012 paper, tables 4 and 5", "quantity", "unit", "value", "low", "high")
     rows = [
-        (f"rim deflection {case}, RMS", "um", q, 1e6) for case, q in facts.deflection_rms.items()
+        (f"rim deflection {case}, RMS", "um", q, MICROMETRES)
+        for case, q in facts.deflection_rms.items()
     ]
     rows += [
         (f"rim deflection {case}, RMS", "um/kN m", q, 1e9)
@@ -384,7 +387,7 @@ def diagnosis_table(found: Diagnosis) -> RenderableType:
     far, which = found.reduction, found.attribution
     table = _table("diagnosis", "quantity", "value")
     table.columns[1].justify = "left"
-    rows = [("verdict", found.verdict), ("reason", found.reason), ("where", found.where_text)]
+    rows = [("verdict", found.verdict), ("reason", found.reason), ("where", where_text(found))]
     rows += [("effects", ", ".join(which.effects) or "none")]
     rows += [("aliases", " = ".join(members)) for members in which.aliases]
     for effect, values in which.parameters.items():
@@ -399,7 +402,10 @@ def diagnosis_table(found: Diagnosis) -> RenderableType:
     rows.append(("phi, 95 %", f"{far.phi:.4f} [{far.phi_ci95[0]:.4f}, {far.phi_ci95[1]:.4f}]"))
     others = (far.negative_control_rho, far.black_box_rho, far.extrapolation_rho)
     rows.append(
-        ("rho of placebo, ceiling, extrapolation", ", ".join(f"{value:.3f}" for value in others))
+        (
+            "rho of negative control, black box, extrapolation",
+            ", ".join(f"{value:.3f}" for value in others),
+        )
     )
     rows += (
         [("to tell them apart", which.discriminating_experiment)]

@@ -6,12 +6,20 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.carrier.gap_map import carrier_gap_cells
 from carrierflex.diagnosis.carrier.gap_parts import frame_of, gap_parts
+from carrierflex.diagnosis.report.gap_words import beside_words, place_words
+from carrierflex.diagnosis.report.phrases import joined
 from carrierflex.identification.campaign.campaign import Channel
 from carrierflex.identification.campaign.order_analysis import MAX_ORDER
 from carrierflex.identification.carrier.sensor_patterns import RADIAL, pattern_split
 from tests.diagnosis.carrier.carrier_twin import CHANNELS, twin_problem
 
 QUIET = ((1.0, 0, 0), (0.5, 0, 0))
+
+
+def said(problem):
+    """Where the gap of the baseline lies, in words."""
+    findings = problem.gap_findings((), problem.starts((), {})[-1])
+    return joined("; ", (place_words(findings), beside_words(findings, "m"))).plain
 
 
 def cells_of(problem):
@@ -73,16 +81,16 @@ def test_the_sentence_names_frame_order_and_growth():
     problem = twin_problem(
         "flexible_pins", contained=("axial_offset", "housing_tilt", "carrier_tilt")
     )
-    text = problem.where_text((), problem.starts((), {})[-1])
+    text = said(problem)
     assert "order 3, m=-1 (waves fixed to the carrier), in every run, growing as torque^1.0" in text
     bare = twin_problem("carrier_tilt", contained=("axial_offset", "housing_tilt", "flexible_pins"))
-    text = bare.where_text((), bare.starts((), {})[-1])
+    text = said(bare)
     assert "order 1, m=+1 (tilt fixed to the carrier), in every run, whatever the torque" in text
 
 
 def test_without_a_gap_the_sentence_says_so():
     problem = twin_problem(None)
-    assert "stands out" in problem.where_text((), problem.starts((), {})[-1])
+    assert "no order or pattern of the gap is significant" in said(problem)
 
 
 def parts_of(problem):
@@ -121,7 +129,7 @@ def test_a_small_order_beyond_chance_is_said_with_its_p_value():
         return (large + 2e-5 * np.cos(6.0 * (channel.angle - angle))) * (channel in CHANNELS[:4])
 
     problem = twin_problem(None, extra=small, turns=8, loads=QUIET)
-    text = problem.where_text((), problem.starts((), {})[-1])
+    text = said(problem)
     cell = r"small yet beyond chance: order 6, m=2 \((\S+) %, p <= (\S+) in every run\)"
     found = re.search(cell, text)
     # The square of 2 in 100, printed with two digits; the noise of 5 um shifts 20 um by 1 %.

@@ -13,6 +13,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.screening import screen
+from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.workflows.diagnosis import convert_emps, convert_silverbox, diagnose_campaign
 
@@ -88,7 +89,7 @@ def test_silverbox_misses_a_cubic_spring(silverbox, tmp_path):
     assert found.reduction.extrapolation_rho <= 0.06
     assert found.reduction.negative_control_rho >= 0.97
     # The unexplained force of a cubic spring.
-    assert abs(float(found.where_text.split("deflection^")[1].split(" ")[0]) - 3.0) < 0.3
+    assert abs(float(where_text(found).split("deflection^")[1].split(" ")[0]) - 3.0) < 0.3
 
 
 def test_the_servo_axis_misses_dry_friction(emps, tmp_path):

@@ -3,7 +3,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.element.problem import element_problem
-from carrierflex.diagnosis.gap.in_time import significant_drifts, sliding_rms, trends
+from carrierflex.diagnosis.gap.in_time import block_rms, significant_drifts, sliding_rms, trend
+from carrierflex.diagnosis.report.gap_words import scatter_words
 from tests.diagnosis.carrier.carrier_twin import twin_problem
 from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign
 
@@ -23,20 +24,28 @@ def test_windows_hold_at_most_twenty_repetitions_and_follow_the_gap():
     assert moments[-1].rms > 2.0 * moments[0].rms
 
 
+def test_rms_by_block_counts_measured_samples_only():
+    block = np.repeat([0, 1, -1], 4)
+    is_measured = np.ones((12, 2), dtype=bool)
+    is_measured[4:6] = False
+    residual = np.where(is_measured, np.where(block == 1, 3.0, 2.0)[:, None], 0.0)
+    moments = block_rms("R", np.arange(12.0), block, residual, is_measured)
+    assert [(moment.time, moment.rms) for moment in moments] == [(1.5, 2.0), (5.5, 3.0)]
+
+
 def test_a_trend_has_its_change_and_noise_has_none():
     rng = np.random.default_rng(1)
     time = np.arange(24.0)
     noise = 0.1 * (rng.standard_normal((24, 400)) + 1j * rng.standard_normal((24, 400)))
-    _, _, p_value = trends(time, noise)
     # Uniform without a trend: 5 % below 0.05, standard error 1.1 %.
-    assert 0.015 < np.mean(p_value < 0.05) < 0.085
-    change, _, p_value = trends(time, noise + (1.0 + 2.0j) * time[:, None] / 23.0)
-    assert_allclose(change.mean(), np.sqrt(5.0), rtol=0.02)
-    assert p_value.max() < 1e-8
+    assert 0.015 < np.mean(trend(time, noise).p_value < 0.05) < 0.085
+    rising = trend(time, noise + (1.0 + 2.0j) * time[:, None] / 23.0)
+    assert_allclose(rising.change.mean(), np.sqrt(5.0), rtol=0.02)
+    assert rising.p_value.max() < 1e-8
 
 
 def test_few_repetitions_tell_no_trend():
-    assert np.isnan(trends(np.arange(4.0), np.ones((4, 2), dtype=complex))[2]).all()
+    assert np.isnan(trend(np.arange(4.0), np.ones((4, 2), dtype=complex)).p_value).all()
     assert significant_drifts(()) == ()
 
 
@@ -47,7 +56,8 @@ def test_drift_of_the_offset_is_seen_in_time_and_said():
     # The law of the twin drifts by 40 um linearly and 20 um of the next form over a run.
     assert 2e-5 < first.change < 2e-4
     assert first.p_value < 1e-6
-    assert f"the gap drifts in time: in {first.run} order 0, m=0 changes by" in found.text
+    text = scatter_words(found, "m").plain
+    assert f"the gap drifts in time: in {first.run} order 0, m=0 changes by" in text
     own = [moment.rms for moment in found.in_time if moment.run == first.run]
     assert max(own) > 1.5 * min(own)
 
@@ -56,7 +66,7 @@ def test_a_steady_gap_does_not_drift():
     found = findings_of(
         twin_problem(None, loads=QUIET, contained=("axial_offset", "housing_tilt", "flexible_pins"))
     )
-    assert "drifts" not in found.text
+    assert "drifts" not in scatter_words(found, "m").plain
     own = [moment.rms for moment in found.in_time if moment.run == "run1"]
     assert_allclose(own, np.mean(own), rtol=0.02)
 
@@ -80,4 +90,4 @@ def test_an_element_whose_offset_wanders_drifts(by_force):
         assert found.drifts == ()
     else:
         assert found.drifts[0].order == 0.0
-        assert "the gap drifts in time" in found.text
+        assert " line 0, F changes by 1.5" in scatter_words(found, "N").plain

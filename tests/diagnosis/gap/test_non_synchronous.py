@@ -6,7 +6,8 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.element.problem import element_problem
-from carrierflex.diagnosis.gap.findings import SIGNIFICANCE
+from carrierflex.diagnosis.gap.significance import SIGNIFICANCE
+from carrierflex.diagnosis.report.gap_words import scatter_words
 from tests.diagnosis.carrier.carrier_twin import CHANNELS, CURVES, KNOWN, NOISE, twin_campaign
 from tests.diagnosis.element.element_campaigns import force_campaign
 
@@ -43,6 +44,10 @@ def wobble(channel, angle):
     return WOBBLE * size * np.cos(channel.angle - angle) * (channel in CHANNELS[:4])
 
 
+def said(found):
+    return scatter_words(found, "m").plain
+
+
 def significant(found):
     return [cell for cell in found.non_synchronous if cell.p_value < SIGNIFICANCE]
 
@@ -50,7 +55,7 @@ def significant(found):
 def test_noise_alone_is_no_incoherent_gap():
     for declared in (True, False):
         assert significant(carrier_findings(declared=declared)) == []
-    assert "what does not repeat from revolution to revolution is noise" in carrier_findings().text
+    assert "what does not repeat from revolution to revolution is noise" in said(carrier_findings())
 
 
 def test_what_changes_from_turn_to_turn_lands_in_its_pattern_and_order():
@@ -62,7 +67,7 @@ def test_what_changes_from_turn_to_turn_lands_in_its_pattern_and_order():
         variance = sizes_of_turns().var(ddof=1)
         assert_allclose(cell.gap, variance * WOBBLE**2 / 2.0 * 4.0 / 6.0, rtol=0.005)
         assert cell.measured > 100.0 * cell.noise
-    text = carrier_findings(extra=wobble).text
+    text = said(carrier_findings(extra=wobble))
     assert "does not repeat from revolution to revolution, most of it at order 1 in run" in text
 
 
@@ -71,7 +76,7 @@ def test_power_off_the_orders_is_told_from_declared_noise_only():
     off = [cell for cell in significant(found) if cell.order is None]
     assert {cell.channel_pattern for cell in off} == {"s137"}
     assert_allclose(off[0].gap / off[0].noise, 2.0, rtol=0.15)
-    assert "off the shaft orders" in found.text
+    assert "off the shaft orders" in said(found)
     silent = [
         cell
         for cell in carrier_findings(noisy="s137", declared=False).non_synchronous
@@ -100,7 +105,7 @@ def test_what_differs_between_repeats_of_one_condition_is_told_apart():
     assert_allclose(cell.gap, 1e-10 / 2.0 * 4.0 / 6.0, rtol=0.1)
     assert (
         "does not repeat from repeat to repeat, most of it at order 1 in run1 and run2 and run3"
-        in found.text
+        in said(found)
     )
     assert [own for own in significant(repeats((0.0, 0.0, 0.0))) if "and" in own.run] == []
 
@@ -117,7 +122,7 @@ def test_an_element_that_chatters_is_not_taken_for_noise():
     # Noise and 16 times its power. One cell scatters by a sixth, the mean of all by a thirtieth.
     assert len(cells) > 30
     assert_allclose(np.mean([cell.gap / cell.noise for cell in cells]), 17.0, rtol=0.1)
-    assert "does not repeat from period to period" in loud.text
+    assert "does not repeat from period to period" in said(loud)
     undeclared = element_problem(
         replace(quiet, channels=(replace(quiet.channels[0], noise_std=None),))
     )

@@ -72,7 +72,11 @@ def test_what_differs_between_repeats_is_told_and_what_repeats_is_not():
     assert (first.run, first.channel_pattern) == ("R0 and R1", "sideways")
     # Half of the squared difference, on one of six channels.
     assert_allclose(first.gap, 2e-5**2 / 2.0 / 2.0 / 6.0, rtol=0.1)
-    assert "does not repeat from repeat to repeat, most of it" in shaken.text
+    (repeats,) = shaken.repeatability
+    assert repeats.repetition == "repeat"
+    assert repeats.largest is first
+    # Half of the squared difference of the two runs; the wave lies in more than one band.
+    assert_allclose(repeats.rms, 2e-5 / 2.0 / np.sqrt(6.0), rtol=0.1)
 
 
 def test_scalars_are_means_and_spans_of_the_motions():
@@ -107,7 +111,7 @@ def test_the_picture_shows_the_law_that_the_baseline_lacks():
     assert picture.title == "Unexplained roll motion"
     gap, law = picture.panels[0].traces
     assert (gap.role, law.role) == ("gap", "law")
-    # Left of the law is noise: strips of the gap lie on it.
+    # Beside the law there is noise alone: strips of the gap lie on it.
     on_law = np.interp(gap.x, law.x, law.y)
     assert np.std(gap.y - on_law) < 0.1 * np.std(gap.y)
     assert problem.pictures((), THETA)[0].panels[0].traces[0].role == "gap"

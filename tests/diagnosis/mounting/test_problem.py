@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from carrierflex.diagnosis.comparison.spectral_cells import block_powers
 from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.gap.findings import MOTION
 from carrierflex.diagnosis.inference.bounded_fit import fit_effects
 from carrierflex.diagnosis.mounting.cards import MOUNTING_CARDS
-from carrierflex.diagnosis.mounting.gap_map import PATTERNS, block_powers, pattern_matrix
+from carrierflex.diagnosis.mounting.gap_map import PATTERNS, line_counts, pattern_matrix
 from carrierflex.diagnosis.mounting.problem import mounting_problem
 from carrierflex.diagnosis.mounting.records import mounting_records
 from carrierflex.identification.campaign.campaign_kinds import MOUNTING
@@ -134,16 +136,18 @@ def test_patterns_keep_the_mean_square_and_a_roll_is_roll():
 
 def test_powers_of_the_bands_add_up_to_the_sum_of_squares():
     record = mounting_records(mounting_campaign(conditions=CONDITIONS[:1]))[0]
-    powers, lines = block_powers(record, record.measured, np.array([0.0, 0.1, 1.0, 11.0]))
+    edges_hz = np.array([0.0, 0.1, 1.0, 11.0])
+    powers = block_powers(record.measured, record.block, record.step, edges_hz)
     assert_allclose(powers.sum(axis=(0, 2)), (record.measured**2).sum(axis=0), rtol=1e-10)
-    assert lines.sum() == len(record.measured)
+    assert line_counts(record, edges_hz).sum() == len(record.measured)
 
 
 def test_the_gap_of_unequal_bushings_is_vertical_and_follows_the_torque():
     problem = mounting_problem(mounting_campaign(TRUTH["unequal_bushings"][0]))
-    text = problem.where_text((), fit_effects(problem, ()).theta)
-    assert "vertical motion of the housing" in text
-    assert "follows the torque" in text
+    (finding,) = problem.gap_findings((), fit_effects(problem, ()).theta).where
+    assert (finding.kind, finding.patterns) == (MOTION, ("vertical",))
+    assert (finding.follows.load, finding.follows.is_rate) == ("torque", False)
+    assert finding.follows.correlation > 0.9
 
 
 def test_a_missing_stretch_of_a_channel_is_left_out():

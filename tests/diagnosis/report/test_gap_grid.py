@@ -36,10 +36,10 @@ def test_patterns_are_rows_and_runs_are_averaged():
         assert_allclose(grid.edges, [-0.5, 0.5, 1.5, 2.5, 3.5])
         assert not grid.is_frequency
     assert_allclose(grids[0].rms[1, 0], np.sqrt(8.0))
-    assert grids[0].stands_out[1, 0]
+    assert grids[0].is_significant[1, 0]
     assert np.isnan(grids[0].rms[0, 0])
     assert_allclose(grids[1].rms[1, 0], np.sqrt(0.5))
-    assert not grids[1].stands_out.any()
+    assert not grids[1].is_significant.any()
 
 
 def test_one_channel_gives_runs_as_rows_and_bands_as_columns():
@@ -75,7 +75,7 @@ def test_no_cells_no_grid():
     assert gap_grids((), ()) == ()
 
 
-def test_only_what_stands_out_is_coloured():
+def test_only_what_is_significant_is_coloured():
     grids = gap_grids([cell("m=0", 0, "A", 4e-12), cell("m=0", 1, "A", 1e-12, p=0.3)])
     limits = colour_limits(*grids)
     assert_allclose(limits, (2e-7, 2e-6))
@@ -86,7 +86,7 @@ def test_only_what_stands_out_is_coloured():
 
 
 @pytest.mark.parametrize(("rho", "scale"), [(0.03, "log"), (0.6, "linear")])
-def test_ladder_shows_each_step_with_its_interval_and_the_lines(rho, scale):
+def test_selection_shows_each_step_with_its_interval_and_the_lines(rho, scale):
     steps = (
         SelectionStep("baseline", 1.0, 1.0, (NAN, NAN)),
         SelectionStep("carrier_tilt", rho, rho, (0.9 * rho, 1.2 * rho)),
@@ -117,7 +117,7 @@ def test_ladder_shows_each_step_with_its_interval_and_the_lines(rho, scale):
     # Placebo and floor are drawn; an unknown ceiling is not.
     labels = [line.get_label() for line in panel.lines]
     assert [label for label in labels if label.startswith(("best", "noise"))] == [
-        "best placebo: 0.990",
+        "best negative control: 0.990",
         f"noise floor: {0.5 * rho:.3f}",
     ]
     assert not any(label.startswith("flexible") for label in labels)
@@ -133,7 +133,7 @@ def test_gap_in_time_draws_the_runs_with_the_largest_gap_in_one_unit():
     assert (panel.get_xlabel(), panel.get_ylabel()) == ("time [s]", "RMS of the gap [µm]")
 
 
-def test_named_effects_stand_first_in_the_matrix_of_likeness():
+def test_named_effects_stand_first_in_the_matrix_of_correlations():
     names = ("stiff_pins", "carrier_tilt", "ring_pass")
     correlation = np.array([[1.0, 0.2, -0.7], [0.2, 1.0, 0.4], [-0.7, 0.4, 1.0]])
     screened = Screen(tuple(ScreenedEffect(name, 0.5, 0.5, ()) for name in names), correlation)

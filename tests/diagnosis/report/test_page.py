@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from carrierflex.diagnosis.diagnose import diagnose
-from carrierflex.diagnosis.diagnosis_files import write_report
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.results import VERDICTS
 from carrierflex.diagnosis.report import page as report
+from carrierflex.diagnosis.report.diagnosis_files import write_report
+from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.diagnosis.report.page import ReportSource, report_page
 from tests.diagnosis.carrier.carrier_twin import twin_campaign, twin_problem
 from tests.diagnosis.element.element_campaigns import displacement_campaign
@@ -54,6 +55,18 @@ def carrier_page(carrier):
     return report_page(*carrier)
 
 
+class Text(HTMLParser):
+    """What a reader sees of a page."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.text = ""
+        self.feed(text)
+
+    def handle_data(self, data):
+        self.text += data
+
+
 class Tags(HTMLParser):
     """Tags of a page with their attributes; end tags must match."""
 
@@ -93,7 +106,7 @@ def test_page_says_what_was_found(element, page):
     found, _ = element
     far = found.reduction
     assert "The simulation lacks cubic stiffness" in page
-    assert found.where_text.split("^")[0] in page
+    assert where_text(found).split("^")[0] in page
     assert found.reason in page
     for value in (
         far.rho,
@@ -152,7 +165,8 @@ def test_every_figure_has_a_text_and_fits_any_width(element, carrier, page, carr
     for (found, _), text in ((element, page), (carrier, carrier_page)):
         figures = Tags(text).of("svg")
         n_panels = sum(len(picture.panels) for picture in found.pictures)
-        # Two gap maps, gap in time, ladder, likeness of effects; what is left where something is.
+        # Two gap maps, gap in time, forward selection, correlation of the signatures; the remaining
+        # gap where there is one.
         assert len(figures) - n_panels in (5, 6)
         for figure in figures:
             assert figure["role"] == "img"
@@ -183,24 +197,23 @@ def test_axes_name_their_units(page, carrier_page):
 
 def test_names_from_the_campaign_are_text_and_no_markup(element):
     found, source = element
-    named = replace(
-        without_figures(found), campaign="<script>alert(1)</script>", where_text="a < b & c"
-    )
+    findings = found.gap.findings
+    band = replace(findings.where[0], runs=("a < b & c",), is_in_every_run=False)
+    gap = replace(found.gap, findings=replace(findings, where=(band,)))
+    named = replace(without_figures(found), campaign="<script>alert(1)</script>", gap=gap)
     page = report_page(named, source)
     assert "&lt;script&gt;" in page
     assert "<script" not in page
-    assert "A &lt; b &amp; c" in page
+    assert "in a &lt; b &amp; c" in page
 
 
-def test_effects_are_called_by_their_names_in_every_sentence(element):
-    found, source = element
-    reason = "the best set, cubic_stiffness + quintic_stiffness, is refused"
-    which = replace(
-        found.attribution, discriminating_experiment="a sine separates cubic_stiffness and backlash"
-    )
-    page = report_page(without_figures(replace(found, reason=reason, attribution=which)), source)
-    assert "cubic stiffness + quintic stiffness, is refused" in page
-    assert "A sine separates cubic stiffness and backlash." in page
+def test_effects_are_called_by_their_names_in_every_sentence(element, page):
+    found, _ = element
+    sentences = [found.reason, found.attribution.discriminating_experiment]
+    sentences += [ranked.refused for ranked in found.attribution.ranking]
+    assert any("stiffness" in sentence for sentence in sentences)
+    assert not any("_" in sentence for sentence in sentences)
+    assert not re.search(r"[a-z]+_(stiffness|friction|damping)", Text(page).text)
 
 
 def test_a_template_without_its_content_is_refused(element, monkeypatch):
@@ -263,7 +276,7 @@ def test_without_a_supported_set_the_gap_is_drawn_once(element):
     assert [
         own for own in Tags(page).identifiers() if own.startswith("map-") and own.endswith("-title")
     ] == ["map-before-title"]
-    assert "what is left is the gap itself" in page
+    assert "the remaining gap is the gap itself" in page
     refused = replace(found, verdict="none_of_these", attribution=nothing, pictures=())
     assert "cubic stiffness added, which is not named" in report_page(refused, source)
 

@@ -12,7 +12,7 @@ from carrierflex.blind_check.scoring.judging import judged_cases
 from carrierflex.blind_check.scoring.scoring import score
 from carrierflex.blind_check.sealing.check import LABELS_FILE, diagnosed, opened, sealed_check
 from carrierflex.blind_check.sealing.verdicts import TIMES_FILE, read_verdict
-from carrierflex.diagnosis.diagnosis_files import FORMAT, VERSION
+from carrierflex.diagnosis.report.diagnosis_files import FORMAT, VERSION
 from carrierflex.files.json_files import save_json
 from carrierflex.workflows.diagnosis.diagnose_case import diagnose_case
 from carrierflex.workflows.diagnosis.run_blind_check import main

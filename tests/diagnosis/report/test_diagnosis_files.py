@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from carrierflex.diagnosis.diagnose import diagnose
-from carrierflex.diagnosis.diagnosis_files import (
+from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.inference.results import VERDICTS
+from carrierflex.diagnosis.report.diagnosis_files import (
     FORMAT,
     diagnosis_document,
     read_diagnosis,
     write_diagnosis,
 )
-from carrierflex.diagnosis.element.problem import element_problem
-from carrierflex.diagnosis.inference.results import VERDICTS
 from carrierflex.identification.campaign.campaign_files import write_campaign
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 

@@ -1,0 +1,203 @@
+"""Writing and reading of diagnosis.json and writing of report.html.
+
+A file appears complete or not at all.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from carrierflex.diagnosis.comparison.problem import GapCell
+from carrierflex.diagnosis.gap.findings import GapDetail
+from carrierflex.diagnosis.gap.significance import SIGNIFICANCE
+from carrierflex.diagnosis.inference.results import Attribution, GapReduction
+from carrierflex.diagnosis.report.gap_words import parity_words, scatter_words, where_text
+from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.files.json_files import plain, save_json, save_text
+from carrierflex.files.versions import software_name
+
+DIAGNOSIS_FILE = "diagnosis.json"
+FORMAT = "carrierflex-diagnosis"
+VERSION = 1
+#: Rows of a table in the file at most, and the smallest share worth a row where chance could make
+#: it.
+_MOST_ROWS = 200
+_SMALLEST_SHARE = 1e-3
+
+
+def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Content of diagnosis.json; what is not finite is null.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        Result of :func:`carrierflex.diagnosis.diagnose.diagnose`.
+
+    Returns
+    -------
+    dict
+        Keys of the contract, and beside them ``kind``, ``reason``, ``unit``, ``ladder``,
+        ``screen``, ``validation``, ``gap``.
+    """
+    which = diagnosis.attribution
+    far = diagnosis.reduction
+    content = {
+        "format": FORMAT,
+        "version": VERSION,
+        "campaign": diagnosis.campaign,
+        "kind": diagnosis.kind,
+        "software": software_name(),
+        "verdict": diagnosis.verdict,
+        "reason": diagnosis.reason,
+        "effects": which.effects,
+        "aliases": which.aliases,
+        "parameters": which.parameters,
+        "ranking": _ranking(which),
+        "where": _cells(far.cells_before),
+        "where_text": where_text(diagnosis),
+        "how_far": _how_far(far),
+        "unit": diagnosis.unit,
+        "remaining": _cells(far.cells_after),
+        "ladder": far.steps,
+        "screen": _screen(which),
+        "learnable_share": which.explainable,
+        "validation": far.validation,
+        "gap": None if diagnosis.gap is None else _gap(diagnosis.gap, diagnosis.unit),
+        "separating_test": which.discriminating_experiment,
+    }
+    document: dict[str, Any] = plain(content)
+    return document
+
+
+def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
+    """Write diagnosis.json.
+
+    Parameters
+    ----------
+    path : Path
+        File to write; its folder exists.
+    diagnosis : Diagnosis
+        Result of :func:`carrierflex.diagnosis.diagnose.diagnose`.
+    """
+    save_json(path, diagnosis_document(diagnosis))
+
+
+def write_report(path: Path, page: str) -> None:
+    """Write report.html.
+
+    Parameters
+    ----------
+    path : Path
+        File to write; its folder exists.
+    page : str
+        The page, :func:`carrierflex.diagnosis.report.page.report_page`.
+    """
+    save_text(path, page)
+
+
+def read_diagnosis(path: Path) -> dict[str, Any]:
+    """Read diagnosis.json.
+
+    Parameters
+    ----------
+    path : Path
+        File written by :func:`write_diagnosis`.
+
+    Returns
+    -------
+    dict
+        Its content.
+
+    Raises
+    ------
+    ValueError
+        Where the file is missing, no JSON, of another format, or written by a newer version.
+    """
+    if not path.is_file():
+        raise ValueError(f"{path}: no such file; expected a diagnosis.json")
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: not a JSON file: {error}") from error
+    name = document.get("format") if isinstance(document, dict) else None
+    if name != FORMAT:
+        raise ValueError(f"{path}: key 'format' is {name!r}; expected '{FORMAT}'")
+    version = document.get("version")
+    if not isinstance(version, int) or isinstance(version, bool) or version < 1:
+        raise ValueError(f"{path}: key 'version' is {version!r}; expected {VERSION}")
+    if version > VERSION:
+        raise ValueError(
+            f"{path}: key 'version' is {version}, written by a newer version; expected {VERSION}"
+        )
+    return document
+
+
+def _ranking(which: Attribution) -> list[dict[str, Any]]:
+    return [
+        {
+            "effects": ranked.effects,
+            "weight": ranked.weight,
+            "held_out_rms": ranked.held_out_rms,
+            "refused": ranked.refused,
+        }
+        for ranked in which.ranking
+    ]
+
+
+def _screen(which: Attribution) -> list[dict[str, Any]]:
+    return [
+        {
+            "effect": effect.id,
+            "r_squared": effect.r_squared,
+            "surviving_share": effect.surviving,
+        }
+        for effect in (which.screen.effects if which.screen else ())
+    ]
+
+
+def _how_far(far: GapReduction) -> dict[str, Any]:
+    return {
+        "rms_before": far.rms_before,
+        "rms_after": far.rms_after,
+        "noise_floor": far.noise_floor,
+        "rho": far.rho,
+        "phi": far.phi,
+        "floor_multiple": far.floor_multiple,
+        "placebo_rho": far.negative_control_rho,
+        "ceiling_rho": far.black_box_rho,
+        "extrapolation_rho": far.extrapolation_rho,
+        "rho_ci95": far.rho_ci95,
+        "phi_ci95": far.phi_ci95,
+        "held_out": True,
+    }
+
+
+def _cells(cells: Sequence[GapCell]) -> list[Mapping[str, Any]]:
+    """Largest cells; a small one only where chance would not make it."""
+    known = [cell for cell in cells if cell.share >= _SMALLEST_SHARE or cell.p_value < SIGNIFICANCE]
+    rows = []
+    for cell in known[:_MOST_ROWS]:
+        row = plain(cell)
+        if cell.frequency_hz is None:
+            del row["frequency_hz"]
+        rows.append(row)
+    return rows
+
+
+def _gap(detail: GapDetail, unit: str) -> dict[str, Any]:
+    """Content of the key ``gap``."""
+    findings = detail.findings
+    tables: dict[str, Sequence[Any]] = {
+        "in_time": findings.in_time,
+        "drift": findings.drifts,
+        "incoherent": findings.non_synchronous,
+        "growth": findings.growth,
+        "cells": detail.cells,
+        "scalars": detail.scalars,
+    }
+    return {
+        "text": scatter_words(findings, unit).plain,
+        "parity": parity_words(findings.parity),
+        **{name: rows[:_MOST_ROWS] for name, rows in tables.items()},
+    }

@@ -1,0 +1,267 @@
+"""Where the gap lies, in words: sentences made of findings, the same for every kind."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+from carrierflex.diagnosis.gap.findings import (
+    BAND,
+    CHANNEL,
+    EVEN,
+    LINES,
+    MOTION,
+    MOTION_BANDS,
+    NO_ODD_DRIVE,
+    NO_PERIODIC_DRIVE,
+    NO_PERIODIC_LOADS,
+    ODD,
+    ODD_AND_EVEN,
+    ORDER,
+    ORDERS,
+    SMALL_ORDER,
+    Finding,
+    GapFindings,
+    Repeatability,
+)
+from carrierflex.diagnosis.gap.power_laws import Exponent
+from carrierflex.diagnosis.report.phrases import (
+    Phrase,
+    in_scientific_notation,
+    joined,
+    phrase,
+    power,
+)
+from carrierflex.diagnosis.report.words import counted, sized
+from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL
+
+#: Below this exponent either way a part does not depend on a condition.
+_FLAT = 0.25
+#: An exponent is said where its interval is narrower than this on either side: of an order, of a
+#: band.
+_ORDER_WITHIN = 1.0
+_BAND_WITHIN = 1.5
+#: A trend below this share of a cell's mean square is not said, and no more than so many are.
+_SMALLEST_DRIFT = 0.02
+_MOST_DRIFTS = 2
+#: What does not repeat is said where it is this share of what does.
+_SMALLEST_SCATTER = 0.01
+_SMALLEST_P = 1e-99
+_NOT_DIAGNOSED = "not diagnosed"
+
+_NOTHING = {
+    ORDERS: "no order or pattern of the gap is significant",
+    LINES: "no frequency of the gap is significant",
+    MOTION_BANDS: "no motion of the housing is significant",
+}
+_NOUNS = {ORDERS: "order", LINES: "line", MOTION_BANDS: "line"}
+_MEANINGS = {
+    (0, "m=0"): "axial offset",
+    (0, "m=+1"): "tilt fixed to the housing",
+    (0, "m=-1"): "tilt fixed to the housing",
+    (0, "m=2"): "saddle fixed to the housing",
+    (1, "m=+1"): "tilt fixed to the carrier",
+    (0, RADIAL): "radial shift fixed to the housing",
+    (1, RADIAL): "eccentricity fixed to the carrier",
+}
+_FRAMES = {
+    "carrier": "waves fixed to the carrier",
+    "housing": "pulsating, fixed to the housing",
+    "undecided": "fixed to carrier or housing, undecided",
+}
+_LOADS = {"torque": "the torque", "ntl_z": "the vertical load", "ntl_y": "the sideways load"}
+_PARITIES = {
+    ODD: "on odd lines: the missing law is odd",
+    EVEN: "on even lines: the missing law is even",
+    ODD_AND_EVEN: "on odd and even lines",
+}
+_NO_PARITIES = {
+    NO_PERIODIC_DRIVE: "not determinable: the drive is not periodic",
+    NO_PERIODIC_LOADS: "not determinable: the loads are not periodic",
+    NO_ODD_DRIVE: "not determinable: the drive holds even lines, or no line of the gap is "
+    "significant",
+}
+
+
+def where_text(diagnosis: Diagnosis) -> str:
+    """Where the gap lies, as plain text: the key ``where_text`` of diagnosis.json."""
+    if diagnosis.gap is None:
+        return _NOT_DIAGNOSED
+    findings = diagnosis.gap.findings
+    return joined("; ", (place_words(findings), beside_words(findings, diagnosis.unit))).plain
+
+
+def place_words(findings: GapFindings) -> Phrase:
+    """Largest parts of the gap with their shares, or that no part is significant."""
+    parts = [finding for finding in findings.where if finding.kind != SMALL_ORDER]
+    if not parts:
+        return phrase(_NOTHING[findings.numbered_by])
+    first, *others = parts
+    sentences = [_part_words(first, "of the gap ", findings.parity)]
+    sentences += [_part_words(part, "", findings.parity) for part in others]
+    return joined("; ", sentences)
+
+
+def beside_words(findings: GapFindings, unit: str) -> Phrase:
+    """What is said beside the largest parts: small orders, scatter and drift."""
+    small = [finding for finding in findings.where if finding.kind == SMALL_ORDER]
+    return joined("; ", (_small_order_words(small), scatter_words(findings, unit)))
+
+
+def scatter_words(findings: GapFindings, unit: str) -> Phrase:
+    """What does not repeat, and what drifts: the key ``gap.text`` of diagnosis.json."""
+    noun = _NOUNS[findings.numbered_by]
+    clauses = [_repeatability_words(own, noun, unit) for own in findings.repeatability]
+    clauses.append(_drift_words(findings, noun, unit))
+    return phrase("; ".join(clause for clause in clauses if clause))
+
+
+def parity_words(parity: str) -> str:
+    """Parity of the missing law, or why it is not determinable; empty where it has no meaning."""
+    return ({"": ""} | _PARITIES | _NO_PARITIES)[parity]
+
+
+def _part_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
+    """One of the largest parts with its share."""
+    return _SENTENCES[finding.kind](finding, of_the_gap, parity)
+
+
+def _order_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
+    """``67 % of the gap is order 3, m=-1 (waves fixed to the carrier), in every run, growing ...``."""
+    start = (
+        f"{100.0 * finding.share:.0f} % {of_the_gap}is order {finding.order}, "
+        f"{finding.patterns[0]}{_meaning(finding)}, {_run_words(finding)}"
+    )
+    torque = finding.exponents["torque"]
+    reason = f" (growth with torque not determinable: {torque.reason})" if torque.reason else ""
+    changes = f", changing with the {finding.changes_with}" if finding.changes_with else ""
+    return phrase(start) + _growth_words(finding.exponents) + reason + changes
+
+
+def _growth_words(exponents: Mapping[str, Exponent]) -> Phrase:
+    """How a part grows with every condition, as far as the runs tell."""
+    text = phrase("")
+    for condition, exponent in exponents.items():
+        if not _is_within(exponent, _ORDER_WITHIN):
+            continue
+        if abs(exponent.value) < _FLAT:
+            text += f", whatever the {condition}"
+        else:
+            text += phrase(", growing as ") + power(condition, f"{exponent.value:.1f}")
+    return text
+
+
+def _meaning(finding: Finding) -> str:
+    """What an order of a sensor pattern is, in brackets; empty for a channel of its own."""
+    pattern = finding.patterns[0]
+    known = _MEANINGS.get((finding.order or 0, pattern))
+    if known:
+        return f" ({known})"
+    if pattern not in (*PATTERN_NAMES.values(), RADIAL):
+        return ""
+    if finding.order == 0:
+        return " (fixed to the housing)"
+    return f" ({_FRAMES[finding.frame]})"
+
+
+def _band_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
+    """``98 % of the gap in force lies between 0.2 and 1.9 Hz, in R2, grows with deflection^3.0``."""
+    assert finding.band_hz is not None
+    low, high = finding.band_hz
+    band = f"at {high:.3g} Hz" if high <= 1.001 * low else f"between {low:.3g} and {high:.3g} Hz"
+    share = min(100.0 * finding.share, 100.0)
+    text = phrase(
+        f"{share:.0f} % {of_the_gap}in {finding.patterns[0]} lies {band}, {_run_words(finding)}"
+    )
+    for condition, exponent in finding.exponents.items():
+        if _is_within(exponent, _BAND_WITHIN):
+            low_end, high_end = exponent.ci95
+            text += phrase(", grows with ") + power(condition, f"{exponent.value:.1f}")
+            text += f" (95 %: {low_end:.1f} to {high_end:.1f})"
+    return text + (f", {_PARITIES[parity]}" if parity in _PARITIES else "")
+
+
+def _motion_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
+    """``71 % of the gap is roll motion of the housing, mostly below 0.7 Hz, in every run, and ...``."""
+    assert finding.band_hz is not None
+    name = finding.patterns[0]
+    motion = f"{name} motion of the housing" if finding.kind == MOTION else f"motion at {name}"
+    share = min(100.0 * finding.share, 100.0)
+    text = (
+        f"{share:.0f} % {of_the_gap}is {motion}, mostly below {finding.band_hz[1]:.2g} Hz, "
+        f"{_run_words(finding)}"
+    )
+    if finding.follows is not None:
+        of_rate = "the rate of " if finding.follows.is_rate else ""
+        load = _LOADS[finding.follows.load]
+        text += f", and follows {of_rate}{load} (correlation {finding.follows.correlation:.2f})"
+    return phrase(text)
+
+
+_SENTENCES = {
+    ORDER: _order_words,
+    BAND: _band_words,
+    MOTION: _motion_words,
+    CHANNEL: _motion_words,
+}
+
+
+def _small_order_words(findings: Sequence[Finding]) -> Phrase:
+    """``small yet beyond chance: order 6, m=2 (0.04 %, p <= 1e-09 in every run)``."""
+    if not findings:
+        return phrase("")
+    orders = []
+    for finding in findings:
+        patterns = " and ".join(finding.patterns)
+        orders.append(
+            phrase(f"order {finding.order}, {patterns} ({100.0 * finding.share:.2g} %, ")
+            + _bound_words(finding.p_value)
+            + f" {_run_words(finding)})"
+        )
+    return phrase("small yet beyond chance: ") + joined(", ", orders)
+
+
+def _bound_words(p_value: float) -> Phrase:
+    if p_value <= _SMALLEST_P:
+        return phrase("p < ") + in_scientific_notation(f"{_SMALLEST_P:.0e}")
+    bound = in_scientific_notation(f"{p_value:.0e}")
+    return Phrase(f"p <= {bound.plain}", phrase("p ≤ ").markup + bound.markup)
+
+
+def _run_words(finding: Finding) -> str:
+    return "in every run" if finding.is_in_every_run else f"in {', '.join(sorted(finding.runs))}"
+
+
+def _is_within(exponent: Exponent, half_width: float) -> bool:
+    """Whether an exponent is known to a half width; never where it is not determined."""
+    return math.isfinite(exponent.value) and exponent.ci95[1] - exponent.value <= half_width
+
+
+def _repeatability_words(found: Repeatability, noun: str, unit: str) -> str:
+    """``beside it 4 µm RMS does not repeat from revolution to revolution, most of it at ...``."""
+    repeats = f"from {found.repetition} to {found.repetition}"
+    cell = found.largest
+    if cell is None:
+        return f"what does not repeat {repeats} is noise"
+    if found.share < _SMALLEST_SCATTER:
+        return f"what does not repeat {repeats} is below {100.0 * _SMALLEST_SCATTER:.0f} % of what does"
+    position = "off the shaft orders" if cell.order is None else f"at {noun} {cell.order:g}"
+    multiple = math.sqrt(cell.gap / cell.noise) if cell.noise > 0.0 else math.inf
+    return (
+        f"beside it {sized(found.rms, unit)} RMS does not repeat {repeats}, most of it {position} "
+        f"in {cell.run} ({cell.channel_pattern}, {multiple:.1f} times the noise)"
+    )
+
+
+def _drift_words(findings: GapFindings, noun: str, unit: str) -> str:
+    """``the gap drifts in time: in LC2 order 0, m=0 changes by 12 µm``; empty without one worth it."""
+    drifts = [row for row in findings.drifts if row.share >= _SMALLEST_DRIFT]
+    if not drifts:
+        return ""
+    cells = [
+        f"in {row.run} {noun} {row.order:g}, {row.channel_pattern} changes by "
+        f"{sized(row.change, unit)}"
+        for row in drifts[:_MOST_DRIFTS]
+    ]
+    n_more = len(drifts) - _MOST_DRIFTS
+    more = f" (and {counted(n_more, 'cell')} more)" if n_more > 0 else ""
+    return f"the gap drifts in time: {', '.join(cells)}{more}"

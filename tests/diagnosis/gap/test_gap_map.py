@@ -1,0 +1,87 @@
+"""Gap map on tables made by hand."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.testing import assert_allclose
+
+from carrierflex.diagnosis.gap.gap_map import N_DRAWS, CellTable, gap_cells, resampling_counts
+from carrierflex.diagnosis.gap.significance import (
+    adjusted,
+    is_significant,
+    largest_cells,
+    significant,
+)
+
+
+def table(run, coherent, *, p_value=1e-6, spread=0.0):
+    """Two patterns by two orders; draws scatter about the coherent part."""
+    coherent = np.array(coherent, dtype=float)[None]
+    rng = np.random.default_rng(0)
+    return CellTable(
+        runs=(run,),
+        patterns=("m=0", "m=2"),
+        orders=np.array([0.0, 3.0]),
+        mean_square=coherent + 1.0,
+        coherent=coherent,
+        p_value=np.full(coherent.shape, p_value),
+        draws=coherent * (1.0 + spread * rng.standard_normal((N_DRAWS, 1, 2, 2))),
+    )
+
+
+def test_shares_of_all_tables_add_up_and_the_largest_cell_is_first():
+    cells = gap_cells([table("A", [[1.0, 2.0], [3.0, 4.0]]), table("B", [[5.0, 0.0], [0.0, 5.0]])])
+    assert_allclose(sum(cell.share for cell in cells), 1.0)
+    assert cells[0].coherent == 5.0
+    by_position = {(c.run, c.channel_pattern, c.order): c.share for c in cells}
+    assert_allclose(by_position["A", "m=2", 3.0], 4.0 / 20.0)
+
+
+def test_an_interval_is_a_point_without_scatter_and_holds_the_share_with_it():
+    (cell, *_) = gap_cells([table("A", [[1.0, 2.0], [3.0, 4.0]])])
+    assert_allclose(cell.share_ci95, (0.4, 0.4))
+    (cell, *_) = gap_cells([table("A", [[1.0, 2.0], [3.0, 4.0]], spread=0.1)])
+    low, high = cell.share_ci95
+    # d share = sqrt((1 - s)^2 (0.1 s)^2 + s^2 0.1^2 sum of the others' squares) = 0.028.
+    assert_allclose(high - low, 2.0 * 1.96 * 0.028, rtol=0.25)
+    assert low < cell.share < high
+
+
+def test_where_one_table_is_drawn_the_others_stay():
+    steady = table("B", [[90.0, 0.0], [0.0, 0.0]])
+    cells = gap_cells([table("A", [[1.0, 2.0], [3.0, 4.0]], spread=0.1), steady])
+    of_steady = next(cell for cell in cells if cell.run == "B")
+    assert_allclose(of_steady.share_ci95, (0.9, 0.9))
+
+
+def test_cells_that_do_not_exist_are_left_out_and_count_in_no_p_value():
+    whole = table("A", [[1.0, 2.0], [3.0, 4.0]], p_value=0.004)
+    part = replace(whole, used=np.array([[True, False], [False, False]]))
+    assert len(gap_cells([part])) == 1
+    assert_allclose(gap_cells([part])[0].p_value, 0.004)
+    # Four equal p-values by Benjamini and Yekutieli: times 1 + 1/2 + 1/3 + 1/4.
+    assert_allclose([c.p_value for c in gap_cells([whole])], 0.004 * 25.0 / 12.0)
+    assert not any(
+        is_significant(c) for c in gap_cells([replace(whole, p_value=whole.p_value * 3)])
+    )
+    assert adjusted([]).size == 0
+    assert gap_cells([]) == ()
+
+
+def test_without_a_gap_shares_are_unknown_and_nothing_is_significant():
+    cells = gap_cells([table("A", np.zeros((2, 2)))])
+    assert np.isnan([cell.share for cell in cells]).all()
+    assert significant(cells) == []
+    assert largest_cells([]) == []
+
+
+def test_the_cells_that_stand_for_the_place_hold_four_fifths_of_the_gap():
+    cells = gap_cells([table("A", [[5.0, 3.0], [1.5, 0.5]])])
+    assert [cell.coherent for cell in largest_cells(significant(cells))] == [5.0, 3.0]
+
+
+def test_every_draw_holds_as_many_repetitions_as_there_are():
+    counts = resampling_counts(7, np.random.default_rng(1))
+    assert counts.shape == (N_DRAWS, 7)
+    assert (counts.sum(axis=1) == 7.0).all()
+    assert_allclose(counts.mean(axis=0), 1.0, atol=0.3)
