@@ -15,7 +15,7 @@ from benchmarks.measured import print_ratios
 from benchmarks.mounting_equal_error import equal_error_rows, formula_inputs
 from benchmarks.mounting_equal_error import error_of as error_of_peer
 from benchmarks.mounting_peers import best_of, element_coordinates, scipy_run, timed
-from simulation.bushings import HydrodynamicBushing, LinearBushing, NonlinearBushing
+from simulation.bushings import TABLE_3
 from simulation.mounting.inputs import MountingInputs
 from simulation.mounting.load_history import LoadHistory
 from simulation.mounting.march import mounting_model
@@ -25,13 +25,13 @@ from simulation.mounting.simulate import response_of, signal_pieces, simulate
 
 RIG = MountingRig(zeroing_samples=1)
 MODELS = {
-    "linear, moderate damping": ({**LinearBushing().parameters(), "C1": 1e5}, 80_000, 1e-9),
-    "linear, damping of the paper": (LinearBushing().parameters(), 80_000, 1e-9),
-    "nonlinear, moderate damping": ({**NonlinearBushing().parameters(), "C1": 3e4}, 10_000, 1e-4),
-    "nonlinear, damping of the paper": ({**NonlinearBushing().parameters(), "C1": 4.83e6}, 10_000, 1e-4),
-    "hydro-dynamic, Maxwell branch": (HydrodynamicBushing(m=0.0).parameters(), 10_000, 1e-4),
-    "hydro-dynamic, fluid mass": (HydrodynamicBushing().parameters(), 10_000, 1e-4),
-    "hydro-dynamic, damping of the paper": ({**HydrodynamicBushing(m=0.0).parameters(), "C1": 4.83e6}, 10_000, 1e-4),
+    "linear, moderate damping": ({**TABLE_3["linear"], "C1": 1e5}, 80_000, 1e-9),
+    "linear, damping of the paper": (TABLE_3["linear"], 80_000, 1e-9),
+    "nonlinear, moderate damping": ({**TABLE_3["nonlinear"], "C1": 3e4}, 10_000, 1e-4),
+    "nonlinear, damping of the paper": ({**TABLE_3["nonlinear"], "C1": 4.83e6}, 10_000, 1e-4),
+    "hydro-dynamic, Maxwell branch": ({**TABLE_3["hydrodynamic"], "m": 0.0}, 10_000, 1e-4),
+    "hydro-dynamic, fluid mass": (TABLE_3["hydrodynamic"], 10_000, 1e-4),
+    "hydro-dynamic, damping of the paper": ({**TABLE_3["hydrodynamic"], "m": 0.0, "C1": 4.83e6}, 10_000, 1e-4),
 }
 
 

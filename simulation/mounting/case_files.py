@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
+from simulation.bushings import TABLE_3
 from simulation.case_files import read_case_document
 from simulation.mounting.load_history import LoadHistory
 from simulation.mounting.parameters import PARAMETERS, ParameterArray, parameter_array
@@ -38,7 +39,8 @@ _RIG_KEYS = {field.name: NUMBER for field in fields(MountingRig) if field.name !
     "housing_inertia": THREE_POSITIVE,
     "zeroing_samples": POSITIVE_COUNT,
 }
-_TRUTH_KEYS = {parameter.name: NUMBER for parameter in PARAMETERS}
+#: ``table_3`` names a column of the 2011 paper's table 3; constants beside it take the place of its own.
+_TRUTH_KEYS = {parameter.name: NUMBER for parameter in PARAMETERS} | {"table_3": one_of(*TABLE_3)}
 _RUN_KEYS = {"name": TEXT, "condition": TEXT, "history": TABLE}
 _HISTORY_KEYS = {field.name: NUMBER for field in fields(LoadHistory)}
 
@@ -112,7 +114,7 @@ def read_mounting_case(path: Path) -> MountingCase:
     try:
         rig = MountingRig(**rig_table)
         runs = tuple(_run(table, f"[[runs]] {number}") for number, table in enumerate(document["runs"], start=1))
-        values = parameter_array(rig, truth)
+        values = parameter_array(rig, {**TABLE_3.get(truth.pop("table_3", ""), {}), **truth})
     except ValueError as error:
         raise ValueError(f"{path.name}: {error}") from error
     return MountingCase(
