@@ -24,6 +24,7 @@ _COMMANDS = {
     "certificate": ("check_certificate", "certificate_table"),
     "simulate": ("simulate_load_case", "campaign_table"),
     "table-5": ("simulate_table_5", "table_5_table"),
+    "torsion": ("compute_torsion", "torsion_table"),
     "export-fmu": ("export_fmu", "fmu_table"),
     "gear-life": ("estimate_gear_life", "gear_life_table"),
     "identify": ("identify_parameters", "estimate_table"),

@@ -5,20 +5,18 @@ response of the six sensors to torque and radial load, and the Campbell diagram.
 the torque for hardening bushings and lie away from the once- and three-times-per-revolution lines; no root that grows.
 """
 
-import csv
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.whole_files import whole_file
 from simulation.mounting.case_files import MountingCase, MountingRun
 from simulation.mounting.linearised import campbell_diagram, frequency_response, mounting_modes
 from simulation.mounting.rig import SENSORS
 from simulation.mounting.view import linearised_figure
 from simulation.stage.linearised import CampbellDiagram
-from workflows.outputs import prepared_folder, save_figure, save_json, versions
+from workflows.outputs import prepared_folder, save_figure, save_json, save_table, versions
 
 Array = NDArray[np.float64]
 
@@ -52,9 +50,9 @@ def main(case: MountingCase, *, out: Path) -> None:
         loads, speed = points[run.name]
         response = frequency_response(case.rig, case.truth, loads, _FREQUENCIES_HZ)
         campbell = campbell_diagram(case.rig, case.truth, loads, list(speed * _SPEED_SHARES))
-        _write_table(out / f"{run.name}_modes.csv", _mode_header(), _mode_rows(case, loads))
-        _write_table(out / f"{run.name}_frequency_response.csv", _response_header(), _response_rows(response))
-        _write_table(out / f"{run.name}_campbell.csv", *_campbell_table(campbell))
+        save_table(out / f"{run.name}_modes.csv", _mode_header(), _mode_rows(case, loads))
+        save_table(out / f"{run.name}_frequency_response.csv", _response_header(), _response_rows(response))
+        save_table(out / f"{run.name}_campbell.csv", *_campbell_table(campbell))
         title = f"{run.name}: torque {loads[0] / 1e3:.4g} kN m, ntl_y {loads[1] / 1e3:.4g} kN, ntl_z {loads[2] / 1e3:.4g} kN"
         save_figure(out / f"{run.name}_linearised.png", linearised_figure(title, _FREQUENCIES_HZ, response, campbell))
     named = {name: {**dict(zip(dict(_LOADS), loads, strict=True)), "speed": w} for name, (loads, w) in points.items()}
@@ -97,10 +95,3 @@ def _campbell_table(campbell: CampbellDiagram) -> tuple[list[str], Iterable[list
     orders = np.column_stack(list(campbell.order_hz.values()))
     rows = np.column_stack([campbell.speed, campbell.frequency_hz, orders])
     return ["speed [rad/s]", *modes, *(f"{name}_hz" for name in campbell.order_hz)], rows.tolist()
-
-
-def _write_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
-        writer.writerows([cell if isinstance(cell, str) else f"{cell:.9g}" for cell in row] for row in rows)

@@ -1,10 +1,11 @@
 """Writing results: whole files or none, inputs and versions beside them."""
 
+import csv
 import dataclasses
 import importlib.metadata
 import json
 import platform
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -81,6 +82,14 @@ def save_text(path: Path, text: str) -> None:
     """Write text."""
     with whole_file(path) as file:
         file.write_text(text, encoding="utf-8")
+
+
+def save_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """Write a CSV table; numbers with nine digits."""
+    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows([cell if isinstance(cell, str) else f"{cell:.9g}" for cell in row] for row in rows)
 
 
 def save_figure(path: Path, figure: "Figure") -> None:

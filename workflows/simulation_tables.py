@@ -2,12 +2,15 @@
 
 from typing import TYPE_CHECKING
 
-from rich.console import RenderableType
+import numpy as np
+from rich.console import Group, RenderableType
 from rich.markup import escape
 
 from workflows.titled_table import titled_table
 
 if TYPE_CHECKING:
+    from workflows.compute_torsion import Torsion
+    from workflows.estimate_gear_life import GearLife
     from workflows.export_fmu import ExportedUnit
     from workflows.simulate_table_5 import Table5
 
@@ -31,3 +34,38 @@ def fmu_table(found: "ExportedUnit") -> RenderableType:
     compiled = "sources and a library for this platform" if found.compiled else "sources only: no C compiler was used"
     table.add_row("holds", compiled)
     return table
+
+
+def torsion_table(found: "Torsion") -> RenderableType:
+    """Torsional stiffness of the members and frequencies of the train beside the paper's."""
+    from workflows.compute_torsion import PAPER_FREQUENCIES_HZ, PAPER_STIFFNESSES
+
+    stiffness = titled_table("torsional stiffness, MN m/rad", "member", "torque sweep", "2011 paper")
+    for name, sweep in found.sweeps.items():
+        stiffness.add_row(name, f"{sweep.stiffness / 1e6:.3g}", f"{PAPER_STIFFNESSES[name] / 1e6:.3g}")
+    frequency = titled_table(
+        "frequencies of the torsional train, Hz", "topology", "mounting", "1st", "2nd", "paper, 1st"
+    )
+    for (topology, mounting), values in found.frequencies_hz.items():
+        numbers = (f"{values[0]:.3f}", f"{values[1]:.1f}", f"{PAPER_FREQUENCIES_HZ[mounting]:.2f}")
+        frequency.add_row(topology, mounting, *numbers)
+    remark = (
+        "mounting: two bushings; the paper's 11.4 is K1 R_x^2 of one. The stage's main shaft and sun shaft were derived "
+        "from the paper's 50 and 27."
+    )
+    return Group(stiffness, remark, "", frequency)
+
+
+def gear_life_table(found: "GearLife") -> RenderableType:
+    """Pressure and life of both meshes, aligned and at chosen misalignments."""
+    table = titled_table("gear mesh", "misalignment, urad", "pressure, sun, MPa", "life", "pressure, ring, MPa", "life")
+    for k in np.linspace(0, len(found.misalignment) - 1, 6).round().astype(int):
+        cells = [
+            (f"{mesh.aligned_pressure * mesh.pressure_ratio[k] / 1e6:.0f}", f"{mesh.life_ratio[k]:.3f}")
+            for mesh in found.meshes.values()
+        ]
+        table.add_row(f"{found.misalignment[k] * 1e6:.0f}", *(cell for pair in cells for cell in pair))
+    papers = titled_table("1.5 % more pressure (2012 paper, life 0.77)", "mesh", "misalignment, urad")
+    for name, mesh in found.meshes.items():
+        papers.add_row(f"planet and {name}", f"{mesh.papers_misalignment * 1e6:.0f}")
+    return Group(table, papers)

@@ -20,13 +20,14 @@ from reduction.pin_joints import PIN_FITS
 from reduction.reduced_model import PILOT_COORDINATES, ReducedModel
 from workflows.blind.score_tables import blind_check_table as blind_check_table
 from workflows.simulation_tables import fmu_table as fmu_table
+from workflows.simulation_tables import gear_life_table as gear_life_table
 from workflows.simulation_tables import table_5_table as table_5_table
+from workflows.simulation_tables import torsion_table as torsion_table
 from workflows.titled_table import titled_table as _table
 
 if TYPE_CHECKING:
     from reduction.coupling_bracket import CouplingBracket
     from workflows.cost_preview import CostPreview
-    from workflows.estimate_gear_life import GearLife
     from workflows.export_body import ExportedBody
     from workflows.identify_bushings import BushingIdentification
     from workflows.identify_parameters import Identification
@@ -254,21 +255,6 @@ def printed_tables_table(facts: DerivedFacts) -> RenderableType:
     for name, unit, quantity, factor in rows:
         table.add_row(name, unit, *(f"{q * factor:.4g}" for q in (quantity.value, quantity.low, quantity.high)))
     return table
-
-
-def gear_life_table(found: "GearLife") -> RenderableType:
-    """Pressure and life of both meshes, aligned and at chosen misalignments."""
-    table = _table("gear mesh", "misalignment, urad", "pressure, sun, MPa", "life", "pressure, ring, MPa", "life")
-    for k in np.linspace(0, len(found.misalignment) - 1, 6).round().astype(int):
-        cells = [
-            (f"{mesh.aligned_pressure * mesh.pressure_ratio[k] / 1e6:.0f}", f"{mesh.life_ratio[k]:.3f}")
-            for mesh in found.meshes.values()
-        ]
-        table.add_row(f"{found.misalignment[k] * 1e6:.0f}", *(cell for pair in cells for cell in pair))
-    papers = _table("1.5 % more pressure (2012 paper, life 0.77)", "mesh", "misalignment, urad")
-    for name, mesh in found.meshes.items():
-        papers.add_row(f"planet and {name}", f"{mesh.papers_misalignment * 1e6:.0f}")
-    return Group(table, papers)
 
 
 def _value_text(own: NamedValue) -> str:
