@@ -23,7 +23,7 @@ from workflows import (
     diagnose_load_cases,
     identify_parameters,
     reduce_carrier,
-    simulate_load_case,
+    simulate_carrier,
 )
 from workflows.carrier_variants import CarrierVariant, flexible_variant, stiff_variant
 from workflows.outputs import prepared_folder, provenance, save_json, versions
@@ -43,7 +43,7 @@ class Job:
     curves: dict[str, DeflectionCurve]
     mesh_study: check_mesh_convergence.MeshStudy
     reduced: reduce_carrier.ReducedCarrier
-    simulated: simulate_load_case.SimulatedLoadCases
+    simulated: simulate_carrier.SimulatedLoadCases
     identified: identify_parameters.Identification
     gap: diagnose_load_cases.Gap
     summary: dict[str, Any]
@@ -118,11 +118,11 @@ def _write_meshes(folder: Path, variants: Mapping[str, CarrierVariant]) -> None:
 
 def _signals(
     out: Path, curves: Mapping[str, DeflectionCurve], stages: Stages
-) -> tuple[simulate_load_case.SimulatedLoadCases, identify_parameters.Identification, diagnose_load_cases.Gap]:
+) -> tuple[simulate_carrier.SimulatedLoadCases, identify_parameters.Identification, diagnose_load_cases.Gap]:
     """Simulate the load cases, identify the motion from their signals, diagnose the gap of the simplest model."""
     campaign = out / "campaign"
     with stages.stage("load cases LC1 to LC4 simulated"):
-        simulated = simulate_load_case.simulate_carrier(
+        simulated = simulate_carrier.main(
             shipped_case(), out=campaign, curves=out / "deflection_curves.csv", quiet=True
         )
     with stages.stage("M1 and M2 identified"):

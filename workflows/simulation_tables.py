@@ -6,13 +6,54 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.markup import escape
 
+from simulation.mounting.rig import SENSORS
 from workflows.titled_table import titled_table
 
 if TYPE_CHECKING:
     from workflows.compute_torsion import Torsion
     from workflows.estimate_gear_life import GearLife
     from workflows.export_fmu import ExportedUnit
+    from workflows.simulate_carrier import SimulatedLoadCases
+    from workflows.simulate_mounting import SimulatedMounting
+    from workflows.simulate_stage import SimulatedStage
     from workflows.simulate_table_5 import Table5
+    from workflows.vary_mounting import Variants
+
+
+#: Rows of the table of variants on the screen; the file holds all of them.
+_MOST_ROWS = 20
+
+
+def campaign_table(simulated: "SimulatedLoadCases | SimulatedMounting | SimulatedStage | Variants") -> RenderableType:
+    """Runs of a simulated campaign, and the energy balances that were made; or the RMS of the variants."""
+    from workflows.vary_mounting import Variants
+
+    if isinstance(simulated, Variants):
+        return _variants_table(simulated)
+    table = titled_table("simulated campaign", "run", "condition", "samples", "file")
+    lengths = getattr(simulated, "n_samples", {})  # of runs that went to their files piece by piece
+    for run in simulated.campaign.runs:
+        n_samples = lengths.get(run.name, len(run.time))
+        table.add_row(run.name, run.condition, str(n_samples), str(simulated.folder / run.file))
+    balances = getattr(simulated, "balances", {})
+    if not balances:
+        return table
+    energies = titled_table("energy balance, J", "run", "work", "dissipated", "stored", "left over / work")
+    for name, balance in balances.items():
+        values = (balance.work[-1], balance.dissipated[-1], balance.stored[-1])
+        energies.add_row(name, *(f"{value:.4g}" for value in values), f"{balance.error:.1e}")
+    return Group(table, "", energies)
+
+
+def _variants_table(found: "Variants") -> RenderableType:
+    parts: list[RenderableType] = []
+    for run, rms in found.rms.items():
+        table = titled_table(f"RMS of {run}, um", *found.names, *SENSORS)
+        for own, values in list(zip(found.sets, rms, strict=True))[:_MOST_ROWS]:
+            numbers = ("diverged" if np.isnan(value) else f"{value * 1e6:.4g}" for value in values)
+            table.add_row(*(f"{value:.4g}" for value in own), *numbers)
+        parts.append(table)
+    return Group(*parts, f"{len(found.sets)} parameter sets in {escape(str(found.file))}")
 
 
 def table_5_table(found: "Table5") -> RenderableType:

@@ -19,6 +19,7 @@ from reduction.mode_names import mode_names
 from reduction.pin_joints import PIN_FITS
 from reduction.reduced_model import PILOT_COORDINATES, ReducedModel
 from workflows.blind.score_tables import blind_check_table as blind_check_table
+from workflows.simulation_tables import campaign_table as campaign_table
 from workflows.simulation_tables import fmu_table as fmu_table
 from workflows.simulation_tables import gear_life_table as gear_life_table
 from workflows.simulation_tables import table_5_table as table_5_table
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from workflows.identify_parameters import Identification
     from workflows.pin_fit_pictures import PinFitStudy
     from workflows.run import Job
-    from workflows.simulate_load_case import SimulatedLoadCases
 
 #: Smallest share of the effective interface mass that the mode table tells.
 _WORTH_TELLING = 0.01
@@ -145,16 +145,6 @@ def certificate_table(certificate: Certificate) -> RenderableType:
     for check in certificate.checks:
         table.add_row(check.name, check.wanted, f"{check.reached:.2g}", "yes" if check.met else "[red]no[/]")
     return Group(table, f"frequencies and responses were checked up to {certificate.cut_off_hz:.0f} Hz")
-
-
-def campaign_table(simulated: "SimulatedLoadCases") -> RenderableType:
-    """Runs of a simulated campaign."""
-    table = _table("simulated campaign", "run", "condition", "samples", "file")
-    lengths = getattr(simulated, "n_samples", {})  # of runs that went to their files piece by piece
-    for run in simulated.campaign.runs:
-        n_samples = lengths.get(run.name, len(run.time))
-        table.add_row(run.name, run.condition, str(n_samples), str(simulated.folder / run.file))
-    return table
 
 
 def rms_table(identified: "Identification") -> RenderableType:

@@ -23,6 +23,7 @@ def simulate_batch(
     *,
     summary: Callable[[MountingResponse], Any],
     executor: Executor,
+    step: float | None = None,
 ) -> Iterator[Any]:
     """Simulate one run with many parameter sets and summarise each response where it was made.
 
@@ -39,6 +40,8 @@ def simulate_batch(
         thousand whole responses of 520 s would need 2.5 GB.
     executor : concurrent.futures.Executor
         Threads serve well (the march holds no interpreter lock), processes and a cluster too.
+    step : float, optional
+        Largest step [s] of nonlinear bushings; chosen from their stiffness where not given.
 
     Yields
     ------
@@ -57,7 +60,7 @@ def simulate_batch(
         except ValueError as error:
             raise ValueError(f"parameter set {number}: {error}") from error
     pieces = [parameter_sets[i : i + _SETS_A_PIECE] for i in range(0, len(parameter_sets), _SETS_A_PIECE)]
-    futures = [executor.submit(_summaries, rig, piece, inputs, summary) for piece in pieces]
+    futures = [executor.submit(_summaries, rig, piece, inputs, summary, step) for piece in pieces]
     for future in futures:
         yield from future.result()
 
@@ -72,11 +75,12 @@ def _summaries(
     parameter_sets: NDArray[np.float64],
     inputs: MountingInputs,
     summary: Callable[[MountingResponse], Any],
+    step: float | None,
 ) -> list[Any]:
     results: list[Any] = []
     for parameters in parameter_sets:
         try:
-            results.append(summary(simulate(rig, parameters, inputs)))
+            results.append(summary(simulate(rig, parameters, inputs, step=step)))
         except DivergedError as error:
             results.append(error)
     return results
