@@ -18,6 +18,7 @@ from reduction.interface_mass import DIRECTIONS, effective_interface_mass
 from reduction.mode_names import mode_names
 from reduction.pin_joints import PIN_FITS
 from reduction.reduced_model import PILOT_COORDINATES, ReducedModel
+from simulation.mounting.rig import HOUSING_MOTION
 from workflows.blind.score_tables import blind_check_table as blind_check_table
 from workflows.simulation_tables import campaign_table as campaign_table
 from workflows.simulation_tables import fmu_table as fmu_table
@@ -197,6 +198,12 @@ def _bushing_table(identified: "BushingIdentification") -> RenderableType:
             table.add_row("complex method: time, s", *(f"{row['complex_seconds']:.3g}" for row in rows))
             table.add_row("complex method: accuracy", *(f"{row['complex_accuracy']:.6g}" for row in rows))
         parts += [table, *estimates[-1].uncertainty.undetermined]
+    for run, rms in identified.motion_rms.items():
+        table = _table(f"housing motion {run}, RMS", "", "measured", "left by the model", "unit")
+        for name, measured, left in zip(HOUSING_MOTION, *(rms * 1e6), strict=True):
+            unit = "um" if name.startswith("d") else "urad"
+            table.add_row(name, f"{measured:.4g}", f"{left:.4g}", unit)
+        parts += ["", table]
     return Group(*parts)
 
 
