@@ -12,7 +12,13 @@ from reduction.reduced_model import ReducedModel
 from reduction.symmetric_craig_bampton import symmetric_craig_bampton
 
 #: Options of `carrierflex reduce` that ask for what the half sector cannot give, and the value that does not.
-_NEEDS_WHOLE_BODY = {"frf_tolerance": None, "residual_vectors": False, "coupling": "rbe3", "max_frequency": None}
+_NEEDS_WHOLE_BODY = {
+    "frf_tolerance": None,
+    "residual_vectors": False,
+    "coupling": "rbe3",
+    "interface": "fixed",
+    "max_frequency": None,
+}
 
 
 def half_sector_body(name: str, stage: StageParameters, size: float) -> tuple[HalfSector, HalfSectorSensors]:

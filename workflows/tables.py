@@ -14,7 +14,7 @@ from geometry.quality import MeshQuality
 from identification.printed_tables import DerivedFacts
 from identification.result_tables import parameter_rows, rms_rows
 from reduction.certificate import Certificate
-from reduction.interface_mass import DIRECTIONS, effective_interface_mass
+from reduction.interface_mass import DIRECTIONS, effective_interface_mass, has_fixed_interface_modes
 from reduction.mode_names import mode_names
 from reduction.pin_joints import PIN_FITS
 from reduction.reduced_model import PILOT_COORDINATES, ReducedModel
@@ -77,7 +77,8 @@ def reduced_table(model: "ReducedModel | CostPreview") -> RenderableType:
     table.add_row("mass, kg", f"{mass.mass:.4g}")
     table.add_row("inertia about x, kg m^2", f"{mass.inertia[0, 0]:.4g}")
     modes = [label for label in model.labels if label.startswith("mode")]
-    shares = effective_interface_mass(model) if model.ffrf is not None else np.zeros((len(modes), 6))
+    fixed = model.ffrf is not None and has_fixed_interface_modes(model)
+    shares = effective_interface_mass(model) if fixed else np.zeros((len(modes), 6))
     for label, name, share in zip(modes, mode_names(model), shares, strict=False):
         most = int(share.argmax())
         carried = f"; carries {share[most]:.0%} of the {'mass' if most < 3 else 'inertia'} {DIRECTIONS[most]}"
@@ -145,7 +146,9 @@ def certificate_table(certificate: Certificate) -> RenderableType:
     table = _table("reduction certificate", "check", "wanted", "reached", "met")
     for check in certificate.checks:
         table.add_row(check.name, check.wanted, f"{check.reached:.2g}", "yes" if check.met else "[red]no[/]")
-    return Group(table, f"frequencies and responses were checked up to {certificate.cut_off_hz:.0f} Hz")
+    responses = any("response" in check.name for check in certificate.checks)
+    what = "frequencies and responses" if responses else "frequencies"
+    return Group(table, f"{what} were checked up to {certificate.cut_off_hz:.0f} Hz")
 
 
 def rms_table(identified: "Identification") -> RenderableType:

@@ -13,7 +13,7 @@ from reduction.craig_bampton import craig_bampton
 from reduction.dynamic_stiffness import full_response, response_error
 from reduction.free_interface import free_interface_reduction
 from reduction.held_structure import GroundedBody, HeldStructure
-from reduction.interface_mass import effective_interface_mass, rigid_motion_of_interface
+from reduction.interface_mass import effective_interface_mass, has_fixed_interface_modes, rigid_motion_of_interface
 from reduction.mode_count import chosen_mode_count, modes_for_response
 from reduction.orthonormal_form import orthonormal_form
 from reduction.reduced_static import pilot_compliance
@@ -145,6 +145,14 @@ def test_free_interface_basis_has_exact_statics_and_exact_kept_frequencies():
     assert_allclose(G @ reduced.basis, np.eye(N_PILOT, reduced.model.n_coordinates), atol=1e-7)
     # The Craig-Bampton body of as many modes is less exact in them: the price of holding the pilots.
     assert free_frequencies(PLAIN.model)[3] / EXACT[3] - 1.0 > 1e-2
+
+
+def test_weight_of_a_free_interface_body_is_its_mass_times_rigid_motion_too():
+    reduced = free_interface_reduction(STRUCTURE, 6)
+    R = rigid_motion_of_interface(reduced.model)
+    assert_allclose(reduced.basis.T @ body_loads(STRUCTURE)[:, :3], reduced.model.M @ R[:, :3], atol=1e-9)
+    assert has_fixed_interface_modes(PLAIN.model)
+    assert not has_fixed_interface_modes(reduced.model)
 
 
 def test_fewest_modes_for_a_response_are_enough_and_one_fewer_is_not():

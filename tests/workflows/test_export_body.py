@@ -73,7 +73,7 @@ def test_what_is_no_body_file_is_refused(tmp_path):
         ({"size": None}, "pin: the body file does not record size; expected one of carrierflex reduce --coupling rbe3"),
         (
             {"coupling": "rbe2"},
-            "pin: the body file was reduced with rigid couplings; expected one of carrierflex reduce",
+            "pin: the body file was reduced with --coupling rbe2, --interface fixed; expected one of carrierflex reduce",
         ),
         ({"modes": 3}, "pin: the body made again has other coordinates; expected this program's own body file"),
         ({"size": 0.05}, "pin: the body made again"),
