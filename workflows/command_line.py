@@ -18,6 +18,7 @@ _COMMANDS = {
     "cad-faces": ("list_cad_faces", "cad_table"),
     "curves": ("compute_curves", "curve_table"),
     "reduce": ("reduce_body", "reduced_table"),
+    "join": ("join_rotating_group", "joined_table"),
     "couplings": ("compare_couplings", "coupling_table"),
     "pin-fit": ("study_pin_fit", "pin_fit_table"),
     "export": ("export_body", "export_table"),

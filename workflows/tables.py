@@ -17,9 +17,11 @@ from reduction.certificate import Certificate
 from reduction.interface_mass import DIRECTIONS, effective_interface_mass, has_fixed_interface_modes
 from reduction.mode_names import mode_names
 from reduction.pin_joints import PIN_FITS
-from reduction.reduced_model import PILOT_COORDINATES, ReducedModel
+from reduction.reduced_model import ReducedModel
 from simulation.mounting.rig import HOUSING_MOTION
 from workflows.blind.score_tables import blind_check_table as blind_check_table
+from workflows.body_tables import coupling_table as coupling_table
+from workflows.body_tables import joined_table as joined_table
 from workflows.simulation_tables import campaign_table as campaign_table
 from workflows.simulation_tables import fmu_table as fmu_table
 from workflows.simulation_tables import gear_life_table as gear_life_table
@@ -28,7 +30,6 @@ from workflows.simulation_tables import torsion_table as torsion_table
 from workflows.titled_table import titled_table as _table
 
 if TYPE_CHECKING:
-    from reduction.coupling_bracket import CouplingBracket
     from workflows.cost_preview import CostPreview
     from workflows.export_body import ExportedBody
     from workflows.identify_bushings import BushingIdentification
@@ -84,28 +85,6 @@ def reduced_table(model: "ReducedModel | CostPreview") -> RenderableType:
         carried = f"; carries {share[most]:.0%} of the {'mass' if most < 3 else 'inertia'} {DIRECTIONS[most]}"
         table.add_row(label, name + (carried if share[most] >= _WORTH_TELLING else ""))
     return table
-
-
-def coupling_table(brackets: "dict[str, CouplingBracket]") -> RenderableType:
-    """Own stiffness of every pilot coordinate from distributing to rigid, and the rim's orders with either and with a mix."""
-    parts: list[RenderableType] = []
-    for variant, bracket in brackets.items():
-        for unit, part in (("GN/m", slice(0, 3)), ("GN m/rad", slice(3, 6))):
-            coordinates = [f"{name.split(' ')[0]}, {unit}" for name in PILOT_COORDINATES[part]]
-            table = _table(f"{variant} carrier", "pilot", *coordinates)
-            for pilot, soft, rigid in zip(bracket.pilots, *bracket.stiffness[:, :, part] / 1e9, strict=True):
-                table.add_row(pilot, *(f"{low:.3g} to {high:.3g}" for low, high in zip(soft, rigid, strict=True)))
-            parts += [table, ""]
-        title = f"{bracket.curve_name}, um/kN m"
-        orders = _table(title, "rigid", "order 3", "order 6", "peaks", "change, %")
-        for rigid_part, curve in bracket.all_curves.items():
-            content = curve.axial_order_content() * 1e6
-            change = 100.0 * bracket.curve_change(rigid_part)
-            orders.add_row(
-                rigid_part, f"{content[3]:.4f}", f"{content[6]:.4f}", str(len(curve.peak_angles())), f"{change:.1f}"
-            )
-        parts += [orders, ""]
-    return Group(*parts)
 
 
 def pin_fit_table(study: "PinFitStudy") -> RenderableType:
