@@ -1,6 +1,5 @@
 """How well a mix of the two extreme curves stands for a third: ``rho_s delta_s + rho_f delta_f`` (2012 paper, section 2.2)."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,10 +21,6 @@ class CurveMix:
     """The mix."""
     residual: float
     """RMS of the difference over the RMS of the third curve."""
-
-
-#: Finds a mix of the second and third curve that stands for the first.
-MixRule = Callable[[DeflectionCurve, DeflectionCurve, DeflectionCurve], CurveMix]
 
 
 def least_squares_mix(curve: DeflectionCurve, stiff: DeflectionCurve, flexible: DeflectionCurve) -> CurveMix:

@@ -20,7 +20,6 @@ from simulation.carrier_kinematics import (
     housing_tilt_pattern,
     offset_pattern,
     radial_deflection_pattern,
-    saddle_pattern,
 )
 from simulation.run_cases import AXIAL
 
@@ -137,10 +136,6 @@ def _offset(inputs: Inputs, channel: Channel) -> NDArray[np.float64]:
     return offset_pattern(inputs["carrier_angle"])
 
 
-def _saddle(inputs: Inputs, channel: Channel) -> NDArray[np.float64]:
-    return saddle_pattern(inputs["carrier_angle"], sensor_position(channel)[0])
-
-
 def _tilt(
     pattern: Callable[[NDArray[np.float64], float, float, float], NDArray[np.float64]], tilt_axis: float
 ) -> Pattern:
@@ -175,7 +170,6 @@ HOUSING_TILT = Effect(
 CARRIER_TILT = Effect(
     "carrier_tilt", _both_axes(carrier_tilt_pattern), ("phi_PLC", "theta_PLC"), ("rad", "rad"), polar=True
 )
-STATIC_SADDLE = Effect("flange_warp", (_axial(_saddle),), ("saddle",), ("m",), shared=False)
 
 
 #: Rigid radial motion: displacement along z and along y of the housing, and along two axes of the carrier.

@@ -52,7 +52,7 @@ def main(case: MountingCase, *, out: Path) -> None:
         campbell = campbell_diagram(case.rig, case.truth, loads, list(speed * _SPEED_SHARES))
         save_table(out / f"{run.name}_modes.csv", _mode_header(), _mode_rows(case, loads))
         save_table(out / f"{run.name}_frequency_response.csv", _response_header(), _response_rows(response))
-        save_table(out / f"{run.name}_campbell.csv", *_campbell_table(campbell))
+        save_table(out / f"{run.name}_campbell.csv", *campbell_table(campbell))
         title = f"{run.name}: torque {loads[0] / 1e3:.4g} kN m, ntl_y {loads[1] / 1e3:.4g} kN, ntl_z {loads[2] / 1e3:.4g} kN"
         save_figure(out / f"{run.name}_linearised.png", linearised_figure(title, _FREQUENCIES_HZ, response, campbell))
     named = {name: {**dict(zip(dict(_LOADS), loads, strict=True)), "speed": w} for name, (loads, w) in points.items()}
@@ -90,7 +90,8 @@ def _response_rows(response: NDArray[np.complex128]) -> Iterable[list[object]]:
         yield [frequency_hz, *row.T.copy().view(np.float64).ravel()]
 
 
-def _campbell_table(campbell: CampbellDiagram) -> tuple[list[str], Iterable[list[object]]]:
+def campbell_table(campbell: CampbellDiagram) -> tuple[list[str], Iterable[list[object]]]:
+    """Header and rows of a Campbell diagram: speed, frequency of every mode, lines of excitation."""
     modes = [f"mode_{number}_hz" for number in range(1, campbell.frequency_hz.shape[1] + 1)]
     orders = np.column_stack(list(campbell.order_hz.values()))
     rows = np.column_stack([campbell.speed, campbell.frequency_hz, orders])

@@ -47,7 +47,8 @@ def main(
         Deflection curves of the carrier (CSV: theta_deg, delta_s, delta_f [m per kN m]); without it those of the
         default carrier serve. A case of kind mounting has none.
     linearised : Path, optional
-        Folder for the modes, the frequency response of the sensors and the Campbell diagram of a case of kind mounting.
+        Folder for the modes, the frequency response of the sensors and the Campbell diagram: of a mounting where each run
+        carries its largest torque, of a stage at the case's speed.
     energy_balance : bool
         Mounting: add up work, dissipation and stored energy of every run; exit code 1 where more than 0.1 % of the work is
         left over, which a smaller step of the case cures.
@@ -74,18 +75,21 @@ def main(
         Where the case or the curves are refused, or the folder holds something that is not a campaign.
     """
     document = read_case_document(case)
-    options = {"linearised": linearised, "energy-balance": energy_balance, "parquet": parquet, "variants": variants}
+    options = {"energy-balance": energy_balance, "parquet": parquet, "variants": variants}
     given = [name for name, value in options.items() if value]
     if given and document.get("kind") != "mounting":
         raise ValueError(f"--{given[0]} is for cases of kind mounting; {case.name} is none")
+    if linearised is not None and document.get("kind") != "mounting" and document.get("format") != STAGE_FORMAT:
+        raise ValueError(f"--linearised is for mountings and stages; {case.name} is neither")
     if (workers != 1 or scheduler is not None) and variants is None:
         raise ValueError("--workers and --scheduler spread the sets of --variants; expected --variants too")
     if document.get("format") == STAGE_FORMAT:
-        return simulate_stage.main(case, out=out, curves=curves, quiet=quiet)
+        return simulate_stage.main(case, out=out, curves=curves, linearised=linearised, quiet=quiet)
     if document.get("kind") != "mounting":
         return simulate_carrier.main(case, out=out, curves=curves, quiet=quiet)
     if curves is not None:
         raise ValueError(f"--curves is {curves}; a case of kind mounting has no deflection curves")
+    given += ["linearised"] if linearised is not None else []
     if len(given) > 1 and (parquet or variants):
         raise ValueError(f"--{' and --'.join(given)} exclude one another; expected --parquet or --variants alone")
     if parquet:

@@ -22,9 +22,11 @@ from identification.growing_runs import GrowingRuns, growing_runs
 from identification.records import Run
 from identification.simulated_campaign import CURVES_FILE
 from simulation.stage.response import StageDivergedError, joined_records, steps_per_sample
+from simulation.stage.stage_body import StageBody
 from simulation.stage.stage_cases import StageCase, StageRun, read_stage_case
 from simulation.stage.stage_model import StageModel, stage_model
 from simulation.stage.stage_run import StageResponse, simulate_stage
+from workflows import linearise_stage
 from workflows.progress import Stages
 from workflows.stage_bodies import default_stage_body, stage_body_of_files
 
@@ -55,7 +57,13 @@ class SimulatedStage:
 
 
 def main(
-    case: Path, *, out: Path, curves: Path | None = None, size: float = DEFAULT_SIZE, quiet: bool = False
+    case: Path,
+    *,
+    out: Path,
+    curves: Path | None = None,
+    linearised: Path | None = None,
+    size: float = DEFAULT_SIZE,
+    quiet: bool = False,
 ) -> SimulatedStage:
     """Simulate the planetary stage in a set of load cases and write the sensors' records as a campaign folder.
 
@@ -67,6 +75,8 @@ def main(
         Campaign folder to write: new, empty, or an earlier campaign.
     curves : Path, optional
         Deflection curves kept with the campaign; without it those of the default carrier.
+    linearised : Path, optional
+        Folder for modes, frequency response and Campbell diagram.
     size : float
         Element edge length [m] of carrier and pins.
     quiet : bool
@@ -84,13 +94,13 @@ def main(
     what = read_stage_case(case)
     steps_per_sample(what.speed, what.data.gear.ring_teeth, sample_rate=what.sample_rate, step=what.step)
     curve_set = _curves(curves)
-    stages = Stages(len(what.runs) + 2, quiet)
+    stages = Stages(len(what.runs) + 2 + (linearised is not None), quiet)
     with stages.stage(f"reduced carrier and pins, elements of {size} m"):
-        if what.bodies:
-            body = stage_body_of_files(what.bodies, what.pin_fit_stiffness, size)
-        else:
-            body = default_stage_body(what.pin_fit_stiffness, size)
+        body = _body(what, size)
     model = stage_model(body, what.data, effects=what.effects, speed=what.speed)
+    if linearised is not None:
+        with stages.stage(f"writing {linearised}"):
+            linearise_stage.main(what, model, out=linearised)
     rng, imbalance = np.random.default_rng(what.seed), dict[str, float]()
     stopped: BaseException | None = None
     with growing_runs(out) as growing:
@@ -110,6 +120,12 @@ def main(
     if stopped is not None:
         raise stopped
     return SimulatedStage(what, campaign, out, imbalance, growing.n_samples)
+
+
+def _body(what: StageCase, size: float) -> StageBody:
+    if what.bodies:
+        return stage_body_of_files(what.bodies, what.pin_fit_stiffness, size)
+    return default_stage_body(what.pin_fit_stiffness, size)
 
 
 def _curves(curves: Path | None) -> Mapping[str, DeflectionCurve]:
