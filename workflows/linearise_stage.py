@@ -24,6 +24,8 @@ from workflows.outputs import prepared_folder, save_figure, save_json, save_tabl
 _FREQUENCIES_HZ = np.geomspace(0.1, 1000.0, 400)
 _SPEED_SHARES = np.linspace(0.0, 1.2, 7)
 _N_MODES = 30
+#: Lowest modes of the Campbell diagram: up to three times the mesh frequency.
+_CAMPBELL_MODES = 12
 _UNITS = {"torque": "m/(N m)", "ntl_y": "m/N", "ntl_z": "m/N"}
 
 
@@ -43,7 +45,9 @@ def main(case: StageCase, model: StageModel, *, out: Path) -> None:
     modal = modal_stage(model)
     response = rim_response(case, modal)
     speeds = list(case.speed * _SPEED_SHARES)
-    campbell = campbell_diagram(model.places.body, speeds, data=model.data, effects=model.effects, n_modes=_N_MODES)
+    campbell = campbell_diagram(
+        model.places.body, speeds, data=model.data, effects=model.effects, n_modes=_CAMPBELL_MODES
+    )
     names = [sensor.name for sensor in case.sensors]
     header = ["mode", "leading_coordinate", "frequency_hz", "damping_ratio"]
     save_table(out / "modes.csv", header, _mode_rows(model, linearised_modes(modal)))
