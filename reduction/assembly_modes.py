@@ -6,15 +6,18 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from reduction.mode_names import rim_motion_name
-from reduction.reduced_model import ReducedModel
+from carrierflex.reduction.mode_names import rim_motion_name
+from carrierflex.reduction.reduced_model import ReducedModel
 
 _N_RIGID = 6
 
 
 @dataclass(frozen=True, eq=False)
 class AssemblyMode:
-    """One elastic free mode: natural frequency [Hz], pilot with the largest displacement, motion of the rim in words."""
+    """One elastic free mode.
+
+    Natural frequency [Hz], pilot with the largest displacement, motion of the rim in words.
+    """
 
     frequency_hz: float
     leading_pilot: str
@@ -42,10 +45,14 @@ def assembly_modes(model: ReducedModel, n_modes: int) -> tuple[AssemblyMode, ...
         Where the body is not free: fewer or more than six motions meet no stiffness.
     """
     scale = 1.0 / np.sqrt(model.M.diagonal())
-    omega_squared, q = scipy.linalg.eigh(model.K * np.outer(scale, scale), model.M * np.outer(scale, scale))
+    omega_squared, q = scipy.linalg.eigh(
+        model.K * np.outer(scale, scale), model.M * np.outer(scale, scale)
+    )
     rigid = int(np.count_nonzero(np.abs(omega_squared) < 1e-6 * abs(omega_squared[_N_RIGID])))
     if rigid != _N_RIGID:
-        raise ValueError(f"{model.name}: {rigid} motions meet no stiffness; expected the six of a free body")
+        raise ValueError(
+            f"{model.name}: {rigid} motions meet no stiffness; expected the six of a free body"
+        )
     shapes = (scale[:, None] * q)[:, _N_RIGID : _N_RIGID + n_modes]
     hz = np.sqrt(omega_squared[_N_RIGID : _N_RIGID + n_modes]) / (2.0 * np.pi)
     return tuple(
@@ -55,7 +62,10 @@ def assembly_modes(model: ReducedModel, n_modes: int) -> tuple[AssemblyMode, ...
 
 
 def _leading_pilot(model: ReducedModel, shape: NDArray[np.float64]) -> str:
-    size = {pilot: float(np.linalg.norm(shape[rows[:3]])) for pilot, rows in model.pilot_coordinates.items()}
+    size = {
+        pilot: float(np.linalg.norm(shape[rows[:3]]))
+        for pilot, rows in model.pilot_coordinates.items()
+    }
     return max(size, key=lambda pilot: size[pilot])
 
 

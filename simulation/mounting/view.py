@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.mounting.rig import SENSORS
-from simulation.stage.linearised import CampbellDiagram
+from carrierflex.simulation.mounting.rig import SENSORS
+from carrierflex.simulation.stage.linearised import CampbellDiagram
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,7 +58,9 @@ def linearised_figure(
         for number, (sensor, values) in enumerate(zip(sensors, amplitude.T, strict=True)):
             if values.max() > _SILENT * amplitude.max():
                 # Twin sensors read alike: dashes let the one beneath be seen.
-                axis.loglog(frequency_hz, values * factor, "--" if number % 2 else "-", label=sensor)
+                axis.loglog(
+                    frequency_hz, values * factor, "--" if number % 2 else "-", label=sensor
+                )
         axis.set(title=f"sensors over {load}", xlabel="frequency, Hz", ylabel=unit)
         axis.legend()
         axis.grid(True, which="both", alpha=0.3)
@@ -73,6 +75,8 @@ def _draw_campbell(axis: "Axes", campbell: CampbellDiagram) -> None:
     for order, values in campbell.order_hz.items():
         axis.plot(rpm, values, "--", label=order)
     top = max(1.0, 1.3 * float(campbell.frequency_hz.max(initial=0.0)))
-    axis.set(title="Campbell diagram", xlabel="main shaft, rpm", ylabel="frequency, Hz", ylim=(0.0, top))
+    axis.set(
+        title="Campbell diagram", xlabel="main shaft, rpm", ylabel="frequency, Hz", ylim=(0.0, top)
+    )
     axis.legend()
     axis.grid(True, alpha=0.3)

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.stage.stage_model import StageModel
-from simulation.stage.statics import SteadyLoad, static_coordinates
-from simulation.torsional_train import TorqueSweep
+from carrierflex.simulation.mounting.torsional_train import TorqueSweep
+from carrierflex.simulation.stage.stage_model import StageModel
+from carrierflex.simulation.stage.statics import SteadyLoad, static_coordinates
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,9 +29,10 @@ class StageSweeps:
 def stage_sweeps(model: StageModel, torques: NDArray[np.float64]) -> StageSweeps:
     """Static rotation of shaft and gearbox under torques at the hub, the generator holding them.
 
-    The rotation of the gearbox is that of the carrier less what generator and housing turned by, seen from the carrier:
-    with the ratio i and ``theta_G = i theta_C - (i - 1) theta_H`` of rigid gears, ``theta_C - (theta_G + (i - 1) theta_H) / i``.
-    Meshes have their mean stiffness, weight is left out.
+    The rotation of the gearbox is that of the carrier less what generator and housing turned by,
+    seen from the carrier: with the ratio i and ``theta_G = i theta_C - (i - 1) theta_H`` of rigid
+    gears, ``theta_C - (theta_G + (i - 1) theta_H) / i``. Meshes have their mean stiffness, weight
+    is left out.
 
     Parameters
     ----------
@@ -48,16 +49,20 @@ def stage_sweeps(model: StageModel, torques: NDArray[np.float64]) -> StageSweeps
     Raises
     ------
     ValueError
-        Where fewer than two torques are given or one is not positive: without torque the teeth lift off.
+        Where fewer than two torques are given or one is not positive: without torque the teeth lift
+        off.
     NotConvergedError
         Where the contact at rest does not settle.
 
     References
     ----------
-    .. [1] "Modeling of Wind Turbine Gearbox Mounting", Modeling, Identification and Control 32(4), 2011, section 5.2.
+    .. [1] "Modeling of Wind Turbine Gearbox Mounting", Modeling, Identification and Control 32(4),
+    2011, section 5.2.
     """
     if len(torques) < 2 or not (np.isfinite(torques).all() and (torques > 0.0).all()):
-        raise ValueError(f"torque sweep: torques are {torques} N m; expected two or more positive numbers")
+        raise ValueError(
+            f"torque sweep: torques are {torques} N m; expected two or more positive numbers"
+        )
     places = model.places
     loads = [SteadyLoad(float(torque), gravity=0.0) for torque in torques]
     q = np.array([model.L @ static_coordinates(model, load, mean_stiffness=True) for load in loads])

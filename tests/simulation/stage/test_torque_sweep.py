@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from simulation.stage.stage_data import ChainData, MountingData, StageData
-from simulation.stage.stage_model import stage_model
-from simulation.stage.torque_sweep import stage_sweeps
+from carrierflex.simulation.stage.stage_data import ChainData, MountingData, StageData
+from carrierflex.simulation.stage.stage_model import stage_model
+from carrierflex.simulation.stage.torque_sweep import stage_sweeps
 
 TORQUES = np.array([180e3, 360e3])
 
@@ -33,10 +33,14 @@ def test_a_softer_sun_shaft_adds_its_flexibility_over_the_ratio_squared(stage_bo
 def test_the_gearbox_is_as_stiff_on_soft_bushings_as_on_stiff_ones(stage_body):
     # The roll of the housing is taken out: with it the gearbox would be softer by a half.
     stiff = StageData(mounting=replace(MountingData(), radial_stiffness=1e12))
-    assert_allclose(gearbox_stiffness(stage_body, stiff), gearbox_stiffness(stage_body, StageData()), rtol=1e-4)
+    assert_allclose(
+        gearbox_stiffness(stage_body, stiff), gearbox_stiffness(stage_body, StageData()), rtol=1e-4
+    )
 
 
 @pytest.mark.parametrize("torques", [[1e5], [0.0, 1e5], [1e5, np.nan]])
 def test_torques_that_give_no_slope_are_refused(nominal_stage, torques):
-    with pytest.raises(ValueError, match=r"torque sweep: torques are .* N m; expected two or more positive numbers"):
+    with pytest.raises(
+        ValueError, match=r"torque sweep: torques are .* N m; expected two or more positive numbers"
+    ):
         stage_sweeps(nominal_stage, np.array(torques))

@@ -1,0 +1,123 @@
+"""Simulate what the sensors would read in a set of load cases.
+
+At the carrier's rim, or on the gearbox's housing.
+
+Reads a case (the shipped ones hold LC1 to LC4 of the 2012 paper and the load history of the 2011
+paper), simulates every run and writes a campaign folder that ``identify`` and ``diagnose`` read
+like a measurement. A good answer at the rim: the order-1 swing of the tilt rules the axial signals,
+with three small peaks a revolution of the deflection on top of it. On the housing: rest, a step of
+millimetres with the radial load, and the roll that opens ssz from spz with the torque.
+"""
+
+from pathlib import Path
+
+from carrierflex.simulation.carrier.case_files import read_case_document
+from carrierflex.simulation.stage.stage_cases import STAGE_FORMAT
+from carrierflex.workflows.simulation import (
+    simulate_carrier,
+    simulate_mounting,
+    simulate_stage,
+    stream_mounting,
+    vary_mounting,
+)
+
+#: What a case becomes, by its kind and the options.
+Simulated = (
+    simulate_carrier.SimulatedLoadCases
+    | simulate_mounting.SimulatedMounting
+    | simulate_stage.SimulatedStage
+    | vary_mounting.Variants
+)
+
+
+def main(
+    case: Path,
+    *,
+    out: Path,
+    curves: Path | None = None,
+    linearised: Path | None = None,
+    energy_balance: bool = False,
+    parquet: bool = False,
+    variants: Path | None = None,
+    workers: int = 1,
+    scheduler: str | None = None,
+    quiet: bool = False,
+) -> Simulated:
+    """Simulate the sensors in a set of load cases and write them as a campaign folder.
+
+    Parameters
+    ----------
+    case : Path
+        Case file (TOML): rig, sensors and runs with the carrier's true motion, or of kind mounting,
+        or a stage case, in which the whole planetary stage runs; SI units.
+    out : Path
+        Campaign folder to write: new, empty, or an earlier campaign.
+    curves : Path, optional
+        Deflection curves of the carrier (CSV: theta_deg, delta_s, delta_f [m per kN m]); without it
+        those of the default carrier serve. A case of kind mounting has none.
+    linearised : Path, optional
+        Folder for the modes, the frequency response of the sensors and the Campbell diagram: of a
+        mounting where each run carries its largest torque, of a stage at the case's speed.
+    energy_balance : bool
+        Mounting: add up work, dissipation and stored energy of every run; exit code 1 where more
+        than 0.1 % of the work is left over, which a smaller step of the case cures.
+    parquet : bool
+        Mounting: write Parquet files piece by piece in constant memory, for records of 1e5 s; the
+        case has no sensor delay.
+    variants : Path, optional
+        Mounting: CSV of parameter sets (a header of names of [truth], one set a row, SI units);
+        every run is simulated with each, and out takes variants.csv with the RMS of every sensor
+        [m] instead of a campaign.
+    workers : int
+        Processes for the variants; 1 runs in this process.
+    scheduler : str, optional
+        Address of a Dask scheduler (tcp://host:8786) for the same, instead of workers.
+    quiet : bool
+        Show no progress.
+
+    Returns
+    -------
+    SimulatedLoadCases, SimulatedMounting, SimulatedStage or Variants
+        The case, the campaign and its folder; or the RMS by parameter set.
+
+    Raises
+    ------
+    ValueError
+        Where the case or the curves are refused, or the folder holds something that is not a
+        campaign.
+    """
+    document = read_case_document(case)
+    options = {"energy-balance": energy_balance, "parquet": parquet, "variants": variants}
+    given = [name for name, value in options.items() if value]
+    if given and document.get("kind") != "mounting":
+        raise ValueError(f"--{given[0]} is for cases of kind mounting; {case.name} is none")
+    if (
+        linearised is not None
+        and document.get("kind") != "mounting"
+        and document.get("format") != STAGE_FORMAT
+    ):
+        raise ValueError(f"--linearised is for mountings and stages; {case.name} is neither")
+    if (workers != 1 or scheduler is not None) and variants is None:
+        raise ValueError(
+            "--workers and --scheduler spread the sets of --variants; expected --variants too"
+        )
+    if document.get("format") == STAGE_FORMAT:
+        return simulate_stage.main(case, out=out, curves=curves, linearised=linearised, quiet=quiet)
+    if document.get("kind") != "mounting":
+        return simulate_carrier.main(case, out=out, curves=curves, quiet=quiet)
+    if curves is not None:
+        raise ValueError(f"--curves is {curves}; a case of kind mounting has no deflection curves")
+    given += ["linearised"] if linearised is not None else []
+    if len(given) > 1 and (parquet or variants):
+        raise ValueError(
+            f"--{' and --'.join(given)} exclude one another; expected --parquet or --variants alone"
+        )
+    if parquet:
+        return stream_mounting.main(case, out=out, quiet=quiet)
+    if variants is not None:
+        return vary_mounting.main(
+            case, variants=variants, out=out, workers=workers, scheduler=scheduler, quiet=quiet
+        )
+    return simulate_mounting.main(
+        case, out=out, linearised=linearised, energy_balance=energy_balance, quiet=quiet
+    )
