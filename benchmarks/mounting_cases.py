@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.simulation.mounting.bushings import LinearBushing, NonlinearBushing
+from carrierflex.simulation.mounting.bushings import TABLE_3
 from carrierflex.simulation.mounting.equations import mounting_blocks
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.load_history import LoadHistory
@@ -14,8 +14,8 @@ Array = NDArray[np.float64]
 
 RIG = MountingRig(zeroing_samples=1)
 
-MODERATE_LINEAR = {**LinearBushing().parameters(), "C1": 1e5}
-MODERATE_NONLINEAR = {**NonlinearBushing().parameters(), "C1": 3e4}
+MODERATE_LINEAR = {**TABLE_3["linear"], "C1": 1e5}
+MODERATE_NONLINEAR = {**TABLE_3["nonlinear"], "C1": 3e4}
 #: What a peer integrates too: without parasitic torque, whose load its user would have to build.
 PEER_MODELS = {
     "linear": parameter_array(RIG, {**MODERATE_LINEAR, "P_T": 0.0}),

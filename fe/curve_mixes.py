@@ -3,7 +3,6 @@
 ``rho_s delta_s + rho_f delta_f`` (2012 paper, section 2.2).
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,10 +24,6 @@ class CurveMix:
     """The mix."""
     residual: float
     """RMS of the difference over the RMS of the third curve."""
-
-
-#: Finds a mix of the second and third curve that stands for the first.
-MixRule = Callable[[DeflectionCurve, DeflectionCurve, DeflectionCurve], CurveMix]
 
 
 def least_squares_mix(

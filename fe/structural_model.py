@@ -1,14 +1,14 @@
 """Stiffness, mass, pilots and sensors of one body: what statics and reduction start from."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from carrierflex.fe.assembly import assemble_stiffness_and_mass
-from carrierflex.fe.couplings import Pilot, distributing_pilot
+from carrierflex.fe.couplings import Pilot, distributing_pilot, weighted_pilot
 from carrierflex.fe.load_cases import PilotLoad, midspan_x, radial
 from carrierflex.fe.materials import BODY_MATERIALS, Material
 from carrierflex.fe.pilot_overlaps import refuse_dependent_pilots
@@ -171,6 +171,33 @@ def structural_model(
     sensors = _rim_sensors(mesh, carrier.sensor_radius) if "rim_face" in mesh.surfaces else None
     K, M = assemble_stiffness_and_mass(mesh, materials)
     return StructuralModel(name, K, M, mesh.points, coupled, sensors)
+
+
+def with_equal_node_weights(structure: StructuralModel, mesh: TetMesh) -> StructuralModel:
+    """Copy of a body whose pilots average the nodes of their surfaces with equal weights, as preprocessors write RBE3.
+
+    Corner and mid-side nodes count alike, so that the coupling depends on the mesh;
+    :func:`structural_model` weighs by area.
+
+    Parameters
+    ----------
+    structure : StructuralModel
+        Body with distributing pilots.
+    mesh : TetMesh
+        Its mesh.
+
+    Raises
+    ------
+    KeyError, ValueError
+        As :func:`carrierflex.fe.couplings.weighted_pilot`.
+    """
+    pilots = (
+        weighted_pilot(
+            mesh, pilot.name, pilot.point, np.ones(len(np.unique(mesh.surface(pilot.name))))
+        )
+        for pilot in structure.pilots
+    )
+    return replace(structure, pilots=tuple(pilots))
 
 
 def sensor_names() -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from carrierflex.files.whole_files import whole_file
 from carrierflex.reduction.certificate import Certificate, Check
 from carrierflex.reduction.ffrf_data import FfrfData
-from carrierflex.reduction.interface_mass import effective_interface_mass
+from carrierflex.reduction.interface_mass import effective_interface_mass, has_fixed_interface_modes
 from carrierflex.reduction.orthonormal_form import orthonormal_form
 from carrierflex.reduction.reduced_model import MassProperties, ReducedModel
 
@@ -95,7 +95,8 @@ def _fill(file: h5py.File, model: ReducedModel) -> None:
         group = file.create_group("orthonormal_form")
         group["X"], group["omega"] = orthonormal.X, orthonormal.omega
         group.attrs.update(meaning=_ORTHONORMAL_MEANING, n_rigid=orthonormal.n_rigid)
-        file["effective_interface_mass"] = effective_interface_mass(model)
+        if has_fixed_interface_modes(model):
+            file["effective_interface_mass"] = effective_interface_mass(model)
         ffrf = file.create_group("ffrf")
         ffrf.attrs["meaning"] = _FFRF_MEANING
         for name in _FFRF_PARTS:

@@ -9,6 +9,7 @@ from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.reduction.craig_bampton import Reduction
 from carrierflex.reduction.cyclic_symmetry import asymmetry_ppm
 from carrierflex.reduction.dynamic_stiffness import full_response, response_error
+from carrierflex.reduction.free_interface import FreeInterfaceReduction
 from carrierflex.reduction.free_modes import (
     frequency_errors,
     full_free_modes,
@@ -30,6 +31,8 @@ from carrierflex.reduction.rigid_body_checks import (
 #: Share of the highest fixed-interface frequency up to which the body is meant to be used, and is
 #: checked.
 CUT_OFF_SHARE = 0.25
+#: The same of the highest free mode that a free-interface basis keeps: its kept modes are exact.
+FREE_CUT_OFF_SHARE = 0.5
 #: Free modes compared at the most.
 _MOST_FREE_MODES = 12
 _LIMITS = {
@@ -102,6 +105,36 @@ def certify(structure: StructuralModel, reduction: Reduction, *, seed: int = 0) 
     return Certificate(cut_off_hz, (*checks, *inner_checks(reduction.model)))
 
 
+def certify_free_interface(
+    structure: StructuralModel, reduction: FreeInterfaceReduction, *, seed: int = 1
+) -> Certificate:
+    """Compare a body of free modes and residual flexibility with the full one, and check it in itself.
+
+    Parameters
+    ----------
+    structure : StructuralModel
+        The full body.
+    reduction : FreeInterfaceReduction
+        Its reduction.
+    seed : int
+        Seed of the starting block of the free modes, other than the reduction's: the modes are
+        found again.
+
+    Returns
+    -------
+    Certificate
+        Static compliance at every pilot, free frequencies and MAC up to half the highest kept
+        frequency, and :func:`inner_checks`.
+    """
+    kept = reduction.modes.omega
+    cut_off_hz = FREE_CUT_OFF_SHARE * float(kept[-1]) / (2.0 * np.pi) if len(kept) else 0.0
+    checks = [
+        *_compliance_checks(structure, reduction),
+        *_free_mode_checks(structure, reduction, cut_off_hz, seed),
+    ]
+    return Certificate(cut_off_hz, (*checks, *inner_checks(reduction.model)))
+
+
 def inner_checks(model: ReducedModel) -> tuple[Check, ...]:
     """Checks that need nothing but the reduced matrices, so that a reader of the body file can repeat them.
 
@@ -137,7 +170,9 @@ def _below(name: str, reached: float, limit: float) -> Check:
     return Check(name, f"< {limit:g}", float(reached), bool(reached < limit))
 
 
-def compliance_errors(structure: StructuralModel, reduction: Reduction) -> dict[str, float]:
+def compliance_errors(
+    structure: StructuralModel, reduction: Reduction | FreeInterfaceReduction
+) -> dict[str, float]:
     """Largest relative error of the static compliance of every pilot but the first, which is held, by pilot.
 
     Every entry is compared over the geometric mean of its two diagonal entries in the full body.
@@ -153,7 +188,9 @@ def compliance_errors(structure: StructuralModel, reduction: Reduction) -> dict[
     return {pilot.name: float(relative[6 * i : 6 * i + 6].max()) for i, pilot in enumerate(others)}
 
 
-def _compliance_checks(structure: StructuralModel, reduction: Reduction) -> list[Check]:
+def _compliance_checks(
+    structure: StructuralModel, reduction: Reduction | FreeInterfaceReduction
+) -> list[Check]:
     limit = _LIMITS["static compliance"]
     errors = compliance_errors(structure, reduction)
     return [
@@ -162,12 +199,15 @@ def _compliance_checks(structure: StructuralModel, reduction: Reduction) -> list
 
 
 def _free_mode_checks(
-    structure: StructuralModel, reduction: Reduction, cut_off_hz: float, seed: int
+    structure: StructuralModel,
+    reduction: Reduction | FreeInterfaceReduction,
+    cut_off_hz: float,
+    seed: int,
 ) -> list[Check]:
     full = full_free_modes(
         structure, reduction.body, _MOST_FREE_MODES, rng=np.random.default_rng(seed)
     )
-    reduced = reduced_free_modes(reduction, 2 * _MOST_FREE_MODES)
+    reduced = reduced_free_modes(reduction.model, reduction.basis, 2 * _MOST_FREE_MODES)
     inside = full.omega < 2.0 * np.pi * cut_off_hz
     if not inside.any():
         return []

@@ -22,7 +22,7 @@ from carrierflex.reduction.craig_bampton import (
     mass_properties,
 )
 from carrierflex.reduction.ffrf_data import ffrf_data
-from carrierflex.reduction.free_modes import full_free_modes
+from carrierflex.reduction.free_modes import FreeModes, full_free_modes
 from carrierflex.reduction.held_structure import GroundedBody
 from carrierflex.reduction.reduced_model import ReducedModel
 
@@ -31,13 +31,24 @@ _N_RIGID = 6
 
 @dataclass(frozen=True, eq=False)
 class FreeInterfaceReduction:
-    """A reduced body with its basis, shape (n_dofs, n).
+    """A reduced body with its basis.
 
-    Pilots, rigid-body modes, free elastic modes.
+    Parameters
+    ----------
+    model : ReducedModel
+        What simulation works with.
+    basis : ndarray, shape (n_dofs, n)
+        Displacement field of every coordinate: pilots, rigid-body modes, free elastic modes.
+    body : GroundedBody
+        The factorised body.
+    modes : FreeModes
+        Free elastic modes kept.
     """
 
     model: ReducedModel
     basis: NDArray[np.float64]
+    body: GroundedBody
+    modes: FreeModes
 
 
 def free_interface_reduction(
@@ -54,7 +65,9 @@ def free_interface_reduction(
     With rigid modes R, free modes Φ and ``Ψ = A_e Gᵀ - Φ Ω⁻² Φᵀ Gᵀ``, the answer to pilot forces
     under inertia relief less the kept modes' share: ``u = R a + Φ q + Ψ p``. Pilot motions ``d = G
     u`` take the place of p through ``S = G Ψ``: ``u = Ψ S⁻¹ d + (R - Ψ S⁻¹ G R) a + (Φ - Ψ S⁻¹ G Φ)
-    q``. Stiffness and mass are projected in full.
+    q``. With ``a = a' + P d``, P the rigid motion that fits the pilots best, a rigid motion of the
+    pilots moves the body with a' and q at zero, as in the Craig-Bampton basis: weight is the
+    reduced mass times the pilots' rigid acceleration. Stiffness and mass are projected in full.
 
     Parameters
     ----------
@@ -98,7 +111,9 @@ def free_interface_reduction(
     )
     modes = np.concatenate([R, free.Phi], axis=1)
     attached = np.linalg.solve((G @ Psi).T, Psi.T).T
-    T = np.concatenate([attached, modes - attached @ (G @ modes)], axis=1)
+    inner = modes - attached @ (G @ modes)
+    rigid_fit = np.linalg.pinv(G @ R)
+    T = np.concatenate([attached + inner[:, :_N_RIGID] @ rigid_fit, inner], axis=1)
     K_r, M_r = T.T @ (structure.K @ T), T.T @ (M @ T)
     damped = T.T @ (M @ free.Phi)
     omega = np.concatenate([np.zeros(_N_RIGID), free.omega])
@@ -119,7 +134,7 @@ def free_interface_reduction(
         provenance=dict(provenance or {}),
         ffrf=ffrf_data(structure, T),
     )
-    return FreeInterfaceReduction(model, T)
+    return FreeInterfaceReduction(model, T, body, free)
 
 
 def _relieved(

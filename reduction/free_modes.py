@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.reduction.block_lanczos import lowest_modes
-from carrierflex.reduction.craig_bampton import Reduction
 from carrierflex.reduction.held_structure import GroundedBody
+from carrierflex.reduction.reduced_model import ReducedModel
 
 _BLOCK_SIZE = 8
 #: Frequencies within this share of one another are compared as one group: degenerate pairs mix
@@ -56,16 +56,14 @@ def full_free_modes(
     return FreeModes(Phi, np.sqrt(omega_squared))
 
 
-def reduced_free_modes(reduction: Reduction, n_modes: int) -> FreeModes:
-    """Lowest elastic free modes of the reduced body, expanded to the full body's degrees of freedom."""
-    model = reduction.model
+def reduced_free_modes(model: ReducedModel, basis: NDArray[np.float64], n_modes: int) -> FreeModes:
+    """Lowest elastic free modes of a reduced body, expanded to the full body's degrees of freedom by its basis (n_dofs, n)."""
     scale = 1.0 / np.sqrt(model.M.diagonal())
     omega_squared, q = scipy.linalg.eigh(
         model.K * np.outer(scale, scale), model.M * np.outer(scale, scale)
     )
     elastic = slice(_N_RIGID, _N_RIGID + n_modes)
-    T = reduction.basis
-    return FreeModes(T @ (scale[:, None] * q[:, elastic]), np.sqrt(omega_squared[elastic]))
+    return FreeModes(basis @ (scale[:, None] * q[:, elastic]), np.sqrt(omega_squared[elastic]))
 
 
 def frequency_errors(full: FreeModes, reduced: FreeModes) -> NDArray[np.float64]:

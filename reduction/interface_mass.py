@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 from carrierflex.reduction.reduced_model import ReducedModel
 
+#: Stiffness between pilots and modes, over the geometric mean of their own, that counts as
+#: rounding.
+_UNCOUPLED = 1e-6
 #: Directions of the columns.
 DIRECTIONS = ("x", "y", "z", "about x", "about y", "about z")
 
@@ -48,6 +51,19 @@ def effective_interface_mass(model: ReducedModel) -> NDArray[np.float64]:
     L = model.M[~moved] @ R
     normal = np.sqrt(np.diag(model.M)[~moved])  # 1 for mass-normalised modes
     return np.asarray((L / normal[:, None]) ** 2 / np.diag(R.T @ model.M @ R))
+
+
+def has_fixed_interface_modes(model: ReducedModel) -> bool:
+    """Whether the modes are those with the pilots held.
+
+    Then no stiffness couples them with the pilots.
+    """
+    moved = np.zeros(model.n_coordinates, dtype=bool)
+    for rows in model.pilot_coordinates.values():
+        moved[rows] = True
+    scale = np.sqrt(np.abs(model.K.diagonal()))
+    coupling = np.abs(model.K[np.ix_(moved, ~moved)])
+    return bool((coupling <= _UNCOUPLED * np.outer(scale[moved], scale[~moved])).all())
 
 
 def rigid_motion_of_interface(model: ReducedModel) -> NDArray[np.float64]:

@@ -23,11 +23,13 @@ def mode_names(model: ReducedModel) -> tuple[str, ...]:
     if not axial or not radial:
         return tuple("no rim sensors" for _ in modes)
     return tuple(
-        _name(model.sensor_rows[axial, mode], model.sensor_rows[radial, mode]) for mode in modes
+        rim_motion_name(model.sensor_rows[axial, mode], model.sensor_rows[radial, mode])
+        for mode in modes
     )
 
 
-def _name(axial: np.ndarray, radial: np.ndarray) -> str:
+def rim_motion_name(axial: np.ndarray, radial: np.ndarray) -> str:
+    """Direction and nodal diameters of a motion of the rim, from its axial and radial displacement at equal angles."""
     direction, motion = (
         ("axial", axial) if np.linalg.norm(axial) >= np.linalg.norm(radial) else ("radial", radial)
     )

@@ -36,11 +36,6 @@ class OrthonormalForm:
     omega: NDArray[np.float64]
     n_rigid: int
 
-    @property
-    def elastic(self) -> NDArray[np.float64]:
-        """Columns of the elastic modes, shape (n, n - n_rigid)."""
-        return self.X[:, self.n_rigid :]
-
 
 def orthonormal_form(model: ReducedModel) -> OrthonormalForm:
     """Orthonormalise a reduced body: ``K_r X = M_r X Ω²``, ``Xᵀ M_r X = 1``.

@@ -9,6 +9,7 @@ carrier's pilot and sensors (:mod:`carrierflex.reduction.assembly`); the matrice
 """
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,7 @@ from carrierflex.geometry.parameters import N_PINS
 from carrierflex.reduction.assembly import ImposedMotion, Joint, assembled, imposed_motion
 from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, carrier_with_pins, pin_pilot
 from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.reduction.reduced_static import held_solution
 
 #: Pilot at the hub's end of the main shaft, where torque and rotor loads enter.
 COUPLING = "coupling_flange"
@@ -166,3 +168,34 @@ def rotating_group(
         As :func:`carrier_on_shaft`.
     """
     return carrier_on_shaft(carrier_with_pins(carrier, pin, pin_fit), shaft, misalignment)
+
+
+def rim_swing(group: RotatingGroup, supports: Mapping[str, Sequence[int]]) -> float:
+    """Amplitude of order 1 of the rim's axial displacement that the misalignment causes at rest [m].
+
+    Parameters
+    ----------
+    group : RotatingGroup
+        With the carrier's rim sensors.
+    supports : mapping of str to sequence of int
+        Held coordinates (0 to 5) by pilot; together they hold the group.
+
+    Returns
+    -------
+    float
+        ``R phi`` where nothing but the shaft is held, less where bearings hold the carrier
+        straight.
+
+    Raises
+    ------
+    KeyError
+        Where there is no pilot of a name.
+    """
+    fixed = np.concatenate(
+        [group.model.coordinates_of(pilot)[list(parts)] for pilot, parts in supports.items()]
+    )
+    readings = group.sensor_readings(
+        held_solution(group.model, fixed, group.imposed.load, "supports")
+    )
+    axial = readings[[name.startswith("rim_axial") for name in group.model.sensor_names]]
+    return float(2.0 * np.abs(np.fft.rfft(axial)[1]) / len(axial))

@@ -26,7 +26,7 @@ from carrierflex.workflows.identification import identify_parameters
 from carrierflex.workflows.job import Job
 from carrierflex.workflows.pictures import draw_carriers
 from carrierflex.workflows.reduction import reduce_carrier
-from carrierflex.workflows.simulation import simulate_load_case
+from carrierflex.workflows.simulation import simulate_carrier
 from carrierflex.workflows.summary import job_summary
 from carrierflex.workflows.support.carrier_variants import (
     CarrierVariant,
@@ -113,14 +113,12 @@ def _write_meshes(folder: Path, variants: Mapping[str, CarrierVariant]) -> None:
 def _signals(
     out: Path, curves: Mapping[str, DeflectionCurve], stages: Stages
 ) -> tuple[
-    simulate_load_case.SimulatedLoadCases,
-    identify_parameters.Identification,
-    diagnose_load_cases.Gap,
+    simulate_carrier.SimulatedLoadCases, identify_parameters.Identification, diagnose_load_cases.Gap
 ]:
     """Simulate the load cases, identify the motion from their signals, diagnose the gap of the simplest model."""
     campaign = out / "campaign"
     with stages.stage("load cases LC1 to LC4 simulated"):
-        simulated = simulate_load_case.simulate_carrier(
+        simulated = simulate_carrier.main(
             shipped_case(), out=campaign, curves=out / "deflection_curves.csv", quiet=True
         )
     with stages.stage("M1 and M2 identified"):

@@ -26,11 +26,6 @@ class Revolutions:
         """Number of whole revolutions."""
         return len(self.samples)
 
-    @property
-    def kept(self) -> NDArray[np.int64]:
-        """Sample numbers of the trimmed record, ascending."""
-        return np.sort(np.concatenate(self.samples))
-
 
 def whole_revolutions(run: Run) -> Revolutions:
     """Sort the samples of a record into whole revolutions.

@@ -82,7 +82,10 @@ def simulated_campaign(
 
 
 def simulated_mounting_campaign(
-    case: MountingCase, records: Sequence[tuple[MountingInputs, MountingResponse]]
+    case: MountingCase,
+    records: Sequence[tuple[MountingInputs, MountingResponse]],
+    *,
+    suffix: str = ".csv",
 ) -> Campaign:
     """Put simulated records of the mounting rig into the form of a measurement campaign of kind ``mounting``.
 
@@ -92,6 +95,8 @@ def simulated_mounting_campaign(
         What was done, with the nominal rig.
     records : sequence of (MountingInputs, MountingResponse)
         Loads and signals of each run of the case.
+    suffix : str
+        Of the runs' files: ``.csv`` or ``.parquet``.
 
     Returns
     -------
@@ -107,7 +112,7 @@ def simulated_mounting_campaign(
     runs = tuple(
         Run(
             name=run.name,
-            file=f"{run.name}.csv",
+            file=f"{run.name}{suffix}",
             condition=run.condition,
             time=response.time,
             inputs={name: values for name, values in inputs.columns().items() if name != "time"},

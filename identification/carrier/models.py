@@ -22,7 +22,6 @@ from carrierflex.simulation.carrier.kinematics import (
     housing_tilt_pattern,
     offset_pattern,
     radial_deflection_pattern,
-    saddle_pattern,
 )
 from carrierflex.simulation.carrier.run_cases import AXIAL
 
@@ -144,10 +143,6 @@ def _offset(inputs: Inputs, channel: Channel) -> NDArray[np.float64]:
     return offset_pattern(inputs["carrier_angle"])
 
 
-def _saddle(inputs: Inputs, channel: Channel) -> NDArray[np.float64]:
-    return saddle_pattern(inputs["carrier_angle"], sensor_position(channel)[0])
-
-
 def _tilt(
     pattern: Callable[[NDArray[np.float64], float, float, float], NDArray[np.float64]],
     tilt_axis: float,
@@ -205,7 +200,6 @@ CARRIER_TILT = Effect(
     ("rad", "rad"),
     polar=True,
 )
-STATIC_SADDLE = Effect("flange_warp", (_axial(_saddle),), ("saddle",), ("m",), shared=False)
 
 
 #: Rigid radial motion: displacement along z and along y of the housing, and along two axes of the

@@ -24,6 +24,7 @@ def simulate_batch(
     *,
     summary: Callable[[MountingResponse], Any],
     executor: Executor,
+    step: float | None = None,
 ) -> Iterator[Any]:
     """Simulate one run with many parameter sets and summarise each response where it was made.
 
@@ -40,6 +41,8 @@ def simulate_batch(
         has other processes. A thousand whole responses of 520 s would need 2.5 GB.
     executor : concurrent.futures.Executor
         Threads serve well (the march holds no interpreter lock), processes and a cluster too.
+    step : float, optional
+        Largest step [s] of nonlinear bushings; chosen from their stiffness where not given.
 
     Yields
     ------
@@ -60,7 +63,7 @@ def simulate_batch(
     pieces = [
         parameter_sets[i : i + _SETS_A_PIECE] for i in range(0, len(parameter_sets), _SETS_A_PIECE)
     ]
-    futures = [executor.submit(_summaries, rig, piece, inputs, summary) for piece in pieces]
+    futures = [executor.submit(_summaries, rig, piece, inputs, summary, step) for piece in pieces]
     for future in futures:
         yield from future.result()
 
@@ -75,11 +78,12 @@ def _summaries(
     parameter_sets: NDArray[np.float64],
     inputs: MountingInputs,
     summary: Callable[[MountingResponse], Any],
+    step: float | None,
 ) -> list[Any]:
     results: list[Any] = []
     for parameters in parameter_sets:
         try:
-            results.append(summary(simulate(rig, parameters, inputs)))
+            results.append(summary(simulate(rig, parameters, inputs, step=step)))
         except DivergedError as error:
             results.append(error)
     return results

@@ -6,6 +6,7 @@ from pathlib import Path
 from carrierflex.files.problems import problems_of, refuse
 from carrierflex.files.toml_files import TomlKind, read_toml
 from carrierflex.simulation.carrier.case_files import MOST_CASE_BYTES
+from carrierflex.simulation.mounting.bushings import TABLE_3
 from carrierflex.simulation.mounting.load_history import LoadHistory
 from carrierflex.simulation.mounting.parameters import ParameterArray, parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig
@@ -82,7 +83,9 @@ def read_mounting_case(path: Path) -> MountingCase:
 
     document = read_toml(path, MOUNTING_CASE, MountingCaseDocument)
     try:
-        truth = parameter_array(document.rig, document.truth.given())
+        given = dict(document.truth.given())
+        column = TABLE_3[given.pop("table_3")] if "table_3" in given else {}
+        truth = parameter_array(document.rig, {**column, **given})
     except ValueError as error:
         refuse(problems_of(error), str(path))
         raise

@@ -18,6 +18,7 @@ from carrierflex.files.toml_values import (
     different,
     key,
 )
+from carrierflex.simulation.mounting.bushings import TABLE_3
 from carrierflex.simulation.mounting.load_history import LoadHistory
 from carrierflex.simulation.mounting.parameters import PARAMETERS, Parameter
 from carrierflex.simulation.mounting.rig import MountingRig
@@ -81,7 +82,14 @@ class TruthTable(TomlTable):
     """Parameters of the true mounting; what is left out has the rig's value or no effect."""
 
 
-_TRUTH = KeysOf({parameter.name: _truth_key(parameter) for parameter in PARAMETERS}, required=False)
+_TABLE_3 = Key(
+    Annotated[Literal[tuple(TABLE_3)], Expected(f"one of {', '.join(TABLE_3)}")],
+    "Column of table 3 of the 2011 paper; constants beside it take the place of its own",
+)
+_TRUTH = KeysOf(
+    {parameter.name: _truth_key(parameter) for parameter in PARAMETERS} | {"table_3": _TABLE_3},
+    required=False,
+)
 
 
 class RunTable(TomlTable):

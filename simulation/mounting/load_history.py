@@ -116,6 +116,22 @@ class LoadHistory:
         count = round(((self.duration if last is None else last) - first) * self.sample_rate)
         return self.at(first + np.arange(count) / self.sample_rate)
 
+    def pieces(self, size: int) -> Iterator[MountingInputs]:
+        """Inputs of the whole history in consecutive pieces of `size` samples, the last one with up to one more than that.
+
+        Parameters
+        ----------
+        size : int
+            Samples of a piece, two or more.
+        """
+        count = round(self.duration * self.sample_rate)
+        first = 0
+        while first < count:
+            # A piece of one sample has no interval: it joins the one before.
+            last = count if count - first <= size + 1 else first + size
+            yield self.at(np.arange(first, last) / self.sample_rate)
+            first = last
+
     def at(self, time: Array) -> MountingInputs:
         """Inputs at given times [s]."""
         speed = self._speed(time)

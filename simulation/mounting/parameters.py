@@ -6,7 +6,7 @@ A parameter set is a flat array in the order of :data:`PARAMETERS`, so that anot
 other code.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,12 +78,6 @@ PARAMETERS: tuple[Parameter, ...] = (*_BUSHING, *_MOUNTING, *_SENSORS)
 #: Place of each parameter in the flat array.
 INDEX = {parameter.name: place for place, parameter in enumerate(PARAMETERS)}
 
-#: Parameters of each effect of the campaign contract.
-EFFECT_PARAMETERS: Mapping[str, tuple[str, ...]] = {
-    effect: tuple(p.name for p in PARAMETERS if p.effect == effect)
-    for effect in dict.fromkeys(p.effect for p in PARAMETERS if p.effect)
-}
-
 _RIG_DEFAULTS = {
     "K1": "bushing_radial_stiffness",
     "C1": "bushing_radial_damping",
@@ -143,23 +137,6 @@ def check_parameters(parameters: ParameterArray) -> None:
             f"parameter {wrong.name} is {parameters[place]:g} {wrong.unit}; "
             f"expected a value from {wrong.lower:g} to {wrong.upper:g}"
         )
-
-
-def parameters_of(effects: Iterable[str]) -> tuple[Parameter, ...]:
-    """Parameters that a fit of these effects frees, in the order of the flat array.
-
-    Raises
-    ------
-    ValueError
-        Where an effect id is unknown.
-    """
-    effects = tuple(effects)
-    for effect in effects:
-        if effect not in EFFECT_PARAMETERS:
-            raise ValueError(
-                f"unknown effect '{effect}'; expected one of {', '.join(EFFECT_PARAMETERS)}"
-            )
-    return tuple(parameter for parameter in PARAMETERS if parameter.effect in effects)
 
 
 _LOWER = np.array([parameter.lower for parameter in PARAMETERS])

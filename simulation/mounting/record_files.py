@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,7 @@ def marched_pieces(
     pieces: Iterable[MountingInputs],
     *,
     largest_loads: Array,
+    step: float | None = None,
 ) -> Iterator[Piece]:
     """Inputs and zeroed signals of a record that is given in pieces.
 
@@ -46,8 +48,10 @@ def marched_pieces(
     pieces : iterable of MountingInputs
         Consecutive pieces on one even grid; the first holds the zeroing samples.
     largest_loads : ndarray, shape (n, 3)
-        Extremes of torque, ntl_y, ntl_z in the whole record: they decide the step of nonlinear
-        bushings.
+        Extremes of torque, ntl_y, ntl_z in the whole record (:func:`extreme_loads`): they decide
+        the step of nonlinear bushings.
+    step : float, optional
+        Largest step [s]; chosen from the nonlinear stiffness where not given.
 
     Yields
     ------
@@ -72,7 +76,7 @@ def marched_pieces(
     for piece in pieces:
         _check_piece(piece, largest_loads, last)
         if model is None or state is None or last is None:
-            model = mounting_model(rig, parameters, largest_loads, piece.step)
+            model = mounting_model(rig, parameters, largest_loads, piece.step, step=step)
             state = state_at_rest(model, piece.loads[0], float(piece.time[0]))
             loads = piece.loads
         else:
@@ -89,6 +93,13 @@ def marched_pieces(
             zero = signals[: rig.zeroing_samples].mean(axis=0)
         yield piece, (signals[skip:] - zero) * gains + zeros
         last = piece
+
+
+def extreme_loads(pieces: Iterable[MountingInputs]) -> Array:
+    """Corners of the box that holds torque [N m], ntl_y and ntl_z [N] of all pieces, shape (8, 3)."""
+    loads = [np.array([piece.loads.min(axis=0), piece.loads.max(axis=0)]) for piece in pieces]
+    low, high = np.min(loads, axis=(0, 1)), np.max(loads, axis=(0, 1))
+    return np.array(list(product(*zip(low, high, strict=True))))
 
 
 def _check_piece(piece: MountingInputs, largest_loads: Array, last: MountingInputs | None) -> None:
@@ -111,7 +122,7 @@ def _check_piece(piece: MountingInputs, largest_loads: Array, last: MountingInpu
 def write_record(pieces: Iterable[Piece], path: Path) -> int:
     """Write pieces to a Parquet file with the columns of a campaign run.
 
-    A diverging run keeps what was good.
+    A run that stops keeps what was good.
 
     Parameters
     ----------
@@ -127,10 +138,12 @@ def write_record(pieces: Iterable[Piece], path: Path) -> int:
 
     Raises
     ------
-    DivergedError
+    DivergedError, KeyboardInterrupt
         After the good samples are safe in the file.
     """
-    samples, diverged = 0, None
+    samples = 0
+    stopped: BaseException | None = None
+    pending: Future[None] | None = None
     with whole_file(path) as temporary, ThreadPoolExecutor(1) as thread:
         # Numbers of a simulation hardly repeat: a dictionary and compression cost time and save
         # nothing.
@@ -138,7 +151,6 @@ def write_record(pieces: Iterable[Piece], path: Path) -> int:
             temporary, _schema(), compression="none", use_dictionary=False
         )
         try:
-            pending: Future[None] | None = None
             for inputs, signals in pieces:
                 columns = [*inputs.columns().values(), *signals.T]
                 if pending is not None:
@@ -146,14 +158,14 @@ def write_record(pieces: Iterable[Piece], path: Path) -> int:
                 # One piece is written while the next one is marched.
                 pending = thread.submit(_write_piece, writer, columns)
                 samples += len(signals)
-        except DivergedError as error:
-            diverged = error
+        except (DivergedError, KeyboardInterrupt) as error:
+            stopped = error
         finally:
             if pending is not None:
                 pending.result()
             writer.close()
-    if diverged is not None:
-        raise diverged
+    if stopped is not None:
+        raise stopped
     return samples
 
 

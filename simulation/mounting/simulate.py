@@ -163,24 +163,6 @@ def response_of(
     return MountingResponse(time, sensed(signals, parameters, time))
 
 
-def zeroed(signals: Array, samples: int) -> Array:
-    """Signals relative to the mean of their first samples (equation 14)."""
-    return signals - signals[:samples].mean(axis=0)
-
-
-def zeroed_as_measured(simulated: Array, measured: Array, samples: int) -> Array:
-    """Simulated motion that starts where the measured one does, ``d + d_ini^m - d_ini^a`` (equations 13-15).
-
-    Parameters
-    ----------
-    simulated, measured : ndarray, shape (n, n_channels)
-        Motions of the same components.
-    samples : int
-        Samples of the simulation whose mean is its initial value; the paper takes 20.
-    """
-    return zeroed(simulated, samples) + measured[0]
-
-
 def sensed(signals: Array, parameters: ParameterArray, time: Array) -> Array:
     """What sensors with a gain, an offset and a delay read; offsets come after the zeroing."""
     delay, gains, zeros = parameters[INDEX["delay"]], parameters[_GAINS], parameters[_ZEROS]
@@ -207,6 +189,4 @@ __all__ = [
     "signal_pieces",
     "simulate",
     "with_noise",
-    "zeroed",
-    "zeroed_as_measured",
 ]

@@ -22,15 +22,13 @@ References
    2011, sections 5.2 and 5.3, figures 11 and 12.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh, expm
+from scipy.linalg import eigh
 
 Array = NDArray[np.float64]
-
-ROTOR, CARRIER, GEARS, HOUSING = range(4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,6 +125,23 @@ def natural_frequencies_hz(M: Array, K: Array) -> Array:
     return np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi)
 
 
+def mounted_and_held_hz(train: TorsionalTrain) -> dict[tuple[str, str], Array]:
+    """Natural frequencies [Hz], ascending, by topology in words and by mounting.
+
+    ``held`` (rigid) or ``on bushings``.
+    """
+    found = {}
+    for mounting, one in (
+        ("held", replace(train, bushing_stiffness=np.inf)),
+        ("on bushings", train),
+    ):
+        found["all stages in one housing", mounting] = natural_frequencies_hz(*one.in_one_housing())
+        found["ring gear alone on the mounting", mounting] = natural_frequencies_hz(
+            *one.ring_on_bushings()
+        )
+    return found
+
+
 @dataclass(frozen=True, eq=False)
 class TorqueSweep:
     """A torque that grows slowly and the rotation that it causes (figure 11).
@@ -144,73 +159,3 @@ class TorqueSweep:
     def stiffness(self) -> float:
         """Slope of torque over rotation by linear regression [N m/rad]."""
         return float(np.polynomial.Polynomial.fit(self.rotation, self.torque, 1).convert().coef[1])
-
-
-def member_sweeps(
-    train: TorsionalTrain, torque: float, duration: float = 60.0
-) -> dict[str, TorqueSweep]:
-    """Sweeps of section 5.2.
-
-    Torque at the hub, housing and output held, rotation of hub and carrier recorded.
-
-    The train is simulated exactly for the linearly growing torque, with 2 % of critical damping
-    (assumed).
-
-    Parameters
-    ----------
-    train : TorsionalTrain
-        Inertias and stiffnesses.
-    torque : float
-        Torque reached [N m].
-    duration : float
-        Time of the sweep [s]; long against the slowest vibration, so that inertia adds nothing.
-
-    Returns
-    -------
-    dict
-        Sweeps of ``main_shaft`` and ``gearbox``.
-
-    Raises
-    ------
-    ValueError
-        Where torque or duration is not a positive number.
-    """
-    if not (np.isfinite(torque) and torque > 0.0 and np.isfinite(duration) and duration > 0.0):
-        raise ValueError(
-            f"torque sweep: torque is {torque} N m, duration {duration} s; expected positive numbers"
-        )
-    M, K = train.in_one_housing()
-    free = [ROTOR, CARRIER]  # housing held by assumption, gear train by the locked output
-    M, K = M[np.ix_(free, free)], K[np.ix_(free, free)]
-    omega, modes = eigh(K, M)
-    modal_damping = (
-        np.linalg.inv(modes).T @ np.diag(2.0 * 0.02 * np.sqrt(omega)) @ np.linalg.inv(modes)
-    )
-    angles = _ramp_response(M, modal_damping, K, torque / duration, duration, samples=600)
-    applied = np.linspace(0.0, torque, 600, dtype=np.float64)
-    # The start shakes the train; figure 11 is a line, so the sweep is read after a tenth of it.
-    read = slice(60, None)
-    return {
-        "main_shaft": TorqueSweep(applied[read], angles[read, 0] - angles[read, 1]),
-        "gearbox": TorqueSweep(applied[read], angles[read, 1]),
-    }
-
-
-def _ramp_response(
-    M: Array, C: Array, K: Array, slope: float, duration: float, *, samples: int
-) -> Array:
-    """Angles under a torque ``slope * t`` on the first coordinate, exact at every sample."""
-    n = len(M)
-    generator = np.zeros((2 * n + 2, 2 * n + 2))
-    generator[:n, n : 2 * n] = np.eye(n)
-    generator[n : 2 * n, : 2 * n] = -np.linalg.solve(M, np.hstack([K, C]))
-    generator[n : 2 * n, 2 * n] = np.linalg.inv(M)[:, 0]
-    generator[2 * n, 2 * n + 1] = 1.0  # the torque grows by its slope
-    step = expm(generator * duration / (samples - 1))
-    state = np.zeros(2 * n + 2)
-    state[-1] = slope
-    angles = np.zeros((samples, n))
-    for sample in range(1, samples):
-        state = step @ state
-        angles[sample] = state[:n]
-    return angles

@@ -1,5 +1,6 @@
 """Figures of the mounting. Matplotlib is imported late."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,6 +25,8 @@ def linearised_figure(
     frequency_hz: NDArray[np.float64],
     response: NDArray[np.complex128],
     campbell: CampbellDiagram,
+    *,
+    sensors: Sequence[str] = SENSORS,
 ) -> "Figure":
     """Amplitude of the sensors over frequency, one panel a load, and the Campbell diagram.
 
@@ -33,10 +36,12 @@ def linearised_figure(
         Operating point in words.
     frequency_hz : ndarray, shape (k,)
         Frequencies of the response.
-    response : ndarray of complex, shape (k, 6, 3)
+    response : ndarray of complex, shape (k, n_sensors, 3)
         Sensors over torque, ntl_y, ntl_z.
     campbell : CampbellDiagram
         Frequencies over speed.
+    sensors : sequence of str
+        Names of the sensors.
 
     Returns
     -------
@@ -50,7 +55,7 @@ def linearised_figure(
     axes = figure.subplots(2, 2)
     for place, (axis, (load, factor, unit)) in enumerate(zip(axes.flat[:3], _LOADS, strict=True)):
         amplitude = np.abs(response[:, :, place])
-        for number, (sensor, values) in enumerate(zip(SENSORS, amplitude.T, strict=True)):
+        for number, (sensor, values) in enumerate(zip(sensors, amplitude.T, strict=True)):
             if values.max() > _SILENT * amplitude.max():
                 # Twin sensors read alike: dashes let the one beneath be seen.
                 axis.loglog(

@@ -5,7 +5,7 @@ Carrier with pins and main shaft as one reduced body, with an imposed misalignme
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -215,15 +215,3 @@ def _planet_pilots(carrier: ReducedModel) -> tuple[str, ...]:
         own = f"pin_{pin}_midspan_of_pin"
         names.append(own if own in carrier.pilots else f"pin_{pin}_midspan")
     return tuple(names)
-
-
-def rigid_body(body: StageBody, factor: float = 1e4) -> StageBody:
-    """Copy whose carrier and shaft are `factor` times as stiff.
-
-    The paper's rigid carrier, without a second model.
-    """
-    return replace(
-        body,
-        model=replace(body.model, K=body.model.K * factor, D=body.model.D * np.sqrt(factor)),
-        misalignment_load=body.misalignment_load * factor,
-    )

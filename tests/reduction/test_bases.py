@@ -13,7 +13,11 @@ from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.dynamic_stiffness import full_response, response_error
 from carrierflex.reduction.free_interface import free_interface_reduction
 from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
-from carrierflex.reduction.interface_mass import effective_interface_mass, rigid_motion_of_interface
+from carrierflex.reduction.interface_mass import (
+    effective_interface_mass,
+    has_fixed_interface_modes,
+    rigid_motion_of_interface,
+)
 from carrierflex.reduction.mode_count import chosen_mode_count, modes_for_response
 from carrierflex.reduction.orthonormal_form import orthonormal_form
 from carrierflex.reduction.reduced_static import pilot_compliance
@@ -114,7 +118,6 @@ def test_orthonormal_form_is_the_same_body():
         rtol=1e-6,
         atol=1e-6 * np.abs(modal).max(),
     )
-    assert form.elastic.shape == (len(form.omega), len(form.omega) - 6)
 
 
 def test_a_held_body_has_no_orthonormal_form():
@@ -160,6 +163,16 @@ def test_free_interface_basis_has_exact_statics_and_exact_kept_frequencies():
     # The Craig-Bampton body of as many modes is less exact in them: the price of holding the
     # pilots.
     assert free_frequencies(PLAIN.model)[3] / EXACT[3] - 1.0 > 1e-2
+
+
+def test_weight_of_a_free_interface_body_is_its_mass_times_rigid_motion_too():
+    reduced = free_interface_reduction(STRUCTURE, 6)
+    R = rigid_motion_of_interface(reduced.model)
+    assert_allclose(
+        reduced.basis.T @ body_loads(STRUCTURE)[:, :3], reduced.model.M @ R[:, :3], atol=1e-9
+    )
+    assert has_fixed_interface_modes(PLAIN.model)
+    assert not has_fixed_interface_modes(reduced.model)
 
 
 def test_fewest_modes_for_a_response_are_enough_and_one_fewer_is_not():

@@ -7,12 +7,14 @@ bound, and the intervals are narrow beside the values.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carrierflex.files.json_files import plain
 from carrierflex.files.versions import software_name
@@ -27,8 +29,9 @@ from carrierflex.identification.mounting.bushing_identification import (
     profiled,
     search_bushings,
 )
-from carrierflex.identification.mounting.bushing_models import BUSHING_MODELS
+from carrierflex.identification.mounting.bushing_models import BUSHING_MODELS, BushingModel
 from carrierflex.identification.view import bushing_signals_figure, profile_figure
+from carrierflex.workflows.simulation.housing_motion import measured_motion, write_housing_motion
 from carrierflex.workflows.support.executors import work_executor
 from carrierflex.workflows.support.outputs import prepared_folder, save_figure
 from carrierflex.workflows.support.progress import Stages
@@ -36,13 +39,18 @@ from carrierflex.workflows.support.progress import Stages
 
 @dataclass(frozen=True, eq=False)
 class BushingIdentification:
-    """What the workflow found: estimates by group of runs and model, searches by model, files."""
+    """What the workflow found: estimates by group of runs and model, searches by model, files.
+
+    ``motion_rms`` holds the RMS of the housing's measured motion and of the gap by run, shape (2,
+    6), where it was asked for.
+    """
 
     campaign: str
     estimates: Mapping[str, tuple[BushingEstimate, ...]]
     searches: Mapping[str, ComplexSearch]
     search_seconds: Mapping[str, float]
     files: tuple[Path, ...]
+    motion_rms: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -53,6 +61,7 @@ class BushingOptions:
     weights: Mapping[str, float] | None = None
     compare_complex: bool = False
     profile: tuple[str, ...] = ()
+    housing_motion: bool = False
     bootstrap: int = 0
     seed: int = 0
     workers: int = 1
@@ -81,6 +90,7 @@ def identify(
             raise ValueError(
                 f"--profile {name}: {model} has no such parameter; expected one of {', '.join(last.names)}"
             )
+    motion = measured_motion(measured) if options.housing_motion else None
     groups = (
         {run.name: replace(measured, runs=(run,)) for run in measured.runs}
         if options.per_run
@@ -91,20 +101,7 @@ def identify(
     with work_executor(options.workers, options.scheduler) as executor:
         with stages.stage(f"{model}: simulating and fitting"):
             for name, group in groups.items():
-                found = identify_bushings(group, last, executor, weights=options.weights)
-                if options.bootstrap:
-                    found = (
-                        *found[:-1],
-                        bootstrapped(
-                            group,
-                            found[-1],
-                            executor,
-                            options.bootstrap,
-                            options.seed,
-                            options.weights,
-                        ),
-                    )
-                estimates[name] = found
+                estimates[name] = found = _fitted(group, last, executor, options)
                 profiles |= {
                     f"{name} {one}".strip(): profiled(group, found[-1], one, options.weights)
                     for one in options.profile
@@ -121,7 +118,32 @@ def identify(
                 seconds[one.name] = perf_counter() - begin
     result = BushingIdentification(measured.name, estimates, searches, seconds, ())
     with stages.stage(f"writing {out}"):
-        return replace(result, files=_written(out, measured, result, profiles))
+        files = _written(out, measured, result, profiles)
+        if motion is None:
+            return replace(result, files=files)
+        more, rms = write_housing_motion(out, measured, motion, _last_by_run(measured, result))
+        return replace(result, files=(*files, *more), motion_rms=rms)
+
+
+def _fitted(
+    group: Campaign, last: BushingModel, executor: Executor, options: BushingOptions
+) -> tuple[BushingEstimate, ...]:
+    """Estimates of the models up to `last`, its errors by the bootstrap where that is asked for."""
+    found = identify_bushings(group, last, executor, weights=options.weights)
+    if not options.bootstrap:
+        return found
+    refitted = bootstrapped(
+        group, found[-1], executor, options.bootstrap, options.seed, options.weights
+    )
+    return (*found[:-1], refitted)
+
+
+def _last_by_run(measured: Campaign, found: BushingIdentification) -> dict[str, BushingEstimate]:
+    """Estimate of the richest model, by run."""
+    return {
+        run.name: found.estimates.get(run.name, found.estimates.get("", ()))[-1]
+        for run in measured.runs
+    }
 
 
 def _written(
@@ -129,11 +151,7 @@ def _written(
 ) -> tuple[Path, ...]:
     files = [out / "identification.json", out / "signals.png"]
     write_identification(files[0], plain(_document(measured, found)))
-    last = {
-        run.name: found.estimates.get(run.name, found.estimates.get("", ()))[-1]
-        for run in measured.runs
-    }
-    save_figure(files[1], bushing_signals_figure(measured, last))
+    save_figure(files[1], bushing_signals_figure(measured, _last_by_run(measured, found)))
     if profiles:
         save_figure(out / "profiles.png", profile_figure(profiles))
         files.append(out / "profiles.png")

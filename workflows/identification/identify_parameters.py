@@ -8,13 +8,14 @@ are not negative.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Literal
 
 from carrierflex.fe.curve_files import read_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.identification.campaign.angle_resampling import resampled_to_angle
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_document import CampaignHeader
 from carrierflex.identification.campaign.campaign_files import read_campaign, read_campaign_header
@@ -77,11 +78,13 @@ def main(
     sensors: Literal["axial", "all"] = "axial",
     loss: Literal["squares", "huber"] = "squares",
     free_pin_angle: bool = False,
+    samples_per_revolution: int = 0,
     bootstrap: int = 0,
     seed: int = 0,
     weights: dict[str, float] | None = None,
     profile: tuple[str, ...] = (),
     compare_complex: bool = False,
+    housing_motion: bool = False,
     workers: int = 1,
     scheduler: str | None = None,
     quiet: bool = False,
@@ -106,6 +109,10 @@ def main(
         Squared residuals, or Huber's loss, which keeps outliers from moving the parameters.
     free_pin_angle : bool
         Fit the carrier-frame angle theta_rho of pin 1 too (model m2).
+    samples_per_revolution : int
+        Models m1, m2: resample every record to this many equal steps of the carrier angle a
+        revolution (16 or more), over its whole revolutions, so that slow stretches of a record with
+        varying speed count no more than fast ones; 0: as recorded.
     bootstrap : int
         Samples of a block bootstrap for the errors, over revolutions (50 or more) or time blocks;
         0: the jackknife.
@@ -120,6 +127,9 @@ def main(
     compare_complex : bool
         Bushing models: search by the complex method of Box too, as the paper did, and show what it
         costs.
+    housing_motion : bool
+        Bushing models: write and draw the housing's motion (d_x, d_y, d_z in m, theta_x, theta_y,
+        theta_z in rad), measured and simulated; needs all six sensors.
     workers : int
         Processes for starts and bootstrap refits of bushing models; 1 runs in this process.
     scheduler : str
@@ -139,22 +149,56 @@ def main(
     OSError
         Where `out` cannot be written.
     """
+    of_bushings = bool(weights or profile or compare_complex)
+    _refuse_foreign_options(
+        model, of_bushings, housing_motion, samples_per_revolution, free_pin_angle
+    )
     if model.endswith("_bushing"):
         shared = BushingOptions(
-            per_run, weights, compare_complex, profile, bootstrap, seed, workers, scheduler, quiet
+            per_run, weights, compare_complex, profile, housing_motion, bootstrap, seed, workers, scheduler, quiet
         )  # fmt: skip
         return identify(campaign, model, out, shared)
-    if weights or profile or compare_complex:
+    options = FitOptions(sensors == "all", loss == "huber", bootstrap, seed)
+    return identify_carrier(
+        campaign,
+        model,
+        out,
+        options,
+        free_pin_angle=free_pin_angle,
+        samples_per_revolution=samples_per_revolution,
+        per_run=per_run,
+        quiet=quiet,
+    )
+
+
+def _refuse_foreign_options(
+    model: str,
+    of_bushings: bool,
+    housing_motion: bool,
+    samples_per_revolution: int,
+    free_pin_angle: bool,
+) -> None:
+    """Raise ValueError where an option does not belong to the model.
+
+    `of_bushings`: one of their search is given.
+    """
+    if model.endswith("_bushing"):
+        if samples_per_revolution:
+            raise ValueError(
+                "--samples-per-revolution is for the motion of the carrier; expected --model m1 or m2"
+            )
+        return
+    if of_bushings:
         raise ValueError(
             f"--weights, --profile and --compare-complex belong to the bushing models; {model} is solved in closed form, "
             "its likelihood is a parabola with the given standard deviations"
         )
+    if housing_motion:
+        raise ValueError(
+            f"--housing-motion is for campaigns of the mounting; {model} fits the carrier"
+        )
     if free_pin_angle and model != "m2":
         raise ValueError("--free-pin-angle belongs to the deflection curves; expected --model m2")
-    options = FitOptions(sensors == "all", loss == "huber", bootstrap, seed)
-    return identify_carrier(
-        campaign, model, out, options, free_pin_angle=free_pin_angle, per_run=per_run, quiet=quiet
-    )
 
 
 def identify_carrier(
@@ -164,6 +208,7 @@ def identify_carrier(
     options: FitOptions = LEAST_SQUARES,
     *,
     free_pin_angle: bool = False,
+    samples_per_revolution: int = 0,
     per_run: bool = False,
     quiet: bool = False,
 ) -> Identification:
@@ -177,7 +222,11 @@ def identify_carrier(
     stages = Stages(3, quiet)
     with stages.stage(f"reading {campaign}"):
         header = read_campaign_header(campaign)
-        measured = _in_memory(campaign, header, one_pass=not (free_pin_angle or options.huber))
+        one_pass = not (free_pin_angle or options.huber or samples_per_revolution)
+        measured = _in_memory(campaign, header, one_pass=one_pass)
+        if measured is not None and samples_per_revolution:
+            even = tuple(resampled_to_angle(run, samples_per_revolution) for run in measured.runs)
+            measured = replace(measured, runs=even)
     models = _models(header, campaign, model, options)
     prepared_folder(out)
     with stages.stage("least squares" if measured else "least squares, record in pieces"):
@@ -209,7 +258,8 @@ def _in_memory(folder: Path, header: CampaignHeader, *, one_pass: bool) -> Campa
         return campaign
     if not one_pass:
         raise ValueError(
-            "records this long are read once, in pieces; --loss huber and --free-pin-angle need shorter ones"
+            "records this long are read once, in pieces; --loss huber, --free-pin-angle and --samples-per-revolution need "
+            "shorter ones"
         )
     return None
 

@@ -1,19 +1,19 @@
 """Which few coordinates stand for the elastic body? Writes a Craig-Bampton body for a multibody simulation."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
 from carrierflex.fe.rigid_couplings import rigidly_coupled
-from carrierflex.fe.structural_model import (
-    StructuralModel,
-)
+from carrierflex.fe.structural_model import StructuralModel, with_equal_node_weights
 from carrierflex.files.versions import provenance
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
 from carrierflex.reduction.body_files import read_body, write_body
-from carrierflex.reduction.certificate import certify
+from carrierflex.reduction.certificate import Certificate, certify, certify_free_interface
 from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.free_interface import free_interface_reduction
 from carrierflex.reduction.held_structure import GroundedBody
 from carrierflex.reduction.mode_count import DEFAULT_MODES, chosen_mode_count
 from carrierflex.reduction.reduced_model import ReducedModel
@@ -35,7 +35,8 @@ def main(
     body: Literal["carrier", "pin", "main_shaft"],
     out: Path,
     variant: Literal["stiff", "flexible"] = "flexible",
-    coupling: Literal["rbe3", "rbe2"] = "rbe3",
+    coupling: Literal["rbe3", "rbe3-nodes", "rbe2"] = "rbe3",
+    interface: Literal["fixed", "free"] = "fixed",
     modes: int | None = None,
     max_frequency: float | None = None,
     frf_tolerance: float | None = None,
@@ -65,10 +66,15 @@ def main(
         Of the carrier; stiff: pins bonded, pilots at the pins' mid-spans; flexible: no pins, pilots
         at the six bores.
     coupling
-        Of the pilots to their surfaces; rbe3: distributing, the surface stays free to deform; rbe2:
-        rigid. The truth of a fitted part lies between the two.
+        Of the pilots to their surfaces; rbe3: distributing by area, the surface stays free to
+        deform; rbe3-nodes: the same with equal weights on all nodes, as preprocessors write it;
+        rbe2: rigid. The truth of a fitted part lies between rbe3 and rbe2.
+    interface
+        fixed: modes with the pilots held (Craig-Bampton); free: free modes of the body and residual
+        flexibility (Rubin), far closer at the same size where most pilots stay free
+        (docs/reduction_bases.md), but not taken by every code.
     modes
-        Number of fixed-interface modes (20 where neither this nor a maximum frequency is given).
+        Number of modes (20 where neither this nor a maximum frequency is given).
     max_frequency
         Keep all fixed-interface modes below this frequency [Hz] instead.
     frf_tolerance
@@ -111,8 +117,11 @@ def main(
     stage = read_parameters(parameters)
     files = CarrierFiles(step, surfaces, {} if mesh is None else {variant: mesh})
     # Every option that changes the body is part of the key under which it is kept.
-    options = {"body": body, "variant": variant, "coupling": coupling, "modes": modes, "max_frequency": max_frequency,
-               "frf_tolerance": frf_tolerance, "frf_up_to": frf_up_to, "residual_vectors": residual_vectors}  # fmt: skip
+    options = {
+        "body": body, "variant": variant, "coupling": coupling, "interface": interface, "modes": modes,
+        "max_frequency": max_frequency, "frf_tolerance": frf_tolerance, "frf_up_to": frf_up_to,
+        "residual_vectors": residual_vectors,
+    }  # fmt: skip
     _refuse_contradictions(out, files, options, by_symmetry=by_symmetry)
     options["by_symmetry"] = by_symmetry
     if preview:
@@ -186,6 +195,12 @@ def _refuse_contradictions(
         raise ValueError(
             "--frf-tolerance and --frf-up-to belong together; expected both or neither"
         )
+    other = set(given) - {"modes"} or options["residual_vectors"] or options["coupling"] == "rbe2"
+    if options["interface"] == "free" and other:
+        raise ValueError(
+            "--interface free keeps a number of modes at distributing couplings; expected --modes, --coupling rbe3 or "
+            "rbe3-nodes, and no --max-frequency, --frf-tolerance or --residual-vectors"
+        )
     if by_symmetry:
         refuse_whole_body_options(options, files_given=files.given)
 
@@ -206,18 +221,25 @@ def _reduce(
     with stages.stage(f"reduction of {structure.n_dofs} degrees of freedom"):
         grounded = GroundedBody(structure.K, structure.points, structure.rigid_points)
         n_modes = chosen_mode_count(structure, grounded, options)
-        choices = {"body": body, "variant": variant, "coupling": coupling, "modes": n_modes}
+        chosen = ("body", "variant", "coupling", "interface")
+        choices = {name: options[name] for name in chosen} | {"modes": n_modes}
         # A free mesh has no symmetry to certify.
         origin = {"carrier_files": files.record(), "symmetry_order": 1} if files.given else {}
         record = provenance(parameters=stage, size=size, **choices, **origin)
-        loads = body_loads(structure) if options["residual_vectors"] else None
-        reduction = craig_bampton(
-            structure, n_modes, provenance=record, residual_loads=loads, body=grounded
-        )
+        certificate: Callable[[], Certificate]
+        if options["interface"] == "free":
+            free = free_interface_reduction(structure, n_modes, provenance=record, body=grounded)
+            model, certificate = free.model, partial(certify_free_interface, structure, free)
+        else:
+            loads = body_loads(structure) if options["residual_vectors"] else None
+            fixed = craig_bampton(
+                structure, n_modes, provenance=record, residual_loads=loads, body=grounded
+            )
+            model, certificate = fixed.model, partial(certify, structure, fixed)
     with stages.stage("certificate"):
-        certificate = certify(structure, reduction)
+        checks = certificate()
     with stages.stage(f"writing {out}"):
-        write_body(reduction.model, out, certificate)
+        write_body(model, out, checks)
 
 
 def _reduce_by_symmetry(
@@ -246,4 +268,6 @@ def _structure(
         structure, _ = given_structure(variant, mesh)
     else:
         mesh, structure = body_structure(body_name(body, variant), stage, size)
+    if coupling == "rbe3-nodes":
+        return with_equal_node_weights(structure, mesh)
     return structure if coupling == "rbe3" else rigidly_coupled(structure, mesh)

@@ -2,14 +2,65 @@
 
 from typing import TYPE_CHECKING
 
-from rich.console import RenderableType
+import numpy as np
+from rich.console import Group, RenderableType
 from rich.markup import escape
 
+from carrierflex.simulation.mounting.rig import SENSORS
 from carrierflex.workflows.screen.titled_table import titled_table
 
 if TYPE_CHECKING:
+    from carrierflex.workflows.simulation.compute_torsion import Torsion
+    from carrierflex.workflows.simulation.estimate_gear_life import GearLife
     from carrierflex.workflows.simulation.export_fmu import ExportedUnit
+    from carrierflex.workflows.simulation.simulate_carrier import SimulatedLoadCases
+    from carrierflex.workflows.simulation.simulate_mounting import SimulatedMounting
+    from carrierflex.workflows.simulation.simulate_stage import SimulatedStage
     from carrierflex.workflows.simulation.simulate_table_5 import Table5
+    from carrierflex.workflows.simulation.vary_mounting import Variants
+
+
+#: Rows of the table of variants on the screen; the file holds all of them.
+_MOST_ROWS = 20
+
+
+def campaign_table(
+    simulated: "SimulatedLoadCases | SimulatedMounting | SimulatedStage | Variants",
+) -> RenderableType:
+    """Runs of a simulated campaign, and the energy balances that were made.
+
+    Or the RMS of the variants.
+    """
+    from carrierflex.workflows.simulation.vary_mounting import Variants
+
+    if isinstance(simulated, Variants):
+        return _variants_table(simulated)
+    table = titled_table("simulated campaign", "run", "condition", "samples", "file")
+    lengths = getattr(simulated, "n_samples", {})  # of runs that went to their files piece by piece
+    for run in simulated.campaign.runs:
+        n_samples = lengths.get(run.name, len(run.time))
+        table.add_row(run.name, run.condition, str(n_samples), str(simulated.folder / run.file))
+    balances = getattr(simulated, "balances", {})
+    if not balances:
+        return table
+    energies = titled_table(
+        "energy balance, J", "run", "work", "dissipated", "stored", "left over / work"
+    )
+    for name, balance in balances.items():
+        values = (balance.work[-1], balance.dissipated[-1], balance.stored[-1])
+        energies.add_row(name, *(f"{value:.4g}" for value in values), f"{balance.error:.1e}")
+    return Group(table, "", energies)
+
+
+def _variants_table(found: "Variants") -> RenderableType:
+    parts: list[RenderableType] = []
+    for run, rms in found.rms.items():
+        table = titled_table(f"RMS of {run}, um", *found.names, *SENSORS)
+        for own, values in list(zip(found.sets, rms, strict=True))[:_MOST_ROWS]:
+            numbers = ("diverged" if np.isnan(value) else f"{value * 1e6:.4g}" for value in values)
+            table.add_row(*(f"{value:.4g}" for value in own), *numbers)
+        parts.append(table)
+    return Group(*parts, f"{len(found.sets)} parameter sets in {escape(str(found.file))}")
 
 
 def table_5_table(found: "Table5") -> RenderableType:
@@ -41,3 +92,59 @@ def fmu_table(found: "ExportedUnit") -> RenderableType:
     )
     table.add_row("holds", compiled)
     return table
+
+
+def torsion_table(found: "Torsion") -> RenderableType:
+    """Torsional stiffness of the members and frequencies of the train beside the paper's."""
+    from carrierflex.workflows.simulation.compute_torsion import (
+        PAPER_FREQUENCIES_HZ,
+        PAPER_STIFFNESSES,
+    )
+
+    stiffness = titled_table(
+        "torsional stiffness, MN m/rad", "member", "torque sweep", "2011 paper"
+    )
+    for name, sweep in found.sweeps.items():
+        stiffness.add_row(
+            name, f"{sweep.stiffness / 1e6:.3g}", f"{PAPER_STIFFNESSES[name] / 1e6:.3g}"
+        )
+    frequency = titled_table(
+        "frequencies of the torsional train, Hz", "topology", "mounting", "1st", "2nd", "paper, 1st"
+    )
+    for (topology, mounting), values in found.frequencies_hz.items():
+        numbers = (f"{values[0]:.3f}", f"{values[1]:.1f}", f"{PAPER_FREQUENCIES_HZ[mounting]:.2f}")
+        frequency.add_row(topology, mounting, *numbers)
+    remark = (
+        "mounting: two bushings; the paper's 11.4 is K1 R_x^2 of one. The stage's main shaft and sun shaft were derived "
+        "from the paper's 50 and 27."
+    )
+    return Group(stiffness, remark, "", frequency)
+
+
+def gear_life_table(found: "GearLife") -> RenderableType:
+    """Pressure and life of both meshes, aligned and at chosen misalignments."""
+    table = titled_table(
+        "gear mesh",
+        "misalignment, urad",
+        "pressure, sun, MPa",
+        "life",
+        "pressure, ring, MPa",
+        "life",
+    )
+    for k in np.linspace(0, len(found.misalignment) - 1, 6).round().astype(int):
+        cells = [
+            (
+                f"{mesh.aligned_pressure * mesh.pressure_ratio[k] / 1e6:.0f}",
+                f"{mesh.life_ratio[k]:.3f}",
+            )
+            for mesh in found.meshes.values()
+        ]
+        table.add_row(
+            f"{found.misalignment[k] * 1e6:.0f}", *(cell for pair in cells for cell in pair)
+        )
+    papers = titled_table(
+        "1.5 % more pressure (2012 paper, life 0.77)", "mesh", "misalignment, urad"
+    )
+    for name, mesh in found.meshes.items():
+        papers.add_row(f"planet and {name}", f"{mesh.papers_misalignment * 1e6:.0f}")
+    return Group(table, papers)

@@ -16,25 +16,32 @@ from carrierflex.geometry.quality import MeshQuality
 from carrierflex.identification.carrier.printed_tables import DerivedFacts
 from carrierflex.identification.carrier.result_tables import parameter_rows, rms_rows
 from carrierflex.reduction.certificate import Certificate
-from carrierflex.reduction.interface_mass import DIRECTIONS, effective_interface_mass
+from carrierflex.reduction.interface_mass import (
+    DIRECTIONS,
+    effective_interface_mass,
+    has_fixed_interface_modes,
+)
 from carrierflex.reduction.mode_names import mode_names
 from carrierflex.reduction.pin_joints import PIN_FITS
-from carrierflex.reduction.reduced_model import PILOT_COORDINATES, ReducedModel
+from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.simulation.mounting.rig import HOUSING_MOTION
+from carrierflex.workflows.screen.body_tables import coupling_table as coupling_table
+from carrierflex.workflows.screen.body_tables import joined_table as joined_table
 from carrierflex.workflows.screen.score_tables import blind_check_table as blind_check_table
+from carrierflex.workflows.screen.simulation_tables import campaign_table as campaign_table
 from carrierflex.workflows.screen.simulation_tables import fmu_table as fmu_table
+from carrierflex.workflows.screen.simulation_tables import gear_life_table as gear_life_table
 from carrierflex.workflows.screen.simulation_tables import table_5_table as table_5_table
+from carrierflex.workflows.screen.simulation_tables import torsion_table as torsion_table
 from carrierflex.workflows.screen.titled_table import titled_table as _table
 from carrierflex.workflows.support.units import MICROMETRES
 
 if TYPE_CHECKING:
-    from carrierflex.reduction.coupling_bracket import CouplingBracket
     from carrierflex.workflows.fe.pin_fit_pictures import PinFitStudy
     from carrierflex.workflows.identification.identify_bushings import BushingIdentification
     from carrierflex.workflows.identification.identify_parameters import Identification
     from carrierflex.workflows.job import Job
     from carrierflex.workflows.reduction.export_body import ExportedBody
-    from carrierflex.workflows.simulation.estimate_gear_life import GearLife
-    from carrierflex.workflows.simulation.simulate_load_case import SimulatedLoadCases
     from carrierflex.workflows.support.cost_preview import CostPreview
 
 #: Smallest share of the effective interface mass that the mode table tells.
@@ -80,45 +87,13 @@ def reduced_table(model: "ReducedModel | CostPreview") -> RenderableType:
     table.add_row("mass, kg", f"{mass.mass:.4g}")
     table.add_row("inertia about x, kg m^2", f"{mass.inertia[0, 0]:.4g}")
     modes = [label for label in model.labels if label.startswith("mode")]
-    shares = (
-        effective_interface_mass(model) if model.ffrf is not None else np.zeros((len(modes), 6))
-    )
+    fixed = model.ffrf is not None and has_fixed_interface_modes(model)
+    shares = effective_interface_mass(model) if fixed else np.zeros((len(modes), 6))
     for label, name, share in zip(modes, mode_names(model), shares, strict=False):
         most = int(share.argmax())
         carried = f"; carries {share[most]:.0%} of the {'mass' if most < 3 else 'inertia'} {DIRECTIONS[most]}"
         table.add_row(label, name + (carried if share[most] >= _WORTH_TELLING else ""))
     return table
-
-
-def coupling_table(brackets: "dict[str, CouplingBracket]") -> RenderableType:
-    """Own stiffness of every pilot coordinate from distributing to rigid, and the rim's orders with either and with a mix."""
-    parts: list[RenderableType] = []
-    for variant, bracket in brackets.items():
-        for unit, part in (("GN/m", slice(0, 3)), ("GN m/rad", slice(3, 6))):
-            coordinates = [f"{name.split(' ')[0]}, {unit}" for name in PILOT_COORDINATES[part]]
-            table = _table(f"{variant} carrier", "pilot", *coordinates)
-            for pilot, soft, rigid in zip(
-                bracket.pilots, *bracket.stiffness[:, :, part] / 1e9, strict=True
-            ):
-                table.add_row(
-                    pilot,
-                    *(f"{low:.3g} to {high:.3g}" for low, high in zip(soft, rigid, strict=True)),
-                )
-            parts += [table, ""]
-        title = f"{bracket.curve_name}, um/kN m"
-        orders = _table(title, "rigid", "order 3", "order 6", "peaks", "change, %")
-        for rigid_part, curve in bracket.all_curves.items():
-            content = curve.axial_order_content() * MICROMETRES
-            change = 100.0 * bracket.curve_change(rigid_part)
-            orders.add_row(
-                rigid_part,
-                f"{content[3]:.4f}",
-                f"{content[6]:.4f}",
-                str(len(curve.peak_angles())),
-                f"{change:.1f}",
-            )
-        parts += [orders, ""]
-    return Group(*parts)
 
 
 def pin_fit_table(study: "PinFitStudy") -> RenderableType:
@@ -174,19 +149,9 @@ def certificate_table(certificate: Certificate) -> RenderableType:
         table.add_row(
             check.name, check.wanted, f"{check.reached:.2g}", "yes" if check.met else "[red]no[/]"
         )
-    return Group(
-        table, f"frequencies and responses were checked up to {certificate.cut_off_hz:.0f} Hz"
-    )
-
-
-def campaign_table(simulated: "SimulatedLoadCases") -> RenderableType:
-    """Runs of a simulated campaign."""
-    table = _table("simulated campaign", "run", "condition", "samples", "file")
-    lengths = getattr(simulated, "n_samples", {})  # of runs that went to their files piece by piece
-    for run in simulated.campaign.runs:
-        n_samples = lengths.get(run.name, len(run.time))
-        table.add_row(run.name, run.condition, str(n_samples), str(simulated.folder / run.file))
-    return table
+    responses = any("response" in check.name for check in certificate.checks)
+    what = "frequencies and responses" if responses else "frequencies"
+    return Group(table, f"{what} were checked up to {certificate.cut_off_hz:.0f} Hz")
 
 
 def rms_table(identified: "Identification") -> RenderableType:
@@ -269,6 +234,12 @@ def _bushing_table(identified: "BushingIdentification") -> RenderableType:
                 "complex method: accuracy", *(f"{row['complex_accuracy']:.6g}" for row in rows)
             )
         parts += [table, *estimates[-1].uncertainty.undetermined]
+    for run, rms in identified.motion_rms.items():
+        table = _table(f"housing motion {run}, RMS", "", "measured", "left by the model", "unit")
+        for name, measured, left in zip(HOUSING_MOTION, *(rms * 1e6), strict=True):
+            unit = "um" if name.startswith("d") else "urad"
+            table.add_row(name, f"{measured:.4g}", f"{left:.4g}", unit)
+        parts += ["", table]
     return Group(*parts)
 
 
@@ -347,33 +318,6 @@ def printed_tables_table(facts: DerivedFacts) -> RenderableType:
             *(f"{q * factor:.4g}" for q in (quantity.value, quantity.low, quantity.high)),
         )
     return table
-
-
-def gear_life_table(found: "GearLife") -> RenderableType:
-    """Pressure and life of both meshes, aligned and at chosen misalignments."""
-    table = _table(
-        "gear mesh",
-        "misalignment, urad",
-        "pressure, sun, MPa",
-        "life",
-        "pressure, ring, MPa",
-        "life",
-    )
-    for k in np.linspace(0, len(found.misalignment) - 1, 6).round().astype(int):
-        cells = [
-            (
-                f"{mesh.aligned_pressure * mesh.pressure_ratio[k] / 1e6:.0f}",
-                f"{mesh.life_ratio[k]:.3f}",
-            )
-            for mesh in found.meshes.values()
-        ]
-        table.add_row(
-            f"{found.misalignment[k] * 1e6:.0f}", *(cell for pair in cells for cell in pair)
-        )
-    papers = _table("1.5 % more pressure (2012 paper, life 0.77)", "mesh", "misalignment, urad")
-    for name, mesh in found.meshes.items():
-        papers.add_row(f"planet and {name}", f"{mesh.papers_misalignment * 1e6:.0f}")
-    return Group(table, papers)
 
 
 def _value_text(own: NamedValue) -> str:

@@ -6,8 +6,7 @@ diagram. A good answer: frequencies that rise with the torque for hardening bush
 from the once- and three-times-per-revolution lines; no root that grows.
 """
 
-import csv
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,6 @@ from numpy.typing import NDArray
 
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
-from carrierflex.files.whole_files import whole_file
 from carrierflex.simulation.mounting.case_files import MountingCase, MountingRun
 from carrierflex.simulation.mounting.linearised import (
     campbell_diagram,
@@ -25,7 +23,7 @@ from carrierflex.simulation.mounting.linearised import (
 from carrierflex.simulation.mounting.rig import SENSORS
 from carrierflex.simulation.mounting.view import linearised_figure
 from carrierflex.simulation.stage.linearised import CampbellDiagram
-from carrierflex.workflows.support.outputs import prepared_folder, save_figure
+from carrierflex.workflows.support.outputs import prepared_folder, save_figure, save_table
 
 Array = NDArray[np.float64]
 
@@ -60,11 +58,11 @@ def main(case: MountingCase, *, out: Path) -> None:
         loads, speed = points[run.name]
         response = frequency_response(case.rig, case.truth, loads, _FREQUENCIES_HZ)
         campbell = campbell_diagram(case.rig, case.truth, loads, list(speed * _SPEED_SHARES))
-        _write_table(out / f"{run.name}_modes.csv", _mode_header(), _mode_rows(case, loads))
-        _write_table(
+        save_table(out / f"{run.name}_modes.csv", _mode_header(), _mode_rows(case, loads))
+        save_table(
             out / f"{run.name}_frequency_response.csv", _response_header(), _response_rows(response)
         )
-        _write_table(out / f"{run.name}_campbell.csv", *_campbell_table(campbell))
+        save_table(out / f"{run.name}_campbell.csv", *campbell_table(campbell))
         title = f"{run.name}: torque {loads[0] / 1e3:.4g} kN m, ntl_y {loads[1] / 1e3:.4g} kN, ntl_z {loads[2] / 1e3:.4g} kN"
         save_figure(
             out / f"{run.name}_linearised.png",
@@ -131,17 +129,12 @@ def _response_rows(response: NDArray[np.complex128]) -> Iterable[list[object]]:
         yield [frequency_hz, *row.T.copy().view(np.float64).ravel()]
 
 
-def _campbell_table(campbell: CampbellDiagram) -> tuple[list[str], Iterable[list[object]]]:
+def campbell_table(campbell: CampbellDiagram) -> tuple[list[str], Iterable[list[object]]]:
+    """Header and rows of a Campbell diagram.
+
+    Speed, frequency of every mode, lines of excitation.
+    """
     modes = [f"mode_{number}_hz" for number in range(1, campbell.frequency_hz.shape[1] + 1)]
     orders = np.column_stack(list(campbell.order_hz.values()))
     rows = np.column_stack([campbell.speed, campbell.frequency_hz, orders])
     return ["speed [rad/s]", *modes, *(f"{name}_hz" for name in campbell.order_hz)], rows.tolist()
-
-
-def _write_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
-        writer.writerows(
-            [cell if isinstance(cell, str) else f"{cell:.9g}" for cell in row] for row in rows
-        )

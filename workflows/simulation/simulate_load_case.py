@@ -9,43 +9,26 @@ with three small peaks a revolution of the deflection on top of it. On the housi
 millimetres with the radial load, and the roll that opens ssz from spz with the torque.
 """
 
-import shutil
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
-import numpy as np
-
-from carrierflex.fe.curve_files import read_curves, write_curves
 from carrierflex.files.toml_files import toml_document
-from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.campaign_files import CASE_COPY, write_campaign
-from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE, simulated_campaign
-from carrierflex.simulation.carrier.case_files import CARRIER_CASE, SimulationCase, read_case
-from carrierflex.simulation.carrier.motion import simulate_run
+from carrierflex.simulation.carrier.case_files import CARRIER_CASE
 from carrierflex.simulation.stage.stage_cases import STAGE_FORMAT
-from carrierflex.workflows.simulation import simulate_mounting, simulate_stage
-from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.simulation import (
+    simulate_carrier,
+    simulate_mounting,
+    simulate_stage,
+    stream_mounting,
+    vary_mounting,
+)
 
-
-@dataclass(frozen=True, eq=False)
-class SimulatedLoadCases:
-    """What the workflow made.
-
-    Parameters
-    ----------
-    case : SimulationCase
-        The case with its truth.
-    campaign : Campaign
-        The simulated records.
-    folder : Path
-        Where they were written.
-    """
-
-    case: SimulationCase
-    campaign: Campaign
-    folder: Path
+#: What a case becomes, by its kind and the options.
+Simulated = (
+    simulate_carrier.SimulatedLoadCases
+    | simulate_mounting.SimulatedMounting
+    | simulate_stage.SimulatedStage
+    | vary_mounting.Variants
+)
 
 
 def main(
@@ -54,8 +37,13 @@ def main(
     out: Path,
     curves: Path | None = None,
     linearised: Path | None = None,
+    energy_balance: bool = False,
+    parquet: bool = False,
+    variants: Path | None = None,
+    workers: int = 1,
+    scheduler: str | None = None,
     quiet: bool = False,
-) -> SimulatedLoadCases | simulate_mounting.SimulatedMounting | simulate_stage.SimulatedStage:
+) -> Simulated:
     """Simulate the sensors in a set of load cases and write them as a campaign folder.
 
     Parameters
@@ -69,15 +57,29 @@ def main(
         Deflection curves of the carrier (CSV: theta_deg, delta_s, delta_f [m per kN m]); without it
         those of the default carrier serve. A case of kind mounting has none.
     linearised : Path, optional
-        Folder for the modes, the frequency response of the sensors and the Campbell diagram of a
-        case of kind mounting.
+        Folder for the modes, the frequency response of the sensors and the Campbell diagram: of a
+        mounting where each run carries its largest torque, of a stage at the case's speed.
+    energy_balance : bool
+        Mounting: add up work, dissipation and stored energy of every run; exit code 1 where more
+        than 0.1 % of the work is left over, which a smaller step of the case cures.
+    parquet : bool
+        Mounting: write Parquet files piece by piece in constant memory, for records of 1e5 s; the
+        case has no sensor delay.
+    variants : Path, optional
+        Mounting: CSV of parameter sets (a header of names of [truth], one set a row, SI units);
+        every run is simulated with each, and out takes variants.csv with the RMS of every sensor
+        [m] instead of a campaign.
+    workers : int
+        Processes for the variants; 1 runs in this process.
+    scheduler : str, optional
+        Address of a Dask scheduler (tcp://host:8786) for the same, instead of workers.
     quiet : bool
         Show no progress.
 
     Returns
     -------
-    SimulatedLoadCases, SimulatedMounting or SimulatedStage
-        The case, the campaign and its folder.
+    SimulatedLoadCases, SimulatedMounting, SimulatedStage or Variants
+        The case, the campaign and its folder; or the RMS by parameter set.
 
     Raises
     ------
@@ -86,78 +88,37 @@ def main(
         campaign.
     """
     document = toml_document(case, CARRIER_CASE)
-    if linearised is not None and document.get("kind") != "mounting":
+    options = {"energy-balance": energy_balance, "parquet": parquet, "variants": variants}
+    given = [name for name, value in options.items() if value]
+    if given and document.get("kind") != "mounting":
+        raise ValueError(f"--{given[0]} is for cases of kind mounting; {case.name} is none")
+    if (
+        linearised is not None
+        and document.get("kind") != "mounting"
+        and document.get("format") != STAGE_FORMAT
+    ):
+        raise ValueError(f"--linearised is for mountings and stages; {case.name} is neither")
+    if (workers != 1 or scheduler is not None) and variants is None:
         raise ValueError(
-            f"--linearised is {linearised}; only a case of kind mounting is linearised here"
+            "--workers and --scheduler spread the sets of --variants; expected --variants too"
         )
     if document.get("format") == STAGE_FORMAT:
-        return simulate_stage.main(case, out=out, curves=curves, quiet=quiet)
+        return simulate_stage.main(case, out=out, curves=curves, linearised=linearised, quiet=quiet)
     if document.get("kind") != "mounting":
-        return simulate_carrier(case, out=out, curves=curves, quiet=quiet)
+        return simulate_carrier.main(case, out=out, curves=curves, quiet=quiet)
     if curves is not None:
         raise ValueError(f"--curves is {curves}; a case of kind mounting has no deflection curves")
-    return simulate_mounting.main(case, out=out, linearised=linearised, quiet=quiet)
-
-
-def simulate_carrier(
-    case: Path, *, out: Path, curves: Path | None = None, quiet: bool = False
-) -> SimulatedLoadCases:
-    """Simulate the rim sensors in a set of load cases and write them as a campaign folder.
-
-    Parameters
-    ----------
-    case : Path
-        Case file (TOML): rig, sensors and runs with the carrier's true motion; SI units.
-    out : Path
-        Campaign folder to write: new, empty, or an earlier campaign.
-    curves : Path, optional
-        Deflection curves (CSV: theta_deg, delta_s, delta_f [m per kN m]); without it those of the
-        default carrier serve.
-    quiet : bool
-        Show no progress.
-
-    Returns
-    -------
-    SimulatedLoadCases
-        The case, the campaign and its folder.
-
-    Raises
-    ------
-    ValueError
-        Where the case or the curves are refused, or the folder holds something that is not a
-        campaign.
-    """
-    if curves is None:
-        from carrierflex.workflows.support.default_curves import default_curves
-
-        curve_set = default_curves()
-    else:
-        curve_set = read_curves(curves)
-    what = read_case(case, curve_set["delta_f"])
-    rng = np.random.default_rng(what.seed)
-    stages = Stages(len(what.runs) + 1, quiet)
-    records = []
-    for run in what.runs:
-        with stages.stage(f"{run.name}, {run.duration:g} s"):
-            delta_s, delta_f = curve_set["delta_s"], curve_set["delta_f"]
-            records.append(
-                simulate_run(run, what.sensors, delta_s, delta_f, noise_std=what.noise_std, rng=rng)
-            )
-    campaign = simulated_campaign(
-        what.name,
-        what.sensors,
-        list(zip(what.runs, records, strict=True)),
-        rig=what.rig,
-        noise_std=what.noise_std,
+    given += ["linearised"] if linearised is not None else []
+    if len(given) > 1 and (parquet or variants):
+        raise ValueError(
+            f"--{' and --'.join(given)} exclude one another; expected --parquet or --variants alone"
+        )
+    if parquet:
+        return stream_mounting.main(case, out=out, quiet=quiet)
+    if variants is not None:
+        return vary_mounting.main(
+            case, variants=variants, out=out, workers=workers, scheduler=scheduler, quiet=quiet
+        )
+    return simulate_mounting.main(
+        case, out=out, linearised=linearised, energy_balance=energy_balance, quiet=quiet
     )
-    more_files: dict[str, Callable[[Path], None]] = {
-        CURVES_FILE: lambda path: write_curves(path, curve_set),
-        CASE_COPY: partial(_copy, case),
-    }
-    with stages.stage(f"writing {out}"):
-        write_campaign(campaign, out, more_files=more_files)
-    return SimulatedLoadCases(what, campaign, out)
-
-
-def _copy(source: Path, path: Path) -> None:
-    shutil.copyfile(source, path)

@@ -7,7 +7,8 @@ that diverges or is interrupted ends the work; what came of it is written.
 """
 
 import shutil
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from carrierflex.identification.campaign.campaign_files import (
     write_campaign,
 )
 from carrierflex.identification.campaign.simulated_campaign import simulated_mounting_campaign
+from carrierflex.simulation.mounting import energy
 from carrierflex.simulation.mounting.case_files import MountingCase, MountingRun, read_mounting_case
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.simulate import (
@@ -46,15 +48,31 @@ class SimulatedMounting:
         The simulated records.
     folder : Path
         Where they were written.
+    n_samples : dict of str to int
+        Length of runs of which the campaign holds the last piece alone.
+    balances : dict of str to EnergyBalance
+        Energies of each run, where they were asked for.
     """
 
     case: MountingCase
     campaign: Campaign
     folder: Path
+    n_samples: Mapping[str, int] = field(default_factory=dict)
+    balances: Mapping[str, energy.EnergyBalance] = field(default_factory=dict)
+
+    @property
+    def met(self) -> bool:
+        """Whether every energy balance that was made closes to 0.1 % of the work."""
+        return all(balance.error < energy.LARGEST_IMBALANCE for balance in self.balances.values())
 
 
 def main(
-    case: Path, *, out: Path, linearised: Path | None = None, quiet: bool = False
+    case: Path,
+    *,
+    out: Path,
+    linearised: Path | None = None,
+    energy_balance: bool = False,
+    quiet: bool = False,
 ) -> SimulatedMounting:
     """Simulate the housing's motion sensors and write them as a campaign folder.
 
@@ -67,6 +85,8 @@ def main(
     linearised : Path, optional
         Folder for modes, frequency response and Campbell diagram where each run carries its largest
         torque.
+    energy_balance : bool
+        Add up the energies of every run.
     quiet : bool
         Show no progress.
 
@@ -88,7 +108,7 @@ def main(
     what = read_mounting_case(case)
     refuse_foreign_folder(out)
     rng = np.random.default_rng(what.seed)
-    stages = Stages(len(what.runs) + 1 + (linearised is not None), quiet)
+    stages = Stages(len(what.runs) * (1 + energy_balance) + 1 + (linearised is not None), quiet)
     runs, records = [], []
     stopped: BaseException | None = None
     for run in what.runs:
@@ -100,7 +120,7 @@ def main(
             records.append(
                 (inputs.shortened(len(signals)), with_noise(response, what.noise_std, rng))
             )
-            runs.append(run if stopped is None else _cut(run, response, stopped))
+            runs.append(run if stopped is None else cut_run(run, response, stopped))
         if stopped is not None:
             break
     campaign = simulated_mounting_campaign(replace(what, runs=tuple(runs)), records)
@@ -112,7 +132,12 @@ def main(
     if linearised is not None:
         with stages.stage(f"writing {linearised}"):
             linearise_mounting.main(what, out=linearised)
-    return SimulatedMounting(what, campaign, out)
+    balances = {}
+    for run in what.runs if energy_balance else ():
+        with stages.stage(f"energy balance of {run.name}"):
+            inputs = run.history.inputs()
+            balances[run.name] = energy.energy_balance(what.rig, what.truth, inputs, step=what.step)
+    return SimulatedMounting(what, campaign, out, balances=balances)
 
 
 def _signals(
@@ -128,7 +153,7 @@ def _signals(
     return np.concatenate(pieces), stopped
 
 
-def _cut(run: MountingRun, response: MountingResponse, stopped: BaseException) -> MountingRun:
+def cut_run(run: MountingRun, response: MountingResponse, stopped: BaseException) -> MountingRun:
     """Run whose condition tells where it ends: it is no repeat of a whole one."""
     why = f"{stopped.coordinate} diverged" if isinstance(stopped, DivergedError) else "interrupted"
     return replace(run, condition=f"{run.condition}, cut at {response.time[-1]:g} s: {why}")

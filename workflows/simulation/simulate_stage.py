@@ -29,9 +29,11 @@ from carrierflex.simulation.stage.response import (
     joined_records,
     steps_per_sample,
 )
+from carrierflex.simulation.stage.stage_body import StageBody
 from carrierflex.simulation.stage.stage_cases import StageCase, StageRun, read_stage_case
 from carrierflex.simulation.stage.stage_model import StageModel, stage_model
 from carrierflex.simulation.stage.stage_run import StageResponse, simulate_stage
+from carrierflex.workflows.simulation import linearise_stage
 from carrierflex.workflows.support.progress import Stages
 from carrierflex.workflows.support.stage_bodies import default_stage_body, stage_body_of_files
 
@@ -66,6 +68,7 @@ def main(
     *,
     out: Path,
     curves: Path | None = None,
+    linearised: Path | None = None,
     size: float = DEFAULT_SIZE,
     quiet: bool = False,
 ) -> SimulatedStage:
@@ -79,6 +82,8 @@ def main(
         Campaign folder to write: new, empty, or an earlier campaign.
     curves : Path, optional
         Deflection curves kept with the campaign; without it those of the default carrier.
+    linearised : Path, optional
+        Folder for modes, frequency response and Campbell diagram.
     size : float
         Element edge length [m] of carrier and pins.
     quiet : bool
@@ -99,13 +104,13 @@ def main(
         what.speed, what.data.gear.ring_teeth, sample_rate=what.sample_rate, step=what.step
     )
     curve_set = _curves(curves)
-    stages = Stages(len(what.runs) + 2, quiet)
+    stages = Stages(len(what.runs) + 2 + (linearised is not None), quiet)
     with stages.stage(f"reduced carrier and pins, elements of {size} m"):
-        if what.bodies:
-            body = stage_body_of_files(what.bodies, what.pin_fit_stiffness, size)
-        else:
-            body = default_stage_body(what.pin_fit_stiffness, size)
+        body = _body(what, size)
     model = stage_model(body, what.data, effects=what.effects, speed=what.speed)
+    if linearised is not None:
+        with stages.stage(f"writing {linearised}"):
+            linearise_stage.main(what, model, out=linearised)
     rng, imbalance = np.random.default_rng(what.seed), dict[str, float]()
     stopped: BaseException | None = None
     with growing_runs(out) as growing:
@@ -127,6 +132,12 @@ def main(
     if stopped is not None:
         raise stopped
     return SimulatedStage(what, campaign, out, imbalance, growing.n_samples)
+
+
+def _body(what: StageCase, size: float) -> StageBody:
+    if what.bodies:
+        return stage_body_of_files(what.bodies, what.pin_fit_stiffness, size)
+    return default_stage_body(what.pin_fit_stiffness, size)
 
 
 def _curves(curves: Path | None) -> Mapping[str, DeflectionCurve]:

@@ -24,6 +24,7 @@ _NEEDS_WHOLE_BODY = {
     "frf_tolerance": None,
     "residual_vectors": False,
     "coupling": "rbe3",
+    "interface": "fixed",
     "max_frequency": None,
 }
 

@@ -1,5 +1,7 @@
 """Output folders of the workflows, and pictures written into them: whole files or none."""
 
+import csv
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,6 +34,16 @@ def prepared_folder(path: Path) -> Path:
             f"{path}: cannot write into this output folder ({error.strerror}); expected a writable --out"
         ) from error
     return path
+
+
+def save_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """Write a CSV table; numbers with nine digits."""
+    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows(
+            [cell if isinstance(cell, str) else f"{cell:.9g}" for cell in row] for row in rows
+        )
 
 
 def save_figure(path: Path, figure: "Figure") -> None:

@@ -18,6 +18,8 @@ from carrierflex.workflows.support.named_bodies import body_structure
 #: A body made again is the same where its pilots' stiffness and mass differ by less than this,
 #: relatively.
 _SAME_BODY = 1e-6
+#: Choices with which a body is made again.
+_USUAL = {"coupling": "rbe3", "interface": "fixed"}
 _RECORDED = ("parameters", "size", "modes")
 
 
@@ -27,19 +29,21 @@ def recorded_structure(model: ReducedModel) -> tuple[TetMesh, StructuralModel, i
     Raises
     ------
     FileNotFoundError, ValueError
-        Where the inputs are not recorded, the couplings were rigid, or the carrier's files are gone
-        or changed.
+        Where the inputs are not recorded, couplings or basis were not the usual ones, or the
+        carrier's files are gone or changed.
     """
     missing = [key for key in _RECORDED if key not in model.provenance]
-    if missing or json.loads(model.provenance.get("coupling", '"rbe3"')) != "rbe3":
-        what = (
-            f"does not record {', '.join(missing)}"
-            if missing
-            else "was reduced with rigid couplings"
+    choices = [
+        json.loads(model.provenance.get(name, f'"{usual}"')) for name, usual in _USUAL.items()
+    ]
+    if missing or choices != list(_USUAL.values()):
+        other = ", ".join(
+            f"--{name} {choice}" for name, choice in zip(_USUAL, choices, strict=True)
         )
+        what = f"does not record {', '.join(missing)}" if missing else f"was reduced with {other}"
         raise ValueError(
-            f"{model.name}: the body file {what}; expected one of carrierflex reduce --coupling rbe3: Exudyn needs the finite "
-            "elements, which are made again from its inputs"
+            f"{model.name}: the body file {what}; expected one of carrierflex reduce --coupling rbe3 --interface fixed: "
+            "Exudyn needs the finite elements, which are made again from its inputs"
         )
     inputs = {key: json.loads(model.provenance[key]) for key in _RECORDED}
     tables, size = inputs["parameters"], float(inputs["size"])

@@ -2,19 +2,15 @@
 
 import numpy as np
 
-from carrierflex.simulation.mounting.bushings import (
-    HydrodynamicBushing,
-    LinearBushing,
-    NonlinearBushing,
-)
+from carrierflex.simulation.mounting.bushings import TABLE_3
 from carrierflex.simulation.mounting.inputs import MountingInputs
 
 BUSHINGS = {
-    "linear": {**LinearBushing().parameters(), "C1": 1e5},
-    "linear, damping of the paper": LinearBushing().parameters(),
-    "nonlinear": {**NonlinearBushing().parameters(), "C1": 3e4},
-    "nonlinear, damping of the paper": {**NonlinearBushing().parameters(), "C1": 4.83e6},
-    "hydro-dynamic": HydrodynamicBushing(m=0.0).parameters(),
+    "linear": {**TABLE_3["linear"], "C1": 1e5},
+    "linear, damping of the paper": TABLE_3["linear"],
+    "nonlinear": {**TABLE_3["nonlinear"], "C1": 3e4},
+    "nonlinear, damping of the paper": {**TABLE_3["nonlinear"], "C1": 4.83e6},
+    "hydro-dynamic": {**TABLE_3["hydrodynamic"], "m": 0.0},
 }
 
 

@@ -6,7 +6,7 @@ from carrierflex.simulation.mounting.equations import mounting_blocks
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.parameters import INDEX, parameter_array
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
-from carrierflex.simulation.mounting.simulate import simulate, zeroed, zeroed_as_measured
+from carrierflex.simulation.mounting.simulate import simulate
 from carrierflex.simulation.mounting.time_integration import mounting_model, state_at_rest
 from tests.simulation.mounting.mounting_runs import BUSHINGS, shaking_inputs
 from tests.simulation.mounting.scipy_reference import reference_signals
@@ -178,14 +178,6 @@ def test_sensor_matrix_reads_the_points_of_figure_5():
         point, axis = points[sensor]
         assert_allclose(read[place], (motion[:3] + np.cross(motion[3:], point))[axis], rtol=1e-12)
     assert_allclose(rig.housing_motion(read[None])[0], motion, rtol=1e-12)
-
-
-def test_zeroing_follows_equations_13_to_15():
-    simulated, measured = np.arange(60.0).reshape(30, 2), np.full((30, 2), 7.0)
-    assert_allclose(zeroed(simulated, 20)[:20].mean(axis=0), 0.0, atol=1e-14)
-    assert_allclose(
-        zeroed_as_measured(simulated, measured, 20), simulated + 7.0 - simulated[:20].mean(axis=0)
-    )
 
 
 def test_mass_matrix_is_the_inertia_about_the_main_bearing():

@@ -10,15 +10,11 @@ from numpy.testing import assert_allclose
 
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.mounting.batch import rms_of_sensors, simulate_batch
+from carrierflex.simulation.mounting.bushings import TABLE_3
 from carrierflex.simulation.mounting.case_files import read_mounting_case
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.load_history import LoadHistory
-from carrierflex.simulation.mounting.parameters import (
-    EFFECT_PARAMETERS,
-    PARAMETERS,
-    parameter_array,
-    parameters_of,
-)
+from carrierflex.simulation.mounting.parameters import PARAMETERS, parameter_array
 from carrierflex.simulation.mounting.record_files import marched_pieces, write_record
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.mounting.simulate import response_of, signal_pieces, simulate
@@ -161,7 +157,7 @@ def test_pieces_that_do_not_fit_are_refused(tmp_path):
 def test_every_effect_of_the_contract_has_parameters_within_bounds():
     from carrierflex.identification.campaign.campaign_kinds import MOUNTING
 
-    assert set(EFFECT_PARAMETERS) == set(MOUNTING.effects)
+    assert {parameter.effect for parameter in PARAMETERS} - {""} == set(MOUNTING.effects)
     neutral = parameter_array(RIG)
     inputs = shaking_inputs(1.0)
     base = simulate(RIG, neutral, inputs).signals
@@ -185,7 +181,11 @@ def test_every_effect_of_the_contract_has_parameters_within_bounds():
     }
     values |= {f"gain_{s}": 1.05 for s in SENSORS} | {f"zero_{s}": 1e-4 for s in SENSORS}
     for effect in MOUNTING.effects:
-        chosen = {parameter.name: values[parameter.name] for parameter in parameters_of([effect])}
+        chosen = {
+            parameter.name: values[parameter.name]
+            for parameter in PARAMETERS
+            if parameter.effect == effect
+        }
         changed = simulate(RIG, parameter_array(RIG, chosen), inputs).signals
         assert np.abs(changed - base).max() > 1e-6, effect
     for place, parameter in enumerate(PARAMETERS):
@@ -239,6 +239,21 @@ def test_torque_sweeps_of_the_bushings_give_both_stiffnesses():
         ValueError, match=r"torque is -1.0 N m, duration 60.0 s; expected positive numbers"
     ):
         mounting_sweep(MountingRig(), parameter_array(MountingRig()), -1.0)
+
+
+def test_a_case_takes_a_column_of_table_3_and_constants_beside_it(tmp_path):
+    before, rest = shipped_case("mounting_2011").read_text().split("\n[truth]\n")
+    runs = rest.split("\n[[runs]]\n")[1]
+    path = tmp_path / "case.toml"
+    path.write_text(f'{before}\n[truth]\ntable_3 = "hydrodynamic"\nm = 0.0\n\n[[runs]]\n{runs}')
+    case = read_mounting_case(path)
+    assert_allclose(case.truth, parameter_array(case.rig, {**TABLE_3["hydrodynamic"], "m": 0.0}))
+    path.write_text(path.read_text().replace('"hydrodynamic"', '"rubber"'))
+    with pytest.raises(
+        ValueError,
+        match="key 'table_3' is 'rubber'; expected one of linear, nonlinear, hydrodynamic",
+    ):
+        read_mounting_case(path)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,9 @@ import os
 import signal
 import threading
 import time
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from rich.console import Console
@@ -65,6 +67,43 @@ def test_per_run_everything_stands_under_its_run(folder, tmp_path):
     document = json.loads((tmp_path / "identification.json").read_text())
     assert document["shared"] == {}
     assert set(document["runs"]["R0"]["parameters"]) == {"K1", "C1", "P_T"}
+
+
+def test_the_housing_motion_is_the_torques_roll_and_the_fit_leaves_noise(folder, tmp_path):
+    result = main(folder, model="nonlinear_bushing", out=tmp_path, housing_motion=True, quiet=True)
+    measured, left = result.motion_rms["R0"]
+    # Noise of 5 um at each sensor: 5 um sqrt(2) / (2 R_x) of roll.
+    assert_allclose(left[3], 5e-6 / np.sqrt(2.0) / 0.75, rtol=0.2)
+    assert measured[3] == measured[3:].max() > 100.0 * left[3]
+    table = np.genfromtxt(
+        tmp_path / "housing_motion_R0.csv", delimiter=",", names=True, deletechars=""
+    )
+    assert_allclose(np.sqrt(np.mean(table["theta_x_measured_[rad]"] ** 2)), measured[3], rtol=1e-6)
+    console = Console(width=80, record=True, file=io.StringIO())
+    console.print(estimate_table(result))
+    assert "left by the model" in console.export_text()
+
+
+def test_the_housing_motion_needs_its_sensors_before_anything_is_fitted(tmp_path):
+    campaign = mounting_campaign(LINEAR_TRUTH, duration=20.0, rate=10.0)
+    five = replace(
+        campaign,
+        channels=campaign.channels[1:],
+        runs=tuple(
+            replace(run, signals={k: v for k, v in run.signals.items() if k != "ssx"})
+            for run in campaign.runs
+        ),
+    )
+    write_campaign(five, tmp_path / "campaign")
+    with pytest.raises(ValueError, match=r"5 sensors .* see 5 of 6 coordinates"):
+        main(
+            tmp_path / "campaign",
+            model="linear_bushing",
+            out=tmp_path / "out",
+            housing_motion=True,
+            quiet=True,
+        )
+    assert not (tmp_path / "out").exists()
 
 
 def test_the_complex_method_stands_beside_the_fit(tmp_path):

@@ -3,6 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from carrierflex.fe.curve_files import write_curves
 from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
@@ -57,6 +58,34 @@ def test_m1_needs_no_curves_and_per_run_leaves_nothing_shared(tmp_path, campaign
         "phi_PLC",
         "theta_PLC",
     }
+
+
+def test_resampling_weighs_angles_alike_where_the_speed_varies(tmp_path, campaign):
+    whole, even = (
+        main(campaign, model="m2", out=tmp_path / name, samples_per_revolution=count, quiet=True)
+        for name, count in (("whole", 0), ("even", 128))
+    )
+    values = [result.estimates["m2"]["LC1"].values for result in (whole, even)]
+    assert_allclose(values[1], values[0], rtol=0.05)
+    assert (values[1] != values[0]).all()
+    for path in even.files:
+        assert path.is_file()
+    with pytest.raises(ValueError, match="8 samples a revolution; expected at least 16"):
+        main(campaign, model="m2", out=tmp_path / "x", samples_per_revolution=8, quiet=True)
+    with pytest.raises(
+        ValueError, match="--samples-per-revolution is for the motion of the carrier"
+    ):
+        main(
+            campaign,
+            model="linear_bushing",
+            out=tmp_path / "x",
+            samples_per_revolution=64,
+            quiet=True,
+        )
+    with pytest.raises(
+        ValueError, match="--housing-motion is for campaigns of the mounting; m1 fits the carrier"
+    ):
+        main(campaign, model="m1", out=tmp_path / "x", housing_motion=True, quiet=True)
 
 
 def test_a_campaign_of_another_kind_is_refused_and_leaves_nothing(tmp_path):

@@ -91,7 +91,7 @@ def test_what_is_no_body_file_is_refused(tmp_path):
         ),
         (
             {"coupling": "rbe2"},
-            "pin: the body file was reduced with rigid couplings; expected one of carrierflex reduce",
+            "pin: the body file was reduced with --coupling rbe2, --interface fixed; expected one of carrierflex reduce",
         ),
         (
             {"modes": 3},

@@ -5,10 +5,12 @@ import json
 import h5py
 import numpy as np
 import pytest
+import scipy.linalg
+from numpy.testing import assert_allclose
 
 from carrierflex.reduction.body_files import read_body, read_certificate
 from carrierflex.workflows.fe import compare_couplings
-from carrierflex.workflows.reduction import check_certificate, reduce_body
+from carrierflex.workflows.reduction import check_certificate, export_body, reduce_body
 
 COARSE = 0.06
 
@@ -59,6 +61,65 @@ def test_cut_off_frequency_keeps_the_modes_below_it(tmp_path):
     assert max(frequencies) < 12_000.0
     with pytest.raises(ValueError, match="expected one of them"):
         reduce_body.main(body="pin", out=path, modes=3, max_frequency=1.0, quiet=True)
+
+
+def test_a_free_interface_body_is_certified_and_holds_its_free_modes(body, tmp_path):
+    path = tmp_path / "free.h5"
+    model = reduce_body.main(
+        body="carrier", interface="free", out=path, modes=12, size=COARSE, quiet=True
+    )
+    certificate = check_certificate.main(path)
+    assert certificate.met
+    told = " ".join(check.name for check in certificate.checks)
+    assert "MAC of these" in told
+    assert "static compliance at downwind_seat" in told
+
+    def free_hz(one):
+        return np.sqrt(np.abs(scipy.linalg.eigh(one.K, one.M, eigvals_only=True)))[6:14] / (
+            2.0 * np.pi
+        )
+
+    labelled = [
+        float(label.split("(")[1].split(" ")[0])
+        for label in model.labels
+        if label.startswith("mode")
+    ]
+    assert labelled[:6] == [0.0] * 6
+    assert_allclose(free_hz(model), labelled[6:14], atol=0.06)
+    # Holding nine pilots shifts every mode: the body of as many fixed-interface modes lies above.
+    shift = free_hz(read_body(body)) / free_hz(model) - 1.0
+    assert (shift > 0.0).all()
+    assert shift.max() > 0.02
+    with h5py.File(path) as file:
+        assert "effective_interface_mass" not in file
+    for more in ({"coupling": "rbe2"}, {"max_frequency": 100.0}, {"residual_vectors": True}):
+        with pytest.raises(
+            ValueError, match="--interface free keeps a number of modes at distributing couplings"
+        ):
+            reduce_body.main(body="pin", interface="free", out=path, quiet=True, **more)
+    with pytest.raises(
+        ValueError,
+        match="--by-symmetry works on the half sector, --interface free needs the whole body",
+    ):
+        reduce_body.main(body="carrier", interface="free", by_symmetry=True, out=path, quiet=True)
+
+
+def test_equal_node_weights_are_another_distributing_coupling(tmp_path):
+    stiffness = {}
+    for coupling in ("rbe3", "rbe3-nodes", "rbe2"):
+        path = tmp_path / f"{coupling}.h5"
+        model = reduce_body.main(
+            body="pin", coupling=coupling, out=path, modes=4, size=COARSE, quiet=True
+        )
+        assert check_certificate.main(path).met
+        stiffness[coupling] = model.K.diagonal()[:18]
+    assert (stiffness["rbe3-nodes"] < stiffness["rbe2"]).all()
+    difference = np.abs(stiffness["rbe3-nodes"] / stiffness["rbe3"] - 1.0)
+    assert 1e-3 < difference.max() < 0.3
+    with pytest.raises(
+        ValueError, match="was reduced with --coupling rbe3-nodes, --interface fixed"
+    ):
+        export_body.main(tmp_path / "rbe3-nodes.h5", format="exudyn", out=tmp_path / "pin.npz")
 
 
 def test_rigid_couplings_bound_the_stiffness_from_above(tmp_path):

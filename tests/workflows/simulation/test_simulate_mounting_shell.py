@@ -210,7 +210,10 @@ def test_a_folder_of_something_else_is_refused_before_the_run(tmp_path, monkeypa
     assert [path.name for path in (tmp_path / "notes").iterdir()] == ["mine.txt"]
 
 
-def test_only_a_mounting_case_is_linearised(tmp_path):
-    with pytest.raises(ValueError, match="only a case of kind mounting is linearised"):
-        main(shipped_case("stage_lc1"), out=tmp_path / "out", linearised=tmp_path / "lin")
+def test_only_mountings_and_stages_are_linearised(tmp_path):
+    with pytest.raises(
+        ValueError,
+        match=r"--linearised is for mountings and stages; carrier_lc1_to_lc4\.toml is neither",
+    ):
+        main(shipped_case("carrier_lc1_to_lc4"), out=tmp_path / "out", linearised=tmp_path / "lin")
     assert not any(tmp_path.iterdir())

@@ -262,3 +262,30 @@ def test_a_run_that_diverges_at_once_leaves_nothing(tmp_path, curves, monkeypatc
     with pytest.raises(StageDivergedError, match="left the range of small motions"):
         main(short_case(tmp_path), out=tmp_path / "campaign", curves=curves)
     assert not list(tmp_path.glob("*campaign*"))
+
+
+@pytest.mark.usefixtures("coarse")
+def test_the_linearised_stage_swings_in_torsion_first_and_tilts_under_a_slow_radial_load(
+    tmp_path, curves
+):
+    case = short_case(tmp_path, ("duration = 5.5", "duration = 0.2"))
+    main(case, out=tmp_path / "campaign", curves=curves, linearised=tmp_path / "lin", quiet=True)
+    assert {path.name for path in (tmp_path / "lin").iterdir()} == {
+        "modes.csv", "frequency_response.csv", "campbell.csv", "linearised.png", "linearised.json"
+    }  # fmt: skip
+    modes = np.genfromtxt(
+        tmp_path / "lin" / "modes.csv", delimiter=",", names=True, dtype=None, encoding="utf-8"
+    )
+    # The torsion of the drive train, 1.57 Hz without the generator's speed control, which damps it.
+    assert 1.0 < modes["frequency_hz"][0] < 1.57
+    assert (modes["damping_ratio"] > 0.0).all()
+    response = np.genfromtxt(tmp_path / "lin" / "frequency_response.csv", delimiter=",", names=True)
+    slow = [
+        [response[f"s{angle}_per_{load}_re_mN"][0] for angle in ("047", "137", "227", "317")]
+        for load in ("ntl_y", "ntl_z")
+    ]
+    # The rim tilts as a whole: sensors opposite one another read opposite motions,
+    # but for the waves of order 2 that the three webs add.
+    assert np.abs(np.array(slow)[:, :2] + np.array(slow)[:, 2:]).max() < 0.15 * np.abs(slow).max()
+    campbell = np.genfromtxt(tmp_path / "lin" / "campbell.csv", delimiter=",", names=True)
+    assert_allclose(campbell["mesh_hz"][-1], 1.2 * 36.465, rtol=1e-4)

@@ -1,0 +1,58 @@
+"""Results of the workflows on reduced bodies as tables on the screen."""
+
+from typing import TYPE_CHECKING
+
+from rich.console import Group, RenderableType
+from rich.markup import escape
+
+from carrierflex.reduction.reduced_model import PILOT_COORDINATES
+from carrierflex.workflows.screen.titled_table import titled_table as _table
+
+if TYPE_CHECKING:
+    from carrierflex.reduction.coupling_bracket import CouplingBracket
+    from carrierflex.workflows.reduction.join_rotating_group import JoinedGroup
+
+
+def joined_table(joined: "JoinedGroup") -> RenderableType:
+    """Elastic free modes of the rotating group, and what the tilt does at the rim."""
+    modes = _table("free modes", "Hz", "moves most", "rim")
+    for mode in joined.modes:
+        modes.add_row(f"{mode.frequency_hz:.1f}", mode.leading_pilot, mode.rim_motion)
+    parts: list[RenderableType] = [modes]
+    if joined.swing:
+        swing = _table("axial swing of the rim by the tilt, um", "supports", "order 1")
+        for name, value in joined.swing.items():
+            swing.add_row(name, f"{value * 1e6:.1f}")
+        parts += ["", swing]
+    return Group(*parts, "", *(escape(str(file)) for file in joined.files))
+
+
+def coupling_table(brackets: "dict[str, CouplingBracket]") -> RenderableType:
+    """Own stiffness of every pilot coordinate from distributing to rigid, and the rim's orders with either and with a mix."""
+    parts: list[RenderableType] = []
+    for variant, bracket in brackets.items():
+        for unit, part in (("GN/m", slice(0, 3)), ("GN m/rad", slice(3, 6))):
+            coordinates = [f"{name.split(' ')[0]}, {unit}" for name in PILOT_COORDINATES[part]]
+            table = _table(f"{variant} carrier", "pilot", *coordinates)
+            for pilot, soft, rigid in zip(
+                bracket.pilots, *bracket.stiffness[:, :, part] / 1e9, strict=True
+            ):
+                table.add_row(
+                    pilot,
+                    *(f"{low:.3g} to {high:.3g}" for low, high in zip(soft, rigid, strict=True)),
+                )
+            parts += [table, ""]
+        title = f"{bracket.curve_name}, um/kN m"
+        orders = _table(title, "rigid", "order 3", "order 6", "peaks", "change, %")
+        for rigid_part, curve in bracket.all_curves.items():
+            content = curve.axial_order_content() * 1e6
+            change = 100.0 * bracket.curve_change(rigid_part)
+            orders.add_row(
+                rigid_part,
+                f"{content[3]:.4f}",
+                f"{content[6]:.4f}",
+                str(len(curve.peak_angles())),
+                f"{change:.1f}",
+            )
+        parts += [orders, ""]
+    return Group(*parts)

@@ -1,0 +1,147 @@
+"""Torsional stiffness of shaft, gearbox and mounting, and the frequencies of the drive train (2011 paper, sections 5.2, 5.3).
+
+A torque that grows at the hub gives the stiffness of main shaft and gearbox from the whole
+planetary stage and that of the mounting from its bushings; two topologies of the torsional train
+give the frequencies. A good answer: three stiffnesses of one order of magnitude, and a first
+frequency that the mounting lowers by a third. That shaft and gearbox agree with the paper proves
+nothing: their dimensions in the stage were derived from the printed stiffnesses.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from carrierflex.files.json_files import save_json
+from carrierflex.files.versions import versions
+from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.reduction.pin_joints import PAPER_STIFFNESS
+from carrierflex.simulation.mounting.case_files import read_mounting_case
+from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.torque_sweep import mounting_sweep
+from carrierflex.simulation.mounting.torsional_train import (
+    TorqueSweep,
+    TorsionalTrain,
+    mounted_and_held_hz,
+)
+from carrierflex.simulation.stage.stage_model import stage_model
+from carrierflex.simulation.stage.torque_sweep import stage_sweeps
+from carrierflex.simulation.stage.torsion_view import torque_sweep_figure
+from carrierflex.workflows.support.outputs import prepared_folder, save_figure, save_table
+from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.support.stage_bodies import default_stage_body
+
+#: What the 2011 paper prints: stiffness [N m/rad] by member, first frequency by mounting (in Hz;
+#: printed as rad/s).
+PAPER_STIFFNESSES = {"main shaft": 50e6, "gearbox": 27e6, "mounting": 11.4e6}
+PAPER_FREQUENCIES_HZ = {"held": 2.11, "on bushings": 1.47}
+
+
+@dataclass(frozen=True, eq=False)
+class Torsion:
+    """Sweeps by member, and frequencies [Hz] of the train by topology and mounting."""
+
+    sweeps: Mapping[str, TorqueSweep]
+    frequencies_hz: Mapping[tuple[str, str], np.ndarray]
+
+
+def main(
+    *,
+    out: Path,
+    torque: float = 360e3,
+    mounting: Path | None = None,
+    rotor_inertia: float = TorsionalTrain.rotor,
+    generator_inertia: float = TorsionalTrain.generator,
+    housing_inertia: float = TorsionalTrain.housing_inertia,
+    shaft_stiffness: float = TorsionalTrain.shaft_stiffness,
+    gearbox_stiffness: float = TorsionalTrain.gearbox_stiffness,
+    bushing_stiffness: float = TorsionalTrain.bushing_stiffness,
+    size: float = DEFAULT_SIZE,
+    quiet: bool = False,
+) -> Torsion:
+    """Torsional stiffness of main shaft, gearbox and mounting, and natural frequencies of the torsional drive train.
+
+    Stiffnesses come from a torque sweep of the default planetary stage and of the mounting; the
+    frequencies from the inertias and stiffnesses given here, by default those that the 2011 paper
+    prints (its figure 12).
+
+    Parameters
+    ----------
+    out
+        Folder for torsion.json, torque_sweep.csv and torque_sweep.png.
+    torque
+        Torque on the main shaft that the sweep reaches [N m].
+    mounting
+        Case file of kind mounting whose bushings are swept (its [rig] and [truth]); linear bushings
+        of table 3 without it.
+    rotor_inertia
+        Of the rotor about the main shaft [kg m^2].
+    generator_inertia
+        Of the high-speed shaft with the generator about its own axis [kg m^2].
+    housing_inertia
+        Of the gearbox housing about the main shaft [kg m^2]; the paper leaves it out.
+    shaft_stiffness
+        Of the main shaft [N m/rad].
+    gearbox_stiffness
+        Of the gearbox at the main shaft, housing and output held [N m/rad].
+    bushing_stiffness
+        Of the mounting about the main shaft [N m/rad].
+    size
+        Element edge length of carrier and pins [m].
+    quiet
+        Show no progress.
+
+    Returns
+    -------
+    Torsion
+        Sweeps and frequencies.
+    """
+    train = TorsionalTrain(
+        rotor=rotor_inertia,
+        generator=generator_inertia,
+        housing_inertia=housing_inertia,
+        shaft_stiffness=shaft_stiffness,
+        gearbox_stiffness=gearbox_stiffness,
+        bushing_stiffness=bushing_stiffness,
+    )
+    rig, bushings = _mounting(mounting)
+    on_mounting = mounting_sweep(rig, bushings, torque)
+    stages = Stages(2, quiet)
+    with stages.stage(f"reduced carrier and pins, elements of {size} m"):
+        body = default_stage_body(PAPER_STIFFNESS, size)
+    with stages.stage("torque sweep of the stage"):
+        sweeps = stage_sweeps(stage_model(body, speed=0.0), torque * np.linspace(0.1, 1.0, 10))
+    found = Torsion(
+        {"main shaft": sweeps.main_shaft, "gearbox": sweeps.gearbox, "mounting": on_mounting},
+        mounted_and_held_hz(train),
+    )
+    _write(found, train, prepared_folder(out))
+    return found
+
+
+def _mounting(case: Path | None) -> tuple[MountingRig, np.ndarray]:
+    if case is None:
+        return MountingRig(), parameter_array(MountingRig())
+    what = read_mounting_case(case)
+    return what.rig, what.truth
+
+
+def _write(found: Torsion, train: TorsionalTrain, out: Path) -> None:
+    rows = [
+        [name, torque, rotation]
+        for name, sweep in found.sweeps.items()
+        for torque, rotation in zip(sweep.torque, sweep.rotation, strict=True)
+    ]
+    save_table(out / "torque_sweep.csv", ["member", "torque [N m]", "rotation [rad]"], rows)
+    save_figure(out / "torque_sweep.png", torque_sweep_figure(found.sweeps))
+    content = {
+        "train": train,
+        "stiffness_nm_per_rad": {name: sweep.stiffness for name, sweep in found.sweeps.items()},
+        "frequencies_hz": {
+            f"{topology}, {mount}": f for (topology, mount), f in found.frequencies_hz.items()
+        },
+        "versions": versions(),
+    }
+    save_json(out / "torsion.json", content)

@@ -1,0 +1,101 @@
+"""Simulate what the sensors at the carrier's rim would read in a set of load cases.
+
+Reads a case (the shipped one holds LC1 to LC4 of the 2012 paper), simulates every run from the
+carrier's true motion and writes a campaign folder. A good answer: the order-1 swing of the tilt
+rules the axial signals, with three small peaks a revolution of the deflection on top of it.
+"""
+
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from carrierflex.fe.curve_files import read_curves, write_curves
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.campaign_files import CASE_COPY, write_campaign
+from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE, simulated_campaign
+from carrierflex.simulation.carrier.case_files import SimulationCase, read_case
+from carrierflex.simulation.carrier.motion import simulate_run
+from carrierflex.workflows.support.progress import Stages
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedLoadCases:
+    """What the workflow made.
+
+    Parameters
+    ----------
+    case : SimulationCase
+        The case with its truth.
+    campaign : Campaign
+        The simulated records.
+    folder : Path
+        Where they were written.
+    """
+
+    case: SimulationCase
+    campaign: Campaign
+    folder: Path
+
+
+def main(
+    case: Path, *, out: Path, curves: Path | None = None, quiet: bool = False
+) -> SimulatedLoadCases:
+    """Simulate the rim sensors in a set of load cases and write them as a campaign folder.
+
+    Parameters
+    ----------
+    case : Path
+        Case file (TOML): rig, sensors and runs with the carrier's true motion; SI units.
+    out : Path
+        Campaign folder to write: new, empty, or an earlier campaign.
+    curves : Path, optional
+        Deflection curves (CSV: theta_deg, delta_s, delta_f [m per kN m]); without it those of the
+        default carrier serve.
+    quiet : bool
+        Show no progress.
+
+    Returns
+    -------
+    SimulatedLoadCases
+        The case, the campaign and its folder.
+
+    Raises
+    ------
+    ValueError
+        Where the case or the curves are refused, or the folder holds something that is not a
+        campaign.
+    """
+    if curves is None:
+        from carrierflex.workflows.support.default_curves import default_curves
+
+        curve_set = default_curves()
+    else:
+        curve_set = read_curves(curves)
+    what = read_case(case, curve_set["delta_f"])
+    rng = np.random.default_rng(what.seed)
+    stages = Stages(len(what.runs) + 1, quiet)
+    records = []
+    for run in what.runs:
+        with stages.stage(f"{run.name}, {run.duration:g} s"):
+            delta_s, delta_f = curve_set["delta_s"], curve_set["delta_f"]
+            records.append(
+                simulate_run(run, what.sensors, delta_s, delta_f, noise_std=what.noise_std, rng=rng)
+            )
+    campaign = simulated_campaign(
+        what.name,
+        what.sensors,
+        list(zip(what.runs, records, strict=True)),
+        rig=what.rig,
+        noise_std=what.noise_std,
+    )
+    more_files: dict[str, Callable[[Path], None]] = {
+        CURVES_FILE: lambda path: write_curves(path, curve_set),
+        CASE_COPY: partial(shutil.copyfile, case),
+    }
+    with stages.stage(f"writing {out}"):
+        write_campaign(campaign, out, more_files=more_files)
+    return SimulatedLoadCases(what, campaign, out)
