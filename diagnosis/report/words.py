@@ -231,9 +231,16 @@ def position_of(cell: GapCell) -> str:
     return f"{high:.4g} Hz" if high <= 1.001 * low or low == high else f"{low:.3g}–{high:.3g} Hz"
 
 
+def rounded(value: float, decimals: int) -> str:
+    """Number with so many decimals; what rounds to zero has no sign."""
+    return f"{round(value, decimals) + 0.0:.{decimals}f}"
+
+
 def pair(ends: Interval) -> str:
     """Interval of an exponent."""
-    return f"{ends[0]:.1f} to {ends[1]:.1f}" if all(math.isfinite(end) for end in ends) else UNKNOWN
+    if not all(math.isfinite(end) for end in ends):
+        return UNKNOWN
+    return f"{rounded(ends[0], 1)} to {rounded(ends[1], 1)}"
 
 
 def root_sized(mean_square: float, unit: str) -> str:
