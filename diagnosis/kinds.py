@@ -1,4 +1,4 @@
-"""The plant of a campaign, by its kind; a new kind joins this table."""
+"""The comparison problem of a campaign, by its kind; a new kind joins this table."""
 
 from collections.abc import Callable, Mapping
 
@@ -34,7 +34,7 @@ def problem_of(campaign: Campaign, curves: Curves | None = None) -> tuple[Compar
     Raises
     ------
     ValueError
-        Where no plant knows the kind, or the plant refuses the records.
+        Where no builder knows the kind, or it refuses the records.
     """
     if campaign.kind not in PROBLEM_BUILDERS:
         known = ", ".join(PROBLEM_BUILDERS)
@@ -77,7 +77,7 @@ def _mounting(campaign: Campaign, curves: Curves | None) -> tuple[ComparisonProb
     return problem, problem.noise_is_measured
 
 
-#: Builder by kind: gives the plant, and whether its noise floor was declared or comes from repeats.
+#: Builder by kind: gives the problem, and whether its noise floor was declared or comes from repeats.
 PROBLEM_BUILDERS: dict[str, Callable[[Campaign, Curves | None], tuple[ComparisonProblem, bool]]] = {
     "carrier": _carrier,
     "element": _element,

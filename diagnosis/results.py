@@ -29,9 +29,9 @@ class Diagnosis:
     reduction : GapReduction
         How far.
     pictures : tuple of Picture
-        Gap along the motion, where the plant draws it.
+        Gap along the motion, where the kind draws it.
     gap : GapDetail, optional
-        The baseline's gap beyond its map, where the plant looks at it.
+        Gap of the baseline beyond its map; None where nothing was diagnosed.
     """
 
     campaign: str

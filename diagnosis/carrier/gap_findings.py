@@ -131,7 +131,7 @@ class CarrierGap:
         )
 
     def scalars(self) -> tuple[Scalar, ...]:
-        """Static tilt, tilt at 1X, radial 1X and peak to peak by revolution, measured and predicted."""
+        """Static tilt, tilt at 1X, radial 1X and peak to peak by revolution."""
         channels = self.campaign.channels
         target = self.records.orders[..., 0]
         is_complete = np.isfinite(target).all(axis=(1, 2))
@@ -264,7 +264,7 @@ class CarrierGap:
         return square / np.maximum(degrees, 1.0), degrees
 
     def _off_orders(self, run: int) -> list[NonSynchronousCell]:
-        """Mean square off the orders by channel; the model's own part there is neglected."""
+        """Mean square off the orders by channel; the model's part there is neglected."""
         variance, degrees = self._off_variance(run)
         n_channels = len(self.campaign.channels)
         cells = []

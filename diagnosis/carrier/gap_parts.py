@@ -100,7 +100,7 @@ def gap_parts(cells: Sequence[GapCell]) -> tuple[GapPart, ...]:
 
 
 def frame_of(part: GapPart, parts: Sequence[GapPart]) -> str:
-    """What a part is fixed to, told by its pattern and order.
+    """What a part is fixed to, by its pattern and order.
 
     Static parts stay with the housing. A shape that turns with the carrier shows order n only in
     pattern ``m = n mod 4``, and in a radial pair as forward motion for n = 1, 5, ..., backward for
@@ -227,7 +227,10 @@ def _large_part(part: GapPart, parts: Sequence[GapPart], conditions: Conditions)
 
 
 def _changes_with_load(part: GapPart, growth: PartGrowth, conditions: Conditions) -> bool:
-    """Whether a part differs between runs with and without a radial load, its growth with torque taken out."""
+    """Whether a part differs between runs with and without a radial load.
+
+    Its growth with torque is taken out where it is known.
+    """
     loads = conditions[RADIAL_LOAD]
     exponent = growth.exponents[TORQUE]
     is_known = exponent.ci95[1] - exponent.value <= _KNOWN_WITHIN

@@ -117,7 +117,7 @@ def block_forces(
     scale = np.linalg.norm(design, axis=1)
     scale[scale == 0.0] = 1.0
     law = np.linalg.lstsq((design / scale[:, None]).T, target, rcond=1e-10)[0] / scale
-    residuals = [own_force - law @ own for own_force, own in zip(force, columns, strict=True)]
+    residuals = [f - law @ rows for f, rows in zip(force, columns, strict=True)]
     floor = [_force_noise(model, record, law, float(noise[r])) for r, record in enumerate(records)]
     return BlockForces(
         deflection=deflection,

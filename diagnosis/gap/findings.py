@@ -24,7 +24,7 @@ ORDERS = "orders"
 LINES = "lines"
 MOTION_BANDS = "bands of motions"
 
-#: Parity of the missing law, told by the lines of a periodic drive of odd lines alone, or why it is
+#: Parity of the missing law, determined by the lines of a periodic drive of odd lines alone, or why it is
 #: not determinable.
 ODD = "odd"
 EVEN = "even"
@@ -76,7 +76,7 @@ class Finding:
     frame : str
         What it is fixed to; empty where nothing turns.
     p_value : float
-        Largest of the significant runs; NaN where it is not told.
+        Largest of the significant runs; NaN where it is unknown.
     exponents : mapping of str to Exponent
         Amplitude-scaling exponents by condition.
     changes_with : str
@@ -198,7 +198,7 @@ class PartGrowth:
 
 @dataclass(frozen=True, eq=False)
 class CellValidation:
-    """Comparison error of one significant cell, before and after, and its uncertainty (ASME V&V 20).
+    """Comparison error of one significant cell and its uncertainty (ASME V&V 20).
 
     Parameters
     ----------
@@ -244,7 +244,7 @@ class Scalar:
 
 @dataclass(frozen=True, eq=False)
 class ScalarGap:
-    """Area between the distributions of a scalar, measured and simulated, ``integral |F_s - F_m| dx``.
+    """Area between measured and simulated distribution of a scalar, ``integral |F_s - F_m| dx``.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 SPAN = 1.3
 #: Values below this share of the largest count as "without" (a radial load at rest of its rams).
 WITHOUT = 0.01
-#: A condition is told from the others where this share of its variation is its own.
+#: A condition is separable from the others where this share of its variation is its own.
 _OWN_SHARE = 0.3
 #: No amplitude is trusted to better than this: the law itself is not exact.
 _LEAST_ERROR = 5e-3
@@ -71,13 +71,12 @@ def exponents(
     dict of str to Exponent
         By condition.
     """
-    found = {}
+    by_condition = {}
     for name, values in conditions.items():
         used = (size > 0.0) & (values > WITHOUT * float(values.max(initial=0.0)))
-        found[name] = _exponent(
-            name, size[used], error[used], {own: v[used] for own, v in conditions.items()}
-        )
-    return found
+        present = {other: column[used] for other, column in conditions.items()}
+        by_condition[name] = _exponent(name, size[used], error[used], present)
+    return by_condition
 
 
 def _exponent(
@@ -86,12 +85,12 @@ def _exponent(
     n = size.size
     if n < 2:
         return _none(n, "fewer than two points show it")
-    columns = {own: _column(values) for own, values in conditions.items()}
-    varying = [own for own, column in columns.items() if np.ptp(column) >= np.log(SPAN)]
+    columns = {other: _column(values) for other, values in conditions.items()}
+    varying = [other for other, column in columns.items() if np.ptp(column) >= np.log(SPAN)]
     if name not in varying:
         return _none(n, f"{name} does not vary")
-    others = [own for own in varying if own != name]
-    design = np.column_stack([np.ones(n), *(columns[own] for own in others)])
+    others = [other for other in varying if other != name]
+    design = np.column_stack([np.ones(n), *(columns[other] for other in others)])
     centred = columns[name] - columns[name].mean()
     alone = columns[name] - design @ np.linalg.lstsq(design, columns[name], rcond=None)[0]
     if np.linalg.norm(alone) < _OWN_SHARE * np.linalg.norm(centred):
@@ -114,7 +113,8 @@ def _column(values: FloatArray) -> FloatArray:
 
 def _fitted(design: FloatArray, target: FloatArray, error: FloatArray) -> Exponent:
     """Weighted least squares; the first column's coefficient."""
-    X, y = design / error[:, None], target / error
+    X = design / error[:, None]
+    y = target / error
     covariance = np.linalg.pinv(X.T @ X)
     solution = covariance @ (X.T @ y)
     dof = len(y) - X.shape[1]

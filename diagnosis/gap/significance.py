@@ -11,7 +11,7 @@ from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
 #: A cell counts as beyond chance where its adjusted p-value is below this: one false cell in a
 #: hundred at most among those that are shown.
 SIGNIFICANCE = 0.01
-#: Cells that hold this share of the significant gap stand for its place.
+#: The position of the gap is that of the cells that hold this share of what is significant.
 _MOST_OF_THE_GAP = 0.8
 
 

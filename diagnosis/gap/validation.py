@@ -13,7 +13,9 @@ from carrierflex.diagnosis.gap.significance import significant
 def cell_validations(
     before: Sequence[GapCell], after: Sequence[GapCell], numerical: float
 ) -> tuple[CellValidation, ...]:
-    """Comparison error and its uncertainty of every significant cell (ASME V&V 20-2009, section 1-5).
+    """Comparison error and its uncertainty of every significant cell.
+
+    ASME V&V 20-2009, section 1-5.
 
     Parameters
     ----------

@@ -209,7 +209,7 @@ def _difference(
     names: tuple[str, ...],
     matrix: FloatArray,
 ) -> tuple[NonSynchronousCell, ...]:
-    """Half of the squared difference of two repeats, by motion and band, against the noise of one."""
+    """Half of the squared difference of two repeats, by motion and band, and the noise of one."""
     one, two = (records[k] for k in pair)
     is_in_both = np.isfinite(one.measured) & np.isfinite(two.measured)
     edges_hz = map_edges_hz(records)
@@ -224,7 +224,7 @@ def _difference(
     n_lines = line_counts(one, edges_hz)
     noise = np.multiply.outer(matrix**2 @ (one.noise + two.noise) / 2.0, n_lines)
     zero_noise = matrix**2 @ (one.zero_noise + two.zero_noise) / 2.0
-    # The zero's error stays for the whole run: it lies in the lowest band.
+    # The zero's error is constant over a run: it lies in the lowest band.
     noise[:, 0] += zero_noise * is_in_both.all(axis=1).sum()
     noise /= is_in_both.size
     gap_square = half_square(gap)

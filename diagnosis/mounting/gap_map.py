@@ -89,7 +89,7 @@ def score_cells(
         n_measured = np.array(
             [is_measured[record.block == block].sum(axis=0) for block in range(record.n_blocks)]
         )
-        # The zero's error stays for the whole run: it lies in the lowest band.
+        # The zero's error is constant over a run: it lies in the lowest band.
         square[:, :, 0] += record.zero_noise * n_measured
         counts.append(by_block.reshape(record.n_blocks, -1))
         noise.append(square.reshape(record.n_blocks, -1))
@@ -131,7 +131,7 @@ def mounting_gap_cells(
         by_block = block_powers(residual @ matrix.T, record.block, record.step, edges_hz)
         n_lines = line_counts(record, edges_hz)
         noise = np.multiply.outer(matrix**2 @ record.noise, n_lines)
-        # The zero's error stays for the whole run: it lies in the lowest band.
+        # The zero's error is constant over a run: it lies in the lowest band.
         noise[:, 0] += matrix**2 @ record.zero_noise * len(residual)
         weights = resampling_counts(record.n_blocks, np.random.default_rng(_SEED))
         powers.append(by_block.sum(axis=0))

@@ -1,1 +1,1 @@
-"""The report page: words, figures and layout of what a diagnosis found."""
+"""The report page: words, figures and layout of a diagnosis; diagnosis.json."""

@@ -41,7 +41,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         ``screen``, ``validation``, ``gap``.
     """
     which = diagnosis.attribution
-    far = diagnosis.reduction
+    reduction = diagnosis.reduction
     content = {
         "format": FORMAT,
         "version": VERSION,
@@ -54,15 +54,15 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "aliases": which.aliases,
         "parameters": which.parameters,
         "ranking": _ranking(which),
-        "where": _cells(far.cells_before),
+        "where": _cells(reduction.cells_before),
         "where_text": where_text(diagnosis),
-        "how_far": _how_far(far),
+        "how_far": _how_far(reduction),
         "unit": diagnosis.unit,
-        "remaining": _cells(far.cells_after),
-        "ladder": far.steps,
+        "remaining": _cells(reduction.cells_after),
+        "ladder": reduction.steps,
         "screen": _screen(which),
         "learnable_share": which.explainable,
-        "validation": far.validation,
+        "validation": reduction.validation,
         "gap": None if diagnosis.gap is None else _gap(diagnosis.gap, diagnosis.unit),
         "separating_test": which.discriminating_experiment,
     }
@@ -156,19 +156,19 @@ def _screen(which: Attribution) -> list[dict[str, Any]]:
     ]
 
 
-def _how_far(far: GapReduction) -> dict[str, Any]:
+def _how_far(reduction: GapReduction) -> dict[str, Any]:
     return {
-        "rms_before": far.rms_before,
-        "rms_after": far.rms_after,
-        "noise_floor": far.noise_floor,
-        "rho": far.rho,
-        "phi": far.phi,
-        "floor_multiple": far.floor_multiple,
-        "placebo_rho": far.negative_control_rho,
-        "ceiling_rho": far.black_box_rho,
-        "extrapolation_rho": far.extrapolation_rho,
-        "rho_ci95": far.rho_ci95,
-        "phi_ci95": far.phi_ci95,
+        "rms_before": reduction.rms_before,
+        "rms_after": reduction.rms_after,
+        "noise_floor": reduction.noise_floor,
+        "rho": reduction.rho,
+        "phi": reduction.phi,
+        "floor_multiple": reduction.floor_multiple,
+        "placebo_rho": reduction.negative_control_rho,
+        "ceiling_rho": reduction.black_box_rho,
+        "extrapolation_rho": reduction.extrapolation_rho,
+        "rho_ci95": reduction.rho_ci95,
+        "phi_ci95": reduction.phi_ci95,
         "held_out": True,
     }
 

@@ -74,9 +74,9 @@ def drawings(diagnosis: Diagnosis) -> Drawings:
     Drawings
         Inline SVG elements.
     """
-    far = diagnosis.reduction
+    reduction = diagnosis.reduction
     which = diagnosis.attribution
-    grids = gap_grids(far.cells_before, far.cells_after)
+    grids = gap_grids(reduction.cells_before, reduction.cells_after)
     motion = tuple(
         (picture, tuple(_panel(picture, number, k) for number in range(len(picture.panels))))
         for k, picture in enumerate(diagnosis.pictures)
@@ -87,7 +87,7 @@ def drawings(diagnosis: Diagnosis) -> Drawings:
     return Drawings(
         gap_maps=_gap_maps(grids, diagnosis),
         remaining=_remaining(grids, diagnosis),
-        selection=_selection(far) if far.steps else None,
+        selection=_selection(reduction) if reduction.steps else None,
         signature_correlation=correlation,
         in_time=_in_time(diagnosis.gap.findings.in_time, diagnosis.unit) if diagnosis.gap else None,
         motion=motion,
@@ -108,10 +108,10 @@ def _in_time(moments: Sequence[GapMoment], unit: str) -> Drawing | None:
     return Drawing(svg, f"Gap with the baseline in windows over time.{rest}")
 
 
-def _selection(far: GapReduction) -> Drawing:
-    steps = ", ".join(f"{plain_name(step.added)} {step.rho:.3f}" for step in far.steps)
+def _selection(reduction: GapReduction) -> Drawing:
+    steps = ", ".join(f"{plain_name(step.added)} {step.rho:.3f}" for step in reduction.steps)
     svg = inline_svg(
-        partial(selection_figure, far),
+        partial(selection_figure, reduction),
         "selection",
         f"Held-out ratios as effects are added: {steps}",
     )
@@ -143,16 +143,16 @@ def _signature_correlation(screened: Screen, accepted: Effects) -> Drawing:
 def _gap_maps(grids: tuple[GapGrid, ...], diagnosis: Diagnosis) -> tuple[Drawing, ...]:
     if not grids:
         return ()
-    far = diagnosis.reduction
-    maps = [("Before", "the baseline", far.cells_before)]
-    if added_effects(far):
+    reduction = diagnosis.reduction
+    maps = [("Before", "the baseline", reduction.cells_before)]
+    if added_effects(reduction):
         is_named = bool(diagnosis.attribution.effects)
         after = (
             "the named effects added"
             if is_named
-            else f"{set_name(added_effects(far))} added, which is not named"
+            else f"{set_name(added_effects(reduction))} added, which is not named"
         )
-        maps.append(("After", after, far.cells_after))
+        maps.append(("After", after, reduction.cells_after))
     limits = colour_limits(*grids[: len(maps)])
     shown = []
     for grid, (name, model, cells) in zip(grids, maps, strict=False):

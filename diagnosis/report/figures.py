@@ -137,14 +137,14 @@ def _number_cells(panel: "Axes", grid: GapGrid, shown: np.ndarray, high: float) 
             )
 
 
-def selection_figure(far: GapReduction) -> "Figure":
+def selection_figure(reduction: GapReduction) -> "Figure":
     """Held-out rho as the accepted effects are added in turn, with intervals.
 
     Beside it negative control, black-box reference and noise floor as lines.
 
     Parameters
     ----------
-    far : GapReduction
+    reduction : GapReduction
         Steps and the levels of the lines.
 
     Returns
@@ -154,9 +154,9 @@ def selection_figure(far: GapReduction) -> "Figure":
     """
     from matplotlib.figure import Figure
 
-    rho = np.array([step.rho for step in far.steps])
-    ends = np.array([step.rho_ci95 for step in far.steps])
-    lines = _level_lines(far)
+    rho = np.array([step.rho for step in reduction.steps])
+    ends = np.array([step.rho_ci95 for step in reduction.steps])
+    lines = _level_lines(reduction)
     figure = Figure(figsize=(WIDTH, 1.45 + 0.36 * rho.size), layout="constrained")
     panel = figure.subplots()
     for value, name, style, colour in lines:
@@ -186,7 +186,7 @@ def selection_figure(far: GapReduction) -> "Figure":
         box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6}
         panel.annotate(f"{value:.3f}", (value, row), bbox=box, **above)
     panel.set_yticks(
-        range(rho.size), [_step_name(k, step.added) for k, step in enumerate(far.steps)]
+        range(rho.size), [_step_name(k, step.added) for k, step in enumerate(reduction.steps)]
     )
     panel.set_ylim(rho.size - 0.5, -0.7)
     _ratio_axis(panel, [*rho, *ends[known].ravel(), *(line[0] for line in lines)])
@@ -194,12 +194,14 @@ def selection_figure(far: GapReduction) -> "Figure":
     return figure
 
 
-def _level_lines(far: GapReduction) -> list[tuple[float, str, str, str]]:
+def _level_lines(reduction: GapReduction) -> list[tuple[float, str, str, str]]:
     """Value, name, stroke and colour of the known lines that the steps are read against."""
-    floor = far.noise_floor / far.rms_before if far.rms_before > 0.0 else float("nan")
+    floor = (
+        reduction.noise_floor / reduction.rms_before if reduction.rms_before > 0.0 else float("nan")
+    )
     lines = [
-        (far.negative_control_rho, "best negative control", ":", GREY),
-        (far.black_box_rho, "black-box reference", "-.", GREEN),
+        (reduction.negative_control_rho, "best negative control", ":", GREY),
+        (reduction.black_box_rho, "black-box reference", "-.", GREEN),
         (floor, "noise floor", "--", BLACK),
     ]
     return [line for line in lines if np.isfinite(line[0]) and line[0] > 0.0]

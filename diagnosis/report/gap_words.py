@@ -110,7 +110,9 @@ def beside_words(findings: GapFindings, unit: str) -> Phrase:
 def scatter_words(findings: GapFindings, unit: str) -> Phrase:
     """What does not repeat, and what drifts: the key ``gap.text`` of diagnosis.json."""
     noun = _NOUNS[findings.numbered_by]
-    clauses = [_repeatability_words(own, noun, unit) for own in findings.repeatability]
+    clauses = [
+        _repeatability_words(repeatability, noun, unit) for repeatability in findings.repeatability
+    ]
     clauses.append(_drift_words(findings, noun, unit))
     return phrase("; ".join(clause for clause in clauses if clause))
 
@@ -126,7 +128,7 @@ def _part_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
 
 
 def _order_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
-    """``67 % of the gap is order 3, m=-1 (waves fixed to the carrier), in every run, growing ...``."""
+    """``67 % of the gap is order 3, m=-1 (waves fixed to the carrier), in every run``."""
     start = (
         f"{100.0 * finding.share:.0f} % {of_the_gap}is order {finding.order}, "
         f"{finding.patterns[0]}{_meaning(finding)}, {_run_words(finding)}"
@@ -164,7 +166,7 @@ def _meaning(finding: Finding) -> str:
 
 
 def _band_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
-    """``98 % of the gap in force lies between 0.2 and 1.9 Hz, in R2, grows with deflection^3.0``."""
+    """``98 % of the gap in force lies between 0.2 and 1.9 Hz, in R2``, growth and parity."""
     assert finding.band_hz is not None
     low, high = finding.band_hz
     band = f"at {high:.3g} Hz" if high <= 1.001 * low else f"between {low:.3g} and {high:.3g} Hz"
@@ -181,7 +183,7 @@ def _band_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
 
 
 def _motion_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
-    """``71 % of the gap is roll motion of the housing, mostly below 0.7 Hz, in every run, and ...``."""
+    """``71 % of the gap is roll motion of the housing, mostly below 0.7 Hz, in every run``."""
     assert finding.band_hz is not None
     name = finding.patterns[0]
     motion = f"{name} motion of the housing" if finding.kind == MOTION else f"motion at {name}"
@@ -236,24 +238,25 @@ def _is_within(exponent: Exponent, half_width: float) -> bool:
     return math.isfinite(exponent.value) and exponent.ci95[1] - exponent.value <= half_width
 
 
-def _repeatability_words(found: Repeatability, noun: str, unit: str) -> str:
+def _repeatability_words(repeatability: Repeatability, noun: str, unit: str) -> str:
     """``beside it 4 µm RMS does not repeat from revolution to revolution, most of it at ...``."""
-    repeats = f"from {found.repetition} to {found.repetition}"
-    cell = found.largest
+    repeats = f"from {repeatability.repetition} to {repeatability.repetition}"
+    cell = repeatability.largest
     if cell is None:
         return f"what does not repeat {repeats} is noise"
-    if found.share < _SMALLEST_SCATTER:
-        return f"what does not repeat {repeats} is below {100.0 * _SMALLEST_SCATTER:.0f} % of what does"
+    if repeatability.share < _SMALLEST_SCATTER:
+        least = f"{100.0 * _SMALLEST_SCATTER:.0f} %"
+        return f"what does not repeat {repeats} is below {least} of what does"
     position = "off the shaft orders" if cell.order is None else f"at {noun} {cell.order:g}"
     multiple = math.sqrt(cell.gap / cell.noise) if cell.noise > 0.0 else math.inf
     return (
-        f"beside it {sized(found.rms, unit)} RMS does not repeat {repeats}, most of it {position} "
+        f"beside it {sized(repeatability.rms, unit)} RMS does not repeat {repeats}, most of it {position} "
         f"in {cell.run} ({cell.channel_pattern}, {multiple:.1f} times the noise)"
     )
 
 
 def _drift_words(findings: GapFindings, noun: str, unit: str) -> str:
-    """``the gap drifts in time: in LC2 order 0, m=0 changes by 12 µm``; empty without one worth it."""
+    """``the gap drifts in time: in LC2 order 0, m=0 changes by 12 µm``; empty without a drift."""
     drifts = [row for row in findings.drifts if row.share >= _SMALLEST_DRIFT]
     if not drifts:
         return ""

@@ -43,13 +43,13 @@ def panel_figure(picture: Picture, panel: Panel) -> "Figure":
 
 
 def _largest(values: list[FloatArray]) -> float:
-    return max((float(np.nanmax(np.abs(own))) for own in values if own.size), default=0.0)
+    return max((float(np.nanmax(np.abs(array))) for array in values if array.size), default=0.0)
 
 
 def _cloud_figure(picture: Picture, panel: Panel) -> "Figure":
     from matplotlib.figure import Figure
 
-    traces = [trace for own in picture.panels for trace in own.traces]
+    traces = [trace for panel in picture.panels for trace in panel.traces]
     x_factor, x_unit = scaled_unit(_largest([trace.x for trace in traces]), picture.x_unit)
     y_factor, y_unit = scaled_unit(_largest([trace.y for trace in traces]), picture.y_unit)
     shades = [trace.shade for trace in traces if trace.shade is not None]
@@ -93,7 +93,7 @@ def _draw_law(axes: "Axes", x: FloatArray, y: FloatArray) -> None:
 def _polar_figure(picture: Picture, panel: Panel) -> "Figure":
     from matplotlib.figure import Figure
 
-    every = _largest([trace.y for own in picture.panels for trace in own.traces])
+    every = _largest([trace.y for each in picture.panels for trace in each.traces])
     factor, unit = scaled_unit(every, picture.y_unit)
     reach = factor * every or 1.0
     figure = Figure(figsize=(0.8 * WIDTH, 0.8 * WIDTH), layout="constrained")

@@ -1,4 +1,4 @@
-"""The report page: one HTML file with everything a diagnosis found, for a screen, a phone and paper; it asks no network."""
+"""The report page: one HTML file for a screen, a phone and paper, which asks no network."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -52,14 +52,14 @@ def report_page(diagnosis: Diagnosis, source: ReportSource) -> str:
     Parameters
     ----------
     diagnosis : Diagnosis
-        What was found.
+        Result of the diagnosis.
     source : ReportSource
         Inputs and versions.
 
     Returns
     -------
     str
-        A whole page with its figures and style inside.
+        A complete page with its figures and style inside.
 
     Raises
     ------
@@ -78,11 +78,12 @@ def report_page(diagnosis: Diagnosis, source: ReportSource) -> str:
 
 
 def _content(diagnosis: Diagnosis, source: ReportSource) -> dict[str, Any]:
-    which, far = diagnosis.attribution, diagnosis.reduction
+    which = diagnosis.attribution
+    reduction = diagnosis.reduction
     return {
-        "found": diagnosis,
+        "diagnosis": diagnosis,
         "which": which,
-        "far": far,
+        "reduction": reduction,
         "source": source,
         "campaign": source.campaign,
         "words": words,
@@ -90,8 +91,8 @@ def _content(diagnosis: Diagnosis, source: ReportSource) -> dict[str, Any]:
         "names": effect_names,
         "software": software_name(),
         "drawn": _marked(drawings(diagnosis)),
-        "cells_before": _largest_cells(far.cells_before),
-        "cells_after": _largest_cells(far.cells_after),
+        "cells_before": _largest_cells(reduction.cells_before),
+        "cells_after": _largest_cells(reduction.cells_after),
         "sets": which.ranking[:_MOST_SETS],
         "n_more_sets": max(len(which.ranking) - _MOST_SETS, 0),
     }

@@ -53,10 +53,10 @@ def phrase(text: str) -> Phrase:
 
 def joined(separator: str, phrases: Iterable[Phrase]) -> Phrase:
     """Phrases that say anything, with a separator between them."""
-    said = [own for own in phrases if own]
+    said = [part for part in phrases if part]
     return Phrase(
-        separator.join(own.plain for own in said),
-        Markup(separator).join(own.markup for own in said),
+        separator.join(part.plain for part in said),
+        Markup(separator).join(part.markup for part in said),
     )
 
 

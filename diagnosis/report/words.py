@@ -56,10 +56,11 @@ _HEADINGS = {
     NOT_DIAGNOSABLE: "These records do not allow a diagnosis",
 }
 _MEANINGS = {
-    NAMED: "What is named explains the gap on records it was not fitted to; the remaining gap is near the noise.",
-    NAMED_WITH_REMAINDER: "What is named explains most of the gap on records it was not fitted to; a remainder above the "
-    "noise is left.",
-    ALIASED: "Several effects explain the gap equally well under the conditions that were measured.",
+    NAMED: "What is named explains the gap on records it was not fitted to; the remaining gap is "
+    "near the noise.",
+    NAMED_WITH_REMAINDER: "What is named explains most of the gap on records it was not fitted to; "
+    "a remainder is above the noise.",
+    ALIASED: "Several effects explain the gap equally well under the measured conditions.",
     NONE_OF_THESE: "There is a gap, but no effect of the library may be named as its cause.",
     AT_NOISE_FLOOR: "There is no gap above the noise floor that an effect could explain.",
     NOT_DIAGNOSABLE: "Something is missing in the records; the reason says what.",
@@ -72,7 +73,7 @@ def verdict_heading(diagnosis: Diagnosis) -> str:
     Parameters
     ----------
     diagnosis : Diagnosis
-        What was found.
+        Result of the diagnosis.
 
     Returns
     -------
@@ -90,7 +91,7 @@ def verdict_meaning(verdict: str) -> str:
 
 
 def alias_sentence(diagnosis: Diagnosis) -> str:
-    """What the named effects cannot be told from; empty where nothing."""
+    """Effects that the named ones cannot be told from; empty where none."""
     texts = []
     for effect, *others in diagnosis.attribution.aliases:
         names = listed([plain_name(other) for other in others])
@@ -114,9 +115,9 @@ def counted(count: int, word: str) -> str:
     return f"{count} {word}" if count == 1 else f"{count} {word}s"
 
 
-def added_effects(far: GapReduction) -> Effects:
+def added_effects(reduction: GapReduction) -> Effects:
     """Effects of the best supported set, named or not; empty where no set is supported."""
-    return tuple(step.added for step in far.steps[1:])
+    return tuple(step.added for step in reduction.steps[1:])
 
 
 def listed(words: Sequence[str]) -> str:
@@ -209,9 +210,9 @@ def parameter_rows(diagnosis: Diagnosis) -> list[ParameterRow]:
     which = diagnosis.attribution
     order = sorted(which.parameters, key=lambda effect: effect not in which.effects)
     return [
-        ParameterRow(effect, name, *with_error(found.value, found.std), unit_phrase(found.unit))
+        ParameterRow(effect, name, *with_error(named.value, named.std), unit_phrase(named.unit))
         for effect in order
-        for name, found in which.parameters[effect].items()
+        for name, named in which.parameters[effect].items()
     ]
 
 
@@ -230,9 +231,16 @@ def position_of(cell: GapCell) -> str:
     return f"{high:.4g} Hz" if high <= 1.001 * low or low == high else f"{low:.3g}–{high:.3g} Hz"
 
 
+def rounded(value: float, decimals: int) -> str:
+    """Number with so many decimals; what rounds to zero has no sign."""
+    return f"{round(value, decimals) + 0.0:.{decimals}f}"
+
+
 def pair(ends: Interval) -> str:
     """Interval of an exponent."""
-    return f"{ends[0]:.1f} to {ends[1]:.1f}" if all(math.isfinite(end) for end in ends) else UNKNOWN
+    if not all(math.isfinite(end) for end in ends):
+        return UNKNOWN
+    return f"{rounded(ends[0], 1)} to {rounded(ends[1], 1)}"
 
 
 def root_sized(mean_square: float, unit: str) -> str:

@@ -265,13 +265,23 @@ def summary_table(job: "Job") -> RenderableType:
         )
     seconds, memory = sum(summary["seconds"].values()), summary["peak_memory_gb"]
     moment = summary["tilting_moment_nm"]
-    return Group(
-        _mesh_study_table(job), "", curve_table(job.curves), "", rms_table(job.identified), "", search, "", checks, "",
-        f"tilting moment M_t of 1 kN m: {moment['computed']:.2f} N m (the paper prints {moment['paper']})",
+    named = " + ".join(found.attribution.effects) or "no effect"
+    sentences = (
+        f"tilting moment M_t of 1 kN m: {moment['computed']:.2f} N m "
+        f"(the paper prints {moment['paper']})",
         f"where the gap lies: {where_text(found)}",
-        f"what is missing: {found.verdict}, {' + '.join(found.attribution.effects) or 'no effect'}; {found.reason}",
+        f"what is missing: {found.verdict}, {named}; {found.reason}",
         f"{seconds:.0f} s, peak memory {memory:.1f} GB",
-    )  # fmt: skip
+    )
+    tables = (
+        _mesh_study_table(job),
+        curve_table(job.curves),
+        rms_table(job.identified),
+        search,
+        checks,
+    )
+    spaced = (part for table in tables for part in (table, ""))
+    return Group(*spaced, *sentences)
 
 
 def _mesh_study_table(job: "Job") -> RenderableType:

@@ -127,3 +127,4 @@ def test_only_what_is_beyond_chance_is_listed():
     assert words.root_sized(4e-12, "m") == "2 µm"
     assert words.root_sized(-1e-20, "m") == "0 m"
     assert words.pair((0.91, 1.13)) == "0.9 to 1.1"
+    assert words.pair((-0.04, 0.04)) == "0.0 to 0.0"
