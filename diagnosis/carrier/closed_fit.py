@@ -9,9 +9,13 @@ from carrierflex.diagnosis.carrier.cards import ONE_CHANNEL
 from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
 from carrierflex.diagnosis.carrier.sums import used_columns
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, bounds_of
+from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 
 #: Steps of the fits that choose a channel or a threshold.
 _QUICK_STEPS = 4
+#: Share of every column's square on the diagonal: keeps columns that are alike from large values of
+#: opposite sign.
+_RIDGE = 1e-9
 
 
 def closed_fit(
@@ -46,11 +50,9 @@ def closed_fit(
     for _ in range(_QUICK_STEPS if bilinear else 1):
         matrix, right, _ = _sums_of_runs(model, run_gram, effects, choice, theta)
         sensitive = free & (np.diag(matrix) > 0.0)
-        size = np.sqrt(np.diag(matrix)[sensitive])
-        scaled = matrix[np.ix_(sensitive, sensitive)] / np.outer(size, size) + 1e-9 * np.eye(
-            size.size
+        theta[sensitive] += normal_solution(
+            matrix[np.ix_(sensitive, sensitive)], right[sensitive], ridge=_RIDGE
         )
-        theta[sensitive] += np.linalg.lstsq(scaled, right[sensitive] / size, rcond=1e-12)[0] / size
         theta = np.clip(theta, *bounds_of(parameters))
     return theta, _sums_of_runs(model, run_gram, effects, choice, theta)[2]
 

@@ -15,6 +15,7 @@ from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.signatures import base_columns, known_force
 from carrierflex.diagnosis.gap.power_laws import Exponent
+from carrierflex.identification.estimation.scaled_least_squares import design_solution
 
 #: Share of the blocks, the gentlest, that the linear element is fitted to.
 _GENTLE = 1.0 / 8.0
@@ -124,9 +125,7 @@ def block_forces(
     gentle = np.argsort(size)[: max(2, round(_GENTLE * len(blocks)))]
     design = np.concatenate([rows[blocks[k][0]][:, blocks[k][1]] for k in gentle], axis=1)
     target = np.concatenate([force[blocks[k][0]][blocks[k][1]] for k in gentle])
-    scale = np.linalg.norm(design, axis=1)
-    scale[scale == 0.0] = 1.0
-    law = np.linalg.lstsq((design / scale[:, None]).T, target, rcond=1e-10)[0] / scale
+    law = design_solution(design.T, target)
     left = np.array(
         [np.sqrt(np.mean((force[r][own] - law @ rows[r][:, own]) ** 2)) for r, own in blocks]
     )

@@ -17,6 +17,10 @@ from carrierflex.diagnosis.comparison.problem import (
     Parameter,
     SegmentSums,
 )
+from carrierflex.identification.estimation.scaled_least_squares import (
+    normal_inverse,
+    normal_solution,
+)
 
 #: A model may cost more than one it contains by rounding only.
 NESTED_TOLERANCE = 1e-6
@@ -81,7 +85,7 @@ class EffectFit:
         Not a number where neither the records nor a prior see a parameter.
         """
         matrix = self.sums.matrix.sum(axis=0) + np.diag(self.prior)
-        inverse = _pseudo_inverse(matrix)
+        inverse = normal_inverse(matrix)
         scores = self.sums.right_side - self.sums.right_side.mean(axis=0)
         segments = max(len(scores), 2)
         covariance = inverse @ (scores.T @ scores) @ inverse * segments / (segments - 1.0)
@@ -281,11 +285,9 @@ def _bounded_step(
             break
         fixed = experiment - theta
         fixed[where] = 0.0
-        own = matrix[np.ix_(where, where)]
-        size = np.sqrt(np.diag(own))
-        scaled = own / np.outer(size, size) + damping * np.eye(where.size)
-        right = (slope[where] - matrix[where] @ fixed) / size
-        experiment[where] = theta[where] + np.linalg.lstsq(scaled, right, rcond=1e-12)[0] / size
+        right = slope[where] - matrix[where] @ fixed
+        step = normal_solution(matrix[np.ix_(where, where)], right, ridge=damping)
+        experiment[where] = theta[where] + step
         outside = moving & ((experiment < lower) | (experiment > upper))
         if not outside.any():
             break
@@ -300,11 +302,3 @@ def _bound_hits(parameters: Sequence[Parameter], theta: FloatArray) -> BoolArray
     lower = np.array([parameter.lower for parameter in parameters])
     upper = np.array([parameter.upper for parameter in parameters])
     return (theta <= lower + near) | (theta >= upper - near)
-
-
-def _pseudo_inverse(matrix: FloatArray) -> FloatArray:
-    """Inverse of a scaled symmetric matrix over the directions that the data determine."""
-    size = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
-    return np.linalg.pinv(matrix / np.outer(size, size), rcond=1e-12, hermitian=True) / np.outer(
-        size, size
-    )
