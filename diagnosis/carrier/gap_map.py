@@ -19,6 +19,7 @@ from carrierflex.identification.carrier.sensor_patterns import (
     PatternSplit,
     pattern_split,
 )
+from carrierflex.identification.estimation.resampling import multinomial_counts
 
 _Table = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 
@@ -113,6 +114,6 @@ def _run_table(own: ComplexArray, split: PatternSplit, noise: float) -> _Table:
             degrees * np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny), degrees
         )
     square = split.weights * np.abs(mean) ** 2
-    counts = np.random.default_rng(_SEED).multinomial(n, np.full(n, 1.0 / n), _DRAWS) / n
+    counts = multinomial_counts(n, _DRAWS, seed=_SEED) / n
     draws = split.weights * (np.abs(np.einsum("dr,rmn->dmn", counts, own)) ** 2 - scatter / n)
     return square, square - split.weights * scatter / n, p_value, draws

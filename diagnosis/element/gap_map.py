@@ -12,6 +12,7 @@ from scipy.stats import f as fisher_f
 from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
 from carrierflex.diagnosis.element.bands import block_squares
 from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.identification.estimation.resampling import multinomial_counts
 
 _BANDS = 24
 _DRAWS = 200
@@ -155,7 +156,7 @@ def _line_table(record: ElementRecord, periods: FloatArray) -> _Table:
     degrees = np.where(np.arange(mean.size) == 0, 1.0, 2.0)
     ratio = n * np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny)
     p_value = fisher_f.sf(ratio, degrees, degrees * (n - 1))
-    weights = np.random.default_rng(_SEED).multinomial(n, np.full(n, 1.0 / n), _DRAWS) / n
+    weights = multinomial_counts(n, _DRAWS, seed=_SEED) / n
     draws = np.abs(weights @ amplitude) ** 2 / 2.0 - scatter / (2.0 * n)
     square = np.abs(mean) ** 2 / 2.0
     line_hz = np.arange(mean.size) / (size * record.step)
@@ -183,10 +184,8 @@ def _band_table(record: ElementRecord, residual: FloatArray, variance: float) ->
     power = squares.sum(axis=0)[used]
     noise = variance * lines[used]
     p_value = chi2.sf(power / max(variance, np.finfo(float).tiny), lines[used])
-    weights = np.random.default_rng(_SEED).multinomial(
-        record.n_blocks, np.full(record.n_blocks, 1 / record.n_blocks), _DRAWS
-    )
-    draws = (weights @ squares[:, used] - noise) / samples
+    counts = multinomial_counts(record.n_blocks, _DRAWS, seed=_SEED)
+    draws = (counts @ squares[:, used] - noise) / samples
     bands = np.column_stack([edges[:-1], edges[1:]])[used]
     order = bands.mean(axis=1) * length * record.step
     return order, (power - noise) / samples, p_value, draws, power / samples, bands

@@ -10,7 +10,7 @@ from carrierflex.diagnosis.inference.forward_selection import (
     explained_share,
     negative_control_scores,
 )
-from carrierflex.diagnosis.inference.held_out import HeldOut, drawn_counts, fold_theta
+from carrierflex.diagnosis.inference.held_out import HeldOut, fold_theta
 from carrierflex.diagnosis.inference.results import (
     NO_INTERVAL,
     GapReduction,
@@ -18,6 +18,7 @@ from carrierflex.diagnosis.inference.results import (
     RunValidation,
     SelectionStep,
 )
+from carrierflex.identification.estimation.resampling import two_level_counts
 
 _SEED = 11
 
@@ -76,7 +77,7 @@ def _ratios(
     search: ForwardSelection, before: HeldOut, after: HeldOut
 ) -> tuple[float, FloatArray, float, FloatArray]:
     """Values of rho and phi, and their draws."""
-    counts = drawn_counts(
+    counts = two_level_counts(
         [segment.condition for segment in search.problem.segments],
         n_samples=search.thresholds.bootstrap_samples,
         rng=np.random.default_rng(_SEED),

@@ -8,6 +8,7 @@ import numpy as np
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, FloatArray
 from carrierflex.diagnosis.inference.bounded_fit import EffectFit, minimised
 from carrierflex.diagnosis.inference.folds import Fold
+from carrierflex.identification.estimation.resampling import two_level_counts
 
 #: Steps of a fold's fit: it starts at the fit to all pieces, next to its own minimum.
 _FOLD_STEPS = 4
@@ -165,22 +166,9 @@ def reduction_draws(
     ndarray
         One ratio a draw.
     """
-    counts = drawn_counts(groups, n_samples=n_samples, rng=rng)
+    counts = two_level_counts(groups, n_samples=n_samples, rng=rng)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.sqrt((counts @ after) / (counts @ before))
-
-
-def drawn_counts(groups: Sequence[str], *, n_samples: int, rng: np.random.Generator) -> FloatArray:
-    """How often each piece is drawn in each sample of the two-level bootstrap, shape (n_samples, n_pieces)."""
-    group = np.asarray(groups)
-    names = sorted(set(groups))
-    counts = np.zeros((n_samples, group.size))
-    for k in range(n_samples):
-        drawn = rng.choice(len(names), len(names)) if len(names) >= 3 else np.arange(len(names))
-        for number in drawn:
-            own = np.flatnonzero(group == names[number])
-            np.add.at(counts[k], rng.choice(own, own.size), 1.0)
-    return counts
 
 
 def _log_density(

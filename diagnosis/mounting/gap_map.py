@@ -10,6 +10,7 @@ from scipy.stats import chi2, false_discovery_control
 
 from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
 from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.identification.estimation.resampling import multinomial_counts
 from carrierflex.simulation.mounting.rig import SENSORS
 
 _BANDS = 6
@@ -192,6 +193,5 @@ def mounting_gap_cells(
 
 def _draws(powers: FloatArray, expected: FloatArray) -> FloatArray:
     """Coherent power of bootstrap draws of the blocks, shape (_DRAWS, n_patterns, n_bands)."""
-    n = len(powers)
-    weights = np.random.default_rng(_SEED).multinomial(n, np.full(n, 1.0 / n), _DRAWS)
-    return np.asarray(np.tensordot(weights, powers, axes=1) - expected, dtype=np.float64)
+    counts = multinomial_counts(len(powers), _DRAWS, seed=_SEED)
+    return np.asarray(np.tensordot(counts, powers, axes=1) - expected, dtype=np.float64)
