@@ -96,6 +96,7 @@ class CarrierModel:
                     prior,
                     run,
                     parameter.shape,
+                    parameter.pair,
                 )
             )
         return own

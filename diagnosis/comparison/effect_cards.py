@@ -12,6 +12,7 @@ from importlib.metadata import entry_points
 from typing import Any
 
 from carrierflex.identification.campaign.campaign_kinds import KIND_NAMES
+from carrierflex.identification.estimation.polar_pair import PolarPair
 
 #: Entry points of this group are looked through for cards.
 ENTRY_POINT_GROUP = "carrierflex.effects"
@@ -39,6 +40,9 @@ class EffectParameter:
     shape : bool
         Whether the effect is absent only where another parameter is zero (a yield force, a time
         constant): such a parameter has no prior and is searched from several starts.
+    pair : PolarPair, optional
+        The vector of which this parameter is a component, as its name says; the report gives the
+        size and angle of the vector. See :func:`vector_parameters`.
     """
 
     name: str
@@ -48,6 +52,7 @@ class EffectParameter:
     scale: float = 1.0
     powers: tuple[int, int, int] | None = None
     shape: bool = False
+    pair: PolarPair | None = None
 
     def __post_init__(self) -> None:
         if not self.lower < self.upper:
@@ -58,6 +63,25 @@ class EffectParameter:
             raise ValueError(
                 f"parameter {self.name}: scale is {self.scale}; expected a positive number"
             )
+
+
+def vector_parameters(
+    size: str, angle: str, unit: str, *, bound: float, scale: float
+) -> tuple[EffectParameter, EffectParameter]:
+    """Components of a vector (a tilt with its direction), published by size and angle.
+
+    Parameters
+    ----------
+    size, angle, unit : str
+        Symbols of the size and of the angle, and the unit of the components.
+    bound, scale : float
+        Largest size of a component, and the size worth noticing.
+    """
+    pair = PolarPair(size, angle)
+    first, second = (
+        EffectParameter(name, unit, -bound, bound, scale, pair=pair) for name in pair.components
+    )
+    return first, second
 
 
 @dataclass(frozen=True, eq=False)

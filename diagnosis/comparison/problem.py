@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.identification.estimation.polar_pair import PolarPair
 
 #: Owner of the parameters of the baseline.
 BASELINE = "baseline"
@@ -62,6 +63,9 @@ class Parameter:
         on part of a held-out condition, as no other condition knows them.
     shape : bool
         Whether another parameter of zero switches the effect off.
+    pair : PolarPair, optional
+        The vector of which this parameter and its neighbour are the components; it is published by
+        size and angle.
     """
 
     effect: str
@@ -73,6 +77,7 @@ class Parameter:
     prior_std: float = np.inf
     run: str | None = None
     shape: bool = False
+    pair: PolarPair | None = None
 
 
 def bounds_of(parameters: Sequence[Parameter]) -> tuple[FloatArray, FloatArray]:

@@ -134,6 +134,7 @@ class ElementModel:
             scale,
             np.inf if parameter.shape or effect in self.contained else _PRIOR * scale,
             shape=parameter.shape,
+            pair=parameter.pair,
         )
 
     def predicted(

@@ -113,6 +113,7 @@ class MountingModel:
             scale,
             prior,
             shape=parameter.shape,
+            pair=parameter.pair,
         )
 
     def _bounds(self, effect: str, parameter: EffectParameter, size: float) -> tuple[float, float]:
