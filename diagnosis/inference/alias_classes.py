@@ -3,14 +3,15 @@
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray
-from carrierflex.diagnosis.inference.bounded_fit import EffectFit, fit_effects
+from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects
 from carrierflex.diagnosis.inference.forward_selection import ForwardSelection
 from carrierflex.diagnosis.inference.screening import Screen
 from carrierflex.diagnosis.inference.thresholds import Thresholds
+from carrierflex.identification.estimation.gauss_newton import StopRule
 
 #: Exchange tests for one effect at most, most correlated first.
 _MOST_EXCHANGES = 4
-_TRIAL_STEPS = 8
+_EXPERIMENT_STOP = StopRule(most_steps=8)
 
 
 def alias_class(
@@ -96,7 +97,7 @@ def discriminating_experiment_between(
         starts = (
             [second.theta] if len(problem.parameters(second.effects)) == second.theta.size else []
         )
-        fit = fit_effects(problem, second.effects, starts=starts, most_steps=_TRIAL_STEPS)
+        fit = fit_effects(problem, second.effects, starts=starts, stop=_EXPERIMENT_STOP)
         ratio = _rms(problem, fit) / np.sqrt(search.floor)
         if np.isfinite(ratio) and ratio > best:
             best, text = ratio, experiment.text

@@ -10,7 +10,7 @@ from itertools import combinations
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, Signatures
-from carrierflex.diagnosis.inference.bounded_fit import EffectFit, NestedCostError, fit_effects
+from carrierflex.diagnosis.inference.effect_fit import EffectFit, NestedFitError, fit_effects
 from carrierflex.diagnosis.inference.folds import Fold, held_out_folds
 from carrierflex.diagnosis.inference.held_out import HeldOut, held_out_score, reduction_draws
 from carrierflex.diagnosis.inference.screening import Screen, screen
@@ -74,7 +74,7 @@ class ForwardSelection:
             contained = [self.fits[smaller] for smaller in self.fits if set(smaller) < set(key)]
             try:
                 self.fits[key] = fit_effects(self.problem, key, contained=contained)
-            except NestedCostError as error:
+            except NestedFitError as error:
                 self.fits[key], self.stuck[key] = error.fit, str(error)
         return self.fits[key]
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray, GapCell
-from carrierflex.diagnosis.inference.bounded_fit import EffectFit
+from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.folds import extrapolation_fold
 from carrierflex.diagnosis.inference.forward_selection import (
     ForwardSelection,

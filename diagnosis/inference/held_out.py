@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, FloatArray
-from carrierflex.diagnosis.inference.bounded_fit import EffectFit, minimised
+from carrierflex.diagnosis.inference.effect_fit import EffectFit, minimised
 from carrierflex.diagnosis.inference.folds import Fold
+from carrierflex.identification.estimation.gauss_newton import StopRule
 from carrierflex.identification.estimation.resampling import two_level_counts
 
-#: Steps of a fold's fit: it starts at the fit to all pieces, next to its own minimum.
-_FOLD_STEPS = 4
+#: A fold's fit starts at the fit to all segments, next to its own minimum.
+_FOLD_STOP = StopRule(most_steps=4)
 _STACKING_STEPS = 500
 #: Largest squared miss of one cell that still counts, in variances.
 _WORST = 1e12
@@ -93,7 +94,7 @@ def fold_theta(problem: ComparisonProblem, fit: EffectFit, fold: Fold) -> FloatA
         free=free,
         prior=fit.prior,
         first_sums=fit.sums,
-        most_steps=_FOLD_STEPS,
+        stop=_FOLD_STOP,
     )
     if fold.own.any() and not free.all():
         theta, _, _ = minimised(
@@ -103,7 +104,7 @@ def fold_theta(problem: ComparisonProblem, fit: EffectFit, fold: Fold) -> FloatA
             chosen=fold.own,
             free=~free,
             prior=fit.prior,
-            most_steps=_FOLD_STEPS,
+            stop=_FOLD_STOP,
         )
     return theta
 

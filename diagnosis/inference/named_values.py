@@ -3,7 +3,7 @@
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import FloatArray, Parameter
-from carrierflex.diagnosis.inference.bounded_fit import EffectFit, parameter_key
+from carrierflex.diagnosis.inference.effect_fit import EffectFit, parameter_key
 from carrierflex.diagnosis.inference.results import NamedValue
 from carrierflex.identification.estimation.polar_pair import polar_values
 

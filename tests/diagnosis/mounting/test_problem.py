@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.diagnose import diagnose
-from carrierflex.diagnosis.inference.bounded_fit import fit_effects
+from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.mounting.cards import MOUNTING_CARDS
 from carrierflex.diagnosis.mounting.gap_map import PATTERNS, block_powers, pattern_matrix
 from carrierflex.diagnosis.mounting.problem import mounting_problem

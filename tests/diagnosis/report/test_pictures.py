@@ -15,7 +15,7 @@ from carrierflex.diagnosis.comparison.pictures import (
     strip_means,
 )
 from carrierflex.diagnosis.element.problem import element_problem
-from carrierflex.diagnosis.inference.bounded_fit import fit_effects
+from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.report.motion_figures import panel_figure
 from carrierflex.identification.campaign.order_analysis import MAX_ORDER
 from tests.diagnosis.carrier.carrier_twin import NOISE, twin_problem

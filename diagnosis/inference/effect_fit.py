@@ -1,11 +1,7 @@
-"""Fit of a set of effects within physical bounds.
-
-Damped Gauss-Newton on sums, from several starts, never worse nested.
-"""
+"""Fit of a set of effects within physical bounds: several starts, and never worse than a set it contains."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,25 +12,24 @@ from carrierflex.diagnosis.comparison.problem import (
     FloatArray,
     Parameter,
     SegmentSums,
+    bounds_of,
 )
-from carrierflex.identification.estimation.scaled_least_squares import (
-    normal_inverse,
-    normal_solution,
+from carrierflex.identification.estimation.gauss_newton import (
+    Bounds,
+    CostSums,
+    StopRule,
+    minimised_cost,
+)
+from carrierflex.identification.estimation.scaled_least_squares import normal_inverse
+from carrierflex.identification.estimation.several_starts import (
+    NestedCostError,
+    costs_more,
+    ranked_starts,
 )
 
-#: A model may cost more than one it contains by rounding only.
-NESTED_TOLERANCE = 1e-6
-#: The search ends where a full step promises less than this share of the cost.
-_PROMISE = 1e-5
-_MOST_STEPS = 30
-#: It ends too where so many steps in a row gain less than this share of the cost: near the noise a
-#: third of a unit of chi² in ten thousand samples; a fit that leaves so many times the noise's sum
-#: of squares is no better for its last per mille.
-_SLOW_STEPS, _SLOW_GAIN, _FAR_FROM_NOISE = 4, {False: 3e-5, True: 1e-3}, 1.5
-#: Damping factors tried for one step before the search gives up.
-_MOST_DAMPINGS = 10
 #: Distance from a bound, in scales of the parameter, that counts as on it.
 _ON_BOUND = 1e-6
+STOP_RULE = StopRule()
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,23 +89,22 @@ class EffectFit:
         return covariance
 
 
-class NestedCostError(ArithmeticError):
-    """A model fitted its data worse than a model it contains; the solution is not a minimum.
+class NestedFitError(NestedCostError):
+    """A set of effects fits worse than a set it contains: its solution is not a minimum.
 
     Parameters
     ----------
     fit : EffectFit
-        Where the search of the larger set stuck.
+        Where the search of the larger set ended.
     smaller : EffectFit
         Fit of the smaller set.
     """
 
     def __init__(self, fit: EffectFit, smaller: EffectFit) -> None:
-        super().__init__(
-            f"effects {', '.join(fit.effects)} cost {fit.cost:.8e}, more than {smaller.cost:.8e} with "
-            f"{', '.join(smaller.effects) or 'the baseline'} alone; the search stuck"
-        )
-        self.fit, self.smaller = fit, smaller
+        names = " + ".join(fit.effects), " + ".join(smaller.effects) or "the baseline"
+        super().__init__(fit.cost, smaller.cost, names)
+        self.fit = fit
+        self.smaller = smaller
 
 
 def parameter_key(parameter: Parameter) -> tuple[str, str]:
@@ -125,7 +119,7 @@ def fit_effects(
     *,
     contained: Sequence[EffectFit] = (),
     starts: Sequence[FloatArray] = (),
-    most_steps: int = _MOST_STEPS,
+    stop: StopRule = STOP_RULE,
 ) -> EffectFit:
     """Fit baseline + effects to all pieces.
 
@@ -139,8 +133,8 @@ def fit_effects(
         Fits of sub-sets; the best is the warm start, and none of them may fit better.
     starts : sequence of ndarray
         Further starts.
-    most_steps : int
-        Steps from each start.
+    stop : StopRule
+        When the search from a start ends.
 
     Returns
     -------
@@ -149,7 +143,7 @@ def fit_effects(
 
     Raises
     ------
-    NestedCostError
+    NestedFitError
         Where a sub-set fits better by more than rounding.
     """
     parameters = problem.parameters(effects)
@@ -158,26 +152,20 @@ def fit_effects(
     prior = prior_weights(problem, parameters)
     best = min(contained, key=lambda fit: fit.cost, default=None)
     candidates = [*problem.starts(effects, best.known if best else {}), *starts]
-    costs = np.array(
-        [trial_cost(problem, effects, theta, everything, prior) for theta in candidates]
-    )
-    costs = np.where(np.isfinite(costs), costs, np.inf)
-    search = partial(
-        minimised,
-        problem,
-        effects,
-        chosen=everything,
-        free=free,
-        prior=prior,
-        most_steps=most_steps,
-    )
-    theta, cost, sums = search(candidates[int(np.argmin(costs))])
+    costs = [trial_cost(problem, effects, theta, everything, prior) for theta in candidates]
+
+    def search(start: FloatArray) -> tuple[FloatArray, float, SegmentSums]:
+        return minimised(
+            problem, effects, start, chosen=everything, free=free, prior=prior, stop=stop
+        )
+
+    theta, cost, sums = search(candidates[ranked_starts(costs)[0]])
     if best is not None and cost > best.cost:
         # The most promising start led astray; the warm start cannot.
         theta, cost, sums = search(candidates[0])
     fit = EffectFit(effects, parameters, theta, cost, sums, prior, _bound_hits(parameters, theta))
-    if best is not None and cost > best.cost * (1.0 + NESTED_TOLERANCE):
-        raise NestedCostError(fit, best)
+    if best is not None and costs_more(cost, best.cost):
+        raise NestedFitError(fit, best)
     return fit
 
 
@@ -190,56 +178,48 @@ def minimised(
     free: BoolArray,
     prior: FloatArray,
     first_sums: SegmentSums | None = None,
-    most_steps: int = _MOST_STEPS,
+    stop: StopRule = STOP_RULE,
 ) -> tuple[FloatArray, float, SegmentSums]:
-    """Minimise the cost of the chosen pieces over the free parameters by damped Gauss-Newton steps within bounds.
+    """Minimise the cost of the chosen segments over the free parameters within their bounds.
 
     Parameters
     ----------
-    plant, effects, start
+    problem, effects, start
         What is fitted, from where, shape (p,).
     chosen, free : ndarray of bool
-        Pieces that count, shape (n_pieces,); parameters that move, shape (p,).
+        Segments that count, shape (n_segments,); parameters that move, shape (p,).
     prior : ndarray, shape (p,)
         Weight of each squared parameter.
     first_sums : SegmentSums, optional
         Sums at `start`, where they are known.
-    most_steps : int
-        Steps at most.
+    stop : StopRule
+        When the search ends; the noise of the chosen segments is put in.
 
     Returns
     -------
     tuple of (ndarray, float, SegmentSums)
         Parameters, cost and the sums there.
     """
-    parameters = problem.parameters(effects)
+
+    def totals(theta: FloatArray, sums: SegmentSums) -> CostSums[SegmentSums]:
+        return CostSums(
+            cost=float(sums.square[chosen].sum() + prior @ theta**2),
+            matrix=sums.matrix[chosen].sum(axis=0) + np.diag(prior),
+            slope=sums.right_side[chosen].sum(axis=0) - prior * theta,
+            detail=sums,
+        )
+
     theta = np.array(start, dtype=np.float64)
-    sums = problem.sums(effects, theta, chosen) if first_sums is None else first_sums
-    cost = float(sums.square[chosen].sum() + prior @ theta**2)
-    far, slow, damping = _FAR_FROM_NOISE * float(problem.noise_square[chosen].sum()), 0, 1e-6
-    for _ in range(most_steps):
-        matrix = sums.matrix[chosen].sum(axis=0) + np.diag(prior)
-        slope = sums.right_side[chosen].sum(axis=0) - prior * theta
-        moved = False
-        for _ in range(_MOST_DAMPINGS):
-            experiment = _bounded_step(parameters, theta, matrix, slope, free=free, damping=damping)
-            step = experiment - theta
-            promise = float(2.0 * slope @ step - step @ matrix @ step)
-            if promise <= _PROMISE * cost:
-                break
-            trial_value = trial_cost(problem, effects, experiment, chosen, prior)
-            if np.isfinite(trial_value) and trial_value < cost:
-                moved, damping = True, damping / 10.0
-                break
-            damping = max(10.0 * damping, 1e-4)
-        if not moved:
-            break
-        theta, sums, before = experiment, problem.sums(effects, experiment, chosen), cost
-        cost = float(sums.square[chosen].sum() + prior @ theta**2)
-        slow = slow + 1 if before - cost < _SLOW_GAIN[cost > far] * before else 0
-        if slow == _SLOW_STEPS:
-            break
-    return theta, cost, sums
+    known = problem.sums(effects, theta, chosen) if first_sums is None else first_sums
+    theta, reached = minimised_cost(
+        lambda values: totals(values, problem.sums(effects, values, chosen)),
+        lambda values: trial_cost(problem, effects, values, chosen, prior),
+        (theta, totals(theta, known)),
+        bounds=Bounds(*bounds_of(problem.parameters(effects))),
+        free=free,
+        stop=replace(stop, noise_square=float(problem.noise_square[chosen].sum())),
+    )
+    return theta, reached.cost, reached.detail
 
 
 def prior_weights(problem: ComparisonProblem, parameters: Sequence[Parameter]) -> FloatArray:
@@ -262,43 +242,7 @@ def trial_cost(
     return float(problem.squares(effects, theta, chosen)[chosen].sum() + prior @ theta**2)
 
 
-def _bounded_step(
-    parameters: Sequence[Parameter],
-    theta: FloatArray,
-    matrix: FloatArray,
-    slope: FloatArray,
-    *,
-    free: BoolArray,
-    damping: float,
-) -> FloatArray:
-    """Damped Gauss-Newton step.
-
-    A parameter that the step would push out of its bounds stays on the bound.
-    """
-    lower = np.array([parameter.lower for parameter in parameters])
-    upper = np.array([parameter.upper for parameter in parameters])
-    moving = free & (np.diag(matrix) > 0.0)
-    experiment = theta.copy()
-    for _ in range(len(parameters)):
-        where = np.flatnonzero(moving)
-        if where.size == 0:
-            break
-        fixed = experiment - theta
-        fixed[where] = 0.0
-        right = slope[where] - matrix[where] @ fixed
-        step = normal_solution(matrix[np.ix_(where, where)], right, ridge=damping)
-        experiment[where] = theta[where] + step
-        outside = moving & ((experiment < lower) | (experiment > upper))
-        if not outside.any():
-            break
-        experiment = np.clip(experiment, lower, upper)
-        moving &= ~outside
-    return np.clip(experiment, lower, upper)
-
-
 def _bound_hits(parameters: Sequence[Parameter], theta: FloatArray) -> BoolArray:
     """Which parameters of added effects stand on a physical bound."""
-    near = np.array([_ON_BOUND * parameter.scale for parameter in parameters])
-    lower = np.array([parameter.lower for parameter in parameters])
-    upper = np.array([parameter.upper for parameter in parameters])
-    return (theta <= lower + near) | (theta >= upper - near)
+    margin = np.array([_ON_BOUND * parameter.scale for parameter in parameters])
+    return Bounds(*bounds_of(parameters)).hits(theta, margin)
