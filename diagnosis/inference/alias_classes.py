@@ -86,8 +86,8 @@ def discriminating_experiment_between(
     .. [1] A. C. Atkinson, V. V. Fedorov, "The design of experiments for discriminating between two
        rival models" (1975).
     """
-    # Below one floor the trial would separate no better than the records at hand.
-    best, text = 1.0, ""
+    best = search.thresholds.separates
+    text = ""
     for experiment in search.problem.candidate_experiments():
         search.note(f"trial: {experiment.text}")
         problem = experiment.problem(first.effects, first.theta)
@@ -116,6 +116,7 @@ def is_named_consistently(
     parameters: several of them may trade against one another in a fold that cannot tell them apart.
     """
     std = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+    limit = thresholds.fold_signal**2
     matrix = fit.sums.matrix.sum(axis=0)
     for effect in fit.effects:
         own = [
@@ -126,7 +127,7 @@ def is_named_consistently(
         block, theta = matrix[np.ix_(own, own)], fit.theta[own]
         for moved in theta_by_fold[:, own] - theta:
             beyond_error = (np.abs(moved) > thresholds.fold_consistency * std[own]).any()
-            if beyond_error and moved @ block @ moved > 0.25 * (theta @ block @ theta):
+            if beyond_error and moved @ block @ moved > limit * (theta @ block @ theta):
                 return False
     return True
 

@@ -18,6 +18,7 @@ from carrierflex.diagnosis.inference.results import (
     RunValidation,
     SelectionStep,
 )
+from carrierflex.diagnosis.inference.thresholds import INTERVAL
 from carrierflex.identification.estimation.resampling import two_level_counts
 
 _SEED = 11
@@ -90,7 +91,7 @@ def _ratios(
 
 
 def _interval(draws: FloatArray) -> Interval:
-    low, high = np.quantile(draws, (0.025, 0.975))
+    low, high = np.quantile(draws, INTERVAL)
     return float(low), float(high)
 
 
@@ -105,7 +106,7 @@ def _steps(search: ForwardSelection, accepted: Effects) -> tuple[SelectionStep, 
         added = next(effect for effect in larger if effect not in inside)
         inside = larger
         score = search.score(inside)
-        draws = search.shrink_draws(base, score)
+        draws = search.reduction_draws(base, score)
         steps.append(
             SelectionStep(
                 added,
