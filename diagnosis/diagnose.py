@@ -5,7 +5,7 @@ Screen, ladder, selection, alias classes, shrinkage, verdict.
 
 from collections.abc import Callable
 
-from carrierflex.diagnosis.comparison.pictures import Picture, Pictured
+from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, Signatures
 from carrierflex.diagnosis.gap.findings import Detailed, GapDetail, cell_validations, scalar_gaps
 from carrierflex.diagnosis.inference.alias_classes import (
@@ -179,13 +179,9 @@ def _gap_detail(
 
 
 def _pictures(search: ForwardSelection, selection: Selection) -> tuple[Picture, ...]:
-    """Gap along the motion with the accepted effects, where the plant draws it."""
+    """Gap along the motion with the accepted effects."""
     fit = search.score(selection.accepted).fit
-    return (
-        search.problem.pictures(fit.effects, fit.theta)
-        if isinstance(search.problem, Pictured)
-        else ()
-    )
+    return search.problem.pictures(fit.effects, fit.theta)
 
 
 def _separating_test(
@@ -213,7 +209,6 @@ def _separating_test(
 
 
 def _not_diagnosable(campaign: str, kind: str, unit: str, missing: str) -> Diagnosis:
-    nan, none = float("nan"), (float("nan"), float("nan"))
     return Diagnosis(
         campaign=campaign,
         kind=kind,
@@ -221,8 +216,13 @@ def _not_diagnosable(campaign: str, kind: str, unit: str, missing: str) -> Diagn
         reason=missing,
         unit=unit,
         where_text="not diagnosed",
-        attribution=Attribution((), (), {}, (), None, nan, missing),
-        reduction=GapReduction(
-            nan, nan, nan, nan, none, nan, none, nan, nan, nan, nan, (), (), (), ()
+        attribution=Attribution(
+            effects=(),
+            aliases=(),
+            parameters={},
+            ranking=(),
+            screen=None,
+            explainable=float("nan"),
+            discriminating_experiment=missing,
         ),
     )

@@ -53,11 +53,11 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "aliases": [list(members) for members in which.aliases],
         "parameters": _parameters(which),
         "ranking": _ranking(which),
-        "where": _cells(far.cells_before),
+        "where": _cells(far.cells_before if far else ()),
         "where_text": diagnosis.where_text,
         "how_far": _how_far(far),
         "unit": diagnosis.unit,
-        "remaining": _cells(far.cells_after),
+        "remaining": _cells(far.cells_after if far else ()),
         "ladder": [
             {
                 "added": step.added,
@@ -65,14 +65,14 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
                 "rho": step.rho,
                 "rho_ci95": _interval(step.rho_ci95),
             }
-            for step in far.steps
+            for step in (far.steps if far else ())
         ],
         "screen": [
             {"effect": own.id, "r_squared": own.r_squared, "surviving_share": own.surviving}
             for own in (which.screen.effects if which.screen else ())
         ],
         "learnable_share": finite_or_none(which.explainable),
-        "validation": [asdict(own) for own in far.validation],
+        "validation": [asdict(own) for own in (far.validation if far else ())],
         "gap": detail_document(diagnosis.gap, most=_MOST_CELLS) if diagnosis.gap else None,
         "separating_test": which.discriminating_experiment,
     }
@@ -172,24 +172,29 @@ def _ranking(which: Attribution) -> list[dict[str, Any]]:
     ]
 
 
-def _how_far(far: GapReduction) -> dict[str, Any]:
-    numbers = {
-        "rms_before": far.rms_before,
-        "rms_after": far.rms_after,
-        "noise_floor": far.noise_floor,
-        "rho": far.rho,
-        "phi": far.phi,
-        "floor_multiple": far.floor_multiple,
-        "placebo_rho": far.negative_control_rho,
-        "ceiling_rho": far.black_box_rho,
-        "extrapolation_rho": far.extrapolation_rho,
-    }
-    intervals = {"rho_ci95": _interval(far.rho_ci95), "phi_ci95": _interval(far.phi_ci95)}
-    return (
-        {name: finite_or_none(value) for name, value in numbers.items()}
-        | intervals
-        | {"held_out": True}
-    )
+#: Keys of ``how_far`` by the field that they hold.
+_HOW_FAR_NUMBERS = {
+    "rms_before": "rms_before",
+    "rms_after": "rms_after",
+    "noise_floor": "noise_floor",
+    "rho": "rho",
+    "phi": "phi",
+    "floor_multiple": "floor_multiple",
+    "placebo_rho": "negative_control_rho",
+    "ceiling_rho": "black_box_rho",
+    "extrapolation_rho": "extrapolation_rho",
+}
+_HOW_FAR_INTERVALS = ("rho_ci95", "phi_ci95")
+
+
+def _how_far(far: GapReduction | None) -> dict[str, Any]:
+    """Figures of merit; all null where no diagnosis was made."""
+    document: dict[str, Any] = {}
+    for key, field in _HOW_FAR_NUMBERS.items():
+        document[key] = finite_or_none(getattr(far, field)) if far else None
+    for key in _HOW_FAR_INTERVALS:
+        document[key] = _interval(getattr(far, key)) if far else [None, None]
+    return document | {"held_out": True}
 
 
 def _cells(cells: Sequence[GapCell]) -> list[dict[str, Any]]:

@@ -30,8 +30,8 @@ class Diagnosis:
         Where the gap lies.
     attribution : Attribution
         Which.
-    reduction : GapReduction
-        How far.
+    reduction : GapReduction, optional
+        How far; None where the records allow no diagnosis.
     pictures : tuple of Picture
         Gap along the motion, where the plant draws it.
     gap : GapDetail, optional
@@ -45,7 +45,7 @@ class Diagnosis:
     unit: str
     where_text: str
     attribution: Attribution
-    reduction: GapReduction
+    reduction: GapReduction | None = None
     pictures: tuple[Picture, ...] = ()
     gap: GapDetail | None = None
 

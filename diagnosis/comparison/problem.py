@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.identification.estimation.polar_pair import PolarPair
 
 #: Owner of the parameters of the baseline.
@@ -247,6 +248,13 @@ class ComparisonProblem(Protocol):
 
     def where_text(self, effects: Effects, theta: FloatArray) -> str:
         """One plain sentence about the gap map of a model."""
+        ...
+
+    def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
+        """Gap that baseline + effects would have without the effects, and what the effects explain of it.
+
+        With no effects, the gap of the baseline alone; empty where nothing is drawn.
+        """
         ...
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "ComparisonProblem":

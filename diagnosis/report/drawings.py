@@ -75,7 +75,7 @@ def drawings(diagnosis: Diagnosis) -> Drawings:
         Inline SVG elements.
     """
     far, which = diagnosis.reduction, diagnosis.attribution
-    grids = gap_grids(far.cells_before, far.cells_after)
+    grids = gap_grids(far.cells_before, far.cells_after) if far else ()
     motion = tuple(
         (picture, tuple(_panel(picture, p, k) for p in range(len(picture.panels))))
         for k, picture in enumerate(diagnosis.pictures)
@@ -83,7 +83,7 @@ def drawings(diagnosis: Diagnosis) -> Drawings:
     return Drawings(
         _gap_maps(grids, diagnosis),
         _remaining(grids, diagnosis),
-        _ladder(far) if far.steps else None,
+        _ladder(far) if far and far.steps else None,
         _likeness(which.screen, which.effects)
         if which.screen and len(which.screen.effects) > 1
         else None,
@@ -132,9 +132,9 @@ def _likeness(screened: Screen, accepted: Effects) -> Drawing:
 
 
 def _gap_maps(grids: tuple[GapGrid, ...], diagnosis: Diagnosis) -> tuple[Drawing, ...]:
-    if not grids:
-        return ()
     far = diagnosis.reduction
+    if not grids or far is None:
+        return ()
     maps = [("Before", "the baseline", far.cells_before)]
     if added_effects(far):
         is_named = bool(diagnosis.attribution.effects)
@@ -155,10 +155,11 @@ def _gap_maps(grids: tuple[GapGrid, ...], diagnosis: Diagnosis) -> tuple[Drawing
 
 
 def _remaining(grids: tuple[GapGrid, ...], diagnosis: Diagnosis) -> Drawing | None:
-    if not grids or not added_effects(diagnosis.reduction) or not grids[1].stands_out.any():
+    far = diagnosis.reduction
+    if far is None or not grids or not added_effects(far) or not grids[1].stands_out.any():
         return None
     draw = partial(gap_map_figure, grids[1], colour_limits(grids[1]), diagnosis.unit)
-    title = f"Map of the remaining gap; {_largest_cell(diagnosis.reduction.cells_after, diagnosis.unit)}"
+    title = f"Map of the remaining gap; {_largest_cell(far.cells_after, diagnosis.unit)}"
     return Drawing(
         inline_svg(draw, "map-remaining", title), "The remaining gap on its own colour scale."
     )

@@ -89,8 +89,8 @@ def _content(diagnosis: Diagnosis, source: ReportSource) -> dict[str, Any]:
         "names": effect_names,
         "software": software_name(),
         "drawn": _marked(drawings(diagnosis)),
-        "cells_before": _largest_cells(far.cells_before),
-        "cells_after": _largest_cells(far.cells_after),
+        "cells_before": _largest_cells(far.cells_before if far else ()),
+        "cells_after": _largest_cells(far.cells_after if far else ()),
         "sets": which.ranking[:_MOST_SETS],
         "n_more_sets": max(len(which.ranking) - _MOST_SETS, 0),
     }

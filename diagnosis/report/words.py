@@ -124,9 +124,9 @@ def counted(count: int, word: str) -> str:
     return f"{count} {word}" if count == 1 else f"{count} {word}s"
 
 
-def added_effects(far: GapReduction) -> Effects:
+def added_effects(far: GapReduction | None) -> Effects:
     """Effects of the best supported set, named or not; empty where no set is supported."""
-    return tuple(step.added for step in far.steps[1:])
+    return tuple(step.added for step in far.steps[1:]) if far else ()
 
 
 def listed(words: Sequence[str]) -> str:

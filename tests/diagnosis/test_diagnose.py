@@ -10,6 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.diagnosis_files import diagnosis_document
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.folds import held_out_folds
 from carrierflex.diagnosis.inference.forward_selection import ForwardSelection, explained_share
@@ -160,6 +161,10 @@ def test_too_short_a_record_says_what_is_missing():
     )
     own = found(short)
     assert own.verdict == "not_diagnosable"
+    assert own.reduction is None
+    how_far = diagnosis_document(own)["how_far"]
+    assert how_far.pop("held_out")
+    assert set(map(str, how_far.values())) == {"None", "[None, None]"}
     # A tenth at either end carries no derivatives.
     assert (
         own.attribution.discriminating_experiment
