@@ -87,16 +87,16 @@ class CarrierModel:
             )
             own.append(
                 Parameter(
-                    effect,
                     name,
                     parameter.unit,
                     lower,
                     upper,
                     parameter.scale,
-                    prior,
-                    run,
-                    parameter.shape,
-                    parameter.pair,
+                    effect=effect,
+                    prior_std=prior,
+                    run=run,
+                    shape=parameter.shape,
+                    pair=parameter.pair,
                 )
             )
         return own

@@ -5,7 +5,6 @@ entry point of the group ``carrierflex.effects`` that names an :class:`EffectCar
 "Adding an effect or a kind" of docs/diagnosis.md has an example of each kind.
 """
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib.metadata import entry_points
@@ -13,13 +12,14 @@ from typing import Any
 
 from carrierflex.identification.campaign.campaign_kinds import KIND_NAMES
 from carrierflex.identification.estimation.polar_pair import PolarPair
+from carrierflex.simulation.fit_parameter import FitParameter
 
 #: Entry points of this group are looked through for cards.
 ENTRY_POINT_GROUP = "carrierflex.effects"
 
 
 @dataclass(frozen=True, eq=False)
-class EffectParameter:
+class EffectParameter(FitParameter):
     """One parameter of an effect.
 
     Parameters
@@ -45,24 +45,9 @@ class EffectParameter:
         size and angle of the vector. See :func:`vector_parameters`.
     """
 
-    name: str
-    unit: str
-    lower: float = -math.inf
-    upper: float = math.inf
-    scale: float = 1.0
     powers: tuple[int, int, int] | None = None
     shape: bool = False
     pair: PolarPair | None = None
-
-    def __post_init__(self) -> None:
-        if not self.lower < self.upper:
-            raise ValueError(
-                f"parameter {self.name}: bounds {self.lower} to {self.upper}; expected lower < upper"
-            )
-        if not (self.scale > 0.0 and math.isfinite(self.scale)):
-            raise ValueError(
-                f"parameter {self.name}: scale is {self.scale}; expected a positive number"
-            )
 
 
 def vector_parameters(

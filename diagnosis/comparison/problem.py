@@ -7,7 +7,7 @@ time look alike: the residual is ``r = measured - predicted``, its derivatives b
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.identification.estimation.polar_pair import PolarPair
+from carrierflex.simulation.fit_parameter import FitParameter
 
 #: Owner of the parameters of the baseline.
 BASELINE = "baseline"
@@ -45,18 +46,14 @@ class Segment:
     n_samples: int
 
 
-@dataclass(frozen=True, eq=False)
-class Parameter:
+@dataclass(frozen=True)
+class Parameter(FitParameter):
     """One unknown of a set of effects.
 
     Parameters
     ----------
-    effect, name, unit : str
-        Owner (an effect id or ``baseline``), symbol, unit.
-    lower, upper : float
-        Physical bounds.
-    scale : float
-        Step of the search.
+    effect : str
+        Owner: an effect id or ``baseline``.
     prior_std : float
         Standard deviation of the Gaussian prior about zero; infinite: none.
     run : str, optional
@@ -69,16 +66,15 @@ class Parameter:
         size and angle.
     """
 
-    effect: str
-    name: str
-    unit: str
-    lower: float
-    upper: float
-    scale: float
-    prior_std: float = np.inf
-    run: str | None = None
-    shape: bool = False
-    pair: PolarPair | None = None
+    effect: str = field(kw_only=True)
+    prior_std: float = field(default=np.inf, kw_only=True)
+    run: str | None = field(default=None, kw_only=True)
+    shape: bool = field(default=False, kw_only=True)
+    pair: PolarPair | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        # Made from cards that are checked; the bounds are equal where a baseline's value is fixed.
+        pass
 
 
 def bounds_of(parameters: Sequence[Parameter]) -> tuple[FloatArray, FloatArray]:

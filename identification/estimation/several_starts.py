@@ -8,11 +8,11 @@ import numpy as np
 
 from carrierflex.identification.estimation.nonlinear_fit import (
     Array,
-    FreeParameter,
     NonlinearFit,
     Residuals,
     bounded_fit,
 )
+from carrierflex.simulation.fit_parameter import FitParameter
 
 #: Relative change of cost and parameters at which the search ends while starts are compared.
 _ROUGH = 1e-4
@@ -41,7 +41,7 @@ class NestedCostError(ArithmeticError):
 
 def best_of_starts(
     residuals: Residuals,
-    free: Sequence[FreeParameter],
+    free: Sequence[FitParameter],
     starts: Sequence[Array],
     executor: Executor,
     *,
@@ -55,7 +55,7 @@ def best_of_starts(
     ----------
     residuals : callable
         Plain object that other processes can load.
-    free : sequence of FreeParameter
+    free : sequence of FitParameter
         Unknowns.
     starts : sequence of ndarray, shape (p,)
         Starts; the first is always searched from.
@@ -139,7 +139,7 @@ def check_nested(richer: float, simpler: float, names: tuple[str, str]) -> None:
 
 
 def merged_values(
-    free: Sequence[FreeParameter], given: Mapping[str, float], neutral: Mapping[str, float]
+    free: Sequence[FitParameter], given: Mapping[str, float], neutral: Mapping[str, float]
 ) -> Array:
     """Start of a richer model.
 

@@ -18,7 +18,7 @@ class Fitted:
 
 
 def _parameter(name, run=None, pair=None):
-    return Parameter("carrier_tilt", name, "rad", -1.0, 1.0, 1.0, run=run, pair=pair)
+    return Parameter(name, "rad", -1.0, 1.0, 1.0, effect="carrier_tilt", run=run, pair=pair)
 
 
 def _tilt(size, angle, run=None):

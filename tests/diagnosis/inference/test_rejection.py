@@ -34,7 +34,7 @@ class Problem:
 
 def scored(effects, total, *, at_bound=False, square=None):
     """Held-out score of a set that leaves `total`, spread evenly over the segments."""
-    parameters = tuple(Parameter(effect, "a", "N", -1.0, 1.0, 1.0) for effect in effects)
+    parameters = tuple(Parameter("a", "N", -1.0, 1.0, 1.0, effect=effect) for effect in effects)
     fit = SimpleNamespace(parameters=parameters, at_bound=np.full(len(effects), at_bound))
     square = np.full(N_SEGMENTS, total / N_SEGMENTS) if square is None else square
     return HeldOut(fit, square, np.zeros(N_SEGMENTS), np.zeros((1, 1)))
