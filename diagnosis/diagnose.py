@@ -5,7 +5,7 @@ Screen, ladder, selection, alias classes, shrinkage, verdict.
 
 from collections.abc import Callable
 
-from carrierflex.diagnosis.comparison.pictures import Picture, Pictured
+from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, Signatures
 from carrierflex.diagnosis.gap.findings import Detailed, GapDetail
 from carrierflex.diagnosis.gap.validation import cell_validations, scalar_gaps
@@ -175,13 +175,9 @@ def _gap_detail(
 
 
 def _pictures(search: ForwardSelection, selection: Selection) -> tuple[Picture, ...]:
-    """Gap along the motion with the accepted effects, where the plant draws it."""
+    """Gap along the motion with the accepted effects."""
     fit = search.score(selection.accepted).fit
-    return (
-        search.problem.pictures(fit.effects, fit.theta)
-        if isinstance(search.problem, Pictured)
-        else ()
-    )
+    return search.problem.pictures(fit.effects, fit.theta)
 
 
 def _separating_test(
@@ -209,15 +205,19 @@ def _separating_test(
 
 
 def _not_diagnosable(campaign: str, kind: str, unit: str, missing: str) -> Diagnosis:
-    nan, none = float("nan"), (float("nan"), float("nan"))
     return Diagnosis(
         campaign=campaign,
         kind=kind,
         verdict=NOT_DIAGNOSABLE,
         reason=missing,
         unit=unit,
-        attribution=Attribution((), (), {}, (), None, nan, missing),
-        reduction=GapReduction(
-            nan, nan, nan, nan, none, nan, none, nan, nan, nan, nan, (), (), (), ()
+        attribution=Attribution(
+            effects=(),
+            aliases=(),
+            parameters={},
+            ranking=(),
+            screen=None,
+            explainable=float("nan"),
+            discriminating_experiment=missing,
         ),
     )

@@ -26,8 +26,8 @@ class Diagnosis:
         Unit of every RMS.
     attribution : Attribution
         Which.
-    reduction : GapReduction
-        How far.
+    reduction : GapReduction, optional
+        How far; None where the records allow no diagnosis.
     pictures : tuple of Picture
         Gap along the motion, where the kind draws it.
     gap : GapDetail, optional
@@ -40,6 +40,6 @@ class Diagnosis:
     reason: str
     unit: str
     attribution: Attribution
-    reduction: GapReduction
+    reduction: GapReduction | None = None
     pictures: tuple[Picture, ...] = ()
     gap: GapDetail | None = None

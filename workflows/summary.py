@@ -80,13 +80,14 @@ def _largest_other(curve: DeflectionCurve) -> float:
 
 def _gap(job: "Job") -> dict[str, Any]:
     found, in_turn = job.gap.diagnosis, job.gap.in_turn
+    steps = found.reduction.steps if found.reduction else ()
     return {
         "where": where_text(found),
         "verdict": found.verdict,
         "named": found.attribution.effects,
-        "named_rho": found.reduction.rho,
-        "named_rms_um": [step.rms * MICROMETRES for step in found.reduction.steps],
-        "named_in_turn": [step.added for step in found.reduction.steps],
+        "named_rho": found.reduction.rho if found.reduction else None,
+        "named_rms_um": [step.rms * MICROMETRES for step in steps],
+        "named_in_turn": [step.added for step in steps],
         "effects": in_turn.effects,
         "rho": in_turn.rho,
         "phi": in_turn.phi,

@@ -8,7 +8,11 @@ The law of a card gives the signal per unit of each of its linear parameters, se
 from math import inf
 
 from carrierflex.diagnosis.carrier import laws
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard, EffectParameter
+from carrierflex.diagnosis.comparison.effect_cards import (
+    EffectCard,
+    EffectParameter,
+    vector_parameters,
+)
 
 KIND = "carrier"
 #: Orders of waves on the measured face that the effect face_runout holds.
@@ -26,12 +30,19 @@ _LOADS = "torque in four steps without radial load, and radial loads of five siz
 _TORQUE = "the same speed at a quarter, half and full torque: waves on the face stay, deflection follows the torque"
 
 
+#: Largest tilt, and the size of one worth noticing [rad].
+_LARGEST_TILT = 0.05
+_TILT = 1e-3
+
+
 def _lengths(*names: str, scale: float = 1e-5, bound: float = 1e-2) -> tuple[EffectParameter, ...]:
     return tuple(EffectParameter(name, "m", -bound, bound, scale) for name in names)
 
 
 def _tilts(*names: str) -> tuple[EffectParameter, ...]:
-    return tuple(EffectParameter(name, "rad", -0.05, 0.05, 1e-3) for name in names)
+    return tuple(
+        EffectParameter(name, "rad", -_LARGEST_TILT, _LARGEST_TILT, _TILT) for name in names
+    )
 
 
 def _per_newton(unit: str, scale: float, *names: str) -> tuple[EffectParameter, ...]:
@@ -40,8 +51,8 @@ def _per_newton(unit: str, scale: float, *names: str) -> tuple[EffectParameter, 
     )
 
 
-def _polar(size: str, angle: str) -> tuple[str, str]:
-    return f"{size} cos {angle}", f"{size} sin {angle}"
+def _tilt_vector(size: str, angle: str) -> tuple[EffectParameter, ...]:
+    return vector_parameters(size, angle, "rad", bound=_LARGEST_TILT, scale=_TILT)
 
 
 def _card(
@@ -82,7 +93,7 @@ CARRIER_CARDS = (
     _card(
         "housing_tilt",
         "R phi_H sin(theta_H - v)",
-        _tilts(*_polar("phi_H", "theta_H")),
+        _tilt_vector("phi_H", "theta_H"),
         "order 0, m = +1 and -1 in equal parts, whatever the load",
         _STATIC,
         _LOADS,
@@ -91,7 +102,7 @@ CARRIER_CARDS = (
     _card(
         "torque_tilt",
         "R phi_T T/T_nom sin(theta_T - v)",
-        _tilts(*_polar("phi_T", "theta_T")),
+        _tilt_vector("phi_T", "theta_T"),
         "order 0, m = +1 and -1 in equal parts, growing as the torque",
         _STATIC,
         _LOADS,
@@ -100,7 +111,7 @@ CARRIER_CARDS = (
     _card(
         "carrier_tilt",
         "R phi_PLC sin(theta_PLC + theta - v)",
-        _tilts(*_polar("phi_PLC", "theta_PLC")),
+        _tilt_vector("phi_PLC", "theta_PLC"),
         "order 1, m = +1, whatever the load",
         _ONCE,
         _TORQUE,

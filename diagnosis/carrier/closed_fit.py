@@ -9,9 +9,13 @@ from carrierflex.diagnosis.carrier.cards import ONE_CHANNEL
 from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
 from carrierflex.diagnosis.carrier.sums import used_columns
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, bounds_of
+from carrierflex.identification.estimation.gauss_newton import Bounds, CostSums, bounded_step
 
 #: Steps of the fits that choose a channel or a threshold.
 _QUICK_STEPS = 4
+#: Share of every column's square on the diagonal: keeps columns that are alike from large values of
+#: opposite sign.
+_RIDGE = 1e-9
 
 
 def closed_fit(
@@ -39,25 +43,20 @@ def closed_fit(
     """
     theta = start.copy()
     parameters = model.parameters(effects, choice)
+    bounds = Bounds(*bounds_of(parameters))
     free = np.array([not parameter.shape for parameter in parameters], dtype=bool)
     bilinear = any(
         effect in (*ONE_CHANNEL, "sensor_delay") for effect in (*model.contained, *effects)
     )
     for _ in range(_QUICK_STEPS if bilinear else 1):
-        matrix, right, _ = _sums_of_runs(model, run_gram, effects, choice, theta)
-        sensitive = free & (np.diag(matrix) > 0.0)
-        size = np.sqrt(np.diag(matrix)[sensitive])
-        scaled = matrix[np.ix_(sensitive, sensitive)] / np.outer(size, size) + 1e-9 * np.eye(
-            size.size
-        )
-        theta[sensitive] += np.linalg.lstsq(scaled, right[sensitive] / size, rcond=1e-12)[0] / size
-        theta = np.clip(theta, *bounds_of(parameters))
-    return theta, _sums_of_runs(model, run_gram, effects, choice, theta)[2]
+        sums = _sums_of_runs(model, run_gram, effects, choice, theta)
+        theta = bounded_step(sums, theta, bounds=bounds, free=free, damping=_RIDGE)
+    return theta, _sums_of_runs(model, run_gram, effects, choice, theta).cost
 
 
 def _sums_of_runs(
     model: CarrierModel, run_gram: FloatArray, effects: Effects, choice: Choice, theta: FloatArray
-) -> tuple[FloatArray, FloatArray, float]:
+) -> CostSums[None]:
     """``J.T J``, ``J.T r`` and ``r.T r`` over all runs and channels."""
     W, D = model.weights(effects, choice, theta)
     columns = used_columns(W, D)
@@ -69,4 +68,4 @@ def _sums_of_runs(
     matrix = np.einsum("rcpk,rcqk->pq", products, slopes, optimize=True)
     right = np.einsum("rcpk,rck->p", products, residual, optimize=True)
     square = np.einsum("rck,rckl,rcl->", residual, gram, residual, optimize=True)
-    return matrix, right, float(square)
+    return CostSums(float(square), matrix, right, None)

@@ -11,7 +11,7 @@ from scipy.stats import chi2
 from scipy.stats import f as fisher_f
 
 from carrierflex.diagnosis.comparison.problem import GapCell
-from carrierflex.diagnosis.gap.gap_map import CellTable, gap_cells, resampling_counts
+from carrierflex.diagnosis.gap.gap_map import N_DRAWS, CellTable, gap_cells
 from carrierflex.identification.campaign.campaign import Channel
 from carrierflex.identification.campaign.order_analysis import MAX_ORDER
 from carrierflex.identification.carrier.sensor_patterns import (
@@ -20,6 +20,7 @@ from carrierflex.identification.carrier.sensor_patterns import (
     PatternSplit,
     pattern_split,
 )
+from carrierflex.identification.estimation.resampling import multinomial_counts
 
 _SEED = 3
 #: Signed orders of a pattern's amplitudes.
@@ -89,7 +90,7 @@ def _run_table(run: str, amplitudes: ComplexArray, split: PatternSplit, noise: f
         p_value = chi2.sf(degrees * ratio, degrees)
     mean_square = split.weights * np.abs(mean) ** 2
     noise_square = split.weights * scatter / n
-    weights = resampling_counts(n, np.random.default_rng(_SEED)) / n
+    weights = multinomial_counts(n, N_DRAWS, seed=_SEED) / n
     drawn = split.weights * np.abs(np.einsum("dr,rmn->dmn", weights, amplitudes)) ** 2
     return CellTable(
         runs=(run,),

@@ -87,15 +87,16 @@ class CarrierModel:
             )
             own.append(
                 Parameter(
-                    effect,
                     name,
                     parameter.unit,
                     lower,
                     upper,
                     parameter.scale,
-                    prior,
-                    run,
-                    parameter.shape,
+                    effect=effect,
+                    prior_std=prior,
+                    run=run,
+                    shape=parameter.shape,
+                    pair=parameter.pair,
                 )
             )
         return own

@@ -5,20 +5,21 @@ entry point of the group ``carrierflex.effects`` that names an :class:`EffectCar
 "Adding an effect or a kind" of docs/diagnosis.md has an example of each kind.
 """
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from typing import Any
 
 from carrierflex.identification.campaign.campaign_kinds import KIND_NAMES
+from carrierflex.identification.estimation.polar_pair import PolarPair
+from carrierflex.simulation.fit_parameter import FitParameter
 
 #: Entry points of this group are looked through for cards.
 ENTRY_POINT_GROUP = "carrierflex.effects"
 
 
 @dataclass(frozen=True, eq=False)
-class EffectParameter:
+class EffectParameter(FitParameter):
     """One parameter of an effect.
 
     Parameters
@@ -39,25 +40,33 @@ class EffectParameter:
     shape : bool
         Whether the effect is absent only where another parameter is zero (a yield force, a time
         constant): such a parameter has no prior and is searched from several starts.
+    pair : PolarPair, optional
+        The vector of which this parameter is a component, as its name says; the report gives the
+        size and angle of the vector. See :func:`vector_parameters`.
     """
 
-    name: str
-    unit: str
-    lower: float = -math.inf
-    upper: float = math.inf
-    scale: float = 1.0
     powers: tuple[int, int, int] | None = None
     shape: bool = False
+    pair: PolarPair | None = None
 
-    def __post_init__(self) -> None:
-        if not self.lower < self.upper:
-            raise ValueError(
-                f"parameter {self.name}: bounds {self.lower} to {self.upper}; expected lower < upper"
-            )
-        if not (self.scale > 0.0 and math.isfinite(self.scale)):
-            raise ValueError(
-                f"parameter {self.name}: scale is {self.scale}; expected a positive number"
-            )
+
+def vector_parameters(
+    size: str, angle: str, unit: str, *, bound: float, scale: float
+) -> tuple[EffectParameter, EffectParameter]:
+    """Components of a vector (a tilt with its direction), published by size and angle.
+
+    Parameters
+    ----------
+    size, angle, unit : str
+        Symbols of the size and of the angle, and the unit of the components.
+    bound, scale : float
+        Largest size of a component, and the size worth noticing.
+    """
+    pair = PolarPair(size, angle)
+    first, second = (
+        EffectParameter(name, unit, -bound, bound, scale, pair=pair) for name in pair.components
+    )
+    return first, second
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,6 @@ Its gap and the fitted law as curves, without any drawing library.
 """
 
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,22 +90,6 @@ class Picture:
     is_polar: bool = False
     shade_name: str = ""
     shade_unit: str = ""
-
-
-@runtime_checkable
-class Pictured(Protocol):
-    """A plant that shows its gap along the motion.
-
-    A plant without this method has no such section in its report.
-    """
-
-    def pictures(self, effects: tuple[str, ...], theta: FloatArray) -> tuple[Picture, ...]:
-        """Gap that baseline + effects would have without the effects, and what the effects explain of it.
-
-        `theta` are the parameters of baseline + effects; with no effects the gap of the baseline
-        alone is shown.
-        """
-        ...
 
 
 def is_function(x: FloatArray, y: FloatArray) -> bool:

@@ -7,13 +7,16 @@ time look alike: the residual is ``r = measured - predicted``, its derivatives b
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.diagnosis.comparison.pictures import Picture
+from carrierflex.identification.estimation.polar_pair import PolarPair
+from carrierflex.simulation.fit_parameter import FitParameter
 
 #: Owner of the parameters of the baseline.
 BASELINE = "baseline"
@@ -43,18 +46,14 @@ class Segment:
     n_samples: int
 
 
-@dataclass(frozen=True, eq=False)
-class Parameter:
+@dataclass(frozen=True)
+class Parameter(FitParameter):
     """One unknown of a set of effects.
 
     Parameters
     ----------
-    effect, name, unit : str
-        Owner (an effect id or ``baseline``), symbol, unit.
-    lower, upper : float
-        Physical bounds.
-    scale : float
-        Step of the search.
+    effect : str
+        Owner: an effect id or ``baseline``.
     prior_std : float
         Standard deviation of the Gaussian prior about zero; infinite: none.
     run : str, optional
@@ -62,17 +61,20 @@ class Parameter:
         on part of a held-out condition, as no other condition knows them.
     shape : bool
         Whether another parameter of zero switches the effect off.
+    pair : PolarPair, optional
+        The vector of which this parameter and its neighbour are the components; it is published by
+        size and angle.
     """
 
-    effect: str
-    name: str
-    unit: str
-    lower: float
-    upper: float
-    scale: float
-    prior_std: float = np.inf
-    run: str | None = None
-    shape: bool = False
+    effect: str = field(kw_only=True)
+    prior_std: float = field(default=np.inf, kw_only=True)
+    run: str | None = field(default=None, kw_only=True)
+    shape: bool = field(default=False, kw_only=True)
+    pair: PolarPair | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        # Made from cards that are checked; the bounds are equal where a baseline's value is fixed.
+        pass
 
 
 def bounds_of(parameters: Sequence[Parameter]) -> tuple[FloatArray, FloatArray]:
@@ -238,6 +240,13 @@ class ComparisonProblem(Protocol):
 
     def gap_cells(self, effects: Effects, theta: FloatArray) -> tuple[GapCell, ...]:
         """Gap map of a model, largest share first."""
+        ...
+
+    def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
+        """Gap that baseline + effects would have without the effects, and what the effects explain.
+
+        With no effects, the gap of the baseline alone; empty where nothing is drawn.
+        """
         ...
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "ComparisonProblem":

@@ -11,7 +11,8 @@ from carrierflex.diagnosis.comparison.problem import FloatArray, GapCell
 from carrierflex.diagnosis.comparison.spectral_cells import band_amplitudes, band_edges_hz
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.score_cells import segment_squares
-from carrierflex.diagnosis.gap.gap_map import CellTable, gap_cells, resampling_counts
+from carrierflex.diagnosis.gap.gap_map import N_DRAWS, CellTable, gap_cells
+from carrierflex.identification.estimation.resampling import multinomial_counts
 
 _BANDS = 24
 _SEED = 1
@@ -88,7 +89,7 @@ def _line_table(record: ElementRecord, periods: FloatArray, channel: str) -> Cel
     scatter = amplitudes.var(axis=0, ddof=1)
     degrees = np.where(lines == 0, 1.0, 2.0)
     ratio = n * np.abs(mean) ** 2 / np.maximum(scatter, np.finfo(float).tiny)
-    weights = resampling_counts(n, np.random.default_rng(_SEED)) / n
+    weights = multinomial_counts(n, N_DRAWS, seed=_SEED) / n
     noise = scatter / (2.0 * n)
     mean_square = np.abs(mean) ** 2 / 2.0
     line_hz = lines / (record.period * record.step)
@@ -118,7 +119,7 @@ def _band_table(
     n_samples = max(int((record.block >= 0).sum()), 1)
     power = squares.sum(axis=0)
     noise = variance * lines
-    counts = resampling_counts(record.n_blocks, np.random.default_rng(_SEED))
+    counts = multinomial_counts(record.n_blocks, N_DRAWS, seed=_SEED)
     bands_hz = np.column_stack([edges_hz[:-1], edges_hz[1:]])[is_filled]
     return CellTable(
         runs=(record.name,),

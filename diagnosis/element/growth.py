@@ -15,6 +15,7 @@ from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.signatures import base_columns, known_force
 from carrierflex.diagnosis.gap.power_laws import Exponent
+from carrierflex.identification.estimation.scaled_least_squares import design_solution
 
 #: Share of the blocks, those of the lowest amplitude, that the linear element is fitted to.
 _LOW_AMPLITUDE = 1.0 / 8.0
@@ -114,9 +115,7 @@ def block_forces(
     low = np.argsort(deflection)[: _n_low(len(blocks))]
     design = np.concatenate([columns[blocks[k][0]][:, blocks[k][1]] for k in low], axis=1)
     target = np.concatenate([force[blocks[k][0]][blocks[k][1]] for k in low])
-    scale = np.linalg.norm(design, axis=1)
-    scale[scale == 0.0] = 1.0
-    law = np.linalg.lstsq((design / scale[:, None]).T, target, rcond=1e-10)[0] / scale
+    law = design_solution(design.T, target)
     residuals = [f - law @ rows for f, rows in zip(force, columns, strict=True)]
     floor = [_force_noise(model, record, law, float(noise[r])) for r, record in enumerate(records)]
     return BlockForces(

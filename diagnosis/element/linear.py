@@ -13,6 +13,7 @@ from scipy.signal import cont2discrete, lfilter
 
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.identification.campaign.signals import band_limited
+from carrierflex.identification.estimation.scaled_least_squares import design_solution
 
 FloatArray = NDArray[np.float64]
 
@@ -77,7 +78,9 @@ def _instrumental(
     mass: float | None,
 ) -> tuple[float, float, float, float] | None:
     """Solution of ``Zᵀ (A x - f) = 0``; None where it is no element."""
-    products, right = np.zeros((4, 4)), np.zeros(4)
+    products = np.zeros((4, 4))
+    right = np.zeros(4)
+    square = np.zeros(4)
     for record in records:
         inside = record.block >= 0
         q, v, a = (own[inside] for own in record.motion)
@@ -88,14 +91,16 @@ def _instrumental(
             :, inside
         ]
         products += Z @ A.T
+        square += np.square(Z).sum(axis=1)
         # The motion is known in the trusted band only: the force in the same band goes with it.
         right += Z @ band_limited(record.drive, record.step, record.cutoff_hz)[inside]
     if mass is not None:
         right, products = right[1:] - mass * products[1:, 0], products[1:, 1:]
-    size = np.abs(products).max(axis=0)
-    if not (size > 0.0).all():
+    if not (square.all() and products.any(axis=0).all()):
         return None
-    solution = np.linalg.lstsq(products / size, right, rcond=1e-12)[0] / size
+    # Instruments of unit length: a deflection weighs as much as its second derivative.
+    length = np.sqrt(square[-len(right) :])
+    solution = design_solution(products / length[:, None], right / length)
     m, C1, K1, f0 = solution if mass is None else (mass, *solution)
     if not (m > 0.0 and K1 > 0.0):
         return None

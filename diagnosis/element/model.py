@@ -106,7 +106,12 @@ class ElementModel:
             )
         own = [
             Parameter(
-                BASELINE, name, _unit(powers, self.units), lower, np.inf, self.scale.of(powers)
+                name,
+                _unit(powers, self.units),
+                lower,
+                np.inf,
+                self.scale.of(powers),
+                effect=BASELINE,
             )
             for name, powers, lower in base
         ]
@@ -126,14 +131,15 @@ class ElementModel:
         size = self.scale.of(powers) if powers else 1.0
         scale = parameter.scale * size
         return Parameter(
-            effect,
             parameter.name,
             _unit(powers, self.units) if powers else parameter.unit,
             parameter.lower * size,
             parameter.upper * size,
             scale,
-            np.inf if parameter.shape or effect in self.contained else _PRIOR * scale,
+            effect=effect,
+            prior_std=np.inf if parameter.shape or effect in self.contained else _PRIOR * scale,
             shape=parameter.shape,
+            pair=parameter.pair,
         )
 
     def predicted(

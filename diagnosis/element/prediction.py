@@ -8,7 +8,7 @@ measured less predicted.
 from dataclasses import replace
 
 from carrierflex.diagnosis.element.problem import ElementProblem
-from carrierflex.diagnosis.inference.bounded_fit import fit_effects
+from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.signals import even_time, filled
 

@@ -12,6 +12,7 @@ from carrierflex.diagnosis.element.linear import linear_element
 from carrierflex.diagnosis.element.model import ElementModel, ElementScale
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.signatures import base_columns, known_force
+from carrierflex.identification.estimation.scaled_least_squares import design_solution
 
 
 def element_scale(model: ElementModel, records: Sequence[ElementRecord]) -> ElementScale:
@@ -23,8 +24,7 @@ def element_scale(model: ElementModel, records: Sequence[ElementRecord]) -> Elem
     rows = [base_columns(plain, record)[:, record.block >= 0] for record in records]
     force = [known_force(model, record)[record.block >= 0] for record in records]
     design, target = np.concatenate(rows, axis=1), np.concatenate(force)
-    size = np.linalg.norm(design, axis=1)
-    solution = np.linalg.lstsq((design / size[:, None]).T, target, rcond=1e-10)[0] / size
+    solution = design_solution(design.T, target)
     mass = model.mass if model.mass is not None else max(float(solution[0]), 0.0)
     inertia = 0.0 if model.mass is not None else solution[0] * design[0]
     K1, C1, f0 = (float(value) for value in solution[-3:])

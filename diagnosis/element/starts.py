@@ -17,6 +17,7 @@ from carrierflex.diagnosis.comparison.problem import (
 )
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.signatures import Column, contained_columns
+from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 
 #: Starts handed back at most, best fit in force space first.
 _MOST_STARTS = 6
@@ -126,12 +127,7 @@ def _force_space_solutions(
     for choice in product(*by_effect):
         chosen = [k for group in choice for k in group]
         places = [*range(1, first), *(first + k for k in chosen)]
-        own = gram[np.ix_(places, places)]
-        size = np.sqrt(np.maximum(np.diag(own), np.finfo(float).tiny))
-        solution = (
-            np.linalg.lstsq(own / np.outer(size, size), gram[places, 0] / size, rcond=1e-10)[0]
-            / size
-        )
+        solution = normal_solution(gram[np.ix_(places, places)], gram[places, 0])
         left = gram[0, 0] - solution @ gram[places, 0]
         base, amplitudes = solution[: first - 1], solution[first - 1 :]
         found.append((left, _values(model, base, [columns[k] for k in chosen], amplitudes)))

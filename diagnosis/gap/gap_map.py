@@ -54,11 +54,6 @@ class CellTable:
         return np.broadcast_to(self.used, self.coherent.shape)
 
 
-def resampling_counts(n: int, rng: np.random.Generator) -> FloatArray:
-    """How often each of n repetitions occurs in each bootstrap draw, shape (N_DRAWS, n)."""
-    return rng.multinomial(n, np.full(n, 1.0 / n), N_DRAWS).astype(np.float64)
-
-
 def gap_cells(tables: Sequence[CellTable]) -> tuple[GapCell, ...]:
     """Gap map of several tables, largest cell first.
 

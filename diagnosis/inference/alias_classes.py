@@ -4,14 +4,15 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_names import set_name
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray
-from carrierflex.diagnosis.inference.bounded_fit import EffectFit, fit_effects
+from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects
 from carrierflex.diagnosis.inference.forward_selection import ForwardSelection
 from carrierflex.diagnosis.inference.screening import Screen
 from carrierflex.diagnosis.inference.thresholds import Thresholds
+from carrierflex.identification.estimation.gauss_newton import StopRule
 
 #: Exchange tests for one effect at most, most correlated first.
 _MOST_EXCHANGES = 4
-_TRIAL_STEPS = 8
+_EXPERIMENT_STOP = StopRule(most_steps=8)
 
 
 def alias_class(
@@ -86,8 +87,8 @@ def discriminating_experiment_between(
     .. [1] A. C. Atkinson, V. V. Fedorov, "The design of experiments for discriminating between two
        rival models" (1975).
     """
-    # Below one floor the trial would separate no better than the records at hand.
-    best, text = 1.0, ""
+    best = search.thresholds.separates
+    text = ""
     for experiment in search.problem.candidate_experiments():
         search.note(f"trial: {experiment.text}")
         problem = experiment.problem(first.effects, first.theta)
@@ -97,7 +98,7 @@ def discriminating_experiment_between(
         starts = (
             [second.theta] if len(problem.parameters(second.effects)) == second.theta.size else []
         )
-        fit = fit_effects(problem, second.effects, starts=starts, most_steps=_TRIAL_STEPS)
+        fit = fit_effects(problem, second.effects, starts=starts, stop=_EXPERIMENT_STOP)
         ratio = _rms(problem, fit) / np.sqrt(search.floor)
         if np.isfinite(ratio) and ratio > best:
             best, text = ratio, experiment.text
@@ -116,6 +117,7 @@ def is_named_consistently(
     parameters: several of them may trade against one another in a fold that cannot tell them apart.
     """
     std = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+    limit = thresholds.fold_signal**2
     matrix = fit.sums.matrix.sum(axis=0)
     for effect in fit.effects:
         own = [
@@ -126,7 +128,7 @@ def is_named_consistently(
         block, theta = matrix[np.ix_(own, own)], fit.theta[own]
         for moved in theta_by_fold[:, own] - theta:
             beyond_error = (np.abs(moved) > thresholds.fold_consistency * std[own]).any()
-            if beyond_error and moved @ block @ moved > 0.25 * (theta @ block @ theta):
+            if beyond_error and moved @ block @ moved > limit * (theta @ block @ theta):
                 return False
     return True
 

@@ -1,32 +1,26 @@
-"""S2 and S3: the ladder of effect sets, each refitted in full and scored on held-out pieces.
+"""S2 and S3: forward selection of effect sets, each refitted in full and scored on held-out segments.
 
 Which of them are supported.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from itertools import combinations
+from itertools import combinations, permutations
 
 import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, Signatures
-from carrierflex.diagnosis.inference.bounded_fit import EffectFit, NestedCostError, fit_effects
+from carrierflex.diagnosis.inference.effect_fit import EffectFit, NestedFitError, fit_effects
 from carrierflex.diagnosis.inference.folds import Fold, held_out_folds
 from carrierflex.diagnosis.inference.held_out import HeldOut, held_out_score, reduction_draws
+from carrierflex.diagnosis.inference.results import Rejection
 from carrierflex.diagnosis.inference.screening import Screen, screen
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 
 #: Sets of one size that are extended by a further effect, and further effects tried on each.
 _EXTENDED_SETS = 2
 _FURTHER_EFFECTS = 4
-#: A set whose held-out mean square is this many times that of the best of its size is not extended.
-_FAR_BEHIND = 10.0
-#: A set within this ratio of the noise's mean square leaves nothing for a further effect.
-_NOTHING_LEFT = 1.03
-#: RMS ratio of a draw that holds none of the conditions in which an effect acts: one, but for how
-#: shared parameters shift.
-_UNCHANGED = 1.001
 _SEED = 7
 
 
@@ -48,7 +42,7 @@ class ForwardSelection:
         Held-out scores by sorted set.
     fits : dict
         Fits by sorted set, also of those that were not worth a held-out score.
-    stuck : dict
+    failed_searches : dict
         Sets whose search ended above a set they contain, and how; none of them is supported.
     """
 
@@ -58,7 +52,7 @@ class ForwardSelection:
     note: Callable[[str], None]
     scores: dict[Effects, HeldOut] = field(default_factory=dict)
     fits: dict[Effects, EffectFit] = field(default_factory=dict)
-    stuck: dict[Effects, str] = field(default_factory=dict)
+    failed_searches: dict[Effects, str] = field(default_factory=dict)
 
     def score(self, effects: Effects) -> HeldOut:
         """Score of a set, fitted now where it was not yet."""
@@ -75,8 +69,9 @@ class ForwardSelection:
             contained = [self.fits[smaller] for smaller in self.fits if set(smaller) < set(key)]
             try:
                 self.fits[key] = fit_effects(self.problem, key, contained=contained)
-            except NestedCostError as error:
-                self.fits[key], self.stuck[key] = error.fit, str(error)
+            except NestedFitError as error:
+                self.fits[key] = error.fit
+                self.failed_searches[key] = str(error)
         return self.fits[key]
 
     def is_worth_scoring(self, effects: Effects) -> bool:
@@ -84,27 +79,29 @@ class ForwardSelection:
 
         Held-out gains are smaller still.
         """
-        square = self.fit(effects).sums.square.sum()
+        after = float(self.fit(effects).sums.square.sum())
         floor = float(self.problem.noise_square.sum())
-        smaller = [
-            own for own in combinations(sorted(effects), len(effects) - 1) if own in self.fits
+        smaller_sets = combinations(sorted(effects), len(effects) - 1)
+        squares = [
+            float(self.fits[smaller].sums.square.sum())
+            for smaller in smaller_sets
+            if smaller in self.fits
         ]
-        left = [float(self.fits[own].sums.square.sum()) for own in smaller]
-        whole = float(self.fit(()).sums.square.sum()) - floor
+        total_gap = float(self.fit(()).sums.square.sum()) - floor
         return all(
-            explained_share(own, square, floor) >= self.thresholds.explained
-            and self._is_material(own, square, floor, whole)
-            for own in left
+            explained_share(before, after, floor) >= self.thresholds.explained
+            and self._is_material(before, after, floor, total_gap)
+            for before in squares
         )
 
-    def _is_material(self, before: float, after: float, floor: float, whole: float) -> bool:
+    def _is_material(self, before: float, after: float, floor: float, total_gap: float) -> bool:
         """Whether a step is a large enough part of the whole gap, or clears what stands out of the floor."""
         limits = self.thresholds
         clears = (
             explained_share(before, after, floor) >= limits.clears
             and before >= limits.stands_out**2 * floor
         )
-        return clears or before - after >= limits.material * whole
+        return clears or before - after >= limits.material * total_gap
 
     def mean_square(self, effects: Effects) -> float:
         """Held-out mean square of a set."""
@@ -112,62 +109,80 @@ class ForwardSelection:
 
     def leaves_nothing(self, effects: Effects) -> bool:
         """Whether what a set leaves above the floor is too little for a further effect."""
-        left, floor = self.mean_square(effects), self.floor
-        material = self.thresholds.material * (self.mean_square(()) - floor)
-        small = left - floor <= material and left < self.thresholds.stands_out**2 * floor
-        return left <= _NOTHING_LEFT * floor or small
+        limits = self.thresholds
+        floor = self.floor
+        remaining = self.mean_square(effects)
+        material = limits.material * (self.mean_square(()) - floor)
+        is_small = remaining - floor <= material and remaining < limits.stands_out**2 * floor
+        return remaining <= limits.nothing_left * floor or is_small
 
     @property
     def floor(self) -> float:
         """Mean square of the noise."""
         return float(self.problem.noise_square.sum() / self.problem.cell_counts.sum())
 
-    def rejection(self, effects: Effects) -> str:
-        """Why a set is not supported; empty where every effect in it is.
+    def rejection(self, effects: Effects) -> Rejection | None:
+        """Why a set is not supported; None where every effect in it is.
 
-        An effect must stand off its physical bounds, explain at least the share `explained` of what
-        is left without it and, beside others, a material part of the whole gap
-        (:class:`carrierflex.diagnosis.inference.thresholds.Thresholds`), and shrink the held-out
-        RMS in 97.5 % of the bootstrap draws, or leave it as it is where the drawn conditions do not
-        call for it.
+        The search of a set must have converged; an effect must keep off its physical bounds,
+        explain at least the share `explained` of what is left without it and, beside others, a
+        material part of the whole gap, and reduce the held-out RMS in nearly all bootstrap draws,
+        or leave it as it is where the drawn conditions do not call for it
+        (:class:`carrierflex.diagnosis.inference.thresholds.Thresholds`).
         """
         score = self.score(effects)
-        if tuple(sorted(effects)) in self.stuck:
-            return self.stuck[tuple(sorted(effects))]
+        failure = self.failed_searches.get(tuple(sorted(effects)))
+        if failure is not None:
+            return Rejection("search", "", failure)
         for parameter, hit in zip(score.fit.parameters, score.fit.at_bound, strict=True):
             if hit and parameter.effect in effects:
-                return (
+                text = (
                     f"{parameter.name} of {plain_name(parameter.effect)} is at its physical bound"
                 )
+                return Rejection("bound", parameter.effect, text)
         if self._fits_any_curve(effects):
-            return f"{set_name(effects)} are laws of one kind along one motion: together they fit any curve"
-        smaller = [tuple(own for own in effects if own != effect) for effect in effects]
-        floor = float(self.problem.noise_square.sum())
-        whole = float(self.score(()).square.sum()) - floor
+            text = (
+                f"{set_name(effects)} are laws of one kind along one motion: "
+                "together they fit any curve"
+            )
+            return Rejection("any_curve", "", text)
+        others = {effect: tuple(e for e in effects if e != effect) for effect in effects}
         # Sets that are scored already come first: they may settle it without another fit.
-        for effect, rest in sorted(
-            zip(effects, smaller, strict=True), key=lambda pair: pair[1] not in self.scores
-        ):
-            without = self.score(rest)
-            if tuple(sorted(rest)) in self.stuck:
-                reason = self.stuck[tuple(sorted(rest))]
-                return f"nothing is known without {plain_name(effect)}: {reason}"
-            share = explained_share(without.square.sum(), score.square.sum(), floor)
-            if share < self.thresholds.explained:
-                explained = f"{max(share, 0.0):.0%}"
-                return f"{plain_name(effect)} explains {explained} of what is left without it"
-            if rest and not self._is_material(
-                float(without.square.sum()), float(score.square.sum()), floor, whole
-            ):
-                least = f"{self.thresholds.material:.0%}"
-                return f"{plain_name(effect)} explains less than {least} of the total gap"
-            draws = self.shrink_draws(without, score)
-            if np.quantile(draws, 0.975) >= _UNCHANGED:
-                return (
-                    f"{plain_name(effect)} grows the held-out gap in more than 2.5 % of the "
-                    "bootstrap samples"
-                )
-        return ""
+        by_scored = sorted(effects, key=lambda effect: others[effect] not in self.scores)
+        rejections = (self._member_rejection(score, effect, others[effect]) for effect in by_scored)
+        return next((rejection for rejection in rejections if rejection), None)
+
+    def _member_rejection(self, score: HeldOut, effect: str, others: Effects) -> Rejection | None:
+        """Why an effect of a set does not belong to it beside the others."""
+        limits = self.thresholds
+        without = self.score(others)
+        failure = self.failed_searches.get(tuple(sorted(others)))
+        if failure is not None:
+            return Rejection(
+                "search", effect, f"nothing is known without {plain_name(effect)}: {failure}"
+            )
+        floor = float(self.problem.noise_square.sum())
+        total_gap = float(self.score(()).square.sum()) - floor
+        before = float(without.square.sum())
+        after = float(score.square.sum())
+        share = explained_share(before, after, floor)
+        if share < limits.explained:
+            explained = f"{max(share, 0.0):.0%}"
+            text = f"{plain_name(effect)} explains {explained} of what is left without it"
+            return Rejection("explained", effect, text)
+        if others and not self._is_material(before, after, floor, total_gap):
+            least = f"{limits.material:.0%}"
+            text = f"{plain_name(effect)} explains less than {least} of the total gap"
+            return Rejection("material", effect, text)
+        draws = self.reduction_draws(without, score)
+        if np.quantile(draws, limits.draws_that_reduce) >= limits.unchanged:
+            part = 1.0 - limits.draws_that_reduce
+            text = (
+                f"{plain_name(effect)} grows the held-out gap in more than {part:.1%} of the "
+                "bootstrap samples"
+            )
+            return Rejection("draws", effect, text)
+        return None
 
     def _fits_any_curve(self, effects: Effects) -> bool:
         """Whether three effects or more, each an alias of every other by its card, act on one channel."""
@@ -175,14 +190,14 @@ class ForwardSelection:
         return (
             self.problem.n_channels == 1
             and len(effects) > 2
-            and all(two in cards[one].aliases for one in effects for two in effects if one != two)
+            and all(other in cards[effect].aliases for effect, other in permutations(effects, 2))
         )
 
     def supported_sets(self) -> list[Effects]:
-        """Sets scored so far that no rule refuses."""
+        """Sets scored so far that no rule rejects."""
         return [effects for effects in list(self.scores) if effects and not self.rejection(effects)]
 
-    def shrink_draws(self, before: HeldOut, after: HeldOut) -> np.ndarray:
+    def reduction_draws(self, before: HeldOut, after: HeldOut) -> np.ndarray:
         """Bootstrap draws of RMS after over before."""
         return reduction_draws(
             before.square,
@@ -207,11 +222,10 @@ def forward_selection(
     thresholds: Thresholds,
     note: Callable[[str], None] = lambda text: None,
 ) -> ForwardSelection:
-    """Empty ladder of a plant, scored on the folds that its pieces and parameters allow."""
-    own = any(parameter.run is not None for parameter in problem.parameters(()))
-    return ForwardSelection(
-        problem, held_out_folds(problem.segments, runs_have_own=own), thresholds, note
-    )
+    """Selection without a set yet, scored on the folds that segments and parameters allow."""
+    runs_have_own = any(parameter.run is not None for parameter in problem.parameters(()))
+    folds = held_out_folds(problem.segments, runs_have_own=runs_have_own)
+    return ForwardSelection(problem, folds, thresholds, note)
 
 
 def select_forward(search: ForwardSelection, screened: Screen, signatures: Signatures) -> None:
@@ -239,7 +253,9 @@ def select_forward(search: ForwardSelection, screened: Screen, signatures: Signa
         # is extended.
         extended = _EXTENDED_SETS if size == 2 or search.problem.n_channels > 1 else 1
         for effects in level[:extended]:
-            if search.mean_square(effects) <= _FAR_BEHIND * search.mean_square(level[0]):
+            if search.mean_square(effects) <= search.thresholds.far_behind * search.mean_square(
+                level[0]
+            ):
                 further = _further_effects(effects, screened, signatures, survivors)
                 larger += [tuple(sorted((*effects, effect))) for effect in further]
         if size == 2:
@@ -280,13 +296,14 @@ def _further_effects(
 def best_beside(effects: Effects, screened: Screen, signatures: Signatures) -> list[str]:
     """Effects that explain most of what a set leaves in the space of the screen, best first."""
     beside = screen(signatures, beside={effect: screened.of(effect).variant for effect in effects})
-    return [own.id for own in beside.effects if own.id not in effects and own.surviving > 0.0][
-        :_FURTHER_EFFECTS
+    visible = [
+        entry.id for entry in beside.effects if entry.id not in effects and entry.surviving > 0.0
     ]
+    return visible[:_FURTHER_EFFECTS]
 
 
 def negative_control_scores(search: ForwardSelection, beside: Effects) -> list[HeldOut]:
-    """Scores of every placebo added to a set."""
+    """Scores of every negative control added to a set."""
     return [
         search.score((*beside, negative_control))
         for negative_control in search.problem.negative_controls

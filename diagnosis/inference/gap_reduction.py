@@ -3,14 +3,14 @@
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray, GapCell
-from carrierflex.diagnosis.inference.bounded_fit import EffectFit
+from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.folds import extrapolation_fold
 from carrierflex.diagnosis.inference.forward_selection import (
     ForwardSelection,
     explained_share,
     negative_control_scores,
 )
-from carrierflex.diagnosis.inference.held_out import HeldOut, drawn_counts, fold_theta
+from carrierflex.diagnosis.inference.held_out import HeldOut, fold_theta
 from carrierflex.diagnosis.inference.results import (
     NO_INTERVAL,
     GapReduction,
@@ -18,6 +18,8 @@ from carrierflex.diagnosis.inference.results import (
     RunValidation,
     SelectionStep,
 )
+from carrierflex.diagnosis.inference.thresholds import INTERVAL
+from carrierflex.identification.estimation.resampling import two_level_counts
 
 _SEED = 11
 
@@ -76,7 +78,7 @@ def _ratios(
     search: ForwardSelection, before: HeldOut, after: HeldOut
 ) -> tuple[float, FloatArray, float, FloatArray]:
     """Values of rho and phi, and their draws."""
-    counts = drawn_counts(
+    counts = two_level_counts(
         [segment.condition for segment in search.problem.segments],
         n_samples=search.thresholds.bootstrap_samples,
         rng=np.random.default_rng(_SEED),
@@ -89,7 +91,7 @@ def _ratios(
 
 
 def _interval(draws: FloatArray) -> Interval:
-    low, high = np.quantile(draws, (0.025, 0.975))
+    low, high = np.quantile(draws, INTERVAL)
     return float(low), float(high)
 
 
@@ -104,7 +106,7 @@ def _steps(search: ForwardSelection, accepted: Effects) -> tuple[SelectionStep, 
         added = next(effect for effect in larger if effect not in inside)
         inside = larger
         score = search.score(inside)
-        draws = search.shrink_draws(base, score)
+        draws = search.reduction_draws(base, score)
         steps.append(
             SelectionStep(
                 added,

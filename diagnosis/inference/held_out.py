@@ -6,11 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, FloatArray
-from carrierflex.diagnosis.inference.bounded_fit import EffectFit, minimised
+from carrierflex.diagnosis.inference.effect_fit import EffectFit, minimised
 from carrierflex.diagnosis.inference.folds import Fold
+from carrierflex.identification.estimation.gauss_newton import StopRule
+from carrierflex.identification.estimation.resampling import two_level_counts
 
-#: Steps of a fold's fit: it starts at the fit to all pieces, next to its own minimum.
-_FOLD_STEPS = 4
+#: A fold's fit starts at the fit to all segments, next to its own minimum.
+_FOLD_STOP = StopRule(most_steps=4)
 _STACKING_STEPS = 500
 #: Largest squared miss of one cell that still counts, in variances.
 _WORST = 1e12
@@ -92,7 +94,7 @@ def fold_theta(problem: ComparisonProblem, fit: EffectFit, fold: Fold) -> FloatA
         free=free,
         prior=fit.prior,
         first_sums=fit.sums,
-        most_steps=_FOLD_STEPS,
+        stop=_FOLD_STOP,
     )
     if fold.own.any() and not free.all():
         theta, _, _ = minimised(
@@ -102,7 +104,7 @@ def fold_theta(problem: ComparisonProblem, fit: EffectFit, fold: Fold) -> FloatA
             chosen=fold.own,
             free=~free,
             prior=fit.prior,
-            most_steps=_FOLD_STEPS,
+            stop=_FOLD_STOP,
         )
     return theta
 
@@ -165,28 +167,9 @@ def reduction_draws(
     ndarray
         One ratio a draw.
     """
-    counts = drawn_counts(groups, n_samples=n_samples, rng=rng)
+    counts = two_level_counts(groups, n_samples=n_samples, rng=rng)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.sqrt((counts @ after) / (counts @ before))
-
-
-def drawn_counts(groups: Sequence[str], *, n_samples: int, rng: np.random.Generator) -> FloatArray:
-    """How often each piece is drawn in each sample of the two-level bootstrap, shape (n_samples, n_pieces)."""
-    group = np.asarray(groups)
-    members = [np.flatnonzero(group == name) for name in sorted(set(groups))]
-    counts = np.zeros((n_samples, group.size))
-    for k in range(n_samples):
-        drawn = (
-            rng.integers(len(members), size=len(members))
-            if len(members) >= 3
-            else np.arange(len(members))
-        )
-        for number in drawn:
-            own = members[number]
-            counts[k] += np.bincount(
-                own[rng.integers(own.size, size=own.size)], minlength=group.size
-            )
-    return counts
 
 
 def _log_density(

@@ -13,12 +13,6 @@ from carrierflex.diagnosis.inference.screening import Screen
 
 #: Sets of one size that are extended.
 _BEAM = 3
-#: A sum of laws of one motion fits any curve: several causes are told apart by the pattern they
-#: make over channels.
-_FEWEST_CHANNELS = 2
-#: The search ends where the best set of a size explains less than this of what the best of the size
-#: before it leaves.
-_LEAST_STEP = 0.2
 
 
 def select_jointly(search: ForwardSelection, screened: Screen, signatures: Signatures) -> None:
@@ -40,7 +34,7 @@ def select_jointly(search: ForwardSelection, screened: Screen, signatures: Signa
     signatures : Signatures
         Columns of the screen.
     """
-    if search.problem.n_channels < _FEWEST_CHANNELS or _is_explained(search):
+    if search.problem.n_channels < search.thresholds.fewest_channels or _is_explained(search):
         return
     largest = _grown(search, screened, signatures)
     while len(largest) > 2 and (weakest := _weakest(search, largest)):
@@ -54,10 +48,12 @@ def _is_explained(search: ForwardSelection) -> bool:
     before = search.mean_square(())
     if before < limits.stands_out**2 * floor:
         return True
-    left = min((search.mean_square(effects) for effects in search.supported_sets()), default=before)
+    remaining = min(
+        (search.mean_square(effects) for effects in search.supported_sets()), default=before
+    )
     return (
-        left <= limits.far**2 * floor
-        or explained_share(before, left, floor) >= limits.named_share_far
+        remaining <= limits.far**2 * floor
+        or explained_share(before, remaining, floor) >= limits.named_share_far
     )
 
 
@@ -66,17 +62,22 @@ def _grown(search: ForwardSelection, screened: Screen, signatures: Signatures) -
     floor = float(search.problem.noise_square.sum())
     near = search.thresholds.far**2 * floor
     beam: list[Effects] = [()]
-    while len(beam[0]) < search.thresholds.most_effects and _left(search, beam[0]) > near:
+    while (
+        len(beam[0]) < search.thresholds.most_effects and _remaining_square(search, beam[0]) > near
+    ):
         larger = {
             _with(effects, further): None
             for effects in beam
             for further in best_beside(effects, screened, signatures)
         }
-        grown = sorted(larger, key=lambda effects: _left(search, effects))[:_BEAM]
+        grown = sorted(larger, key=lambda effects: _remaining_square(search, effects))[:_BEAM]
         if not grown:
             break
         grown[0] = _exchanged(search, grown[0], screened, signatures)
-        if explained_share(_left(search, beam[0]), _left(search, grown[0]), floor) < _LEAST_STEP:
+        share = explained_share(
+            _remaining_square(search, beam[0]), _remaining_square(search, grown[0]), floor
+        )
+        if share < search.thresholds.least_step:
             break
         beam = grown
     search.score(beam[0])
@@ -90,14 +91,13 @@ def _exchanged(
     for member in effects:
         rest = _without(effects, member)
         others = [_with(rest, other) for other in best_beside(rest, screened, signatures)]
-        effects = min([effects, *others], key=lambda own: _left(search, own))
-        if member in effects:
-            continue
-        return _exchanged(search, effects, screened, signatures)
+        best = min([effects, *others], key=lambda candidate: _remaining_square(search, candidate))
+        if member not in best:
+            return _exchanged(search, best, screened, signatures)
     return effects
 
 
-def _left(search: ForwardSelection, effects: Effects) -> float:
+def _remaining_square(search: ForwardSelection, effects: Effects) -> float:
     """Sum of squares that a set leaves of the records it is fitted to."""
     return float(search.fit(effects).sums.square.sum())
 
@@ -107,7 +107,7 @@ def _with(effects: Effects, further: str) -> Effects:
 
 
 def _without(effects: Effects, member: str) -> Effects:
-    return tuple(own for own in effects if own != member)
+    return tuple(effect for effect in effects if effect != member)
 
 
 def _weakest(search: ForwardSelection, effects: Effects) -> str:
@@ -116,10 +116,10 @@ def _weakest(search: ForwardSelection, effects: Effects) -> str:
     Else empty.
     """
     floor = float(search.problem.noise_square.sum())
-    left = float(search.score(effects).square.sum())
-    shares = {
-        own: explained_share(float(search.score(_without(effects, own)).square.sum()), left, floor)
-        for own in effects
-    }
-    weakest = min(shares, key=lambda own: shares[own])
+    after = float(search.score(effects).square.sum())
+    shares = {}
+    for effect in effects:
+        before = float(search.score(_without(effects, effect)).square.sum())
+        shares[effect] = explained_share(before, after, floor)
+    weakest = min(shares, key=lambda effect: shares[effect])
     return weakest if shares[weakest] < search.thresholds.explained else ""

@@ -1,20 +1,11 @@
 """Fitted parameters as they are published: by effect and name, tilts by size and direction."""
 
-import re
-
 import numpy as np
 
-from carrierflex.diagnosis.inference.bounded_fit import EffectFit, parameter_key
+from carrierflex.diagnosis.comparison.problem import FloatArray, Parameter
+from carrierflex.diagnosis.inference.effect_fit import EffectFit, parameter_key
 from carrierflex.diagnosis.inference.results import NamedValue
-
-#: Linear components of a tilt or another vector: ``phi_PLC cos theta_PLC``, with the run where it
-#: has one.
-_COMPONENT = re.compile(r"^(?P<size>\S+) (?P<part>cos|sin) (?P<angle>\S+)(?P<run> of .+)?$")
-#: A vector of exactly zero has no direction; this share of its error makes the angle's error huge
-#: instead of infinite.
-_SMALLEST_SHARE = 1e-6
-#: Size that stands for nothing, where the records do not see it at all.
-_SMALLEST = 1e-100
+from carrierflex.identification.estimation.polar_pair import polar_values
 
 
 def named_values(fit: EffectFit) -> dict[str, dict[str, NamedValue]]:
@@ -28,45 +19,38 @@ def named_values(fit: EffectFit) -> dict[str, dict[str, NamedValue]]:
     Returns
     -------
     dict
-        A pair of components ``(a, b)`` appears as size ``|(a, b)|`` and angle ``atan2(b, a)``
-        [rad], errors by the delta method.
+        Two components ``(a, b)`` of a vector appear as its size ``|(a, b)|`` and its angle
+        ``atan2(b, a)`` [rad], errors by the delta method.
     """
     covariance = fit.covariance
-    keys = [parameter_key(parameter) for parameter in fit.parameters]
+    numbers = {parameter_key(parameter): k for k, parameter in enumerate(fit.parameters)}
     values: dict[str, dict[str, NamedValue]] = {}
-    for k, (effect, name) in enumerate(keys):
-        own = values.setdefault(effect, {})
-        match = _COMPONENT.match(name)
-        partner = (
-            None
-            if match is None
-            else (effect, f"{match['size']} sin {match['angle']}{match['run'] or ''}")
-        )
-        if match is None or partner not in keys:
+    for k, parameter in enumerate(fit.parameters):
+        named = values.setdefault(parameter.effect, {})
+        pair = parameter.pair
+        if pair is None:
             error = float(np.sqrt(max(covariance[k, k], 0.0)))
-            own[name] = NamedValue(float(fit.theta[k]), error, fit.parameters[k].unit)
-        elif match["part"] == "cos":
-            both = [k, keys.index(partner)]
-            size, angle = _polar(
-                fit.theta[both], covariance[np.ix_(both, both)], fit.parameters[k].unit
+            value = NamedValue(float(fit.theta[k]), error, parameter.unit)
+            named[_of_run(parameter.name, parameter)] = value
+        elif parameter.name == pair.components[0]:
+            both = [k, numbers[parameter.effect, _of_run(pair.components[1], parameter)]]
+            size, angle = _size_and_angle(
+                fit.theta[both], covariance[np.ix_(both, both)], parameter.unit
             )
-            own[match["size"] + (match["run"] or "")] = size
-            own[match["angle"] + (match["run"] or "")] = angle
+            named[_of_run(pair.size, parameter)] = size
+            named[_of_run(pair.angle, parameter)] = angle
     return values
 
 
-def _polar(
-    components: np.ndarray, covariance: np.ndarray, unit: str
+def _size_and_angle(
+    components: FloatArray, covariance: FloatArray, unit: str
 ) -> tuple[NamedValue, NamedValue]:
-    """Size and direction of two components."""
-    a, b = (float(part) for part in components)
-    trace = float(np.nan_to_num(np.trace(covariance)))
-    smallest = max(_SMALLEST_SHARE * float(np.sqrt(max(trace, 0.0))), _SMALLEST)
-    size = float(np.hypot(a, b))
-    if size < smallest:
-        size, a, b = smallest, smallest, 0.0
-    J = np.array([[a / size, b / size], [-b / size**2, a / size**2]])
-    errors = np.sqrt(np.maximum(np.diag(J @ covariance @ J.T), 0.0))
-    return NamedValue(float(np.hypot(a, b)), float(errors[0]), unit), NamedValue(
-        float(np.arctan2(b, a)), float(errors[1]), "rad"
-    )
+    values, derivatives = polar_values(components, covariance)
+    errors = np.sqrt(np.maximum(np.diag(derivatives @ covariance @ derivatives.T), 0.0))
+    size = NamedValue(float(values[0]), float(errors[0]), unit)
+    return size, NamedValue(float(values[1]), float(errors[1]), "rad")
+
+
+def _of_run(name: str, parameter: Parameter) -> str:
+    """Name with the run that the parameter belongs to, where it has one."""
+    return name if parameter.run is None else f"{name} of {parameter.run}"

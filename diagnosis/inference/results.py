@@ -30,6 +30,31 @@ class NamedValue:
     unit: str
 
 
+#: Rules of :class:`Rejection`: the search did not converge; a parameter is at its physical bound;
+#: laws that together fit any curve; an effect explains too little of what is left without it, or of
+#: the whole gap; the held-out gap grows in too many bootstrap samples.
+REJECTION_RULES = ("search", "bound", "any_curve", "explained", "material", "draws")
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """Why a set of effects is not supported by the held-out records.
+
+    Parameters
+    ----------
+    rule : str
+        One of :data:`REJECTION_RULES`.
+    effect : str
+        Effect that fails the rule; empty where it is the set as a whole.
+    text : str
+        The reason with its numbers.
+    """
+
+    rule: str
+    effect: str
+    text: str
+
+
 @dataclass(frozen=True, eq=False)
 class RankedSet:
     """One set of effects that was tried.

@@ -13,9 +13,12 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import BLACK_BOX, FloatArray, Signatures
 from carrierflex.diagnosis.inference.thresholds import Thresholds
+from carrierflex.identification.estimation.scaled_least_squares import (
+    DEPENDENT,
+    normal_inverse,
+    normal_solution,
+)
 
-#: Eigenvalues of a scaled Gram matrix below this are dependent columns.
-_DEPENDENT = 1e-10
 #: Ridge of the flexible model, as a share of each column's square.
 _RIDGE = 1e-4
 
@@ -163,9 +166,7 @@ def explainable_fraction(signatures: Signatures) -> float:
 
 def _left_over(train: FloatArray, test: FloatArray, columns: list[int], ridge: float) -> float:
     own = train[np.ix_(columns, columns)]
-    size = np.sqrt(np.maximum(np.diag(own), np.finfo(float).tiny))
-    scaled = own / np.outer(size, size) + ridge * np.eye(len(columns))
-    solution = np.linalg.lstsq(scaled, train[columns, 0] / size, rcond=_DEPENDENT)[0] / size
+    solution = normal_solution(own, train[columns, 0], ridge=ridge)
     return float(
         test[0, 0]
         - 2.0 * solution @ test[columns, 0]
@@ -185,11 +186,7 @@ def _projected(gram: FloatArray, columns: list[int]) -> FloatArray:
     """Gram matrix after the baseline's columns are taken out of all others (Schur complement)."""
     if not columns:
         return gram
-    own = gram[np.ix_(columns, columns)]
-    size = np.sqrt(np.maximum(np.diag(own), np.finfo(float).tiny))
-    inverse = np.linalg.pinv(
-        own / np.outer(size, size), rcond=_DEPENDENT, hermitian=True
-    ) / np.outer(size, size)
+    inverse = normal_inverse(gram[np.ix_(columns, columns)])
     return gram - gram[:, columns] @ inverse @ gram[columns, :]
 
 
@@ -198,7 +195,7 @@ def _explained(projected: FloatArray, columns: tuple[int, ...]) -> float:
     if projected[0, 0] <= 0.0:
         return 0.0
     return float(
-        right @ np.linalg.pinv(own, rcond=_DEPENDENT, hermitian=True) @ right / projected[0, 0]
+        right @ np.linalg.pinv(own, rcond=DEPENDENT, hermitian=True) @ right / projected[0, 0]
     )
 
 
@@ -219,5 +216,5 @@ def _canonical(projected: FloatArray, first: tuple[int, ...], second: tuple[int,
 
 def _inverse_root(own: FloatArray) -> FloatArray:
     values, vectors = np.linalg.eigh(own)
-    keep = values > _DEPENDENT * max(values.max(), np.finfo(float).tiny)
+    keep = values > DEPENDENT * max(values.max(), np.finfo(float).tiny)
     return (vectors[:, keep] / np.sqrt(values[keep])) @ vectors[:, keep].T

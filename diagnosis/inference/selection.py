@@ -7,12 +7,12 @@ import numpy as np
 from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.inference.forward_selection import ForwardSelection
 from carrierflex.diagnosis.inference.held_out import HeldOut, stacking_weights
-from carrierflex.diagnosis.inference.results import RankedSet
+from carrierflex.diagnosis.inference.results import RankedSet, Rejection
 
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """Outcome of the ladder.
+    """Outcome of the search.
 
     Parameters
     ----------
@@ -54,10 +54,8 @@ def selected(search: ForwardSelection) -> Selection:
     sets = [
         effects for effects in search.scores if not set(effects) & set(problem.negative_controls)
     ]
-    refused = {
-        effects: search.rejection(effects) if effects else "the baseline" for effects in sets
-    }
-    supported = [effects for effects in sets if not refused[effects]]
+    rejections = {effects: search.rejection(effects) for effects in sets if effects}
+    supported = [effects for effects in rejections if rejections[effects] is None]
     accepted: Effects = ()
     rivals: list[Effects] = []
     if supported:
@@ -69,7 +67,7 @@ def selected(search: ForwardSelection) -> Selection:
             equal, key=lambda effects: (*_size(search, effects), -search.scores[effects].elpd)
         )
         rivals = [e for e in equal if e != accepted and _size(search, e) <= _size(search, accepted)]
-    return Selection(accepted, tuple(rivals), _ranking(search, sets, refused))
+    return Selection(accepted, tuple(rivals), _ranking(search, sets, rejections))
 
 
 def _equal(search: ForwardSelection, effects: Effects, best: Effects) -> bool:
@@ -87,7 +85,7 @@ def _size(search: ForwardSelection, effects: Effects) -> tuple[int, int]:
 
 
 def _ranking(
-    search: ForwardSelection, sets: list[Effects], refused: dict[Effects, str]
+    search: ForwardSelection, sets: list[Effects], rejections: dict[Effects, Rejection | None]
 ) -> tuple[RankedSet, ...]:
     scores: list[HeldOut] = [search.scores[effects] for effects in sets]
     weights = stacking_weights(scores)
@@ -97,8 +95,15 @@ def _ranking(
             float(weight),
             float(np.sqrt(search.mean_square(effects))),
             score.elpd,
-            refused[effects],
+            _reason(effects, rejections.get(effects)),
         )
         for effects, weight, score in zip(sets, weights, scores, strict=True)
     ]
-    return tuple(sorted(ranked, key=lambda own: (-round(own.weight, 3), own.held_out_rms)))
+    return tuple(sorted(ranked, key=lambda entry: (-round(entry.weight, 3), entry.held_out_rms)))
+
+
+def _reason(effects: Effects, rejection: Rejection | None) -> str:
+    """Why a set is not among the supported ones; empty where it is."""
+    if not effects:
+        return "the baseline"
+    return "" if rejection is None else rejection.text

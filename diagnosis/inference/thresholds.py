@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+#: Quantiles of the draws that bound every 95 % interval.
+INTERVAL = (0.025, 0.975)
+
 
 @dataclass(frozen=True)
 class Thresholds:
@@ -78,6 +81,30 @@ class Thresholds:
         over the pieces.
     bootstrap_samples : int
         Draws of every interval: enough for the 2.5 % quantile to be within half a per cent.
+    draws_that_reduce : float
+        An effect belongs to a set only where it reduces the held-out RMS in this share of the
+        bootstrap samples: the upper end of the two-sided 95 % interval of the ratio is below one.
+    unchanged : float
+        RMS ratio of a bootstrap sample that holds none of the conditions in which an effect acts:
+        one, but for how shared parameters shift.
+    nothing_left : float
+        A set whose held-out mean square is within this ratio of the noise's leaves nothing for a
+        further effect.
+    far_behind : float
+        A set whose held-out mean square is this many times that of the best of its size is not
+        extended.
+    least_step : float
+        The joint search ends where the best set of a size explains less than this share of what the
+        best of the size before leaves: with five causes of like size the first explains a fifth.
+    fewest_channels : int
+        Fewer channels allow no joint search: a sum of laws of one motion fits any curve, several
+        causes are told apart by the pattern they make over channels.
+    fold_signal : float
+        Beyond its error, a parameter may change between folds by as much as changes this share of
+        the effect's signal: several effects may trade against one another in a fold.
+    separates : float
+        A candidate experiment separates two sets where they would differ by more than this many
+        noise floors: below one it tells no more than the records at hand.
     fewest_segments : int
         Fewer pieces of record carry no held-out score.
     fewest_samples : int
@@ -110,5 +137,13 @@ class Thresholds:
     equal_rms: float = 1.05
     never_equal_rms: float = 1.25
     bootstrap_samples: int = 1000
+    draws_that_reduce: float = 0.975
+    unchanged: float = 1.001
+    nothing_left: float = 1.03
+    far_behind: float = 10.0
+    least_step: float = 0.2
+    fewest_channels: int = 2
+    fold_signal: float = 0.5
+    separates: float = 1.0
     fewest_segments: int = 4
     fewest_samples: int = 200

@@ -11,8 +11,9 @@ from carrierflex.diagnosis.comparison.spectral_cells import (
     block_counts,
     block_powers,
 )
-from carrierflex.diagnosis.gap.gap_map import CellTable, gap_cells, resampling_counts
+from carrierflex.diagnosis.gap.gap_map import N_DRAWS, CellTable, gap_cells
 from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.identification.estimation.resampling import multinomial_counts
 from carrierflex.simulation.mounting.rig import SENSORS
 
 _BANDS = 6
@@ -133,7 +134,7 @@ def mounting_gap_cells(
         noise = np.multiply.outer(matrix**2 @ record.noise, n_lines)
         # The zero's error is constant over a run: it lies in the lowest band.
         noise[:, 0] += matrix**2 @ record.zero_noise * len(residual)
-        weights = resampling_counts(record.n_blocks, np.random.default_rng(_SEED))
+        weights = multinomial_counts(record.n_blocks, N_DRAWS, seed=_SEED)
         powers.append(by_block.sum(axis=0))
         expected.append(noise)
         counts.append(np.broadcast_to(np.maximum(n_lines, 1.0), noise.shape))

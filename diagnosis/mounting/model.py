@@ -85,8 +85,15 @@ class MountingModel:
         """Unknowns: K1, C1, then those of every effect."""
         K, C = self.rig.bushing_radial_stiffness, self.scale.of((1, -1, 1))
         own = [
-            Parameter(BASELINE, "K1", "N/m", _STIFFNESS_RANGE[0] * K, _STIFFNESS_RANGE[1] * K, K),
-            Parameter(BASELINE, "C1", "N s/m", 0.0, PARAMETERS[INDEX["C1"]].upper, C),
+            Parameter(
+                "K1",
+                "N/m",
+                _STIFFNESS_RANGE[0] * K,
+                _STIFFNESS_RANGE[1] * K,
+                K,
+                effect=BASELINE,
+            ),
+            Parameter("C1", "N s/m", 0.0, PARAMETERS[INDEX["C1"]].upper, C, effect=BASELINE),
         ]
         if self.held:
             own = [
@@ -105,14 +112,15 @@ class MountingModel:
         scale = parameter.scale * size
         prior = np.inf if parameter.shape or effect in self.contained else _PRIOR * scale
         return Parameter(
-            effect,
             parameter.name,
             parameter.unit,
             lower,
             upper,
             scale,
-            prior,
+            effect=effect,
+            prior_std=prior,
             shape=parameter.shape,
+            pair=parameter.pair,
         )
 
     def _bounds(self, effect: str, parameter: EffectParameter, size: float) -> tuple[float, float]:

@@ -25,7 +25,7 @@ from carrierflex.diagnosis.comparison.problem import (
 from carrierflex.diagnosis.comparison.spectral_cells import block_powers
 from carrierflex.diagnosis.comparison.user_laws import force_library
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
-from carrierflex.diagnosis.inference.bounded_fit import minimised
+from carrierflex.diagnosis.inference.effect_fit import minimised
 from carrierflex.diagnosis.mounting.cards import (
     KIND,
     MOUNTING_CARDS,

@@ -23,6 +23,7 @@ from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS, ONE_CHANNEL,
 from carrierflex.diagnosis.mounting.features import flexible_features
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 
 _PLACEBOS = tuple(card.id for card in NEGATIVE_CONTROLS)
 #: Size of an effect in its signature, in scales of its parameter.
@@ -232,12 +233,7 @@ def _bounded_solution(
     n_base = len(places) - len(columns)
     while True:
         own = [places[k] for k in active]
-        matrix = gram[np.ix_(own, own)]
-        size = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
-        solution = (
-            np.linalg.lstsq(matrix / np.outer(size, size), gram[own, 0] / size, rcond=1e-10)[0]
-            / size
-        )
+        solution = normal_solution(gram[np.ix_(own, own)], gram[own, 0])
         outside = [
             k
             for k, value in zip(active, solution, strict=True)

@@ -54,15 +54,15 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "aliases": which.aliases,
         "parameters": which.parameters,
         "ranking": _ranking(which),
-        "where": _cells(reduction.cells_before),
+        "where": _cells(reduction.cells_before if reduction else ()),
         "where_text": where_text(diagnosis),
         "how_far": _how_far(reduction),
         "unit": diagnosis.unit,
-        "remaining": _cells(reduction.cells_after),
-        "ladder": reduction.steps,
+        "remaining": _cells(reduction.cells_after if reduction else ()),
+        "ladder": reduction.steps if reduction else (),
         "screen": _screen(which),
         "learnable_share": which.explainable,
-        "validation": reduction.validation,
+        "validation": reduction.validation if reduction else (),
         "gap": None if diagnosis.gap is None else _gap(diagnosis.gap, diagnosis.unit),
         "separating_test": which.discriminating_experiment,
     }
@@ -156,21 +156,30 @@ def _screen(which: Attribution) -> list[dict[str, Any]]:
     ]
 
 
-def _how_far(reduction: GapReduction) -> dict[str, Any]:
-    return {
-        "rms_before": reduction.rms_before,
-        "rms_after": reduction.rms_after,
-        "noise_floor": reduction.noise_floor,
-        "rho": reduction.rho,
-        "phi": reduction.phi,
-        "floor_multiple": reduction.floor_multiple,
-        "placebo_rho": reduction.negative_control_rho,
-        "ceiling_rho": reduction.black_box_rho,
-        "extrapolation_rho": reduction.extrapolation_rho,
-        "rho_ci95": reduction.rho_ci95,
-        "phi_ci95": reduction.phi_ci95,
-        "held_out": True,
-    }
+#: Keys of ``how_far`` by the field that they hold.
+_HOW_FAR = {
+    "rms_before": "rms_before",
+    "rms_after": "rms_after",
+    "noise_floor": "noise_floor",
+    "rho": "rho",
+    "phi": "phi",
+    "floor_multiple": "floor_multiple",
+    "placebo_rho": "negative_control_rho",
+    "ceiling_rho": "black_box_rho",
+    "extrapolation_rho": "extrapolation_rho",
+}
+_HOW_FAR_INTERVALS = ("rho_ci95", "phi_ci95")
+
+
+def _how_far(reduction: GapReduction | None) -> dict[str, Any]:
+    """Figures of merit; all null where no diagnosis was made."""
+    if reduction is None:
+        document: dict[str, Any] = dict.fromkeys(_HOW_FAR)
+        document |= {key: (None, None) for key in _HOW_FAR_INTERVALS}
+    else:
+        document = {key: getattr(reduction, field) for key, field in _HOW_FAR.items()}
+        document |= {key: getattr(reduction, key) for key in _HOW_FAR_INTERVALS}
+    return document | {"held_out": True}
 
 
 def _cells(cells: Sequence[GapCell]) -> list[Mapping[str, Any]]:

@@ -76,7 +76,7 @@ def drawings(diagnosis: Diagnosis) -> Drawings:
     """
     reduction = diagnosis.reduction
     which = diagnosis.attribution
-    grids = gap_grids(reduction.cells_before, reduction.cells_after)
+    grids = gap_grids(reduction.cells_before, reduction.cells_after) if reduction else ()
     motion = tuple(
         (picture, tuple(_panel(picture, number, k) for number in range(len(picture.panels))))
         for k, picture in enumerate(diagnosis.pictures)
@@ -87,7 +87,7 @@ def drawings(diagnosis: Diagnosis) -> Drawings:
     return Drawings(
         gap_maps=_gap_maps(grids, diagnosis),
         remaining=_remaining(grids, diagnosis),
-        selection=_selection(reduction) if reduction.steps else None,
+        selection=_selection(reduction) if reduction and reduction.steps else None,
         signature_correlation=correlation,
         in_time=_in_time(diagnosis.gap.findings.in_time, diagnosis.unit) if diagnosis.gap else None,
         motion=motion,
@@ -141,9 +141,9 @@ def _signature_correlation(screened: Screen, accepted: Effects) -> Drawing:
 
 
 def _gap_maps(grids: tuple[GapGrid, ...], diagnosis: Diagnosis) -> tuple[Drawing, ...]:
-    if not grids:
-        return ()
     reduction = diagnosis.reduction
+    if not grids or reduction is None:
+        return ()
     maps = [("Before", "the baseline", reduction.cells_before)]
     if added_effects(reduction):
         is_named = bool(diagnosis.attribution.effects)
@@ -164,10 +164,13 @@ def _gap_maps(grids: tuple[GapGrid, ...], diagnosis: Diagnosis) -> tuple[Drawing
 
 
 def _remaining(grids: tuple[GapGrid, ...], diagnosis: Diagnosis) -> Drawing | None:
-    if not grids or not added_effects(diagnosis.reduction) or not grids[1].is_significant.any():
+    reduction = diagnosis.reduction
+    if reduction is None or not grids or not added_effects(reduction):
+        return None
+    if not grids[1].is_significant.any():
         return None
     draw = partial(gap_map_figure, grids[1], colour_limits(grids[1]), diagnosis.unit)
-    largest = _largest_cell(diagnosis.reduction.cells_after, diagnosis.unit)
+    largest = _largest_cell(reduction.cells_after, diagnosis.unit)
     title = f"Map of the remaining gap; {largest}"
     return Drawing(
         inline_svg(draw, "map-remaining", title), "The remaining gap on its own colour scale."

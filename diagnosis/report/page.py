@@ -91,8 +91,8 @@ def _content(diagnosis: Diagnosis, source: ReportSource) -> dict[str, Any]:
         "names": effect_names,
         "software": software_name(),
         "drawn": _marked(drawings(diagnosis)),
-        "cells_before": _largest_cells(reduction.cells_before),
-        "cells_after": _largest_cells(reduction.cells_after),
+        "cells_before": _largest_cells(reduction.cells_before if reduction else ()),
+        "cells_after": _largest_cells(reduction.cells_after if reduction else ()),
         "sets": which.ranking[:_MOST_SETS],
         "n_more_sets": max(len(which.ranking) - _MOST_SETS, 0),
     }

@@ -115,9 +115,9 @@ def counted(count: int, word: str) -> str:
     return f"{count} {word}" if count == 1 else f"{count} {word}s"
 
 
-def added_effects(reduction: GapReduction) -> Effects:
+def added_effects(reduction: GapReduction | None) -> Effects:
     """Effects of the best supported set, named or not; empty where no set is supported."""
-    return tuple(step.added for step in reduction.steps[1:])
+    return tuple(step.added for step in reduction.steps[1:]) if reduction else ()
 
 
 def listed(words: Sequence[str]) -> str:

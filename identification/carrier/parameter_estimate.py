@@ -9,12 +9,10 @@ from numpy.typing import NDArray
 from carrierflex.identification.carrier.models import CarrierModel, Effect
 from carrierflex.identification.estimation.least_squares import JointFit, unseen_in_words
 from carrierflex.identification.estimation.normal_equations import NormalEquations
+from carrierflex.identification.estimation.polar_pair import polar_values
 
 #: Scope of a parameter with one value for all runs.
 SHARED = ""
-#: A tilt of exactly zero has no direction; this size [rad], far below anything measurable, makes
-#: its error huge.
-SMALLEST_TILT = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,7 +199,9 @@ def _parameters(
             last = first + len(effect.patterns)
             if effect.shared == (own_run is None):
                 where = fit.positions[own_run or 0, first:last]
-                values, derivatives = _published(effect, fit.unknowns[where])
+                values, derivatives = _published(
+                    effect, fit.unknowns[where], fit.covariance[np.ix_(where, where)]
+                )
                 for name, unit, value, derivative in zip(
                     effect.parameters, effect.units, values, derivatives, strict=True
                 ):
@@ -214,17 +214,12 @@ def _parameters(
 
 
 def _published(
-    effect: Effect, coefficients: NDArray[np.float64]
+    effect: Effect, coefficients: NDArray[np.float64], covariance: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Parameters of one effect and their derivatives by its coefficients."""
-    if not effect.polar:
-        return coefficients, np.eye(coefficients.size)
-    a, b = coefficients
-    if np.hypot(a, b) < SMALLEST_TILT:
-        a, b = SMALLEST_TILT, 0.0
-    size = float(np.hypot(a, b))
-    derivatives = np.array([[a / size, b / size], [-b / size**2, a / size**2]])
-    return np.array([size, np.arctan2(b, a)]), derivatives
+    if effect.polar:
+        return polar_values(coefficients, covariance)
+    return coefficients, np.eye(coefficients.size)
 
 
 def _labels(model: CarrierModel, runs: Sequence[str], fit: JointFit) -> list[str]:

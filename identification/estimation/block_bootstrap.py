@@ -12,6 +12,7 @@ from scipy.stats import t as student_t
 
 from carrierflex.identification.estimation.least_squares import JointFit
 from carrierflex.identification.estimation.normal_equations import NormalEquations
+from carrierflex.identification.estimation.resampling import circular_block_counts
 
 #: With fewer samples a covariance is itself uncertain by more than ten percent.
 FEWEST_SAMPLES = 50
@@ -101,15 +102,7 @@ def _resampled(
     right_side = np.zeros(basis.shape[1])
     for run, where, length in zip(equations, fit.positions, lengths, strict=True):
         own = basis[where]
-        counts = _block_counts(run.n_revolutions, length, rng)
+        counts = circular_block_counts(run.n_revolutions, length, rng)
         matrix += own.T @ np.tensordot(counts, run.matrix.sum(axis=1), axes=1) @ own
         right_side += counts @ run.right_side.sum(axis=1) @ own
     return np.asarray(np.linalg.lstsq(matrix, right_side, rcond=None)[0], dtype=np.float64)
-
-
-def _block_counts(n_revolutions: int, length: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    """How often each revolution is drawn."""
-    n_blocks = -(-n_revolutions // length)
-    first = rng.integers(0, n_revolutions, n_blocks)
-    drawn = (first[:, None] + np.arange(length)).ravel()[:n_revolutions] % n_revolutions
-    return np.bincount(drawn, minlength=n_revolutions).astype(np.float64)

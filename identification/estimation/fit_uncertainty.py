@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as student_t
 
 from carrierflex.identification.estimation.nonlinear_fit import NonlinearFit, Residuals, bounded_fit
+from carrierflex.identification.estimation.resampling import block_counts
 
 Array = NDArray[np.float64]
 
@@ -220,7 +221,7 @@ def bootstrap_covariance(
     numbers, block = np.unique(blocks, return_inverse=True)
     futures = []
     for _ in range(n_samples):
-        drawn = np.bincount(rng.integers(0, numbers.size, numbers.size), minlength=numbers.size)
+        drawn = block_counts(numbers.size, rng)
         sample = _Drawn(residuals, np.sqrt(drawn)[block])
         futures.append(executor.submit(bounded_fit, sample, fit.free, fit.values, tolerance=_ROUGH))
     values = []

@@ -9,11 +9,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.stats import t as student_t
 
 from carrierflex.identification.estimation.normal_equations import NormalEquations
+from carrierflex.identification.estimation.scaled_least_squares import DEPENDENT, column_lengths
 
-#: A direction whose eigenvalue of the scaled normal matrix is below this share of the largest is
-#: not determined: a condition number of 1e5, beyond which the normal equations keep fewer than six
-#: digits.
-SINGULAR_SHARE = 1e-10
 #: The jackknife needs a scatter of revolutions; with fewer the classical estimate takes its place.
 FEWEST_REVOLUTIONS = 5
 #: A component below this share of a unit vector is taken as rounding when unseen directions are
@@ -129,9 +126,10 @@ def joint_fit(equations: Sequence[NormalEquations], shared: Sequence[bool]) -> J
     for run, where in zip(equations, positions, strict=True):
         matrix[np.ix_(where, where)] += run.matrix.sum(axis=(0, 1))
         right_side[where] += run.right_side.sum(axis=(0, 1))
-    scale = _column_scale(matrix)
+    # A column of zeros keeps its place and becomes unseen.
+    scale = 1.0 / column_lengths(matrix)
     eigenvalues, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
-    kept = eigenvalues > SINGULAR_SHARE * eigenvalues[-1]
+    kept = eigenvalues > DEPENDENT * eigenvalues[-1]
     basis = scale[:, None] * vectors[:, kept]
     unknowns = basis @ ((basis.T @ right_side) / eigenvalues[kept])
     fewest = min(run.n_revolutions for run in equations)
@@ -200,15 +198,6 @@ def _group_in_words(fit: JointFit, members: NDArray[np.int64], labels: Sequence[
         for k, share in zip(members, seen, strict=True)
     ).replace("+ -", "- ")
     return f"{names} cannot be told apart: only {terms} is determined"
-
-
-def _column_scale(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Inverse lengths of the design's columns.
-
-    A column of zeros keeps its place and becomes unseen.
-    """
-    length = np.sqrt(np.diag(matrix))
-    return np.divide(1.0, length, out=np.ones_like(length), where=length > 0.0)
 
 
 def _jackknife(

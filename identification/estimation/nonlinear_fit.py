@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
+from carrierflex.simulation.fit_parameter import FitParameter
+
 Array = NDArray[np.float64]
 #: Residuals of all runs one after the other, in standard deviations; a plain object, so that
 #: processes can share it.
@@ -24,46 +26,13 @@ _MOST_ITERATIONS = 60
 _AT_BOUND = 1e-6
 
 
-@dataclass(frozen=True)
-class FreeParameter:
-    """One unknown of a fit.
-
-    Parameters
-    ----------
-    name, unit : str
-        Symbol and SI unit.
-    lower, upper : float
-        Physical bounds.
-    scale : float
-        Typical size; the search and its difference quotients work in this unit.
-
-    Raises
-    ------
-    ValueError
-        Where the bounds are out of order or the scale is not positive.
-    """
-
-    name: str
-    unit: str
-    lower: float
-    upper: float
-    scale: float
-
-    def __post_init__(self) -> None:
-        if not (self.lower < self.upper and self.scale > 0.0 and np.isfinite(self.scale)):
-            raise ValueError(
-                f"parameter {self.name}: bounds {self.lower:g} to {self.upper:g} and scale {self.scale:g}; "
-                "expected the lower bound below the upper one and a positive scale"
-            )
-
-
 @dataclass(frozen=True, eq=False)
 class NonlinearFit:
     """Least-squares solution.
 
     Parameters
     ----------
-    free : tuple of FreeParameter
+    free : tuple of FitParameter
         Unknowns.
     values : ndarray, shape (p,)
         Solution, SI units.
@@ -79,7 +48,7 @@ class NonlinearFit:
         Calls of the residual function, all starts together.
     """
 
-    free: tuple[FreeParameter, ...]
+    free: tuple[FitParameter, ...]
     values: Array
     cost: float
     residuals: Array
@@ -104,7 +73,7 @@ class NonlinearFit:
 
 def bounded_fit(
     residuals: Residuals,
-    free: Sequence[FreeParameter],
+    free: Sequence[FitParameter],
     start: Array,
     *,
     tolerance: float = _TOLERANCE,
@@ -118,7 +87,7 @@ def bounded_fit(
     ----------
     residuals : callable
         ``residuals(values, shape (p,)) -> ndarray, shape (n,)``.
-    free : sequence of FreeParameter
+    free : sequence of FitParameter
         Unknowns.
     start : ndarray, shape (p,)
         Where to begin; moved inside its bounds.
@@ -142,7 +111,7 @@ def bounded_fit(
 
 
 def _bounded_fit(
-    residuals: Residuals, free: Sequence[FreeParameter], start: Array, tolerance: float
+    residuals: Residuals, free: Sequence[FitParameter], start: Array, tolerance: float
 ) -> NonlinearFit:
     counted = _Counted(residuals)
     scale = np.array([parameter.scale for parameter in free])
@@ -248,7 +217,7 @@ class _Counted:
         return self._last[1]
 
 
-def _at(counted: _Counted, free: Sequence[FreeParameter], values: Array) -> NonlinearFit:
+def _at(counted: _Counted, free: Sequence[FitParameter], values: Array) -> NonlinearFit:
     lower = np.array([parameter.lower for parameter in free])
     upper = np.array([parameter.upper for parameter in free])
     scale = np.array([parameter.scale for parameter in free])
@@ -269,5 +238,5 @@ def _on_bounds(values: Array, lower: Array, upper: Array, scale: Array) -> Array
     )
 
 
-def _names(free: Sequence[FreeParameter]) -> tuple[str, ...]:
+def _names(free: Sequence[FitParameter]) -> tuple[str, ...]:
     return tuple(parameter.name for parameter in free)

@@ -8,21 +8,40 @@ import numpy as np
 
 from carrierflex.identification.estimation.nonlinear_fit import (
     Array,
-    FreeParameter,
     NonlinearFit,
     Residuals,
     bounded_fit,
 )
+from carrierflex.simulation.fit_parameter import FitParameter
 
 #: Relative change of cost and parameters at which the search ends while starts are compared.
 _ROUGH = 1e-4
-#: A richer model may fit worse by this share, which is rounding; more is a failed search.
-NESTED_MARGIN = 1e-6
+#: A richer model may cost more than one it contains by this share, which is rounding; more is a
+#: failed search.
+NESTED_TOLERANCE = 1e-6
+
+
+class NestedCostError(ArithmeticError):
+    """A model costs more than a model it contains: its solution is not a minimum.
+
+    Parameters
+    ----------
+    richer, simpler : float
+        Costs of both models on the same data.
+    names : tuple of str
+        Their names.
+    """
+
+    def __init__(self, richer: float, simpler: float, names: tuple[str, str]) -> None:
+        super().__init__(
+            f"model {names[0]} contains {names[1]} and costs {richer:.9g}, more than "
+            f"{simpler:.9g}; the search did not converge"
+        )
 
 
 def best_of_starts(
     residuals: Residuals,
-    free: Sequence[FreeParameter],
+    free: Sequence[FitParameter],
     starts: Sequence[Array],
     executor: Executor,
     *,
@@ -36,7 +55,7 @@ def best_of_starts(
     ----------
     residuals : callable
         Plain object that other processes can load.
-    free : sequence of FreeParameter
+    free : sequence of FitParameter
         Unknowns.
     starts : sequence of ndarray, shape (p,)
         Starts; the first is always searched from.
@@ -56,8 +75,8 @@ def best_of_starts(
         Where every start fails; the message is that of the first.
     """
     costs = list(executor.map(_start_cost, [residuals] * len(starts), starts))
-    order = sorted(range(1, len(starts)), key=lambda k: costs[k])
-    chosen = [starts[k] for k in [0, *order][:most]]
+    order = [0, *(k for k in ranked_starts(costs) if k != 0)]
+    chosen = [starts[k] for k in order[:most]]
     futures = [
         executor.submit(bounded_fit, residuals, tuple(free), start, tolerance=_ROUGH)
         for start in chosen
@@ -74,6 +93,18 @@ def best_of_starts(
     return replace(best, model_runs=len(starts) + sum(fit.model_runs for fit in fits))
 
 
+def ranked_starts(costs: Sequence[float]) -> list[int]:
+    """Indices of starts from the least cost to the largest; those at which the model fails last.
+
+    Parameters
+    ----------
+    costs : sequence of float
+        Cost at every start, not finite where the model fails there.
+    """
+    finite = np.where(np.isfinite(costs), costs, np.inf)
+    return [int(k) for k in np.argsort(finite, kind="stable")]
+
+
 def _start_cost(residuals: Residuals, start: Array) -> float:
     """Cost of a start; infinite where the model fails."""
     try:
@@ -81,6 +112,11 @@ def _start_cost(residuals: Residuals, start: Array) -> float:
     except (ValueError, ArithmeticError):
         return np.inf
     return cost if np.isfinite(cost) else np.inf
+
+
+def costs_more(richer: float, simpler: float) -> bool:
+    """Whether a model costs more than one it contains by more than rounding."""
+    return richer > simpler * (1.0 + NESTED_TOLERANCE)
 
 
 def check_nested(richer: float, simpler: float, names: tuple[str, str]) -> None:
@@ -95,17 +131,15 @@ def check_nested(richer: float, simpler: float, names: tuple[str, str]) -> None:
 
     Raises
     ------
-    ArithmeticError
+    NestedCostError
         Where the richer model's cost is higher by more than rounding.
     """
-    if richer > simpler * (1.0 + NESTED_MARGIN):
-        raise ArithmeticError(
-            f"model {names[0]} contains {names[1]} and yet fits worse, {richer:.9g} against {simpler:.9g}: the search failed"
-        )
+    if costs_more(richer, simpler):
+        raise NestedCostError(richer, simpler, names)
 
 
 def merged_values(
-    free: Sequence[FreeParameter], given: Mapping[str, float], neutral: Mapping[str, float]
+    free: Sequence[FitParameter], given: Mapping[str, float], neutral: Mapping[str, float]
 ) -> Array:
     """Start of a richer model.
 

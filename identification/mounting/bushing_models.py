@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.estimation.nonlinear_fit import FreeParameter
+from carrierflex.simulation.fit_parameter import FitParameter
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.parameters import INDEX, PARAMETERS, parameter_array
 from carrierflex.simulation.mounting.rig import HOUSING_MOTION, SENSORS, MountingRig
@@ -58,7 +58,7 @@ class BushingModel:
         """Published names of the unknowns."""
         return tuple(self.simulated)
 
-    def free(self, rig: MountingRig) -> tuple[FreeParameter, ...]:
+    def free(self, rig: MountingRig) -> tuple[FitParameter, ...]:
         """Unknowns with physical bounds, scaled by the rig's nominal stiffness."""
         free = (_free(name, self.unit(name), rig.bushing_radial_stiffness) for name in self.names)
         return tuple(
@@ -213,13 +213,13 @@ def _motion_weight(rig: MountingRig, sensors: Sequence[str], weights: Mapping[st
     return np.sqrt(list(weights.values()))[:, None] * np.linalg.inv(T)[rows]
 
 
-def _within_simulator(free: FreeParameter, simulated: str) -> FreeParameter:
+def _within_simulator(free: FitParameter, simulated: str) -> FitParameter:
     """Copy with bounds that the simulator accepts."""
     known = PARAMETERS[INDEX[simulated]]
     return replace(free, lower=max(free.lower, known.lower), upper=min(free.upper, known.upper))
 
 
-def _free(name: str, unit: str, K: float) -> FreeParameter:
+def _free(name: str, unit: str, K: float) -> FitParameter:
     """Bounds and scale of one unknown for a bushing of about stiffness K."""
     u, damping = _DEFLECTION, K / _FREQUENCY
     lower, upper, scale = {
@@ -236,4 +236,4 @@ def _free(name: str, unit: str, K: float) -> FreeParameter:
         "Fy": (0.0, 2.0 * K * u, 0.5 * K * u),
         "P_T": (-1.0, 1.0, 0.1),
     }[name]
-    return FreeParameter(name, unit, lower, upper, scale)
+    return FitParameter(name, unit, lower, upper, scale)

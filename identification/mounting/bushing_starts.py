@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.identification.estimation.nonlinear_fit import FreeParameter
 from carrierflex.identification.estimation.several_starts import merged_values
 from carrierflex.identification.mounting.bushing_models import BushingModel, MountingResiduals
+from carrierflex.simulation.fit_parameter import FitParameter
 
 Array = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ def search_starts(
 
 
 def _guesses(
-    model: BushingModel, base: Mapping[str, float], free: Sequence[FreeParameter]
+    model: BushingModel, base: Mapping[str, float], free: Sequence[FitParameter]
 ) -> list[dict[str, float]]:
     scale = {one.name: one.scale for one in free}
     K1 = base["K1"]

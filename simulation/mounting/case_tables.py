@@ -20,7 +20,7 @@ from carrierflex.files.toml_values import (
 )
 from carrierflex.simulation.mounting.bushings import TABLE_3
 from carrierflex.simulation.mounting.load_history import LoadHistory
-from carrierflex.simulation.mounting.parameters import PARAMETERS, Parameter
+from carrierflex.simulation.mounting.parameters import PARAMETERS, MountingParameter
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.rig_keys import RIG_KEYS
 
@@ -67,7 +67,7 @@ _TRUTH_WORDS = {
 }
 
 
-def _truth_key(parameter: Parameter) -> Key:
+def _truth_key(parameter: MountingParameter) -> Key:
     unit = parameter.unit.removeprefix("-")
     limits = Field(ge=parameter.lower, le=parameter.upper)
     expected = Expected(f"a value from {parameter.lower:g} to {parameter.upper:g} {unit}".rstrip())

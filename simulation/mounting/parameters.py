@@ -7,73 +7,74 @@ other code.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.simulation.fit_parameter import FitParameter
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 
 ParameterArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Parameter:
-    """One entry of a parameter set.
+class MountingParameter(FitParameter):
+    """One entry of a parameter set; its typical size is the rig's, not the entry's.
 
     Parameters
     ----------
-    name, unit : str
-        Symbol of the paper where it has one; SI unit.
     neutral : float
         Value at which the baseline is left as it is; K1, C1 and the axial constants take theirs
         from the rig.
-    lower, upper : float
-        Bounds within which a fit may search.
     effect : str
         Effect id of the campaign contract; empty for what the baseline holds itself.
     """
 
-    name: str
-    unit: str
-    neutral: float
-    lower: float
-    upper: float
-    effect: str = ""
+    neutral: float = field(default=0.0, kw_only=True)
+    effect: str = field(default="", kw_only=True)
 
 
 _BUSHING = (
-    Parameter("K1", "N/m", np.nan, 1e5, 1e9),
-    Parameter("C1", "N s/m", np.nan, 0.0, 1e8),
-    Parameter("K3", "N/m^3", 0.0, -1e12, 1e14, "cubic_stiffness"),
-    Parameter("K5", "N/m^5", 0.0, -1e17, 1e19, "quintic_stiffness"),
-    Parameter("C3", "N s/m^3", 0.0, 0.0, 1e13, "deflection_dependent_damping"),
-    Parameter("k", "N/m", 0.0, 0.0, 1e9, "fluid_branch"),
-    Parameter("c", "N s/m", 0.0, 0.0, 1e9, "fluid_branch"),
-    Parameter("m", "kg", 0.0, 0.0, 1e3, "fluid_branch"),
-    Parameter("Kp", "N/m", 0.0, 0.0, 1e9, "elasto_plastic_friction"),
-    Parameter("Fy", "N", 0.0, 0.0, 1e6, "elasto_plastic_friction"),
+    MountingParameter("K1", "N/m", 1e5, 1e9, neutral=np.nan),
+    MountingParameter("C1", "N s/m", 0.0, 1e8, neutral=np.nan),
+    MountingParameter("K3", "N/m^3", -1e12, 1e14, effect="cubic_stiffness"),
+    MountingParameter("K5", "N/m^5", -1e17, 1e19, effect="quintic_stiffness"),
+    MountingParameter("C3", "N s/m^3", 0.0, 1e13, effect="deflection_dependent_damping"),
+    MountingParameter("k", "N/m", 0.0, 1e9, effect="fluid_branch"),
+    MountingParameter("c", "N s/m", 0.0, 1e9, effect="fluid_branch"),
+    MountingParameter("m", "kg", 0.0, 1e3, effect="fluid_branch"),
+    MountingParameter("Kp", "N/m", 0.0, 1e9, effect="elasto_plastic_friction"),
+    MountingParameter("Fy", "N", 0.0, 1e6, effect="elasto_plastic_friction"),
 )
 _MOUNTING = (
-    Parameter("P_T", "m", 0.0, -2.0, 2.0, "parasitic_torque"),
-    Parameter("k_x", "N/m", np.nan, 0.0, 1e9, "axial_bushing_stiffness"),
-    Parameter("c_x", "N s/m", np.nan, 0.0, 1e8),
-    Parameter("main_bearing_compliance", "m/N", 0.0, 0.0, 1e-7, "main_bearing_compliance"),
-    Parameter("ntl_angle", "rad", 0.0, -np.pi, np.pi, "ntl_direction"),
-    Parameter("starboard_excess", "-", 0.0, -0.9, 0.9, "unequal_bushings"),
-    Parameter("gravity", "m/s^2", 0.0, 0.0, 20.0),
+    MountingParameter("P_T", "m", -2.0, 2.0, effect="parasitic_torque"),
+    MountingParameter("k_x", "N/m", 0.0, 1e9, neutral=np.nan, effect="axial_bushing_stiffness"),
+    MountingParameter("c_x", "N s/m", 0.0, 1e8, neutral=np.nan),
+    MountingParameter(
+        "main_bearing_compliance", "m/N", 0.0, 1e-7, effect="main_bearing_compliance"
+    ),
+    MountingParameter("ntl_angle", "rad", -np.pi, np.pi, effect="ntl_direction"),
+    MountingParameter("starboard_excess", "-", -0.9, 0.9, effect="unequal_bushings"),
+    MountingParameter("gravity", "m/s^2", 0.0, 20.0),
 )
 _SENSORS = (
-    *(Parameter(f"gain_{sensor}", "-", 1.0, 0.1, 10.0, "sensor_gain") for sensor in SENSORS),
-    *(Parameter(f"zero_{sensor}", "m", 0.0, -0.05, 0.05, "sensor_zero") for sensor in SENSORS),
-    Parameter("delay", "s", 0.0, -5.0, 5.0, "sensor_delay"),
+    *(
+        MountingParameter(f"gain_{sensor}", "-", 0.1, 10.0, neutral=1.0, effect="sensor_gain")
+        for sensor in SENSORS
+    ),
+    *(
+        MountingParameter(f"zero_{sensor}", "m", -0.05, 0.05, effect="sensor_zero")
+        for sensor in SENSORS
+    ),
+    MountingParameter("delay", "s", -5.0, 5.0, effect="sensor_delay"),
 )
 
 #: Every parameter in the order of the flat array. ``starboard_excess`` e scales all radial and
 #: axial forces of the starboard bushing by 1 + e and of the port bushing by 1 - e. ``gravity`` is 0
 #: because weight leaves with the zero; with 9.81 the nonlinear bushings work about their loaded
 #: position, as in the paper.
-PARAMETERS: tuple[Parameter, ...] = (*_BUSHING, *_MOUNTING, *_SENSORS)
+PARAMETERS: tuple[MountingParameter, ...] = (*_BUSHING, *_MOUNTING, *_SENSORS)
 
 #: Place of each parameter in the flat array.
 INDEX = {parameter.name: place for place, parameter in enumerate(PARAMETERS)}

@@ -16,6 +16,7 @@ from carrierflex.diagnosis.inference.forward_selection import ForwardSelection, 
 from carrierflex.diagnosis.inference.screening import screen
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kinds import problem_of
+from carrierflex.diagnosis.report.diagnosis_files import diagnosis_document
 from carrierflex.diagnosis.report.gap_words import where_text
 from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign
 from tests.identification.synthetic_campaigns import carrier_campaign
@@ -160,6 +161,10 @@ def test_too_short_a_record_says_what_is_missing():
     )
     own = found(short)
     assert own.verdict == "not_diagnosable"
+    assert own.reduction is None
+    how_far = diagnosis_document(own)["how_far"]
+    assert how_far.pop("held_out")
+    assert set(map(str, how_far.values())) == {"None", "[None, None]"}
     # A tenth at either end carries no derivatives.
     assert (
         own.attribution.discriminating_experiment

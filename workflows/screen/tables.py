@@ -7,7 +7,7 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.markup import escape
 
-from carrierflex.diagnosis.inference.results import NamedValue
+from carrierflex.diagnosis.inference.results import GapReduction, NamedValue
 from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.fe.deflection_curves import DeflectionCurve
@@ -336,6 +336,21 @@ def _value_text(own: NamedValue) -> str:
     return f"{own.value:.5g} ± {own.std:.1g} {own.unit}"
 
 
+def _reduction_rows(far: GapReduction, unit: str) -> list[tuple[str, str]]:
+    """How far the gap shrinks, by quantity."""
+    sizes = f"{far.rms_before:.4g}, {far.rms_after:.4g}, {far.noise_floor:.3g} {unit}"
+    others = (far.negative_control_rho, far.black_box_rho, far.extrapolation_rho)
+    return [
+        ("RMS before, after, floor", sizes),
+        ("rho, 95 %", f"{far.rho:.4f} [{far.rho_ci95[0]:.4f}, {far.rho_ci95[1]:.4f}]"),
+        ("phi, 95 %", f"{far.phi:.4f} [{far.phi_ci95[0]:.4f}, {far.phi_ci95[1]:.4f}]"),
+        (
+            "rho of negative control, black box, extrapolation",
+            ", ".join(f"{value:.3f}" for value in others),
+        ),
+    ]
+
+
 def diagnosis_table(found: Diagnosis) -> RenderableType:
     """Verdict, where, which and how far."""
     far, which = found.reduction, found.attribution
@@ -346,21 +361,7 @@ def diagnosis_table(found: Diagnosis) -> RenderableType:
     rows += [("aliases", " = ".join(members)) for members in which.aliases]
     for effect, values in which.parameters.items():
         rows += [(f"{effect} {n}", _value_text(own)) for n, own in values.items()]
-    rows.append(
-        (
-            "RMS before, after, floor",
-            f"{far.rms_before:.4g}, {far.rms_after:.4g}, {far.noise_floor:.3g} {found.unit}",
-        )
-    )
-    rows.append(("rho, 95 %", f"{far.rho:.4f} [{far.rho_ci95[0]:.4f}, {far.rho_ci95[1]:.4f}]"))
-    rows.append(("phi, 95 %", f"{far.phi:.4f} [{far.phi_ci95[0]:.4f}, {far.phi_ci95[1]:.4f}]"))
-    others = (far.negative_control_rho, far.black_box_rho, far.extrapolation_rho)
-    rows.append(
-        (
-            "rho of negative control, black box, extrapolation",
-            ", ".join(f"{value:.3f}" for value in others),
-        )
-    )
+    rows += _reduction_rows(far, found.unit) if far else []
     rows += (
         [("to tell them apart", which.discriminating_experiment)]
         if which.discriminating_experiment

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from carrierflex.diagnosis.carrier.cards import CARRIER_CARDS
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.diagnose import diagnose
-from carrierflex.diagnosis.inference.bounded_fit import fit_effects
+from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.identification.campaign.campaign import Baseline
 from carrierflex.identification.campaign.campaign_kinds import CARRIER
 from tests.diagnosis.carrier.carrier_twin import (

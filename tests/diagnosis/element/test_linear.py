@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from carrierflex.diagnosis.element.linear import linear_element
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.element.records import element_records
-from carrierflex.diagnosis.inference.bounded_fit import fit_effects
+from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from tests.diagnosis.element.element_campaigns import (
     DAMPING,
     MASS,

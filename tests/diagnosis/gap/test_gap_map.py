@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.gap.gap_map import N_DRAWS, CellTable, gap_cells, resampling_counts
+from carrierflex.diagnosis.gap.gap_map import N_DRAWS, CellTable, gap_cells
 from carrierflex.diagnosis.gap.significance import (
     adjusted,
     is_significant,
     largest_cells,
     significant,
 )
+from carrierflex.identification.estimation.resampling import multinomial_counts
 
 
 def table(run, coherent, *, p_value=1e-6, spread=0.0):
@@ -81,7 +82,7 @@ def test_the_cells_that_stand_for_the_place_hold_four_fifths_of_the_gap():
 
 
 def test_every_draw_holds_as_many_repetitions_as_there_are():
-    counts = resampling_counts(7, np.random.default_rng(1))
+    counts = multinomial_counts(7, N_DRAWS, seed=1)
     assert counts.shape == (N_DRAWS, 7)
     assert (counts.sum(axis=1) == 7.0).all()
     assert_allclose(counts.mean(axis=0), 1.0, atol=0.3)

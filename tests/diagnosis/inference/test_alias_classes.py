@@ -12,7 +12,7 @@ from carrierflex.diagnosis.inference.alias_classes import (
     discriminating_experiment_between,
     is_named_consistently,
 )
-from carrierflex.diagnosis.inference.bounded_fit import EffectFit, fit_effects
+from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects
 from carrierflex.diagnosis.inference.forward_selection import forward_selection
 from carrierflex.diagnosis.inference.screening import screen
 from carrierflex.diagnosis.inference.thresholds import Thresholds

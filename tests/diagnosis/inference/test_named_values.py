@@ -7,6 +7,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.comparison.problem import Parameter
 from carrierflex.diagnosis.inference.named_values import named_values
+from carrierflex.identification.estimation.polar_pair import PolarPair
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,14 +17,19 @@ class Fitted:
     covariance: np.ndarray
 
 
-def _parameter(name, run=None):
-    return Parameter("carrier_tilt", name, "rad", -1.0, 1.0, 1.0, run=run)
+def _parameter(name, run=None, pair=None):
+    return Parameter(name, "rad", -1.0, 1.0, 1.0, effect="carrier_tilt", run=run, pair=pair)
+
+
+def _tilt(size, angle, run=None):
+    pair = PolarPair(size, angle)
+    return tuple(_parameter(name, run, pair) for name in pair.components)
 
 
 def test_components_become_size_and_angle_by_the_delta_method():
     covariance = np.array([[4e-12, 1e-12], [1e-12, 9e-12]])
     fit = Fitted(
-        (_parameter("phi_PLC cos theta_PLC"), _parameter("phi_PLC sin theta_PLC")),
+        _tilt("phi_PLC", "theta_PLC"),
         np.array([3e-4, 4e-4]),
         covariance,
     )
@@ -39,8 +45,7 @@ def test_components_become_size_and_angle_by_the_delta_method():
 def test_other_parameters_and_runs_of_their_own_stay_apart():
     fit = Fitted(
         (
-            _parameter("phi_H cos theta_H", "LC1"),
-            _parameter("phi_H sin theta_H", "LC1"),
+            *_tilt("phi_H", "theta_H", "LC1"),
             _parameter("rho_f"),
         ),
         np.array([0.0, 0.0, 0.6]),

@@ -9,13 +9,12 @@ from carrierflex.diagnosis.comparison.pictures import (
     GAP,
     LAW,
     LEFT,
-    Pictured,
     Trace,
     is_function,
     strip_means,
 )
 from carrierflex.diagnosis.element.problem import element_problem
-from carrierflex.diagnosis.inference.bounded_fit import fit_effects
+from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.report.motion_figures import panel_figure
 from carrierflex.identification.campaign.order_analysis import MAX_ORDER
 from tests.diagnosis.carrier.carrier_twin import NOISE, twin_problem
@@ -123,7 +122,6 @@ def test_a_missing_gap_between_stops_is_drawn_with_its_stiffness():
 def test_polar_plot_of_a_tilted_carrier_is_its_order_one_and_nothing_is_left():
     problem = twin_problem("carrier_tilt", loads=((1.0, 0, 0), (0.5, 0, 0)), turns=8)
     by_sensor, by_run = pictures_of(problem, ("carrier_tilt",))
-    assert isinstance(problem, Pictured)
     assert by_sensor.is_polar
     # KNOWN and INJECTED of the twin: one and the same effect twice; the baseline lacks both.
     size = 0.412 * np.hypot(3e-4 + 5e-5, 5e-4 + 1e-4)

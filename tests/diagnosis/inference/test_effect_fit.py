@@ -4,7 +4,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.comparison.problem import BASELINE
 from carrierflex.diagnosis.element.problem import element_problem
-from carrierflex.diagnosis.inference.bounded_fit import NestedCostError, fit_effects
+from carrierflex.diagnosis.inference.effect_fit import NestedFitError, fit_effects
 from tests.diagnosis.element.element_campaigns import DAMPING, MASS, STIFFNESS, force_campaign
 
 
@@ -56,7 +56,8 @@ def test_a_larger_set_never_fits_worse(cubic_plant):
 def test_a_stuck_search_is_an_error(cubic_plant):
     single = fit_effects(cubic_plant, ("cubic_stiffness",))
     with pytest.raises(
-        NestedCostError, match=r"effects quadratic_damping cost .* the search stuck"
+        NestedFitError,
+        match=r"quadratic_damping contains .*cubic_stiffness and costs .* did not converge",
     ) as caught:
         fit_effects(cubic_plant, ("quadratic_damping",), contained=[single])
     assert caught.value.smaller is single

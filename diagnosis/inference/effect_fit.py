@@ -1,0 +1,248 @@
+"""Fit of a set of effects within physical bounds: several starts, and never worse than a set it contains."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from carrierflex.diagnosis.comparison.problem import (
+    BoolArray,
+    ComparisonProblem,
+    Effects,
+    FloatArray,
+    Parameter,
+    SegmentSums,
+    bounds_of,
+)
+from carrierflex.identification.estimation.gauss_newton import (
+    Bounds,
+    CostSums,
+    StopRule,
+    minimised_cost,
+)
+from carrierflex.identification.estimation.scaled_least_squares import normal_inverse
+from carrierflex.identification.estimation.several_starts import (
+    NestedCostError,
+    costs_more,
+    ranked_starts,
+)
+
+#: Distance from a bound, in scales of the parameter, that counts as on it.
+_ON_BOUND = 1e-6
+STOP_RULE = StopRule()
+
+
+@dataclass(frozen=True, eq=False)
+class EffectFit:
+    """Fitted parameters of baseline + effects.
+
+    Parameters
+    ----------
+    effects : tuple of str
+        Effects beside the baseline.
+    parameters : tuple of Parameter
+        Unknowns; p.
+    theta : ndarray, shape (p,)
+        Values.
+    cost : float
+        Sum of squared residuals and prior terms.
+    sums : SegmentSums
+        Sums at `theta`, by piece.
+    prior : ndarray, shape (p,)
+        Weight of each squared parameter in the cost.
+    at_bound : ndarray of bool, shape (p,)
+        Whether a parameter of an added effect stands on a physical bound.
+    """
+
+    effects: Effects
+    parameters: tuple[Parameter, ...]
+    theta: FloatArray
+    cost: float
+    sums: SegmentSums
+    prior: FloatArray
+    at_bound: BoolArray
+
+    @property
+    def known(self) -> dict[tuple[str, str], float]:
+        """Values by effect and name, runs' own by ``name of run``.
+
+        What a larger set starts from.
+        """
+        return {
+            parameter_key(own): float(value)
+            for own, value in zip(self.parameters, self.theta, strict=True)
+        }
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Covariance of the parameters with blocks as independent draws (sandwich), shape (p, p).
+
+        Not a number where neither the records nor a prior see a parameter.
+        """
+        matrix = self.sums.matrix.sum(axis=0) + np.diag(self.prior)
+        inverse = normal_inverse(matrix)
+        scores = self.sums.right_side - self.sums.right_side.mean(axis=0)
+        segments = max(len(scores), 2)
+        covariance = inverse @ (scores.T @ scores) @ inverse * segments / (segments - 1.0)
+        unseen = np.diag(matrix) <= 0.0
+        covariance[unseen], covariance[:, unseen] = np.nan, np.nan
+        return covariance
+
+
+class NestedFitError(NestedCostError):
+    """A set of effects fits worse than a set it contains: its solution is not a minimum.
+
+    Parameters
+    ----------
+    fit : EffectFit
+        Where the search of the larger set ended.
+    smaller : EffectFit
+        Fit of the smaller set.
+    """
+
+    def __init__(self, fit: EffectFit, smaller: EffectFit) -> None:
+        names = " + ".join(fit.effects), " + ".join(smaller.effects) or "the baseline"
+        super().__init__(fit.cost, smaller.cost, names)
+        self.fit = fit
+        self.smaller = smaller
+
+
+def parameter_key(parameter: Parameter) -> tuple[str, str]:
+    """Owner and name of a parameter, the name with its run where it has one."""
+    name = parameter.name if parameter.run is None else f"{parameter.name} of {parameter.run}"
+    return parameter.effect, name
+
+
+def fit_effects(
+    problem: ComparisonProblem,
+    effects: Effects,
+    *,
+    contained: Sequence[EffectFit] = (),
+    starts: Sequence[FloatArray] = (),
+    stop: StopRule = STOP_RULE,
+) -> EffectFit:
+    """Fit baseline + effects to all pieces.
+
+    Parameters
+    ----------
+    problem : ComparisonProblem
+        Records and simulator.
+    effects : tuple of str
+        Effects beside the baseline.
+    contained : sequence of EffectFit
+        Fits of sub-sets; the best is the warm start, and none of them may fit better.
+    starts : sequence of ndarray
+        Further starts.
+    stop : StopRule
+        When the search from a start ends.
+
+    Returns
+    -------
+    EffectFit
+        Best minimum found.
+
+    Raises
+    ------
+    NestedFitError
+        Where a sub-set fits better by more than rounding.
+    """
+    parameters = problem.parameters(effects)
+    everything = np.ones(len(problem.segments), dtype=bool)
+    free = np.ones(len(parameters), dtype=bool)
+    prior = prior_weights(problem, parameters)
+    best = min(contained, key=lambda fit: fit.cost, default=None)
+    candidates = [*problem.starts(effects, best.known if best else {}), *starts]
+    costs = [trial_cost(problem, effects, theta, everything, prior) for theta in candidates]
+
+    def search(start: FloatArray) -> tuple[FloatArray, float, SegmentSums]:
+        return minimised(
+            problem, effects, start, chosen=everything, free=free, prior=prior, stop=stop
+        )
+
+    theta, cost, sums = search(candidates[ranked_starts(costs)[0]])
+    if best is not None and cost > best.cost:
+        # The most promising start led astray; the warm start cannot.
+        theta, cost, sums = search(candidates[0])
+    fit = EffectFit(effects, parameters, theta, cost, sums, prior, _bound_hits(parameters, theta))
+    if best is not None and costs_more(cost, best.cost):
+        raise NestedFitError(fit, best)
+    return fit
+
+
+def minimised(
+    problem: ComparisonProblem,
+    effects: Effects,
+    start: FloatArray,
+    *,
+    chosen: BoolArray,
+    free: BoolArray,
+    prior: FloatArray,
+    first_sums: SegmentSums | None = None,
+    stop: StopRule = STOP_RULE,
+) -> tuple[FloatArray, float, SegmentSums]:
+    """Minimise the cost of the chosen segments over the free parameters within their bounds.
+
+    Parameters
+    ----------
+    problem, effects, start
+        What is fitted, from where, shape (p,).
+    chosen, free : ndarray of bool
+        Segments that count, shape (n_segments,); parameters that move, shape (p,).
+    prior : ndarray, shape (p,)
+        Weight of each squared parameter.
+    first_sums : SegmentSums, optional
+        Sums at `start`, where they are known.
+    stop : StopRule
+        When the search ends; the noise of the chosen segments is put in.
+
+    Returns
+    -------
+    tuple of (ndarray, float, SegmentSums)
+        Parameters, cost and the sums there.
+    """
+
+    def totals(theta: FloatArray, sums: SegmentSums) -> CostSums[SegmentSums]:
+        return CostSums(
+            cost=float(sums.square[chosen].sum() + prior @ theta**2),
+            matrix=sums.matrix[chosen].sum(axis=0) + np.diag(prior),
+            slope=sums.right_side[chosen].sum(axis=0) - prior * theta,
+            detail=sums,
+        )
+
+    theta = np.array(start, dtype=np.float64)
+    known = problem.sums(effects, theta, chosen) if first_sums is None else first_sums
+    theta, reached = minimised_cost(
+        lambda values: totals(values, problem.sums(effects, values, chosen)),
+        lambda values: trial_cost(problem, effects, values, chosen, prior),
+        (theta, totals(theta, known)),
+        bounds=Bounds(*bounds_of(problem.parameters(effects))),
+        free=free,
+        stop=replace(stop, noise_square=float(problem.noise_square[chosen].sum())),
+    )
+    return theta, reached.cost, reached.detail
+
+
+def prior_weights(problem: ComparisonProblem, parameters: Sequence[Parameter]) -> FloatArray:
+    """Weight of each squared parameter.
+
+    The noise variance over the prior's variance, shape (p,).
+    """
+    variance = float(problem.noise_square.sum() / max(problem.cell_counts.sum(), 1.0))
+    return np.array([variance / parameter.prior_std**2 for parameter in parameters])
+
+
+def trial_cost(
+    problem: ComparisonProblem,
+    effects: Effects,
+    theta: FloatArray,
+    chosen: BoolArray,
+    prior: FloatArray,
+) -> float:
+    """Cost of one parameter set over the chosen pieces."""
+    return float(problem.squares(effects, theta, chosen)[chosen].sum() + prior @ theta**2)
+
+
+def _bound_hits(parameters: Sequence[Parameter], theta: FloatArray) -> BoolArray:
+    """Which parameters of added effects stand on a physical bound."""
+    margin = np.array([_ON_BOUND * parameter.scale for parameter in parameters])
+    return Bounds(*bounds_of(parameters)).hits(theta, margin)

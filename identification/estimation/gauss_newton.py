@@ -1,0 +1,219 @@
+"""Bounded nonlinear least squares on sums: damped Gauss-Newton steps that never leave the bounds.
+
+A model answers with its normal equations ``J.T J`` and ``J.T r`` in place of residuals and
+derivatives, so that a long record costs as much as a short one.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.identification.estimation.scaled_least_squares import normal_solution
+
+Array = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+#: What a model keeps beside its totals, for instance the sums of each block of its record.
+Detail = TypeVar("Detail")
+
+#: Damping of the first step, as a share of every column's square, and the least one after a step
+#: that gained nothing; it falls and grows by a factor of ten.
+_FIRST_DAMPING = 1e-6
+_LEAST_RAISED_DAMPING = 1e-4
+_DAMPING_FACTOR = 10.0
+
+
+@dataclass(frozen=True)
+class StopRule:
+    """When a search ends.
+
+    Parameters
+    ----------
+    most_steps : int
+        Steps at most.
+    most_dampings : int
+        Damping factors tried for one step before the search gives up.
+    promise : float
+        The search ends where the linearised model promises less than this share of the cost.
+    slow_steps, slow_gain : int, float
+        It ends too after so many steps in a row that each gain less than this share of the cost:
+        near the noise a third of a unit of chi² in ten thousand samples.
+    slow_gain_far, far : float
+        The same share where the cost is more than `far` times `noise_square`: a fit far above the
+        noise is no better for its last per mille.
+    noise_square : float
+        Sum of squares that noise alone leaves; zero takes every cost as far above it.
+    """
+
+    most_steps: int = 30
+    most_dampings: int = 10
+    promise: float = 1e-5
+    slow_steps: int = 4
+    slow_gain: float = 3e-5
+    slow_gain_far: float = 1e-3
+    far: float = 1.5
+    noise_square: float = 0.0
+
+    def is_slow(self, before: float, after: float) -> bool:
+        """Whether a step from one cost to a lower one gained too little."""
+        is_far = after > self.far * self.noise_square
+        least_gain = self.slow_gain_far if is_far else self.slow_gain
+        return before - after < least_gain * before
+
+
+@dataclass(frozen=True, eq=False)
+class CostSums(Generic[Detail]):
+    """Cost of one parameter set with its normal equations.
+
+    Parameters
+    ----------
+    cost : float
+        Sum of squared residuals and prior terms.
+    matrix : ndarray, shape (p, p)
+        ``J.T J`` with J the derivatives of the prediction.
+    slope : ndarray, shape (p,)
+        ``J.T r``: half the descent of the cost.
+    detail
+        What the model keeps beside its totals.
+    """
+
+    cost: float
+    matrix: Array
+    slope: Array
+    detail: Detail
+
+
+@dataclass(frozen=True, eq=False)
+class Bounds:
+    """Box of a search.
+
+    Parameters
+    ----------
+    lower, upper : ndarray, shape (p,)
+        Bounds; equal where a parameter is fixed.
+    """
+
+    lower: Array
+    upper: Array
+
+    def clipped(self, theta: Array) -> Array:
+        """Nearest point inside, shape (p,)."""
+        return np.clip(theta, self.lower, self.upper)
+
+    def outside(self, theta: Array) -> BoolArray:
+        """Which values are beyond their bounds, shape (p,)."""
+        return (theta < self.lower) | (theta > self.upper)
+
+    def hits(self, theta: Array, margin: Array) -> BoolArray:
+        """Which values are within `margin` of a bound, shape (p,)."""
+        return (theta <= self.lower + margin) | (theta >= self.upper - margin)
+
+
+def minimised_cost(
+    sums: Callable[[Array], CostSums[Detail]],
+    cost: Callable[[Array], float],
+    start: tuple[Array, CostSums[Detail]],
+    *,
+    bounds: Bounds,
+    free: BoolArray,
+    stop: StopRule,
+) -> tuple[Array, CostSums[Detail]]:
+    """Minimise a sum of squares over the free parameters.
+
+    Each step solves ``(J.T J + d diag(J.T J)) s = J.T r`` with the damping d raised until the cost
+    falls (Levenberg-Marquardt), parameters that would leave their bounds held on them.
+
+    Parameters
+    ----------
+    sums : callable
+        ``sums(theta) -> CostSums``.
+    cost : callable
+        ``cost(theta) -> float``: the cost alone, which is cheaper; not finite where the model
+        fails.
+    start : tuple of (ndarray, CostSums)
+        Parameters to begin at, shape (p,), and the sums there.
+    bounds : Bounds
+        Physical bounds.
+    free : ndarray of bool, shape (p,)
+        Parameters that move.
+    stop : StopRule
+        When the search ends.
+
+    Returns
+    -------
+    tuple of (ndarray, CostSums)
+        Parameters and the sums there; the cost is that of the start at most.
+
+    References
+    ----------
+    .. [1] D. W. Marquardt, "An algorithm for least-squares estimation of nonlinear parameters",
+       SIAM J. Appl. Math. 11 (1963).
+    """
+    theta, here = start
+    damping = _FIRST_DAMPING
+    slow_steps = 0
+    for _ in range(stop.most_steps):
+        better = None
+        for _ in range(stop.most_dampings):
+            candidate = bounded_step(here, theta, bounds=bounds, free=free, damping=damping)
+            step = candidate - theta
+            promise = float(2.0 * here.slope @ step - step @ here.matrix @ step)
+            if promise <= stop.promise * here.cost:
+                break
+            trial = cost(candidate)
+            if np.isfinite(trial) and trial < here.cost:
+                better = candidate
+                damping = damping / _DAMPING_FACTOR
+                break
+            damping = max(_DAMPING_FACTOR * damping, _LEAST_RAISED_DAMPING)
+        if better is None:
+            break
+        before = here.cost
+        theta = better
+        here = sums(theta)
+        slow_steps = slow_steps + 1 if stop.is_slow(before, here.cost) else 0
+        if slow_steps == stop.slow_steps:
+            break
+    return theta, here
+
+
+def bounded_step(
+    sums: CostSums[Detail], theta: Array, *, bounds: Bounds, free: BoolArray, damping: float
+) -> Array:
+    """Parameters after a damped Gauss-Newton step, shape (p,).
+
+    A parameter that the step would push out of its bounds stays on the bound, and the others are
+    solved again beside it.
+
+    Parameters
+    ----------
+    sums : CostSums
+        Normal equations at `theta`.
+    theta : ndarray, shape (p,)
+        Parameters.
+    bounds : Bounds
+        Physical bounds.
+    free : ndarray of bool, shape (p,)
+        Parameters that move; one without influence stays.
+    damping : float
+        Share of every column's square that is added to the diagonal.
+    """
+    moving = free & (np.diag(sums.matrix) > 0.0)
+    candidate = theta.copy()
+    for _ in range(theta.size):
+        index = np.flatnonzero(moving)
+        if index.size == 0:
+            break
+        fixed_step = candidate - theta
+        fixed_step[index] = 0.0
+        right = sums.slope[index] - sums.matrix[index] @ fixed_step
+        step = normal_solution(sums.matrix[np.ix_(index, index)], right, ridge=damping)
+        candidate[index] = theta[index] + step
+        outside = moving & bounds.outside(candidate)
+        if not outside.any():
+            break
+        candidate = bounds.clipped(candidate)
+        moving &= ~outside
+    return bounds.clipped(candidate)
