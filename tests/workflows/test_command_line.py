@@ -37,7 +37,9 @@ def test_help_lists_the_commands(tmp_path):
 
 
 def test_help_of_a_command_explains_units(command):
-    assert "[m]" in command("mesh", "--help").stdout
+    result = command("mesh", "--help")
+    assert result.returncode == 0, result.stderr
+    assert "[m]" in result.stdout
 
 
 @pytest.mark.parametrize(
