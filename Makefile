@@ -22,7 +22,7 @@ unexport PYTHONPATH PYTHONHOME
 
 help:
 	@echo "make run     meshes, curves, reduced bodies, simulations and the gap report, written to $(OUT)/"
-	@echo "make test    ruff, mypy, doctests and all tests"
+	@echo "make test    ruff, mypy, doctests and all tests, in two processes (WORKERS=4: in four)"
 	@echo "make quick   doctests and tests without the slow ones"
 	@echo "make acceptance   the tests that take minutes: coverage of intervals, full blind check"
 	@echo "make bench   every benchmark beside its peer, one table of ratios, also in $(OUT)/bench.json; QUICK=1 takes minutes,"

@@ -51,7 +51,7 @@ def pytest_collection_modifyitems(config, items):
 def pytest_runtest_makereport(item, call):
     report = yield
     if EVERY_CHECK_RUNS and item.get_closest_marker("may_skip") is None:
-        _fail_skipped(report)
+        fail_skipped(report)
     return report
 
 
@@ -59,11 +59,12 @@ def pytest_runtest_makereport(item, call):
 def pytest_make_collect_report(collector):
     report = yield
     if EVERY_CHECK_RUNS:
-        _fail_skipped(report)
+        fail_skipped(report)
     return report
 
 
-def _fail_skipped(report):
+def fail_skipped(report):
+    """Turn the report of a test or a file that was skipped into a failure that tells the reason."""
     if report.skipped and not hasattr(report, "wasxfail"):
         reason = report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longrepr
         report.outcome = "failed"

@@ -100,4 +100,5 @@ def test_an_unknown_effect_in_the_baseline_gets_one_line(tmp_path, campaign, com
     assert done.returncode == 2
     assert "unknown effect 'cubic_stifness'" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
+    assert done.stdout == ""
     assert not (tmp_path / "out").exists()
