@@ -7,6 +7,7 @@ here.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
 from carrierflex.simulation.toml_tables import (
     COUNT,
     FLAG,
@@ -68,27 +69,7 @@ CARRIER = CampaignKind(
         "n_planets": POSITIVE_COUNT,
     },
     rig_optional={"deflection_curves": TEXT},
-    effects=(
-        "axial_offset",
-        "housing_tilt",
-        "torque_tilt",
-        "carrier_tilt",
-        "flexible_pins",
-        "stiff_pins",
-        "pin_clearance",
-        "unequal_load_sharing",
-        "load_sharing_ntl",
-        "ntl_tilt",
-        "bearing_clearance",
-        "flange_warp",
-        "face_runout",
-        "ring_pass",
-        "thermal_drift",
-        "sensor_gain",
-        "sensor_angle",
-        "sensor_zero",
-        "sensor_delay",
-    ),
+    effects=tuple(CARRIER_EFFECTS),
 )
 
 MOUNTING = CampaignKind(

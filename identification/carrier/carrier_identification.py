@@ -151,7 +151,7 @@ def identify_each_run(
     ValueError
         As :func:`identify_jointly`.
     """
-    own = CarrierModel(model.name, tuple(effect.each_run() for effect in model.effects))
+    own = model.each_run()
     channels = _fitted_channels(campaign, options)
     return {run.name: _identify((run,), channels, own, options) for run in campaign.runs}
 

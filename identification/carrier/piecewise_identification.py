@@ -76,7 +76,7 @@ def _solved(
     equations: Sequence[NormalEquations], model: CarrierModel, options: FitOptions, *, per_run: bool
 ) -> Mapping[str, ParameterEstimate]:
     if per_run:
-        alone = CarrierModel(model.name, tuple(effect.each_run() for effect in model.effects))
+        alone = model.each_run()
         return {run.run: identify_from_sums([run], alone, options) for run in equations}
     return dict.fromkeys(
         [run.run for run in equations], identify_from_sums(equations, model, options)

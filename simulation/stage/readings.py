@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.geometry.parameters import N_PINS
-from carrierflex.simulation.carrier.effects import delayed_values
 from carrierflex.simulation.carrier.kinematics import (
     carrier_tilt_pattern,
     housing_tilt_pattern,
     saddle_pattern,
 )
+from carrierflex.simulation.carrier.patterns import delayed_values
 from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
 from carrierflex.simulation.stage.response import StageRecord
 from carrierflex.simulation.stage.stage_body import RIM_AXIAL, RIM_RADIAL

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.simulation.carrier.effects import (
+from carrierflex.simulation.carrier.patterns import (
     closing_torque,
     delayed_values,
     drift_patterns,
