@@ -30,8 +30,8 @@ from carrierflex.identification.campaign.order_analysis import (
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.revolutions import whole_revolutions
 from carrierflex.identification.carrier.models import rim_sensor
-from carrierflex.simulation.carrier.patterns import delayed_values
 from carrierflex.simulation.carrier.rim import CarrierInputs, inputs_of_columns
+from carrierflex.simulation.sensing import delayed, delayed_angle
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -173,7 +173,9 @@ def _run_sums(run: Run, campaign: Campaign, source: ColumnSource) -> _RunSums:
     inputs = inputs_of(run)
     columns = (inputs.torque, inputs.ntl_y, inputs.ntl_z)
     loads = np.array([[column[rows].mean() for column in columns] for rows in revolutions])
-    delayed = [_delayed_inputs(inputs, shift / source.speed) for shift in DELAY_NODES.tolist()]
+    shifted_inputs = [
+        _delayed_inputs(inputs, shift / source.speed) for shift in DELAY_NODES.tolist()
+    ]
     index = ColumnIndex({})
     channels: list[list[_BlockSums]] = []
     for channel in campaign.channels:
@@ -182,7 +184,7 @@ def _run_sums(run: Run, campaign: Campaign, source: ColumnSource) -> _RunSums:
         for chunk in _chunks(blocks, revolutions):
             samples = np.sort(np.concatenate([revolutions[r] for block in chunk for r in block]))
             targets = _target_rows(run, channel, samples, source.speed)
-            parts = [_part(shifted, samples) for shifted in delayed]
+            parts = [_part(shifted, samples) for shifted in shifted_inputs]
             rows = {**targets, **source.rows(sensor, _part(inputs, samples), parts)}
             index = ColumnIndex({key: number for number, key in enumerate(rows)})
             table = np.array(list(rows.values()))
@@ -207,7 +209,7 @@ def _run_sums(run: Run, campaign: Campaign, source: ColumnSource) -> _RunSums:
 
 def _delayed_inputs(inputs: CarrierInputs, delay: float) -> CarrierInputs:
     """Inputs whose carrier angle is that of `delay` [s] ago."""
-    return replace(inputs, carrier_angle=delayed_values(inputs.time, inputs.carrier_angle, delay))
+    return replace(inputs, carrier_angle=delayed_angle(inputs.time, inputs.carrier_angle, delay))
 
 
 def _chunks(blocks: Sequence[IntArray], revolutions: Sequence[IntArray]) -> list[list[IntArray]]:
@@ -237,8 +239,8 @@ def _target_rows(
         rows[PREDICTION, 0, "", 0] = prediction[samples]
         for node, shift in enumerate(DELAY_NODES):
             if shift:
-                asked = run.time[samples] - shift / speed
-                rows[PREDICTION, 0, "delay", node] = np.interp(asked, run.time, prediction)
+                late = delayed(run.time, prediction, float(shift) / speed)
+                rows[PREDICTION, 0, "delay", node] = late[samples]
     return rows
 
 

@@ -15,26 +15,14 @@ from carrierflex.simulation.carrier.kinematics import (
     housing_tilt_pattern,
     saddle_pattern,
 )
-from carrierflex.simulation.carrier.patterns import delayed_values
 from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
+from carrierflex.simulation.sensing import SensorError, delayed
 from carrierflex.simulation.stage.response import StageRecord
 from carrierflex.simulation.stage.stage_body import RIM_AXIAL, RIM_RADIAL
 from carrierflex.simulation.stage.stage_model import StageModel
 
 #: Orders below this share of the largest are rounding and are left out.
 _NEGLIGIBLE = 1e-12
-
-
-@dataclass(frozen=True)
-class SensorError:
-    """Errors of one sensor: ids ``sensor_gain``, ``sensor_angle``, ``sensor_zero``."""
-
-    gain: float = 0.0
-    """Share by which it reads too much."""
-    angle: float = 0.0
-    """Where it stands beyond its stated angle [rad]."""
-    zero: float = 0.0
-    """[m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +150,8 @@ def sensor_signals(
     rng : numpy.random.Generator, optional
         Source of the noise; needed where there is some.
     before : StageRecord, optional
-        The piece of the run before this one, in which delayed signals begin.
+        The segment of the run before this one, in which delayed signals begin; segments read as
+        the whole where the delay is three samples or more.
 
     Raises
     ------
@@ -189,7 +178,7 @@ def sensor_signals(
                 signal = np.concatenate(
                     [_read(model, before, reader, sensor, effects, error), signal]
                 )
-            signal = delayed_values(time, signal, effects.delay)[-len(record.time) :]
+            signal = delayed(time, signal, effects.delay)[-len(record.time) :]
         if rng is not None:
             signal = signal + effects.noise_std * rng.standard_normal(len(signal))
         signals[sensor.name] = signal
@@ -208,7 +197,7 @@ def _read(
     angle = sensor.angle + error.angle
     clean = _clean(model, record, reader, sensor, angle) + _patterns(record, sensor, angle, effects)
     clean = clean + _ring_pass(model, record, sensor, angle)
-    return (1.0 + error.gain) * clean + error.zero
+    return error.reading(clean)
 
 
 def _clean(

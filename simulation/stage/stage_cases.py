@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL, Sensor
+from carrierflex.simulation.sensing import SensorError
 from carrierflex.simulation.stage.effects import StageEffects
-from carrierflex.simulation.stage.readings import ReadingEffects, SensorError
+from carrierflex.simulation.stage.readings import ReadingEffects
 from carrierflex.simulation.stage.roller_bearing import RollerBearingData
 from carrierflex.simulation.stage.stage_data import StageData
 from carrierflex.simulation.stage.statics import SteadyLoad
