@@ -39,7 +39,8 @@ class EffectParameter:
     def __post_init__(self) -> None:
         if not self.lower < self.upper:
             raise ValueError(
-                f"parameter {self.name}: bounds {self.lower} to {self.upper}; expected lower < upper"
+                f"parameter {self.name}: bounds {self.lower} to {self.upper}; expected lower < "
+                "upper"
             )
         if not (self.scale > 0.0 and math.isfinite(self.scale)):
             raise ValueError(

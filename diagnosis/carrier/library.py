@@ -87,23 +87,23 @@ def _check_shape_parameter(card: EffectCard) -> None:
         names = ", ".join(parameter.name for parameter in card.parameters if parameter.shape)
         raise refusal(card, f"shapes {names}", "one at most, as the last parameter")
     if not np.isfinite([last.lower, last.upper]).all():
-        found = f"shape {last.name} is bounded by {last.lower} and {last.upper}"
-        raise refusal(card, found, "finite bounds, between which signals are interpolated")
+        problem = f"shape {last.name} is bounded by {last.lower} and {last.upper}"
+        raise refusal(card, problem, "finite bounds, between which signals are interpolated")
 
 
 def _try_signals(card: EffectCard, sensor: RimSensor, rig: CarrierRig) -> None:
     last = card.parameters[-1]
     values = (0.5 * (last.lower + last.upper),) if last.shape else ()
-    wanted = (len(card.parameters) - len(values), _TRIED_SAMPLES)
+    expected_shape = (len(card.parameters) - len(values), _TRIED_SAMPLES)
     try:
         rows = card.law(sensor, _tried_inputs(rig), rig, *values)
         signals = np.asarray(rows, dtype=np.float64)
     except Exception as error:
         expected = _CARRIER_SHAPE_LAW if last.shape else _CARRIER_LAW
         raise refusal(card, f"its law fails: {first_line(error)}", expected) from error
-    if signals.shape != wanted:
-        found = f"its law gives the shape {signals.shape} for {_TRIED_SAMPLES} samples"
-        raise refusal(card, found, str(wanted))
+    if signals.shape != expected_shape:
+        problem = f"its law gives the shape {signals.shape} for {_TRIED_SAMPLES} samples"
+        raise refusal(card, problem, str(expected_shape))
     if not np.isfinite(signals).all():
         raise refusal(card, "its law gives values that are not finite", "finite values")
 

@@ -49,7 +49,9 @@ from carrierflex.simulation.carrier.rim import CarrierRig
 
 @dataclass(frozen=True, eq=False)
 class CarrierProblem:
-    """Rim sensors of a planet carrier; see :class:`carrierflex.diagnosis.comparison.problem.ComparisonProblem`.
+    """Rim sensors of a planet carrier.
+
+    See :class:`carrierflex.diagnosis.comparison.problem.ComparisonProblem`.
 
     Parameters
     ----------
@@ -188,7 +190,7 @@ class CarrierProblem:
         return 0.0
 
     def under(self, campaign: Campaign, effects: Effects, theta: FloatArray) -> "CarrierProblem":
-        """ComparisonProblem that measured what a model predicts under the inputs of another campaign.
+        """Problem that measured what a model predicts under the inputs of another campaign.
 
         Parameters of a run are those of the first run.
         """

@@ -71,7 +71,10 @@ def _slopes(
     base: FloatArray,
     contained: dict[str, int],
 ) -> FloatArray:
-    """Derivatives of the signals by an effect's amplitudes, shape (n_runs, n_channels, n_amplitudes, k)."""
+    """Derivatives of the signals by an effect's amplitudes.
+
+    Shape (n_runs, n_channels, n_amplitudes, k).
+    """
     is_of_one_channel = model.effects[effect].is_of_one_channel
     choice = {**contained, effect: int(variant[0])} if is_of_one_channel else contained
     parameters = model.parameters((effect,), choice)[base.size :]

@@ -39,7 +39,7 @@ IntArray = NDArray[np.int64]
 #: Blocks of a run at most: enough draws for the bootstrap, and two revolutions a block in a
 #: minute's record.
 _MOST_BLOCKS = 12
-#: Samples whose columns are held at once.
+#: Samples whose columns are in memory at once.
 _CHUNK = 20_000
 
 
@@ -229,7 +229,7 @@ def _chunks(blocks: Sequence[IntArray], revolutions: Sequence[IntArray]) -> list
 def _target_rows(
     run: Run, channel: Channel, samples: IntArray, speed: float
 ) -> dict[Key, FloatArray]:
-    """Target and another simulator's prediction, the latter at the nodes of a delay and of a moved sensor too.
+    """Target and another simulator's prediction, the latter at the nodes of a delay too.
 
     Another simulator's prediction is moved in time only: its waves turn with the carrier.
     """

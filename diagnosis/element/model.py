@@ -171,7 +171,7 @@ class ElementModel:
         if not np.isfinite(response).all():
             return response
         delay = float(flat[SLOT["delay"]])
-        return delayed(record.step * np.arange(response.size), response, delay)
+        return delayed(record.step * np.arange(response.size, dtype=np.float64), response, delay)
 
     def _motion(
         self,

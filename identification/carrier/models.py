@@ -91,7 +91,8 @@ def rim_sensor(channel: Channel) -> RimSensor:
     """
     if channel.angle is None or channel.radius is None:
         raise ValueError(
-            f"channel {channel.name}: angle and radius are not given; expected those of a rim sensor"
+            f"channel {channel.name}: angle and radius are not given; expected those of a rim "
+            "sensor"
         )
     return RimSensor(channel.angle, channel.radius, channel.quantity == AXIAL)
 

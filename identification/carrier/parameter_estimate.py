@@ -101,7 +101,8 @@ class ParameterEstimate:
             if own_name == name and scope in (run, SHARED):
                 return k
         raise ValueError(
-            f"model {self.model} has no parameter '{name}' of run '{run}'; it has {', '.join(self.names)}"
+            f"model {self.model} has no parameter '{name}' of run '{run}'; it has "
+            f"{', '.join(self.names)}"
         )
 
 

@@ -45,7 +45,7 @@ _SIGN_MARGIN = 0.1
 
 @dataclass(frozen=True, eq=False)
 class PinAngleFit:
-    """M2 at the pin angle found, with the derivative by it as a further term, and the parameters of that model."""
+    """M2 at the pin angle found, the derivative by it as a further term, and its parameters."""
 
     model: CarrierModel
     estimate: ParameterEstimate
@@ -85,7 +85,7 @@ def identify_with_pin_angle(
 
     def fitted(runs: Sequence[Run]) -> PinAngleFit:
         return _identified(
-            replace(campaign, runs=tuple(runs)), delta_s, delta_f, options, own=per_run
+            replace(campaign, runs=tuple(runs)), delta_s, delta_f, options, per_run=per_run
         )
 
     if per_run:
@@ -99,12 +99,12 @@ def _identified(
     delta_f: DeflectionCurve,
     options: FitOptions,
     *,
-    own: bool,
+    per_run: bool,
 ) -> PinAngleFit:
     def model(pin_angle: float) -> CarrierModel:
         at_angle = flexible_model(delta_s, delta_f, pin_angle)
         at_angle = with_radial_motion(at_angle) if options.radial else at_angle
-        return at_angle.each_run() if own else at_angle
+        return at_angle.each_run() if per_run else at_angle
 
     def projected(pin_angle: float) -> tuple[float, dict[str, float]]:
         trial = model(float(pin_angle))
@@ -119,7 +119,8 @@ def _identified(
     angle = _searched(projected)
     best, (_, scales) = model(angle), projected(angle)
     turning = _pin_angle_effect(angle, scales["rho_s"], scales["rho_f"])
-    extended = replace(best, effects=(*best.effects, turning.each_run() if own else turning))
+    turning = turning.each_run() if per_run else turning
+    extended = replace(best, effects=(*best.effects, turning))
     estimate = identify_from_sums(fitted_equations(campaign, extended, options), extended, options)
     return PinAngleFit(extended, _with_angle(estimate, angle))
 
@@ -135,15 +136,15 @@ def _searched(projected: Callable[[float], tuple[float, dict[str, float]]]) -> f
     width = _PERIOD / _GUESSES
     ranked = []
     for guess in guesses[(costs <= np.roll(costs, 1)) & (costs <= np.roll(costs, -1))]:
-        found = minimize_scalar(
+        minimum = minimize_scalar(
             lambda angle: projected(angle)[0],
             bounds=(guess - width, guess + width),
             method="bounded",
             options={"xatol": _TOLERANCE},
         )
-        scales = np.array([projected(found.x)[1][name] for name in ("rho_s", "rho_f")])
+        scales = np.array([projected(minimum.x)[1][name] for name in ("rho_s", "rho_f")])
         wrong_sign = bool(scales.min() < -_SIGN_MARGIN * np.abs(scales).max())
-        ranked.append((wrong_sign, float(found.fun), float(found.x)))
+        ranked.append((wrong_sign, float(minimum.fun), float(minimum.x)))
     return (min(ranked)[2] + 0.5 * _PERIOD) % _PERIOD - 0.5 * _PERIOD
 
 

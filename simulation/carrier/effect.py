@@ -24,7 +24,7 @@ ShapeNodes = Callable[[CarrierRig, float], FloatArray]
 
 
 class Measurement(Enum):
-    """Part of the measurement model, ``(1 + gain) y(t - delay; v + angle) + zero``, that is wrong."""
+    """Wrong part of the measurement model ``(1 + gain) y(t - delay; v + angle) + zero``."""
 
     GAIN = "gain"
     ANGLE = "angle"

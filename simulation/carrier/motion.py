@@ -122,7 +122,9 @@ def simulate_run(
     noise_std: float,
     rng: np.random.Generator,
 ) -> Response:
-    """Signals of one run: the carrier turns with slow ripple, the deflection follows the torque, sensors add noise.
+    """Signals of one run.
+
+    The carrier turns with slow ripple, the deflection follows the torque, sensors add noise.
 
     Parameters
     ----------

@@ -1,4 +1,6 @@
-"""Signal patterns of effects at the rim sensors beyond those of the papers' models, one pure function per equation.
+"""Signal patterns at the rim sensors beyond those of the papers' models.
+
+One pure function per equation.
 
 Like :mod:`carrierflex.simulation.carrier.kinematics`, whose conventions they share: v is the
 housing angle of a sensor, theta the carrier angle, axial signals are positive in +x. Sizes of these
@@ -41,7 +43,8 @@ def pin_radius_of(delta: DeflectionCurve, g: DeflectionCurve, n_planets: int) ->
     product = float((delta.axial / delta.unit_load) @ summed)
     if product == 0.0:
         raise ValueError(
-            f"curve {g.name} summed over {n_planets} pins is zero; expected the shape of {delta.name}"
+            f"curve {g.name} summed over {n_planets} pins is zero; expected the shape of "
+            f"{delta.name}"
         )
     return float(summed @ summed) / product
 

@@ -47,7 +47,8 @@ def inputs_of_columns(columns: Mapping[str, FloatArray]) -> CarrierInputs:
     Parameters
     ----------
     columns : mapping of str to ndarray, shape (n,)
-        ``carrier_angle`` [rad], and any of ``torque`` [N m], ``ntl_y``, ``ntl_z`` [N], ``time`` [s].
+        ``carrier_angle`` [rad], and any of ``torque`` [N m], ``ntl_y``, ``ntl_z`` [N] and
+        ``time`` [s].
     """
     angle = columns["carrier_angle"]
     unknown = np.broadcast_to(np.nan, angle.shape)

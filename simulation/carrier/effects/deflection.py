@@ -1,4 +1,4 @@
-"""Deflection of the carrier under its pins: flexible and stiff pins, clearance, uneven pin loads."""
+"""Deflection of the carrier: flexible and stiff pins, clearance, uneven pin loads."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,7 +119,8 @@ PIN_CLEARANCE = Effect(
     shape_nodes=_torque_nodes,
     aliases=others("pin_clearance", THREE_PER_TURN),
     discriminating_experiment=(
-        "torque in steps of a tenth up to the nominal: order 3 has a kink where the clearance closes"
+        "torque in steps of a tenth up to the nominal: order 3 has a kink where the clearance "
+        "closes"
     ),
 )
 UNEQUAL_LOAD_SHARING = Effect(

@@ -78,7 +78,9 @@ RING_PASS = Effect(
         *lengths("p_c", "p_s"),
         *angles("q_c", "q_s", "r_c", "r_s", scale=1e-4),
     ),
-    signature="order 3 of one phase at all sensors, m = 0 or m = +1 beside m = -1, growing as the torque",
+    signature=(
+        "order 3 of one phase at all sensors, m = 0 or m = +1 beside m = -1, growing as the torque"
+    ),
     pattern=_ring_pass,
     aliases=others("ring_pass", THREE_PER_TURN),
     discriminating_experiment=(
