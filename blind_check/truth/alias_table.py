@@ -6,6 +6,8 @@ The classes follow from the equations of the truth and the loads of the check; t
 from any diagnosis.
 """
 
+from carrierflex.blind_check.truth.carrier.signals import SIGNALS
+
 #: Classes of more than one effect; every other is alone. Beside each, what the truth's own signals
 #: share over the loads of a check once the baseline is refitted: the cosine of their residuals, or
 #: the share that the other's parameters reach.
@@ -35,11 +37,7 @@ _CLASSES: dict[str, dict[str, tuple[str, ...]]] = {
 
 #: Effects withheld one at a time.
 SINGLES: dict[str, tuple[str, ...]] = {
-    "carrier": (
-        "axial_offset", "housing_tilt", "torque_tilt", "carrier_tilt", "flexible_pins", "stiff_pins", "pin_clearance",
-        "unequal_load_sharing", "load_sharing_ntl", "ntl_tilt", "bearing_clearance", "flange_warp", "face_runout", "ring_pass",
-        "thermal_drift", "sensor_gain", "sensor_angle", "sensor_zero", "sensor_delay",
-    ),
+    "carrier": (*SIGNALS, "sensor_gain", "sensor_angle", "sensor_zero", "sensor_delay"),
     "element": (
         "quadratic_stiffness", "cubic_stiffness", "quintic_stiffness", "coulomb_friction", "elasto_plastic_friction",
         "stribeck_friction", "quadratic_damping", "cubic_damping", "deflection_dependent_damping", "backlash",

@@ -5,7 +5,6 @@ Gauss-Newton on the sums of whole runs, thresholds fixed.
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.cards import ONE_CHANNEL
 from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
 from carrierflex.diagnosis.carrier.sums import used_columns
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, bounds_of
@@ -46,7 +45,7 @@ def closed_fit(
     bounds = Bounds(*bounds_of(parameters))
     free = np.array([not parameter.shape for parameter in parameters], dtype=bool)
     bilinear = any(
-        effect in (*ONE_CHANNEL, "sensor_delay") for effect in (*model.contained, *effects)
+        model.effects[name].measurement is not None for name in (*model.contained, *effects)
     )
     for _ in range(_QUICK_STEPS if bilinear else 1):
         sums = _sums_of_runs(model, run_gram, effects, choice, theta)

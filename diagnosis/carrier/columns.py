@@ -1,11 +1,10 @@
 """Columns of the carrier's signals.
 
-Every basis function an effect can ask for, at one sensor and one piece of record.
+Every basis function an effect can ask for, at one sensor and one segment of record.
 
 Effects that move a sensor or delay a signal are polynomials through the exact columns at a few
 shifts: with nodes 3 deg (sensor, up to 6) and 6 deg (delay, up to 18) apart the interpolation
-misses order 6 by less than half a per cent of its amplitude. A threshold is linear between its
-nodes, as the law of a closing clearance is wherever the torque stays off the node's cell.
+misses order 6 by less than half a per cent of its amplitude. A shape is linear between its nodes.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.laws import CarrierInputs, CarrierRig, RimSensor
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.simulation.carrier.effect import Effect
+from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
 
 FloatArray = NDArray[np.float64]
 
@@ -24,22 +23,8 @@ FloatArray = NDArray[np.float64]
 #: computed.
 ANGLE_NODES = np.deg2rad([-6.0, -3.0, 0.0, 3.0, 6.0])
 DELAY_NODES = np.deg2rad([-18.0, -12.0, -6.0, 0.0, 6.0, 12.0, 18.0])
-#: Threshold torques over the nominal torque; saturating loads over the largest load.
-TORQUE_NODES = np.linspace(0.0, 1.0, 11)
-LOAD_NODES = np.geomspace(0.02, 4.0, 9)
-#: Values between the bounds of a shape of a user's law.
-_USER_NODES = 11
-#: Effects whose columns follow a moved sensor, and a delayed carrier angle.
-MOVED = (
-    "housing_tilt",
-    "torque_tilt",
-    "ntl_tilt",
-    "carrier_tilt",
-    "flexible_pins",
-    "stiff_pins",
-    "flange_warp",
-)
-DELAYED = ("carrier_tilt", "flexible_pins", "stiff_pins")
+#: Values between the bounds of a shape that names no nodes.
+_SHAPE_NODES = 11
 #: Orders of the flexible residual model; those up to the second number also with torque and radial
 #: load.
 _CEILING_ORDERS = 12
@@ -47,6 +32,8 @@ _LOADED_ORDERS = 8
 _FORCED_ORDERS = 2
 
 TARGET, PREDICTION, ONE, CEILING_COLUMN = "target", "prediction", "one", "ceiling"
+#: Families of nodes; plain columns have none.
+PLAIN, SHAPE, ANGLE, DELAY = "", "threshold", "angle", "delay"
 Key = tuple[str, int, str, int]
 
 
@@ -56,24 +43,29 @@ class ColumnIndex:
 
     Parameters
     ----------
-    places : mapping
-        Place of each column by ``(effect, number of its parameter, node family, node)``.
+    numbers : mapping
+        Number of each column by ``(effect, number of its parameter, node family, node)``.
     """
 
-    places: Mapping[Key, int]
+    numbers: Mapping[Key, int]
 
-    def of(self, effect: str, number: int = 0, family: str = "", node: int = 0) -> int:
-        """Place of one column."""
-        return self.places[effect, number, family, node]
+    def of(self, effect: str, parameter: int = 0, family: str = PLAIN, node: int = 0) -> int:
+        """Number of one column."""
+        return self.numbers[effect, parameter, family, node]
 
     def of_owner(self, effect: str) -> list[int]:
-        """Places of all columns of one owner, in order."""
-        return [place for key, place in self.places.items() if key[0] == effect]
+        """Numbers of all columns of one owner, in order."""
+        return [number for key, number in self.numbers.items() if key[0] == effect]
+
+    @property
+    def has_prediction(self) -> bool:
+        """Whether the record holds another simulator's prediction."""
+        return (PREDICTION, 0, PLAIN, 0) in self.numbers
 
     @property
     def size(self) -> int:
         """Number of columns."""
-        return len(self.places)
+        return len(self.numbers)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +76,8 @@ class ColumnSource:
     ----------
     rig : CarrierRig
         Rig and curves.
-    cards : mapping of str to EffectCard
-        All cards, contained effects and placebos among them.
+    effects : mapping of str to Effect
+        All effects, contained ones and negative controls among them.
     speed : float
         Typical speed of the carrier [rad/s].
     largest_load : float
@@ -93,38 +85,57 @@ class ColumnSource:
     """
 
     rig: CarrierRig
-    cards: Mapping[str, EffectCard]
+    effects: Mapping[str, Effect]
     speed: float
     largest_load: float
 
     def rows(
-        self, sensor: RimSensor, inputs: CarrierInputs, shifts: Sequence[CarrierInputs]
+        self, sensor: RimSensor, inputs: CarrierInputs, delayed: Sequence[CarrierInputs]
     ) -> dict[Key, FloatArray]:
         """All columns but target and prediction, by key.
 
-        `shifts` are the inputs at the nodes of the delay.
+        Parameters
+        ----------
+        sensor : RimSensor
+            Sensor.
+        inputs : CarrierInputs
+            Inputs of n samples.
+        delayed : sequence of CarrierInputs
+            The same inputs at the nodes of the delay.
+
+        Returns
+        -------
+        dict of tuple to ndarray, shape (n,)
+            Columns [m per unit of the parameter].
         """
-        rows: dict[Key, FloatArray] = {(ONE, 0, "", 0): np.ones(inputs.time.size)}
-        for name, card in self.cards.items():
-            if card.law is None:
+        rows: dict[Key, FloatArray] = {(ONE, 0, PLAIN, 0): np.ones(inputs.time.size)}
+        for effect in self.effects.values():
+            if effect.pattern is None:
                 continue
-            if card.parameters[-1].shape:
-                for node, value in enumerate(shape_nodes(name, self).tolist()):
-                    signals = card.law(sensor, inputs, self.rig, value)
-                    rows.update(_keyed(name, "threshold", node, signals))
+            if effect.has_shape:
+                for node, value in enumerate(self.shape_nodes(effect).tolist()):
+                    signals = effect.signals(sensor, inputs, self.rig, value)
+                    rows.update(_keyed(effect.id, SHAPE, node, signals))
                 continue
-            rows.update(_keyed(name, "", 0, card.law(sensor, inputs, self.rig)))
-            if name in MOVED:
+            rows.update(_keyed(effect.id, PLAIN, 0, effect.signals(sensor, inputs, self.rig)))
+            if effect.follows_sensor:
                 for node in np.flatnonzero(ANGLE_NODES).tolist():
                     moved = replace(sensor, angle=sensor.angle + ANGLE_NODES[node])
-                    rows.update(_keyed(name, "angle", node, card.law(moved, inputs, self.rig)))
-            if name in DELAYED:
+                    signals = effect.signals(moved, inputs, self.rig)
+                    rows.update(_keyed(effect.id, ANGLE, node, signals))
+            if effect.follows_delay:
                 for node in np.flatnonzero(DELAY_NODES).tolist():
-                    rows.update(
-                        _keyed(name, "delay", node, card.law(sensor, shifts[node], self.rig))
-                    )
-        rows.update(_keyed(CEILING_COLUMN, "", 0, self._flexible_rows(inputs)))
+                    signals = effect.signals(sensor, delayed[node], self.rig)
+                    rows.update(_keyed(effect.id, DELAY, node, signals))
+        rows.update(_keyed(CEILING_COLUMN, PLAIN, 0, self._flexible_rows(inputs)))
         return rows
+
+    def shape_nodes(self, effect: Effect) -> FloatArray:
+        """Values of an effect's shape between which its signals are interpolated, in its unit."""
+        if effect.shape_nodes is not None:
+            return effect.shape_nodes(self.rig, self.largest_load)
+        shape = effect.parameters[-1]
+        return np.linspace(shape.lower, shape.upper, _SHAPE_NODES)
 
     def _flexible_rows(self, inputs: CarrierInputs) -> FloatArray:
         torque = inputs.torque / self.rig.nominal_torque
@@ -134,23 +145,15 @@ class ColumnSource:
         )
         rows = [u, u**2]
         for order in range(_CEILING_ORDERS + 1):
-            waves = [np.cos(order * inputs.carrier_angle), np.sin(order * inputs.carrier_angle)][
-                : 2 if order else 1
-            ]
+            phase = order * inputs.carrier_angle
+            waves = [np.cos(phase), np.sin(phase)] if order else [np.ones_like(torque)]
             loads = [np.ones_like(torque)]
-            loads += [torque] * (order <= _LOADED_ORDERS) + forces * (order <= _FORCED_ORDERS)
+            if order <= _LOADED_ORDERS:
+                loads.append(torque)
+            if order <= _FORCED_ORDERS:
+                loads += forces
             rows += [wave * load for wave in waves for load in loads]
         return np.array(rows)
-
-
-def shape_nodes(effect: str, source: ColumnSource) -> FloatArray:
-    """Nodes of an effect's threshold, in its unit."""
-    if effect == "pin_clearance":
-        return TORQUE_NODES * source.rig.nominal_torque
-    if effect == "bearing_clearance":
-        return LOAD_NODES * source.largest_load
-    shape = source.cards[effect].parameters[-1]
-    return np.linspace(shape.lower, shape.upper, _USER_NODES)
 
 
 def _keyed(effect: str, family: str, node: int, rows: FloatArray) -> dict[Key, FloatArray]:

@@ -21,7 +21,7 @@ _RADIAL_LOAD = 200e3
 _REVOLUTIONS = 4
 _SAMPLES = 144
 _Load = tuple[float, float, float]
-#: Plant that measured what a model predicts under the inputs of another campaign.
+#: Comparison problem that measured what a model predicts under the inputs of another campaign.
 Under = Callable[[Campaign, Effects, FloatArray], ComparisonProblem]
 
 
@@ -37,8 +37,8 @@ def carrier_experiments(
     source : ColumnSource
         Nominal torque, largest radial load and typical speed of the records.
     under : callable
-        ``(campaign, effects, theta) -> ComparisonProblem`` whose signals are those of a model under the inputs
-        of a campaign.
+        ``(campaign, effects, theta) -> ComparisonProblem`` whose signals are those of a model under
+        the inputs of a campaign.
 
     Returns
     -------

@@ -2,7 +2,7 @@
 
 The law of a user's card is ``(sensor, inputs, rig) -> signal per unit of each parameter``, an array
 of shape (n_parameters, n); a card whose last parameter is a shape (a threshold) takes its value as
-a fourth argument and gives no row for it; see :mod:`carrierflex.diagnosis.carrier.laws`.
+a fourth argument and gives no row for it; see :mod:`carrierflex.simulation.carrier.effect`.
 """
 
 from collections.abc import Iterable
@@ -10,13 +10,13 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.cards import CARRIER_CARDS, KIND, NEGATIVE_CONTROLS
-from carrierflex.diagnosis.carrier.laws import CarrierInputs, CarrierRig, RimSensor
+from carrierflex.diagnosis.carrier.cards import KIND, NEGATIVE_CONTROLS, card_of, effect_of
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard, effect_library, users_cards
 from carrierflex.diagnosis.comparison.user_laws import check_is_function, first_line, refusal
+from carrierflex.simulation.carrier.effect import Effect
+from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
+from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
 
-#: Effects computed from the deflection under a single loaded pin, the curve g_f.
-_NEEDS_PIN_CURVE = ("unequal_load_sharing", "load_sharing_ntl")
 _CARRIER_LAW = "a function (sensor, inputs, rig) -> signals of unit parameters, (n_parameters, n)"
 _CARRIER_SHAPE_LAW = (
     "a function (sensor, inputs, rig, last value) -> signals, (n_parameters - 1, n)"
@@ -27,8 +27,8 @@ _TRIED_SAMPLES = 9
 FloatArray = NDArray[np.float64]
 
 
-def carrier_library(rig: CarrierRig) -> dict[str, EffectCard]:
-    """Cards by id that the curves of a rig allow.
+def carrier_library(rig: CarrierRig) -> dict[str, Effect]:
+    """Effects by id that the curves of a rig allow.
 
     Parameters
     ----------
@@ -37,20 +37,23 @@ def carrier_library(rig: CarrierRig) -> dict[str, EffectCard]:
 
     Returns
     -------
-    dict of str to EffectCard
-        Own cards and placebos first, then users'.
+    dict of str to Effect
+        The contract's effects and the negative controls first, then users'.
 
     Raises
     ------
     ValueError
         Where a user's card cannot be computed.
     """
-    own_cards = (*CARRIER_CARDS, *NEGATIVE_CONTROLS)
-    cards = effect_library(KIND, own_cards)
-    refuse_wrong_carrier_laws(users_cards(cards, own_cards), rig)
-    if "g_f" in rig.curves:
-        return cards
-    return {name: card for name, card in cards.items() if name not in _NEEDS_PIN_CURVE}
+    effects = (*CARRIER_EFFECTS.values(), *NEGATIVE_CONTROLS)
+    cards = tuple(card_of(effect) for effect in effects)
+    users = users_cards(effect_library(KIND, cards), cards)
+    refuse_wrong_carrier_laws(users, rig)
+    return {
+        effect.id: effect
+        for effect in (*effects, *(effect_of(card) for card in users))
+        if set(effect.curves) <= set(rig.curves)
+    }
 
 
 def refuse_wrong_carrier_laws(cards: Iterable[EffectCard], rig: CarrierRig) -> None:
@@ -84,23 +87,23 @@ def _check_shape_parameter(card: EffectCard) -> None:
         names = ", ".join(parameter.name for parameter in card.parameters if parameter.shape)
         raise refusal(card, f"shapes {names}", "one at most, as the last parameter")
     if not np.isfinite([last.lower, last.upper]).all():
-        found = f"shape {last.name} is bounded by {last.lower} and {last.upper}"
-        raise refusal(card, found, "finite bounds, between which signals are interpolated")
+        problem = f"shape {last.name} is bounded by {last.lower} and {last.upper}"
+        raise refusal(card, problem, "finite bounds, between which signals are interpolated")
 
 
 def _try_signals(card: EffectCard, sensor: RimSensor, rig: CarrierRig) -> None:
     last = card.parameters[-1]
     values = (0.5 * (last.lower + last.upper),) if last.shape else ()
-    wanted = (len(card.parameters) - len(values), _TRIED_SAMPLES)
+    expected_shape = (len(card.parameters) - len(values), _TRIED_SAMPLES)
     try:
         rows = card.law(sensor, _tried_inputs(rig), rig, *values)
         signals = np.asarray(rows, dtype=np.float64)
     except Exception as error:
         expected = _CARRIER_SHAPE_LAW if last.shape else _CARRIER_LAW
         raise refusal(card, f"its law fails: {first_line(error)}", expected) from error
-    if signals.shape != wanted:
-        found = f"its law gives the shape {signals.shape} for {_TRIED_SAMPLES} samples"
-        raise refusal(card, found, str(wanted))
+    if signals.shape != expected_shape:
+        problem = f"its law gives the shape {signals.shape} for {_TRIED_SAMPLES} samples"
+        raise refusal(card, problem, str(expected_shape))
     if not np.isfinite(signals).all():
         raise refusal(card, "its law gives values that are not finite", "finite values")
 

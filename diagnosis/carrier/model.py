@@ -1,32 +1,31 @@
 """The carrier's signals as weights of columns, with derivatives.
 
-Linear effects, thresholds, and effects of a sensor in full.
-
-The reading of channel c is ``(1 + g_c) (prediction + sum_k w_k X_k(v + dv_c, theta(t - tau))) +
-z_c``.
+The measurement model of :mod:`carrierflex.simulation.sensing` on columns: the reading of channel c
+is ``(1 + g_c) (prediction + sum_k w_k X_k(v + dv_c, theta(t - tau))) + z_c``.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.cards import ONE_CHANNEL, PER_RUN
 from carrierflex.diagnosis.carrier.columns import (
+    ANGLE,
     ANGLE_NODES,
+    DELAY,
     DELAY_NODES,
-    DELAYED,
-    MOVED,
     ONE,
+    PLAIN,
     PREDICTION,
+    SHAPE,
     ColumnIndex,
     ColumnSource,
-    shape_nodes,
 )
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard, EffectParameter
 from carrierflex.diagnosis.comparison.problem import Effects, Parameter
+from carrierflex.simulation.carrier.effect import Effect, Measurement
+from carrierflex.simulation.effect_parameters import EffectParameter
 
 FloatArray = NDArray[np.float64]
 #: Channel of every effect of one sensor.
@@ -39,14 +38,71 @@ _LARGEST_MOVE = np.deg2rad(7.0)
 
 
 @dataclass(frozen=True, eq=False)
+class WeightedColumn:
+    """Weight of one column in some runs.
+
+    Parameters
+    ----------
+    owner : str
+        Effect, or the prediction of another simulator.
+    parameter : int
+        Number of the owner's parameter.
+    runs : slice
+        Runs in which it acts.
+    column : int
+        Number of the column.
+    weight : float
+        Factor of the column.
+    slopes : mapping of int to float
+        Derivatives of the weight by the number of the unknown.
+    """
+
+    owner: str
+    parameter: int
+    runs: slice
+    column: int
+    weight: float
+    slopes: Mapping[int, float]
+
+
+@dataclass(frozen=True, eq=False)
+class WeightTable:
+    """Weights of all columns, summed up term by term.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n_runs, n_channels, k)
+        Weights.
+    slopes : ndarray, shape (n_runs, n_channels, p, k)
+        Their derivatives by the unknowns.
+    """
+
+    values: FloatArray
+    slopes: FloatArray
+
+    def add(self, terms: Iterable[WeightedColumn], channels: int | slice) -> None:
+        """Add terms to some channels."""
+        for term in terms:
+            self.values[term.runs, channels, term.column] += term.weight
+            for unknown, slope in term.slopes.items():
+                self.slopes[term.runs, channels, unknown, term.column] += slope
+
+    def amplify(self, channel: int, gain: float, unknown: int) -> None:
+        """Read a channel ``1 + gain`` times as large; `unknown` is the number of the gain."""
+        self.slopes[:, channel] *= 1.0 + gain
+        self.slopes[:, channel, unknown] = self.values[:, channel]
+        self.values[:, channel] *= 1.0 + gain
+
+
+@dataclass(frozen=True, eq=False)
 class CarrierModel:
     """Parameters and weights of any set of effects.
 
     Parameters
     ----------
     source : ColumnSource
-        Columns, with all cards.
-    book : ColumnIndex
+        Columns, with all effects.
+    index : ColumnIndex
         Their numbers.
     contained : tuple of str
         Effects of the baseline.
@@ -55,59 +111,57 @@ class CarrierModel:
     """
 
     source: ColumnSource
-    book: ColumnIndex
+    index: ColumnIndex
     contained: Effects
     runs: tuple[str, ...]
     channels: tuple[str, ...]
 
     @property
-    def cards(self) -> Mapping[str, EffectCard]:
-        """All cards."""
-        return self.source.cards
+    def effects(self) -> Mapping[str, Effect]:
+        """All effects by id."""
+        return self.source.effects
 
     def parameters(self, effects: Effects, choice: Choice) -> tuple[Parameter, ...]:
-        """Unknowns of baseline + effects, runs' own run by run."""
-        found: list[Parameter] = []
-        for effect in (*self.contained, *effects):
-            for run in self.runs if effect in PER_RUN else (None,):
-                found += self._own_parameters(effect, run, choice)
-        return tuple(found)
+        """Unknowns of baseline + effects; those of an effect with values by run, run by run."""
+        return tuple(
+            self._parameter(self.effects[name], parameter, run, choice)
+            for name in (*self.contained, *effects)
+            for run in self._runs_of(name)
+            for parameter in self.effects[name].parameters
+        )
 
-    def _own_parameters(self, effect: str, run: str | None, choice: Choice) -> list[Parameter]:
-        own = []
-        for parameter in self.cards[effect].parameters:
-            lower, upper = self._bounds(effect, parameter)
-            name = (
-                f"{parameter.name}_{self.channels[choice[effect]]}"
-                if effect in choice
-                else parameter.name
-            )
-            prior = (
-                np.inf if parameter.shape or effect in self.contained else _PRIOR * parameter.scale
-            )
-            own.append(
-                Parameter(
-                    name,
-                    parameter.unit,
-                    lower,
-                    upper,
-                    parameter.scale,
-                    effect=effect,
-                    prior_std=prior,
-                    run=run,
-                    shape=parameter.shape,
-                    pair=parameter.pair,
-                )
-            )
-        return own
+    def _runs_of(self, effect: str) -> tuple[str | None, ...]:
+        return self.runs if self.effects[effect].per_run else (None,)
 
-    def _bounds(self, effect: str, parameter: EffectParameter) -> tuple[float, float]:
+    def _parameter(
+        self, effect: Effect, parameter: EffectParameter, run: str | None, choice: Choice
+    ) -> Parameter:
+        lower, upper = self._bounds(effect, parameter)
+        name = parameter.name
+        if effect.id in choice:
+            name = f"{name}_{self.channels[choice[effect.id]]}"
+        is_free = parameter.shape or effect.id in self.contained
+        return Parameter(
+            name,
+            parameter.unit,
+            lower,
+            upper,
+            parameter.scale,
+            effect=effect.id,
+            prior_std=np.inf if is_free else _PRIOR * parameter.scale,
+            run=run,
+            shape=parameter.shape,
+            pair=parameter.pair,
+        )
+
+    def _bounds(self, effect: Effect, parameter: EffectParameter) -> tuple[float, float]:
+        """Bounds of the effect, or those within which its columns are interpolated."""
         if parameter.shape:
-            nodes = shape_nodes(effect, self.source)
+            nodes = self.source.shape_nodes(effect)
             return float(nodes[0]), float(nodes[-1])
-        if effect == "sensor_delay":
+        if effect.measurement is Measurement.DELAY:
             return -_LARGEST_DELAY / self.source.speed, _LARGEST_DELAY / self.source.speed
-        if effect == "sensor_angle":
+        if effect.measurement is Measurement.ANGLE:
             return -_LARGEST_MOVE, _LARGEST_MOVE
         return parameter.lower, parameter.upper
 
@@ -131,121 +185,151 @@ class CarrierModel:
             Shapes (n_runs, n_channels, k) and (n_runs, n_channels, p, k).
         """
         shape = (len(self.runs), len(self.channels))
-        W, D = np.zeros((*shape, self.book.size)), np.zeros((*shape, theta.size, self.book.size))
-        if (PREDICTION, 0, "", 0) in self.book.places:
-            W[..., self.book.of(PREDICTION)] = 1.0
-        first: dict[str, int] = {}
-        place = 0
-        for effect in (*self.contained, *effects):
-            first[effect] = place
-            n = len(self.cards[effect].parameters)
-            runs: Sequence[slice] = [slice(None)]
-            if effect in PER_RUN:
-                runs = [slice(r, r + 1) for r in range(len(self.runs))]
-            for run in runs:
-                self._add_own(effect, W[run], D[run], theta, place)
-                place += n
-        self._add_sensors(effects, choice, theta, first, W, D)
-        return W, D
-
-    def _add_own(
-        self, effect: str, W: FloatArray, D: FloatArray, theta: FloatArray, place: int
-    ) -> None:
-        """Add a linear effect, or one with a threshold, whose parameters start at `place`."""
-        parameters = self.cards[effect].parameters
-        if self.cards[effect].law is None:
-            return
-        if not parameters[-1].shape:
-            for number in range(len(parameters)):
-                column = self.book.of(effect, number)
-                W[..., column], D[..., place + number, column] = theta[place + number], 1.0
-        else:
-            nodes, last = shape_nodes(effect, self.source), place + len(parameters) - 1
-            hat, slope = _hats(nodes, float(theta[last]))
-            for number in range(len(parameters) - 1):
-                columns = [
-                    self.book.of(effect, number, "threshold", node) for node in range(nodes.size)
-                ]
-                W[..., columns] = theta[place + number] * hat
-                D[..., place + number, columns] = hat
-                D[..., last, columns] = theta[place + number] * slope
-
-    def _add_sensors(
-        self,
-        effects: Effects,
-        choice: Choice,
-        theta: FloatArray,
-        first: Mapping[str, int],
-        W: FloatArray,
-        D: FloatArray,
-    ) -> None:
-        """Add delay and moved sensor, then gain, then zero."""
-        W0, D0 = W.copy(), D.copy()
-        for effect, family, nodes in (
-            ("sensor_delay", "delay", DELAY_NODES),
-            ("sensor_angle", "angle", ANGLE_NODES),
-        ):
-            if effect not in first:
-                continue
-            i = first[effect]
-            size = self.source.speed if family == "delay" else 1.0
-            where = (
-                np.arange(len(self.channels)) if family == "delay" else np.array([choice[effect]])
+        table = WeightTable(
+            np.zeros((*shape, self.index.size)), np.zeros((*shape, theta.size, self.index.size))
+        )
+        first = self._first_unknowns(effects)
+        ideal = self._without_sensor_errors(first, theta)
+        table.add(ideal, slice(None))
+        errors = {self.effects[name].measurement: name for name in first}
+        # Delay and place shift what the effects make; gain and zero act on the shifted signal.
+        if Measurement.DELAY in errors:
+            unknown = first[errors[Measurement.DELAY]]
+            delay = float(theta[unknown])
+            table.add(self._delay_terms(ideal, delay, unknown), slice(None))
+        if Measurement.ANGLE in errors:
+            name = errors[Measurement.ANGLE]
+            move = float(theta[first[name]])
+            table.add(self._move_terms(ideal, move, first[name]), choice[name])
+        if Measurement.GAIN in errors:
+            name = errors[Measurement.GAIN]
+            table.amplify(choice[name], float(theta[first[name]]), first[name])
+        if Measurement.ZERO in errors:
+            name = errors[Measurement.ZERO]
+            unknown = first[name]
+            zero = WeightedColumn(
+                name, 0, slice(None), self.index.of(ONE), float(theta[unknown]), {unknown: 1.0}
             )
-            plain = {own for own in (*self.contained, *effects)}
-            for base, columns, own_nodes in self._shifted(plain, family, nodes):
-                values, slopes = _lagrange(own_nodes, float(theta[i]) * size)
-                values[own_nodes == 0.0] -= 1.0
-                for column, value, slope in zip(columns, values, slopes * size, strict=True):
-                    W[:, where, column] += value * W0[:, where, base]
-                    D[:, where, :, column] += value * D0[:, where, :, base]
-                    D[:, where, i, column] += slope * W0[:, where, base]
-        if "sensor_gain" in first:
-            c, i = choice["sensor_gain"], first["sensor_gain"]
-            D[:, c] *= 1.0 + theta[i]
-            D[:, c, i] = W[:, c]
-            W[:, c] *= 1.0 + theta[i]
-        if "sensor_zero" in first:
-            c, i, one = choice["sensor_zero"], first["sensor_zero"], self.book.of(ONE)
-            W[:, c, one] += theta[i]
-            D[:, c, i, one] += 1.0
+            table.add([zero], choice[name])
+        return table.values, table.slopes
+
+    def _first_unknowns(self, effects: Effects) -> dict[str, int]:
+        """Number of the first unknown of every effect in use."""
+        first: dict[str, int] = {}
+        unknown = 0
+        for name in (*self.contained, *effects):
+            first[name] = unknown
+            unknown += len(self._runs_of(name)) * len(self.effects[name].parameters)
+        return first
+
+    def _without_sensor_errors(
+        self, first: Mapping[str, int], theta: FloatArray
+    ) -> list[WeightedColumn]:
+        """Terms of the prediction of another simulator and of every effect that adds a signal."""
+        terms = []
+        if self.index.has_prediction:
+            column = self.index.of(PREDICTION)
+            terms.append(WeightedColumn(PREDICTION, 0, slice(None), column, 1.0, {}))
+        for name, unknown in first.items():
+            effect = self.effects[name]
+            if effect.pattern is None:
+                continue
+            n = len(effect.parameters)
+            for r in range(len(self._runs_of(name))):
+                runs = slice(r, r + 1) if effect.per_run else slice(None)
+                begin = unknown + r * n
+                values = theta[begin : begin + n]
+                make = self._shape_terms if effect.has_shape else self._linear_terms
+                terms += make(effect, runs, values, begin)
+        return terms
+
+    def _linear_terms(
+        self, effect: Effect, runs: slice, values: FloatArray, first: int
+    ) -> list[WeightedColumn]:
+        """Terms of an effect in one run or all, whose unknowns begin at `first`."""
+        return [
+            WeightedColumn(effect.id, k, runs, self.index.of(effect.id, k), value, {first + k: 1.0})
+            for k, value in enumerate(values.tolist())
+        ]
+
+    def _shape_terms(
+        self, effect: Effect, runs: slice, values: FloatArray, first: int
+    ) -> list[WeightedColumn]:
+        """Terms of an effect whose last parameter is a shape: linear between its nodes."""
+        *sizes, shape = values.tolist()
+        last = first + len(sizes)
+        hats, slopes = _hats(self.source.shape_nodes(effect), shape)
+        return [
+            WeightedColumn(
+                effect.id,
+                k,
+                runs,
+                self.index.of(effect.id, k, SHAPE, node),
+                size * hats[node],
+                {first + k: hats[node], last: size * slopes[node]},
+            )
+            for k, size in enumerate(sizes)
+            for node in np.flatnonzero((hats != 0.0) | (slopes != 0.0)).tolist()
+        ]
+
+    def _delay_terms(
+        self, terms: Iterable[WeightedColumn], delay: float, unknown: int
+    ) -> list[WeightedColumn]:
+        """What a delay [s] of the signals adds; `unknown` is its number."""
+        speed = self.source.speed
+        return [
+            change
+            for term in terms
+            if term.owner == PREDICTION or self.effects[term.owner].follows_delay
+            for change in self._shifted(term, DELAY, delay * speed, unknown, speed)
+        ]
+
+    def _move_terms(
+        self, terms: Iterable[WeightedColumn], move: float, unknown: int
+    ) -> list[WeightedColumn]:
+        """What a sensor that stands `move` [rad] further on adds; `unknown` is its number."""
+        changes = []
+        for term in terms:
+            if term.owner == PREDICTION:
+                # Its waves turn with the carrier: a sensor further on reads them later.
+                changes += self._shifted(term, DELAY, move, unknown, 1.0)
+            elif self.effects[term.owner].follows_sensor:
+                changes += self._shifted(term, ANGLE, move, unknown, 1.0)
+        return changes
 
     def _shifted(
-        self, present: set[str], family: str, nodes: FloatArray
-    ) -> list[tuple[int, list[int], FloatArray]]:
-        """Columns that follow a shift.
+        self, term: WeightedColumn, family: str, shift: float, unknown: int, rate: float
+    ) -> list[WeightedColumn]:
+        """What a shift [rad] adds to a term.
 
-        Their own place, their places at the nodes, and the nodes.
+        Polynomials through the columns at the nodes, less the column without shift; `rate` is the
+        derivative of the shift by its unknown.
         """
-        found = []
-        followers = DELAYED if family == "delay" else MOVED
-        for effect in followers:
-            for number in range(len(self.cards[effect].parameters) if effect in present else 0):
-                columns = [self._node(effect, number, family, n, nodes) for n in range(nodes.size)]
-                found.append((self.book.of(effect, number), columns, nodes))
-        if (PREDICTION, 0, "", 0) in self.book.places:
-            columns = [
-                self._node(PREDICTION, 0, "delay", n, DELAY_NODES) for n in range(DELAY_NODES.size)
-            ]
-            found.append((self.book.of(PREDICTION), columns, DELAY_NODES))
-        return found
-
-    def _node(self, effect: str, number: int, family: str, node: int, nodes: FloatArray) -> int:
-        return (
-            self.book.of(effect, number)
-            if nodes[node] == 0.0
-            else self.book.of(effect, number, family, node)
-        )
+        nodes = DELAY_NODES if family == DELAY else ANGLE_NODES
+        values, slopes = _lagrange(nodes, shift)
+        values[nodes == 0.0] -= 1.0
+        changes = []
+        for node, (value, slope) in enumerate(zip(values.tolist(), slopes.tolist(), strict=True)):
+            key = (PLAIN, 0) if nodes[node] == 0.0 else (family, node)
+            by_unknown = {k: value * derivative for k, derivative in term.slopes.items()}
+            by_unknown[unknown] = slope * rate * term.weight
+            column = self.index.of(term.owner, term.parameter, *key)
+            changes.append(
+                WeightedColumn(
+                    term.owner, term.parameter, term.runs, column, value * term.weight, by_unknown
+                )
+            )
+        return changes
 
     def variants(self, effect: str) -> list[tuple[float, ...]]:
-        """Channels of an effect of one sensor, or thresholds, among which a fit starts.
+        """Channels of an effect of one sensor, or shapes, among which a fit starts.
 
         One empty variant otherwise.
         """
-        if effect in ONE_CHANNEL:
+        if self.effects[effect].is_of_one_channel:
             return [(float(c),) for c in range(len(self.channels))]
-        if self.cards[effect].parameters[-1].shape:
-            return [(float(node),) for node in shape_nodes(effect, self.source)[:-1]]
+        if self.effects[effect].has_shape:
+            return [(float(node),) for node in self.source.shape_nodes(self.effects[effect])[:-1]]
         return [()]
 
 
@@ -254,8 +338,10 @@ def _hats(nodes: FloatArray, value: float) -> tuple[FloatArray, FloatArray]:
     cell = int(np.clip(np.searchsorted(nodes, value) - 1, 0, nodes.size - 2))
     width = nodes[cell + 1] - nodes[cell]
     hat, slope = np.zeros(nodes.size), np.zeros(nodes.size)
-    hat[cell], hat[cell + 1] = (nodes[cell + 1] - value) / width, (value - nodes[cell]) / width
-    slope[cell], slope[cell + 1] = -1.0 / width, 1.0 / width
+    hat[cell] = (nodes[cell + 1] - value) / width
+    hat[cell + 1] = (value - nodes[cell]) / width
+    slope[cell] = -1.0 / width
+    slope[cell + 1] = 1.0 / width
     return hat, slope
 
 
@@ -268,11 +354,14 @@ def _lagrange(nodes: FloatArray, value: float) -> tuple[FloatArray, FloatArray]:
 
 @lru_cache(maxsize=8)
 def _node_polynomials(nodes: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
-    """Coefficients, lowest power first, of the polynomials that are one at one node and zero at the others; derivatives."""
-    places = np.array(nodes)
+    """Polynomials that are one at one node and zero at the others, and their derivatives.
+
+    Coefficients, lowest power first.
+    """
+    positions = np.array(nodes)
     rows = []
-    for k in range(places.size):
-        others = np.delete(places, k)
-        rows.append(np.poly(others)[::-1] / np.prod(places[k] - others))
+    for k in range(positions.size):
+        others = np.delete(positions, k)
+        rows.append(np.poly(others)[::-1] / np.prod(positions[k] - others))
     polynomials = np.array(rows)
-    return polynomials, polynomials[:, 1:] * np.arange(1, places.size)
+    return polynomials, polynomials[:, 1:] * np.arange(1, positions.size)

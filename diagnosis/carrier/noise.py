@@ -22,14 +22,16 @@ def refuse_silent_channels(campaign: Campaign) -> None:
     """
     for channel in campaign.channels:
         values = [run.signals[channel.name] for run in campaign.runs]
-        seen = [own[np.isfinite(own)] for own in values]
-        if not any(own.size for own in seen):
+        measured = [signal[np.isfinite(signal)] for signal in values]
+        if not any(signal.size for signal in measured):
             raise ValueError(
-                f"channel {channel.name}: every sample of every run is missing; expected a signal, or leave the channel out"
+                f"channel {channel.name}: every sample of every run is missing; expected a "
+                "signal, or leave the channel out"
             )
-        if all(np.ptp(own) == 0.0 for own in seen if own.size):
+        if all(np.ptp(signal) == 0.0 for signal in measured if signal.size):
             raise ValueError(
-                f"channel {channel.name}: the signal is constant in every run; expected one that moves (a sensor "
+                f"channel {channel.name}: the signal is constant in every run; expected one that "
+                "moves (a sensor "
                 "without power reads a constant)"
             )
 
@@ -64,7 +66,8 @@ def channel_noise(campaign: Campaign, records: CarrierSums) -> FloatArray:
         value = channel.noise_std**2 if channel.noise_std is not None else float(measured[c])
         if not np.isfinite(value):
             raise ValueError(
-                f"channel {channel.name}: no revolution has samples enough to tell noise from signal; give 'noise_std'"
+                f"channel {channel.name}: no revolution has samples enough to tell noise from "
+                "signal; give 'noise_std'"
             )
         variances.append(value)
     return np.array(variances)

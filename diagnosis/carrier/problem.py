@@ -1,21 +1,19 @@
-"""The kind "carrier" as a plant of the diagnosis.
+"""The kind "carrier" as a comparison problem of the diagnosis.
 
 Its library, and everything else as algebra on sums over the records.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.cards import NEGATIVE_CONTROLS, ONE_CHANNEL
+from carrierflex.diagnosis.carrier.cards import NEGATIVE_CONTROLS, card_of
 from carrierflex.diagnosis.carrier.closed_fit import closed_fit
 from carrierflex.diagnosis.carrier.columns import ColumnSource, largest_load, typical_speed
 from carrierflex.diagnosis.carrier.experiments import carrier_experiments
 from carrierflex.diagnosis.carrier.gap_findings import CarrierGap
-from carrierflex.diagnosis.carrier.laws import CarrierRig
 from carrierflex.diagnosis.carrier.library import carrier_library
 from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
 from carrierflex.diagnosis.carrier.noise import channel_noise, refuse_silent_channels
@@ -44,12 +42,16 @@ from carrierflex.diagnosis.comparison.problem import (
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.simulation.carrier.effects import pin_radius_of
+from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET
+from carrierflex.simulation.carrier.patterns import pin_radius_of
+from carrierflex.simulation.carrier.rim import CarrierRig
 
 
 @dataclass(frozen=True, eq=False)
 class CarrierProblem:
-    """Rim sensors of a planet carrier; see :class:`carrierflex.diagnosis.comparison.problem.ComparisonProblem`.
+    """Rim sensors of a planet carrier.
+
+    See :class:`carrierflex.diagnosis.comparison.problem.ComparisonProblem`.
 
     Parameters
     ----------
@@ -67,9 +69,6 @@ class CarrierProblem:
     model: CarrierModel
     records: CarrierSums
     noise: FloatArray
-    _choices: dict[Effects, dict[str, int]] = field(default_factory=dict)
-    _quick: dict[Effects, FloatArray] = field(default_factory=dict)
-    _grams: dict[bytes, FloatArray] = field(default_factory=dict)
 
     @property
     def unit(self) -> str:
@@ -85,12 +84,16 @@ class CarrierProblem:
     def cards(self) -> Mapping[str, EffectCard]:
         """Candidates by id."""
         left_out = {*self.model.contained, *self.campaign.baseline.effects, *self.negative_controls}
-        return {name: card for name, card in self.model.cards.items() if name not in left_out}
+        return {
+            name: card_of(effect)
+            for name, effect in self.model.effects.items()
+            if name not in left_out
+        }
 
     @property
     def negative_controls(self) -> Effects:
         """Orders without meaning."""
-        return tuple(card.id for card in NEGATIVE_CONTROLS)
+        return tuple(effect.id for effect in NEGATIVE_CONTROLS)
 
     @property
     def segments(self) -> tuple[Segment, ...]:
@@ -99,12 +102,12 @@ class CarrierProblem:
 
     @property
     def cell_counts(self) -> FloatArray:
-        """Samples by piece and channel."""
+        """Samples by segment and channel."""
         return self.records.counts.astype(np.float64)
 
     @property
     def noise_square(self) -> FloatArray:
-        """Sum of squares of the noise by piece and channel."""
+        """Sum of squares of the noise by segment and channel."""
         return self.records.counts * self.noise
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
@@ -126,22 +129,25 @@ class CarrierProblem:
 
     def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
         """Gauss-Newton sums from the products of the columns."""
-        places, left, slopes = self._active(effects, theta)
-        run, gram = self.records.run_of_segment[chosen], self._gram_of(places)[chosen]
-        matrix = np.zeros((len(self.segments), theta.size, theta.size))
-        right, square = np.zeros((len(self.segments), theta.size)), np.zeros(len(self.segments))
-        own = slopes[run] @ gram
-        matrix[chosen] = (own @ np.swapaxes(slopes[run], 2, 3)).sum(axis=1)
-        right[chosen] = (own @ left[run][..., None])[..., 0].sum(axis=1)
-        square[chosen] = segment_squares(left[run], gram).sum(axis=1)
-        return SegmentSums(matrix, right, square)
+        columns, residual, slopes = self._in_use(effects, theta)
+        run = self.records.run_of_segment[chosen]
+        gram = self._gram_of(columns)[chosen]
+        n_segments = len(self.segments)
+        matrix = np.zeros((n_segments, theta.size, theta.size))
+        right_side = np.zeros((n_segments, theta.size))
+        square = np.zeros(n_segments)
+        products = slopes[run] @ gram
+        matrix[chosen] = (products @ np.swapaxes(slopes[run], 2, 3)).sum(axis=1)
+        right_side[chosen] = (products @ residual[run][..., None])[..., 0].sum(axis=1)
+        square[chosen] = segment_squares(residual[run], gram).sum(axis=1)
+        return SegmentSums(matrix, right_side, square)
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
-        """Squared residuals by piece and channel."""
-        places, left, _ = self._active(effects, theta)
-        result = np.zeros(self.records.counts.shape)
+        """Squared residuals by segment and channel."""
+        columns, residual, _ = self._in_use(effects, theta)
         run = self.records.run_of_segment[chosen]
-        result[chosen] = segment_squares(left[run], self._gram_of(places)[chosen])
+        result = np.zeros(self.records.counts.shape)
+        result[chosen] = segment_squares(residual[run], self._gram_of(columns)[chosen])
         return result
 
     def signatures(self) -> Signatures:
@@ -169,9 +175,7 @@ class CarrierProblem:
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "CarrierProblem":
         """ComparisonProblem that measured what a model predicts."""
         weights, _ = self.model.weights(effects, self._choice(effects), theta)
-        return replace(
-            self, records=self.records.with_target(weights), _choices={}, _quick={}, _grams={}
-        )
+        return replace(self, records=self.records.with_target(weights))
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Loads that were not applied."""
@@ -182,84 +186,94 @@ class CarrierProblem:
         return 0.0
 
     def under(self, campaign: Campaign, effects: Effects, theta: FloatArray) -> "CarrierProblem":
-        """ComparisonProblem that measured what a model predicts under the inputs of another campaign.
+        """Problem that measured what a model predicts under the inputs of another campaign.
 
         Parameters of a run are those of the first run.
         """
         records = accumulated_sums(campaign, self.model.source)
         model = replace(
-            self.model, runs=tuple(run.name for run in campaign.runs), book=records.book
+            self.model, runs=tuple(run.name for run in campaign.runs), index=records.index
         )
         value = {
             (p.effect, p.name): float(theta[k])
             for k, p in reversed(list(enumerate(self.parameters(effects))))
         }
         choice = self._choice(effects)
-        own = np.array([value[p.effect, p.name] for p in model.parameters(effects, choice)])
-        weights, _ = model.weights(effects, choice, own)
+        under = np.array([value[p.effect, p.name] for p in model.parameters(effects, choice)])
+        weights, _ = model.weights(effects, choice, under)
         return CarrierProblem(campaign, model, records.with_target(weights), self.noise)
 
     def _gap(self, effects: Effects, theta: FloatArray) -> CarrierGap:
-        places, left, _ = self._active(effects, theta)
-        weights = left[self.records.run_of_revolution]
-        residual = np.einsum("rcnk,rck->rcn", self.records.orders[..., places], weights)
-        return CarrierGap(self.campaign, self.records, self.noise, residual)
+        columns, residual, _ = self._in_use(effects, theta)
+        weights = residual[self.records.run_of_revolution]
+        orders = np.einsum("rcnk,rck->rcn", self.records.orders[..., list(columns)], weights)
+        return CarrierGap(self.campaign, self.records, self.noise, orders)
 
-    def _gram_of(self, places: NDArray[np.int64]) -> FloatArray:
-        """Products of some columns by piece and channel."""
-        key = places.tobytes()
-        if key not in self._grams:
-            self._grams[key] = self.records.gram[:, :, places[:, None], places]
-        return self._grams[key]
-
-    def _active(
+    def _in_use(
         self, effects: Effects, theta: FloatArray
-    ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+    ) -> tuple[tuple[int, ...], FloatArray, FloatArray]:
         """Columns in use, weights of the residual in them, and derivatives of the prediction."""
         W, D = self.model.weights(effects, self._choice(effects), theta)
-        places = used_columns(W, D)
-        left = -W[..., places]
-        left[..., 0] += 1.0
-        return places, left, D[..., places]
+        columns = used_columns(W, D)
+        residual = -W[..., columns]
+        residual[..., 0] += 1.0
+        return tuple(columns.tolist()), residual, D[..., columns]
 
-    def _choice(self, effects: Effects) -> Choice:
-        """Channel of every effect of one sensor, found one after the other.
+    @cached_property
+    def _gram_of(self) -> Callable[[tuple[int, ...]], FloatArray]:
+        """Products of some columns by segment and channel, kept for the next step of a fit."""
 
-        The contained ones first.
-        """
-        if effects not in self._choices:
-            found: dict[str, int] = {}
-            for effect in (*self.model.contained, *effects):
-                if effect in ONE_CHANNEL:
-                    others = tuple(
-                        own
-                        for own in effects
-                        if own not in ONE_CHANNEL or own in found or own == effect
-                    )
-                    costs = [
-                        self._best_of(others, {**found, effect: c})[1]
-                        for c in range(len(self.noise))
-                    ]
-                    found[effect] = int(np.argmin(costs))
-            self._choices[effects] = found
-        return self._choices[effects]
+        def gram_of(columns: tuple[int, ...]) -> FloatArray:
+            numbers = np.array(columns)
+            return self.records.gram[:, :, numbers[:, None], numbers]
 
-    def _quick_theta(self, effects: Effects) -> FloatArray:
-        if effects not in self._quick:
-            self._quick[effects] = self._best_of(effects, dict(self._choice(effects)))[0]
-        return self._quick[effects]
+        return cache(gram_of)
 
-    def _best_of(self, effects: Effects, choice: dict[str, int]) -> tuple[FloatArray, float]:
-        """Best fit to all pieces over the nodes of the thresholds, those of one effect at a time."""
+    @cached_property
+    def _choice(self) -> Callable[[Effects], Choice]:
+        """Channel of every effect of one sensor, kept once it is found."""
+        return cache(self._searched_channels)
+
+    @cached_property
+    def _quick_theta(self) -> Callable[[Effects], FloatArray]:
+        """Closed-form fit of a set of effects, kept once it is found."""
+
+        def quick_theta(effects: Effects) -> FloatArray:
+            return self._best_of(effects, self._choice(effects))[0]
+
+        return cache(quick_theta)
+
+    def _searched_channels(self, effects: Effects) -> Choice:
+        """Channel of every effect of one sensor, one after the other; the contained ones first."""
+
+        def is_of_one_channel(name: str) -> bool:
+            return self.model.effects[name].is_of_one_channel
+
+        choice: dict[str, int] = {}
+        for effect in filter(is_of_one_channel, (*self.model.contained, *effects)):
+            tried = tuple(
+                name
+                for name in effects
+                if not is_of_one_channel(name) or name in choice or name == effect
+            )
+            costs = [
+                self._best_of(tried, {**choice, effect: channel})[1]
+                for channel in range(self.n_channels)
+            ]
+            choice[effect] = int(np.argmin(costs))
+        return choice
+
+    def _best_of(self, effects: Effects, choice: Choice) -> tuple[FloatArray, float]:
+        """Best fit to all segments over the nodes of the shapes, those of one effect at a time."""
         parameters = self.model.parameters(effects, choice)
         start = np.array([0.5 * (p.lower + p.upper) if p.shape else 0.0 for p in parameters])
         best = closed_fit(self.model, self._run_gram, effects, choice, start)
         for k, parameter in enumerate(parameters):
             for variant in self.model.variants(parameter.effect) if parameter.shape else ():
-                experiment = best[0].copy()
-                experiment[k] = variant[0]
-                found = closed_fit(self.model, self._run_gram, effects, choice, experiment)
-                best = min(best, found, key=lambda own: own[1])
+                start = best[0].copy()
+                start[k] = variant[0]
+                fit = closed_fit(self.model, self._run_gram, effects, choice, start)
+                best = min(best, fit, key=lambda theta_and_square: theta_and_square[1])
         return best
 
     @cached_property
@@ -293,7 +307,8 @@ def carrier_problem(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -
         user's card is refused.
     """
     refuse_silent_channels(campaign)
-    n_planets, pin_radius = int(campaign.rig["n_planets"]), 1.0
+    n_planets = int(campaign.rig["n_planets"])
+    pin_radius = np.nan
     if "g_f" in curves:
         pin_radius = pin_radius_of(curves["delta_f"], curves["g_f"], n_planets)
     rig = CarrierRig(float(campaign.rig["nominal_torque"]), n_planets, pin_radius, curves)
@@ -304,9 +319,8 @@ def carrier_problem(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -
     contained = tuple(campaign.baseline.effects)
     if campaign.baseline.source == "columns":
         # Another simulator's prediction stands as it is; only its zero is free.
-        contained = tuple(own for own in contained if own == "axial_offset")
-    runs, channels = (
-        tuple(own.name for own in table) for table in (campaign.runs, campaign.channels)
-    )
-    model = CarrierModel(source, records.book, contained, runs, channels)
+        contained = tuple(name for name in contained if name == AXIAL_OFFSET.id)
+    runs = tuple(run.name for run in campaign.runs)
+    channels = tuple(channel.name for channel in campaign.channels)
+    model = CarrierModel(source, records.index, contained, runs, channels)
     return CarrierProblem(campaign, model, records, channel_noise(campaign, records))

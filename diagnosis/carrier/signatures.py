@@ -6,7 +6,6 @@ Derivatives of the signals by every parameter, at the baseline.
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.cards import ONE_CHANNEL
 from carrierflex.diagnosis.carrier.columns import CEILING_COLUMN
 from carrierflex.diagnosis.carrier.model import CarrierModel
 from carrierflex.diagnosis.carrier.sums import CarrierSums
@@ -18,7 +17,7 @@ FloatArray = NDArray[np.float64]
 def carrier_signatures(
     model: CarrierModel, records: CarrierSums, candidates: Effects, base: FloatArray
 ) -> Signatures:
-    """Gram matrix of target, baseline's regressors, signatures and the flexible model by piece.
+    """Gram matrix of target, baseline's regressors, signatures and the flexible model by segment.
 
     Parameters
     ----------
@@ -36,7 +35,9 @@ def carrier_signatures(
     Signatures
         Residual, baseline, effects by variant, then each channel's flexible features.
     """
-    contained_choice = {own: 0 for own in model.contained if own in ONE_CHANNEL}
+    contained_choice = {
+        name: 0 for name in model.contained if model.effects[name].is_of_one_channel
+    }
     W, D = model.weights((), contained_choice, base)
     # The target less the parts that are no parameter's: another simulator's prediction.
     target = -(W - np.einsum("rcpk,p->rck", D, base))
@@ -49,12 +50,12 @@ def carrier_signatures(
             owners += [effect] * slopes.shape[2]
             variants += [variant] * slopes.shape[2]
     table = np.concatenate(rows, axis=2)
-    features = records.book.of_owner(CEILING_COLUMN)
+    features = records.index.of_owner(CEILING_COLUMN)
     n_channels = len(model.channels)
     gram = np.array(
         [
-            _piece_gram(table[r], own, features)
-            for r, own in zip(records.run_of_segment, records.gram, strict=True)
+            _segment_gram(table[r], segment_gram, features)
+            for r, segment_gram in zip(records.run_of_segment, records.gram, strict=True)
         ]
     )
     n_ceiling = n_channels * len(features)
@@ -70,25 +71,29 @@ def _slopes(
     base: FloatArray,
     contained: dict[str, int],
 ) -> FloatArray:
-    """Derivatives of the signals by an effect's amplitudes, shape (n_runs, n_channels, n_amplitudes, k)."""
-    choice = {**contained, **({effect: int(variant[0])} if effect in ONE_CHANNEL else {})}
-    own = [p for p in model.parameters((effect,), choice)[base.size :]]
-    value = [variant[0] if p.shape else 0.0 for p in own]
+    """Derivatives of the signals by an effect's amplitudes.
+
+    Shape (n_runs, n_channels, n_amplitudes, k).
+    """
+    is_of_one_channel = model.effects[effect].is_of_one_channel
+    choice = {**contained, effect: int(variant[0])} if is_of_one_channel else contained
+    parameters = model.parameters((effect,), choice)[base.size :]
+    value = [variant[0] if parameter.shape else 0.0 for parameter in parameters]
     _, D = model.weights((effect,), choice, np.concatenate([base, value]))
-    amplitudes = [base.size + k for k, p in enumerate(own) if not p.shape]
+    amplitudes = [base.size + k for k, parameter in enumerate(parameters) if not parameter.shape]
     return D[:, :, amplitudes]
 
 
-def _piece_gram(table: FloatArray, gram: FloatArray, features: list[int]) -> FloatArray:
-    """Products of the rows of one piece, the flexible features of every channel after them."""
+def _segment_gram(table: FloatArray, gram: FloatArray, features: list[int]) -> FloatArray:
+    """Products of the rows of one segment, the flexible features of every channel after them."""
     n_channels, n_rows, _ = table.shape
     size = n_rows + n_channels * len(features)
     result = np.zeros((size, size))
     for c in range(n_channels):
         products = table[c] @ gram[c]
         result[:n_rows, :n_rows] += products @ table[c].T
-        place = slice(n_rows + c * len(features), n_rows + (c + 1) * len(features))
-        result[:n_rows, place] = products[:, features]
-        result[place, :n_rows] = products[:, features].T
-        result[place, place] = gram[c][np.ix_(features, features)]
+        flexible = slice(n_rows + c * len(features), n_rows + (c + 1) * len(features))
+        result[:n_rows, flexible] = products[:, features]
+        result[flexible, :n_rows] = products[:, features].T
+        result[flexible, flexible] = gram[c][np.ix_(features, features)]
     return result

@@ -1,6 +1,6 @@
 """Sums over the records of a carrier campaign, accumulated once.
 
-Products of all columns by piece and channel.
+Products of all columns by segment and channel.
 
 Everything after this (fits, held-out scores, gap maps) is algebra on these sums; no pass over the
 samples follows.
@@ -20,7 +20,6 @@ from carrierflex.diagnosis.carrier.columns import (
     ColumnSource,
     Key,
 )
-from carrierflex.diagnosis.carrier.laws import CarrierInputs, RimSensor
 from carrierflex.diagnosis.comparison.problem import Segment
 from carrierflex.identification.campaign.campaign import Campaign, Channel
 from carrierflex.identification.campaign.order_analysis import (
@@ -30,9 +29,9 @@ from carrierflex.identification.campaign.order_analysis import (
 )
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.revolutions import whole_revolutions
-from carrierflex.identification.carrier.models import sensor_position
-from carrierflex.simulation.carrier.effects import delayed_values
-from carrierflex.simulation.carrier.run_cases import AXIAL
+from carrierflex.identification.carrier.models import rim_sensor
+from carrierflex.simulation.carrier.rim import CarrierInputs, inputs_of_columns
+from carrierflex.simulation.sensing import delayed, delayed_angle
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -40,22 +39,22 @@ IntArray = NDArray[np.int64]
 #: Blocks of a run at most: enough draws for the bootstrap, and two revolutions a block in a
 #: minute's record.
 _MOST_BLOCKS = 12
-#: Samples whose columns are held at once.
+#: Samples whose columns are in memory at once.
 _CHUNK = 20_000
 
 
 @dataclass(frozen=True, eq=False)
 class CarrierSums:
-    """Sums of a campaign; P pieces, C channels, k columns, R revolutions in all.
+    """Sums of a campaign; P segments, C channels, k columns, R revolutions in all.
 
     Parameters
     ----------
-    book : ColumnIndex
+    index : ColumnIndex
         Numbers of the columns.
     segments : tuple of Segment
         Blocks of whole revolutions.
     run_of_segment : ndarray of int, shape (P,)
-        Number of the run of every piece.
+        Number of the run of every segment.
     gram : ndarray, shape (P, C, k, k)
         Products of the columns, the target among them.
     counts : ndarray of int, shape (P, C)
@@ -70,7 +69,7 @@ class CarrierSums:
         Mean torque [N m] and radial load [N] along y and z of every revolution.
     """
 
-    book: ColumnIndex
+    index: ColumnIndex
     segments: tuple[Segment, ...]
     run_of_segment: IntArray
     gram: FloatArray
@@ -100,20 +99,9 @@ class CarrierSums:
         return replace(self, gram=gram, orders=orders)
 
 
-def rim_sensor(channel: Channel) -> RimSensor:
-    """Place and direction of a channel."""
-    angle, radius = sensor_position(channel)
-    return RimSensor(angle, radius, channel.quantity == AXIAL)
-
-
 def inputs_of(run: Run) -> CarrierInputs:
     """Inputs of a whole run."""
-    angle, torque, ntl_y, ntl_z = (
-        run.inputs[name] for name in ("carrier_angle", "torque", "ntl_y", "ntl_z")
-    )
-    return CarrierInputs(
-        run.time, angle, torque, ntl_y, ntl_z, float(run.time[0]), float(run.time[-1])
-    )
+    return inputs_of_columns({**run.inputs, "time": run.time})
 
 
 def accumulated_sums(campaign: Campaign, source: ColumnSource) -> CarrierSums:
@@ -136,92 +124,112 @@ def accumulated_sums(campaign: Campaign, source: ColumnSource) -> CarrierSums:
     ValueError
         Where the carrier turns by less than one revolution in a run.
     """
-    parts = [_run_sums(run, campaign, source) for run in campaign.runs]
-    book = parts[0][0]
-    segments = [
-        Segment(r.name, r.condition, b, int(n.sum()))
-        for r, own in zip(campaign.runs, parts, strict=True)
-        for b, n in enumerate(own[2])
-    ]
-    # Hundreds of megabytes: copied once, from the lists of the runs.
-    gram = np.array([block for own in parts for block in own[1]])
-    counts, orders, within, loads = (np.concatenate([own[k] for own in parts]) for k in range(2, 6))
-    run_of_segment = np.repeat(np.arange(len(parts)), [len(own[1]) for own in parts])
-    run_of_revolution = np.repeat(np.arange(len(parts)), [len(own[3]) for own in parts])
+    runs = [_run_sums(run, campaign, source) for run in campaign.runs]
+    segments = tuple(
+        Segment(run.name, run.condition, block, int(count.sum()))
+        for run, sums in zip(campaign.runs, runs, strict=True)
+        for block, count in enumerate(sums.counts)
+    )
+    numbers = np.arange(len(runs))
     return CarrierSums(
-        book,
-        tuple(segments),
-        run_of_segment,
-        gram,
-        counts,
-        orders,
-        within,
-        run_of_revolution,
-        loads,
+        index=runs[0].index,
+        segments=segments,
+        run_of_segment=np.repeat(numbers, [len(sums.gram) for sums in runs]),
+        gram=np.concatenate([sums.gram for sums in runs]),
+        counts=np.concatenate([sums.counts for sums in runs]),
+        orders=np.concatenate([sums.orders for sums in runs]),
+        within=np.concatenate([sums.within for sums in runs]),
+        run_of_revolution=np.repeat(numbers, [len(sums.loads) for sums in runs]),
+        loads=np.concatenate([sums.loads for sums in runs]),
     )
 
 
-_RunSums = tuple[
-    ColumnIndex, list[list[FloatArray]], IntArray, NDArray[np.complex128], FloatArray, FloatArray
-]
+@dataclass(frozen=True, eq=False)
+class _BlockSums:
+    """Sums of one block of a run and one channel: shapes (k, k), (), (R, orders, k), (R, 2)."""
+
+    gram: FloatArray
+    count: int
+    orders: NDArray[np.complex128]
+    within: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class _RunSums:
+    """Sums of one run, as in :class:`CarrierSums`."""
+
+    index: ColumnIndex
+    gram: FloatArray
+    counts: IntArray
+    orders: NDArray[np.complex128]
+    within: FloatArray
+    loads: FloatArray
 
 
 def _run_sums(run: Run, campaign: Campaign, source: ColumnSource) -> _RunSums:
-    """Book, products by block and channel, counts, orders, scatter within revolutions, and loads of one run."""
+    """Sums of one run over all channels."""
     revolutions = whole_revolutions(run).samples
     blocks = np.array_split(np.arange(len(revolutions)), min(_MOST_BLOCKS, len(revolutions)))
     inputs = inputs_of(run)
-    shifts = [
-        replace(
-            inputs,
-            carrier_angle=delayed_values(
-                run.time, inputs.carrier_angle, float(node / source.speed)
-            ),
-        )
-        for node in DELAY_NODES
-    ]
-    book: ColumnIndex | None = None
-    results: list[list[list[np.ndarray]]] = []
-    for channel in campaign.channels:
-        sensor, own = rim_sensor(channel), []
-        for block in _chunks(blocks, revolutions):
-            samples = np.sort(np.concatenate([revolutions[r] for b in block for r in b]))
-            rows = source.rows(sensor, _part(inputs, samples), [_part(s, samples) for s in shifts])
-            keyed = {**_target_rows(run, channel, samples, source.speed), **rows}
-            book = book or ColumnIndex({key: place for place, key in enumerate(keyed)})
-            table = np.array(list(keyed.values()))
-            own += [
-                _block_sums(table, samples, [revolutions[r] for r in b], inputs.carrier_angle)
-                for b in block
-            ]
-        results.append([list(column) for column in zip(*own, strict=True)])
-    assert book is not None
-    gram = [list(block) for block in zip(*(own[0] for own in results), strict=True)]
-    counts = np.array([own[1] for own in results]).T
-    orders, within = (np.stack([np.concatenate(own[k]) for own in results], axis=1) for k in (2, 3))
     columns = (inputs.torque, inputs.ntl_y, inputs.ntl_z)
-    loads = np.array([[column[own].mean() for column in columns] for own in revolutions])
-    return book, gram, counts, orders, within, loads
+    loads = np.array([[column[rows].mean() for column in columns] for rows in revolutions])
+    shifted_inputs = [
+        _delayed_inputs(inputs, shift / source.speed) for shift in DELAY_NODES.tolist()
+    ]
+    index = ColumnIndex({})
+    channels: list[list[_BlockSums]] = []
+    for channel in campaign.channels:
+        sensor = rim_sensor(channel)
+        sums: list[_BlockSums] = []
+        for chunk in _chunks(blocks, revolutions):
+            samples = np.sort(np.concatenate([revolutions[r] for block in chunk for r in block]))
+            targets = _target_rows(run, channel, samples, source.speed)
+            parts = [_part(shifted, samples) for shifted in shifted_inputs]
+            rows = {**targets, **source.rows(sensor, _part(inputs, samples), parts)}
+            index = ColumnIndex({key: number for number, key in enumerate(rows)})
+            table = np.array(list(rows.values()))
+            sums += [
+                _block_sums(table, samples, [revolutions[r] for r in block], inputs.carrier_angle)
+                for block in chunk
+            ]
+        channels.append(sums)
+    return _RunSums(
+        index=index,
+        gram=np.stack([[block.gram for block in sums] for sums in channels], axis=1),
+        counts=np.stack([[block.count for block in sums] for sums in channels], axis=1),
+        orders=np.stack(
+            [np.concatenate([block.orders for block in sums]) for sums in channels], axis=1
+        ),
+        within=np.stack(
+            [np.concatenate([block.within for block in sums]) for sums in channels], axis=1
+        ),
+        loads=loads,
+    )
+
+
+def _delayed_inputs(inputs: CarrierInputs, delay: float) -> CarrierInputs:
+    """Inputs whose carrier angle is that of `delay` [s] ago."""
+    return replace(inputs, carrier_angle=delayed_angle(inputs.time, inputs.carrier_angle, delay))
 
 
 def _chunks(blocks: Sequence[IntArray], revolutions: Sequence[IntArray]) -> list[list[IntArray]]:
     """Blocks grouped so that no group holds many more samples than a chunk."""
     groups: list[list[IntArray]] = [[]]
-    held = 0
+    n_samples = 0
     for block in blocks:
         size = sum(revolutions[r].size for r in block)
-        if held and held + size > _CHUNK:
+        if n_samples and n_samples + size > _CHUNK:
             groups.append([])
-            held = 0
+            n_samples = 0
         groups[-1].append(block)
-        held += size
+        n_samples += size
     return groups
 
 
 def _target_rows(
     run: Run, channel: Channel, samples: IntArray, speed: float
 ) -> dict[Key, FloatArray]:
-    """Target and another simulator's prediction, the latter at the nodes of a delay and of a moved sensor too.
+    """Target and another simulator's prediction, the latter at the nodes of a delay too.
 
     Another simulator's prediction is moved in time only: its waves turn with the carrier.
     """
@@ -231,8 +239,8 @@ def _target_rows(
         rows[PREDICTION, 0, "", 0] = prediction[samples]
         for node, shift in enumerate(DELAY_NODES):
             if shift:
-                asked = run.time[samples] - shift / speed
-                rows[PREDICTION, 0, "delay", node] = np.interp(asked, run.time, prediction)
+                late = delayed(run.time, prediction, float(shift) / speed)
+                rows[PREDICTION, 0, "delay", node] = late[samples]
     return rows
 
 
@@ -243,30 +251,45 @@ def _part(inputs: CarrierInputs, samples: IntArray) -> CarrierInputs:
 
 def _block_sums(
     table: FloatArray, samples: IntArray, revolutions: Sequence[IntArray], angle: FloatArray
-) -> tuple[FloatArray, int, NDArray[np.complex128], FloatArray]:
-    """Products, number of samples, orders and scatter of one block."""
+) -> _BlockSums:
+    """Sums of one block.
+
+    Parameters
+    ----------
+    table : ndarray, shape (k, n)
+        Columns at some samples.
+    samples : ndarray of int, shape (n,)
+        Numbers of these samples in the run, ascending.
+    revolutions : sequence of ndarray of int
+        Numbers of the samples of every revolution of the block.
+    angle : ndarray
+        Carrier angle of the whole run [rad].
+    """
     k = len(table)
-    gram, count = np.zeros((k, k)), 0
+    gram = np.zeros((k, k))
+    count = 0
     orders = np.full((len(revolutions), MAX_ORDER + 1, k), np.nan, dtype=np.complex128)
     within = np.zeros((len(revolutions), 2))
     for r, rows in enumerate(revolutions):
-        places = np.searchsorted(samples, rows)
-        present = np.isfinite(table[:, places]).all(axis=0)
-        own, theta = table[:, places[present]], angle[rows[present]]
-        gram += own @ own.T
+        positions = np.searchsorted(samples, rows)
+        present = np.isfinite(table[:, positions]).all(axis=0)
+        columns = table[:, positions[present]]
+        theta = angle[rows[present]]
+        gram += columns @ columns.T
         count += theta.size
         if not too_sparse(theta, MAX_ORDER):
-            orders[r], within[r] = order_amplitudes(own, theta)
-    return gram, count, orders, within
+            orders[r], within[r] = order_amplitudes(columns, theta)
+    return _BlockSums(gram, count, orders, within)
 
 
-def segment_squares(left: FloatArray, gram: FloatArray) -> FloatArray:
-    """Sum of squares by piece and channel; a perfect fit leaves rounding of either sign."""
-    return np.maximum(np.einsum("pck,pckl,pcl->pc", left, gram, left, optimize=True), 0.0)
+def segment_squares(residual: FloatArray, gram: FloatArray) -> FloatArray:
+    """Sum of squares by segment and channel; a perfect fit leaves rounding of either sign."""
+    squares = np.einsum("pck,pckl,pcl->pc", residual, gram, residual, optimize=True)
+    return np.maximum(squares, 0.0)
 
 
 def used_columns(W: FloatArray, D: FloatArray) -> NDArray[np.int64]:
-    """Places of the target and of every column with a weight or a derivative anywhere."""
+    """Numbers of the target and of every column with a weight or a derivative anywhere."""
     used = (W != 0.0).any(axis=(0, 1)) | (D != 0.0).any(axis=(0, 1, 2))
     used[0] = True
     return np.flatnonzero(used)

@@ -11,62 +11,10 @@ from importlib.metadata import entry_points
 from typing import Any
 
 from carrierflex.identification.campaign.campaign_kinds import KIND_NAMES
-from carrierflex.identification.estimation.polar_pair import PolarPair
-from carrierflex.simulation.fit_parameter import FitParameter
+from carrierflex.simulation.effect_parameters import EffectParameter
 
 #: Entry points of this group are looked through for cards.
 ENTRY_POINT_GROUP = "carrierflex.effects"
-
-
-@dataclass(frozen=True, eq=False)
-class EffectParameter(FitParameter):
-    """One parameter of an effect.
-
-    Parameters
-    ----------
-    name : str
-        Symbol, as in the papers.
-    unit : str
-        SI unit.
-    lower, upper : float
-        Physical bounds; a lower bound of zero is the physical sign (friction never drives).
-    scale : float
-        Size at which the effect is worth noticing, in `unit`, or in the plant's own scale where
-        `powers` is given: step of the search and standard deviation of the prior.
-    powers : tuple of int, optional
-        Powers of force, length and time in the parameter. The plant then scales and bounds it by
-        its own force, deflection and time, and writes its unit (a voltage analogue has volts in
-        place of newton and metre).
-    shape : bool
-        Whether the effect is absent only where another parameter is zero (a yield force, a time
-        constant): such a parameter has no prior and is searched from several starts.
-    pair : PolarPair, optional
-        The vector of which this parameter is a component, as its name says; the report gives the
-        size and angle of the vector. See :func:`vector_parameters`.
-    """
-
-    powers: tuple[int, int, int] | None = None
-    shape: bool = False
-    pair: PolarPair | None = None
-
-
-def vector_parameters(
-    size: str, angle: str, unit: str, *, bound: float, scale: float
-) -> tuple[EffectParameter, EffectParameter]:
-    """Components of a vector (a tilt with its direction), published by size and angle.
-
-    Parameters
-    ----------
-    size, angle, unit : str
-        Symbols of the size and of the angle, and the unit of the components.
-    bound, scale : float
-        Largest size of a component, and the size worth noticing.
-    """
-    pair = PolarPair(size, angle)
-    first, second = (
-        EffectParameter(name, unit, -bound, bound, scale, pair=pair) for name in pair.components
-    )
-    return first, second
 
 
 @dataclass(frozen=True, eq=False)

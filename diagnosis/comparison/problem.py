@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.pictures import Picture
-from carrierflex.identification.estimation.polar_pair import PolarPair
+from carrierflex.simulation.effect_parameters import PolarPair
 from carrierflex.simulation.fit_parameter import FitParameter
 
 #: Owner of the parameters of the baseline.

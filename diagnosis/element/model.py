@@ -10,7 +10,7 @@ from carrierflex.diagnosis.comparison.effect_cards import EffectCard, EffectPara
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
 from carrierflex.diagnosis.element.cards import SLOT_NAMES
 from carrierflex.diagnosis.element.records import ElementRecord
-from carrierflex.identification.campaign.signals import band_limited, half_step_values, shifted
+from carrierflex.identification.campaign.signals import band_limited, half_step_values
 from carrierflex.simulation.element.kernels import (
     SLOT,
     SLOTS,
@@ -19,6 +19,7 @@ from carrierflex.simulation.element.kernels import (
     restoring_force,
 )
 from carrierflex.simulation.force_laws import Force, ForceLaw, sum_of_laws
+from carrierflex.simulation.sensing import delayed
 
 #: Largest phase of the natural frequency in one step [rad]; the relative error in frequency is its
 #: fourth power over 120.
@@ -164,7 +165,7 @@ class ElementModel:
         """
         flat, laws, own = self._flat(effects, theta)
         if self.by_force:
-            response, slope = self._motion(record, flat, laws, own, refined)
+            response = self._motion(record, flat, laws, own, refined)
         else:
             negative_control = (
                 flat[SLOT["placebo_1"]] * record.negative_controls[0]
@@ -173,11 +174,10 @@ class ElementModel:
             q, v, a = record.motion
             limits = np.array([record.step, REST_SPEED * self.scale.speed])
             response = restoring_force(q, v, a, flat, limits, *laws, *own) + negative_control
-            slope = np.gradient(response)
-        delay = flat[SLOT["delay"]] / record.step
-        return (
-            shifted(response, slope, delay) if delay and np.isfinite(response).all() else response
-        )
+        if not np.isfinite(response).all():
+            return response
+        delay = float(flat[SLOT["delay"]])
+        return delayed(record.step * np.arange(response.size, dtype=np.float64), response, delay)
 
     def _motion(
         self,
@@ -186,8 +186,8 @@ class ElementModel:
         laws: Sequence[object],
         own: Sequence[FloatArray],
         refined: int,
-    ) -> tuple[FloatArray, FloatArray]:
-        """Deflection and its change per sample under the record's force."""
+    ) -> FloatArray:
+        """Deflection under the record's force, shape (n,)."""
         substeps = self.substeps * refined
         fine = _fine_drive(record, substeps, 0)
         for k in (1, 2):
@@ -195,9 +195,8 @@ class ElementModel:
                 fine = fine + flat[SLOT[f"placebo_{k}"]] * _fine_drive(record, substeps, k)
         start = np.array([record.motion[0][0], record.motion[1][0]])
         limits = np.array([record.step / substeps, np.abs(record.motion[0]).max()])
-        q, v = driven_motion(fine, start, substeps, flat, limits, *laws, *own)
-        first = q.size - record.drive.size
-        return q[first:], record.step * v[first:]
+        q, _ = driven_motion(fine, start, substeps, flat, limits, *laws, *own)
+        return q[q.size - record.drive.size :]
 
     def _flat(
         self, effects: Effects, theta: FloatArray

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard, EffectParameter
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
@@ -16,6 +15,7 @@ from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.parameters import INDEX, PARAMETERS, parameter_array
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
+from carrierflex.simulation.sensing import delayed, reading
 
 #: Prior standard deviation of an effect's parameter, in its scale.
 _PRIOR = 10.0
@@ -183,8 +183,9 @@ class MountingModel:
         motion = self._signals(record, values, sum_of_laws(users), refined)
         if motion is None:
             return np.full(record.measured.shape, np.inf)
-        signals = _delayed(motion + negative_control, record.inputs.time, delay)
-        return signals[:, [SENSORS.index(sensor) for sensor in self.sensors]] * gains + zeros
+        signals = delayed(record.inputs.time, motion + negative_control, delay)
+        numbers = [SENSORS.index(sensor) for sensor in self.sensors]
+        return reading(signals[:, numbers], gains, zeros)
 
     def _signals(
         self, record: MountingRecord, values: FloatArray, user_law: ForceLaw | None, refined: int
@@ -243,13 +244,6 @@ def mounting_scale(rig: MountingRig, records: Sequence[MountingRecord]) -> Mount
     return MountingScale(
         rig.bushing_radial_stiffness, float(np.sqrt(square / n)), float(np.sqrt(square / rate))
     )
-
-
-def _delayed(signals: FloatArray, time: FloatArray, delay: float) -> FloatArray:
-    if delay == 0.0:
-        return signals
-    moved = np.clip(time - delay, time[0], time[-1])
-    return np.asarray(CubicSpline(time, signals)(moved), dtype=np.float64)
 
 
 def _surrogate(values: FloatArray, rng: np.random.Generator) -> FloatArray:

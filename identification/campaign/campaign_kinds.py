@@ -7,6 +7,8 @@ of the rig among them, are stated in :mod:`carrierflex.identification.campaign.c
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
+
 #: Units of a declared element quantity that are SI multiples or foreign units of length and force;
 #: a voltage analogue may use any other unit.
 NOT_SI_UNITS = ("mm", "um", "µm", "cm", "km", "in", "inch", "mil", "kN", "MN", "mN", "lbf", "kgf")
@@ -41,27 +43,7 @@ CARRIER = CampaignKind(
     name="carrier",
     inputs={"carrier_angle": "rad", "torque": "N m", "ntl_y": "N", "ntl_z": "N"},
     quantities={"axial_displacement": "m", "radial_displacement": "m"},
-    effects=(
-        "axial_offset",
-        "housing_tilt",
-        "torque_tilt",
-        "carrier_tilt",
-        "flexible_pins",
-        "stiff_pins",
-        "pin_clearance",
-        "unequal_load_sharing",
-        "load_sharing_ntl",
-        "ntl_tilt",
-        "bearing_clearance",
-        "flange_warp",
-        "face_runout",
-        "ring_pass",
-        "thermal_drift",
-        "sensor_gain",
-        "sensor_angle",
-        "sensor_zero",
-        "sensor_delay",
-    ),
+    effects=tuple(CARRIER_EFFECTS),
 )
 
 MOUNTING = CampaignKind(

@@ -155,12 +155,3 @@ def surrogate(drive: FloatArray, seed: int) -> FloatArray:
     phase = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, spectrum.size)
     phase[0] = 0.0
     return np.fft.irfft(spectrum * np.exp(1j * phase), n=drive.size)
-
-
-def shifted(values: FloatArray, slope: FloatArray, samples: float) -> FloatArray:
-    """Signal delayed by a number of samples, cubic between the samples (Hermite); ends held."""
-    place = np.clip(np.arange(values.size) - samples, 0.0, values.size - 1.0)
-    left = np.minimum(place.astype(np.int64), values.size - 2)
-    t = place - left
-    a, b, da, db = values[left], values[left + 1], slope[left], slope[left + 1]
-    return a + t * (da + t * ((3.0 * (b - a) - 2.0 * da - db) + t * (2.0 * (a - b) + da + db)))

@@ -36,7 +36,8 @@ def axial_channels(campaign: Campaign) -> tuple[Channel, ...]:
     """
     if campaign.kind != "carrier":
         raise ValueError(
-            f"campaign '{campaign.name}' is of kind {campaign.kind}; models m1 and m2 serve kind carrier only"
+            f"campaign '{campaign.name}' is of kind {campaign.kind}; models m1 and m2 serve kind "
+            "carrier only"
         )
     channels = campaign.channels_of(AXIAL)
     if not channels:
@@ -84,7 +85,8 @@ class FitOptions:
     def __post_init__(self) -> None:
         if self.bootstrap < 0 or 0 < self.bootstrap < FEWEST_SAMPLES:
             raise ValueError(
-                f"bootstrap is {self.bootstrap} samples; expected 0 (none) or at least {FEWEST_SAMPLES}"
+                f"bootstrap is {self.bootstrap} samples; expected 0 (none) or at least "
+                f"{FEWEST_SAMPLES}"
             )
 
 
@@ -151,9 +153,9 @@ def identify_each_run(
     ValueError
         As :func:`identify_jointly`.
     """
-    own = CarrierModel(model.name, tuple(effect.each_run() for effect in model.effects))
+    each_run = model.each_run()
     channels = _fitted_channels(campaign, options)
-    return {run.name: _identify((run,), channels, own, options) for run in campaign.runs}
+    return {run.name: _identify((run,), channels, each_run, options) for run in campaign.runs}
 
 
 def identify_from_sums(

@@ -56,7 +56,8 @@ def run_pieces(folder: Path, entry: RunEntry, header: CampaignHeader) -> Iterato
     path = folder / entry.file
     if not path.is_file():
         raise ValueError(
-            f"{folder}: no file '{entry.file}' of run {entry.name}; expected it beside campaign.toml"
+            f"{folder}: no file '{entry.file}' of run {entry.name}; expected it beside "
+            "campaign.toml"
         )
     last = -np.inf
     first_sample = 0
@@ -69,7 +70,8 @@ def run_pieces(folder: Path, entry: RunEntry, header: CampaignHeader) -> Iterato
             continue
         if not columns["time"][0] > last:
             raise ValueError(
-                f"{path.name}: column 'time' is {columns['time'][0]} at sample {first_sample} after {last}; "
+                f"{path.name}: column 'time' is {columns['time'][0]} at sample {first_sample} "
+                f"after {last}; "
                 "expected strictly increasing time"
             )
         yield run_of_table(columns, entry, header, path.name)
@@ -168,7 +170,8 @@ class _Groups:
             self._last = self._start
         if (angle[0] - self._last) * self._direction < -np.pi:
             raise ValueError(
-                f"column 'carrier_angle' goes from {self._last} to {angle[0]} rad between two pieces of the record; "
+                f"column 'carrier_angle' goes from {self._last} to {angle[0]} rad between two "
+                "pieces of the record; "
                 "expected no jump back; unwrap it"
             )
         self._last = float(angle[-1])
@@ -191,7 +194,8 @@ class _Groups:
         n_whole = int(np.floor((self._travel + 1.001 * self._step) / self._length))
         if n_whole < 1:
             raise ValueError(
-                f"run {run}: the carrier turns by {self._travel:.3f} revolutions; expected at least one whole revolution"
+                f"run {run}: the carrier turns by {self._travel:.3f} revolutions; expected at "
+                "least one whole revolution"
             )
         s = self.sums
         return RevolutionSums(
@@ -215,7 +219,7 @@ class _Groups:
 
 
 def is_long(folder: Path, header: CampaignHeader, largest_size: int = 200_000_000) -> bool:
-    """Whether the run files are together larger than `largest_size` bytes, or hold more than that in numbers."""
+    """Whether the run files, or the numbers in them, exceed `largest_size` bytes together."""
     total = 0
     for entry in header.runs:
         path = folder / entry.file

@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.identification.carrier.models import CarrierModel, Effect
+from carrierflex.identification.carrier.models import CarrierModel
 from carrierflex.identification.estimation.least_squares import JointFit, unseen_in_words
 from carrierflex.identification.estimation.normal_equations import NormalEquations
 from carrierflex.identification.estimation.polar_pair import polar_values
+from carrierflex.simulation.carrier.effect import Effect
 
 #: Scope of a parameter with one value for all runs.
 SHARED = ""
@@ -98,7 +99,8 @@ class ParameterEstimate:
             if own_name == name and scope in (run, SHARED):
                 return k
         raise ValueError(
-            f"model {self.model} has no parameter '{name}' of run '{run}'; it has {', '.join(self.names)}"
+            f"model {self.model} has no parameter '{name}' of run '{run}'; it has "
+            f"{', '.join(self.names)}"
         )
 
 
@@ -196,14 +198,14 @@ def _parameters(
     for own_run, scope in [(None, SHARED), *enumerate(runs)]:
         first = 0
         for effect in model.effects:
-            last = first + len(effect.patterns)
-            if effect.shared == (own_run is None):
+            last = first + len(effect.parameters)
+            if effect.per_run == (own_run is not None):
                 where = fit.positions[own_run or 0, first:last]
                 values, derivatives = _published(
                     effect, fit.unknowns[where], fit.covariance[np.ix_(where, where)]
                 )
-                for name, unit, value, derivative in zip(
-                    effect.parameters, effect.units, values, derivatives, strict=True
+                for (name, unit), value, derivative in zip(
+                    effect.published, values, derivatives, strict=True
                 ):
                     row = np.zeros(fit.unknowns.size)
                     row[where] = derivative
@@ -217,7 +219,7 @@ def _published(
     effect: Effect, coefficients: NDArray[np.float64], covariance: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Parameters of one effect and their derivatives by its coefficients."""
-    if effect.polar:
+    if effect.pair:
         return polar_values(coefficients, covariance)
     return coefficients, np.eye(coefficients.size)
 

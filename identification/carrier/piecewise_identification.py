@@ -67,8 +67,8 @@ def identify_in_pieces(
     estimates: dict[str, Mapping[str, ParameterEstimate]] = {}
     for model in models:
         columns = _columns(model, largest)
-        own = [run.with_columns(columns) for run in equations]
-        estimates[model.name] = _solved(own, model, options, per_run=per_run)
+        of_model = [run.with_columns(columns) for run in equations]
+        estimates[model.name] = _solved(of_model, model, options, per_run=per_run)
     return _campaign(header, tuple(heads)), estimates
 
 
@@ -76,7 +76,7 @@ def _solved(
     equations: Sequence[NormalEquations], model: CarrierModel, options: FitOptions, *, per_run: bool
 ) -> Mapping[str, ParameterEstimate]:
     if per_run:
-        alone = CarrierModel(model.name, tuple(effect.each_run() for effect in model.effects))
+        alone = model.each_run()
         return {run.run: identify_from_sums([run], alone, options) for run in equations}
     return dict.fromkeys(
         [run.run for run in equations], identify_from_sums(equations, model, options)
@@ -88,7 +88,8 @@ def _columns(model: CarrierModel, largest: CarrierModel) -> list[int]:
     missing = [name for name in model.coefficients if name not in largest.coefficients]
     if missing:
         raise ValueError(
-            f"model {largest.name} has no coefficient {missing[0]} of model {model.name}; expected nested models"
+            f"model {largest.name} has no coefficient {missing[0]} of model {model.name}; "
+            "expected nested models"
         )
     return [largest.coefficients.index(name) for name in model.coefficients]
 

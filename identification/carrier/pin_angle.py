@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from carrierflex.fe.deflection_curves import DeflectionCurve
-from carrierflex.identification.campaign.campaign import Campaign, Channel
+from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.carrier.carrier_identification import (
     FitOptions,
@@ -23,14 +23,15 @@ from carrierflex.identification.carrier.carrier_identification import (
 )
 from carrierflex.identification.carrier.models import (
     CarrierModel,
-    Effect,
-    Inputs,
-    Pattern,
     flexible_model,
     with_radial_motion,
 )
 from carrierflex.identification.carrier.parameter_estimate import ParameterEstimate
 from carrierflex.identification.estimation.least_squares import joint_fit
+from carrierflex.simulation.carrier.effect import Effect
+from carrierflex.simulation.carrier.effects.deflection import FLEXIBLE_PINS, STIFF_PINS
+from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, FloatArray, RimSensor
+from carrierflex.simulation.effect_parameters import EffectParameter
 
 #: The curves repeat after a third of a turn; grid of first guesses and step of the derivative
 #: [rad].
@@ -44,7 +45,7 @@ _SIGN_MARGIN = 0.1
 
 @dataclass(frozen=True, eq=False)
 class PinAngleFit:
-    """M2 at the pin angle found, with the derivative by it as a further term, and the parameters of that model."""
+    """M2 at the pin angle found, the derivative by it as a further term, and its parameters."""
 
     model: CarrierModel
     estimate: ParameterEstimate
@@ -84,7 +85,7 @@ def identify_with_pin_angle(
 
     def fitted(runs: Sequence[Run]) -> PinAngleFit:
         return _identified(
-            replace(campaign, runs=tuple(runs)), delta_s, delta_f, options, own=per_run
+            replace(campaign, runs=tuple(runs)), delta_s, delta_f, options, per_run=per_run
         )
 
     if per_run:
@@ -98,14 +99,12 @@ def _identified(
     delta_f: DeflectionCurve,
     options: FitOptions,
     *,
-    own: bool,
+    per_run: bool,
 ) -> PinAngleFit:
     def model(pin_angle: float) -> CarrierModel:
         at_angle = flexible_model(delta_s, delta_f, pin_angle)
         at_angle = with_radial_motion(at_angle) if options.radial else at_angle
-        return (
-            CarrierModel("m2", tuple(e.each_run() for e in at_angle.effects)) if own else at_angle
-        )
+        return at_angle.each_run() if per_run else at_angle
 
     def projected(pin_angle: float) -> tuple[float, dict[str, float]]:
         trial = model(float(pin_angle))
@@ -119,8 +118,9 @@ def _identified(
 
     angle = _searched(projected)
     best, (_, scales) = model(angle), projected(angle)
-    turning = _pin_angle_effect(delta_s, delta_f, angle, scales["rho_s"], scales["rho_f"])
-    extended = CarrierModel("m2", (*best.effects, turning.each_run() if own else turning))
+    turning = _pin_angle_effect(angle, scales["rho_s"], scales["rho_f"])
+    turning = turning.each_run() if per_run else turning
+    extended = replace(best, effects=(*best.effects, turning))
     estimate = identify_from_sums(fitted_equations(campaign, extended, options), extended, options)
     return PinAngleFit(extended, _with_angle(estimate, angle))
 
@@ -136,38 +136,40 @@ def _searched(projected: Callable[[float], tuple[float, dict[str, float]]]) -> f
     width = _PERIOD / _GUESSES
     ranked = []
     for guess in guesses[(costs <= np.roll(costs, 1)) & (costs <= np.roll(costs, -1))]:
-        found = minimize_scalar(
+        minimum = minimize_scalar(
             lambda angle: projected(angle)[0],
             bounds=(guess - width, guess + width),
             method="bounded",
             options={"xatol": _TOLERANCE},
         )
-        scales = np.array([projected(found.x)[1][name] for name in ("rho_s", "rho_f")])
+        scales = np.array([projected(minimum.x)[1][name] for name in ("rho_s", "rho_f")])
         wrong_sign = bool(scales.min() < -_SIGN_MARGIN * np.abs(scales).max())
-        ranked.append((wrong_sign, float(found.fun), float(found.x)))
+        ranked.append((wrong_sign, float(minimum.fun), float(minimum.x)))
     return (min(ranked)[2] + 0.5 * _PERIOD) % _PERIOD - 0.5 * _PERIOD
 
 
-def _pin_angle_effect(
-    delta_s: DeflectionCurve, delta_f: DeflectionCurve, angle: float, rho_s: float, rho_f: float
-) -> Effect:
+def _pin_angle_effect(angle: float, rho_s: float, rho_f: float) -> Effect:
     """Signal per radian of theta_rho at the fitted scales, by central differences."""
-    ahead, behind = (
-        flexible_model(delta_s, delta_f, angle + step).effects[-2:] for step in (_STEP, -_STEP)
+
+    def turned(
+        pin_angle: float, sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig
+    ) -> FloatArray:
+        at_angle = replace(rig, pin_angle=pin_angle)
+        stiff = STIFF_PINS.signals(sensor, inputs, at_angle)
+        return rho_s * stiff + rho_f * FLEXIBLE_PINS.signals(sensor, inputs, at_angle)
+
+    def turning(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
+        ahead = turned(angle + _STEP, sensor, inputs, rig)
+        behind = turned(angle - _STEP, sensor, inputs, rig)
+        return (ahead - behind) / (2.0 * _STEP)
+
+    return Effect(
+        "pin_angle",
+        equation="(rho_s delta_s + rho_f delta_f)(v - theta - theta_rho) T/T_unit",
+        parameters=(EffectParameter("theta_rho", "rad"),),
+        signature="phase of the orders 3 and 6",
+        pattern=turning,
     )
-
-    def deflection(effects: Sequence[Effect]) -> Pattern:
-        (stiff,), (flexible,) = (effect.patterns for effect in effects)
-        return lambda inputs, channel: (
-            rho_s * stiff(inputs, channel) + rho_f * flexible(inputs, channel)
-        )
-
-    def turning(inputs: Inputs, channel: Channel) -> np.ndarray:
-        return (deflection(ahead)(inputs, channel) - deflection(behind)(inputs, channel)) / (
-            2.0 * _STEP
-        )
-
-    return Effect("pin_angle", (turning,), ("theta_rho",), ("rad",))
 
 
 def _with_angle(estimate: ParameterEstimate, angle: float) -> ParameterEstimate:

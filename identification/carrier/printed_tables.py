@@ -1,4 +1,6 @@
-"""What the printed tables of the 2012 paper determine about the real machine, with the interval their digits allow.
+"""What the printed tables of the 2012 paper determine about the real machine.
+
+With the interval that their digits allow.
 
 The paper shows its parameters in figures only, but its root mean squares pin three of them down:
 the rim deflection (table 4), the misalignment of main shaft and carrier (table 5) and the part that
@@ -158,7 +160,7 @@ def _common(quantities: list[Printed]) -> Printed | None:
 
 
 def _saddle_line(half_digit: float) -> tuple[tuple[Printed, Printed], Printed]:
-    """Least-squares line of what M2 leaves at full torque over the radial load, and where it crosses zero.
+    """Least-squares line of what M2 leaves at full torque over the radial load, and its zero.
 
     Both coefficients are linear in the printed values: the ends of their intervals are at the
     corners of the digits.

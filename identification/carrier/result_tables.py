@@ -24,7 +24,7 @@ def rms_rows(estimates: Mapping[str, Mapping[str, ParameterEstimate]]) -> list[d
     """
     runs = list(next(iter(estimates.values())))
     return [
-        {"run": run, **{model: own[run].rms_by_run[run] for model, own in estimates.items()}}
+        {"run": run, **{model: by_run[run].rms_by_run[run] for model, by_run in estimates.items()}}
         for run in runs
     ]
 

@@ -92,8 +92,10 @@ def huber_equations(
             break
         previous = residuals
         equations = [
-            normal_equations(run, channels, model, {name: _weights(r) for name, r in own.items()})
-            for run, own in zip(runs, residuals, strict=True)
+            normal_equations(
+                run, channels, model, {name: _weights(r) for name, r in signals.items()}
+            )
+            for run, signals in zip(runs, residuals, strict=True)
         ]
     return equations
 

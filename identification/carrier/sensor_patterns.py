@@ -50,7 +50,9 @@ class PatternSplit:
 
 
 def pattern_split(channels: Sequence[Channel], orders: ComplexArray) -> PatternSplit:
-    """Split order amplitudes into sensor patterns (four axial sensors 90 deg apart), signed orders of the radial pair, rest.
+    """Split order amplitudes into sensor patterns, signed orders of the radial pair, and the rest.
+
+    Patterns are of four axial sensors 90 deg apart.
 
     Parameters
     ----------
@@ -110,7 +112,9 @@ def _one_sided(values: NDArray[np.inexact]) -> ComplexArray:
 
 
 def _signed_orders(orders: ComplexArray, angles: FloatArray) -> ComplexArray:
-    """Forward (+n) and backward (-n) motion ``u = sum Z_n exp(j n theta)`` of a pair, u along z plus j times along -y.
+    """Forward (+n) and backward (-n) motion ``u = sum Z_n exp(j n theta)`` of a pair.
+
+    The real part of u is along z, the imaginary part along -y.
 
     A sensor at v reads ``Re(u) cos v + Im(u) sin v``.
     """

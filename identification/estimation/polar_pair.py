@@ -1,7 +1,5 @@
 """Size and direction of a vector that was fitted by its two components."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,26 +10,6 @@ Array = NDArray[np.float64]
 _SMALLEST_SHARE = 1e-6
 #: Size that stands for nothing, where the components have no error either.
 _SMALLEST = 1e-100
-
-
-@dataclass(frozen=True)
-class PolarPair:
-    """Names of a vector of which two parameters are the components.
-
-    Parameters
-    ----------
-    size, angle : str
-        Symbols of ``|(a, b)|`` and of ``atan2(b, a)`` [rad]; a is ``size cos angle``, b is
-        ``size sin angle``.
-    """
-
-    size: str
-    angle: str
-
-    @property
-    def components(self) -> tuple[str, str]:
-        """Names of a and b."""
-        return f"{self.size} cos {self.angle}", f"{self.size} sin {self.angle}"
 
 
 def polar_values(components: Array, covariance: Array) -> tuple[Array, Array]:

@@ -7,15 +7,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.fe.deflection_curves import DeflectionCurve
-from carrierflex.simulation.carrier.kinematics import (
-    axial_deflection_pattern,
-    carrier_tilt_pattern,
-    housing_tilt_pattern,
-    offset_pattern,
-    radial_deflection_pattern,
-    saddle_pattern,
+from carrierflex.geometry.parameters import N_PINS
+from carrierflex.simulation.carrier.effect import Effect
+from carrierflex.simulation.carrier.effects.deflection import FLEXIBLE_PINS, STIFF_PINS
+from carrierflex.simulation.carrier.effects.housing_and_face import FLANGE_WARP
+from carrierflex.simulation.carrier.effects.misalignment import (
+    AXIAL_OFFSET,
+    CARRIER_TILT,
+    HOUSING_TILT,
 )
-from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL, CarrierMotion, RunCase, Sensor
+from carrierflex.simulation.carrier.rim import CarrierRig, RimSensor, inputs_of_columns
+from carrierflex.simulation.carrier.run_cases import AXIAL, CarrierMotion, RunCase, Sensor
 
 #: Periods of the slow speed and torque ripple [s]: longer than a revolution at 22.1 rpm (2.7 s) and
 #: not in a simple ratio to it, so that the ripple is not mistaken for a shaft order.
@@ -53,7 +55,7 @@ def clean_signal(
 ) -> NDArray[np.float64]:
     """Signal of one sensor without noise.
 
-    The sum of the patterns of :mod:`carrierflex.simulation.carrier.kinematics`.
+    The sum of effects of :mod:`carrierflex.simulation.carrier.effects`.
 
     Axial: ``d_x + R phi_H sin(theta_H - v) + R phi_PLC sin(theta_PLC + theta - v)
     + (T / T_unit) (rho_s delta_s + rho_f delta_f)(v - theta) + saddle cos(2 (v - 47 deg))``.
@@ -79,17 +81,36 @@ def clean_signal(
     ----------
     .. [1] 2012 paper, equations (1)-(3), (7), (8).
     """
-    v, radius = sensor.angle, sensor.radius
-    deflection = axial_deflection_pattern if sensor.quantity == AXIAL else radial_deflection_pattern
-    signal = motion.rho_s * deflection(carrier_angle, v, torque, delta_s)
-    signal += motion.rho_f * deflection(carrier_angle, v, torque, delta_f)
-    if sensor.quantity == RADIAL:
-        return signal
-    signal += motion.d_x * offset_pattern(carrier_angle)
-    signal += motion.phi_H * housing_tilt_pattern(carrier_angle, v, radius, motion.theta_H)
-    signal += motion.phi_PLC * carrier_tilt_pattern(carrier_angle, v, radius, motion.theta_PLC)
-    signal += motion.saddle * saddle_pattern(carrier_angle, v)
+    rig = CarrierRig(
+        nominal_torque=np.nan,
+        n_planets=N_PINS,
+        pin_radius=np.nan,
+        curves={"delta_s": delta_s, "delta_f": delta_f},
+    )
+    rim_sensor = RimSensor(sensor.angle, sensor.radius, sensor.quantity == AXIAL)
+    inputs = inputs_of_columns({"carrier_angle": carrier_angle, "torque": torque})
+    signal = np.zeros_like(carrier_angle)
+    for effect, coefficients in _coefficients(motion).items():
+        signal += effect.signal(coefficients, rim_sensor, inputs, rig)
     return signal
+
+
+def _coefficients(motion: CarrierMotion) -> dict[Effect, tuple[float, ...]]:
+    """Coefficients of the effects that a motion is made of."""
+    return {
+        STIFF_PINS: (motion.rho_s,),
+        FLEXIBLE_PINS: (motion.rho_f,),
+        AXIAL_OFFSET: (motion.d_x,),
+        HOUSING_TILT: _components(motion.phi_H, motion.theta_H),
+        CARRIER_TILT: _components(motion.phi_PLC, motion.theta_PLC),
+        # The part that follows no load.
+        FLANGE_WARP: (motion.saddle, 0.0, 0.0, 0.0),
+    }
+
+
+def _components(size: float, angle: float) -> tuple[float, float]:
+    """Components of a tilt along the axes at angle 0 and at a quarter turn [rad]."""
+    return size * np.cos(angle), size * np.sin(angle)
 
 
 def simulate_run(
@@ -101,7 +122,9 @@ def simulate_run(
     noise_std: float,
     rng: np.random.Generator,
 ) -> Response:
-    """Signals of one run: the carrier turns with slow ripple, the deflection follows the torque, sensors add noise.
+    """Signals of one run.
+
+    The carrier turns with slow ripple, the deflection follows the torque, sensors add noise.
 
     Parameters
     ----------

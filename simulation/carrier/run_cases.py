@@ -1,4 +1,4 @@
-"""What is done in one run on the dynamometer, what reads it, and the true motion of the carrier in it."""
+"""One run on the dynamometer: what is done, what reads it, and the carrier's true motion."""
 
 from dataclasses import dataclass
 
@@ -38,7 +38,8 @@ class Sensor:
             )
         if not (self.radius > 0.0 and np.isfinite(self.angle)):
             raise ValueError(
-                f"sensor {self.name}: radius {self.radius} m must be positive, angle {self.angle} rad finite"
+                f"sensor {self.name}: radius {self.radius} m must be positive, angle "
+                f"{self.angle} rad finite"
             )
 
 
@@ -112,7 +113,8 @@ class RunCase:
     def __post_init__(self) -> None:
         if not (self.sample_rate > 0.0 and self.duration * self.sample_rate >= 2.0):
             raise ValueError(
-                f"run {self.name}: duration {self.duration} s at {self.sample_rate} samples a second gives fewer "
+                f"run {self.name}: duration {self.duration} s at {self.sample_rate} samples a "
+                "second gives fewer "
                 "than two samples"
             )
         for key in ("speed_ripple", "torque_ripple"):
@@ -153,7 +155,8 @@ def rim_factors(
     per_rho = abs(delta_f.axial_order(3)) * torque / delta_f.unit_load
     if per_rho <= 0.0:
         raise ValueError(
-            f"torque {torque} N m with curve {delta_f.name} bends the rim by {per_rho} m in order 3; "
+            f"torque {torque} N m with curve {delta_f.name} bends the rim by {per_rho} m in "
+            "order 3; "
             "a positive torque and a curve with a third order are needed"
         )
     if order3_amplitude < 0.0 or not 0.0 <= stiff_share < 1.0:

@@ -17,6 +17,7 @@ from carrierflex.simulation.mounting.time_integration import (
     mounting_model,
     state_at_rest,
 )
+from carrierflex.simulation.sensing import delayed, reading
 
 Array = NDArray[np.float64]
 
@@ -165,12 +166,11 @@ def response_of(
 
 def sensed(signals: Array, parameters: ParameterArray, time: Array) -> Array:
     """What sensors with a gain, an offset and a delay read; offsets come after the zeroing."""
-    delay, gains, zeros = parameters[INDEX["delay"]], parameters[_GAINS], parameters[_ZEROS]
-    if delay != 0.0:
-        signals = np.stack([np.interp(time - delay, time, column) for column in signals.T], axis=1)
+    gains, zeros = parameters[_GAINS], parameters[_ZEROS]
+    signals = delayed(time, signals, float(parameters[INDEX["delay"]]))
     if (gains == 1.0).all() and not zeros.any():
         return signals
-    return signals * gains + zeros
+    return reading(signals, gains, zeros)
 
 
 def with_noise(

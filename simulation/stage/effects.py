@@ -94,9 +94,9 @@ class StageEffects:
     @property
     def ids(self) -> tuple[str, ...]:
         """Ids of the effects that are on."""
-        found = []
+        ids = []
         if self.phi_PLC != 0.0:
-            found.append("carrier_tilt")
+            ids.append("carrier_tilt")
         nominal = StageEffects()
         if any(
             getattr(self, name) != getattr(nominal, name)
@@ -107,9 +107,9 @@ class StageEffects:
                 "planet_bearing_factor",
             )
         ):
-            found.append("unequal_load_sharing")
+            ids.append("unequal_load_sharing")
         if self.pin_fit_play > 0.0:
-            found.append("pin_clearance")
+            ids.append("pin_clearance")
         if any(self.ring_pass_offset + self.ring_pass_tilt):
-            found.append("ring_pass")
-        return tuple(found)
+            ids.append("ring_pass")
+        return tuple(ids)

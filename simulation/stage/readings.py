@@ -10,31 +10,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.geometry.parameters import N_PINS
-from carrierflex.simulation.carrier.effects import delayed_values
-from carrierflex.simulation.carrier.kinematics import (
-    carrier_tilt_pattern,
-    housing_tilt_pattern,
-    saddle_pattern,
+from carrierflex.simulation.carrier.effect import Effect
+from carrierflex.simulation.carrier.effects.housing_and_face import (
+    FLANGE_WARP,
+    RING_PASS,
+    THERMAL_DRIFT,
+)
+from carrierflex.simulation.carrier.effects.misalignment import (
+    AXIAL_OFFSET,
+    CARRIER_TILT,
+    HOUSING_TILT,
+)
+from carrierflex.simulation.carrier.patterns import face_waves_pattern
+from carrierflex.simulation.carrier.rim import (
+    CarrierInputs,
+    CarrierRig,
+    RimSensor,
+    inputs_of_columns,
 )
 from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
+from carrierflex.simulation.sensing import SensorError, delayed
 from carrierflex.simulation.stage.response import StageRecord
 from carrierflex.simulation.stage.stage_body import RIM_AXIAL, RIM_RADIAL
 from carrierflex.simulation.stage.stage_model import StageModel
 
 #: Orders below this share of the largest are rounding and are left out.
 _NEGLIGIBLE = 1e-12
-
-
-@dataclass(frozen=True)
-class SensorError:
-    """Errors of one sensor: ids ``sensor_gain``, ``sensor_angle``, ``sensor_zero``."""
-
-    gain: float = 0.0
-    """Share by which it reads too much."""
-    angle: float = 0.0
-    """Where it stands beyond its stated angle [rad]."""
-    zero: float = 0.0
-    """[m]."""
+#: Rig in which the coefficients of the torque are per newton metre; no curve is used.
+_PER_NEWTON_METRE = CarrierRig(nominal_torque=1.0, n_planets=N_PINS, pin_radius=np.nan, curves={})
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,11 +55,11 @@ class ReadingEffects:
     axial_offset: float = 0.0
     """``axial_offset`` [m]."""
     phi_H: float = 0.0  # noqa: N815 - the paper's symbol
-    """``housing_tilt``: assembly misalignment of the housing [rad]; the bearings keep their alignment."""
+    """``housing_tilt``: assembly misalignment of the housing [rad]; the bearings keep theirs."""
     theta_H: float = 0.0  # noqa: N815
     """``housing_tilt``: housing angle of its axis [rad]."""
     phi_face: float = 0.0
-    """``carrier_tilt``: tilt of the measured face against the carrier [rad]; what the paper's eq. 1 calls phi_PLC."""
+    """``carrier_tilt``: tilt of the measured face against the carrier [rad], phi_PLC of eq. 1."""
     theta_face: float = 0.0
     """``carrier_tilt``: carrier-frame angle of its axis [rad]."""
     saddle: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -78,7 +81,8 @@ class ReadingEffects:
         for order in self.runout or {}:
             if order < 2:
                 raise ValueError(
-                    f"face_runout has order {order}; expected 2 or more, order 1 is a tilt of the face"
+                    f"face_runout has order {order}; expected 2 or more, order 1 is a tilt of "
+                    "the face"
                 )
 
 
@@ -110,11 +114,11 @@ def rim_reader(model: StageModel) -> RimReader:
     parts = []
     for prefix in (RIM_AXIAL, RIM_RADIAL):
         rows = [i for i, name in enumerate(body.model.sensor_names) if name.startswith(prefix)]
-        own = body.model.sensor_rows[rows] @ model.L[: body.model.n_coordinates]
+        rim_rows = body.model.sensor_rows[rows] @ model.L[: body.model.n_coordinates]
         # A turn about the axis moves no rim point axially or radially; rounding of it would grow
         # with the angle.
-        own[:, 0] = 0.0
-        parts.append((_series(own), _series(tilt[rows][:, None])[:, 0]))
+        rim_rows[:, 0] = 0.0
+        parts.append((_series(rim_rows), _series(tilt[rows][:, None])[:, 0]))
     (axial, axial_tilt), (radial, radial_tilt) = parts
     size = np.abs(
         np.concatenate([axial, radial, axial_tilt[:, None], radial_tilt[:, None]], axis=1)
@@ -162,7 +166,8 @@ def sensor_signals(
     rng : numpy.random.Generator, optional
         Source of the noise; needed where there is some.
     before : StageRecord, optional
-        The piece of the run before this one, in which delayed signals begin.
+        The segment of the run before this one, in which delayed signals begin; segments read as
+        the whole where the delay is three samples or more.
 
     Raises
     ------
@@ -189,7 +194,7 @@ def sensor_signals(
                 signal = np.concatenate(
                     [_read(model, before, reader, sensor, effects, error), signal]
                 )
-            signal = delayed_values(time, signal, effects.delay)[-len(record.time) :]
+            signal = delayed(time, signal, effects.delay)[-len(record.time) :]
         if rng is not None:
             signal = signal + effects.noise_std * rng.standard_normal(len(signal))
         signals[sensor.name] = signal
@@ -206,9 +211,9 @@ def _read(
 ) -> NDArray[np.float64]:
     """Signal of one sensor with its errors, neither delayed nor noisy."""
     angle = sensor.angle + error.angle
-    clean = _clean(model, record, reader, sensor, angle) + _patterns(record, sensor, angle, effects)
-    clean = clean + _ring_pass(model, record, sensor, angle)
-    return (1.0 + error.gain) * clean + error.zero
+    clean = _clean(model, record, reader, sensor, angle)
+    clean = clean + _patterns(model, record, sensor, angle, effects)
+    return error.reading(clean)
 
 
 def _clean(
@@ -234,43 +239,53 @@ def _clean(
 
 
 def _patterns(
-    record: StageRecord, sensor: Sensor, angle: float, effects: ReadingEffects
+    model: StageModel,
+    record: StageRecord,
+    sensor: Sensor,
+    angle: float,
+    effects: ReadingEffects,
 ) -> NDArray[np.float64]:
-    """Static and face patterns of an axial sensor; zero on a radial one."""
-    theta, torque, vertical = record.c[:, 0], record.drive[:, 0], record.drive[:, 3]
-    if sensor.quantity != AXIAL:
-        return np.zeros(len(theta))
-    at_rest, per_torque, per_load = effects.saddle
-    signal = effects.axial_offset + effects.drift_rate * record.time
-    signal = signal + effects.phi_H * housing_tilt_pattern(
-        theta, angle, sensor.radius, effects.theta_H
+    """Signals of the effects between the stage's motion and the record, shape (n,) [m]."""
+    theta = record.c[:, 0]
+    rim_sensor = RimSensor(angle, sensor.radius, sensor.quantity == AXIAL)
+    inputs = inputs_of_columns(
+        {
+            "time": record.time,
+            "carrier_angle": theta,
+            "torque": record.drive[:, 0],
+            "ntl_z": record.drive[:, 3],
+        }
     )
-    signal = signal + effects.phi_face * carrier_tilt_pattern(
-        theta, angle, sensor.radius, effects.theta_face
-    )
-    signal = signal + (at_rest + per_torque * torque + per_load * vertical) * saddle_pattern(
-        theta, angle
-    )
-    for order, (amplitude, phase) in (effects.runout or {}).items():
-        signal = signal + amplitude * np.cos(order * (angle - theta) - phase)
-    return np.asarray(signal)
-
-
-def _ring_pass(
-    model: StageModel, record: StageRecord, sensor: Sensor, angle: float
-) -> NDArray[np.float64] | float:
-    """Motion of the flange under an axial sensor as the planets press the ring.
-
-    Three waves a turn.
-    """
-    offset, tilt = model.effects.ring_pass_offset, model.effects.ring_pass_tilt
-    if sensor.quantity != AXIAL or not any(offset + tilt):
-        return 0.0
-    theta, torque = record.c[:, 0], record.drive[:, 0]
-    waves = np.cos(N_PINS * theta), np.sin(N_PINS * theta)
     signal = np.zeros(len(theta))
-    for i, wave in enumerate(waves):
-        own = offset[i] + tilt[i] * housing_tilt_pattern(theta, angle, sensor.radius, 0.0)
-        own = own + tilt[2 + i] * housing_tilt_pattern(theta, angle, sensor.radius, np.pi / 2.0)
-        signal += torque * own * wave
+    for effect, coefficients in _coefficients(model, effects, inputs).items():
+        if any(coefficients):
+            signal += effect.signal(coefficients, rim_sensor, inputs, _PER_NEWTON_METRE)
+    if rim_sensor.is_axial:
+        # The stage takes any order and phase, the effect face_runout orders 2 to 8.
+        for order, (amplitude, phase) in (effects.runout or {}).items():
+            cosine, sine = face_waves_pattern(theta, angle, order)
+            signal += amplitude * (np.cos(phase) * cosine + np.sin(phase) * sine)
     return signal
+
+
+def _coefficients(
+    model: StageModel, effects: ReadingEffects, inputs: CarrierInputs
+) -> dict[Effect, tuple[float, ...]]:
+    """Coefficients of the rim's effects, torque counted in newton metres."""
+    at_rest, per_torque, per_load = effects.saddle
+    # A steady drift from time zero: its mean over the record, and its slope.
+    mean_drift = effects.drift_rate * 0.5 * (inputs.start + inputs.end)
+    half_drift = effects.drift_rate * 0.5 * (inputs.end - inputs.start)
+    return {
+        AXIAL_OFFSET: (effects.axial_offset + mean_drift,),
+        THERMAL_DRIFT: (half_drift, 0.0, 0.0),
+        HOUSING_TILT: _components(effects.phi_H, effects.theta_H),
+        CARRIER_TILT: _components(effects.phi_face, effects.theta_face),
+        FLANGE_WARP: (at_rest, per_torque, 0.0, per_load),
+        RING_PASS: (*model.effects.ring_pass_offset, *model.effects.ring_pass_tilt),
+    }
+
+
+def _components(size: float, angle: float) -> tuple[float, float]:
+    """Components of a tilt along the axes at angle 0 and at a quarter turn [rad]."""
+    return size * float(np.cos(angle)), size * float(np.sin(angle))

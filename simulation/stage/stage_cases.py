@@ -11,8 +11,9 @@ from carrierflex.files.problems import refuse, repeated_names
 from carrierflex.files.toml_files import TomlKind, read_toml
 from carrierflex.simulation.carrier.case_files import MOST_CASE_BYTES
 from carrierflex.simulation.carrier.run_cases import Sensor
+from carrierflex.simulation.sensing import SensorError
 from carrierflex.simulation.stage.effects import StageEffects
-from carrierflex.simulation.stage.readings import ReadingEffects, SensorError
+from carrierflex.simulation.stage.readings import ReadingEffects
 from carrierflex.simulation.stage.stage_data import StageData
 from carrierflex.simulation.stage.statics import SteadyLoad
 

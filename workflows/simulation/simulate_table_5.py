@@ -27,8 +27,9 @@ from carrierflex.identification.carrier.carrier_identification import identify_e
 from carrierflex.identification.carrier.models import rigid_model
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.carrier.run_cases import AXIAL
+from carrierflex.simulation.sensing import SensorError
 from carrierflex.simulation.stage.effects import StageEffects
-from carrierflex.simulation.stage.readings import ReadingEffects, SensorError
+from carrierflex.simulation.stage.readings import ReadingEffects
 from carrierflex.simulation.stage.stage_body import StageBody
 from carrierflex.simulation.stage.stage_cases import StageCase, read_stage_case
 from carrierflex.simulation.stage.stage_model import StageModel, stage_model

@@ -20,9 +20,10 @@ from carrierflex.blind_check.truth.carrier.signals import (
     scaled_values,
 )
 from carrierflex.blind_check.truth.linear_refit import LinearBaseline
-from carrierflex.diagnosis.carrier import laws as carrier_laws
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
+from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
 
 RECORD = drawn_record(np.random.default_rng(1), 0, (0.8, 6e4, -9e4, 2.3), 30.0)
 
@@ -37,8 +38,8 @@ def curves():
 
 
 def by_the_library(effect, values):
-    """Signal of the same parameters by the laws that the diagnosis fits."""
-    inputs = carrier_laws.CarrierInputs(
+    """Signal of the same parameters by the effect that the diagnosis fits."""
+    inputs = CarrierInputs(
         RECORD.time,
         RECORD.angle,
         RECORD.torque,
@@ -47,21 +48,14 @@ def by_the_library(effect, values):
         RECORD.time[0],
         RECORD.time[-1],
     )
-    rig = carrier_laws.CarrierRig(NOMINAL_TORQUE, 3, PIN_RADIUS, curves())
-    if effect in ("housing_tilt", "torque_tilt", "carrier_tilt"):
-        (size, angle) = values.values()
-        values = {"c": size * np.cos(angle), "s": size * np.sin(angle)}
-    if effect == "face_runout":
-        values = {
-            f"{kind}_{n}": values.get(f"{kind}_{n}", 0.0)
-            for n in carrier_laws.WAVE_ORDERS
-            for kind in "ab"
-        }
-    if effect == "ntl_tilt":
-        values = {name: values[name] for name in ("a_y", "b_y", "a_z", "b_z")}
-    law = getattr(carrier_laws, effect)
-    sensors = [carrier_laws.RimSensor(angle, RADIUS, True) for angle in SENSOR_ANGLES]
-    return np.array([np.array(list(values.values())) @ law(own, inputs, rig) for own in sensors])
+    rig = CarrierRig(NOMINAL_TORQUE, 3, PIN_RADIUS, curves())
+    if effect.pair:
+        size, angle = (values[name] for name in (effect.pair.size, effect.pair.angle))
+        coefficients = [size * np.cos(angle), size * np.sin(angle)]
+    else:
+        coefficients = [values.get(parameter.name, 0.0) for parameter in effect.parameters]
+    sensors = [RimSensor(angle, RADIUS, True) for angle in SENSOR_ANGLES]
+    return np.array([effect.signal(coefficients, sensor, inputs, rig) for sensor in sensors])
 
 
 @pytest.mark.parametrize(
@@ -73,7 +67,8 @@ def by_the_library(effect, values):
 )  # fmt: skip
 def test_own_equations_give_the_signal_that_the_contract_means(effect):
     values = drawn_values(effect, np.random.default_rng(3), 6)
-    own, other = SIGNALS[effect](RECORD, values), by_the_library(effect, values)
+    own = SIGNALS[effect](RECORD, values)
+    other = by_the_library(CARRIER_EFFECTS[effect], values)
     # Curves are interpolated between half degrees there and summed as a series here.
     np.testing.assert_allclose(own, other, atol=2e-3 * np.abs(other).max(), rtol=0.0)
 

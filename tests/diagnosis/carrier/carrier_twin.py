@@ -2,19 +2,19 @@
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.cards import CARRIER_CARDS
-from carrierflex.diagnosis.carrier.laws import CarrierInputs, CarrierRig, RimSensor
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
 from carrierflex.identification.campaign.records import Run
-from carrierflex.simulation.carrier.effects import (
+from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
+from carrierflex.simulation.carrier.patterns import (
     closing_torque,
-    delayed_values,
     load_shift_pattern,
     load_tilt_pattern,
     pin_radius_of,
     saturated_load,
 )
+from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
+from carrierflex.simulation.sensing import delayed_angle
 from carrierflex.workflows.support.default_curves import default_curves
 
 CURVES = default_curves()
@@ -38,7 +38,7 @@ CHANNELS = tuple(
     )
     for angle in (40, 310)
 )
-LAWS = {card.id: card.law for card in CARRIER_CARDS}
+LAWS = {name: effect.pattern for name, effect in CARRIER_EFFECTS.items()}
 CARRIER_RIG = CarrierRig(360e3, 3, pin_radius_of(CURVES["delta_f"], CURVES["g_f"], 3), CURVES)
 #: What the simulation knows already: misalignment and flexible pins.
 KNOWN = {
@@ -104,7 +104,7 @@ def clean_signal(effect, channel, time, columns):
     if effect == "sensor_angle" and first:
         sensor = RimSensor(channel.angle + 0.04, channel.radius, True)
     if effect == "sensor_delay":
-        columns = {**columns, "carrier_angle": delayed_values(time, columns["carrier_angle"], 0.05)}
+        columns = {**columns, "carrier_angle": delayed_angle(time, columns["carrier_angle"], 0.05)}
     inputs = CarrierInputs(time, *columns.values(), start=time[0], end=time[-1])
     signal = sum(np.array(v) @ LAWS[name](sensor, inputs, CARRIER_RIG) for name, v in KNOWN.items())
     if effect in INJECTED:

@@ -8,7 +8,6 @@ from scipy.integrate import solve_ivp
 from carrierflex.identification.campaign.signals import (
     band_limited,
     half_step_values,
-    shifted,
     trusted_frequency,
 )
 from carrierflex.simulation.element.kernels import (
@@ -164,9 +163,3 @@ def test_derivatives_in_the_trusted_band_are_exact_and_noise_above_it_is_gone():
     acceleration = band_limited(noisy, step, cutoff, derivative=2)
     exact = -((2.0 * np.pi * 7.0) ** 2) * signal
     assert_allclose(acceleration[200:-200], exact[200:-200], atol=0.01 * np.abs(exact).max())
-
-
-def test_shift_by_a_fraction_of_a_sample():
-    phase = 0.3 * np.arange(200)
-    moved = shifted(np.sin(phase), 0.3 * np.cos(phase), 0.4)
-    assert_allclose(moved[2:], np.sin(phase - 0.3 * 0.4)[2:], atol=1e-4)

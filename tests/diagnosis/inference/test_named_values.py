@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.comparison.problem import Parameter
 from carrierflex.diagnosis.inference.named_values import named_values
-from carrierflex.identification.estimation.polar_pair import PolarPair
+from carrierflex.simulation.effect_parameters import PolarPair
 
 
 @dataclass(frozen=True, eq=False)

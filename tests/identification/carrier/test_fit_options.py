@@ -19,15 +19,15 @@ from carrierflex.identification.carrier.carrier_identification import (
     residual_signal,
 )
 from carrierflex.identification.carrier.models import (
-    CarrierModel,
-    Effect,
     flexible_model,
     rigid_model,
     with_radial_motion,
 )
 from carrierflex.identification.carrier.pin_angle import identify_with_pin_angle
 from carrierflex.identification.carrier.robust_loss import flagged_outliers
+from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.run_cases import RADIAL, Sensor
+from carrierflex.simulation.effect_parameters import EffectParameter
 from tests.identification.synthetic_campaigns import SENSORS, TRUTH, carrier_campaign, run_case
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 
@@ -261,11 +261,15 @@ def _drifting(seed):
 def test_what_is_determined_of_an_aliased_pair_is_said():
     """Three axial sensors cannot tell an offset of one of them from the rigid motion of the carrier."""
     zero = Effect(
-        "sensor_zero",
-        (lambda inputs, channel: np.full_like(inputs["torque"], float(channel.name == "s047")),),
-        ("e_047",), ("m",),
-    )  # fmt: skip
-    model = CarrierModel("m1", (*rigid_model().effects, zero))
+        "zero_of_s047",
+        equation="e_047 at the sensor at 47 deg",
+        parameters=(EffectParameter("e_047", "m"),),
+        signature="order 0 of one channel",
+        pattern=lambda sensor, inputs, rig: np.full(
+            (1, inputs.torque.size), float(np.isclose(sensor.angle, np.deg2rad(47.0)))
+        ),
+    )
+    model = replace(rigid_model(), effects=(*rigid_model().effects, zero))
     estimate = identify_jointly(carrier_campaign([run_case()], sensors=SENSORS[:3]), model)
     (text,) = estimate.undetermined
     # e_047 = 2 e looks like d_x = e and a tilt about the axis through the sensor at 137 deg: e_137

@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.testing import assert_allclose
 
-from carrierflex.identification.estimation.polar_pair import PolarPair, polar_values
+from carrierflex.identification.estimation.polar_pair import polar_values
+from carrierflex.simulation.effect_parameters import PolarPair
 
 COVARIANCE = np.array([[4e-12, 1e-12], [1e-12, 9e-12]])
 

@@ -8,7 +8,8 @@ from numpy.testing import assert_allclose
 
 from carrierflex.reduction.rigid_body_checks import geometric_rigid_modes
 from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL, Sensor
-from carrierflex.simulation.stage.readings import ReadingEffects, SensorError, sensor_signals
+from carrierflex.simulation.sensing import SensorError
+from carrierflex.simulation.stage.readings import ReadingEffects, sensor_signals
 from carrierflex.simulation.stage.response import StageRecord
 
 ANGLE = 2.0 * np.pi * np.arange(36) / 36

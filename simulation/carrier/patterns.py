@@ -1,4 +1,6 @@
-"""Signal patterns of effects at the rim sensors beyond those of the papers' models, one pure function per equation.
+"""Signal patterns at the rim sensors beyond those of the papers' models.
+
+One pure function per equation.
 
 Like :mod:`carrierflex.simulation.carrier.kinematics`, whose conventions they share: v is the
 housing angle of a sensor, theta the carrier angle, axial signals are positive in +x. Sizes of these
@@ -41,7 +43,8 @@ def pin_radius_of(delta: DeflectionCurve, g: DeflectionCurve, n_planets: int) ->
     product = float((delta.axial / delta.unit_load) @ summed)
     if product == 0.0:
         raise ValueError(
-            f"curve {g.name} summed over {n_planets} pins is zero; expected the shape of {delta.name}"
+            f"curve {g.name} summed over {n_planets} pins is zero; expected the shape of "
+            f"{delta.name}"
         )
     return float(summed @ summed) / product
 
@@ -251,24 +254,3 @@ def drift_patterns(time: FloatArray, start: float, end: float) -> tuple[FloatArr
     """
     u = (2.0 * time - start - end) / max(end - start, np.finfo(float).tiny)
     return u, 1.5 * u**2 - 0.5, 2.5 * u**3 - 1.5 * u
-
-
-def delayed_values(time: FloatArray, values: FloatArray, delay: float) -> FloatArray:
-    """A carrier angle or a signal a while ago, ``x(t - delay)``.
-
-    At the ends of the record by its rate there.
-
-    Parameters
-    ----------
-    time, values : ndarray, shape (n,)
-        Time [s] and values.
-    delay : float
-        Delay of the displacement signals [s]; negative where they lead.
-    """
-    asked = time - delay
-    result = np.interp(asked, time, values)
-    rate = np.gradient(values, time)
-    before, after = asked < time[0], asked > time[-1]
-    result[before] = values[0] + rate[0] * (asked[before] - time[0])
-    result[after] = values[-1] + rate[-1] * (asked[after] - time[-1])
-    return result

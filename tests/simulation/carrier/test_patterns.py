@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.simulation.carrier.effects import (
+from carrierflex.simulation.carrier.patterns import (
     closing_torque,
-    delayed_values,
     drift_patterns,
     face_waves_pattern,
     load_shift_pattern,
@@ -76,9 +75,3 @@ def test_drift_has_no_mean():
     time = np.linspace(10.0, 40.0, 20001)
     for pattern in drift_patterns(time, 10.0, 40.0):
         assert abs(np.trapezoid(pattern, time)) < 1e-6
-
-
-def test_delayed_values_is_the_angle_a_while_ago_also_at_the_ends():
-    time = np.linspace(0.0, 10.0, 101)
-    assert_allclose(delayed_values(time, 2.0 * time, 0.25), 2.0 * (time - 0.25), atol=1e-12)
-    assert_allclose(delayed_values(time, 2.0 * time, -0.25), 2.0 * (time + 0.25), atol=1e-12)

@@ -1,0 +1,182 @@
+"""One physical effect at the rim sensors as one object: parameters, signal, and how it shows.
+
+The simulator adds its signal, the papers' models M1 and M2 and the diagnosis take the same signal
+as regressor, the campaign contract lists its id and the report prints its texts.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
+from carrierflex.simulation.effect_parameters import EffectParameter, PolarPair, vector_parameters
+
+FloatArray = NDArray[np.float64]
+#: Signal per unit of each parameter [m per unit], shape (n_parameters, n), of a RimSensor,
+#: CarrierInputs and a CarrierRig. The pattern of an effect whose last parameter is a shape takes
+#: its value as a fourth argument and gives no row for it.
+Pattern = Callable[..., FloatArray]
+#: Values of a shape between which signals are interpolated, of rig and largest radial load [N].
+ShapeNodes = Callable[[CarrierRig, float], FloatArray]
+
+
+class Measurement(Enum):
+    """Wrong part of the measurement model ``(1 + gain) y(t - delay; v + angle) + zero``."""
+
+    GAIN = "gain"
+    ANGLE = "angle"
+    ZERO = "zero"
+    DELAY = "delay"
+
+    @property
+    def is_of_one_channel(self) -> bool:
+        """Whether each sensor has its own; all share the delay."""
+        return self is not Measurement.DELAY
+
+
+@dataclass(frozen=True, eq=False)
+class Effect:
+    """One physical effect.
+
+    Parameters
+    ----------
+    id : str
+        Effect id of the campaign contract.
+    equation : str
+        The law in text.
+    parameters : tuple of EffectParameter
+        Coefficients of the signal, then the shape where there is one.
+    signature : str
+        What it looks like in the gap map.
+    pattern : callable, optional
+        Signal of unit parameters; none where the effect is a sensor's.
+    measurement : Measurement, optional
+        The part of the measurement model that the effect is.
+    per_run : bool
+        Whether every run has values of its own.
+    follows_sensor, follows_delay : bool
+        Whether the diagnosis moves its signal with a misplaced sensor and with a delay.
+    shape_nodes : callable, optional
+        Where the shape is interpolated; eleven values between its bounds without it.
+    curves : tuple of str
+        Deflection curves it needs beyond those under torque.
+    aliases : tuple of str
+        Ids it is commonly confused with.
+    discriminating_experiment : str
+        The measurement that tells it from them.
+    acts_on_others : bool
+        Whether it changes how other effects are read.
+    """
+
+    id: str
+    equation: str
+    parameters: tuple[EffectParameter, ...]
+    signature: str
+    pattern: Pattern | None = None
+    measurement: Measurement | None = None
+    per_run: bool = False
+    follows_sensor: bool = False
+    follows_delay: bool = False
+    shape_nodes: ShapeNodes | None = None
+    curves: tuple[str, ...] = ()
+    aliases: tuple[str, ...] = ()
+    discriminating_experiment: str = ""
+    acts_on_others: bool = False
+
+    @property
+    def pair(self) -> PolarPair | None:
+        """The vector of which its two parameters are the components."""
+        return self.parameters[0].pair
+
+    @property
+    def published(self) -> tuple[tuple[str, str], ...]:
+        """Names and units under which its values are published: size and angle of a pair."""
+        if self.pair:
+            return (self.pair.size, self.parameters[0].unit), (self.pair.angle, "rad")
+        return tuple((parameter.name, parameter.unit) for parameter in self.parameters)
+
+    def each_run(self) -> "Effect":
+        """Copy with values of its own in every run."""
+        return replace(self, per_run=True)
+
+    def signals(
+        self, sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, *shape: float
+    ) -> FloatArray:
+        """Signal per unit of each parameter that is no shape.
+
+        Parameters
+        ----------
+        sensor, inputs, rig
+            Where, under which loads and on which rig it is read.
+        *shape : float
+            Value of the shape, where the effect has one.
+
+        Returns
+        -------
+        ndarray, shape (n_parameters, n)
+            Signals [m per unit].
+
+        Raises
+        ------
+        ValueError
+            Where the effect is a sensor's, which adds no signal.
+        """
+        if self.pattern is None:
+            raise ValueError(
+                f"effect {self.id} is an error of the sensors; expected one that adds a signal"
+            )
+        return self.pattern(sensor, inputs, rig, *shape)
+
+    def signal(
+        self,
+        coefficients: Sequence[float],
+        sensor: RimSensor,
+        inputs: CarrierInputs,
+        rig: CarrierRig,
+    ) -> FloatArray:
+        """Signal of some coefficients [m], shape (n,); what a zero would multiply is left out."""
+        total = np.zeros_like(inputs.carrier_angle)
+        rows = self.signals(sensor, inputs, rig)
+        for value, row in zip(coefficients, rows, strict=True):
+            if value != 0.0:
+                total += value * row
+        return total
+
+    @property
+    def has_shape(self) -> bool:
+        """Whether the last parameter is a shape."""
+        return self.parameters[-1].shape
+
+    @property
+    def is_of_one_channel(self) -> bool:
+        """Whether it is the error of one sensor, which is found with it."""
+        return self.measurement is not None and self.measurement.is_of_one_channel
+
+
+def lengths(*names: str, scale: float = 1e-5, bound: float = 1e-2) -> tuple[EffectParameter, ...]:
+    """Displacements [m]."""
+    return tuple(EffectParameter(name, "m", -bound, bound, scale) for name in names)
+
+
+def angles(*names: str, scale: float = 1e-3) -> tuple[EffectParameter, ...]:
+    """Small tilts [rad]."""
+    return tuple(EffectParameter(name, "rad", -0.05, 0.05, scale) for name in names)
+
+
+def tilt_pair(size: str, angle: str) -> tuple[EffectParameter, ...]:
+    """Components of a tilt along the axes at angle 0 and at a quarter turn [rad]."""
+    return vector_parameters(size, angle, "rad", bound=0.05, scale=1e-3)
+
+
+def per_newton(unit: str, scale: float, *names: str) -> tuple[EffectParameter, ...]:
+    """Compliances to the radial load."""
+    bound = 200.0 * scale
+    return tuple(EffectParameter(name, unit, -bound, bound, scale) for name in names)
+
+
+def others(effect: str, group: tuple[str, ...]) -> tuple[str, ...]:
+    """Members of a group of effects that look alike, but for one of them."""
+    return tuple(name for name in group if name != effect)

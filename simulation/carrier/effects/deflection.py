@@ -1,0 +1,150 @@
+"""Deflection of the carrier: flexible and stiff pins, clearance, uneven pin loads."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.simulation.carrier import kinematics, patterns
+from carrierflex.simulation.carrier.effect import Effect, others, per_newton
+from carrierflex.simulation.carrier.effects.alike import (
+    ONCE_PER_TURN,
+    STEPS_OF_TORQUE,
+    THREE_PER_TURN,
+    WITH_RADIAL_LOAD,
+)
+from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
+from carrierflex.simulation.effect_parameters import EffectParameter
+
+FloatArray = NDArray[np.float64]
+#: Threshold torques over the nominal torque between which signals are linear, as the law of a
+#: closing clearance is wherever the torque stays off the node's cell.
+_TORQUE_NODES = np.linspace(0.0, 1.0, 11)
+
+
+def _flexible_pins(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
+    return _under_torque("delta_f", sensor, inputs, rig, inputs.torque)[None]
+
+
+def _stiff_pins(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
+    return _under_torque("delta_s", sensor, inputs, rig, inputs.torque)[None]
+
+
+def _pin_clearance(
+    sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, T_c: float
+) -> FloatArray:
+    """Stiff less flexible pins under the part of the torque beyond `T_c` [N m]."""
+    torque = patterns.closing_torque(inputs.torque, T_c)
+    stiff = _under_torque("delta_s", sensor, inputs, rig, torque)
+    flexible = _under_torque("delta_f", sensor, inputs, rig, torque)
+    return (stiff - flexible)[None]
+
+
+def _unequal_load_sharing(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
+    """Excess on pin 1, then on pin 2, each taken from the last pin."""
+    shares = np.eye(rig.n_planets)[:2]
+    shares[:, -1] -= 1.0
+    return np.array([_uneven_pins(sensor, inputs, rig, share) for share in shares])
+
+
+def _load_sharing_ntl(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
+    """Excess along the radial load, then across it."""
+    shares = patterns.load_turned_shares(
+        rig.pins_at(inputs.carrier_angle), inputs.ntl_y, inputs.ntl_z, rig.n_planets
+    )
+    return np.array([_uneven_pins(sensor, inputs, rig, share) for share in shares])
+
+
+def _under_torque(
+    curve: str, sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, torque: FloatArray
+) -> FloatArray:
+    """Deflection under a torque, as the sensor reads it, shape (n,)."""
+    pattern = (
+        kinematics.axial_deflection_pattern
+        if sensor.is_axial
+        else kinematics.radial_deflection_pattern
+    )
+    return pattern(
+        inputs.carrier_angle, sensor.angle, torque, rig.curves[curve], pin_angle=rig.pin_angle
+    )
+
+
+def _uneven_pins(
+    sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, shares: FloatArray
+) -> FloatArray:
+    return patterns.uneven_pins_pattern(
+        rig.pins_at(inputs.carrier_angle),
+        sensor.angle,
+        inputs.torque,
+        shares,
+        g=rig.curves["g_f"],
+        pin_radius=rig.pin_radius,
+        radial=not sensor.is_axial,
+    )
+
+
+def _torque_nodes(rig: CarrierRig, largest_load: float) -> FloatArray:
+    return _TORQUE_NODES * rig.nominal_torque
+
+
+FLEXIBLE_PINS = Effect(
+    "flexible_pins",
+    equation="rho_f delta_f(v - theta) T/T_unit",
+    parameters=(EffectParameter("rho_f", "1", 0.0, 20.0, 0.5),),
+    signature="order 3, m = -1, little of order 6, growing as the torque",
+    pattern=_flexible_pins,
+    follows_sensor=True,
+    follows_delay=True,
+    aliases=others("flexible_pins", THREE_PER_TURN),
+    discriminating_experiment=STEPS_OF_TORQUE,
+)
+STIFF_PINS = Effect(
+    "stiff_pins",
+    equation="rho_s delta_s(v - theta) T/T_unit",
+    parameters=(EffectParameter("rho_s", "1", 0.0, 20.0, 0.5),),
+    signature="order 6, m = 2, and order 3, m = -1, growing as the torque",
+    pattern=_stiff_pins,
+    follows_sensor=True,
+    follows_delay=True,
+    aliases=others("stiff_pins", THREE_PER_TURN),
+    discriminating_experiment=STEPS_OF_TORQUE,
+)
+PIN_CLEARANCE = Effect(
+    "pin_clearance",
+    equation="c (delta_s - delta_f)(v - theta) sign(T) max(|T| - T_c, 0)/T_unit",
+    parameters=(
+        EffectParameter("c", "1", 0.0, 20.0, 0.5),
+        EffectParameter("T_c", "N m", 1.0, 1e8, 1e5, shape=True),
+    ),
+    signature="order 3 falls behind the torque and order 6 grows above a threshold torque",
+    pattern=_pin_clearance,
+    shape_nodes=_torque_nodes,
+    aliases=others("pin_clearance", THREE_PER_TURN),
+    discriminating_experiment=(
+        "torque in steps of a tenth up to the nominal: order 3 has a kink where the clearance "
+        "closes"
+    ),
+)
+UNEQUAL_LOAD_SHARING = Effect(
+    "unequal_load_sharing",
+    equation="sum_i T/(3a) e_i g_f(v - theta - alpha_i), sum e_i = 0",
+    parameters=tuple(EffectParameter(name, "1", -1.0, 1.0, 0.1) for name in ("e_1", "e_2")),
+    signature="orders 1, 2, 4 and 5 fixed to the carrier, growing as the torque",
+    pattern=_unequal_load_sharing,
+    curves=("g_f",),
+    aliases=others("unequal_load_sharing", ONCE_PER_TURN),
+    discriminating_experiment=STEPS_OF_TORQUE,
+)
+LOAD_SHARING_NTL = Effect(
+    "load_sharing_ntl",
+    equation=(
+        "sum_i T/(3a) e_i(t) g_f(v - theta - alpha_i), "
+        "e_i = kappa_r F.e(beta_i) + kappa_t F.t(beta_i)"
+    ),
+    parameters=per_newton("1/N", 5e-7, "kappa_r", "kappa_t"),
+    signature="order 0 tilt and orders 3 and 6, growing as torque times radial load",
+    pattern=_load_sharing_ntl,
+    curves=("g_f",),
+    aliases=WITH_RADIAL_LOAD,
+    discriminating_experiment="the same radial load at a quarter and at full torque",
+)
+
+DEFLECTION = (FLEXIBLE_PINS, STIFF_PINS, PIN_CLEARANCE, UNEQUAL_LOAD_SHARING, LOAD_SHARING_NTL)

@@ -1,0 +1,108 @@
+"""The measurement model of every kind: what a sensor makes of the signal in front of it.
+
+``reading(t) = (1 + gain) y(t - delay; angle + error) + zero``
+
+Simulators and fits use the same functions, so that no difference of their interpolation is taken
+for an effect. Between samples a signal is the polynomial through the six nearest ones: local, so
+that a record read in pieces reads as a whole and a missing sample spoils its neighbours only, and
+of order six. Largest error of a delayed sine at 5, 10 and 20 samples a period: 1.5 %, 0.027 % and
+0.0005 % of its amplitude, against 19, 4.7 and 1.2 % by straight lines and 0.94, 0.043 and 0.0026 %
+by a cubic spline. A step overshoots by 17 % of its half height, by a spline 20 %.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+#: Samples through which the polynomial goes.
+_STENCIL = 6
+
+
+@dataclass(frozen=True)
+class SensorError:
+    """Errors of one sensor: ids ``sensor_gain``, ``sensor_angle``, ``sensor_zero``."""
+
+    gain: float = 0.0
+    """Share by which it reads too much."""
+    angle: float = 0.0
+    """Where it stands beyond its stated angle [rad]."""
+    zero: float = 0.0
+    """[m]."""
+
+    def reading(self, signal: FloatArray) -> FloatArray:
+        """Reading of a signal at the sensor's true place [m]."""
+        return reading(signal, 1.0 + self.gain, self.zero)
+
+
+def reading(
+    signals: FloatArray, factor: float | FloatArray, zero: float | FloatArray
+) -> FloatArray:
+    """Signals as sensors with a factor and an offset read them.
+
+    Parameters
+    ----------
+    signals : ndarray, shape (n,) or (n, n_sensors)
+        True displacements [m].
+    factor, zero : float or ndarray, shape (n_sensors,)
+        Reading over displacement; reading at zero displacement [m].
+    """
+    return np.asarray(signals * factor + zero)
+
+
+def delayed(time: FloatArray, values: FloatArray, delay: float) -> FloatArray:
+    """Signals a while ago, ``x(t - delay)``; held at the ends of the record.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Time [s], ascending.
+    values : ndarray, shape (n,) or (n, n_signals)
+        Signals.
+    delay : float
+        Delay [s]; negative where the signals lead.
+
+    Returns
+    -------
+    ndarray, shape of `values`
+        Delayed signals.
+    """
+    if delay == 0.0 or time.size < 2:
+        return values
+    wanted = np.clip(time - delay, time[0], time[-1])
+    stencil = min(_STENCIL, time.size)
+    first = np.searchsorted(time, wanted) - stencil // 2
+    first = np.clip(first, 0, time.size - stencil)
+    result = np.zeros_like(values, dtype=np.float64)
+    for k in range(stencil):
+        weight = np.ones(time.size)
+        for other in range(stencil):
+            if other != k:
+                node = time[first + other]
+                weight *= (wanted - node) / (time[first + k] - node)
+        result += (weight * values[first + k].T).T
+    return result
+
+
+def delayed_angle(time: FloatArray, angle: FloatArray, delay: float) -> FloatArray:
+    """Carrier angle a while ago [rad], shape (n,); it turns on beyond the record at its rate there.
+
+    Parameters
+    ----------
+    time, angle : ndarray, shape (n,)
+        Time [s] and angle [rad].
+    delay : float
+        Delay [s]; negative for an angle to come.
+    """
+    result = delayed(time, angle, delay)
+    wanted = time - delay
+    before = wanted < time[0]
+    after = wanted > time[-1]
+    if not (before.any() or after.any()):
+        return result
+    rate = np.gradient(angle, time)
+    beyond = np.where(before, rate[0] * (wanted - time[0]), 0.0)
+    beyond = np.where(after, rate[-1] * (wanted - time[-1]), beyond)
+    return result + beyond
