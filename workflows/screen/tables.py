@@ -7,9 +7,7 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.markup import escape
 
-from carrierflex.diagnosis.inference.results import NamedValue
 from carrierflex.diagnosis.report.gap_words import where_text
-from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.geometry.cad_faces import CadFace
 from carrierflex.geometry.quality import MeshQuality
@@ -20,6 +18,7 @@ from carrierflex.reduction.interface_mass import DIRECTIONS, effective_interface
 from carrierflex.reduction.mode_names import mode_names
 from carrierflex.reduction.pin_joints import PIN_FITS
 from carrierflex.reduction.reduced_model import PILOT_COORDINATES, ReducedModel
+from carrierflex.workflows.screen.diagnosis_tables import diagnosis_table as diagnosis_table
 from carrierflex.workflows.screen.score_tables import blind_check_table as blind_check_table
 from carrierflex.workflows.screen.simulation_tables import fmu_table as fmu_table
 from carrierflex.workflows.screen.simulation_tables import table_5_table as table_5_table
@@ -384,44 +383,3 @@ def gear_life_table(found: "GearLife") -> RenderableType:
     for name, mesh in found.meshes.items():
         papers.add_row(f"planet and {name}", f"{mesh.papers_misalignment * 1e6:.0f}")
     return Group(table, papers)
-
-
-def _value_text(own: NamedValue) -> str:
-    if not np.isfinite(own.std):
-        return "not determined by these records"
-    return f"{own.value:.5g} ± {own.std:.1g} {own.unit}"
-
-
-def diagnosis_table(found: Diagnosis) -> RenderableType:
-    """Verdict, where, which and how far."""
-    far, which = found.reduction, found.attribution
-    table = _table("diagnosis", "quantity", "value")
-    table.columns[1].justify = "left"
-    rows = [("verdict", found.verdict), ("reason", found.reason), ("where", where_text(found))]
-    rows += [("effects", ", ".join(which.effects) or "none")]
-    rows += [("aliases", " = ".join(members)) for members in which.aliases]
-    for effect, values in which.parameters.items():
-        rows += [(f"{effect} {n}", _value_text(own)) for n, own in values.items()]
-    rows.append(
-        (
-            "RMS before, after, floor",
-            f"{far.rms_before:.4g}, {far.rms_after:.4g}, {far.noise_floor:.3g} {found.unit}",
-        )
-    )
-    rows.append(("rho, 95 %", f"{far.rho:.4f} [{far.rho_ci95[0]:.4f}, {far.rho_ci95[1]:.4f}]"))
-    rows.append(("phi, 95 %", f"{far.phi:.4f} [{far.phi_ci95[0]:.4f}, {far.phi_ci95[1]:.4f}]"))
-    others = (far.negative_control_rho, far.black_box_rho, far.extrapolation_rho)
-    rows.append(
-        (
-            "rho of negative control, black box, extrapolation",
-            ", ".join(f"{value:.3f}" for value in others),
-        )
-    )
-    rows += (
-        [("to tell them apart", which.discriminating_experiment)]
-        if which.discriminating_experiment
-        else []
-    )
-    for name, value in rows:
-        table.add_row(name, escape(value))
-    return table
