@@ -7,9 +7,6 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.markup import escape
 
-from carrierflex.diagnosis.inference.results import GapReduction, NamedValue
-from carrierflex.diagnosis.report.gap_words import where_text
-from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.geometry.cad_faces import CadFace
 from carrierflex.geometry.quality import MeshQuality
@@ -27,6 +24,7 @@ from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.simulation.mounting.rig import HOUSING_MOTION
 from carrierflex.workflows.screen.body_tables import coupling_table as coupling_table
 from carrierflex.workflows.screen.body_tables import joined_table as joined_table
+from carrierflex.workflows.screen.diagnosis_tables import diagnosis_table as diagnosis_table
 from carrierflex.workflows.screen.score_tables import blind_check_table as blind_check_table
 from carrierflex.workflows.screen.simulation_tables import campaign_table as campaign_table
 from carrierflex.workflows.screen.simulation_tables import fmu_table as fmu_table
@@ -327,46 +325,4 @@ def printed_tables_table(facts: DerivedFacts) -> RenderableType:
             unit,
             *(f"{q * factor:.4g}" for q in (quantity.value, quantity.low, quantity.high)),
         )
-    return table
-
-
-def _value_text(own: NamedValue) -> str:
-    if not np.isfinite(own.std):
-        return "not determined by these records"
-    return f"{own.value:.5g} ± {own.std:.1g} {own.unit}"
-
-
-def _reduction_rows(far: GapReduction, unit: str) -> list[tuple[str, str]]:
-    """How far the gap shrinks, by quantity."""
-    sizes = f"{far.rms_before:.4g}, {far.rms_after:.4g}, {far.noise_floor:.3g} {unit}"
-    others = (far.negative_control_rho, far.black_box_rho, far.extrapolation_rho)
-    return [
-        ("RMS before, after, floor", sizes),
-        ("rho, 95 %", f"{far.rho:.4f} [{far.rho_ci95[0]:.4f}, {far.rho_ci95[1]:.4f}]"),
-        ("phi, 95 %", f"{far.phi:.4f} [{far.phi_ci95[0]:.4f}, {far.phi_ci95[1]:.4f}]"),
-        (
-            "rho of negative control, black box, extrapolation",
-            ", ".join(f"{value:.3f}" for value in others),
-        ),
-    ]
-
-
-def diagnosis_table(found: Diagnosis) -> RenderableType:
-    """Verdict, where, which and how far."""
-    far, which = found.reduction, found.attribution
-    table = _table("diagnosis", "quantity", "value")
-    table.columns[1].justify = "left"
-    rows = [("verdict", found.verdict), ("reason", found.reason), ("where", where_text(found))]
-    rows += [("effects", ", ".join(which.effects) or "none")]
-    rows += [("aliases", " = ".join(members)) for members in which.aliases]
-    for effect, values in which.parameters.items():
-        rows += [(f"{effect} {n}", _value_text(own)) for n, own in values.items()]
-    rows += _reduction_rows(far, found.unit) if far else []
-    rows += (
-        [("to tell them apart", which.discriminating_experiment)]
-        if which.discriminating_experiment
-        else []
-    )
-    for name, value in rows:
-        table.add_row(name, escape(value))
     return table

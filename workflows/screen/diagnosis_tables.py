@@ -1,0 +1,55 @@
+"""Result of a diagnosis as a table on the screen."""
+
+import numpy as np
+from rich.console import RenderableType
+from rich.markup import escape
+
+from carrierflex.diagnosis.inference.results import GapReduction, NamedValue
+from carrierflex.diagnosis.report.gap_words import where_text
+from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.workflows.screen.titled_table import titled_table
+
+
+def _value_text(named: NamedValue) -> str:
+    if not np.isfinite(named.std):
+        return "not determined by these records"
+    return f"{named.value:.5g} ± {named.std:.1g} {named.unit}"
+
+
+def _reduction_rows(reduction: GapReduction, unit: str) -> list[tuple[str, str]]:
+    """How far the gap shrinks, by quantity."""
+    sizes = (reduction.rms_before, reduction.rms_after, reduction.noise_floor)
+    others = (reduction.negative_control_rho, reduction.black_box_rho, reduction.extrapolation_rho)
+    return [
+        ("RMS before, after, floor", ", ".join(f"{size:.4g}" for size in sizes) + f" {unit}"),
+        ("rho, 95 %", _with_interval(reduction.rho, reduction.rho_ci95)),
+        ("phi, 95 %", _with_interval(reduction.phi, reduction.phi_ci95)),
+        (
+            "rho of negative control, black box, extrapolation",
+            ", ".join(f"{value:.3f}" for value in others),
+        ),
+    ]
+
+
+def _with_interval(value: float, ci95: tuple[float, float]) -> str:
+    return f"{value:.4f} [{ci95[0]:.4f}, {ci95[1]:.4f}]"
+
+
+def diagnosis_table(found: Diagnosis) -> RenderableType:
+    """Verdict, where, which and how far."""
+    reduction = found.reduction
+    which = found.attribution
+    table = titled_table("diagnosis", "quantity", "value")
+    table.columns[1].justify = "left"
+    rows = [("verdict", found.verdict), ("reason", found.reason), ("where", where_text(found))]
+    rows += [("effects", ", ".join(which.effects) or "none")]
+    rows += [("aliases", " = ".join(members)) for members in which.aliases]
+    for effect, values in which.parameters.items():
+        rows += [(f"{effect} {n}", _value_text(named)) for n, named in values.items()]
+    if reduction is not None:
+        rows += _reduction_rows(reduction, found.unit)
+    if which.discriminating_experiment:
+        rows.append(("discriminating experiment", which.discriminating_experiment))
+    for name, value in rows:
+        table.add_row(name, escape(value))
+    return table
