@@ -7,6 +7,7 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.markup import escape
 
+from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.geometry.cad_faces import CadFace
 from carrierflex.geometry.quality import MeshQuality
