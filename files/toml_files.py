@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from files.problems import refuse
+from carrierflex.files.problems import refuse
 
 if TYPE_CHECKING:
-    from files.toml_values import TomlTable
+    from carrierflex.files.toml_values import TomlTable
 
     Table = TypeVar("Table", bound=TomlTable)
 
@@ -123,7 +123,7 @@ def checked_document(document: Mapping[str, Any], table: "type[Table]", file: st
     """
     from pydantic import ValidationError
 
-    from files.toml_refusals import problems_in
+    from carrierflex.files.toml_refusals import problems_in
 
     try:
         return table.model_validate(document)

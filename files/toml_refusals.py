@@ -6,9 +6,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from files.problems import problems_of
-from files.toml_files import shortened, shown
-from files.toml_values import TomlTable, json_schema
+from carrierflex.files.problems import problems_of
+from carrierflex.files.toml_files import shortened, shown
+from carrierflex.files.toml_values import TomlTable, json_schema
 
 Schema = Mapping[str, Any]
 Place = tuple[str | int, ...]

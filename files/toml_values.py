@@ -22,7 +22,7 @@ from pydantic import GetJsonSchemaHandler as JsonHandler
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
-from files.problems import refuse, repeated_names
+from carrierflex.files.problems import refuse, repeated_names
 
 
 class TomlTable(BaseModel):

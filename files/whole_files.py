@@ -8,7 +8,9 @@ from pathlib import Path
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Give a temporary name beside `path`, of the same suffix; rename it to `path` when the block ends well.
+    """Give a temporary name beside `path`, of the same suffix.
+
+    Rename it to `path` when the block ends well.
 
     Parameters
     ----------

@@ -1,4 +1,7 @@
-"""The file surfaces.toml: which surfaces of a CAD model carry which name, stated by axis, radius and station."""
+"""The file surfaces.toml.
+
+Which surfaces of a CAD model carry which name, stated by axis, radius and station.
+"""
 
 import math
 from dataclasses import dataclass
@@ -8,16 +11,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.cad_surfaces import SurfaceStatement
-from geometry.parameters import CarrierParameters, PinParameters, pin_angles
+from carrierflex.geometry.cad_surfaces import SurfaceStatement
+from carrierflex.geometry.parameters import CarrierParameters, PinParameters, pin_angles
 
 if TYPE_CHECKING:
-    from geometry.cad_surface_tables import CylinderTable, PlaneTable
-from files.toml_files import TomlKind, read_toml
-from files.whole_files import whole_file
+    from carrierflex.geometry.cad_surface_tables import CylinderTable, PlaneTable
+from carrierflex.files.toml_files import TomlKind, read_toml
+from carrierflex.files.whole_files import whole_file
 
 SURFACES_FILE = TomlKind(
-    "a surfaces file", holds="tables [surfaces.<name>]", most_bytes=100_000, format="carrierflex-surfaces"
+    "a surfaces file",
+    holds="tables [surfaces.<name>]",
+    most_bytes=100_000,
+    format="carrierflex-surfaces",
 )
 #: Deviation [m] written into a new file: two digits of a drawing in mm.
 _TOLERANCE = 1e-5
@@ -27,7 +33,10 @@ _EVERYWHERE = (-math.inf, math.inf)
 
 @dataclass(frozen=True, eq=False)
 class CadFrame:
-    """Where the carrier's frame lies in the CAD model's: origin [m], x axis (downwind) and z axis (towards pin 1)."""
+    """Where the carrier's frame lies in the CAD model's.
+
+    Origin [m], x axis (downwind) and z axis (towards pin 1).
+    """
 
     origin: NDArray[np.float64]
     axis: NDArray[np.float64]
@@ -70,7 +79,9 @@ class CadStatements:
         for surface in self.surfaces:
             if surface.name == name:
                 return surface
-        raise KeyError(f"no surface {name!r} is stated; stated are {', '.join(s.name for s in self.surfaces)}")
+        raise KeyError(
+            f"no surface {name!r} is stated; stated are {', '.join(s.name for s in self.surfaces)}"
+        )
 
 
 def read_cad_statements(path: Path) -> CadStatements:
@@ -84,11 +95,13 @@ def read_cad_statements(path: Path) -> CadStatements:
         Where it is no TOML, of a newer version, or entries are unknown, missing or impossible; the
         message names all of them.
     """
-    from geometry.cad_surface_tables import SurfacesDocument
+    from carrierflex.geometry.cad_surface_tables import SurfacesDocument
 
     document = read_toml(path, SURFACES_FILE, SurfacesDocument)
     frame = CadFrame(
-        np.array(document.frame.origin), _unit_vector(document.frame.axis), _unit_vector(document.frame.pin_1)
+        np.array(document.frame.origin),
+        _unit_vector(document.frame.axis),
+        _unit_vector(document.frame.pin_1),
     )
     surfaces = tuple(_statement(name, table) for name, table in document.surfaces.items())
     return CadStatements(surfaces, frame, document.tolerance, document.pin.bearing_width)
@@ -137,7 +150,9 @@ def _plane_text(name: str, station: float, radii: tuple[float, float]) -> str:
     )
 
 
-def _cylinder_text(name: str, at: NDArray[np.float64] | float, radius: float, x: tuple[float, float]) -> str:
+def _cylinder_text(
+    name: str, at: NDArray[np.float64] | float, radius: float, x: tuple[float, float]
+) -> str:
     y, z = (float(value) for value in np.broadcast_to(at, 2))
     return (
         f'\n[surfaces.{name}]\ntype = "cylinder"\npoint = [0.0, {y!r}, {z!r}]\ndirection = [1.0, 0.0, 0.0]\n'
@@ -150,11 +165,23 @@ def _statement(name: str, table: "CylinderTable | PlaneTable") -> SurfaceStateme
     if table.type == "plane":
         normal = _unit_vector(table.normal)
         return SurfaceStatement(
-            name, "plane", point, normal, table.station, table.radial_range or _EVERYWHERE, table.parts
+            name,
+            "plane",
+            point,
+            normal,
+            table.station,
+            table.radial_range or _EVERYWHERE,
+            table.parts,
         )
     direction = _unit_vector(table.direction)
     return SurfaceStatement(
-        name, "cylinder", point, direction, table.radius, table.axial_range or _EVERYWHERE, table.parts
+        name,
+        "cylinder",
+        point,
+        direction,
+        table.radius,
+        table.axial_range or _EVERYWHERE,
+        table.parts,
     )
 
 

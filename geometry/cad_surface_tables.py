@@ -5,7 +5,15 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from files.toml_values import Expected, Number, Positive, ThreeNumbers, TomlTable, TwoNumbers, key
+from carrierflex.files.toml_values import (
+    Expected,
+    Number,
+    Positive,
+    ThreeNumbers,
+    TomlTable,
+    TwoNumbers,
+    key,
+)
 
 Triple = tuple[float, float, float]
 

@@ -1,13 +1,16 @@
-"""Dimensions from a TOML file: tables [carrier], [pin], [gear] and [main_shaft], every key a field of the parameter classes."""
+"""Dimensions from a TOML file.
+
+Tables [carrier], [pin], [gear] and [main_shaft], every key a field of the parameter classes.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from files.problems import Problems, problems_of, refuse
-from files.toml_files import TomlKind, read_toml
-from geometry.main_shaft_parameters import MainShaftParameters
-from geometry.parameters import CarrierParameters, GearData, PinParameters
+from carrierflex.files.problems import Problems, problems_of, refuse
+from carrierflex.files.toml_files import TomlKind, read_toml
+from carrierflex.geometry.main_shaft_parameters import MainShaftParameters
+from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters
 
 PARAMETER_FILE = TomlKind(
     "a parameter file",
@@ -60,7 +63,7 @@ def read_parameters(path: Path | None) -> StageParameters:
     """
     if path is None:
         return StageParameters()
-    from geometry.parameter_tables import ParameterTables
+    from carrierflex.geometry.parameter_tables import ParameterTables
 
     tables = read_toml(path, PARAMETER_FILE, ParameterTables)
     try:

@@ -2,9 +2,9 @@
 
 from typing import Annotated
 
-from files.toml_values import FieldsOf, Key, Positive, Teeth, TomlTable, key
-from geometry.main_shaft_parameters import MainShaftParameters
-from geometry.parameters import CarrierParameters, GearData, PinParameters
+from carrierflex.files.toml_values import FieldsOf, Key, Positive, Teeth, TomlTable, key
+from carrierflex.geometry.main_shaft_parameters import MainShaftParameters
+from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters
 
 _CARRIER = {
     "outer_radius": "Outer radius of both plates",

@@ -3,26 +3,35 @@
 import numpy as np
 import pytest
 
-from fe.carrier_curves import carrier_deflection, flexible_cases, stiff_cases
-from fe.structural_model import FLEXIBLE_CARRIER_PILOTS, PIN_PILOTS, STIFF_CARRIER_PILOTS, structural_model
-from geometry.carrier_mesh import (
+from carrierflex.fe.carrier_curves import carrier_deflection, flexible_cases, stiff_cases
+from carrierflex.fe.structural_model import (
+    FLEXIBLE_CARRIER_PILOTS,
+    PIN_PILOTS,
+    STIFF_CARRIER_PILOTS,
+    structural_model,
+)
+from carrierflex.geometry.carrier_mesh import (
     flexible_carrier_mesh,
     flexible_half_sector,
     pin_mesh,
     stiff_carrier_mesh,
     stiff_half_sector,
 )
-from geometry.parameters import CarrierParameters, GearData, PinParameters
-from reduction.craig_bampton import craig_bampton
-from workflows.cache_store import FOLDER_VARIABLE
+from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.workflows.support.cache_store import FOLDER_VARIABLE
 
-#: Coarse [m]: identities of the method hold on any mesh, and the curves' orders are within a few per cent already.
+#: Coarse [m]: identities of the method hold on any mesh, and the curves' orders are within a few
+#: per cent already.
 SIZE = 0.06
 
 
 @pytest.fixture(scope="session", autouse=True)
 def own_cache(tmp_path_factory):
-    """A cache of the test run's own: no result of another run is taken, none is left with the user."""
+    """A cache of the test run's own.
+
+    No result of another run is taken, none is left with the user.
+    """
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(FOLDER_VARIABLE, str(tmp_path_factory.mktemp("cache")))
         yield
@@ -91,7 +100,9 @@ def flexible_deflection(flexible_structure, flexible_mesh, carrier, gear):
 
 @pytest.fixture(scope="session")
 def stiff_deflection(stiff_structure, stiff_mesh, gear):
-    return carrier_deflection(stiff_structure, np.unique(stiff_mesh.surface("shaft_face")), stiff_cases(gear))
+    return carrier_deflection(
+        stiff_structure, np.unique(stiff_mesh.surface("shaft_face")), stiff_cases(gear)
+    )
 
 
 @pytest.fixture(scope="session")

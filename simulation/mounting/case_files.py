@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from files.problems import problems_of, refuse
-from files.toml_files import TomlKind, read_toml
-from simulation.case_files import MOST_CASE_BYTES
-from simulation.mounting.load_history import LoadHistory
-from simulation.mounting.parameters import ParameterArray, parameter_array
-from simulation.mounting.rig import MountingRig
+from carrierflex.files.problems import problems_of, refuse
+from carrierflex.files.toml_files import TomlKind, read_toml
+from carrierflex.simulation.carrier.case_files import MOST_CASE_BYTES
+from carrierflex.simulation.mounting.load_history import LoadHistory
+from carrierflex.simulation.mounting.parameters import ParameterArray, parameter_array
+from carrierflex.simulation.mounting.rig import MountingRig
 
 MOUNTING_CASE = TomlKind(
     "a case file of kind mounting",
@@ -63,8 +63,8 @@ def read_mounting_case(path: Path) -> MountingCase:
     Parameters
     ----------
     path : Path
-        TOML file; ``cases/mounting_2011.toml`` shows its keys. Keys of the rig and of a history that are left out have the
-        defaults of :class:`MountingRig` and :class:`LoadHistory`.
+        TOML file; ``cases/mounting_2011.toml`` shows its keys. Keys of the rig and of a history
+        that are left out have the defaults of :class:`MountingRig` and :class:`LoadHistory`.
 
     Returns
     -------
@@ -78,7 +78,7 @@ def read_mounting_case(path: Path) -> MountingCase:
     ValueError
         Where it is not TOML, or keys are unknown, missing or wrong; all of them at once.
     """
-    from simulation.mounting.case_tables import MountingCaseDocument
+    from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
 
     document = read_toml(path, MOUNTING_CASE, MountingCaseDocument)
     try:

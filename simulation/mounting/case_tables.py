@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from files.toml_values import (
+from carrierflex.files.toml_values import (
     Count,
     Expected,
     FieldsOf,
@@ -18,10 +18,10 @@ from files.toml_values import (
     different,
     key,
 )
-from simulation.mounting.load_history import LoadHistory
-from simulation.mounting.parameters import PARAMETERS, Parameter
-from simulation.mounting.rig import MountingRig
-from simulation.mounting.rig_keys import RIG_KEYS
+from carrierflex.simulation.mounting.load_history import LoadHistory
+from carrierflex.simulation.mounting.parameters import PARAMETERS, Parameter
+from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.rig_keys import RIG_KEYS
 
 _HISTORY = {
     "duration": Key(Number, "Length of the record", "s"),

@@ -1,6 +1,13 @@
 """Keys of the mounting rig in a file: cases may leave them out, campaigns state all of them."""
 
-from files.toml_values import Key, NotNegative, Number, Positive, PositiveCount, ThreePositive
+from carrierflex.files.toml_values import (
+    Key,
+    NotNegative,
+    Number,
+    Positive,
+    PositiveCount,
+    ThreePositive,
+)
 
 RIG_KEYS = {
     "R_x": Key(

@@ -1,6 +1,6 @@
 """Keys of a stage case for the data of meshes, bearings, parallel stages, mounting and rollers."""
 
-from files.toml_values import Harmonics, Key, NotNegative, Positive, PositiveCount
+from carrierflex.files.toml_values import Harmonics, Key, NotNegative, Positive, PositiveCount
 
 MESH_KEYS = {
     "sun_stiffness": Key(Positive, "Mean stiffness of a sun mesh along the tooth normal", "N/m"),

@@ -7,17 +7,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from files.problems import refuse, repeated_names
-from files.toml_files import TomlKind, read_toml
-from simulation.case_files import MOST_CASE_BYTES
-from simulation.run_cases import Sensor
-from simulation.stage.effects import StageEffects
-from simulation.stage.readings import ReadingEffects, SensorError
-from simulation.stage.stage_data import StageData
-from simulation.stage.statics import SteadyLoad
+from carrierflex.files.problems import refuse, repeated_names
+from carrierflex.files.toml_files import TomlKind, read_toml
+from carrierflex.simulation.carrier.case_files import MOST_CASE_BYTES
+from carrierflex.simulation.carrier.run_cases import Sensor
+from carrierflex.simulation.stage.effects import StageEffects
+from carrierflex.simulation.stage.readings import ReadingEffects, SensorError
+from carrierflex.simulation.stage.stage_data import StageData
+from carrierflex.simulation.stage.statics import SteadyLoad
 
 if TYPE_CHECKING:
-    from simulation.stage.stage_tables import ReadingTable, StageCaseDocument, StageSensorTable
+    from carrierflex.simulation.stage.stage_tables import (
+        ReadingTable,
+        StageCaseDocument,
+        StageSensorTable,
+    )
 
 #: First line of a stage case.
 STAGE_FORMAT = "carrierflex-stage-case"
@@ -64,7 +68,8 @@ class StageCase:
     bodies : mapping of str to Path
         Body files in place of the default carrier, pin or main shaft.
     rest_angle : float or None
-        Carrier angle [rad] of the rest reading that the signals count from; None where they count from the unloaded model.
+        Carrier angle [rad] of the rest reading that the signals count from; None where they count
+        from the unloaded model.
     """
 
     name: str
@@ -98,7 +103,7 @@ def read_stage_case(path: Path) -> StageCase:
     ValueError
         Where it is too large or not TOML, or keys are unknown, missing or wrong (all at once).
     """
-    from simulation.stage.stage_tables import StageCaseDocument
+    from carrierflex.simulation.stage.stage_tables import StageCaseDocument
 
     document = read_toml(path, STAGE_CASE, StageCaseDocument)
     sensors = tuple(
@@ -125,7 +130,8 @@ def read_stage_case(path: Path) -> StageCase:
         reading=_reading(document.reading, document.sensors),
         sensors=sensors,
         runs=tuple(
-            StageRun(run.name, run.condition, SteadyLoad(run.torque, run.ntl_y, run.ntl_z)) for run in document.runs
+            StageRun(run.name, run.condition, SteadyLoad(run.torque, run.ntl_y, run.ntl_z))
+            for run in document.runs
         ),
         bodies={name: path.parent / file for name, file in document.bodies.given().items()},
         rest_angle=None if zeroing is None else float(np.deg2rad(zeroing.carrier_angle_deg)),
@@ -144,7 +150,9 @@ def _data(document: "StageCaseDocument") -> StageData:
 
 def _reading(table: "ReadingTable", sensors: "list[StageSensorTable]") -> ReadingEffects:
     values = _radians(table.given())
-    values["runout"] = {entry.order: (entry.amplitude, float(np.deg2rad(entry.phase_deg))) for entry in table.runout}
+    values["runout"] = {
+        entry.order: (entry.amplitude, float(np.deg2rad(entry.phase_deg))) for entry in table.runout
+    }
     errors = {
         sensor.name: SensorError(
             sensor.gain,

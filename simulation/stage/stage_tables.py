@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from files.toml_values import (
+from carrierflex.files.toml_values import (
     Count,
     Expected,
     FieldsOf,
@@ -20,17 +20,17 @@ from files.toml_values import (
     different,
     key,
 )
-from simulation.case_tables import RigTable, SensorTable
-from simulation.stage.data_keys import (
+from carrierflex.simulation.carrier.case_tables import RigTable, SensorTable
+from carrierflex.simulation.stage.data_keys import (
     BEARING_KEYS,
     CHAIN_KEYS,
     MESH_KEYS,
     MOUNTING_KEYS,
     ROLLER_KEYS,
 )
-from simulation.stage.effects import StageEffects
-from simulation.stage.roller_bearing import RollerBearingData
-from simulation.stage.stage_data import BearingData, ChainData, MeshData, MountingData
+from carrierflex.simulation.stage.effects import StageEffects
+from carrierflex.simulation.stage.roller_bearing import RollerBearingData
+from carrierflex.simulation.stage.stage_data import BearingData, ChainData, MeshData, MountingData
 
 _Order = Annotated[int, Field(ge=2), Expected("a whole number >= 2, order 1 is a tilt of the face")]
 

@@ -9,9 +9,9 @@ import pytest
 import tomli_w
 from pydantic import Field
 
-from files.problems import MOST_LISTED, refuse
-from files.toml_files import TomlKind, checked_document, read_toml, shown, toml_document
-from files.toml_values import (
+from carrierflex.files.problems import MOST_LISTED, refuse
+from carrierflex.files.toml_files import TomlKind, checked_document, read_toml, shown, toml_document
+from carrierflex.files.toml_values import (
     Count,
     Expected,
     FieldsOf,
