@@ -221,7 +221,7 @@ def test_a_cad_model_without_statements_is_refused(refused, cad):
         "mesh", "--step", "carrier.step", "--surfaces", "absent.toml", "--out", "a.msh"
     )
     changed(cad, "version = 1", "version = 2")
-    assert "written for a newer version (2)" in refused(*CAD)
+    assert "key 'version' is 2, written by a newer version" in refused(*CAD)
 
 
 @pytest.fixture

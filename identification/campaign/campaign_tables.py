@@ -297,10 +297,7 @@ class ElementCampaignDocument(_CampaignDocument):
 CampaignDocument = CarrierCampaignDocument | MountingCampaignDocument | ElementCampaignDocument
 
 #: Top table of campaign.toml by its key ``kind``.
-DOCUMENT_OF_KIND: dict[
-    str,
-    type[CarrierCampaignDocument | MountingCampaignDocument | ElementCampaignDocument],
-] = {
+DOCUMENT_OF_KIND: dict[str, type[CampaignDocument]] = {
     "carrier": CarrierCampaignDocument,
     "mounting": MountingCampaignDocument,
     "element": ElementCampaignDocument,
