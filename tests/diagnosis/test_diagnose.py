@@ -85,7 +85,7 @@ def test_interval_of_a_placebo_contains_one():
         lambda text: None,
     )
     for negative_control in problem.negative_controls:
-        draws = search.shrink_draws(search.score(()), search.score((negative_control,)))
+        draws = search.reduction_draws(search.score(()), search.score((negative_control,)))
         low, high = np.quantile(draws, (0.025, 0.975))
         assert low <= 1.0 <= high
 
