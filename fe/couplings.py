@@ -14,6 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from carrierflex.fe.node_dofs import dofs_of
 from carrierflex.fe.point_couplings import AveragedDofs, point_coupling
 from carrierflex.fe.rigid_fit import ALL_COMPONENTS, MOTIONS, fitted_motion
 from carrierflex.fe.surface_integrals import facet_moments
@@ -135,8 +136,8 @@ def weighted_pilot(
     each = _checked_weights(np.asarray(weights, dtype=np.float64), nodes, name)
     directions = _checked_frames(frames, len(nodes), name)
     node, axis = np.nonzero(each)
-    held, row = np.unique(node, return_inverse=True)
-    used = nodes[held]
+    weighted, row = np.unique(node, return_inverse=True)
+    used = nodes[weighted]
     dofs = AveragedDofs(
         mesh.points[used],
         row,
@@ -174,7 +175,7 @@ def described_nodes(points: NDArray[np.float64], nodes: NDArray[np.int64]) -> st
 def _on_all_dofs(G: NDArray[np.float64], nodes: NDArray[np.int64], n_nodes: int) -> sp.csr_array:
     """Spread columns of the dofs of `nodes` over those of all nodes."""
     local = sp.csr_array(G)
-    columns = (3 * nodes[:, None] + np.arange(3)).ravel()
+    columns = dofs_of(nodes).ravel()
     return sp.csr_array(
         (local.data, columns[local.indices], local.indptr), shape=(len(G), 3 * n_nodes)
     )

@@ -44,14 +44,14 @@ class Factorisation(Protocol):
         ...
 
 
-def factorise(A: sp.csr_array, *, held: NDArray[np.int64] | None = None) -> Factorisation:
+def factorise(A: sp.csr_array, *, fixed: NDArray[np.int64] | None = None) -> Factorisation:
     """Factorise a symmetric positive definite matrix with the fastest library at hand.
 
     Parameters
     ----------
     A : csr_array, shape (n, n)
-        Symmetric, both triangles stored; positive definite without the rows and columns `held`.
-    held : ndarray of int, optional
+        Symmetric, both triangles stored; positive definite without the rows and columns `fixed`.
+    fixed : ndarray of int, optional
         Degrees of freedom left out: whatever stands in their rows of b, their rows of the solution
         are zero.
 
@@ -65,9 +65,9 @@ def factorise(A: sp.csr_array, *, held: NDArray[np.int64] | None = None) -> Fact
     SingularMatrixError
         Where A is not positive definite.
     """
-    if held is None or not len(held):
+    if fixed is None or not len(fixed):
         return _factoriser()(upper_triangle(A, np.zeros(0, dtype=np.int64)))
-    return _Partition(_factoriser()(upper_triangle(A, held)), held)
+    return _Partition(_factoriser()(upper_triangle(A, fixed)), fixed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,11 +78,11 @@ class _Partition:
     """
 
     factor: Factorisation
-    held: NDArray[np.int64]
+    fixed: NDArray[np.int64]
 
     def solve(self, b: NDArray[np.float64]) -> NDArray[np.float64]:
         right = b.copy(order="F")
-        right[self.held] = 0.0
+        right[self.fixed] = 0.0
         return self.factor.solve(right)
 
 

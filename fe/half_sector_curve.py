@@ -57,7 +57,7 @@ def half_sector_curve(
         Where the load is not antisymmetric about the pin's plane.
     """
     K = assemble_stiffness(half, BODY_MATERIALS)
-    T, free = _held_directions(half)
+    T, free = _fixed_directions(half)
     f = np.zeros(K.shape[0])
     points = carrier_pilot_points(carrier)
     for name, load in pin_1_load.items():
@@ -73,7 +73,7 @@ def half_sector_curve(
     return _whole_circle(half, carrier.sensor_radius, T @ q)
 
 
-def _held_directions(half: TetMesh) -> tuple[sp.csr_array, NDArray[np.int64]]:
+def _fixed_directions(half: TetMesh) -> tuple[sp.csr_array, NDArray[np.int64]]:
     """Rotation T of the nodes on the web's plane into (x, radial, tangential), and the free degrees of freedom."""
     on_pin, on_web = cut_plane_nodes(half)
     n = len(half.points)
@@ -81,11 +81,11 @@ def _held_directions(half: TetMesh) -> tuple[sp.csr_array, NDArray[np.int64]]:
     blocks = np.tile(np.eye(3), (n, 1, 1))
     blocks[on_web] = np.array([[1.0, 0.0, 0.0], [0.0, -s, -c], [0.0, c, -s]])
     T = sp.csr_array(sp.bsr_array((blocks, np.arange(n), np.arange(n + 1))))
-    held = np.zeros((n, 3), dtype=bool)
-    held[np.unique(half.surface("shaft_face"))] = True
-    held[on_pin] |= [True, False, True]
-    held[on_web] |= [True, True, False]
-    return T, np.flatnonzero(~held.ravel())
+    fixed = np.zeros((n, 3), dtype=bool)
+    fixed[np.unique(half.surface("shaft_face"))] = True
+    fixed[on_pin] |= [True, False, True]
+    fixed[on_web] |= [True, True, False]
+    return T, np.flatnonzero(~fixed.ravel())
 
 
 def _whole_circle(half: TetMesh, radius: float, u: NDArray[np.float64]) -> DeflectionCurve:

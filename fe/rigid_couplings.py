@@ -14,6 +14,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from carrierflex.fe.couplings import Pilot, described_nodes
+from carrierflex.fe.node_dofs import dofs_of
 from carrierflex.fe.pilot_overlaps import independence, shared_nodes
 from carrierflex.fe.rigid_fit import ALL_COMPONENTS, fitted_motion
 from carrierflex.fe.structural_model import StructuralModel
@@ -61,12 +62,15 @@ def rigidly_coupled(
         is_free[nodes] = False
     free = np.flatnonzero(is_free)
     L = _coordinates(mesh, free, rigid, surfaces)
-    own = {
+    selections = {
         pilot.name: _selection(3 * len(free) + 6 * number, L.shape[1])
         for number, pilot in enumerate(rigid)
     }
     pilots = tuple(
-        replace(pilot, G=own[pilot.name] if pilot.name in own else sp.csr_array(pilot.G @ L))
+        replace(
+            pilot,
+            G=selections[pilot.name] if pilot.name in selections else sp.csr_array(pilot.G @ L),
+        )
         for pilot in structure.pilots
     )
     _refuse_robbed_pilots(structure.pilots, pilots, surfaces, mesh.points)
@@ -158,13 +162,13 @@ def _coordinates(
     surfaces: dict[str, NDArray[np.int64]],
 ) -> sp.csr_array:
     """Matrix L, shape (3 n, 3 n_free + 6 n_pilots)."""
-    rows = [(3 * free[:, None] + np.arange(3)).ravel()]
+    rows = [dofs_of(free).ravel()]
     columns = [np.arange(3 * len(free))]
     values = [np.ones(3 * len(free))]
     for number, pilot in enumerate(pilots):
         nodes = surfaces[pilot.name]
         R = rigid_motion(mesh.points[nodes], pilot.point).reshape(-1, 6)
-        rows.append(np.repeat((3 * nodes[:, None] + np.arange(3)).ravel(), 6))
+        rows.append(np.repeat(dofs_of(nodes).ravel(), 6))
         columns.append(np.tile(3 * len(free) + 6 * number + np.arange(6), len(R)))
         values.append(R.ravel())
     shape = (3 * len(mesh.points), 3 * len(free) + 6 * len(pilots))

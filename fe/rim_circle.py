@@ -7,6 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from carrierflex.fe.node_dofs import dofs_of
 from carrierflex.geometry.tet_mesh import TetMesh
 
 #: Distance [m] at which a node counts as lying on the circle.
@@ -53,12 +54,13 @@ def rim_recovery(
     shapes = _quadratic_shapes(mesh, edges[edge], turned[np.arange(len(angles)), edge])
     direction = np.stack([np.zeros_like(angles), -np.sin(angles), np.cos(angles)], axis=1)
     rows = np.repeat(np.arange(len(angles)), 3)
-    columns, shape = 3 * edges[edge].ravel(), (len(angles), 3 * len(mesh.points))
-    axial = sp.csr_array((shapes.ravel(), (rows, columns)), shape=shape)
+    dofs = dofs_of(edges[edge].ravel())
+    shape = (len(angles), 3 * len(mesh.points))
+    axial = sp.csr_array((shapes.ravel(), (rows, dofs[:, 0])), shape=shape)
     radial = sp.csr_array(shape)
     for axis in (1, 2):
         values = (shapes * direction[:, axis, None]).ravel()
-        radial = radial + sp.csr_array((values, (rows, columns + axis)), shape=shape)
+        radial = radial + sp.csr_array((values, (rows, dofs[:, axis])), shape=shape)
     return axial, radial
 
 
@@ -66,10 +68,10 @@ def _edges_on_circle(mesh: TetMesh, radius: float) -> NDArray[np.int64]:
     facets = mesh.surface("rim_face")
     edges = np.concatenate([facets[:, list(edge)] for edge in _EDGES])
     on_circle = np.abs(np.hypot(mesh.points[:, 1], mesh.points[:, 2]) - radius) < _ON
-    found = np.unique(edges[on_circle[edges].all(axis=1)], axis=0)
-    if not len(found):
+    on_rim = np.unique(edges[on_circle[edges].all(axis=1)], axis=0)
+    if not len(on_rim):
         raise ValueError(f"the rim face has no element edges on the circle of radius {radius} m")
-    return found
+    return on_rim
 
 
 def _angle(points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -99,9 +99,9 @@ def surface_moments(
         isoparametric.
     """
     nodes, local = np.unique(facets, return_inverse=True)
-    own, Z = facet_moments(mesh.points[nodes], local.reshape(-1, 6), origin)
+    B_surface, Z = facet_moments(mesh.points[nodes], local.reshape(-1, 6), origin)
     B = np.zeros((6, len(mesh.points), 3))
-    B[:, nodes] = own
+    B[:, nodes] = B_surface
     return B, Z
 
 

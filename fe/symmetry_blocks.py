@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from carrierflex.fe.assembly import assemble_stiffness_and_mass
 from carrierflex.fe.materials import BODY_MATERIALS, Material
+from carrierflex.fe.node_dofs import dofs_of
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.fe.surface_integrals import rigid_motion, surface_moments
 from carrierflex.geometry.dihedral_group import MOTIONS, IrreducibleRepresentation, pilot_motions
@@ -129,9 +130,9 @@ def half_sector(
         )
         shares.append(sp.csr_array(B.reshape(6, -1)))
         Z_half[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = Z
-    Z_whole = np.einsum("gab,bc,gdc->ad", Q, Z_half, Q, optimize=True)
+    Z_body = np.einsum("gab,bc,gdc->ad", Q, Z_half, Q, optimize=True)
     for i, pilot in enumerate(pilots):
-        if not np.diagonal(Z_whole)[6 * i : 6 * i + 6].all():
+        if not np.diagonal(Z_body)[6 * i : 6 * i + 6].all():
             raise ValueError(
                 f"pilot {pilot!r} has no surface in the half sector, nor has an image of it; the half sector has "
                 f"{', '.join(sorted(half.surfaces))}"
@@ -141,7 +142,7 @@ def half_sector(
         StructuralModel(name, K, M, half.points, ()),
         dict(pilots),
         sp.csr_array(sp.vstack(shares)),
-        Z_whole,
+        Z_body,
     )
 
 
@@ -204,12 +205,15 @@ def _admitted_displacements(
     kinds, kind = np.unique(stays, axis=0, return_inverse=True)
     bases = [_fixed_space(representation, stabiliser) for stabiliser in kinds]
     first = np.concatenate([[0], np.cumsum(np.array([basis.shape[1] for basis in bases])[kind])])
-    rows, columns, values = [], [], []
+    rows = []
+    columns = []
+    values = []
     for number, basis in enumerate(bases):
         nodes = np.flatnonzero(kind == number)
         entry, column = np.nonzero(basis)
         partner, axis = np.divmod(entry, 3)
-        rows.append((3 * n * partner + axis + 3 * nodes[:, None]).ravel())
+        dofs = dofs_of(n * partner + nodes[:, None])
+        rows.append(dofs[:, np.arange(len(axis)), axis].ravel())
         columns.append((first[nodes][:, None] + column).ravel())
         values.append(np.tile(basis[entry, column], len(nodes)))
     entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))

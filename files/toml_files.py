@@ -82,9 +82,9 @@ def toml_document(path: Path, kind: TomlKind) -> dict[str, Any]:
         text = content.decode("utf-8")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
-        found = f"byte 0x{content[error.start]:02x} in line {line} is no UTF-8 text"
+        defect = f"byte 0x{content[error.start]:02x} in line {line} is no UTF-8 text"
         raise ValueError(
-            f"{path}: not a TOML file: {found}; expected {kind.what} in UTF-8",
+            f"{path}: not a TOML file: {defect}; expected {kind.what} in UTF-8",
         ) from error
     try:
         # Line ends of any system count, as in Python's text files.
@@ -174,9 +174,9 @@ def check_header(document: Mapping[str, Any], kind: TomlKind, file: str) -> None
     if "format" not in document:
         raise ValueError(f"{file}: missing key 'format'; expected '{kind.format}' for {kind.what}")
     if document["format"] != kind.format:
-        found = shown(document["format"])
+        defect = shown(document["format"])
         raise ValueError(
-            f"{file}: key 'format' is {found}; expected '{kind.format}' for {kind.what}",
+            f"{file}: key 'format' is {defect}; expected '{kind.format}' for {kind.what}",
         )
     if "version" not in document:
         raise ValueError(f"{file}: missing key 'version'; expected {kind.version}")
@@ -184,8 +184,8 @@ def check_header(document: Mapping[str, Any], kind: TomlKind, file: str) -> None
     if isinstance(version, bool) or not isinstance(version, int) or version < 1:
         raise ValueError(f"{file}: key 'version' is {shown(version)}; expected {kind.version}")
     if version > kind.version:
-        found = f"key 'version' is {shown(version)}, written by a newer version"
-        raise ValueError(f"{file}: {found}; expected {kind.version}: update carrierflex")
+        defect = f"key 'version' is {shown(version)}, written by a newer version"
+        raise ValueError(f"{file}: {defect}; expected {kind.version}: update carrierflex")
 
 
 def shown(value: Any) -> str:

@@ -224,9 +224,9 @@ def _pins(statements: CadStatements, faces: tuple[CadFace, ...]) -> CadPins:
     solids, seats = [], []
     for number in range(1, N_PINS + 1):
         bores = [statements.named(f"pin_{number}_{side}") for side in ("upwind", "downwind")]
-        found = [bore.touched(faces, statements.tolerance) for bore in bores]
-        reach = [_reach(bore, touched) for bore, touched in zip(bores, found, strict=True)]
-        face = found[0][0]
+        bore_faces = [bore.touched(faces, statements.tolerance) for bore in bores]
+        reach = [_reach(bore, touched) for bore, touched in zip(bores, bore_faces, strict=True)]
+        face = bore_faces[0][0]
         axis = face.direction * np.sign(face.direction @ bores[0].direction)
         foot = face.point - (face.point @ axis) * axis
         solids.append((foot + reach[0][0] * axis, (reach[1][1] - reach[0][0]) * axis, face.radius))

@@ -114,11 +114,11 @@ def _distance(name: str, point: NDArray[np.float64], angle: float) -> float:
 
     ValueError where it does not stand at `angle` [rad].
     """
-    found = math.atan2(-point[1], point[2])
-    off = math.remainder(found - angle, 2.0 * math.pi)
+    angle_of_bore = math.atan2(-point[1], point[2])
+    off = math.remainder(angle_of_bore - angle, 2.0 * math.pi)
     if abs(off) > _PIN_ANGLE:
         raise ValueError(
-            f"surface {name!r} stands at {math.degrees(found) % 360.0:.4g} deg about the x axis; expected "
+            f"surface {name!r} stands at {math.degrees(angle_of_bore) % 360.0:.4g} deg about the x axis; expected "
             f"{math.degrees(angle):.4g} deg (pins 1, 2, 3 at 0, 120, 240 deg from z, angles turning about +x)"
         )
     return math.hypot(point[1], point[2])

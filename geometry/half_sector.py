@@ -69,8 +69,8 @@ def carrier_half_sector(
     plate_faces = (carrier.upwind_bore_x[0], carrier.downwind_bore_x[1])
     circles += [(x, carrier.centre_distance, carrier.pin_hole_radius) for x in plate_faces]
     with quiet_geometry() as geometry:
-        whole = carrier_solid(geometry, carrier, (0.0,))
-        solids = [geometry.boolean_intersection([*whole, _wedge(geometry)])[0]]
+        carrier_parts = carrier_solid(geometry, carrier, (0.0,))
+        solids = [geometry.boolean_intersection([*carrier_parts, _wedge(geometry)])[0]]
         if pin is not None:
             pin.check_fits(carrier)
             solids.append(_pin_solid(geometry, carrier, pin))
@@ -137,8 +137,8 @@ def _wedge(geometry: Any) -> Any:
 
 def _pin_solid(geometry: Any, carrier: CarrierParameters, pin: PinParameters) -> Any:
     x = (0.0, carrier.length_between_faces)
-    whole = solid_cylinder(geometry, x, pin.diameter / 2.0, (0.0, carrier.centre_distance))
-    return geometry.boolean_intersection([whole, _wedge(geometry)])[0]
+    pin_cylinder = solid_cylinder(geometry, x, pin.diameter / 2.0, (0.0, carrier.centre_distance))
+    return geometry.boolean_intersection([pin_cylinder, _wedge(geometry)])[0]
 
 
 def _imprint(
@@ -209,10 +209,10 @@ def extracted(body_of: Callable[[int], str]) -> TetMesh:
             tets = row[numbers.astype(np.int64)].reshape(-1, 10)[:, _FROM_GMSH_TET10]
             blocks.setdefault(body_of(volume), []).append(tets)
     # In the order of their names, whatever the order of gmsh's volumes.
-    found = {name: np.concatenate(blocks[name]) for name in sorted(blocks)}
-    used, compact = np.unique(np.concatenate(list(found.values())), return_inverse=True)
-    edges = np.cumsum([0, *(len(part) for part in found.values())])
-    bodies = {name: np.arange(edges[i], edges[i + 1]) for i, name in enumerate(found)}
+    by_body = {name: np.concatenate(blocks[name]) for name in sorted(blocks)}
+    used, compact = np.unique(np.concatenate(list(by_body.values())), return_inverse=True)
+    edges = np.cumsum([0, *(len(part) for part in by_body.values())])
+    bodies = {name: np.arange(edges[i], edges[i + 1]) for i, name in enumerate(by_body)}
     return TetMesh(_on_cut_planes(all_points[used]), compact.reshape(-1, 10), {}, bodies)
 
 

@@ -137,8 +137,8 @@ def read_mesh(path: Path) -> TetMesh:
         raise FileNotFoundError(f"{path}: no such file; expected a gmsh mesh (.msh)")
     try:
         _refuse_cut_short(path)
-        found = meshio.gmsh.read(path)
-        blocks = _named_blocks(found)
+        gmsh_mesh = meshio.gmsh.read(path)
+        blocks = _named_blocks(gmsh_mesh)
     except (
         meshio.ReadError,
         ValueError,
@@ -153,7 +153,7 @@ def read_mesh(path: Path) -> TetMesh:
         raise ValueError(
             f"{path}: not a complete gmsh mesh ({reason}); expected .msh of version 2.2 or 4.1, whole, with physical groups"
         ) from error
-    mesh = _from_blocks(found.points, blocks, path)
+    mesh = _from_blocks(gmsh_mesh.points, blocks, path)
     check_mesh(mesh, str(path))
     return mesh
 
@@ -169,17 +169,17 @@ def _refuse_cut_short(path: Path) -> None:
         raise ValueError("the last section is not closed by $End...: cut short")
 
 
-def _named_blocks(found: meshio.Mesh) -> list[tuple[str, str, NDArray[np.int64]]]:
+def _named_blocks(gmsh_mesh: meshio.Mesh) -> list[tuple[str, str, NDArray[np.int64]]]:
     """Element type, physical group's name (empty where it has none) and node numbers of the parts of the mesh."""
     names = {
         (int(dimension), int(number)): name
-        for name, (number, dimension) in found.field_data.items()
+        for name, (number, dimension) in gmsh_mesh.field_data.items()
     }
-    tags = found.cell_data.get(
-        "gmsh:physical", [np.zeros(len(block.data), dtype=np.int64) for block in found.cells]
+    tags = gmsh_mesh.cell_data.get(
+        "gmsh:physical", [np.zeros(len(block.data), dtype=np.int64) for block in gmsh_mesh.cells]
     )
     blocks = []
-    for block, numbers in zip(found.cells, tags, strict=True):
+    for block, numbers in zip(gmsh_mesh.cells, tags, strict=True):
         for number in np.unique(numbers):
             name = names.get((block.dim, int(number)), "")
             blocks.append((block.type, name, block.data[numbers == number].astype(np.int64)))
@@ -230,9 +230,9 @@ def _outward(
         row = {
             tuple(corners): i for i, corners in enumerate(np.sort(of_body[:, :3], axis=1).tolist())
         }
-        found = [row.get(tuple(corners), -1) for corners in np.sort(facets[:, :3], axis=1).tolist()]
-        if min(found) >= 0:
-            return of_body[found]
+        rows = [row.get(tuple(corners), -1) for corners in np.sort(facets[:, :3], axis=1).tolist()]
+        if min(rows) >= 0:
+            return of_body[rows]
     raise ValueError(
         f"{what}: {len(facets)} facets, not all of them on the boundary of one body; expected boundary facets"
     )

@@ -38,7 +38,7 @@ def with_carrier_surfaces(
         parameters.
     """
     facets = boundary_facets(mesh.tets[mesh.bodies["carrier"]])
-    found = _matching(mesh, facets, carrier_surface_equations(carrier))
+    surfaces = _matching(mesh, facets, carrier_surface_equations(carrier))
     if pin is not None:
         pin_facets = boundary_facets(mesh.tets[mesh.bodies["pins"]])
         equations = {
@@ -46,8 +46,8 @@ def with_carrier_surfaces(
             for name, eq in pin_surface_equations(carrier, pin).items()
             if "midspan" in name
         }
-        found |= _matching(mesh, pin_facets, equations)
-    return _checked(mesh, found)
+        surfaces |= _matching(mesh, pin_facets, equations)
+    return _checked(mesh, surfaces)
 
 
 def with_pin_surfaces(mesh: TetMesh, carrier: CarrierParameters, pin: PinParameters) -> TetMesh:
@@ -57,7 +57,7 @@ def with_pin_surfaces(mesh: TetMesh, carrier: CarrierParameters, pin: PinParamet
         for name, eq in pin_surface_equations(carrier, pin).items()
         if name.startswith("pin_1")
     }
-    return _checked(mesh, _matching(mesh, boundary_facets(mesh.tets), equations), whole=True)
+    return _checked(mesh, _matching(mesh, boundary_facets(mesh.tets), equations), complete=True)
 
 
 def with_main_shaft_surfaces(
@@ -70,7 +70,7 @@ def with_main_shaft_surfaces(
         "main_bearing_seat": _cylinder(shaft.bearing_seat_x(carrier), outer),
         "carrier_joint": _plane(shaft.joint_x(carrier), inner, outer),
     }
-    return _checked(mesh, _matching(mesh, boundary_facets(mesh.tets), equations), whole=True)
+    return _checked(mesh, _matching(mesh, boundary_facets(mesh.tets), equations), complete=True)
 
 
 def carrier_surface_equations(p: CarrierParameters) -> dict[str, Surface]:
@@ -142,11 +142,13 @@ def _matching(
 
 
 def _checked(
-    mesh: TetMesh, found: dict[str, NDArray[np.int64]], *, whole: bool | None = None
+    mesh: TetMesh, surfaces: dict[str, NDArray[np.int64]], *, complete: bool | None = None
 ) -> TetMesh:
-    empty = [name for name, facets in found.items() if not len(facets)]
-    if empty and (mesh.symmetry_order == 3 if whole is None else whole):
+    empty = [name for name, facets in surfaces.items() if not len(facets)]
+    if empty and (mesh.symmetry_order == 3 if complete is None else complete):
         raise ValueError(
             f"the mesh has no facet on {', '.join(empty)}: it does not belong to these parameters"
         )
-    return replace(mesh, surfaces={name: facets for name, facets in found.items() if len(facets)})
+    return replace(
+        mesh, surfaces={name: facets for name, facets in surfaces.items() if len(facets)}
+    )

@@ -37,7 +37,7 @@ class StageParameters:
             self.pin.check_fits(self.carrier)
         with problems.at():
             self.main_shaft.check_fits(self.carrier)
-        yield from problems.found
+        yield from problems.messages
         if self.gear.centre_distance != self.carrier.centre_distance:
             yield (
                 f"GearData.centre_distance is {self.gear.centre_distance} m; expected the carrier's centre_distance "

@@ -28,7 +28,7 @@ _STEPS_PER_MODE = 6
 
 @one_dense_thread()
 def lowest_modes(
-    answer: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    static_response: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     M: sp.csr_array,
     start: NDArray[np.float64],
     n_modes: int,
@@ -37,12 +37,12 @@ def lowest_modes(
 
     Parameters
     ----------
-    answer : callable
+    static_response : callable
         Displacement (n, b) of the held body under nodal forces (n, b).
     M : csr_array, shape (n, n)
         Mass matrix [kg].
     start : ndarray, shape (n, b)
-        Starting block within the range of `answer`; b is the block size.
+        Starting block within the range of `static_response`; b is the block size.
     n_modes : int
         Number of modes wanted.
 
@@ -69,7 +69,7 @@ def lowest_modes(
     recent, M_recent = Q, MQ
     for _ in range(n_steps):
         basis.append(Q)
-        W = answer(MQ)
+        W = static_response(MQ)
         MW = M @ W
         size = float(np.sqrt(np.einsum("ij,ij->j", W, MW).max()))
         # In exact arithmetic the last two blocks are the only ones met; what rounding brings back

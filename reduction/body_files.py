@@ -83,11 +83,9 @@ def _fill(file: h5py.File, model: ReducedModel) -> None:
     sensors.create_dataset("names", data=list(model.sensor_names), dtype=h5py.string_dtype())
     sensors["rows"] = model.sensor_rows
     mass = file.create_group("mass_properties")
-    mass["mass"], mass["centre"], mass["inertia_about_centre"] = (
-        model.mass_properties.mass,
-        model.mass_properties.centre,
-        model.mass_properties.inertia,
-    )
+    mass["mass"] = model.mass_properties.mass
+    mass["centre"] = model.mass_properties.centre
+    mass["inertia_about_centre"] = model.mass_properties.inertia
     if model.ffrf is not None:
         # One free body: the form that floating-frame codes of the Adams type take, and what each
         # mode carries along.
@@ -153,9 +151,9 @@ def _one_line(error: Exception) -> str:
 
 
 def _check_header(file: h5py.File, path: Path) -> None:
-    found = file.attrs.get("format")
-    if found != FORMAT:
-        raise BodyFileError(f"{path}: format is {found!r}; expected {FORMAT!r}")
+    file_format = file.attrs.get("format")
+    if file_format != FORMAT:
+        raise BodyFileError(f"{path}: format is {file_format!r}; expected {FORMAT!r}")
     version = int(file.attrs["version"])
     if version > VERSION:
         raise BodyFileError(

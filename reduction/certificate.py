@@ -149,8 +149,8 @@ def inner_checks(model: ReducedModel) -> tuple[Check, ...]:
     length = float(np.ptp(np.array(list(model.pilots.values())), axis=0).max()) or 1.0
     checks = []
     for kind, rigid_modes in kinds.items():
-        found = mass_properties_from(model, rigid_modes(model))
-        difference = mass_difference(found, model.mass_properties, length)
+        properties = mass_properties_from(model, rigid_modes(model))
+        difference = mass_difference(properties, model.mass_properties, length)
         checks.append(
             _below(f"mass, centre, inertia by rigid modes from {kind}", difference, _LIMITS["mass"])
         )
@@ -161,8 +161,8 @@ def inner_checks(model: ReducedModel) -> tuple[Check, ...]:
         # A free mesh, of a CAD model or of another program, has no symmetry that rounding alone
         # could disturb.
         free_mesh = model.provenance.get(FREE_MESH[0]) == FREE_MESH[1]
-        told = Check(name, "told (free mesh)", ppm, True)
-        checks.append(told if free_mesh else _below(name, ppm, _LIMITS["asymmetry"]))
+        reported = Check(name, "reported (free mesh)", ppm, True)
+        checks.append(reported if free_mesh else _below(name, ppm, _LIMITS["asymmetry"]))
     return tuple(checks)
 
 
@@ -177,13 +177,15 @@ def compliance_errors(
 
     Every entry is compared over the geometric mean of its two diagonal entries in the full body.
     """
-    held, others = structure.pilots[0], structure.pilots[1:]
+    reference, others = structure.pilots[0], structure.pilots[1:]
     G = sp.csr_array(sp.vstack([pilot.G for pilot in others]))
     exact = (
         G
-        @ HeldStructure(reduction.body, (held,)).solve(G.T.toarray(), np.zeros((6, G.shape[0])))[0]
+        @ HeldStructure(reduction.body, (reference,)).solve(
+            G.T.toarray(), np.zeros((6, G.shape[0]))
+        )[0]
     )
-    difference = np.abs(pilot_compliance(reduction.model, [held.name]) - exact)
+    difference = np.abs(pilot_compliance(reduction.model, [reference.name]) - exact)
     relative = difference / np.sqrt(np.outer(exact.diagonal(), exact.diagonal()))
     return {pilot.name: float(relative[6 * i : 6 * i + 6].max()) for i, pilot in enumerate(others)}
 

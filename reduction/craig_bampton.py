@@ -101,10 +101,12 @@ def craig_bampton(
     """
     _refuse_partial_pilots(structure)
     body = body or GroundedBody(structure.K, structure.points, structure.rigid_points)
-    held = HeldStructure(body, structure.pilots)
-    Psi, K_bb = held.constraint_modes()
-    modes = fixed_interface_modes(held, structure.M, n_modes, rng=np.random.default_rng(seed))
-    residuals = residual_vectors(held, structure, modes, residual_loads)
+    fixed_interface = HeldStructure(body, structure.pilots)
+    Psi, K_bb = fixed_interface.constraint_modes()
+    modes = fixed_interface_modes(
+        fixed_interface, structure.M, n_modes, rng=np.random.default_rng(seed)
+    )
+    residuals = residual_vectors(fixed_interface, structure, modes, residual_loads)
     T = np.concatenate([Psi, modes.Phi, residuals.Phi], axis=1)
     omega = np.concatenate([modes.omega, residuals.omega])
     M_r = T.T @ (structure.M @ T)

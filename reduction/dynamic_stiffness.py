@@ -79,9 +79,9 @@ class FullResponse:
             Sensor reading per unit force and moment at the pilots.
         """
         loss = 1.0 + 1j * LOSS_FACTOR
-        own = self.L[:n_modes] / (loss * self.omega[:n_modes, None] ** 2 - omega**2)
-        D = loss * self.K_bb - omega**2 * self.M_bb - omega**4 * (self.L[:n_modes].T @ own)
-        S = self.sensors_static + omega**2 * (self.sensors_modal[:, :n_modes] @ own)
+        amplitudes = self.L[:n_modes] / (loss * self.omega[:n_modes, None] ** 2 - omega**2)
+        D = loss * self.K_bb - omega**2 * self.M_bb - omega**4 * (self.L[:n_modes].T @ amplitudes)
+        S = self.sensors_static + omega**2 * (self.sensors_modal[:, :n_modes] @ amplitudes)
         if with_rest:
             weights = omega ** (2 * np.arange(len(self.moments))) / loss ** (
                 np.arange(len(self.moments)) + 1
@@ -107,7 +107,7 @@ def full_response(structure: StructuralModel, reduction: Reduction) -> FullRespo
     reduction : Reduction
         Its reduction, with basis and factor.
     """
-    held = HeldStructure(reduction.body, structure.pilots)
+    fixed_interface = HeldStructure(reduction.body, structure.pilots)
     modes, M = reduction.modes, structure.M
     m = reduction.Psi.shape[1]
     F = M @ reduction.Psi
@@ -116,7 +116,7 @@ def full_response(structure: StructuralModel, reduction: Reduction) -> FullRespo
     moments, sensor_moments = [], []
     force = F - M @ (modes.Phi @ L)
     for _ in range(_TERMS):
-        X = held.solve(force, np.zeros((m, m)))[0]
+        X = fixed_interface.solve(force, np.zeros((m, m)))[0]
         # Rounding brings the kept modes back; left in, they would grow from term to term.
         X -= modes.Phi @ (modes.Phi.T @ (M @ X))
         moments.append(F.T @ X)

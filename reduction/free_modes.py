@@ -46,13 +46,13 @@ def full_free_modes(
     MR = M @ R
     rigid_mass = scipy.linalg.cho_factor(R.T @ MR)
 
-    def answer(force: NDArray[np.float64]) -> NDArray[np.float64]:
+    def static_response(force: NDArray[np.float64]) -> NDArray[np.float64]:
         balanced = force - MR @ scipy.linalg.cho_solve(rigid_mass, R.T @ force)
         u = body.displacement(balanced)
         return u - R @ scipy.linalg.cho_solve(rigid_mass, MR.T @ u)
 
-    start = answer(M @ rng.standard_normal((structure.n_dofs, _BLOCK_SIZE)))
-    omega_squared, Phi = lowest_modes(answer, M, start, n_modes)
+    start = static_response(M @ rng.standard_normal((structure.n_dofs, _BLOCK_SIZE)))
+    omega_squared, Phi = lowest_modes(static_response, M, start, n_modes)
     return FreeModes(Phi, np.sqrt(omega_squared))
 
 

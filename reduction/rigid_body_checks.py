@@ -75,12 +75,14 @@ def rigid_mass_properties(rigid: NDArray[np.float64]) -> MassProperties:
     return MassProperties(mass, c, rigid[3:, 3:] - mass * (c @ c * np.eye(3) - np.outer(c, c)))
 
 
-def mass_difference(found: MassProperties, reference: MassProperties, length: float) -> float:
+def mass_difference(properties: MassProperties, reference: MassProperties, length: float) -> float:
     """Largest relative difference of mass, centre (over `length` [m]) and inertia (over the largest moment)."""
     return max(
-        abs(found.mass / reference.mass - 1.0),
-        float(np.abs(found.centre - reference.centre).max()) / length,
-        float(np.abs(found.inertia - reference.inertia).max() / np.abs(reference.inertia).max()),
+        abs(properties.mass / reference.mass - 1.0),
+        float(np.abs(properties.centre - reference.centre).max()) / length,
+        float(
+            np.abs(properties.inertia - reference.inertia).max() / np.abs(reference.inertia).max()
+        ),
     )
 
 

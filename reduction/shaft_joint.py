@@ -20,7 +20,7 @@ from carrierflex.geometry.parameters import N_PINS
 from carrierflex.reduction.assembly import ImposedMotion, Joint, assembled, imposed_motion
 from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, carrier_with_pins, pin_pilot
 from carrierflex.reduction.reduced_model import ReducedModel
-from carrierflex.reduction.reduced_static import held_solution
+from carrierflex.reduction.reduced_static import constrained_solution
 
 #: Pilot at the hub's end of the main shaft, where torque and rotor loads enter.
 COUPLING = "coupling_flange"
@@ -195,7 +195,7 @@ def rim_swing(group: RotatingGroup, supports: Mapping[str, Sequence[int]]) -> fl
         [group.model.coordinates_of(pilot)[list(parts)] for pilot, parts in supports.items()]
     )
     readings = group.sensor_readings(
-        held_solution(group.model, fixed, group.imposed.load, "supports")
+        constrained_solution(group.model, fixed, group.imposed.load, "supports")
     )
     axial = readings[[name.startswith("rim_axial") for name in group.model.sensor_names]]
     return float(2.0 * np.abs(np.fft.rfft(axial)[1]) / len(axial))

@@ -70,9 +70,10 @@ class SymmetricBasis:
 
     def inertia_invariants(self) -> FfrfData:
         """Inertia invariants of the whole body: those of six images of the half sector."""
-        own = ffrf_data(self.half.structure, self.T)
+        half_sector = ffrf_data(self.half.structure, self.T)
         images = [
-            own.turned(rho).transformed(Q.T) for rho, Q in zip(MOTIONS, self.motions, strict=True)
+            half_sector.turned(rho).transformed(Q.T)
+            for rho, Q in zip(MOTIONS, self.motions, strict=True)
         ]
         return FfrfData(
             mass=sum(image.mass for image in images),
@@ -100,7 +101,7 @@ class SymmetricBasis:
         """
         tree = scipy.spatial.KDTree(points)
         field = np.full((len(points), 3, self.T.shape[1]), np.nan)
-        own = self.T.reshape(-1, 3, self.T.shape[1])
+        on_nodes = self.T.reshape(-1, 3, self.T.shape[1])
         for number, rho in enumerate(MOTIONS):
             distance, node = tree.query(self.half.structure.points @ rho.T)
             if distance.max() > _SAME_POINT:
@@ -108,7 +109,7 @@ class SymmetricBasis:
                     f"a node of the half sector's image {number} lies {distance.max():.1e} m from the nearest node; "
                     "expected the nodes of the body that the half sector belongs to"
                 )
-            field[node] = np.einsum("ab,nbc->nac", rho, self.on_image(number, own))
+            field[node] = np.einsum("ab,nbc->nac", rho, self.on_image(number, on_nodes))
         if np.isnan(field).any():
             raise ValueError(
                 "the body has nodes that are no images of the half sector's; expected six images of it"
@@ -187,9 +188,11 @@ def _solved(
 ) -> _SolvedBlock:
     """Static and dynamic solution of one block; nothing of its own size outlives the call."""
     block = symmetry_block(half, kind)
-    held = HeldStructure(GroundedBlock(block), (block,))
-    Psi, K_bb = held.constraint_modes()
-    modes = fixed_interface_modes(held, block.M, n_modes, rng=np.random.default_rng(seed))
+    fixed_interface = HeldStructure(GroundedBlock(block), (block,))
+    Psi, K_bb = fixed_interface.constraint_modes()
+    modes = fixed_interface_modes(
+        fixed_interface, block.M, n_modes, rng=np.random.default_rng(seed)
+    )
     return _SolvedBlock(
         kind,
         block.pilot_coordinates,

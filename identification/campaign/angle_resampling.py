@@ -49,12 +49,12 @@ def resampled_to_angle(run: Run, samples_per_revolution: int) -> Run:
             f"run {run.name}: the carrier stands still or turns back at {run.time[sample]:g} s; expected an angle that "
             "keeps turning, cut the record there"
         )
-    n_whole = int(np.floor(travel[-1] / (2.0 * np.pi) + 1e-9)) if travel.size else 0
-    if n_whole < 1:
+    n_revolutions = int(np.floor(travel[-1] / (2.0 * np.pi) + 1e-9)) if travel.size else 0
+    if n_revolutions < 1:
         raise ValueError(
             f"run {run.name}: the carrier turns by {travel[-1] / (2.0 * np.pi):.3f} revolutions; expected at least one"
         )
-    grid = 2.0 * np.pi * np.arange(n_whole * samples_per_revolution) / samples_per_revolution
+    grid = 2.0 * np.pi * np.arange(n_revolutions * samples_per_revolution) / samples_per_revolution
     inputs = {name: _interpolated(travel, values, grid) for name, values in run.inputs.items()}
     return Run(
         name=run.name,

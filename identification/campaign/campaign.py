@@ -216,12 +216,12 @@ def expected_columns(
     }
 
 
-def check_columns(found: Iterable[str], expected: Mapping[str, str], where: str) -> None:
+def check_columns(columns: Iterable[str], expected: Mapping[str, str], where: str) -> None:
     """Refuse a run file whose header does not match the campaign.
 
     Parameters
     ----------
-    found : iterable of str
+    columns : iterable of str
         Column names in the order of the file.
     expected : mapping of str to str
         Result of :func:`expected_columns`.
@@ -233,16 +233,18 @@ def check_columns(found: Iterable[str], expected: Mapping[str, str], where: str)
     ValueError
         Where ``time`` does not come first, or a column is missing, unknown or repeated.
     """
-    found = tuple(found)
-    if not found or found[0] != "time":
-        raise ValueError(f"{where}: first column is '{found[0] if found else ''}'; expected 'time'")
-    check_different(found, f"{where}: column")
+    columns = tuple(columns)
+    if not columns or columns[0] != "time":
+        raise ValueError(
+            f"{where}: first column is '{columns[0] if columns else ''}'; expected 'time'"
+        )
+    check_different(columns, f"{where}: column")
     for name, what in expected.items():
-        if name not in found:
+        if name not in columns:
             raise ValueError(
-                f"{where}: no column for the {what} '{name}'; found {', '.join(found)}"
+                f"{where}: no column for the {what} '{name}'; found {', '.join(columns)}"
             )
-    for name in found[1:]:
+    for name in columns[1:]:
         if name not in expected:
             raise ValueError(
                 f"{where}: column '{name}' is neither an input nor a channel; expected time, {', '.join(expected)}"

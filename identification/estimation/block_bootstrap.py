@@ -101,8 +101,8 @@ def _resampled(
     matrix = np.zeros((basis.shape[1], basis.shape[1]))
     right_side = np.zeros(basis.shape[1])
     for run, where, length in zip(equations, fit.positions, lengths, strict=True):
-        own = basis[where]
+        T = basis[where]
         counts = circular_block_counts(run.n_revolutions, length, rng)
-        matrix += own.T @ np.tensordot(counts, run.matrix.sum(axis=1), axes=1) @ own
-        right_side += counts @ run.right_side.sum(axis=1) @ own
+        matrix += T.T @ np.tensordot(counts, run.matrix.sum(axis=1), axes=1) @ T
+        right_side += counts @ run.right_side.sum(axis=1) @ T
     return np.asarray(np.linalg.lstsq(matrix, right_side, rcond=None)[0], dtype=np.float64)

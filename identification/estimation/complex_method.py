@@ -108,7 +108,9 @@ class _Population:
         upper: NDArray[np.float64],
         points: NDArray[np.float64],
     ) -> None:
-        self._objective, self._lower, self._upper = objective, lower, upper
+        self._objective = objective
+        self._lower = lower
+        self._upper = upper
         self.evaluations = 0
         self._points = points
         self._costs = np.array([self._cost(point) for point in points])

@@ -84,8 +84,8 @@ def written_matrix(cards: str, name: str, index: pd.MultiIndex) -> NDArray[np.fl
 
     Columns and rows that are zero are not in the file.
     """
-    found = bulk.rddmig(io.StringIO(cards))[name.lower()]
-    full = found.reindex(index=index, columns=index, fill_value=0.0).to_numpy(dtype=np.float64)
+    matrix = bulk.rddmig(io.StringIO(cards))[name.lower()]
+    full = matrix.reindex(index=index, columns=index, fill_value=0.0).to_numpy(dtype=np.float64)
     return full
 
 

@@ -61,10 +61,12 @@ def write_exudyn(
             "expected distributing couplings (rbe3)"
         )
     model = reduction.model
-    held = next(iter(model.pilots)) if pilot is None else pilot
-    kept = np.setdiff1d(np.arange(model.n_coordinates), model.coordinates_of(held))
+    fixed_pilot = next(iter(model.pilots)) if pilot is None else pilot
+    kept = np.setdiff1d(np.arange(model.n_coordinates), model.coordinates_of(fixed_pilot))
     T = reduction.basis[:, kept]
-    statement = "; ".join(header(model)) + f"; pilot {held} held, its columns left out of the basis"
+    statement = (
+        "; ".join(header(model)) + f"; pilot {fixed_pilot} held, its columns left out of the basis"
+    )
     with whole_file(path) as temporary, h5py.File(temporary, "w") as file:
         _dictionary(file, "metaData", {"source": statement, "units": UNITS, "frame": FRAME})
         _dictionary(file, "nodes", {"Position": structure.points})

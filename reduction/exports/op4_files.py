@@ -76,11 +76,11 @@ def write_op4(model: ReducedModel, path: Path) -> tuple[Path, ...]:
             maa=body.M,
             baa=body.D,
         )
-        whole = [stack.enter_context(whole_file(file)) for file in files]
-        whole[0].write_bytes((Path(folder) / "body.op4").read_bytes())
-        for target in whole[1:3]:
+        targets = [stack.enter_context(whole_file(file)) for file in files]
+        targets[0].write_bytes((Path(folder) / "body.op4").read_bytes())
+        for target in targets[1:3]:
             # The first line names a temporary file; ours says what the body is.
             text = (Path(folder) / f"body{target.suffix}").read_text().split("\n", 1)[1]
             target.write_text("\n".join(comments("$", lines)) + "\n" + text, encoding="utf-8")
-        whole[3].write_text("\n".join(lines) + "\n", encoding="utf-8")
+        targets[3].write_text("\n".join(lines) + "\n", encoding="utf-8")
     return files

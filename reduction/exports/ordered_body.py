@@ -116,14 +116,14 @@ def held_body(model: ReducedModel, pilot: str | None = None) -> HeldBody:
             f"{model.name}: inertia invariants of {model.ffrf.n_coordinates} coordinates; expected {model.n_coordinates}, one a "
             "label"
         )
-    held = body.pilots[0] if pilot is None else pilot
-    left_out = model.coordinates_of(held)
-    kept = np.flatnonzero(~np.isin(body.rows, left_out))
+    fixed_pilot = body.pilots[0] if pilot is None else pilot
+    fixed_coordinates = model.coordinates_of(fixed_pilot)
+    kept = np.flatnonzero(~np.isin(body.rows, fixed_coordinates))
     n, n_pilots = len(body.labels), len(body.pilots)
     K, M, D = (A[np.ix_(kept, kept)] for A in (body.K, body.M, body.D))
     motion = np.eye(n)[: 6 * n_pilots, kept].reshape(n_pilots, 6, -1)
     basis = np.eye(n)[:, body.rows[kept]]
-    return HeldBody(held, K, M, D, motion, model.ffrf.transformed(basis))
+    return HeldBody(fixed_pilot, K, M, D, motion, model.ffrf.transformed(basis))
 
 
 def header(model: ReducedModel) -> tuple[str, ...]:

@@ -18,7 +18,10 @@ from carrierflex.reduction.ffrf_data import FfrfData
 from carrierflex.reduction.reduced_model import ReducedModel
 
 #: Numbers of the structure entry.
-_ZERO, _DIAGONAL, _FULL, _IDENTITY = 0, 1, 3, 4
+_ZERO = 0
+_DIAGONAL = 1
+_FULL = 3
+_IDENTITY = 4
 #: Rows of J.
 _J_ROWS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 

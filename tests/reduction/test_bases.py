@@ -43,7 +43,7 @@ def receptance(model, omega):
 
 def static_error(reduction, force):
     """Strain energy that the reduced static answer to an interior force lacks, pilots held, as a share."""
-    u = HeldStructure(reduction.body, STRUCTURE.pilots).answer(force[:, None])[:, 0]
+    u = HeldStructure(reduction.body, STRUCTURE.pilots).static_response(force[:, None])[:, 0]
     T, k = reduction.basis[:, N_PILOT:], reduction.model.K[N_PILOT:, N_PILOT:]
     lacking = u - T @ np.linalg.solve(k, T.T @ force)
     return float(np.sqrt((lacking @ K @ lacking) / (u @ K @ u)))

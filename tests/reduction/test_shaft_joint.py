@@ -17,7 +17,7 @@ from carrierflex.geometry.main_shaft_mesh import main_shaft_mesh
 from carrierflex.geometry.main_shaft_parameters import MainShaftParameters
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.pin_joints import carrier_with_pins, drive_torque_load
-from carrierflex.reduction.reduced_static import held_solution, static_coordinates
+from carrierflex.reduction.reduced_static import constrained_solution, static_coordinates
 from carrierflex.reduction.rigid_body_checks import geometric_rigid_modes
 from carrierflex.reduction.shaft_joint import (
     CARRIER_BEARINGS,
@@ -68,7 +68,7 @@ def held(group, *supports):
     fixed = np.concatenate(
         [group.model.coordinates_of(pilot)[list(parts)] for pilot, parts in supports]
     )
-    return held_solution(group.model, fixed, group.imposed.load, "supports")
+    return constrained_solution(group.model, fixed, group.imposed.load, "supports")
 
 
 PIVOT = ((MAIN_BEARING, (0, 1, 2)), (COUPLING, (3,)))
