@@ -71,7 +71,10 @@ def assemble_mass(mesh: TetMesh, materials: Mapping[str, Material]) -> sp.csr_ar
 def assemble_stiffness_and_mass(
     mesh: TetMesh, materials: Mapping[str, Material]
 ) -> tuple[sp.csr_array, sp.csr_array]:
-    """K and M as :func:`assemble_stiffness` and :func:`assemble_mass` make them, the node graph built once for both."""
+    """K and M as :func:`assemble_stiffness` and :func:`assemble_mass` make them.
+
+    The node graph is built once for both.
+    """
     graph = _node_graph(mesh)
     return _stiffness(mesh, materials, graph), _mass(mesh, materials, graph)
 
@@ -148,7 +151,10 @@ def _node_graph(mesh: TetMesh) -> _NodeGraph:
 def _reference_element(
     order: int,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Shape functions (q, 10), their gradients (q, 10, 3) and weights (q,) of the quadrature rule of that order."""
+    """Shape functions, gradients and weights of the quadrature rule of that order.
+
+    Shapes (q, 10), (q, 10, 3) and (q,).
+    """
     points, weights = get_quadrature(RefTet, order)
     element = skfem.ElementTetP2()
     values = [element.lbasis(points, i) for i in range(10)]

@@ -58,8 +58,9 @@ class Pilot:
         lost = [i for i in np.flatnonzero(load) if i not in components]
         if lost:
             raise ValueError(
-                f"pilot {self.name!r} is loaded along its {', '.join(MOTIONS[i] for i in lost)}, which is not coupled; expected "
-                f"a load on {', '.join(MOTIONS[i] for i in components)} only"
+                f"pilot {self.name!r} is loaded along its {', '.join(MOTIONS[i] for i in lost)}, "
+                "which is not coupled; expected a load on "
+                f"{', '.join(MOTIONS[i] for i in components)} only"
             )
         return np.asarray(self.G.T @ load[components])
 
@@ -71,7 +72,9 @@ def distributing_pilot(
     *,
     components: tuple[int, ...] = ALL_COMPONENTS,
 ) -> Pilot:
-    """Couple a pilot at `point` to the surface `name` of `mesh`, every part of the surface counting by its area.
+    """Couple a pilot at `point` to the surface `name` of `mesh`.
+
+    Every part of the surface counts by its area.
 
     Parameters
     ----------
@@ -186,18 +189,21 @@ def _checked_weights(
 ) -> NDArray[np.float64]:
     if weights.shape not in ((len(nodes),), (len(nodes), 3)):
         raise ValueError(
-            f"surface {name!r} has {len(nodes)} nodes, weights have shape {weights.shape}; expected one weight, or three, a node"
+            f"surface {name!r} has {len(nodes)} nodes, weights have shape {weights.shape}; "
+            "expected one weight, or three, a node"
         )
     each = np.repeat(weights[:, None], 3, axis=1) if weights.ndim == 1 else weights
     wrong = ~(np.isfinite(each) & (each >= 0.0)).all(axis=1)
     if wrong.any():
         first = int(np.flatnonzero(wrong)[0])
         raise ValueError(
-            f"surface {name!r}: weight of node {nodes[first]} is {weights[first]}; expected finite ones, zero or positive"
+            f"surface {name!r}: weight of node {nodes[first]} is {weights[first]}; expected finite "
+            "ones, zero or positive"
         )
     if not each.any():
         raise ValueError(
-            f"surface {name!r}: all weights are zero; expected positive ones on three nodes at least"
+            f"surface {name!r}: all weights are zero; expected positive ones on three nodes at "
+            "least"
         )
     return each
 
@@ -212,6 +218,7 @@ def _checked_frames(frames: NDArray[np.float64] | None, n: int, name: str) -> ND
     error = np.abs(frames @ np.swapaxes(frames, -1, -2) - np.eye(3)).max()
     if not error < 1e-9:
         raise ValueError(
-            f"surface {name!r}: frames deviate from orthonormal rows by {error:.1e}; expected unit vectors"
+            f"surface {name!r}: frames deviate from orthonormal rows by {error:.1e}; expected unit "
+            "vectors"
         )
     return np.broadcast_to(frames, (n, 3, 3))

@@ -1,4 +1,6 @@
-"""Compiled loops over quadratic tetrahedra that fill stiffness and mass matrices block by block (numba).
+"""Compiled loops over quadratic tetrahedra that fill matrices block by block (numba).
+
+They fill stiffness and mass matrices.
 
 With the physical gradients ``g_i`` of the shape functions, a pair of nodes (i, j) of an element
 adds the 3 × 3 block ``∫ λ g_i g_jᵀ + μ g_j g_iᵀ + μ (g_i · g_j) I dV`` to the stiffness, and ``∫ ρ
@@ -89,7 +91,10 @@ def _gradient_products(
     weights: NDArray[np.float64],
     products: NDArray[np.float64],
 ) -> None:
-    """Fill `products` (30, 30), nodes j >= i, with ``∫ g_i g_jᵀ dV`` of the element with nodes x (10, 3)."""
+    """Fill `products` (30, 30), nodes j >= i, with ``∫ g_i g_jᵀ dV`` of one element.
+
+    Its nodes are x (10, 3).
+    """
     g, J = np.empty(30), np.empty((3, 3))
     products[:] = 0.0
     for q in range(weights.shape[0]):
@@ -200,7 +205,10 @@ def add_scalar_mass(
 def threefold_rows(
     values: NDArray[np.float64], indices: NDArray[np.int32], indptr: NDArray[np.int32]
 ) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int32]]:
-    """Entries, columns and row pointers of a sparse matrix with every entry replaced by itself times the 3 × 3 identity."""
+    """A sparse matrix with every entry replaced by itself times the 3 × 3 identity.
+
+    Entries, column indices and row pointers.
+    """
     data, columns = np.empty(3 * len(values)), np.empty(3 * len(values), dtype=np.int32)
     starts = np.empty(3 * (len(indptr) - 1) + 1, dtype=np.int32)
     starts[0] = 0

@@ -63,7 +63,8 @@ def half_sector_curve(
     for name, load in pin_1_load.items():
         if np.abs(_MIRROR @ load + load).max() > 1e-9 * np.abs(load).max():
             raise ValueError(
-                f"load at {name} is not antisymmetric about the pin's plane; expected a force along t only"
+                f"load at {name} is not antisymmetric about the pin's plane; expected a force "
+                "along t only"
             )
         B, Z = surface_moments(half, half.surface(name), points[name])
         f += B.reshape(6, -1).T @ np.linalg.solve(Z + _MIRROR @ Z @ _MIRROR, load)
@@ -74,7 +75,10 @@ def half_sector_curve(
 
 
 def _fixed_directions(half: TetMesh) -> tuple[sp.csr_array, NDArray[np.int64]]:
-    """Rotation T of the nodes on the web's plane into (x, radial, tangential), and the free degrees of freedom."""
+    """Rotation T of the web's nodes into (x, radial, tangential), and the free dofs.
+
+    The nodes are those on the web's plane.
+    """
     on_pin, on_web = cut_plane_nodes(half)
     n = len(half.points)
     c, s = np.cos(HALF_SECTOR_ANGLE), np.sin(HALF_SECTOR_ANGLE)

@@ -37,7 +37,9 @@ class HalfSectorSensors:
 
 
 def half_sector_sensors(half: TetMesh, radius: float) -> HalfSectorSensors:
-    """Sensor circle of :class:`carrierflex.fe.structural_model.Sensors` from the half sector 0..60 deg.
+    """Sensor circle of a whole body from its half sector 0..60 deg.
+
+    The whole body's is :class:`carrierflex.fe.structural_model.Sensors`.
 
     Parameters
     ----------

@@ -56,7 +56,10 @@ def gear_forces(torque: float, gear: GearData) -> GearForces:
 
 
 def standard_tilting_moment(torque: float, gear: GearData) -> float:
-    """Tilting moment [N m] with the usual axial force ``F_t tan β`` instead of the paper's equation (5)."""
+    """Tilting moment [N m] with the usual axial force ``F_t tan β``.
+
+    It takes the place of the paper's equation (5).
+    """
     return gear_forces(torque, gear).M_t * math.cos(gear.pressure_angle)
 
 

@@ -93,7 +93,8 @@ def _chosen(pilots: tuple[Pilot, ...], names: tuple[str, ...] | None) -> tuple[P
     unknown = [name for name in names if name not in {pilot.name for pilot in pilots}]
     if unknown:
         raise KeyError(
-            f"no pilot {unknown[0]!r} to make rigid; the body has {', '.join(pilot.name for pilot in pilots)}"
+            f"no pilot {unknown[0]!r} to make rigid; the body has "
+            f"{', '.join(pilot.name for pilot in pilots)}"
         )
     return tuple(pilot for pilot in pilots if pilot.name in names)
 
@@ -104,7 +105,10 @@ def _refuse_robbed_pilots(
     rigid_surfaces: dict[str, NDArray[np.int64]],
     points: NDArray[np.float64],
 ) -> None:
-    """Refuse distributing pilots whose nodes are rigid ones' to such a part that they cannot move on their own."""
+    """Refuse distributing pilots that rigid surfaces leave no motion of their own.
+
+    Too many of their nodes follow the rigid pilots.
+    """
     averaged = {
         pilot.name: np.unique(pilot.G.indices // 3)
         for pilot in before
@@ -124,8 +128,8 @@ def _refuse_robbed_pilots(
             for (first, second), nodes in shared.items()
         )
         raise ValueError(
-            f"with {', '.join(map(repr, rigid_surfaces))} rigid the pilots cannot move independently: {overlaps}; expected a "
-            "distributing coupling with nodes of its own"
+            f"with {', '.join(map(repr, rigid_surfaces))} rigid the pilots cannot move "
+            f"independently: {overlaps}; expected a distributing coupling with nodes of its own"
         )
 
 
@@ -134,8 +138,8 @@ def _refuse_shared_nodes(
 ) -> None:
     for (first, second), nodes in shared_nodes(surfaces).items():
         raise ValueError(
-            f"rigid surfaces {first!r} and {second!r} share {described_nodes(points, nodes)}, which cannot follow two pilots; "
-            "expected surfaces without common nodes"
+            f"rigid surfaces {first!r} and {second!r} share {described_nodes(points, nodes)}, "
+            "which cannot follow two pilots; expected surfaces without common nodes"
         )
 
 
@@ -147,8 +151,8 @@ def _refuse_loose_pilots(
         subject = f"rigid surface {pilot.name!r} with {described_nodes(points, nodes)}"
         if pilot.components != ALL_COMPONENTS:
             raise ValueError(
-                f"{subject}: its pilot has components {pilot.components} only; a rigid coupling holds all six, expected "
-                f"{ALL_COMPONENTS}"
+                f"{subject}: its pilot has components {pilot.components} only; a rigid coupling "
+                f"holds all six, expected {ALL_COMPONENTS}"
             )
         reference = points[nodes].mean(axis=0) if len(nodes) else pilot.point
         R = rigid_motion(points[nodes], reference).reshape(-1, 6)

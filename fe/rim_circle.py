@@ -19,7 +19,9 @@ _EDGES = ((0, 1, 3), (1, 2, 4), (2, 0, 5))
 def rim_recovery(
     mesh: TetMesh, radius: float, angles: NDArray[np.float64]
 ) -> tuple[sp.csr_array, sp.csr_array]:
-    """Recovery rows of the axial and radial displacement on the rim face's circle of the given radius.
+    """Recovery rows of the displacement on the rim face's circle of the given radius.
+
+    Axial and radial displacement.
 
     The mesh has element edges on that circle (its CAD face is cut along it), so the displacement at
     an angle is the quadratic interpolation along one edge.
@@ -96,7 +98,10 @@ def _edge_angles(
 def _quadratic_shapes(
     mesh: TetMesh, edges: NDArray[np.int64], turned: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Shape functions of the edge's nodes (first, last, middle) where its angle from the first node is `turned`."""
+    """Shape functions of the edge's nodes (first, last, middle).
+
+    Evaluated where the angle from the first node is `turned`.
+    """
     first, last, middle = (_angle(mesh.points[edges[:, i]]) for i in range(3))
     width = np.mod(last - first, 2.0 * np.pi)
     half = np.mod(middle - first, 2.0 * np.pi)

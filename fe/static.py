@@ -76,7 +76,7 @@ def clamped_displacement(
     imbalance = float((np.abs(reaction + applied) / np.where(scale > 0.0, scale, 1.0)).max())
     if not imbalance < _EQUILIBRIUM_TOLERANCE:
         raise AccuracyError(
-            f"{model.name}: load and reaction differ by {imbalance:.2e} of their size; expected less than "
-            f"{_EQUILIBRIUM_TOLERANCE:.0e}"
+            f"{model.name}: load and reaction differ by {imbalance:.2e} of their size; expected "
+            f"less than {_EQUILIBRIUM_TOLERANCE:.0e}"
         )
     return StaticSolution(u, reaction, imbalance)

@@ -88,7 +88,10 @@ class SymmetryBlock:
     T: sp.csr_array
 
     def partners(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Displacement of each partner on the half sector, shape (d, n_half, c), from unknowns z (n, c)."""
+        """Displacement of each partner on the half sector from unknowns z (n, c).
+
+        The result has the shape (d, n_half, c).
+        """
         d = self.representation.dimension
         return np.asarray(np.sqrt(d / 6.0) * (self.T @ z)).reshape(
             d, self.T.shape[0] // d, z.shape[1]
@@ -134,8 +137,8 @@ def half_sector(
     for i, pilot in enumerate(pilots):
         if not np.diagonal(Z_body)[6 * i : 6 * i + 6].all():
             raise ValueError(
-                f"pilot {pilot!r} has no surface in the half sector, nor has an image of it; the half sector has "
-                f"{', '.join(sorted(half.surfaces))}"
+                f"pilot {pilot!r} has no surface in the half sector, nor has an image of it; the "
+                f"half sector has {', '.join(sorted(half.surfaces))}"
             )
     K, M = assemble_stiffness_and_mass(half, materials)
     return HalfSector(
@@ -197,7 +200,10 @@ def _rigid_modes(
 def _admitted_displacements(
     points: NDArray[np.float64], representation: IrreducibleRepresentation
 ) -> sp.csr_array:
-    """Orthonormal basis T, shape (3 d n, n_unknowns), of the partners' displacements that the symmetry admits."""
+    """Orthonormal basis of the partners' displacements that the symmetry admits.
+
+    T has the shape (3 d n, n_unknowns).
+    """
     n, d = len(points), representation.dimension
     stays = np.stack(
         [np.linalg.norm(points @ rho.T - points, axis=1) < _SAME_POINT for rho in MOTIONS], axis=1
@@ -223,7 +229,10 @@ def _admitted_displacements(
 def _fixed_space(
     representation: IrreducibleRepresentation, stabiliser: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """Orthonormal basis, shape (3 d, k), of the partners' values at a node that the motions of `stabiliser` leave in place."""
+    """Orthonormal basis of the values at a node that the motions of `stabiliser` leave in place.
+
+    Shape (3 d, k), partner by partner.
+    """
     images = [np.kron(representation.matrices[g], MOTIONS[g]) for g in np.flatnonzero(stabiliser)]
     P = np.mean(images, axis=0)
     eigenvalues, vectors = np.linalg.eigh((P + P.T) / 2.0)

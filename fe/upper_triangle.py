@@ -1,4 +1,7 @@
-"""The triangle of a sparse symmetric matrix that a factorisation reads, degrees of freedom that are held left out."""
+"""The triangle of a sparse symmetric matrix that a factorisation reads.
+
+Fixed degrees of freedom are left out.
+"""
 
 import numba
 import numpy as np
@@ -7,7 +10,9 @@ from numpy.typing import NDArray
 
 
 def upper_triangle(A: sp.csr_array, fixed: NDArray[np.int64]) -> sp.csr_array:
-    """Upper triangle of a symmetric matrix, rows and columns `fixed` replaced by their diagonal entry alone.
+    """Upper triangle of a symmetric matrix without the rows and columns `fixed`.
+
+    Of those, the diagonal entry alone stays.
 
     Parameters
     ----------

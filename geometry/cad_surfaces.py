@@ -63,7 +63,10 @@ class SurfaceStatement:
         return float(along.min()), float(along.max())
 
     def deviation(self, face: CadFace) -> float:
-        """Distance [m] of the face's plane or cylinder from the stated one, infinite where kind or direction differ."""
+        """Distance [m] of the face's plane or cylinder from the stated one.
+
+        Infinite where kind or direction differ.
+        """
         if (
             face.kind != self.kind
             or np.linalg.norm(np.cross(face.direction, self.direction)) > _PARALLEL
@@ -90,7 +93,8 @@ class SurfaceStatement:
                 matching.append(face)
         if not matching:
             raise ValueError(
-                f"surface {self.name!r}: the CAD model has no {self}; candidates: {_listed(self._nearest(faces))}"
+                f"surface {self.name!r}: the CAD model has no {self}; candidates: "
+                f"{_listed(self._nearest(faces))}"
             )
         return matching
 
@@ -141,20 +145,24 @@ class SurfaceStatement:
                 matching.append(face)
         if not matching:
             raise ValueError(
-                f"surface {self.name!r}: no face of the CAD model lies inside the window of the {self}; candidates: "
-                f"{_listed(self._nearest(faces))}"
+                f"surface {self.name!r}: no face of the CAD model lies inside the window of the "
+                f"{self}; candidates: {_listed(self._nearest(faces))}"
             )
         n_bands = self._bands(matching, tolerance)
         if n_bands != self.parts:
             key = "axial_range" if self.kind == "cylinder" else "radial_range"
             raise ValueError(
-                f"surface {self.name!r}: {n_bands} separate surfaces match the {self}; expected {self.parts}, choose by {key} "
-                f"or say parts = {n_bands}; candidates: {_listed(matching)}"
+                f"surface {self.name!r}: {n_bands} separate surfaces match the {self}; expected "
+                f"{self.parts}, choose by {key} or say parts = {n_bands}; candidates: "
+                f"{_listed(matching)}"
             )
         return matching
 
     def _bands(self, faces: list[CadFace], tolerance: float) -> int:
-        """Number of groups of faces that hang together by edges or lie side by side around the axis."""
+        """Number of groups of adjacent faces.
+
+        Adjacent faces share edges or lie side by side around the axis.
+        """
         bands: list[tuple[float, float, frozenset[int]]] = []
         for face in faces:
             low, high = self.extent(face)

@@ -49,17 +49,19 @@ class InvolutePair:
         touching = abs(sum(self.base_radii)) / self.centre_distance
         if not touching < 1.0:
             raise ValueError(
-                f"gear pair {self.teeth}: base radii add up to {touching:.3f} centre distances; expected less than 1"
+                f"gear pair {self.teeth}: base radii add up to {touching:.3f} centre distances; "
+                "expected less than 1"
             )
         for radius, base in zip(self.tip_radii, self.base_radii, strict=True):
             if not radius > abs(base):
                 raise ValueError(
-                    f"gear pair {self.teeth}: tip radius {radius} m lies inside the base circle of {abs(base):.6f} m"
+                    f"gear pair {self.teeth}: tip radius {radius} m lies inside the base circle of "
+                    f"{abs(base):.6f} m"
                 )
         if self.contact_ratio < 1.0:
             raise ValueError(
-                f"gear pair {self.teeth}: transverse contact ratio {self.contact_ratio:.3f}; expected 1 or more, "
-                "check tip radii and centre distance"
+                f"gear pair {self.teeth}: transverse contact ratio {self.contact_ratio:.3f}; "
+                "expected 1 or more, check tip radii and centre distance"
             )
 
     @property

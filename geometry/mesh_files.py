@@ -52,7 +52,9 @@ def check_mesh_path(path: Path) -> None:
 
 
 def _abaqus_number(mesh: TetMesh) -> str:
-    """Format of coordinates in at most twenty characters, the widest number that Abaqus and CalculiX read.
+    """Format of coordinates in at most twenty characters.
+
+    It is the widest number that Abaqus and CalculiX read.
 
     Fixed point keeps 17 decimals below 10 m, 5e-18 m; an exponent would leave 14 digits.
     """
@@ -131,7 +133,8 @@ def read_mesh(path: Path) -> TetMesh:
     """
     if path.suffix != ".msh":
         raise ValueError(
-            f"{path}: suffix {path.suffix!r}; expected .msh, the format that holds bodies and surfaces"
+            f"{path}: suffix {path.suffix!r}; expected .msh, the format that holds bodies and "
+            "surfaces"
         )
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file; expected a gmsh mesh (.msh)")
@@ -151,7 +154,8 @@ def read_mesh(path: Path) -> TetMesh:
     ) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise ValueError(
-            f"{path}: not a complete gmsh mesh ({reason}); expected .msh of version 2.2 or 4.1, whole, with physical groups"
+            f"{path}: not a complete gmsh mesh ({reason}); expected .msh of version 2.2 or 4.1, "
+            "whole, with physical groups"
         ) from error
     mesh = _from_blocks(gmsh_mesh.points, blocks, path)
     check_mesh(mesh, str(path))
@@ -170,7 +174,10 @@ def _refuse_cut_short(path: Path) -> None:
 
 
 def _named_blocks(gmsh_mesh: meshio.Mesh) -> list[tuple[str, str, NDArray[np.int64]]]:
-    """Element type, physical group's name (empty where it has none) and node numbers of the parts of the mesh."""
+    """Element type, physical group's name and node numbers of the parts of the mesh.
+
+    The name is empty where a part has none.
+    """
     names = {
         (int(dimension), int(number)): name
         for name, (number, dimension) in gmsh_mesh.field_data.items()
@@ -198,7 +205,8 @@ def _from_blocks(
             faces.setdefault(name, []).append(nodes)
         elif kind not in ("triangle6", "line3", "vertex"):
             raise ValueError(
-                f"{path}: {len(nodes)} elements of type {kind}; expected quadratic tetrahedra (tetra10) only"
+                f"{path}: {len(nodes)} elements of type {kind}; expected quadratic tetrahedra "
+                "(tetra10) only"
             )
     if not solids or "" in solids:
         what = (
@@ -234,5 +242,6 @@ def _outward(
         if min(rows) >= 0:
             return of_body[rows]
     raise ValueError(
-        f"{what}: {len(facets)} facets, not all of them on the boundary of one body; expected boundary facets"
+        f"{what}: {len(facets)} facets, not all of them on the boundary of one body; expected "
+        "boundary facets"
     )

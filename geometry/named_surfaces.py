@@ -1,4 +1,6 @@
-"""Named surfaces of carrier, pin and main shaft, found from the node coordinates of their boundary facets.
+"""Named surfaces of carrier, pin and main shaft.
+
+Found from the node coordinates of their boundary facets.
 
 Every surface is stated by its equation (a cylinder of given axis and radius, or a plane) and an
 axial extent; a facet belongs to it when all six nodes satisfy the equation.
@@ -25,7 +27,9 @@ Surface = Callable[[NDArray[np.float64]], NDArray[np.bool_]]
 def with_carrier_surfaces(
     mesh: TetMesh, carrier: CarrierParameters, pin: PinParameters | None = None
 ) -> TetMesh:
-    """Copy of `mesh` with the carrier's named surfaces (and those of the bonded pins, where it has them).
+    """Copy of `mesh` with the carrier's named surfaces.
+
+    Those of the bonded pins too, where it has them.
 
     ``shaft_face``, ``rim_face`` (outside the sensor circle), ``upwind_seat``, ``downwind_seat``,
     ``pin_i_upwind`` and ``pin_i_downwind`` (bores), ``pin_i_midspan`` (planet bearings' seat,
@@ -51,7 +55,10 @@ def with_carrier_surfaces(
 
 
 def with_pin_surfaces(mesh: TetMesh, carrier: CarrierParameters, pin: PinParameters) -> TetMesh:
-    """Copy of the mesh of pin 1 alone with ``pin_1_upwind``, ``pin_1_downwind`` (its ends in the bores) and ``pin_1_midspan``."""
+    """Copy of the mesh of pin 1 alone with its named surfaces.
+
+    ``pin_1_upwind``, ``pin_1_downwind`` (its ends in the bores) and ``pin_1_midspan``.
+    """
     equations = {
         name: eq
         for name, eq in pin_surface_equations(carrier, pin).items()
@@ -63,7 +70,10 @@ def with_pin_surfaces(mesh: TetMesh, carrier: CarrierParameters, pin: PinParamet
 def with_main_shaft_surfaces(
     mesh: TetMesh, carrier: CarrierParameters, shaft: MainShaftParameters
 ) -> TetMesh:
-    """Copy of the main shaft's mesh with its ends ``coupling_flange`` and ``carrier_joint``, and ``main_bearing_seat``."""
+    """Copy of the main shaft's mesh with its named surfaces.
+
+    Its ends ``coupling_flange`` and ``carrier_joint``, and ``main_bearing_seat``.
+    """
     inner, outer = shaft.inner_diameter / 2.0, shaft.outer_diameter / 2.0
     equations = {
         "coupling_flange": _plane(shaft.flange_x(carrier), inner, outer),

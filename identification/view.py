@@ -223,7 +223,9 @@ def _draw_parameter(
 
 
 def printed_tables_figure(facts: DerivedFacts) -> "Figure":
-    """Rim deflection, misalignment and static saddle that the printed tables determine, with their intervals.
+    """Rim deflection, misalignment and static saddle that the printed tables determine.
+
+    With their intervals.
 
     Parameters
     ----------
@@ -269,7 +271,8 @@ def printed_tables_figure(facts: DerivedFacts) -> "Figure":
     saddle.set(title="what M2 leaves", xlabel="radial load, kN", ylabel="RMS, mm")
     saddle.legend()
     figure.suptitle(
-        f"2012 paper, tables 4 and 5, at {FULL_TORQUE / 1e3:.0f} kN m full torque; bars: what the digits allow"
+        f"2012 paper, tables 4 and 5, at {FULL_TORQUE / 1e3:.0f} kN m full torque; bars: what the "
+        "digits allow"
     )
     return figure
 
@@ -291,7 +294,9 @@ def _draw_intervals(axes: "Axes", by_case: Mapping[str, Printed], factor: float)
 def bushing_signals_figure(
     campaign: Campaign, estimates: Mapping[str, BushingEstimate]
 ) -> "Figure":
-    """Measured and simulated motion sensors of the housing, one column a run (figure 10 of the 2011 paper).
+    """Measured and simulated motion sensors of the housing, one column a run.
+
+    After figure 10 of the 2011 paper.
 
     Parameters
     ----------

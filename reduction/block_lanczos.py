@@ -1,4 +1,6 @@
-"""Block Lanczos iteration with full reorthogonalisation for the lowest modes of a symmetric problem.
+"""Block Lanczos iteration for the lowest modes of a symmetric problem.
+
+Every new block is orthogonalised against all before it.
 
 The operator is the body's answer to inertia forces, ``A x = K⁻¹ M x``, self-adjoint in the inner
 product of M; its largest eigenvalues are ``1 / ω²``. A block finds degenerate pairs, of which
@@ -97,7 +99,8 @@ def lowest_modes(
             np.concatenate([MQ_before, MQ], axis=1),
         )
     raise AccuracyError(
-        f"block Lanczos found fewer than {n_modes} modes in {len(T)} vectors of blocks of {block_size}"
+        f"block Lanczos found fewer than {n_modes} modes in {len(T)} vectors of blocks of "
+        f"{block_size}"
     )
 
 

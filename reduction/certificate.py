@@ -108,7 +108,9 @@ def certify(structure: StructuralModel, reduction: Reduction, *, seed: int = 0) 
 def certify_free_interface(
     structure: StructuralModel, reduction: FreeInterfaceReduction, *, seed: int = 1
 ) -> Certificate:
-    """Compare a body of free modes and residual flexibility with the full one, and check it in itself.
+    """Compare a body of free modes and residual flexibility with the full one.
+
+    The reduced body is also checked in itself.
 
     Parameters
     ----------
@@ -136,7 +138,9 @@ def certify_free_interface(
 
 
 def inner_checks(model: ReducedModel) -> tuple[Check, ...]:
-    """Checks that need nothing but the reduced matrices, so that a reader of the body file can repeat them.
+    """Checks that need nothing but the reduced matrices.
+
+    A reader of the body file can repeat them.
 
     Mass, centre and inertia from three kinds of rigid-body modes, grounding, and the symmetry of
     the pilots' stiffness and mass under the rotation by 120 degrees where the pilots have it.
@@ -173,7 +177,9 @@ def _below(name: str, reached: float, limit: float) -> Check:
 def compliance_errors(
     structure: StructuralModel, reduction: Reduction | FreeInterfaceReduction
 ) -> dict[str, float]:
-    """Largest relative error of the static compliance of every pilot but the first, which is held, by pilot.
+    """Largest relative error of the static compliance of every pilot but the first.
+
+    The first one is fixed; errors by pilot.
 
     Every entry is compared over the geometric mean of its two diagonal entries in the full body.
     """

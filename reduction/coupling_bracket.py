@@ -53,7 +53,10 @@ class CouplingBracket:
         return {"nothing": self.curves[0], **self.rigid_groups, "everything": self.curves[1]}
 
     def curve_change(self, rigid: str) -> float:
-        """RMS of what making `rigid` rigid adds to the axial curve, over the RMS of the distributing curve."""
+        """RMS of what making `rigid` rigid adds to the axial curve.
+
+        Relative to the RMS of the distributing curve.
+        """
         soft = self.curves[0].axial
         return float(np.linalg.norm(self.all_curves[rigid].axial - soft) / np.linalg.norm(soft))
 

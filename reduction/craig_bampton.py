@@ -1,4 +1,7 @@
-"""Craig-Bampton reduction of a structural model (Craig and Bampton 1968), pilots by distributing couplings."""
+"""Craig-Bampton reduction of a structural model, pilots by distributing couplings.
+
+After Craig and Bampton (1968).
+"""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -141,8 +144,9 @@ def _refuse_partial_pilots(structure: StructuralModel) -> None:
     for pilot in structure.pilots:
         if pilot.components != ALL_COMPONENTS:
             raise ValueError(
-                f"{structure.name}: pilot {pilot.name!r} has components {pilot.components} only; a reduced body keeps six "
-                f"coordinates a pilot, expected {ALL_COMPONENTS}: average directions that determine them all"
+                f"{structure.name}: pilot {pilot.name!r} has components {pilot.components} only; a "
+                f"reduced body keeps six coordinates a pilot, expected {ALL_COMPONENTS}: average "
+                "directions that determine them all"
             )
 
 

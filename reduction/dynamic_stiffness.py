@@ -1,4 +1,6 @@
-"""Frequency response of the full body at its pilots and sensors, from the reduction and what it leaves out.
+"""Frequency response of the full body at its pilots and sensors.
+
+From the reduction and what it leaves out.
 
 With hysteretic damping, ``K (1 + i η)``, and ``L_i = φ_iᵀ M Ψ`` the full body's dynamic stiffness
 at the pilots is
@@ -135,7 +137,9 @@ def full_response(structure: StructuralModel, reduction: Reduction) -> FullRespo
 
 
 def response_error(response: FullResponse, omega: float, n_modes: int) -> tuple[float, float]:
-    """Error of the reduced body's frequency response at the pilots and at the sensors at one frequency.
+    """Error of the reduced body's frequency response at one frequency.
+
+    At the pilots and at the sensors.
 
     Parameters
     ----------
@@ -165,7 +169,9 @@ def response_error(response: FullResponse, omega: float, n_modes: int) -> tuple[
 
 
 def modes_needed(response: FullResponse, frequency_hz: float, tolerance: float) -> int:
-    """Smallest number of fixed-interface modes whose response error stays below `tolerance` up to `frequency_hz`.
+    """Smallest number of fixed-interface modes that meets a tolerance of the response.
+
+    The error stays below `tolerance` up to `frequency_hz`.
 
     Parameters
     ----------
@@ -190,8 +196,8 @@ def modes_needed(response: FullResponse, frequency_hz: float, tolerance: float) 
     error = worst(most)
     if error > tolerance:
         raise ValueError(
-            f"{most} fixed-interface modes leave an error of {error:.1e} up to {frequency_hz:g} Hz; expected at most "
-            f"{tolerance:g}: reduce with more modes"
+            f"{most} fixed-interface modes leave an error of {error:.1e} up to {frequency_hz:g} "
+            f"Hz; expected at most {tolerance:g}: reduce with more modes"
         )
     low, high = 0, most
     # The error falls with the mode count, up to steps where half of a degenerate pair is kept:

@@ -81,7 +81,8 @@ class FfrfData:
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
                 raise ValueError(
-                    f"inertia invariant {name} has shape {getattr(self, name).shape}; expected {shape} for {r} coordinates"
+                    f"inertia invariant {name} has shape {getattr(self, name).shape}; expected "
+                    f"{shape} for {r} coordinates"
                 )
 
     @property
@@ -170,7 +171,10 @@ class FfrfData:
 
     @property
     def Oe1(self) -> NDArray[np.float64]:
-        """First order of the centrifugal forces, ``Oe(q)[i] = Oe[i] + Σ_k q_k Oe1[i, k]``, shape (r, r, 6)."""
+        """First order of the centrifugal forces in the coordinates q, shape (r, r, 6).
+
+        ``Oe(q)[i] = Oe[i] + Σ_k q_k Oe1[i, k]``.
+        """
         return _centrifugal(self.blocks).transpose(2, 1, 0)
 
     def second_moment_at(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -197,7 +201,10 @@ class FfrfData:
         velocity: NDArray[np.float64],
         omega: NDArray[np.float64],
     ) -> float:
-        """Kinetic energy [J] of the deforming body in a frame of given origin velocity [m/s] and ω [rad/s], in its axes."""
+        """Kinetic energy [J] of the deforming body in a moving frame.
+
+        Velocity of the frame's origin [m/s] and ω [rad/s] in the frame's axes.
+        """
         moment = self.first_moment + self.N @ q
         Cr = self.Cr + np.einsum("jka,k->ja", self.Cr1, q)
         rigid = 0.5 * self.mass * velocity @ velocity + velocity @ np.cross(omega, moment)

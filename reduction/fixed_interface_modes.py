@@ -32,7 +32,9 @@ class FixedInterfaceModes:
 def fixed_interface_modes(
     fixed_interface: HeldStructure, M: sp.csr_array, n_modes: int, *, rng: np.random.Generator
 ) -> FixedInterfaceModes:
-    """Lowest modes of ``K φ + Gᵀ λ = ω² M φ``, ``G φ = 0``, by block Lanczos iteration with the held body's factor.
+    """Lowest modes of ``K φ + Gᵀ λ = ω² M φ``, ``G φ = 0``, by block Lanczos iteration.
+
+    The iteration uses the factor of the body with its pilots fixed.
 
     Parameters
     ----------
@@ -72,7 +74,9 @@ def count_below(
     *,
     rng: np.random.Generator,
 ) -> int:
-    """Number of fixed-interface modes below `frequency_hz` [Hz], found by asking for more until one lies above.
+    """Number of fixed-interface modes below `frequency_hz` [Hz].
+
+    Found by computing more until one lies above.
 
     Raises
     ------
@@ -90,7 +94,8 @@ def count_below(
             return below
         n_modes *= 2
     raise ValueError(
-        f"more than {_MOST_MODES // 2} fixed-interface modes lie below {frequency_hz:g} Hz; expected a lower cut-off"
+        f"more than {_MOST_MODES // 2} fixed-interface modes lie below {frequency_hz:g} Hz; "
+        "expected a lower cut-off"
     )
 
 
@@ -100,11 +105,14 @@ def _check_residuals(
     eigenvalues: NDArray[np.float64],
     Phi: NDArray[np.float64],
 ) -> None:
-    """Compare each mode with the held body's answer to its own inertia force, ``φ = ω² K⁻¹ M φ``."""
+    """Compare each mode with the static response to its own inertia force.
+
+    ``φ = ω² K⁻¹ M φ`` with the pilots fixed.
+    """
     again = fixed_interface.static_response(M @ Phi) * eigenvalues
     residual = np.linalg.norm(again - Phi, axis=0) / np.linalg.norm(Phi, axis=0)
     if not residual.max() < _RESIDUAL_TOLERANCE:
         raise AccuracyError(
-            f"fixed-interface mode {int(residual.argmax()) + 1} has a residual of {residual.max():.1e}; expected less than "
-            f"{_RESIDUAL_TOLERANCE:.0e}"
+            f"fixed-interface mode {int(residual.argmax()) + 1} has a residual of "
+            f"{residual.max():.1e}; expected less than {_RESIDUAL_TOLERANCE:.0e}"
         )

@@ -139,7 +139,9 @@ class HeldStructure:
     def solve(
         self, f: NDArray[np.float64], d: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Displacement u, shape (n, k), and reactions λ, shape (m, k), under nodal forces `f` and pilot motions `d`.
+        """Displacement u and reactions λ under nodal forces `f` and pilot motions `d`.
+
+        u has the shape (n, k), λ the shape (m, k).
 
         ``-λ`` are the forces and moments that hold the pilots.
         """
@@ -155,7 +157,10 @@ class HeldStructure:
         return self.solve(f, np.zeros((self._couplings.shape[0], f.shape[1])))[0]
 
     def constraint_modes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Constraint modes Ψ, shape (n, m), and the pilots' static stiffness ``Ψᵀ K Ψ = -λ``, shape (m, m)."""
+        """Constraint modes Ψ, shape (n, m), and the pilots' static stiffness, shape (m, m).
+
+        The stiffness is ``Ψᵀ K Ψ = -λ``.
+        """
         m = self._couplings.shape[0]
         lagrange, a = self._split(
             np.concatenate([-np.eye(m), np.zeros((self.body.rigid_modes.shape[1], m))])
@@ -192,7 +197,9 @@ class HeldStructure:
 
 
 def statically_determinate_dofs(points: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Six degrees of freedom of three far-apart nodes that hold a body against rigid motion without constraining it.
+    """Six degrees of freedom that hold a body against rigid motion without constraining it.
+
+    They belong to three nodes far apart.
 
     The first node is held in x y z, the second across the line to it, the third across their plane;
     directions are the coordinate axes that serve best.

@@ -89,7 +89,8 @@ def modes_for_response(
     """
     if not (frequency_hz > 0.0 and tolerance > 0.0):
         raise ValueError(
-            f"response error {tolerance:g} up to {frequency_hz:g} Hz; expected a positive tolerance and a positive frequency"
+            f"response error {tolerance:g} up to {frequency_hz:g} Hz; expected a positive "
+            "tolerance and a positive frequency"
         )
     # The series of the left-out modes converges from twice the band's end on.
     fixed_interface = HeldStructure(body, structure.pilots)

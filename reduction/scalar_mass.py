@@ -1,4 +1,6 @@
-"""The consistent mass matrix of one axis, with the positions and displacements that belong to its rows.
+"""The consistent mass matrix of one axis.
+
+With the positions and displacements that belong to its rows.
 
 On a body of solid elements the mass is one scalar matrix repeated for x, y and z. Where surfaces
 follow rigid pilots, the degrees of freedom are the pilots' own; their surfaces then enter by four
@@ -71,8 +73,9 @@ def scalar_mass(structure: StructuralModel) -> sp.csr_array:
         difference = nodal[a::3, b::3] - S if a == b else nodal[a::3, b::3]
         if abs(difference).max() > _SCALAR_TOLERANCE * scale:
             raise ValueError(
-                f"{structure.name}: the mass matrix differs between axes ({'xyz'[a]}{'xyz'[b]} against xx); expected the "
-                "consistent mass of solid elements, alike for the three axes"
+                f"{structure.name}: the mass matrix differs between axes ({'xyz'[a]}{'xyz'[b]} "
+                "against xx); expected the consistent mass of solid elements, alike for the three "
+                "axes"
             )
     if not n_rigid:
         return sp.csr_array(S)
@@ -87,7 +90,10 @@ def scalar_mass(structure: StructuralModel) -> sp.csr_array:
 
 
 def _rigid_pair(block: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Masses of the functions 1, r_x, r_y, r_z of one rigid surface with those of another from ``Σ m Rᵀ R'``."""
+    """Masses of the functions 1, r_x, r_y, r_z of two rigid surfaces from ``Σ m Rᵀ R'``.
+
+    One surface's functions by the other's.
+    """
     pair = np.empty((4, 4))
     pair[0, 0] = block[0, 0]
     pair[0, 1:] = block[1, 5], block[2, 3], block[0, 4]

@@ -106,13 +106,15 @@ class SymmetricBasis:
             distance, node = tree.query(self.half.structure.points @ rho.T)
             if distance.max() > _SAME_POINT:
                 raise ValueError(
-                    f"a node of the half sector's image {number} lies {distance.max():.1e} m from the nearest node; "
-                    "expected the nodes of the body that the half sector belongs to"
+                    f"a node of the half sector's image {number} lies {distance.max():.1e} m from "
+                    "the nearest node; expected the nodes of the body that the half sector belongs "
+                    "to"
                 )
             field[node] = np.einsum("ab,nbc->nac", rho, self.on_image(number, on_nodes))
         if np.isnan(field).any():
             raise ValueError(
-                "the body has nodes that are no images of the half sector's; expected six images of it"
+                "the body has nodes that are no images of the half sector's; expected six images "
+                "of it"
             )
         return field.reshape(-1, self.T.shape[1])
 
@@ -230,7 +232,10 @@ def _with_enough_modes(half: HalfSector, n_modes: int, seed: int) -> list[_Solve
 
 
 def _lowest(solved: list[_SolvedBlock], n_modes: int) -> list[tuple[int, int]]:
-    """Block and number of the modes that make up the lowest `n_modes`, a pair counting as two, ascending."""
+    """Block and number of the modes that make up the lowest `n_modes`, ascending.
+
+    A pair counts as two.
+    """
     modes = sorted(
         (omega, b, i) for b, part in enumerate(solved) for i, omega in enumerate(part.omega)
     )

@@ -1,4 +1,7 @@
-"""Shaft orders of the rim signals of one revolution, and which orders and sensor patterns are kept."""
+"""Shaft orders of the rim signals of one revolution.
+
+And which orders and sensor patterns are kept.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +52,10 @@ def order_amplitudes(
 
 
 def too_sparse(angle: FloatArray, max_order: int) -> bool:
-    """Whether the samples of a revolution leave a gap of more than half a period of the highest order."""
+    """Whether the samples of a revolution leave too large a gap for the highest order.
+
+    Too large is more than half its period.
+    """
     if angle.size < 2 * max_order + 2:
         return True
     angle_sorted = np.sort(np.mod(angle, 2.0 * np.pi))

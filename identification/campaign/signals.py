@@ -120,7 +120,9 @@ def pass_gain(frequency_hz: FloatArray, cutoff_hz: float) -> FloatArray:
 
 
 def half_step_values(drive: FloatArray, substeps: int, *, periodic: bool) -> FloatArray:
-    """Drive at the beginning and in the middle of every one of `substeps` steps a sample, band-limited between samples.
+    """Drive at the beginning and in the middle of every step, band-limited between samples.
+
+    A sample has `substeps` steps.
 
     Parameters
     ----------

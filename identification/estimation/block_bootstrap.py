@@ -58,7 +58,8 @@ def with_bootstrap(
     for run in equations:
         if run.n_revolutions < 3:
             raise ValueError(
-                f"run {run.run}: {run.n_revolutions} revolutions; expected at least 3 for a bootstrap over revolutions"
+                f"run {run.run}: {run.n_revolutions} revolutions; expected at least 3 for a "
+                "bootstrap over revolutions"
             )
     basis = _determined_basis(fit)
     solutions = np.array(

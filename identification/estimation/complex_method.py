@@ -165,7 +165,8 @@ def _refuse_bounds(
     for k, (low, high) in enumerate(zip(lower, upper, strict=True)):
         if not low < high:
             raise ValueError(
-                f"parameter {k}: bounds {low} and {high}; expected the lower one below the upper one"
+                f"parameter {k}: bounds {low} and {high}; expected the lower one below the upper "
+                "one"
             )
         if start is not None and not low <= start[k] <= high:
             raise ValueError(

@@ -120,7 +120,10 @@ def fit_uncertainty(fit: NonlinearFit, blocks: NDArray[np.int64]) -> FitUncertai
 def _without_each_block(
     X: Array, residuals: Array, block: NDArray[np.int64], n_blocks: int
 ) -> Array:
-    """Move of the solution where one block is left out, shape (n_blocks, p), for a design with ``X.T X = 1``."""
+    """Move of the solution where one block is left out, shape (n_blocks, p).
+
+    For a design with ``X.T X = 1``.
+    """
     gradients = np.zeros((n_blocks, X.shape[1]))
     np.add.at(gradients, block, X * residuals[:, None])
     order = np.argsort(block, kind="stable")
@@ -279,7 +282,8 @@ def _in_words(
             sentences.append(f"{members[0]} has hardly any influence on these signals")
         else:
             sentences.append(
-                f"{' and '.join(members)} cannot be told apart: these signals see fewer combinations of them"
+                f"{' and '.join(members)} cannot be told apart: these signals see fewer "
+                "combinations of them"
             )
     sentences += [f"{name} ended on a bound of its search" for name in fit.at_bound]
     return tuple(sentences)

@@ -192,7 +192,10 @@ def _group_in_words(fit: JointFit, members: NDArray[np.int64], labels: Sequence[
     n_unseen = int((sizes > _NEGLIGIBLE_SHARE).sum())
     if members.size - n_unseen != 1:
         n_determined = members.size - n_unseen
-        return f"{names} cannot be told apart: these signals see only {n_determined} combinations of them"
+        return (
+            f"{names} cannot be told apart: "
+            f"these signals see only {n_determined} combinations of them"
+        )
     combination = directions[-1] / directions[-1][np.argmax(np.abs(directions[-1]))]
     terms = " + ".join(
         f"{'' if np.isclose(share, 1.0) else f'{share:.3g} '}{labels[int(k)]}"

@@ -126,7 +126,8 @@ def _bounded_fit(
     inside = np.clip(start, lower, upper)
     if not np.isfinite(counted(inside)).all():
         raise ValueError(
-            f"the model gives no finite signal at the start {dict(zip(_names(free), inside, strict=True))}"
+            "the model gives no finite signal at the start "
+            f"{dict(zip(_names(free), inside, strict=True))}"
         )
 
     def derivatives(z: Array) -> Array:

@@ -77,7 +77,10 @@ def with_scatter_of_runs(
 
 
 def _disagreement(fit: JointFit, alone: Sequence[JointFit], n_shared: int) -> float:
-    """Sum over the runs of the squared distance to the joint solution, in units of each run's own covariance."""
+    """Sum over the runs of the squared distance to the joint solution.
+
+    In units of each run's own covariance.
+    """
     total = 0.0
     for fit_of_run in alone:
         distance = fit_of_run.unknowns[:n_shared] - fit.unknowns[:n_shared]

@@ -57,8 +57,8 @@ def write_exudyn(
         raise ValueError(f"{path}: suffix {path.suffix!r}; expected .hdf5")
     if len(structure.rigid_points):
         raise ValueError(
-            f"{structure.name}: its pilots hold their surfaces rigid, and Exudyn needs every node's mass and stiffness; "
-            "expected distributing couplings (rbe3)"
+            f"{structure.name}: its pilots hold their surfaces rigid, and Exudyn needs every "
+            "node's mass and stiffness; expected distributing couplings (rbe3)"
         )
     model = reduction.model
     fixed_pilot = next(iter(model.pilots)) if pilot is None else pilot

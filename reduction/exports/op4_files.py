@@ -25,7 +25,9 @@ def grid_numbers(n_pilots: int) -> list[int]:
 
 
 def write_op4(model: ReducedModel, path: Path) -> tuple[Path, ...]:
-    """Write ``.op4`` (kaa, maa, baa in double precision), ``.asm``, ``.pch`` and ``.txt`` of the same stem.
+    """Write ``.op4``, ``.asm``, ``.pch`` and ``.txt`` of the same stem.
+
+    ``.op4`` holds kaa, maa and baa in double precision.
 
     Parameters
     ----------
@@ -51,10 +53,11 @@ def write_op4(model: ReducedModel, path: Path) -> tuple[Path, ...]:
     body = ordered_body(model)
     grids = grid_numbers(len(body.pilots))
     uset = n2p.addgrid(None, grids, "b", 0, body.points, 0)
+    numbering = f"scalar points from {FIRST_SPOINT}, one a modal coordinate"
     lines = [
         *header(model),
         *(f"Grid {grid}: pilot {name}" for grid, name in zip(grids, body.pilots, strict=True)),
-        f"Matrices kaa, maa, baa; superelement {SUPERELEMENT}; scalar points from {FIRST_SPOINT}, one a modal coordinate:",
+        f"Matrices kaa, maa, baa; superelement {SUPERELEMENT}; {numbering}:",
         *(
             f"Spoint {FIRST_SPOINT + i}: {label}"
             for i, label in enumerate(body.labels[6 * len(grids) :])

@@ -81,7 +81,10 @@ def _lines(
 ) -> Iterator[str]:
     n = len(squares)
     pilots = ", ".join(f"{i} {name}" for i, name in enumerate(model.pilots, start=1))
-    comment = f"{model.name}, written by carrierflex; {UNITS}; {FRAME}; floating frame moves with held pilot {body.pilot}"
+    comment = (
+        f"{model.name}, written by carrierflex; {UNITS}; {FRAME}; "
+        f"floating frame moves with held pilot {body.pilot}"
+    )
     yield f"{len(model.pilots):5d}{n:5d}    :{comment}; nodes {pilots}; no geometric stiffening"
     yield from ("part", " new modal")
     yield "  refmod"
