@@ -112,7 +112,10 @@ class DeflectionCurve:
         return np.abs(_amplitudes(self.axial))
 
     def peak_angles(self) -> NDArray[np.float64]:
-        """Carrier-frame angles of the local maxima of the axial curve [rad], ascending."""
+        """Carrier-frame angles of the local maxima of the axial curve [rad], ascending.
+
+        Shape (n_peaks,).
+        """
         n_fine = _PEAK_REFINEMENT * self.axial.size
         fine_angle = 2.0 * np.pi * np.arange(n_fine) / n_fine
         fine = self.axial_at(fine_angle)

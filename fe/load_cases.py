@@ -64,12 +64,18 @@ def standard_tilting_moment(torque: float, gear: GearData) -> float:
 
 
 def tangential(angle: float) -> NDArray[np.float64]:
-    """Unit vector towards increasing angle, ``t = (0, -cos v, -sin v)``."""
+    """Unit vector towards increasing angle, ``t = (0, -cos v, -sin v)``.
+
+    Shape (3,), carrier-frame angle v [rad].
+    """
     return np.array([0.0, -math.cos(angle), -math.sin(angle)])
 
 
 def radial(angle: float) -> NDArray[np.float64]:
-    """Unit vector away from the axis, ``e = (0, -sin v, cos v)``."""
+    """Unit vector away from the axis, ``e = (0, -sin v, cos v)``.
+
+    Shape (3,), carrier-frame angle v [rad].
+    """
     return np.array([0.0, -math.sin(angle), math.cos(angle)])
 
 

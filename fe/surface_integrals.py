@@ -130,5 +130,8 @@ def facet_moments(
 
 
 def surface_area(mesh: TetMesh, facets: NDArray[np.int64]) -> float:
-    """Area of curved facets [m^2]."""
+    """Area of curved facets [m^2].
+
+    `facets` of shape (k, 6) hold the numbers of the mesh's nodes.
+    """
     return float(surface_moments(mesh, facets, np.zeros(3))[1][0, 0])

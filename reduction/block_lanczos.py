@@ -116,7 +116,10 @@ class _Basis:
         self._filled = 0
 
     def append(self, block: NDArray[np.float64]) -> None:
-        """Add the columns of `block`."""
+        """Add the columns of `block`.
+
+        Shape (n, b).
+        """
         if not self._pieces or self._filled + block.shape[1] > self._pieces[-1].shape[1]:
             if self._pieces:
                 self._pieces[-1] = self._pieces[-1][:, : self._filled]
@@ -126,7 +129,10 @@ class _Basis:
         self._filled += block.shape[1]
 
     def coefficients(self, MW: NDArray[np.float64]) -> NDArray[np.float64]:
-        """``Qᵀ M W`` of all columns Q."""
+        """``Qᵀ M W`` of all columns Q.
+
+        Shape (k, b) for M W of shape (n, b) and k columns so far.
+        """
         return np.concatenate([piece.T @ MW for piece in self._used()])
 
     def combined(self, coefficients: NDArray[np.float64]) -> NDArray[np.float64]:

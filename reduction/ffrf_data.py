@@ -105,7 +105,10 @@ class FfrfData:
 
     @property
     def centre(self) -> NDArray[np.float64]:
-        """Centre of mass of the undeformed body [m]."""
+        """Centre of mass of the undeformed body [m].
+
+        Shape (3,).
+        """
         return self.first_moment / self.mass
 
     @property
@@ -178,7 +181,10 @@ class FfrfData:
         return _centrifugal(self.blocks).transpose(2, 1, 0)
 
     def second_moment_at(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """``∫ ρ (x + T q) (x + T q)ᵀ`` [kg m^2] of the deformed body."""
+        """``∫ ρ (x + T q) (x + T q)ᵀ`` [kg m^2] of the deformed body.
+
+        Shape (3, 3), for coordinates q of shape (r,).
+        """
         mixed = self.P @ q
         return (
             self.second_moment
@@ -189,6 +195,8 @@ class FfrfData:
 
     def inertia(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Inertia of the deformed body about the origin [kg m^2], exact.
+
+        Shape (3, 3), for coordinates q of shape (r,).
 
         Constant, linear and quadratic in q.
         """
@@ -212,7 +220,10 @@ class FfrfData:
         return float(rigid + turning + q_dot @ self.Ct @ velocity + 0.5 * q_dot @ self.Me @ q_dot)
 
     def about(self, origin: NDArray[np.float64]) -> "FfrfData":
-        """Invariants about another origin [m], axes kept: positions become ``x - origin``."""
+        """Invariants about another origin [m], axes kept: positions become ``x - origin``.
+
+        `origin` has the shape (3,).
+        """
         c = np.asarray(origin, dtype=np.float64)
         crossed = np.outer(c, self.first_moment)
         return FfrfData(
@@ -231,6 +242,8 @@ class FfrfData:
 
     def turned(self, R: NDArray[np.float64]) -> "FfrfData":
         """Invariants of the body turned by the rotation R, in the frame that stays.
+
+        R has the shape (3, 3).
 
         Coordinates kept.
         """

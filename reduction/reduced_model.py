@@ -99,7 +99,10 @@ class ReducedModel:
         return len(self.labels)
 
     def coordinates_of(self, pilot: str) -> NDArray[np.int64]:
-        """Rows of a pilot's six coordinates; KeyError names the pilots there are."""
+        """Rows of a pilot's six coordinates; KeyError names the pilots there are.
+
+        Shape (6,).
+        """
         if pilot not in self.pilot_coordinates:
             raise KeyError(
                 f"{self.name} has no pilot {pilot!r}; it has {', '.join(self.pilot_coordinates)}"

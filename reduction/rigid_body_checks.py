@@ -66,6 +66,8 @@ def eigen_rigid_modes(model: ReducedModel) -> NDArray[np.float64]:
 def mass_properties_from(model: ReducedModel, R: NDArray[np.float64]) -> MassProperties:
     """Mass, centre and inertia about the centre from rigid motions R about the origin.
 
+    R has the shape (n, 6).
+
     From ``Rᵀ M R``.
     """
     return rigid_mass_properties(R.T @ model.M @ R)

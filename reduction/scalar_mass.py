@@ -24,7 +24,10 @@ _EPSILON[[0, 2, 1], [2, 1, 0], [1, 0, 2]] = -1.0
 
 
 def uniform(structure: StructuralModel) -> NDArray[np.float64]:
-    """Coefficients of a displacement of one everywhere, rows as in :func:`positions`."""
+    """Coefficients of a displacement of one everywhere, rows as in :func:`positions`.
+
+    Shape (n,).
+    """
     return np.concatenate(
         [np.ones(len(structure.points)), np.tile([1.0, 0.0, 0.0, 0.0], len(structure.rigid_points))]
     )
@@ -32,6 +35,8 @@ def uniform(structure: StructuralModel) -> NDArray[np.float64]:
 
 def positions(structure: StructuralModel) -> NDArray[np.float64]:
     """Nodes, then for every rigid pilot its point and the three unit vectors.
+
+    Shape (n, 3); node coordinates and points [m].
 
     ``x = x_0 + Σ r_k e_k`` on its surface.
     """
@@ -41,6 +46,8 @@ def positions(structure: StructuralModel) -> NDArray[np.float64]:
 
 def displacements(structure: StructuralModel, T: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     """Displacement along x, y and z of the rows of :func:`positions`.
+
+    Three arrays of shape (n, k) for a basis T of shape (n_dofs, k).
 
     ``u = t + Σ r_k (ω × e_k)`` on rigid surfaces.
     """

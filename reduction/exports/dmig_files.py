@@ -90,5 +90,8 @@ def written_matrix(cards: str, name: str, index: pd.MultiIndex) -> NDArray[np.fl
 
 
 def grounding_of(K: NDArray[np.float64], R: NDArray[np.float64]) -> float:
-    """``max |K R| / max |K|``: zero for a free body."""
+    """``max |K R| / max |K|``: zero for a free body.
+
+    K of shape (n, n) [N/m], rigid-body modes R of shape (n, 6).
+    """
     return float(np.abs(K @ R).max() / np.abs(K).max())

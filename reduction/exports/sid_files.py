@@ -68,7 +68,10 @@ def write_sid(model: ReducedModel, path: Path, *, pilot: str | None = None) -> N
 
 
 def held_modes(body: HeldBody) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Squared angular frequencies [1/s^2] and modes ``Vᵀ M V = I`` of the held body, ascending."""
+    """Squared angular frequencies [1/s^2] and modes ``Vᵀ M V = I`` of the held body, ascending.
+
+    Shapes (n,) and (n, n).
+    """
     # Translations, rotations and modal amplitudes: scaled to unit mass before the eigenvalue
     # problem.
     scale = 1.0 / np.sqrt(body.M.diagonal())
