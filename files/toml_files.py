@@ -13,14 +13,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from carrierflex.files.problems import refuse
+from carrierflex.files.shown_values import shown
 
 if TYPE_CHECKING:
     from carrierflex.files.toml_values import TomlTable
 
     Table = TypeVar("Table", bound=TomlTable)
 
-#: Characters of a value that a message shows.
-_SHOWN = 80
 #: What an editor of another encoding puts first: UTF-8 with a mark, UTF-16 of either byte order.
 _BYTE_ORDER_MARKS = (b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")
 
@@ -186,23 +185,6 @@ def check_header(document: Mapping[str, Any], kind: TomlKind, file: str) -> None
     if version > kind.version:
         defect = f"key 'version' is {shown(version)}, written by a newer version"
         raise ValueError(f"{file}: {defect}; expected {kind.version}: update carrierflex")
-
-
-def shown(value: Any) -> str:
-    """Value as it stands in a TOML file, on one line and cut to 80 characters."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    try:
-        text = repr(value)
-    except (ValueError, RecursionError):
-        # A hexadecimal number of thousands of digits.
-        return "too long to be shown"
-    return shortened(" ".join(text.split()))
-
-
-def shortened(text: str) -> str:
-    """Text of at most 80 characters, cut where it is longer."""
-    return text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
 
 
 def _content(path: Path, kind: TomlKind) -> bytes:

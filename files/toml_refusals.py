@@ -7,7 +7,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from carrierflex.files.problems import problems_of
-from carrierflex.files.toml_files import shortened, shown
+from carrierflex.files.shown_values import shortened, shown
 from carrierflex.files.toml_values import TomlTable, json_schema
 
 Schema = Mapping[str, Any]

@@ -16,13 +16,12 @@ from carrierflex.files.toml_files import toml_document
 from carrierflex.identification.campaign.campaign import Campaign, check_columns, expected_columns
 from carrierflex.identification.campaign.campaign_document import (
     CAMPAIGN_FILE,
-    DOCUMENT_NAME,
     CampaignHeader,
     RunEntry,
     campaign_document,
     campaign_header,
-    checked_file_name,
 )
+from carrierflex.identification.campaign.file_names import DOCUMENT_NAME, checked_file_name
 from carrierflex.identification.campaign.records import PREDICTION_SUFFIX, Run
 
 #: Sanity limits, checked before anything is allocated.

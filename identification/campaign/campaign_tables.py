@@ -35,13 +35,13 @@ from carrierflex.identification.campaign.campaign import (
     channel_conflicts,
     effect_conflicts,
 )
-from carrierflex.identification.campaign.campaign_document import RUN_SUFFIXES, checked_file_name
 from carrierflex.identification.campaign.campaign_kinds import (
     CARRIER,
     ELEMENT_BY_DRIVE,
     MOUNTING,
     CampaignKind,
 )
+from carrierflex.identification.campaign.file_names import RUN_SUFFIXES, checked_file_name
 from carrierflex.simulation.mounting.rig_keys import RIG_KEYS
 
 

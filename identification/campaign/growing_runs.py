@@ -11,8 +11,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv as pa_csv
 
-from carrierflex.identification.campaign.campaign_document import checked_file_name
 from carrierflex.identification.campaign.campaign_files import refuse_foreign_folder
+from carrierflex.identification.campaign.file_names import checked_file_name
 from carrierflex.identification.campaign.records import Run
 
 
