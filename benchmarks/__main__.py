@@ -10,7 +10,9 @@ from benchmarks.report import Report, ratio_table
 from benchmarks.run import chosen, rows_of
 
 #: Exit codes: a benchmark failed, refused input, and interruption by the user (128 + SIGINT).
-EXIT_FAILED, EXIT_REFUSED, EXIT_INTERRUPTED = 1, 2, 130
+EXIT_FAILED = 1
+EXIT_REFUSED = 2
+EXIT_INTERRUPTED = 130
 
 
 def main(

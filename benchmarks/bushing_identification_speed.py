@@ -73,14 +73,16 @@ def ratios(
             search = measured(
                 partial(search_bushings, campaign, model, max_evaluations=evaluations)
             )
-            found = search.result
-            rms = np.sqrt(found.cost / last.fit.cost) * last.rms
+            search_result = search.result
+            rms = np.sqrt(search_result.cost / last.fit.cost) * last.rms
             runs = sum(estimate.fit.model_runs for estimate in fitted.result)
             peer = "complex method"
-            note = "" if found.converged else f"stopped after {found.evaluations} runs"
+            note = (
+                "" if search_result.converged else f"stopped after {search_result.evaluations} runs"
+            )
             yield Ratio(case, TIME, fitted.wall, peer, search.wall, note=note)
             yield Ratio(case, RMS, last.rms * 1e6, peer, rms * 1e6, at_least(0.999))
-            yield Ratio(case, RUNS, runs, peer, found.evaluations, note=note)
+            yield Ratio(case, RUNS, runs, peer, search_result.evaluations, note=note)
 
 
 def _campaign(rate: float, seconds: float) -> Campaign:

@@ -76,7 +76,7 @@ def _batch(n_sets: int) -> Ratio:
     rng = np.random.default_rng(3)
     for name in ("K1", "K3", "K5", "C1"):
         sets[:, INDEX[name]] *= rng.uniform(0.8, 1.2, n_sets)
-    one = fastest(lambda: rms_of_sensors(simulate(RIG, base, inputs)), 5)
+    single_run = fastest(lambda: rms_of_sensors(simulate(RIG, base, inputs)), 5)
     with ThreadPoolExecutor(2) as executor:
         run = measured(
             lambda: list(
@@ -85,7 +85,7 @@ def _batch(n_sets: int) -> Ratio:
         )
     case = f"{n_sets} sets of the 520 s run"
     note = f"wanted of 1000 sets: at most 60 s; here {run.wall / n_sets * 1000:.1f} s a thousand"
-    return Ratio(case, TIME, run.wall, "one at a time", n_sets * one.wall, note=note)
+    return Ratio(case, TIME, run.wall, "one at a time", n_sets * single_run.wall, note=note)
 
 
 def _write(path: Path, values: Mapping[str, float], seconds: float) -> tuple[int, float]:

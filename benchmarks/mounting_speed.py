@@ -98,10 +98,10 @@ def _speed_and_error(
     signals = simulate(RIG, parameters, inputs).signals
     run = partial(wall_seconds, partial(simulate, RIG, parameters, inputs))
     duration = inputs.time[-1] - inputs.time[0]
-    whole = duration / best_of(run, budget)
+    whole_record_speed = duration / best_of(run, budget)
     speed = duration / _best_of_pieces(parameters, inputs, budget)
     wanted_speed, wanted_error = _LINEAR_WANTED if linear else _NONLINEAR_WANTED
-    note = f"step {inputs.step / model.substeps * 1e3:.3g} ms; {whole:.0f} s/s whole"
+    note = f"step {inputs.step / model.substeps * 1e3:.3g} ms; {whole_record_speed:.0f} s/s whole"
     yield Ratio(case, SPEED, speed, wanted=wanted_speed, note=note)
     if linear:
         reference = simulate(RIG, parameters, inputs.refined(16)).signals[::16]

@@ -66,11 +66,11 @@ def ratios(size: float = 0.022) -> Iterator[Ratio | Absent]:
 def _write_deck(mesh: TetMesh, pilots: Sequence[str], folder: Path) -> None:
     """The mesh and a deck that holds the surfaces of all pilots and asks for the modes."""
     write_mesh(mesh, folder / "mesh.inp")
-    held = np.unique(np.concatenate([np.unique(mesh.surface(name)) for name in pilots])) + 1
+    fixed_nodes = np.unique(np.concatenate([np.unique(mesh.surface(name)) for name in pilots])) + 1
     lines = [
         "*INCLUDE, INPUT=mesh.inp",
         "*NSET, NSET=HELD",
-        *(f"{node}," for node in held),
+        *(f"{node}," for node in fixed_nodes),
         "*MATERIAL, NAME=IRON",
         "*ELASTIC",
         f"{CAST_IRON.E:.12e}, {CAST_IRON.nu}",
@@ -107,8 +107,8 @@ def _rigid_omega(mesh: TetMesh) -> NDArray[np.float64]:
     """Angular frequencies [rad/s] of our rigid reduction with all pilots held."""
     rigid = rigidly_coupled(free_structure(mesh), mesh)
     body = GroundedBody(rigid.K, rigid.points, rigid.rigid_points)
-    held = HeldStructure(body, rigid.pilots)
-    return fixed_interface_modes(held, rigid.M, N_MODES, rng=np.random.default_rng(0)).omega
+    structure = HeldStructure(body, rigid.pilots)
+    return fixed_interface_modes(structure, rigid.M, N_MODES, rng=np.random.default_rng(0)).omega
 
 
 if __name__ == "__main__":

@@ -66,13 +66,13 @@ def ratios(size: float = 0.045) -> Iterator[Ratio]:
 def _basis(structure: StructuralModel, stage: Callable[..., Any]) -> NDArray[np.float64]:
     """Craig-Bampton basis, stage by stage; the factor is freed before the projection."""
     body = GroundedBody(structure.K, structure.points)
-    held = HeldStructure(body, structure.pilots)
+    fixed_interface = HeldStructure(body, structure.pilots)
     stage(_FACTORISATION, lambda: body.displacement(np.ones(structure.n_dofs)))
-    Psi, _ = stage("constraint modes", held.constraint_modes)
+    Psi, _ = stage("constraint modes", fixed_interface.constraint_modes)
     rng = np.random.default_rng(0)
     modes = stage(
         f"{N_MODES} fixed-interface modes",
-        lambda: fixed_interface_modes(held, structure.M, N_MODES, rng=rng),
+        lambda: fixed_interface_modes(fixed_interface, structure.M, N_MODES, rng=rng),
     )
     return np.concatenate([Psi, modes.Phi], axis=1)
 

@@ -126,21 +126,21 @@ def _processor() -> str:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
     except OSError:
         text = ""
-    found = re.search(r"^model name\s*:\s*(.+)$", text, flags=re.MULTILINE)
-    return found[1] if found else platform.processor() or platform.machine()
+    match = re.search(r"^model name\s*:\s*(.+)$", text, flags=re.MULTILINE)
+    return match[1] if match else platform.processor() or platform.machine()
 
 
 def versions() -> dict[str, str | None]:
     """Versions of Python, packages, CalculiX and this tree; None where one is absent."""
-    found: dict[str, str | None] = {"python": platform.python_version()}
+    by_name: dict[str, str | None] = {"python": platform.python_version()}
     for name in _PACKAGES:
         try:
-            found[name] = importlib.metadata.version(name)
+            by_name[name] = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:
-            found[name] = None
-    found["CalculiX"] = _matched(r"Version (\S+)", "ccx", "-v")
-    found["commit"] = _matched(r"(\S+)", "git", "describe", "--always", "--dirty")
-    return found
+            by_name[name] = None
+    by_name["CalculiX"] = _matched(r"Version (\S+)", "ccx", "-v")
+    by_name["commit"] = _matched(r"(\S+)", "git", "describe", "--always", "--dirty")
+    return by_name
 
 
 def _matched(pattern: str, *command: str) -> str | None:
@@ -149,8 +149,8 @@ def _matched(pattern: str, *command: str) -> str | None:
         return None
     folder = Path(__file__).parent
     run = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    found = re.search(pattern, run.stdout)
-    return found[1] if found else None
+    match = re.search(pattern, run.stdout)
+    return match[1] if match else None
 
 
 def _plain(row: Row) -> dict[str, Any]:

@@ -45,14 +45,16 @@ def chosen(names: Sequence[str], available: Sequence[str] = BENCHMARKS) -> list[
         Where a name fits no benchmark.
     """
     for name in names:
-        if not any(name in one for one in available):
+        if not any(name in candidate for candidate in available):
             raise ValueError(
                 f"no benchmark {name!r}; expected one of {', '.join(available)}, or a part"
             )
     exact = [name for name in names if name in available]
     parts = [name for name in names if name not in available]
     return [
-        one for one in available if not names or one in exact or any(part in one for part in parts)
+        candidate
+        for candidate in available
+        if not names or candidate in exact or any(part in candidate for part in parts)
     ]
 
 

@@ -103,7 +103,9 @@ def _models(body: StageBody) -> dict[str, StageModel]:
         "planets on rollers": _on_rollers(0.0),
         "planets on rollers, 40 um of radial clearance": _on_rollers(40e-6),
     }
-    models = {name: stage_model(body, one, speed=SPEED_RAD) for name, one in data.items()}
+    models = {
+        name: stage_model(body, stage_data, speed=SPEED_RAD) for name, stage_data in data.items()
+    }
     play = StageEffects(pin_fit_play=0.5e-3)
     models["pins with play in their bores"] = stage_model(body, effects=play, speed=SPEED_RAD)
     return models

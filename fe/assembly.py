@@ -19,7 +19,7 @@ from skfem.refdom import RefTet
 from carrierflex.fe.element_kernels import (
     add_scalar_mass,
     add_stiffness,
-    block_places,
+    node_pair_blocks,
     threefold_rows,
 )
 from carrierflex.fe.materials import Material
@@ -71,7 +71,10 @@ def assemble_mass(mesh: TetMesh, materials: Mapping[str, Material]) -> sp.csr_ar
 def assemble_stiffness_and_mass(
     mesh: TetMesh, materials: Mapping[str, Material]
 ) -> tuple[sp.csr_array, sp.csr_array]:
-    """K and M as :func:`assemble_stiffness` and :func:`assemble_mass` make them, the node graph built once for both."""
+    """K and M as :func:`assemble_stiffness` and :func:`assemble_mass` make them.
+
+    The node graph is built once for both.
+    """
     graph = _node_graph(mesh)
     return _stiffness(mesh, materials, graph), _mass(mesh, materials, graph)
 
@@ -85,7 +88,7 @@ class _NodeGraph:
 
     indptr: NDArray[np.int32]
     indices: NDArray[np.int32]
-    places: NDArray[np.int32]
+    block_indices: NDArray[np.int32]
 
 
 def _stiffness(mesh: TetMesh, materials: Mapping[str, Material], graph: _NodeGraph) -> sp.csr_array:
@@ -93,8 +96,10 @@ def _stiffness(mesh: TetMesh, materials: Mapping[str, Material], graph: _NodeGra
     blocks = np.zeros((len(graph.indices), 3, 3))
     _, gradients, weights = _reference_element(_STIFFNESS_ORDER)
     for body, elements in mesh.bodies.items():
-        lame, places = _material(materials, body).lame, graph.places[elements]
-        add_stiffness(mesh.points, mesh.tets[elements], lame, (gradients, weights), places, blocks)
+        lame, block_indices = _material(materials, body).lame, graph.block_indices[elements]
+        add_stiffness(
+            mesh.points, mesh.tets[elements], lame, (gradients, weights), block_indices, blocks
+        )
     return sp.csr_array(sp.bsr_array((blocks, graph.indices, graph.indptr), shape=(3 * n, 3 * n)))
 
 
@@ -103,8 +108,8 @@ def _mass(mesh: TetMesh, materials: Mapping[str, Material], graph: _NodeGraph) -
     shapes, gradients, weights = _reference_element(_MASS_ORDER)
     rule = (np.einsum("qi,qj->qij", shapes, shapes).reshape(-1, 100), gradients, weights)
     for body, elements in mesh.bodies.items():
-        rho, places = _material(materials, body).rho, graph.places[elements]
-        add_scalar_mass(mesh.points, mesh.tets[elements], rho, rule, places, values)
+        rho, block_indices = _material(materials, body).rho, graph.block_indices[elements]
+        add_scalar_mass(mesh.points, mesh.tets[elements], rho, rule, block_indices, values)
     return _repeated_for_three_axes(values, graph)
 
 
@@ -139,14 +144,17 @@ def _node_graph(mesh: TetMesh) -> _NodeGraph:
     graph = sp.csr_array(incidence.T @ incidence)
     graph.sort_indices()
     indptr, indices = graph.indptr.astype(np.int32), graph.indices.astype(np.int32)
-    return _NodeGraph(indptr, indices, block_places(mesh.tets, indptr, indices))
+    return _NodeGraph(indptr, indices, node_pair_blocks(mesh.tets, indptr, indices))
 
 
 @functools.cache
 def _reference_element(
     order: int,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Shape functions (q, 10), their gradients (q, 10, 3) and weights (q,) of the quadrature rule of that order."""
+    """Shape functions, gradients and weights of the quadrature rule of that order.
+
+    Shapes (q, 10), (q, 10, 3) and (q,).
+    """
     points, weights = get_quadrature(RefTet, order)
     element = skfem.ElementTetP2()
     values = [element.lbasis(points, i) for i in range(10)]

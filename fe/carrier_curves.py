@@ -1,4 +1,7 @@
-"""The four deflection curves of a carrier and the load cases behind them, from one factorisation a variant."""
+"""The four deflection curves of a carrier and the load cases behind them.
+
+One factorisation serves a variant.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -87,7 +90,9 @@ def carrier_deflection(
     shaft_face: NDArray[np.int64],
     cases: Sequence[Mapping[str, PilotLoad]],
 ) -> CarrierDeflection:
-    """Solve the unit load cases of one carrier variant, the upwind shaft face held (2012 paper, section 2.2).
+    """Solve the unit load cases of one carrier variant, the upwind shaft face fixed.
+
+    After section 2.2 of the 2012 paper.
 
     Parameters
     ----------
@@ -140,7 +145,10 @@ def _recovered(sensors: Sensors | None, u: NDArray[np.float64], case: str) -> De
 def named_curves(
     stiff: CarrierDeflection, flexible: CarrierDeflection
 ) -> dict[str, DeflectionCurve]:
-    """The four curves of the chain, ``delta_s, delta_f`` (1 kN m) and ``g_s, g_f`` (1 N on pin 1), by name."""
+    """The four curves of the chain by name.
+
+    ``delta_s, delta_f`` belong to 1 kN m, ``g_s, g_f`` to 1 N on pin 1.
+    """
     return {
         name: replace(deflection.curves[case], name=name)
         for name, deflection, case in (

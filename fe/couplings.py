@@ -14,6 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from carrierflex.fe.node_dofs import dofs_of
 from carrierflex.fe.point_couplings import AveragedDofs, point_coupling
 from carrierflex.fe.rigid_fit import ALL_COMPONENTS, MOTIONS, fitted_motion
 from carrierflex.fe.surface_integrals import facet_moments
@@ -57,8 +58,9 @@ class Pilot:
         lost = [i for i in np.flatnonzero(load) if i not in components]
         if lost:
             raise ValueError(
-                f"pilot {self.name!r} is loaded along its {', '.join(MOTIONS[i] for i in lost)}, which is not coupled; expected "
-                f"a load on {', '.join(MOTIONS[i] for i in components)} only"
+                f"pilot {self.name!r} is loaded along its {', '.join(MOTIONS[i] for i in lost)}, "
+                "which is not coupled; expected a load on "
+                f"{', '.join(MOTIONS[i] for i in components)} only"
             )
         return np.asarray(self.G.T @ load[components])
 
@@ -70,7 +72,9 @@ def distributing_pilot(
     *,
     components: tuple[int, ...] = ALL_COMPONENTS,
 ) -> Pilot:
-    """Couple a pilot at `point` to the surface `name` of `mesh`, every part of the surface counting by its area.
+    """Couple a pilot at `point` to the surface `name` of `mesh`.
+
+    Every part of the surface counts by its area.
 
     Parameters
     ----------
@@ -135,8 +139,8 @@ def weighted_pilot(
     each = _checked_weights(np.asarray(weights, dtype=np.float64), nodes, name)
     directions = _checked_frames(frames, len(nodes), name)
     node, axis = np.nonzero(each)
-    held, row = np.unique(node, return_inverse=True)
-    used = nodes[held]
+    weighted, row = np.unique(node, return_inverse=True)
+    used = nodes[weighted]
     dofs = AveragedDofs(
         mesh.points[used],
         row,
@@ -174,7 +178,7 @@ def described_nodes(points: NDArray[np.float64], nodes: NDArray[np.int64]) -> st
 def _on_all_dofs(G: NDArray[np.float64], nodes: NDArray[np.int64], n_nodes: int) -> sp.csr_array:
     """Spread columns of the dofs of `nodes` over those of all nodes."""
     local = sp.csr_array(G)
-    columns = (3 * nodes[:, None] + np.arange(3)).ravel()
+    columns = dofs_of(nodes).ravel()
     return sp.csr_array(
         (local.data, columns[local.indices], local.indptr), shape=(len(G), 3 * n_nodes)
     )
@@ -185,18 +189,21 @@ def _checked_weights(
 ) -> NDArray[np.float64]:
     if weights.shape not in ((len(nodes),), (len(nodes), 3)):
         raise ValueError(
-            f"surface {name!r} has {len(nodes)} nodes, weights have shape {weights.shape}; expected one weight, or three, a node"
+            f"surface {name!r} has {len(nodes)} nodes, weights have shape {weights.shape}; "
+            "expected one weight, or three, a node"
         )
     each = np.repeat(weights[:, None], 3, axis=1) if weights.ndim == 1 else weights
     wrong = ~(np.isfinite(each) & (each >= 0.0)).all(axis=1)
     if wrong.any():
         first = int(np.flatnonzero(wrong)[0])
         raise ValueError(
-            f"surface {name!r}: weight of node {nodes[first]} is {weights[first]}; expected finite ones, zero or positive"
+            f"surface {name!r}: weight of node {nodes[first]} is {weights[first]}; expected finite "
+            "ones, zero or positive"
         )
     if not each.any():
         raise ValueError(
-            f"surface {name!r}: all weights are zero; expected positive ones on three nodes at least"
+            f"surface {name!r}: all weights are zero; expected positive ones on three nodes at "
+            "least"
         )
     return each
 
@@ -211,6 +218,7 @@ def _checked_frames(frames: NDArray[np.float64] | None, n: int, name: str) -> ND
     error = np.abs(frames @ np.swapaxes(frames, -1, -2) - np.eye(3)).max()
     if not error < 1e-9:
         raise ValueError(
-            f"surface {name!r}: frames deviate from orthonormal rows by {error:.1e}; expected unit vectors"
+            f"surface {name!r}: frames deviate from orthonormal rows by {error:.1e}; expected unit "
+            "vectors"
         )
     return np.broadcast_to(frames, (n, 3, 3))

@@ -72,13 +72,15 @@ def read_curves(path: Path, *, radius: float = _PAPER_RADIUS) -> dict[str, Defle
     if unknown or missing:
         what = f"unknown column {unknown[0]!r}" if unknown else f"no column {missing[0]!r}"
         raise ValueError(
-            f"{path}: {what}; expected {', '.join(('theta_deg', *UNIT_LOADS))} and, optionally, *{_RADIAL}"
+            f"{path}: {what}; expected {', '.join(('theta_deg', *UNIT_LOADS))} and, optionally, "
+            f"*{_RADIAL}"
         )
     theta = columns["theta_deg"]
     expected = 360.0 * np.arange(theta.size) / theta.size
     if not np.allclose(theta, expected, rtol=0.0, atol=1e-3):
         raise ValueError(
-            f"{path}: theta_deg is not one turn in equal steps from 0; expected 0, {expected[1]:.4g}, ... deg"
+            f"{path}: theta_deg is not one turn in equal steps from 0; expected 0, "
+            f"{expected[1]:.4g}, ... deg"
         )
     return {
         name: DeflectionCurve(

@@ -29,7 +29,9 @@ class CurveMix:
 def least_squares_mix(
     curve: DeflectionCurve, stiff: DeflectionCurve, flexible: DeflectionCurve
 ) -> CurveMix:
-    """Shares of any size and sign that leave the smallest RMS, what identification finds of a long clean record.
+    """Shares of any size and sign that leave the smallest RMS.
+
+    They are what identification finds of a long clean record.
 
     Raises
     ------
@@ -76,12 +78,13 @@ def _columns(
         for name in ("radius", "unit_load"):
             if getattr(other, name) != getattr(curve, name):
                 raise ValueError(
-                    f"curves {curve.name} and {other.name} have {name} {getattr(curve, name)} and {getattr(other, name)}; "
-                    "expected the same"
+                    f"curves {curve.name} and {other.name} have {name} {getattr(curve, name)} and "
+                    f"{getattr(other, name)}; expected the same"
                 )
         if other.axial.size != curve.axial.size:
             raise ValueError(
-                f"curves {curve.name} and {other.name} have {curve.axial.size} and {other.axial.size} samples; expected as many"
+                f"curves {curve.name} and {other.name} have {curve.axial.size} and "
+                f"{other.axial.size} samples; expected as many"
             )
     if not curve.axial.any():
         raise ValueError(f"curve {curve.name} is zero everywhere; expected a deflection")

@@ -52,8 +52,9 @@ class DeflectionCurve:
     def __post_init__(self) -> None:
         if self.axial.shape != self.radial.shape or self.axial.ndim != 1 or self.axial.size < 8:
             raise ValueError(
-                f"deflection curve {self.name}: axial {self.axial.shape} and radial {self.radial.shape} must be "
-                "one-dimensional, equally long and hold at least eight samples"
+                f"deflection curve {self.name}: axial {self.axial.shape} and radial "
+                f"{self.radial.shape} must be one-dimensional, equally long and hold at least "
+                "eight samples"
             )
         if not (np.isfinite(self.axial).all() and np.isfinite(self.radial).all()):
             raise ValueError(f"deflection curve {self.name}: every displacement must be finite")
@@ -79,7 +80,10 @@ class DeflectionCurve:
 
     @cached_property
     def _tables(self) -> dict[str, CubicHermiteSpline]:
-        """Cubics through value and slope of the trigonometric interpolation on a fine grid, by direction."""
+        """Cubics through value and slope of the trigonometric interpolation, by direction.
+
+        They lie on a fine grid of angles.
+        """
         grid = 2.0 * np.pi * np.arange(_TABLE_SIZE + 1) / _TABLE_SIZE
         tables = {}
         for direction in ("axial", "radial"):
@@ -108,7 +112,10 @@ class DeflectionCurve:
         return np.abs(_amplitudes(self.axial))
 
     def peak_angles(self) -> NDArray[np.float64]:
-        """Carrier-frame angles of the local maxima of the axial curve [rad], ascending."""
+        """Carrier-frame angles of the local maxima of the axial curve [rad], ascending.
+
+        Shape (n_peaks,).
+        """
         n_fine = _PEAK_REFINEMENT * self.axial.size
         fine_angle = 2.0 * np.pi * np.arange(n_fine) / n_fine
         fine = self.axial_at(fine_angle)

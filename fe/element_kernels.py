@@ -1,4 +1,6 @@
-"""Compiled loops over quadratic tetrahedra that fill stiffness and mass matrices block by block (numba).
+"""Compiled loops over quadratic tetrahedra that fill matrices block by block (numba).
+
+They fill stiffness and mass matrices.
 
 With the physical gradients ``g_i`` of the shape functions, a pair of nodes (i, j) of an element
 adds the 3 × 3 block ``∫ λ g_i g_jᵀ + μ g_j g_iᵀ + μ (g_i · g_j) I dV`` to the stiffness, and ``∫ ρ
@@ -13,10 +15,10 @@ _jit = numba.njit(cache=True, fastmath=False)
 
 
 @_jit
-def block_places(
+def node_pair_blocks(
     tets: NDArray[np.int64], indptr: NDArray[np.int32], indices: NDArray[np.int32]
 ) -> NDArray[np.int32]:
-    """Place, shape (m, 100), of every element's 10 × 10 pairs of nodes among the blocks of the node graph.
+    """Blocks of the node graph that the pairs of nodes of every element belong to.
 
     Parameters
     ----------
@@ -24,8 +26,13 @@ def block_places(
         Elements.
     indptr, indices : ndarray
         Row pointers and sorted column indices of the node graph.
+
+    Returns
+    -------
+    ndarray of int, shape (m, 100)
+        Number of the block of each of the 10 × 10 pairs.
     """
-    places = np.empty((tets.shape[0], 100), dtype=np.int32)
+    block_indices = np.empty((tets.shape[0], 100), dtype=np.int32)
     for element in range(tets.shape[0]):
         for i in range(10):
             row = tets[element, i]
@@ -38,8 +45,8 @@ def block_places(
                         start = middle + 1
                     else:
                         end = middle
-                places[element, 10 * i + j] = start
-    return places
+                block_indices[element, 10 * i + j] = start
+    return block_indices
 
 
 @_jit
@@ -84,7 +91,10 @@ def _gradient_products(
     weights: NDArray[np.float64],
     products: NDArray[np.float64],
 ) -> None:
-    """Fill `products` (30, 30), nodes j >= i, with ``∫ g_i g_jᵀ dV`` of the element with nodes x (10, 3)."""
+    """Fill `products` (30, 30), nodes j >= i, with ``∫ g_i g_jᵀ dV`` of one element.
+
+    Its nodes are x (10, 3).
+    """
     g, J = np.empty(30), np.empty((3, 3))
     products[:] = 0.0
     for q in range(weights.shape[0]):
@@ -111,7 +121,7 @@ def add_stiffness(
     tets: NDArray[np.int64],
     material: tuple[float, float],
     rule: tuple[NDArray[np.float64], NDArray[np.float64]],
-    places: NDArray[np.int32],
+    block_indices: NDArray[np.int32],
     blocks: NDArray[np.float64],
 ) -> None:
     """Add the elements' stiffness to `blocks` (n_blocks, 3, 3) in place.
@@ -125,7 +135,7 @@ def add_stiffness(
     rule : tuple of ndarray
         Gradients of the shape functions at the q points of a quadrature rule (q, 10, 3), and its
         weights (q,).
-    places : ndarray, shape (m, 100)
+    block_indices : ndarray, shape (m, 100)
         Where the elements' pairs of nodes stand among the blocks.
     blocks : ndarray, shape (n_blocks, 3, 3)
         Filled in place [N/m].
@@ -143,7 +153,7 @@ def add_stiffness(
             for j in range(i, 10):
                 # The mirror block is the transpose, entry by entry: the matrix is symmetric to the
                 # last bit.
-                here, there = places[element, 10 * i + j], places[element, 10 * j + i]
+                here, there = block_indices[element, 10 * i + j], block_indices[element, 10 * j + i]
                 shear = mu * (G[3 * i, 3 * j] + G[3 * i + 1, 3 * j + 1] + G[3 * i + 2, 3 * j + 2])
                 for a in range(3):
                     for b in range(3):
@@ -161,7 +171,7 @@ def add_scalar_mass(
     tets: NDArray[np.int64],
     density: float,
     rule: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
-    places: NDArray[np.int32],
+    block_indices: NDArray[np.int32],
     values: NDArray[np.float64],
 ) -> None:
     """Add the elements' scalar mass to `values` (n_blocks,) in place.
@@ -186,24 +196,27 @@ def add_scalar_mass(
         for i in range(10):
             for j in range(i, 10):
                 entry = mass[10 * i + j]
-                values[places[element, 10 * i + j]] += entry
+                values[block_indices[element, 10 * i + j]] += entry
                 if i != j:
-                    values[places[element, 10 * j + i]] += entry
+                    values[block_indices[element, 10 * j + i]] += entry
 
 
 @_jit
 def threefold_rows(
     values: NDArray[np.float64], indices: NDArray[np.int32], indptr: NDArray[np.int32]
 ) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.int32]]:
-    """Entries, columns and row pointers of a sparse matrix with every entry replaced by itself times the 3 × 3 identity."""
+    """A sparse matrix with every entry replaced by itself times the 3 × 3 identity.
+
+    Entries, column indices and row pointers.
+    """
     data, columns = np.empty(3 * len(values)), np.empty(3 * len(values), dtype=np.int32)
     starts = np.empty(3 * (len(indptr) - 1) + 1, dtype=np.int32)
     starts[0] = 0
     here = 0
     for row in range(len(indptr) - 1):
         for axis in range(3):
-            for place in range(indptr[row], indptr[row + 1]):
-                data[here], columns[here] = values[place], 3 * indices[place] + axis
+            for entry in range(indptr[row], indptr[row + 1]):
+                data[here], columns[here] = values[entry], 3 * indices[entry] + axis
                 here += 1
             starts[3 * row + axis + 1] = here
     return data, columns, starts

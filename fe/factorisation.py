@@ -1,4 +1,6 @@
-"""Cholesky factorisation of sparse symmetric positive definite matrices, and solves with many right-hand sides.
+"""Cholesky factorisation of sparse symmetric positive definite matrices.
+
+A factor serves many right-hand sides.
 
 Three libraries serve, the fastest that is installed first: MKL's PARDISO (x86-64), CHOLMOD through
 kvxopt, and scipy's SuperLU, which is always there. They give the same numbers to rounding; which
@@ -13,7 +15,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -44,14 +46,14 @@ class Factorisation(Protocol):
         ...
 
 
-def factorise(A: sp.csr_array, *, held: NDArray[np.int64] | None = None) -> Factorisation:
+def factorise(A: sp.csr_array, *, fixed: NDArray[np.int64] | None = None) -> Factorisation:
     """Factorise a symmetric positive definite matrix with the fastest library at hand.
 
     Parameters
     ----------
     A : csr_array, shape (n, n)
-        Symmetric, both triangles stored; positive definite without the rows and columns `held`.
-    held : ndarray of int, optional
+        Symmetric, both triangles stored; positive definite without the rows and columns `fixed`.
+    fixed : ndarray of int, optional
         Degrees of freedom left out: whatever stands in their rows of b, their rows of the solution
         are zero.
 
@@ -65,9 +67,9 @@ def factorise(A: sp.csr_array, *, held: NDArray[np.int64] | None = None) -> Fact
     SingularMatrixError
         Where A is not positive definite.
     """
-    if held is None or not len(held):
+    if fixed is None or not len(fixed):
         return _factoriser()(upper_triangle(A, np.zeros(0, dtype=np.int64)))
-    return _Partition(_factoriser()(upper_triangle(A, held)), held)
+    return _Partition(_factoriser()(upper_triangle(A, fixed)), fixed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,11 +80,11 @@ class _Partition:
     """
 
     factor: Factorisation
-    held: NDArray[np.int64]
+    fixed: NDArray[np.int64]
 
     def solve(self, b: NDArray[np.float64]) -> NDArray[np.float64]:
         right = b.copy(order="F")
-        right[self.held] = 0.0
+        right[self.fixed] = 0.0
         return self.factor.solve(right)
 
 
@@ -95,7 +97,8 @@ def _factoriser() -> Callable[[sp.csr_array], Factorisation]:
         import kvxopt.cholmod  # noqa: F401
     except ImportError:
         log.warning(
-            "sparse factorisation: neither MKL nor kvxopt is installed, scipy's SuperLU serves (slower)"
+            "sparse factorisation: neither MKL nor kvxopt is installed, scipy's SuperLU serves "
+            "(slower)"
         )
         return _SuperLU
     log.info("sparse factorisation: CHOLMOD (MKL is not installed)")
@@ -143,7 +146,10 @@ class _Cholmod:
 
 
 def _refuse_small_pivots(pivots: NDArray[np.float64], library: str) -> None:
-    """Raise where a pivot is negative, or so small beside the largest that only rounding keeps it from zero."""
+    """Raise where a pivot is negative or only rounding keeps it from zero.
+
+    The measure is its size beside the largest pivot.
+    """
     if not pivots.min() > _SINGULAR * pivots.max():
         raise SingularMatrixError(
             _not_definite(len(pivots), library, f"smallest pivot {pivots.min():.1e}")
@@ -195,7 +201,10 @@ class _Pardiso:
     ) -> int:
         library = _mkl_library()
         assert library is not None
-        integer = lambda value: ctypes.byref(ctypes.c_int32(value))  # noqa: E731 (one word a line below)
+
+        def integer(value: int) -> Any:
+            return ctypes.byref(ctypes.c_int32(value))
+
         error = ctypes.c_int32(0)
         library.pardiso(
             self._handle.ctypes.data_as(ctypes.c_void_p),
@@ -205,7 +214,8 @@ class _Pardiso:
             self._columns.ctypes.data_as(ctypes.c_void_p),
             integer(0), integer(n_right),
             self._iparm.ctypes.data_as(ctypes.c_void_p), integer(0),
-            b.ctypes.data_as(ctypes.c_void_p), x.ctypes.data_as(ctypes.c_void_p), ctypes.byref(error),
+            b.ctypes.data_as(ctypes.c_void_p), x.ctypes.data_as(ctypes.c_void_p),
+            ctypes.byref(error),
         )  # fmt: skip
         return error.value
 

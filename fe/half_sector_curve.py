@@ -57,13 +57,14 @@ def half_sector_curve(
         Where the load is not antisymmetric about the pin's plane.
     """
     K = assemble_stiffness(half, BODY_MATERIALS)
-    T, free = _held_directions(half)
+    T, free = _fixed_directions(half)
     f = np.zeros(K.shape[0])
     points = carrier_pilot_points(carrier)
     for name, load in pin_1_load.items():
         if np.abs(_MIRROR @ load + load).max() > 1e-9 * np.abs(load).max():
             raise ValueError(
-                f"load at {name} is not antisymmetric about the pin's plane; expected a force along t only"
+                f"load at {name} is not antisymmetric about the pin's plane; expected a force "
+                "along t only"
             )
         B, Z = surface_moments(half, half.surface(name), points[name])
         f += B.reshape(6, -1).T @ np.linalg.solve(Z + _MIRROR @ Z @ _MIRROR, load)
@@ -73,19 +74,22 @@ def half_sector_curve(
     return _whole_circle(half, carrier.sensor_radius, T @ q)
 
 
-def _held_directions(half: TetMesh) -> tuple[sp.csr_array, NDArray[np.int64]]:
-    """Rotation T of the nodes on the web's plane into (x, radial, tangential), and the free degrees of freedom."""
+def _fixed_directions(half: TetMesh) -> tuple[sp.csr_array, NDArray[np.int64]]:
+    """Rotation T of the web's nodes into (x, radial, tangential), and the free dofs.
+
+    The nodes are those on the web's plane.
+    """
     on_pin, on_web = cut_plane_nodes(half)
     n = len(half.points)
     c, s = np.cos(HALF_SECTOR_ANGLE), np.sin(HALF_SECTOR_ANGLE)
     blocks = np.tile(np.eye(3), (n, 1, 1))
     blocks[on_web] = np.array([[1.0, 0.0, 0.0], [0.0, -s, -c], [0.0, c, -s]])
     T = sp.csr_array(sp.bsr_array((blocks, np.arange(n), np.arange(n + 1))))
-    held = np.zeros((n, 3), dtype=bool)
-    held[np.unique(half.surface("shaft_face"))] = True
-    held[on_pin] |= [True, False, True]
-    held[on_web] |= [True, True, False]
-    return T, np.flatnonzero(~held.ravel())
+    fixed = np.zeros((n, 3), dtype=bool)
+    fixed[np.unique(half.surface("shaft_face"))] = True
+    fixed[on_pin] |= [True, False, True]
+    fixed[on_web] |= [True, True, False]
+    return T, np.flatnonzero(~fixed.ravel())
 
 
 def _whole_circle(half: TetMesh, radius: float, u: NDArray[np.float64]) -> DeflectionCurve:

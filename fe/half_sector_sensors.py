@@ -37,7 +37,9 @@ class HalfSectorSensors:
 
 
 def half_sector_sensors(half: TetMesh, radius: float) -> HalfSectorSensors:
-    """Sensor circle of :class:`carrierflex.fe.structural_model.Sensors` from the half sector 0..60 deg.
+    """Sensor circle of a whole body from its half sector 0..60 deg.
+
+    The whole body's is :class:`carrierflex.fe.structural_model.Sensors`.
 
     Parameters
     ----------
@@ -48,10 +50,10 @@ def half_sector_sensors(half: TetMesh, radius: float) -> HalfSectorSensors:
     """
     n_half = N_SENSOR_ANGLES // 6
     axial, radial = rim_recovery(half, radius, HALF_SECTOR_ANGLE * np.arange(n_half + 1) / n_half)
-    third, place = np.divmod(np.arange(N_SENSOR_ANGLES), 2 * n_half)
-    mirrored = place > n_half
+    third, step = np.divmod(np.arange(N_SENSOR_ANGLES), 2 * n_half)
+    mirrored = step > n_half
     # The second half of a third is the mirror image that the next rotation brings.
     images = np.where(mirrored, 2 * ((third + 1) % 3) + 1, 2 * third)
-    place = np.where(mirrored, 2 * n_half - place, place)
-    rows = sp.csr_array(sp.vstack([axial[place], radial[place]]))
+    step = np.where(mirrored, 2 * n_half - step, step)
+    rows = sp.csr_array(sp.vstack([axial[step], radial[step]]))
     return HalfSectorSensors(sensor_names(), rows, np.tile(images, 2))

@@ -56,17 +56,26 @@ def gear_forces(torque: float, gear: GearData) -> GearForces:
 
 
 def standard_tilting_moment(torque: float, gear: GearData) -> float:
-    """Tilting moment [N m] with the usual axial force ``F_t tan β`` instead of the paper's equation (5)."""
+    """Tilting moment [N m] with the usual axial force ``F_t tan β``.
+
+    It takes the place of the paper's equation (5).
+    """
     return gear_forces(torque, gear).M_t * math.cos(gear.pressure_angle)
 
 
 def tangential(angle: float) -> NDArray[np.float64]:
-    """Unit vector towards increasing angle, ``t = (0, -cos v, -sin v)``."""
+    """Unit vector towards increasing angle, ``t = (0, -cos v, -sin v)``.
+
+    Shape (3,), carrier-frame angle v [rad].
+    """
     return np.array([0.0, -math.cos(angle), -math.sin(angle)])
 
 
 def radial(angle: float) -> NDArray[np.float64]:
-    """Unit vector away from the axis, ``e = (0, -sin v, cos v)``."""
+    """Unit vector away from the axis, ``e = (0, -sin v, cos v)``.
+
+    Shape (3,), carrier-frame angle v [rad].
+    """
     return np.array([0.0, -math.sin(angle), math.cos(angle)])
 
 

@@ -21,6 +21,8 @@ def main_shaft_pilot_points(
 ) -> dict[str, NDArray[np.float64]]:
     """Pilot positions [m] by surface name, in the carrier's frame.
 
+    Shape (3,) each.
+
     The coupling's pilot stands at the hub, upwind of its flange: a force there loads the shaft as
     through a rigid hub.
     """

@@ -34,8 +34,8 @@ class Material:
             )
         if self.E < 1e9 or self.rho < 100.0:
             raise ValueError(
-                f"material {self.name}: E = {self.E} Pa and rho = {self.rho} kg/m^3; expected SI units (steel: 2.1e11 Pa, "
-                "7850 kg/m^3)"
+                f"material {self.name}: E = {self.E} Pa and rho = {self.rho} kg/m^3; expected SI "
+                "units (steel: 2.1e11 Pa, 7850 kg/m^3)"
             )
 
     @property

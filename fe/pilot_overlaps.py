@@ -56,7 +56,10 @@ def refuse_dependent_pilots(pilots: tuple[Pilot, ...], points: NDArray[np.float6
 
 
 def independence(pilots: tuple[Pilot, ...]) -> tuple[int, float]:
-    """Rank of the pilots' couplings together, and the smallest singular value of their orthonormal rows (0 to 1)."""
+    """Rank of all pilots' couplings, and smallest singular value of their orthonormal rows.
+
+    The singular value lies between 0 and 1.
+    """
     columns = np.unique(np.concatenate([pilot.G.indices for pilot in pilots]))
     rows = np.concatenate([np.linalg.qr(pilot.G[:, columns].toarray().T)[0].T for pilot in pilots])
     singular = np.linalg.svd(rows, compute_uv=False)
@@ -94,8 +97,9 @@ def _refuse_dependent_group(
     n_coordinates = sum(len(pilot.components) for pilot in pilots)
     if rank < n_coordinates:
         raise ValueError(
-            f"pilots {', '.join(map(repr, names))} cannot move independently: their {n_coordinates} coordinates have rank "
-            f"{rank}; {overlaps}; expected surfaces of their own, or fewer components"
+            f"pilots {', '.join(map(repr, names))} cannot move independently: their "
+            f"{n_coordinates} coordinates have rank {rank}; {overlaps}; expected surfaces of their "
+            "own, or fewer components"
         )
     log.info(
         "%s; their couplings stay independent (smallest singular value %.2g, 0 would be dependent)",

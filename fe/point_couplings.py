@@ -53,18 +53,21 @@ class AveragedDofs:
             or self.weights.shape != (m,)
         ):
             raise ValueError(
-                f"averaged degrees of freedom: {m} nodes, directions {self.directions.shape}, is_rotation "
-                f"{self.is_rotation.shape}, weights {self.weights.shape}; expected one entry each"
+                f"averaged degrees of freedom: {m} nodes, directions {self.directions.shape}, "
+                f"is_rotation {self.is_rotation.shape}, weights {self.weights.shape}; expected one "
+                "entry each"
             )
         if not (np.isfinite(self.weights).all() and (self.weights > 0.0).all()):
             raise ValueError(
-                f"averaged degrees of freedom: smallest weight {self.weights.min()}; expected positive ones"
+                f"averaged degrees of freedom: smallest weight {self.weights.min()}; expected "
+                "positive ones"
             )
         if np.abs(np.linalg.norm(self.directions, axis=1) - 1.0).max(initial=0.0) > 1e-9:
             raise ValueError("averaged degrees of freedom: a direction is not a unit vector")
         if not np.array_equal(np.unique(self.nodes), np.arange(len(self.points))):
             raise ValueError(
-                "averaged degrees of freedom: expected one at least at each of the points, and at no other"
+                "averaged degrees of freedom: expected one at least at each of the points, and at "
+                "no other"
             )
 
 
@@ -105,7 +108,9 @@ def point_coupling(
     The mean of four nodes around the pilot; a moment about x is carried by nodes 1 and 3.
 
     >>> square = np.array([[1.0, 0, 0], [0, 1.0, 0], [-1.0, 0, 0], [0, -1.0, 0]])
-    >>> dofs = AveragedDofs(square, np.repeat(np.arange(4), 3), np.tile(np.eye(3), (4, 1)), np.zeros(12, bool), np.ones(12))
+    >>> nodes = np.repeat(np.arange(4), 3)
+    >>> directions = np.tile(np.eye(3), (4, 1))
+    >>> dofs = AveragedDofs(square, nodes, directions, np.zeros(12, bool), np.ones(12))
     >>> G = point_coupling(dofs, np.zeros(3))
     >>> [float(round(value, 12)) for value in G[3, 2::3]]
     [0.0, 0.5, 0.0, -0.5]

@@ -14,6 +14,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from carrierflex.fe.couplings import Pilot, described_nodes
+from carrierflex.fe.node_dofs import dofs_of
 from carrierflex.fe.pilot_overlaps import independence, shared_nodes
 from carrierflex.fe.rigid_fit import ALL_COMPONENTS, fitted_motion
 from carrierflex.fe.structural_model import StructuralModel
@@ -61,12 +62,15 @@ def rigidly_coupled(
         is_free[nodes] = False
     free = np.flatnonzero(is_free)
     L = _coordinates(mesh, free, rigid, surfaces)
-    own = {
+    selections = {
         pilot.name: _selection(3 * len(free) + 6 * number, L.shape[1])
         for number, pilot in enumerate(rigid)
     }
     pilots = tuple(
-        replace(pilot, G=own[pilot.name] if pilot.name in own else sp.csr_array(pilot.G @ L))
+        replace(
+            pilot,
+            G=selections[pilot.name] if pilot.name in selections else sp.csr_array(pilot.G @ L),
+        )
         for pilot in structure.pilots
     )
     _refuse_robbed_pilots(structure.pilots, pilots, surfaces, mesh.points)
@@ -89,7 +93,8 @@ def _chosen(pilots: tuple[Pilot, ...], names: tuple[str, ...] | None) -> tuple[P
     unknown = [name for name in names if name not in {pilot.name for pilot in pilots}]
     if unknown:
         raise KeyError(
-            f"no pilot {unknown[0]!r} to make rigid; the body has {', '.join(pilot.name for pilot in pilots)}"
+            f"no pilot {unknown[0]!r} to make rigid; the body has "
+            f"{', '.join(pilot.name for pilot in pilots)}"
         )
     return tuple(pilot for pilot in pilots if pilot.name in names)
 
@@ -100,7 +105,10 @@ def _refuse_robbed_pilots(
     rigid_surfaces: dict[str, NDArray[np.int64]],
     points: NDArray[np.float64],
 ) -> None:
-    """Refuse distributing pilots whose nodes are rigid ones' to such a part that they cannot move on their own."""
+    """Refuse distributing pilots that rigid surfaces leave no motion of their own.
+
+    Too many of their nodes follow the rigid pilots.
+    """
     averaged = {
         pilot.name: np.unique(pilot.G.indices // 3)
         for pilot in before
@@ -120,8 +128,8 @@ def _refuse_robbed_pilots(
             for (first, second), nodes in shared.items()
         )
         raise ValueError(
-            f"with {', '.join(map(repr, rigid_surfaces))} rigid the pilots cannot move independently: {overlaps}; expected a "
-            "distributing coupling with nodes of its own"
+            f"with {', '.join(map(repr, rigid_surfaces))} rigid the pilots cannot move "
+            f"independently: {overlaps}; expected a distributing coupling with nodes of its own"
         )
 
 
@@ -130,8 +138,8 @@ def _refuse_shared_nodes(
 ) -> None:
     for (first, second), nodes in shared_nodes(surfaces).items():
         raise ValueError(
-            f"rigid surfaces {first!r} and {second!r} share {described_nodes(points, nodes)}, which cannot follow two pilots; "
-            "expected surfaces without common nodes"
+            f"rigid surfaces {first!r} and {second!r} share {described_nodes(points, nodes)}, "
+            "which cannot follow two pilots; expected surfaces without common nodes"
         )
 
 
@@ -143,8 +151,8 @@ def _refuse_loose_pilots(
         subject = f"rigid surface {pilot.name!r} with {described_nodes(points, nodes)}"
         if pilot.components != ALL_COMPONENTS:
             raise ValueError(
-                f"{subject}: its pilot has components {pilot.components} only; a rigid coupling holds all six, expected "
-                f"{ALL_COMPONENTS}"
+                f"{subject}: its pilot has components {pilot.components} only; a rigid coupling "
+                f"holds all six, expected {ALL_COMPONENTS}"
             )
         reference = points[nodes].mean(axis=0) if len(nodes) else pilot.point
         R = rigid_motion(points[nodes], reference).reshape(-1, 6)
@@ -158,13 +166,13 @@ def _coordinates(
     surfaces: dict[str, NDArray[np.int64]],
 ) -> sp.csr_array:
     """Matrix L, shape (3 n, 3 n_free + 6 n_pilots)."""
-    rows = [(3 * free[:, None] + np.arange(3)).ravel()]
+    rows = [dofs_of(free).ravel()]
     columns = [np.arange(3 * len(free))]
     values = [np.ones(3 * len(free))]
     for number, pilot in enumerate(pilots):
         nodes = surfaces[pilot.name]
         R = rigid_motion(mesh.points[nodes], pilot.point).reshape(-1, 6)
-        rows.append(np.repeat((3 * nodes[:, None] + np.arange(3)).ravel(), 6))
+        rows.append(np.repeat(dofs_of(nodes).ravel(), 6))
         columns.append(np.tile(3 * len(free) + 6 * number + np.arange(6), len(R)))
         values.append(R.ravel())
     shape = (3 * len(mesh.points), 3 * len(free) + 6 * len(pilots))

@@ -71,8 +71,9 @@ def fitted_motion(
     lost = [i for i in wanted if np.linalg.norm(undetermined[i]) > _SHARE_TOLERANCE]
     if lost or not determined.any():
         raise ValueError(
-            f"{subject} cannot hold a pilot's {', '.join(MOTIONS[i] for i in lost or wanted)}: the averaged displacements do "
-            "not determine it; expected nodes and directions that do (an area, or three nodes not in line), or fewer components"
+            f"{subject} cannot hold a pilot's {', '.join(MOTIONS[i] for i in lost or wanted)}: the "
+            "averaged displacements do not determine it; expected nodes and directions that do (an "
+            "area, or three nodes not in line), or fewer components"
         )
     inverse = (V[:, determined] / eigenvalues[determined]) @ V[:, determined].T
     return np.asarray((X @ ((inverse / np.outer(scale, scale)) @ B))[wanted])
@@ -106,5 +107,6 @@ def _refuse_odd_components(components: tuple[int, ...], subject: str) -> None:
         or not set(components) <= set(ALL_COMPONENTS)
     ):
         raise ValueError(
-            f"{subject}: components are {tuple(components)}; expected some of 0 to 5 ({', '.join(MOTIONS)}), each once"
+            f"{subject}: components are {tuple(components)}; expected some of 0 to 5 "
+            f"({', '.join(MOTIONS)}), each once"
         )

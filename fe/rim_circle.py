@@ -7,6 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from carrierflex.fe.node_dofs import dofs_of
 from carrierflex.geometry.tet_mesh import TetMesh
 
 #: Distance [m] at which a node counts as lying on the circle.
@@ -18,7 +19,9 @@ _EDGES = ((0, 1, 3), (1, 2, 4), (2, 0, 5))
 def rim_recovery(
     mesh: TetMesh, radius: float, angles: NDArray[np.float64]
 ) -> tuple[sp.csr_array, sp.csr_array]:
-    """Recovery rows of the axial and radial displacement on the rim face's circle of the given radius.
+    """Recovery rows of the displacement on the rim face's circle of the given radius.
+
+    Axial and radial displacement.
 
     The mesh has element edges on that circle (its CAD face is cut along it), so the displacement at
     an angle is the quadratic interpolation along one edge.
@@ -53,12 +56,13 @@ def rim_recovery(
     shapes = _quadratic_shapes(mesh, edges[edge], turned[np.arange(len(angles)), edge])
     direction = np.stack([np.zeros_like(angles), -np.sin(angles), np.cos(angles)], axis=1)
     rows = np.repeat(np.arange(len(angles)), 3)
-    columns, shape = 3 * edges[edge].ravel(), (len(angles), 3 * len(mesh.points))
-    axial = sp.csr_array((shapes.ravel(), (rows, columns)), shape=shape)
+    dofs = dofs_of(edges[edge].ravel())
+    shape = (len(angles), 3 * len(mesh.points))
+    axial = sp.csr_array((shapes.ravel(), (rows, dofs[:, 0])), shape=shape)
     radial = sp.csr_array(shape)
     for axis in (1, 2):
         values = (shapes * direction[:, axis, None]).ravel()
-        radial = radial + sp.csr_array((values, (rows, columns + axis)), shape=shape)
+        radial = radial + sp.csr_array((values, (rows, dofs[:, axis])), shape=shape)
     return axial, radial
 
 
@@ -66,10 +70,10 @@ def _edges_on_circle(mesh: TetMesh, radius: float) -> NDArray[np.int64]:
     facets = mesh.surface("rim_face")
     edges = np.concatenate([facets[:, list(edge)] for edge in _EDGES])
     on_circle = np.abs(np.hypot(mesh.points[:, 1], mesh.points[:, 2]) - radius) < _ON
-    found = np.unique(edges[on_circle[edges].all(axis=1)], axis=0)
-    if not len(found):
+    on_rim = np.unique(edges[on_circle[edges].all(axis=1)], axis=0)
+    if not len(on_rim):
         raise ValueError(f"the rim face has no element edges on the circle of radius {radius} m")
-    return found
+    return on_rim
 
 
 def _angle(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -94,7 +98,10 @@ def _edge_angles(
 def _quadratic_shapes(
     mesh: TetMesh, edges: NDArray[np.int64], turned: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Shape functions of the edge's nodes (first, last, middle) where its angle from the first node is `turned`."""
+    """Shape functions of the edge's nodes (first, last, middle).
+
+    Evaluated where the angle from the first node is `turned`.
+    """
     first, last, middle = (_angle(mesh.points[edges[:, i]]) for i in range(3))
     width = np.mod(last - first, 2.0 * np.pi)
     half = np.mod(middle - first, 2.0 * np.pi)

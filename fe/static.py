@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.fe.factorisation import factorise
+from carrierflex.fe.node_dofs import dofs_of
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.fe.surface_integrals import rigid_motion
 
@@ -62,12 +63,12 @@ def clamped_displacement(
     AccuracyError
         Where load and reaction do not balance to 1e-9.
     """
-    held = (3 * np.unique(clamped_nodes)[:, None] + np.arange(3)).ravel()
-    free = np.setdiff1d(np.arange(model.n_dofs), held)
+    fixed = dofs_of(np.unique(clamped_nodes)).ravel()
+    free = np.setdiff1d(np.arange(model.n_dofs), fixed)
     u = np.zeros_like(loads)
     u[free] = factorise(model.K[free][:, free].tocsr()).solve(loads[free])
     nodal_reaction = np.zeros_like(loads)
-    nodal_reaction[held] = (model.K[held] @ u) - loads[held]
+    nodal_reaction[fixed] = (model.K[fixed] @ u) - loads[fixed]
     R = rigid_motion(model.points, np.zeros(3)).reshape(model.n_dofs, 6)
     reaction, applied = R.T @ nodal_reaction, R.T @ loads
     scale = np.abs(R.T) @ np.abs(loads) + np.abs(R.T) @ np.abs(nodal_reaction)
@@ -75,7 +76,7 @@ def clamped_displacement(
     imbalance = float((np.abs(reaction + applied) / np.where(scale > 0.0, scale, 1.0)).max())
     if not imbalance < _EQUILIBRIUM_TOLERANCE:
         raise AccuracyError(
-            f"{model.name}: load and reaction differ by {imbalance:.2e} of their size; expected less than "
-            f"{_EQUILIBRIUM_TOLERANCE:.0e}"
+            f"{model.name}: load and reaction differ by {imbalance:.2e} of their size; expected "
+            f"less than {_EQUILIBRIUM_TOLERANCE:.0e}"
         )
     return StaticSolution(u, reaction, imbalance)

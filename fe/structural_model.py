@@ -82,7 +82,10 @@ class StructuralModel:
         return rigid_body_modes(self.points, self.rigid_points, np.zeros(3))
 
     def nodal_displacement(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Displacement of all nodes of the mesh, three rows a node, from the degrees of freedom (n_dofs,) or (n_dofs, k)."""
+        """Displacement of all nodes of the mesh, three rows a node.
+
+        From the degrees of freedom, shape (n_dofs,) or (n_dofs, k).
+        """
         return u if self.L is None else self.L @ u
 
     @property
@@ -174,7 +177,9 @@ def structural_model(
 
 
 def with_equal_node_weights(structure: StructuralModel, mesh: TetMesh) -> StructuralModel:
-    """Copy of a body whose pilots average the nodes of their surfaces with equal weights, as preprocessors write RBE3.
+    """Copy of a body whose pilots average the nodes of their surfaces with equal weights.
+
+    Preprocessors write RBE3 that way.
 
     Corner and mid-side nodes count alike, so that the coupling depends on the mesh;
     :func:`structural_model` weighs by area.

@@ -25,7 +25,7 @@ def _quadrature() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def _shapes(L: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Quadratic shape functions (q, 6) and their gradients (q, 6, 2) at barycentric points L (q, 3)."""
+    """Quadratic shape functions (q, 6) and gradients (q, 6, 2) at barycentric points (q, 3)."""
     d = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
     edges = ((0, 1), (1, 2), (2, 0))
     N = np.stack(
@@ -50,7 +50,9 @@ _N, _DN = _shapes(_POINTS)
 
 
 def rigid_motion(points: NDArray[np.float64], origin: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Displacement of `points` (..., 3) per unit rigid motion (translations, then rotations) at `origin`.
+    """Displacement of `points` (..., 3) per unit rigid motion at `origin`.
+
+    Translations come first, then rotations.
 
     Returns
     -------
@@ -69,7 +71,10 @@ def rigid_motion(points: NDArray[np.float64], origin: NDArray[np.float64]) -> ND
 def rigid_body_modes(
     points: NDArray[np.float64], rigid_points: NDArray[np.float64], origin: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Rigid motions about `origin` of nodes, three rows each, followed by rigid pilots, six rows each, shape (n_dofs, 6)."""
+    """Rigid motions about `origin` of nodes and rigid pilots, shape (n_dofs, 6).
+
+    Nodes have three rows each; the pilots follow with six rows each.
+    """
     pilots = np.zeros((len(rigid_points), 6, 6))
     pilots[:, :3] = rigid_motion(rigid_points, origin)
     pilots[:, [3, 4, 5], [3, 4, 5]] = 1.0
@@ -99,16 +104,19 @@ def surface_moments(
         isoparametric.
     """
     nodes, local = np.unique(facets, return_inverse=True)
-    own, Z = facet_moments(mesh.points[nodes], local.reshape(-1, 6), origin)
+    B_surface, Z = facet_moments(mesh.points[nodes], local.reshape(-1, 6), origin)
     B = np.zeros((6, len(mesh.points), 3))
-    B[:, nodes] = own
+    B[:, nodes] = B_surface
     return B, Z
 
 
 def facet_moments(
     points: NDArray[np.float64], facets: NDArray[np.int64], origin: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """:func:`surface_moments` of facets that number the nodes of their own surface only, `points` of shape (n, 3) [m]."""
+    """:func:`surface_moments` of facets that number the nodes of their own surface only.
+
+    `points` has the shape (n, 3) [m].
+    """
     corners = points[facets]
     x = np.einsum("qi,kia->kqa", _N, corners)
     tangents = np.einsum("qib,kia->kqba", _DN, corners)
@@ -122,5 +130,8 @@ def facet_moments(
 
 
 def surface_area(mesh: TetMesh, facets: NDArray[np.int64]) -> float:
-    """Area of curved facets [m^2]."""
+    """Area of curved facets [m^2].
+
+    `facets` of shape (k, 6) hold the numbers of the mesh's nodes.
+    """
     return float(surface_moments(mesh, facets, np.zeros(3))[1][0, 0])

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from carrierflex.fe.assembly import assemble_stiffness_and_mass
 from carrierflex.fe.materials import BODY_MATERIALS, Material
+from carrierflex.fe.node_dofs import dofs_of
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.fe.surface_integrals import rigid_motion, surface_moments
 from carrierflex.geometry.dihedral_group import MOTIONS, IrreducibleRepresentation, pilot_motions
@@ -87,7 +88,10 @@ class SymmetryBlock:
     T: sp.csr_array
 
     def partners(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Displacement of each partner on the half sector, shape (d, n_half, c), from unknowns z (n, c)."""
+        """Displacement of each partner on the half sector from unknowns z (n, c).
+
+        The result has the shape (d, n_half, c).
+        """
         d = self.representation.dimension
         return np.asarray(np.sqrt(d / 6.0) * (self.T @ z)).reshape(
             d, self.T.shape[0] // d, z.shape[1]
@@ -129,19 +133,19 @@ def half_sector(
         )
         shares.append(sp.csr_array(B.reshape(6, -1)))
         Z_half[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = Z
-    Z_whole = np.einsum("gab,bc,gdc->ad", Q, Z_half, Q, optimize=True)
+    Z_body = np.einsum("gab,bc,gdc->ad", Q, Z_half, Q, optimize=True)
     for i, pilot in enumerate(pilots):
-        if not np.diagonal(Z_whole)[6 * i : 6 * i + 6].all():
+        if not np.diagonal(Z_body)[6 * i : 6 * i + 6].all():
             raise ValueError(
-                f"pilot {pilot!r} has no surface in the half sector, nor has an image of it; the half sector has "
-                f"{', '.join(sorted(half.surfaces))}"
+                f"pilot {pilot!r} has no surface in the half sector, nor has an image of it; the "
+                f"half sector has {', '.join(sorted(half.surfaces))}"
             )
     K, M = assemble_stiffness_and_mass(half, materials)
     return HalfSector(
         StructuralModel(name, K, M, half.points, ()),
         dict(pilots),
         sp.csr_array(sp.vstack(shares)),
-        Z_whole,
+        Z_body,
     )
 
 
@@ -196,7 +200,10 @@ def _rigid_modes(
 def _admitted_displacements(
     points: NDArray[np.float64], representation: IrreducibleRepresentation
 ) -> sp.csr_array:
-    """Orthonormal basis T, shape (3 d n, n_unknowns), of the partners' displacements that the symmetry admits."""
+    """Orthonormal basis of the partners' displacements that the symmetry admits.
+
+    T has the shape (3 d n, n_unknowns).
+    """
     n, d = len(points), representation.dimension
     stays = np.stack(
         [np.linalg.norm(points @ rho.T - points, axis=1) < _SAME_POINT for rho in MOTIONS], axis=1
@@ -204,12 +211,15 @@ def _admitted_displacements(
     kinds, kind = np.unique(stays, axis=0, return_inverse=True)
     bases = [_fixed_space(representation, stabiliser) for stabiliser in kinds]
     first = np.concatenate([[0], np.cumsum(np.array([basis.shape[1] for basis in bases])[kind])])
-    rows, columns, values = [], [], []
+    rows = []
+    columns = []
+    values = []
     for number, basis in enumerate(bases):
         nodes = np.flatnonzero(kind == number)
         entry, column = np.nonzero(basis)
         partner, axis = np.divmod(entry, 3)
-        rows.append((3 * n * partner + axis + 3 * nodes[:, None]).ravel())
+        dofs = dofs_of(n * partner + nodes[:, None])
+        rows.append(dofs[:, np.arange(len(axis)), axis].ravel())
         columns.append((first[nodes][:, None] + column).ravel())
         values.append(np.tile(basis[entry, column], len(nodes)))
     entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
@@ -219,7 +229,10 @@ def _admitted_displacements(
 def _fixed_space(
     representation: IrreducibleRepresentation, stabiliser: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """Orthonormal basis, shape (3 d, k), of the partners' values at a node that the motions of `stabiliser` leave in place."""
+    """Orthonormal basis of the values at a node that the motions of `stabiliser` leave in place.
+
+    Shape (3 d, k), partner by partner.
+    """
     images = [np.kron(representation.matrices[g], MOTIONS[g]) for g in np.flatnonzero(stabiliser)]
     P = np.mean(images, axis=0)
     eigenvalues, vectors = np.linalg.eigh((P + P.T) / 2.0)

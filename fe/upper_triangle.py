@@ -1,4 +1,7 @@
-"""The triangle of a sparse symmetric matrix that a factorisation reads, degrees of freedom that are held left out."""
+"""The triangle of a sparse symmetric matrix that a factorisation reads.
+
+Fixed degrees of freedom are left out.
+"""
 
 import numba
 import numpy as np
@@ -6,14 +9,16 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 
-def upper_triangle(A: sp.csr_array, held: NDArray[np.int64]) -> sp.csr_array:
-    """Upper triangle of a symmetric matrix, rows and columns `held` replaced by their diagonal entry alone.
+def upper_triangle(A: sp.csr_array, fixed: NDArray[np.int64]) -> sp.csr_array:
+    """Upper triangle of a symmetric matrix without the rows and columns `fixed`.
+
+    Of those, the diagonal entry alone stays.
 
     Parameters
     ----------
     A : csr_array, shape (n, n)
         Symmetric, both triangles stored.
-    held : ndarray of int
+    fixed : ndarray of int
         Degrees of freedom that the others shall not see.
 
     Returns
@@ -23,11 +28,11 @@ def upper_triangle(A: sp.csr_array, held: NDArray[np.int64]) -> sp.csr_array:
         it.
     """
     A = A if A.has_sorted_indices else A.sorted_indices()
-    is_held = np.zeros(A.shape[0], dtype=np.bool_)
-    is_held[held] = True
-    indptr = _row_starts(A.indptr, A.indices, is_held)
+    is_fixed = np.zeros(A.shape[0], dtype=np.bool_)
+    is_fixed[fixed] = True
+    indptr = _row_starts(A.indptr, A.indices, is_fixed)
     indices, data = np.empty(indptr[-1], dtype=np.int32), np.empty(indptr[-1])
-    _fill(A.indptr, A.indices, A.data, is_held, indptr, indices, data)
+    _fill(A.indptr, A.indices, A.data, is_fixed, indptr, indices, data)
     upper = sp.csr_array((data, indices, indptr), shape=A.shape)
     upper.has_sorted_indices = True
     return upper
@@ -35,14 +40,14 @@ def upper_triangle(A: sp.csr_array, held: NDArray[np.int64]) -> sp.csr_array:
 
 @numba.njit(cache=True)
 def _row_starts(
-    indptr: NDArray[np.int32], indices: NDArray[np.int32], held: NDArray[np.bool_]
+    indptr: NDArray[np.int32], indices: NDArray[np.int32], fixed: NDArray[np.bool_]
 ) -> NDArray[np.int32]:
     starts = np.zeros(len(indptr), dtype=np.int32)
-    for row in range(len(held)):
+    for row in range(len(fixed)):
         count = 1
-        for place in range(indptr[row], indptr[row + 1]):
-            column = indices[place]
-            if column > row and not held[row] and not held[column]:
+        for entry in range(indptr[row], indptr[row + 1]):
+            column = indices[entry]
+            if column > row and not fixed[row] and not fixed[column]:
                 count += 1
         starts[row + 1] = starts[row] + count
     return starts
@@ -53,18 +58,18 @@ def _fill(
     indptr: NDArray[np.int32],
     indices: NDArray[np.int32],
     values: NDArray[np.float64],
-    held: NDArray[np.bool_],
+    fixed: NDArray[np.bool_],
     starts: NDArray[np.int32],
     columns: NDArray[np.int32],
     data: NDArray[np.float64],
 ) -> None:
-    for row in range(len(held)):
+    for row in range(len(fixed)):
         here = starts[row]
         columns[here], data[here] = row, 0.0
-        for place in range(indptr[row], indptr[row + 1]):
-            column = indices[place]
+        for entry in range(indptr[row], indptr[row + 1]):
+            column = indices[entry]
             if column == row:
-                data[starts[row]] += values[place]
-            elif column > row and not held[row] and not held[column]:
+                data[starts[row]] += values[entry]
+            elif column > row and not fixed[row] and not fixed[column]:
                 here += 1
-                columns[here], data[here] = column, values[place]
+                columns[here], data[here] = column, values[entry]

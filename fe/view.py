@@ -77,7 +77,10 @@ def add_deformed(
 
 
 def curves_figure(delta_s: DeflectionCurve, delta_f: DeflectionCurve) -> "Figure":
-    """Draw both axial deflection curves over the carrier-frame angle, their peaks marked (the paper's figure 8)."""
+    """Draw both axial deflection curves over the carrier-frame angle, their peaks marked.
+
+    It is the 2012 paper's figure 8.
+    """
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.0, 7.0), layout="constrained")

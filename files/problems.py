@@ -48,19 +48,19 @@ def refuse(problems: Iterable[str], about: str = "") -> None:
     ValueError
         One problem as it stands, several listed by :class:`ProblemsError`.
     """
-    found = tuple(dict.fromkeys(problems))
-    if len(found) == 1:
-        raise ValueError(f"{about}: {found[0]}" if about else found[0])
-    if found:
-        raise ProblemsError(found, about)
+    distinct = tuple(dict.fromkeys(problems))
+    if len(distinct) == 1:
+        raise ValueError(f"{about}: {distinct[0]}" if about else distinct[0])
+    if distinct:
+        raise ProblemsError(distinct, about)
 
 
 def repeated_names(names: Iterable[str], what: str) -> Iterator[str]:
     """One problem for every name that stands more than once; `what` says whose names they are."""
-    seen: dict[str, int] = {}
+    counts: dict[str, int] = {}
     for name in names:
-        seen[name] = seen.get(name, 0) + 1
-    for name, count in seen.items():
+        counts[name] = counts.get(name, 0) + 1
+    for name, count in counts.items():
         if count > 1:
             times = "twice" if count == 2 else f"{count} times"
             yield f"{what} '{name}' stands {times}; expected different names"
@@ -70,7 +70,7 @@ class Problems:
     """Collects what is wrong with one input, so that all of it is told at once."""
 
     def __init__(self) -> None:
-        self.found: list[str] = []
+        self.messages: list[str] = []
 
     @contextmanager
     def at(self, where: str = "") -> Iterator[None]:
@@ -79,4 +79,4 @@ class Problems:
             yield
         except ValueError as error:
             before = f"{where}: " if where else ""
-            self.found += [before + problem for problem in problems_of(error)]
+            self.messages += [before + problem for problem in problems_of(error)]

@@ -13,14 +13,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from carrierflex.files.problems import refuse
+from carrierflex.files.shown_values import shown
 
 if TYPE_CHECKING:
     from carrierflex.files.toml_values import TomlTable
 
     Table = TypeVar("Table", bound=TomlTable)
 
-#: Characters of a value that a message shows.
-_SHOWN = 80
 #: What an editor of another encoding puts first: UTF-8 with a mark, UTF-16 of either byte order.
 _BYTE_ORDER_MARKS = (b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")
 
@@ -82,9 +81,9 @@ def toml_document(path: Path, kind: TomlKind) -> dict[str, Any]:
         text = content.decode("utf-8")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
-        found = f"byte 0x{content[error.start]:02x} in line {line} is no UTF-8 text"
+        defect = f"byte 0x{content[error.start]:02x} in line {line} is no UTF-8 text"
         raise ValueError(
-            f"{path}: not a TOML file: {found}; expected {kind.what} in UTF-8",
+            f"{path}: not a TOML file: {defect}; expected {kind.what} in UTF-8",
         ) from error
     try:
         # Line ends of any system count, as in Python's text files.
@@ -174,9 +173,9 @@ def check_header(document: Mapping[str, Any], kind: TomlKind, file: str) -> None
     if "format" not in document:
         raise ValueError(f"{file}: missing key 'format'; expected '{kind.format}' for {kind.what}")
     if document["format"] != kind.format:
-        found = shown(document["format"])
+        defect = shown(document["format"])
         raise ValueError(
-            f"{file}: key 'format' is {found}; expected '{kind.format}' for {kind.what}",
+            f"{file}: key 'format' is {defect}; expected '{kind.format}' for {kind.what}",
         )
     if "version" not in document:
         raise ValueError(f"{file}: missing key 'version'; expected {kind.version}")
@@ -184,25 +183,8 @@ def check_header(document: Mapping[str, Any], kind: TomlKind, file: str) -> None
     if isinstance(version, bool) or not isinstance(version, int) or version < 1:
         raise ValueError(f"{file}: key 'version' is {shown(version)}; expected {kind.version}")
     if version > kind.version:
-        found = f"key 'version' is {shown(version)}, written by a newer version"
-        raise ValueError(f"{file}: {found}; expected {kind.version}: update carrierflex")
-
-
-def shown(value: Any) -> str:
-    """Value as it stands in a TOML file, on one line and cut to 80 characters."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    try:
-        text = repr(value)
-    except (ValueError, RecursionError):
-        # A hexadecimal number of thousands of digits.
-        return "too long to be shown"
-    return shortened(" ".join(text.split()))
-
-
-def shortened(text: str) -> str:
-    """Text of at most 80 characters, cut where it is longer."""
-    return text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
+        defect = f"key 'version' is {shown(version)}, written by a newer version"
+        raise ValueError(f"{file}: {defect}; expected {kind.version}: update carrierflex")
 
 
 def _content(path: Path, kind: TomlKind) -> bytes:

@@ -7,11 +7,11 @@ from typing import Any
 from pydantic import ValidationError
 
 from carrierflex.files.problems import problems_of
-from carrierflex.files.toml_files import shortened, shown
+from carrierflex.files.shown_values import shortened, shown
 from carrierflex.files.toml_values import TomlTable, json_schema
 
 Schema = Mapping[str, Any]
-Place = tuple[str | int, ...]
+KeyPath = tuple[str | int, ...]
 
 _A_TABLE = ("model_type", "dict_type", "model_attributes_type")
 _TABLES = ("list_type", "too_short")
@@ -36,7 +36,7 @@ def problems_in(
     """
     schema = json_schema(table)
     errors = error.errors(include_url=False)
-    entries = [{**entry, "loc": _place(entry["loc"], document)} for entry in errors]
+    entries = [{**entry, "loc": _key_path(entry["loc"], document)} for entry in errors]
     misspelt = {known for entry in entries if (known := _misspelt(entry, document, schema))}
     lines: list[str] = []
     for entry in entries:
@@ -47,26 +47,28 @@ def problems_in(
 
 def _lines(entry: Mapping[str, Any], document: Any, schema: Schema) -> Iterator[str]:
     """Lines of one error of the validation; a check may have found several problems."""
-    place, kind, found = entry["loc"], entry["type"], entry["input"]
+    path = entry["loc"]
+    kind = entry["type"]
+    value = entry["input"]
     if kind == "value_error":
-        inside = place if isinstance(found, dict) else place[:-1]
+        inside = path if isinstance(value, dict) else path[:-1]
         for problem in problems_of(entry["ctx"]["error"]):
             yield _at(inside) + problem
         return
-    before, name = _at(place[:-1]), shortened(str(place[-1]) if place else "")
+    before, name = _at(path[:-1]), shortened(str(path[-1]) if path else "")
     if kind in _BAD_TAG:
         yield from _bad_tag(entry, document, schema)
     elif kind == "extra_forbidden":
-        yield f"{before}unknown key '{name}'; {_instead(place, document, schema)}"
+        yield f"{before}unknown key '{name}'; {_instead(path, document, schema)}"
     elif kind == "missing":
-        expected = _words(_schema_at(place, document, schema))
+        expected = _words(_schema_at(path, document, schema))
         yield f"{before}missing key '{name}'; expected {expected}"
     else:
         words = entry["msg"] if kind == "expected" else _type_words(kind, entry["msg"])
-        if isinstance(place[-1], int):
-            yield f"{_at(place)}{shown(found)}; expected {words}"
+        if isinstance(path[-1], int):
+            yield f"{_at(path)}{shown(value)}; expected {words}"
         else:
-            yield f"{before}key '{name}' is {shown(found)}; expected {words}"
+            yield f"{before}key '{name}' is {shown(value)}; expected {words}"
 
 
 def _type_words(kind: str, message: str) -> str:
@@ -88,7 +90,7 @@ def _bad_tag(entry: Mapping[str, Any], document: Any, schema: Schema) -> Iterato
         yield f"{where}missing key '{tag}'; expected one of {choices}"
 
 
-def _place(loc: Place, document: Any) -> Place:
+def _key_path(loc: KeyPath, document: Any) -> KeyPath:
     """Way to a value without the steps that only name a form of a table (``cylinder``)."""
     steps: list[str | int] = []
     value = document
@@ -106,10 +108,10 @@ def _table(value: Any) -> Mapping[str, Any]:
     return value if isinstance(value, dict) else {}
 
 
-def _at(place: Place) -> str:
+def _at(path: KeyPath) -> str:
     """``[[runs]] 1, [motion]: `` for the way to the first run's motion."""
     texts, names = [], list[str]()
-    for step in place:
+    for step in path:
         if isinstance(step, int):
             texts.append(f"[[{'.'.join(names)}]] {step + 1}")
             names = []
@@ -120,18 +122,18 @@ def _at(place: Place) -> str:
     return ", ".join(texts) + ": " if texts else ""
 
 
-def _misspelt(entry: Mapping[str, Any], document: Any, schema: Schema) -> Place | None:
+def _misspelt(entry: Mapping[str, Any], document: Any, schema: Schema) -> KeyPath | None:
     """Way to the known key that an unknown one was meant for."""
-    place = entry["loc"]
+    path = entry["loc"]
     if entry["type"] != "extra_forbidden":
         return None
-    nearest = _nearest(str(place[-1]), list(_properties(place[:-1], document, schema)))
-    return (*place[:-1], nearest) if nearest else None
+    nearest = _nearest(str(path[-1]), list(_properties(path[:-1], document, schema)))
+    return (*path[:-1], nearest) if nearest else None
 
 
-def _instead(place: Place, document: Any, schema: Schema) -> str:
-    known = list(_properties(place[:-1], document, schema))
-    nearest = _nearest(str(place[-1]), known)
+def _instead(path: KeyPath, document: Any, schema: Schema) -> str:
+    known = list(_properties(path[:-1], document, schema))
+    nearest = _nearest(str(path[-1]), known)
     return f"did you mean '{nearest}'?" if nearest else f"expected one of {', '.join(known)}"
 
 
@@ -154,15 +156,15 @@ def _words(schema: Schema) -> str:
     return "at least one table" if schema.get("type") == "array" else "a table"
 
 
-def _properties(place: Place, document: Any, schema: Schema) -> Mapping[str, Schema]:
-    properties: Mapping[str, Schema] = _schema_at(place, document, schema).get("properties", {})
+def _properties(path: KeyPath, document: Any, schema: Schema) -> Mapping[str, Schema]:
+    properties: Mapping[str, Schema] = _schema_at(path, document, schema).get("properties", {})
     return properties
 
 
-def _schema_at(place: Place, document: Any, root: Schema) -> Schema:
+def _schema_at(path: KeyPath, document: Any, root: Schema) -> Schema:
     """JSON Schema of the value at a place of the document."""
     here, value = root, document
-    for step in place:
+    for step in path:
         here = _form(_resolved(here, root), value, root)
         if isinstance(step, int):
             here = here["items"]

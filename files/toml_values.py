@@ -220,7 +220,7 @@ def different(what: str, key_name: str = "name") -> AfterValidator:
     return AfterValidator(checked)
 
 
-def _whole(value: Any) -> Any:
+def _whole_number(value: Any) -> Any:
     """Whole number of a float that is one, as ``99.0``; anything else as it is."""
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
@@ -242,8 +242,10 @@ NotNegative = Annotated[_Finite, Field(ge=0), Expected("a number >= 0")]
 Count = Annotated[int, Field(ge=0), Expected("a whole number >= 0")]
 PositiveCount = Annotated[int, Field(ge=1), Expected("a whole number >= 1")]
 #: Also as ``99.0``, for keys that took any number before they were counted.
-Teeth = Annotated[int, Field(ge=1), BeforeValidator(_whole), Expected("a whole number >= 1")]
-Harmonics = Annotated[int, Field(ge=0), BeforeValidator(_whole), Expected("a whole number >= 0")]
+Teeth = Annotated[int, Field(ge=1), BeforeValidator(_whole_number), Expected("a whole number >= 1")]
+Harmonics = Annotated[
+    int, Field(ge=0), BeforeValidator(_whole_number), Expected("a whole number >= 0")
+]
 TwoNumbers = Annotated[tuple[_Finite, _Finite], _Fixed, Expected("two finite numbers")]
 ThreeNumbers = Annotated[tuple[_Finite, _Finite, _Finite], _Fixed, Expected("three finite numbers")]
 FourNumbers = Annotated[

@@ -27,5 +27,8 @@ def versions() -> dict[str, str]:
 
 
 def provenance(**inputs: object) -> dict[str, str]:
-    """Inputs (dataclasses spelled out) and versions as text, for files that record what made them."""
+    """Inputs and versions as text, for files that record what made them.
+
+    Dataclasses are spelled out.
+    """
     return {name: json.dumps(plain(value)) for name, value in inputs.items()} | versions()

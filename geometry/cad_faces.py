@@ -60,13 +60,14 @@ class CadFace:
         if self.kind == "plane":
             r = np.linalg.norm(np.cross(self.outline, self.direction), axis=1)
             return (
-                f"plane, normal {_shown(self.direction)}, station {along.mean():.5g} m, radii {r.min():.4g} to "
-                f"{r.max():.4g} m, area {self.area:.4g} m^2"
+                f"plane, normal {_shown(self.direction)}, station {along.mean():.5g} m, radii "
+                f"{r.min():.4g} to {r.max():.4g} m, area {self.area:.4g} m^2"
             )
         foot = self.point - (self.point @ self.direction) * self.direction
         return (
-            f"cylinder, axis {_shown(self.direction)} through {_shown(foot)}, radius {self.radius:.5g} m, stations "
-            f"{along.min():.5g} to {along.max():.5g} m, area {self.area:.4g} m^2"
+            f"cylinder, axis {_shown(self.direction)} through {_shown(foot)}, radius "
+            f"{self.radius:.5g} m, stations {along.min():.5g} to {along.max():.5g} m, area "
+            f"{self.area:.4g} m^2"
         )
 
 
@@ -130,13 +131,18 @@ def _fitted(
 
 
 def _signed(direction: NDArray[np.float64]) -> NDArray[np.float64]:
-    """One sign of the two: the largest component is positive, and what is rounding beside it is zero."""
+    """One sign of the two: the largest component is positive.
+
+    What is rounding beside it is zero.
+    """
     clean = np.where(np.abs(direction) < 1e-12, 0.0, direction)
     return np.asarray(clean * np.sign(clean[np.abs(clean).argmax()]))
 
 
 def circle_through(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], float, float]:
-    """Centre (3,) [m], radius [m] and largest deviation [m] of the circle through coplanar `points`, shape (n, 3).
+    """Centre (3,) [m], radius [m] and largest deviation [m] of a circle through `points`.
+
+    The points, shape (n, 3), are coplanar.
 
     Least squares of ``2 c·p + (R² - c²) = p²``, linear in the centre c and exact for points on a
     circle (Kåsa 1976).

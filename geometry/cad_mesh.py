@@ -118,8 +118,8 @@ def step_carrier_mesh(path: Path, statements: CadStatements, size: float, *, pin
         carrier_volume, overlaps = _cut(solid, _circles(statements, faces, bonded), bonded)
         if overlaps:
             raise ValueError(
-                f"{path}: pins of the bores' radius overlap the carrier in {overlaps} places; expected bores that are free "
-                "from the first plate to the last"
+                f"{path}: pins of the bores' radius overlap the carrier in {overlaps} places; "
+                "expected bores that are free from the first plate to the last"
             )
         cut = cad_faces()
         wanted = statements.surfaces + bonded.seats
@@ -155,7 +155,8 @@ def _step_solid(path: Path, frame: CadFrame) -> Iterator[int]:
         solids = [tag for _, tag in gmsh.model.getEntities(3)]
         if len(solids) != 1:
             raise ValueError(
-                f"{path}: holds {len(solids)} solids; expected one, the carrier without pins and planets"
+                f"{path}: holds {len(solids)} solids; expected one, the carrier without pins and "
+                "planets"
             )
         low, high = np.split(np.array(gmsh.model.getBoundingBox(3, solids[0])), 2)
         refuse_wrong_unit(high - low, f"{path} (declared unit: {unit})")
@@ -194,7 +195,8 @@ def declared_unit(path: Path) -> str:
     metric = metric or re.search(r"SI_UNIT\s*\(\s*(?:\$|\.(\w+)\.)\s*,\s*\.METRE\.\s*\)", text)
     if not metric:
         raise ValueError(
-            f"{path}: declares no length unit; expected a LENGTH_UNIT, such as SI_UNIT(.MILLI.,.METRE.)"
+            f"{path}: declares no length unit; expected a LENGTH_UNIT, such as "
+            "SI_UNIT(.MILLI.,.METRE.)"
         )
     return f"{(metric.group(1) or '').lower()}metre"
 
@@ -216,25 +218,29 @@ def _move(solid: int, frame: CadFrame) -> None:
 
 
 def _pins(statements: CadStatements, faces: tuple[CadFace, ...]) -> CadPins:
-    """Pins as thick as the bores found in the solid, from the first bore's start to the last one's end."""
+    """Pins as thick as the bores found in the solid.
+
+    From the first bore's start to the last one's end.
+    """
     if statements.bearing_width is None:
         raise ValueError(
-            "the surfaces file has no [pin] bearing_width; expected one for the carrier with bonded pins"
+            "the surfaces file has no [pin] bearing_width; expected one for the carrier with "
+            "bonded pins"
         )
     solids, seats = [], []
     for number in range(1, N_PINS + 1):
         bores = [statements.named(f"pin_{number}_{side}") for side in ("upwind", "downwind")]
-        found = [bore.touched(faces, statements.tolerance) for bore in bores]
-        reach = [_reach(bore, touched) for bore, touched in zip(bores, found, strict=True)]
-        face = found[0][0]
+        bore_faces = [bore.touched(faces, statements.tolerance) for bore in bores]
+        reach = [_reach(bore, touched) for bore, touched in zip(bores, bore_faces, strict=True)]
+        face = bore_faces[0][0]
         axis = face.direction * np.sign(face.direction @ bores[0].direction)
         foot = face.point - (face.point @ axis) * axis
         solids.append((foot + reach[0][0] * axis, (reach[1][1] - reach[0][0]) * axis, face.radius))
         middle, half = (reach[0][1] + reach[1][0]) / 2.0, statements.bearing_width / 2.0
         if not 2.0 * half < reach[1][0] - reach[0][1]:
             raise ValueError(
-                f"[pin] bearing_width is {2.0 * half} m; expected less than the {reach[1][0] - reach[0][1]:.4g} m between the "
-                f"bores of pin {number}"
+                f"[pin] bearing_width is {2.0 * half} m; expected less than the "
+                f"{reach[1][0] - reach[0][1]:.4g} m between the bores of pin {number}"
             )
         seats.append(
             SurfaceStatement(
@@ -304,14 +310,18 @@ def _mesh(path: Path, size: float) -> None:
 
 
 def _facets(mesh: TetMesh, name: str, tags: list[int]) -> NDArray[np.int64]:
-    """Facets of the mesh on gmsh's faces `tags`, seen from outside the body that the surface belongs to."""
+    """Facets of the mesh on gmsh's faces `tags`.
+
+    Seen from outside the body that the surface belongs to.
+    """
     row_of, rows = cKDTree(mesh.points), []
     for tag in tags:
         numbers, coordinates, _ = gmsh.model.mesh.getNodes(2, tag, includeBoundary=True)
         distance, nearest = row_of.query(coordinates.reshape(-1, 3))
         if distance.max() > _SAME_NODE:
             raise MeshingError(
-                f"surface {name!r}: a node of face {tag} is not in the mesh; expected a face of the solid"
+                f"surface {name!r}: a node of face {tag} is not in the mesh; expected a face of "
+                "the solid"
             )
         row = dict(zip(numbers.tolist(), nearest.tolist(), strict=True))
         corners = np.array(gmsh.model.mesh.getElementsByType(_TRIANGLE6, tag)[1]).reshape(-1, 6)[

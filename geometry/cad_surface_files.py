@@ -30,6 +30,22 @@ _TOLERANCE = 1e-5
 #: Window of a surface that its file does not cut.
 _EVERYWHERE = (-math.inf, math.inf)
 
+#: Comments of a written surfaces file.
+_SURFACES_HEADING = (
+    "# Which faces of the CAD model are which surface. Lengths in metres whatever the unit of the "
+    "CAD file.",
+    "# axial_range: stations along the axis, radial_range: radii; faces are cut at both ends where "
+    "they go on.",
+)
+_FRAME_HEADING = (
+    "# The carrier's frame in the CAD model: x downwind along the axis, z towards pin 1, origin on "
+    "the rim face."
+)
+_PIN_HEADING = (
+    "# Bonded pins of the stiff variant: as thick as the bores, from the first bore's end to the "
+    "last one's."
+)
+
 
 @dataclass(frozen=True, eq=False)
 class CadFrame:
@@ -118,16 +134,15 @@ def write_cad_statements(path: Path, carrier: CarrierParameters, pin: PinParamet
     seat_end = carrier.length_between_faces + carrier.seat_length
     hub, seat = carrier.hub_outer_diameter / 2.0, carrier.seat_outer_diameter / 2.0
     lines = [
-        "# Which faces of the CAD model are which surface. Lengths in metres whatever the unit of the CAD file.",
-        "# axial_range: stations along the axis, radial_range: radii; faces are cut at both ends where they go on.",
+        *_SURFACES_HEADING,
         f'format = "{SURFACES_FILE.format}"',
         f"version = {SURFACES_FILE.version}",
         f"tolerance = {_TOLERANCE}",
         "",
-        "# The carrier's frame in the CAD model: x downwind along the axis, z towards pin 1, origin on the rim face.",
+        _FRAME_HEADING,
         "[frame]\norigin = [0.0, 0.0, 0.0]\naxis = [1.0, 0.0, 0.0]\npin_1 = [0.0, 0.0, 1.0]",
         "",
-        "# Bonded pins of the stiff variant: as thick as the bores, from the first bore's end to the last one's.",
+        _PIN_HEADING,
         f"[pin]\nbearing_width = {pin.bearing_width!r}",
         _plane_text("shaft_face", -carrier.hub_length, (carrier.hub_inner_diameter / 2.0, hub)),
         "# From the radius that the sensors face to the rim.",
@@ -155,7 +170,8 @@ def _cylinder_text(
 ) -> str:
     y, z = (float(value) for value in np.broadcast_to(at, 2))
     return (
-        f'\n[surfaces.{name}]\ntype = "cylinder"\npoint = [0.0, {y!r}, {z!r}]\ndirection = [1.0, 0.0, 0.0]\n'
+        f'\n[surfaces.{name}]\ntype = "cylinder"\npoint = [0.0, {y!r}, {z!r}]\n'
+        "direction = [1.0, 0.0, 0.0]\n"
         f"radius = {radius!r}\naxial_range = [{x[0]!r}, {x[1]!r}]"
     )
 

@@ -79,8 +79,8 @@ def _perpendicular(frame: "FrameTable") -> "FrameTable":
     lengths = math.hypot(*frame.axis) * math.hypot(*frame.pin_1)
     cosine = sum(a * b for a, b in zip(frame.axis, frame.pin_1, strict=True)) / lengths
     if abs(cosine) > 1e-6:
-        found = f"axis {list(frame.axis)} and pin_1 {list(frame.pin_1)}"
-        raise ValueError(f"{found}; expected a right angle between them")
+        directions = f"axis {list(frame.axis)} and pin_1 {list(frame.pin_1)}"
+        raise ValueError(f"{directions}; expected a right angle between them")
     return frame
 
 

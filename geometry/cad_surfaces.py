@@ -63,7 +63,10 @@ class SurfaceStatement:
         return float(along.min()), float(along.max())
 
     def deviation(self, face: CadFace) -> float:
-        """Distance [m] of the face's plane or cylinder from the stated one, infinite where kind or direction differ."""
+        """Distance [m] of the face's plane or cylinder from the stated one.
+
+        Infinite where kind or direction differ.
+        """
         if (
             face.kind != self.kind
             or np.linalg.norm(np.cross(face.direction, self.direction)) > _PARALLEL
@@ -82,17 +85,18 @@ class SurfaceStatement:
         ValueError
             Where there is none; the message lists the candidates.
         """
-        found = []
+        matching = []
         for face in faces:
             low, high = self.extent(face)
             inside = low < self.window[1] - tolerance and high > self.window[0] + tolerance
             if inside and self.deviation(face) <= tolerance:
-                found.append(face)
-        if not found:
+                matching.append(face)
+        if not matching:
             raise ValueError(
-                f"surface {self.name!r}: the CAD model has no {self}; candidates: {_listed(self._nearest(faces))}"
+                f"surface {self.name!r}: the CAD model has no {self}; candidates: "
+                f"{_listed(self._nearest(faces))}"
             )
-        return found
+        return matching
 
     def circles(self, faces: list[CadFace], tolerance: float) -> list[Circle]:
         """Circles (centre, axis, radius) at the window's ends that cut one of `faces`."""
@@ -134,27 +138,31 @@ class SurfaceStatement:
         ValueError
             Where there are none, or another number of bands; the message lists them.
         """
-        found = []
+        matching = []
         for face in self.touched(faces, tolerance):
             low, high = self.extent(face)
             if self.window[0] - tolerance <= low and high <= self.window[1] + tolerance:
-                found.append(face)
-        if not found:
+                matching.append(face)
+        if not matching:
             raise ValueError(
-                f"surface {self.name!r}: no face of the CAD model lies inside the window of the {self}; candidates: "
-                f"{_listed(self._nearest(faces))}"
+                f"surface {self.name!r}: no face of the CAD model lies inside the window of the "
+                f"{self}; candidates: {_listed(self._nearest(faces))}"
             )
-        n_bands = self._bands(found, tolerance)
+        n_bands = self._bands(matching, tolerance)
         if n_bands != self.parts:
             key = "axial_range" if self.kind == "cylinder" else "radial_range"
             raise ValueError(
-                f"surface {self.name!r}: {n_bands} separate surfaces match the {self}; expected {self.parts}, choose by {key} "
-                f"or say parts = {n_bands}; candidates: {_listed(found)}"
+                f"surface {self.name!r}: {n_bands} separate surfaces match the {self}; expected "
+                f"{self.parts}, choose by {key} or say parts = {n_bands}; candidates: "
+                f"{_listed(matching)}"
             )
-        return found
+        return matching
 
     def _bands(self, faces: list[CadFace], tolerance: float) -> int:
-        """Number of groups of faces that hang together by edges or lie side by side around the axis."""
+        """Number of groups of adjacent faces.
+
+        Adjacent faces share edges or lie side by side around the axis.
+        """
         bands: list[tuple[float, float, frozenset[int]]] = []
         for face in faces:
             low, high = self.extent(face)
@@ -162,7 +170,9 @@ class SurfaceStatement:
             apart = []
             for band in bands:
                 if band[2] & edges or (band[0] < high - tolerance and low < band[1] - tolerance):
-                    low, high, edges = min(low, band[0]), max(high, band[1]), edges | band[2]
+                    low = min(low, band[0])
+                    high = max(high, band[1])
+                    edges = edges | band[2]
                 else:
                     apart.append(band)
             bands = [*apart, (low, high, edges)]

@@ -45,7 +45,9 @@ class CarrierInterface:
 
 
 def carrier_interface(mesh: TetMesh) -> CarrierInterface:
-    """Read the interface off the surfaces ``shaft_face``, ``rim_face``, ``upwind_seat``, ``downwind_seat`` and ``pin_i_...``.
+    """Read the interface off the named surfaces of a carrier.
+
+    They are ``shaft_face``, ``rim_face``, ``upwind_seat``, ``downwind_seat`` and ``pin_i_...``.
 
     Parameters
     ----------
@@ -75,8 +77,9 @@ def carrier_interface(mesh: TetMesh) -> CarrierInterface:
     if np.ptp(stations, axis=0).max() > _PIN_POSITION or np.ptp(distances) > _PIN_POSITION:
         shown = "; ".join(f"({a:.5g}, {m:.5g}, {b:.5g}) m" for a, m, b in stations)
         raise ValueError(
-            f"the pins' bores differ: stations (upwind, middle, downwind) {shown}, distances from the axis "
-            f"{min(distances):.5g} to {max(distances):.5g} m; expected {N_PINS} alike to {_PIN_POSITION} m"
+            f"the pins' bores differ: stations (upwind, middle, downwind) {shown}, distances from "
+            f"the axis {min(distances):.5g} to {max(distances):.5g} m; expected {N_PINS} alike to "
+            f"{_PIN_POSITION} m"
         )
     first_station, midspan, last_station = np.mean(stations, axis=0)
     rim = mesh.points[np.unique(mesh.surface("rim_face"))]
@@ -104,7 +107,8 @@ def _on_axis(mesh: TetMesh, name: str) -> NDArray[np.float64]:
     centre, radius, deviation = circle_through(flat)
     if deviation > _ROUND:
         raise ValueError(
-            f"surface {name!r} deviates by {deviation:.2g} m from a cylinder of radius {radius:.4g} m along x; expected a bore"
+            f"surface {name!r} deviates by {deviation:.2g} m from a cylinder of radius "
+            f"{radius:.4g} m along x; expected a bore"
         )
     return centre + np.array([_middle(mesh, name), 0.0, 0.0])
 
@@ -114,11 +118,12 @@ def _distance(name: str, point: NDArray[np.float64], angle: float) -> float:
 
     ValueError where it does not stand at `angle` [rad].
     """
-    found = math.atan2(-point[1], point[2])
-    off = math.remainder(found - angle, 2.0 * math.pi)
+    angle_of_bore = math.atan2(-point[1], point[2])
+    off = math.remainder(angle_of_bore - angle, 2.0 * math.pi)
     if abs(off) > _PIN_ANGLE:
         raise ValueError(
-            f"surface {name!r} stands at {math.degrees(found) % 360.0:.4g} deg about the x axis; expected "
-            f"{math.degrees(angle):.4g} deg (pins 1, 2, 3 at 0, 120, 240 deg from z, angles turning about +x)"
+            f"surface {name!r} stands at {math.degrees(angle_of_bore) % 360.0:.4g} deg about the x "
+            f"axis; expected {math.degrees(angle):.4g} deg (pins 1, 2, 3 at 0, 120, 240 deg from "
+            "z, angles turning about +x)"
         )
     return math.hypot(point[1], point[2])

@@ -52,7 +52,10 @@ def stiff_carrier_mesh(
 
 
 def flexible_half_sector(carrier: CarrierParameters, size: float = DEFAULT_SIZE) -> TetMesh:
-    """Mesh the half sector 0..60 deg of :func:`flexible_carrier_mesh`, with the parts of the surfaces it holds."""
+    """Mesh the half sector 0..60 deg of :func:`flexible_carrier_mesh`.
+
+    With the parts of the surfaces it holds.
+    """
     half = carrier_half_sector(carrier, size)
     check_quality(half)
     return with_carrier_surfaces(half, carrier)
@@ -61,7 +64,10 @@ def flexible_half_sector(carrier: CarrierParameters, size: float = DEFAULT_SIZE)
 def stiff_half_sector(
     carrier: CarrierParameters, pin: PinParameters, size: float = DEFAULT_SIZE
 ) -> TetMesh:
-    """Mesh the half sector 0..60 deg of :func:`stiff_carrier_mesh`, with the parts of the surfaces it holds."""
+    """Mesh the half sector 0..60 deg of :func:`stiff_carrier_mesh`.
+
+    With the parts of the surfaces it holds.
+    """
     half = carrier_half_sector(carrier, size, pin=pin)
     check_quality(half)
     return with_carrier_surfaces(half, carrier, pin)

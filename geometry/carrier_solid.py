@@ -42,14 +42,14 @@ def carrier_solid(geometry: Any, p: CarrierParameters, pin_angles: Sequence[floa
         solid_cylinder(geometry, (start_b, end_b), p.outer_radius),
         solid_cylinder(geometry, (end_b, seat_end), p.seat_outer_diameter / 2.0),
     ]
-    whole = geometry.boolean_union([*solids, *webs])
+    outside = geometry.boolean_union([*solids, *webs])
     bores = [
         solid_cylinder(geometry, (-p.hub_length, middle), p.hub_inner_diameter / 2.0),
         solid_cylinder(geometry, (middle, seat_end), p.seat_inner_diameter / 2.0),
     ]
     for x in ((-p.hub_length, end_a), (start_b, seat_end)):
         bores += [solid_cylinder(geometry, x, p.pin_hole_radius, _off(p, v)) for v in pin_angles]
-    return list(geometry.boolean_difference(whole, bores))
+    return list(geometry.boolean_difference(outside, bores))
 
 
 def solid_cylinder(

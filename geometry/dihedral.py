@@ -66,7 +66,10 @@ def mirrored_pin(half: TetMesh) -> TetMesh:
 
 
 def cut_plane_nodes(half: TetMesh) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Masks of the nodes on the pin's meridional plane (0 deg) and on the web's (60 deg), each of shape (n,)."""
+    """Masks of the nodes on the pin's plane (0 deg) and on the web's (60 deg), shape (n,) each.
+
+    Both are meridional planes.
+    """
     c, s = math.cos(HALF_SECTOR_ANGLE), math.sin(HALF_SECTOR_ANGLE)
     y, z = half.points[:, 1], half.points[:, 2]
     return np.abs(y) < 1e-12, np.abs(c * y + s * z) < 1e-12

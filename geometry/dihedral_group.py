@@ -108,8 +108,9 @@ def pilot_motions(points: NDArray[np.float64]) -> NDArray[np.float64]:
             j = int(distance.argmin())
             if distance[j] > 1e-9 * scale:
                 raise ValueError(
-                    f"pilot {i + 1} at {point.round(6).tolist()} m has no image at {(rho @ point).round(6).tolist()} m; "
-                    "expected pilots that the carrier's symmetry maps onto one another"
+                    f"pilot {i + 1} at {point.round(6).tolist()} m has no image at "
+                    f"{(rho @ point).round(6).tolist()} m; expected pilots that the carrier's "
+                    "symmetry maps onto one another"
                 )
             Q[number, j, :3, i, :3] = rho
             Q[number, j, 3:, i, 3:] = np.linalg.det(rho) * rho

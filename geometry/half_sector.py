@@ -1,4 +1,6 @@
-"""One 60-degree half sector of the carrier, from a pin's meridional plane to a web's, meshed with gmsh.
+"""One 60-degree half sector of the carrier, meshed with gmsh.
+
+It reaches from a pin's meridional plane to a web's.
 
 The half sector is the carrier's smallest part under its dihedral symmetry: mirrored and rotated
 five times it gives the whole (:mod:`carrierflex.geometry.dihedral`), with cut faces that match
@@ -69,8 +71,8 @@ def carrier_half_sector(
     plate_faces = (carrier.upwind_bore_x[0], carrier.downwind_bore_x[1])
     circles += [(x, carrier.centre_distance, carrier.pin_hole_radius) for x in plate_faces]
     with quiet_geometry() as geometry:
-        whole = carrier_solid(geometry, carrier, (0.0,))
-        solids = [geometry.boolean_intersection([*whole, _wedge(geometry)])[0]]
+        carrier_parts = carrier_solid(geometry, carrier, (0.0,))
+        solids = [geometry.boolean_intersection([*carrier_parts, _wedge(geometry)])[0]]
         if pin is not None:
             pin.check_fits(carrier)
             solids.append(_pin_solid(geometry, carrier, pin))
@@ -79,7 +81,9 @@ def carrier_half_sector(
 
 
 def pin_half(carrier: CarrierParameters, pin: PinParameters, size: float) -> TetMesh:
-    """Mesh the half of pin 1 on the side of increasing angle, its bores and bearing seat marked by element edges.
+    """Mesh the half of pin 1 on the side of increasing angle.
+
+    Its bores and bearing seat are marked by element edges.
 
     Parameters and errors are those of :func:`carrier_half_sector`; the only body is ``pins``.
     """
@@ -96,7 +100,9 @@ def pin_half(carrier: CarrierParameters, pin: PinParameters, size: float) -> Tet
 
 @contextmanager
 def quiet_geometry() -> Iterator[Any]:
-    """Open pygmsh's OpenCASCADE session without gmsh's messages and with Python's own handling of interrupts.
+    """Open pygmsh's OpenCASCADE session without gmsh's messages.
+
+    Python's own handling of interrupts stays.
 
     gmsh replaces the interrupt handler by the system's, which ends the process on the spot, and
     does not put it back.
@@ -112,7 +118,10 @@ def quiet_geometry() -> Iterator[Any]:
 
 
 def refuse_useless_size(size: float) -> None:
-    """Raise ValueError where `size` [m] is no element edge length that a part of a gearbox can be meshed with."""
+    """Raise ValueError where `size` [m] is no usable element edge length.
+
+    Usable is what a part of a gearbox can be meshed with.
+    """
     if not (math.isfinite(size) and 0.002 <= size <= 0.2):
         raise ValueError(
             f"mesh size is {size!r} m; expected an edge length between 0.002 and 0.2 m"
@@ -122,7 +131,10 @@ def refuse_useless_size(size: float) -> None:
 def _bearing_circles(
     carrier: CarrierParameters, pin: PinParameters
 ) -> list[tuple[float, float, float]]:
-    """Circles (x, distance of the centre from the axis, radius) that bound the planet bearings' seat on the pin."""
+    """Circles that bound the planet bearings' seat on the pin.
+
+    Each as (x, distance of the centre from the axis, radius) [m].
+    """
     middle = carrier.upwind_plate_thickness + carrier.plate_gap / 2.0
     ends = (middle - pin.bearing_width / 2.0, middle + pin.bearing_width / 2.0)
     return [(x, carrier.centre_distance, pin.diameter / 2.0) for x in ends]
@@ -137,8 +149,8 @@ def _wedge(geometry: Any) -> Any:
 
 def _pin_solid(geometry: Any, carrier: CarrierParameters, pin: PinParameters) -> Any:
     x = (0.0, carrier.length_between_faces)
-    whole = solid_cylinder(geometry, x, pin.diameter / 2.0, (0.0, carrier.centre_distance))
-    return geometry.boolean_intersection([whole, _wedge(geometry)])[0]
+    pin_cylinder = solid_cylinder(geometry, x, pin.diameter / 2.0, (0.0, carrier.centre_distance))
+    return geometry.boolean_intersection([pin_cylinder, _wedge(geometry)])[0]
 
 
 def _imprint(
@@ -187,7 +199,9 @@ def _meshed(
 
 
 def extracted(body_of: Callable[[int], str]) -> TetMesh:
-    """Copy nodes and elements out of gmsh, numbered from 0 without gaps, the cut faces exactly on their planes.
+    """Copy nodes and elements out of gmsh, numbered from 0 without gaps.
+
+    The nodes of the cut faces are put exactly on their planes.
 
     Parameters
     ----------
@@ -204,15 +218,16 @@ def extracted(body_of: Callable[[int], str]) -> TetMesh:
         for kind, numbers in zip(types, nodes, strict=True):
             if kind != _GMSH_TET10:
                 raise MeshingError(
-                    f"gmsh returned element type {kind}; expected quadratic tetrahedra ({_GMSH_TET10})"
+                    f"gmsh returned element type {kind}; expected quadratic tetrahedra "
+                    f"({_GMSH_TET10})"
                 )
             tets = row[numbers.astype(np.int64)].reshape(-1, 10)[:, _FROM_GMSH_TET10]
             blocks.setdefault(body_of(volume), []).append(tets)
     # In the order of their names, whatever the order of gmsh's volumes.
-    found = {name: np.concatenate(blocks[name]) for name in sorted(blocks)}
-    used, compact = np.unique(np.concatenate(list(found.values())), return_inverse=True)
-    edges = np.cumsum([0, *(len(part) for part in found.values())])
-    bodies = {name: np.arange(edges[i], edges[i + 1]) for i, name in enumerate(found)}
+    by_body = {name: np.concatenate(blocks[name]) for name in sorted(blocks)}
+    used, compact = np.unique(np.concatenate(list(by_body.values())), return_inverse=True)
+    edges = np.cumsum([0, *(len(part) for part in by_body.values())])
+    bodies = {name: np.arange(edges[i], edges[i + 1]) for i, name in enumerate(by_body)}
     return TetMesh(_on_cut_planes(all_points[used]), compact.reshape(-1, 10), {}, bodies)
 
 

@@ -49,17 +49,19 @@ class InvolutePair:
         touching = abs(sum(self.base_radii)) / self.centre_distance
         if not touching < 1.0:
             raise ValueError(
-                f"gear pair {self.teeth}: base radii add up to {touching:.3f} centre distances; expected less than 1"
+                f"gear pair {self.teeth}: base radii add up to {touching:.3f} centre distances; "
+                "expected less than 1"
             )
         for radius, base in zip(self.tip_radii, self.base_radii, strict=True):
             if not radius > abs(base):
                 raise ValueError(
-                    f"gear pair {self.teeth}: tip radius {radius} m lies inside the base circle of {abs(base):.6f} m"
+                    f"gear pair {self.teeth}: tip radius {radius} m lies inside the base circle of "
+                    f"{abs(base):.6f} m"
                 )
         if self.contact_ratio < 1.0:
             raise ValueError(
-                f"gear pair {self.teeth}: transverse contact ratio {self.contact_ratio:.3f}; expected 1 or more, "
-                "check tip radii and centre distance"
+                f"gear pair {self.teeth}: transverse contact ratio {self.contact_ratio:.3f}; "
+                "expected 1 or more, check tip radii and centre distance"
             )
 
     @property
@@ -141,21 +143,33 @@ class InvolutePair:
 _MODULE = 0.010
 #: Tip radii derived from the paper's table 3, and face widths of the GRC gearbox
 #: (NREL/TP-500-58190) [m].
-_SUN_TIP, _PLANET_TIP, _RING_TIP = 0.2356 / 2.0, 0.4212 / 2.0, 0.998 / 2.0
+_SUN_TIP = 0.2356 / 2.0
+_PLANET_TIP = 0.4212 / 2.0
+_RING_TIP = 0.998 / 2.0
 _SUN_WIDTH, _PLANET_WIDTH = 0.220, 0.2275
 
 
 def sun_planet_pair(gear: GearData) -> InvolutePair:
     """Mesh of planet and sun."""
     return InvolutePair(
-        (gear.planet_teeth, gear.sun_teeth), _MODULE, gear.pressure_angle, gear.helix_angle, gear.centre_distance,
-        (_PLANET_TIP, _SUN_TIP), _SUN_WIDTH,
-    )  # fmt: skip
+        (gear.planet_teeth, gear.sun_teeth),
+        _MODULE,
+        gear.pressure_angle,
+        gear.helix_angle,
+        gear.centre_distance,
+        (_PLANET_TIP, _SUN_TIP),
+        _SUN_WIDTH,
+    )
 
 
 def ring_planet_pair(gear: GearData) -> InvolutePair:
     """Mesh of planet and ring."""
     return InvolutePair(
-        (gear.planet_teeth, -gear.ring_teeth), _MODULE, gear.pressure_angle, gear.helix_angle, gear.centre_distance,
-        (_PLANET_TIP, _RING_TIP), _PLANET_WIDTH,
-    )  # fmt: skip
+        (gear.planet_teeth, -gear.ring_teeth),
+        _MODULE,
+        gear.pressure_angle,
+        gear.helix_angle,
+        gear.centre_distance,
+        (_PLANET_TIP, _RING_TIP),
+        _PLANET_WIDTH,
+    )

@@ -1,4 +1,7 @@
-"""Dimensions of the main shaft, each default with its source (tags as in :mod:`carrierflex.geometry.parameters`)."""
+"""Dimensions of the main shaft, each default with its source.
+
+Tags as in :mod:`carrierflex.geometry.parameters`.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -25,17 +28,29 @@ class MainShaftParameters:
     """
 
     outer_diameter: float = 0.341
-    """Derived: the uniform shaft of 2.1 m and this bore has 50 MN m/rad, the torsional stiffness of the 2011 paper."""
+    """Derived from the torsional stiffness of the 2011 paper, 50 MN m/rad.
+
+    The uniform shaft of 2.1 m and this bore has it.
+    """
     inner_diameter: float = 0.060
     """Chosen: bore for the pitch control's rods and cables."""
     bearing_to_joint: float = 2.1
-    """GRC: main bearing to gearbox, drivetrain example of the 750 kW machine; the bearing's centre to the carrier."""
+    """GRC: main bearing to gearbox, drivetrain example of the 750 kW machine.
+
+    From the bearing's centre to the carrier.
+    """
     bearing_width: float = 0.180
     """GRC: main bearing 24076."""
     bearing_to_flange: float = 0.120
-    """Chosen: the coupling's flange stands clear of the bearing's seat, or the two could not both be held rigidly."""
+    """Chosen: the coupling's flange stands clear of the bearing's seat.
+
+    Otherwise the two could not both be held rigidly.
+    """
     hub_to_bearing: float = 1.22
-    """GRC: hub to main bearing, same example; where torque and loads of the rotor or dynamometer enter."""
+    """GRC: hub to main bearing, same example.
+
+    Torque and loads of the rotor or dynamometer enter there.
+    """
 
     def __post_init__(self) -> None:
         refuse_non_positive(self)
@@ -44,23 +59,25 @@ class MainShaftParameters:
     def _conflicts(self) -> Iterator[str]:
         if self.bearing_to_joint > 20.0:
             yield (
-                f"MainShaftParameters.bearing_to_joint is {self.bearing_to_joint} m; expected dimensions in metres, at most 20 m"
+                f"MainShaftParameters.bearing_to_joint is {self.bearing_to_joint} m; expected "
+                "dimensions in metres, at most 20 m"
             )
         if not self.inner_diameter < self.outer_diameter:
             yield (
-                f"MainShaftParameters.inner_diameter is {self.inner_diameter} m; expected less than outer_diameter "
-                f"{self.outer_diameter} m"
+                f"MainShaftParameters.inner_diameter is {self.inner_diameter} m; expected less "
+                f"than outer_diameter {self.outer_diameter} m"
             )
         room = 2.0 * min(self.bearing_to_joint, self.bearing_to_flange)
         if not self.bearing_width < room:
             yield (
-                f"MainShaftParameters.bearing_width is {self.bearing_width} m: the bearing reaches an end of the shaft; "
-                f"expected less than {room} m, twice bearing_to_joint and bearing_to_flange"
+                f"MainShaftParameters.bearing_width is {self.bearing_width} m: the bearing reaches "
+                f"an end of the shaft; expected less than {room} m, twice bearing_to_joint and "
+                "bearing_to_flange"
             )
         if not self.hub_to_bearing >= self.bearing_to_flange:
             yield (
-                f"MainShaftParameters.hub_to_bearing is {self.hub_to_bearing} m; expected at least bearing_to_flange "
-                f"{self.bearing_to_flange} m: the hub stands upwind of the flange"
+                f"MainShaftParameters.hub_to_bearing is {self.hub_to_bearing} m; expected at least "
+                f"bearing_to_flange {self.bearing_to_flange} m: the hub stands upwind of the flange"
             )
 
     @property
@@ -69,7 +86,10 @@ class MainShaftParameters:
         return self.bearing_to_joint + self.bearing_to_flange
 
     def joint_x(self, carrier: CarrierParameters) -> float:
-        """Axial position of the joint, the upwind face of the carrier's hub, in the carrier's frame [m]."""
+        """Axial position of the joint in the carrier's frame [m].
+
+        It is the upwind face of the carrier's hub.
+        """
         return -carrier.hub_length
 
     def bearing_x(self, carrier: CarrierParameters) -> float:
@@ -92,7 +112,7 @@ class MainShaftParameters:
         """
         if not carrier.hub_inner_diameter < self.outer_diameter <= carrier.hub_outer_diameter:
             raise ValueError(
-                f"MainShaftParameters.outer_diameter is {self.outer_diameter} m; expected between the hub_inner_diameter "
-                f"{carrier.hub_inner_diameter} m and the hub_outer_diameter {carrier.hub_outer_diameter} m of the carrier, "
-                "whose hub it carries"
+                f"MainShaftParameters.outer_diameter is {self.outer_diameter} m; expected between "
+                f"the hub_inner_diameter {carrier.hub_inner_diameter} m and the hub_outer_diameter "
+                f"{carrier.hub_outer_diameter} m of the carrier, whose hub it carries"
             )

@@ -48,12 +48,13 @@ def refuse_wrong_unit(extent: NDArray[np.float64], where: str) -> None:
     largest = float(extent.max())
     if largest > _LARGEST:
         raise ValueError(
-            f"{where}: {largest:.4g} m across, as if millimetres were taken for metres; expected coordinates in metres, "
-            f"{_SMALLEST} to {_LARGEST} m in all"
+            f"{where}: {largest:.4g} m across, as if millimetres were taken for metres; expected "
+            f"coordinates in metres, {_SMALLEST} to {_LARGEST} m in all"
         )
     if largest < _SMALLEST:
         raise ValueError(
-            f"{where}: {largest:.4g} m across; expected coordinates in metres, {_SMALLEST} to {_LARGEST} m in all"
+            f"{where}: {largest:.4g} m across; expected coordinates in metres, {_SMALLEST} to "
+            f"{_LARGEST} m in all"
         )
 
 
@@ -64,8 +65,8 @@ def _refuse_unused_nodes(mesh: TetMesh, where: str) -> None:
     if len(unused):
         first = ", ".join(map(str, unused[:_SHOWN])) + (", ..." if len(unused) > _SHOWN else "")
         raise ValueError(
-            f"{where}: {len(unused)} of {len(used)} nodes belong to no element (numbers {first}, from 0), and would move "
-            "without stiffness; expected nodes of elements only"
+            f"{where}: {len(unused)} of {len(used)} nodes belong to no element (numbers {first}, "
+            "from 0), and would move without stiffness; expected nodes of elements only"
         )
 
 
@@ -86,6 +87,7 @@ def _refuse_pieces(mesh: TetMesh, where: str) -> None:
         x, y, z = mesh.points[mesh.tets[of_element == number, :4]].mean(axis=(0, 1))
         shown.append(f"{sizes[number]} elements about ({x:.3f}, {y:.3f}, {z:.3f}) m")
     raise ValueError(
-        f"{where}: the mesh falls into {n_pieces} detached pieces ({'; '.join(shown)}{'; ...' if n_pieces > _SHOWN else ''}); "
-        "expected one piece whose parts share their nodes"
+        f"{where}: the mesh falls into {n_pieces} detached pieces "
+        f"({'; '.join(shown)}{'; ...' if n_pieces > _SHOWN else ''}); expected one piece whose "
+        "parts share their nodes"
     )

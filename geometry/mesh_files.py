@@ -52,7 +52,9 @@ def check_mesh_path(path: Path) -> None:
 
 
 def _abaqus_number(mesh: TetMesh) -> str:
-    """Format of coordinates in at most twenty characters, the widest number that Abaqus and CalculiX read.
+    """Format of coordinates in at most twenty characters.
+
+    It is the widest number that Abaqus and CalculiX read.
 
     Fixed point keeps 17 decimals below 10 m, 5e-18 m; an exponent would leave 14 digits.
     """
@@ -131,14 +133,15 @@ def read_mesh(path: Path) -> TetMesh:
     """
     if path.suffix != ".msh":
         raise ValueError(
-            f"{path}: suffix {path.suffix!r}; expected .msh, the format that holds bodies and surfaces"
+            f"{path}: suffix {path.suffix!r}; expected .msh, the format that holds bodies and "
+            "surfaces"
         )
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file; expected a gmsh mesh (.msh)")
     try:
         _refuse_cut_short(path)
-        found = meshio.gmsh.read(path)
-        blocks = _named_blocks(found)
+        gmsh_mesh = meshio.gmsh.read(path)
+        blocks = _named_blocks(gmsh_mesh)
     except (
         meshio.ReadError,
         ValueError,
@@ -151,9 +154,10 @@ def read_mesh(path: Path) -> TetMesh:
     ) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise ValueError(
-            f"{path}: not a complete gmsh mesh ({reason}); expected .msh of version 2.2 or 4.1, whole, with physical groups"
+            f"{path}: not a complete gmsh mesh ({reason}); expected .msh of version 2.2 or 4.1, "
+            "whole, with physical groups"
         ) from error
-    mesh = _from_blocks(found.points, blocks, path)
+    mesh = _from_blocks(gmsh_mesh.points, blocks, path)
     check_mesh(mesh, str(path))
     return mesh
 
@@ -169,17 +173,20 @@ def _refuse_cut_short(path: Path) -> None:
         raise ValueError("the last section is not closed by $End...: cut short")
 
 
-def _named_blocks(found: meshio.Mesh) -> list[tuple[str, str, NDArray[np.int64]]]:
-    """Element type, physical group's name (empty where it has none) and node numbers of the parts of the mesh."""
+def _named_blocks(gmsh_mesh: meshio.Mesh) -> list[tuple[str, str, NDArray[np.int64]]]:
+    """Element type, physical group's name and node numbers of the parts of the mesh.
+
+    The name is empty where a part has none.
+    """
     names = {
         (int(dimension), int(number)): name
-        for name, (number, dimension) in found.field_data.items()
+        for name, (number, dimension) in gmsh_mesh.field_data.items()
     }
-    tags = found.cell_data.get(
-        "gmsh:physical", [np.zeros(len(block.data), dtype=np.int64) for block in found.cells]
+    tags = gmsh_mesh.cell_data.get(
+        "gmsh:physical", [np.zeros(len(block.data), dtype=np.int64) for block in gmsh_mesh.cells]
     )
     blocks = []
-    for block, numbers in zip(found.cells, tags, strict=True):
+    for block, numbers in zip(gmsh_mesh.cells, tags, strict=True):
         for number in np.unique(numbers):
             name = names.get((block.dim, int(number)), "")
             blocks.append((block.type, name, block.data[numbers == number].astype(np.int64)))
@@ -198,7 +205,8 @@ def _from_blocks(
             faces.setdefault(name, []).append(nodes)
         elif kind not in ("triangle6", "line3", "vertex"):
             raise ValueError(
-                f"{path}: {len(nodes)} elements of type {kind}; expected quadratic tetrahedra (tetra10) only"
+                f"{path}: {len(nodes)} elements of type {kind}; expected quadratic tetrahedra "
+                "(tetra10) only"
             )
     if not solids or "" in solids:
         what = (
@@ -230,9 +238,10 @@ def _outward(
         row = {
             tuple(corners): i for i, corners in enumerate(np.sort(of_body[:, :3], axis=1).tolist())
         }
-        found = [row.get(tuple(corners), -1) for corners in np.sort(facets[:, :3], axis=1).tolist()]
-        if min(found) >= 0:
-            return of_body[found]
+        rows = [row.get(tuple(corners), -1) for corners in np.sort(facets[:, :3], axis=1).tolist()]
+        if min(rows) >= 0:
+            return of_body[rows]
     raise ValueError(
-        f"{what}: {len(facets)} facets, not all of them on the boundary of one body; expected boundary facets"
+        f"{what}: {len(facets)} facets, not all of them on the boundary of one body; expected "
+        "boundary facets"
     )

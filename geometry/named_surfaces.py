@@ -1,4 +1,6 @@
-"""Named surfaces of carrier, pin and main shaft, found from the node coordinates of their boundary facets.
+"""Named surfaces of carrier, pin and main shaft.
+
+Found from the node coordinates of their boundary facets.
 
 Every surface is stated by its equation (a cylinder of given axis and radius, or a plane) and an
 axial extent; a facet belongs to it when all six nodes satisfy the equation.
@@ -25,7 +27,9 @@ Surface = Callable[[NDArray[np.float64]], NDArray[np.bool_]]
 def with_carrier_surfaces(
     mesh: TetMesh, carrier: CarrierParameters, pin: PinParameters | None = None
 ) -> TetMesh:
-    """Copy of `mesh` with the carrier's named surfaces (and those of the bonded pins, where it has them).
+    """Copy of `mesh` with the carrier's named surfaces.
+
+    Those of the bonded pins too, where it has them.
 
     ``shaft_face``, ``rim_face`` (outside the sensor circle), ``upwind_seat``, ``downwind_seat``,
     ``pin_i_upwind`` and ``pin_i_downwind`` (bores), ``pin_i_midspan`` (planet bearings' seat,
@@ -38,7 +42,7 @@ def with_carrier_surfaces(
         parameters.
     """
     facets = boundary_facets(mesh.tets[mesh.bodies["carrier"]])
-    found = _matching(mesh, facets, carrier_surface_equations(carrier))
+    surfaces = _matching(mesh, facets, carrier_surface_equations(carrier))
     if pin is not None:
         pin_facets = boundary_facets(mesh.tets[mesh.bodies["pins"]])
         equations = {
@@ -46,31 +50,37 @@ def with_carrier_surfaces(
             for name, eq in pin_surface_equations(carrier, pin).items()
             if "midspan" in name
         }
-        found |= _matching(mesh, pin_facets, equations)
-    return _checked(mesh, found)
+        surfaces |= _matching(mesh, pin_facets, equations)
+    return _checked(mesh, surfaces)
 
 
 def with_pin_surfaces(mesh: TetMesh, carrier: CarrierParameters, pin: PinParameters) -> TetMesh:
-    """Copy of the mesh of pin 1 alone with ``pin_1_upwind``, ``pin_1_downwind`` (its ends in the bores) and ``pin_1_midspan``."""
+    """Copy of the mesh of pin 1 alone with its named surfaces.
+
+    ``pin_1_upwind``, ``pin_1_downwind`` (its ends in the bores) and ``pin_1_midspan``.
+    """
     equations = {
         name: eq
         for name, eq in pin_surface_equations(carrier, pin).items()
         if name.startswith("pin_1")
     }
-    return _checked(mesh, _matching(mesh, boundary_facets(mesh.tets), equations), whole=True)
+    return _checked(mesh, _matching(mesh, boundary_facets(mesh.tets), equations), complete=True)
 
 
 def with_main_shaft_surfaces(
     mesh: TetMesh, carrier: CarrierParameters, shaft: MainShaftParameters
 ) -> TetMesh:
-    """Copy of the main shaft's mesh with its ends ``coupling_flange`` and ``carrier_joint``, and ``main_bearing_seat``."""
+    """Copy of the main shaft's mesh with its named surfaces.
+
+    Its ends ``coupling_flange`` and ``carrier_joint``, and ``main_bearing_seat``.
+    """
     inner, outer = shaft.inner_diameter / 2.0, shaft.outer_diameter / 2.0
     equations = {
         "coupling_flange": _plane(shaft.flange_x(carrier), inner, outer),
         "main_bearing_seat": _cylinder(shaft.bearing_seat_x(carrier), outer),
         "carrier_joint": _plane(shaft.joint_x(carrier), inner, outer),
     }
-    return _checked(mesh, _matching(mesh, boundary_facets(mesh.tets), equations), whole=True)
+    return _checked(mesh, _matching(mesh, boundary_facets(mesh.tets), equations), complete=True)
 
 
 def carrier_surface_equations(p: CarrierParameters) -> dict[str, Surface]:
@@ -142,11 +152,13 @@ def _matching(
 
 
 def _checked(
-    mesh: TetMesh, found: dict[str, NDArray[np.int64]], *, whole: bool | None = None
+    mesh: TetMesh, surfaces: dict[str, NDArray[np.int64]], *, complete: bool | None = None
 ) -> TetMesh:
-    empty = [name for name, facets in found.items() if not len(facets)]
-    if empty and (mesh.symmetry_order == 3 if whole is None else whole):
+    empty = [name for name, facets in surfaces.items() if not len(facets)]
+    if empty and (mesh.symmetry_order == 3 if complete is None else complete):
         raise ValueError(
             f"the mesh has no facet on {', '.join(empty)}: it does not belong to these parameters"
         )
-    return replace(mesh, surfaces={name: facets for name, facets in found.items() if len(facets)})
+    return replace(
+        mesh, surfaces={name: facets for name, facets in surfaces.items() if len(facets)}
+    )

@@ -21,7 +21,10 @@ PARAMETER_FILE = TomlKind(
 
 @dataclass(frozen=True)
 class StageParameters:
-    """Everything geometry needs of the planetary stage, pin and main shaft checked against the carrier."""
+    """Everything geometry needs of the planetary stage.
+
+    Pin and main shaft are checked against the carrier.
+    """
 
     carrier: CarrierParameters = field(default_factory=CarrierParameters)
     pin: PinParameters = field(default_factory=PinParameters)
@@ -37,11 +40,11 @@ class StageParameters:
             self.pin.check_fits(self.carrier)
         with problems.at():
             self.main_shaft.check_fits(self.carrier)
-        yield from problems.found
+        yield from problems.messages
         if self.gear.centre_distance != self.carrier.centre_distance:
             yield (
-                f"GearData.centre_distance is {self.gear.centre_distance} m; expected the carrier's centre_distance "
-                f"{self.carrier.centre_distance} m"
+                f"GearData.centre_distance is {self.gear.centre_distance} m; expected the "
+                f"carrier's centre_distance {self.carrier.centre_distance} m"
             )
 
 

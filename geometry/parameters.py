@@ -38,7 +38,8 @@ def _non_positive(parameters: object) -> Iterator[str]:
     for field in fields(parameters):  # type: ignore[arg-type]
         value = getattr(parameters, field.name)
         if not (isinstance(value, (int, float)) and math.isfinite(value) and value > 0.0):
-            yield f"{type(parameters).__name__}.{field.name} is {value!r}; expected a positive number"
+            key = f"{type(parameters).__name__}.{field.name}"
+            yield f"{key} is {value!r}; expected a positive number"
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,10 @@ class CarrierParameters:
     """
 
     outer_radius: float = 0.435
-    """Chosen: leaves a machined face around the sensor radius, inside the ring's root radius (523 mm)."""
+    """Chosen: leaves a machined face around the sensor radius, inside the ring's root radius.
+
+    That radius is 523 mm.
+    """
     upwind_plate_thickness: float = 0.065
     """Derived: mass 691 kg (GRC drawing 254594) and rim deflection of Table 4."""
     downwind_plate_thickness: float = 0.045
@@ -93,8 +97,8 @@ class CarrierParameters:
         # In millimetres nothing else would make sense either.
         if self.outer_radius > _LARGEST_RADIUS:
             raise ValueError(
-                f"CarrierParameters.outer_radius is {self.outer_radius} m; expected dimensions in metres, at most "
-                f"{_LARGEST_RADIUS} m"
+                f"CarrierParameters.outer_radius is {self.outer_radius} m; expected dimensions in "
+                f"metres, at most {_LARGEST_RADIUS} m"
             )
         conflicts = [*self._pin_hole_conflicts(), *self._web_conflicts()]
         conflicts += [*self._shaft_end_conflicts(), *self._sensor_circle_conflicts()]
@@ -128,7 +132,10 @@ class CarrierParameters:
 
     @property
     def pin_stations(self) -> tuple[float, float, float]:
-        """Stations of the middle of the pins' upwind bores, their mid-spans and the middle of their downwind bores [m]."""
+        """Stations of the pins' upwind bores, mid-spans and downwind bores [m].
+
+        Each at the middle of the bore.
+        """
         upwind, downwind = self.upwind_bore_x, self.downwind_bore_x
         return (
             sum(upwind) / 2.0,
@@ -139,13 +146,15 @@ class CarrierParameters:
     def _sensor_circle_conflicts(self) -> Iterator[str]:
         if not self.outer_radius > self.sensor_radius:
             yield (
-                f"CarrierParameters.outer_radius is {self.outer_radius} m: the rim ends inside the sensor radius "
-                f"{self.sensor_radius} m; expected a larger outer radius"
+                f"CarrierParameters.outer_radius is {self.outer_radius} m: the rim ends inside the "
+                f"sensor radius {self.sensor_radius} m; expected a larger outer radius"
             )
         if self.sensor_radius <= self.centre_distance + self.pin_hole_radius:
             yield (
-                f"CarrierParameters.sensor_radius is {self.sensor_radius} m: the measured circle crosses the pin holes, "
-                f"which reach {self.centre_distance + self.pin_hole_radius:.4g} m; expected a larger sensor radius"
+                f"CarrierParameters.sensor_radius is {self.sensor_radius} m: the measured circle "
+                "crosses the pin holes, which reach "
+                f"{self.centre_distance + self.pin_hole_radius:.4g} m; expected a larger sensor "
+                "radius"
             )
 
     def _pin_hole_conflicts(self) -> Iterator[str]:
@@ -155,22 +164,24 @@ class CarrierParameters:
         )
         if outer >= self.outer_radius:
             yield (
-                f"CarrierParameters.pin_hole_diameter is {self.pin_hole_diameter} m: the hole reaches radius {outer:.4g} m "
-                f"and leaves the plate; expected less than outer_radius {self.outer_radius} m"
+                f"CarrierParameters.pin_hole_diameter is {self.pin_hole_diameter} m: the hole "
+                f"reaches radius {outer:.4g} m and leaves the plate; expected less than "
+                f"outer_radius {self.outer_radius} m"
             )
         for name in ("hub_outer_diameter", "seat_outer_diameter"):
             if inner <= getattr(self, name) / 2.0 - _DEEPEST_NOTCH:
                 yield (
-                    f"CarrierParameters.{name} is {getattr(self, name)} m and covers the pin holes, which begin at radius "
-                    f"{inner:.4g} m; expected at most {2.0 * (inner + _DEEPEST_NOTCH):.4g} m"
+                    f"CarrierParameters.{name} is {getattr(self, name)} m and covers the pin "
+                    f"holes, which begin at radius {inner:.4g} m; expected at most "
+                    f"{2.0 * (inner + _DEEPEST_NOTCH):.4g} m"
                 )
 
     def _web_conflicts(self) -> Iterator[str]:
         a, clearance = self.centre_distance, self.planet_clearance_radius
         if not self.web_inner_radius < self.outer_radius:
             yield (
-                f"CarrierParameters.web_inner_radius is {self.web_inner_radius} m; expected less than outer_radius "
-                f"{self.outer_radius} m"
+                f"CarrierParameters.web_inner_radius is {self.web_inner_radius} m; expected less "
+                f"than outer_radius {self.outer_radius} m"
             )
         # Nearest distance of the web's middle plane (60 deg from the pin) to the pin axis, within
         # the web's radii.
@@ -180,13 +191,14 @@ class CarrierParameters:
         nearest = math.sqrt(r_nearest**2 + a**2 - 2.0 * r_nearest * a * math.cos(HALF_SECTOR_ANGLE))
         if nearest <= clearance:
             yield (
-                f"CarrierParameters.planet_clearance_radius is {clearance} m: the webs touch the planet, their middle plane "
-                f"is {nearest:.4g} m from the pin axis; expected a smaller clearance radius or a larger centre_distance"
+                f"CarrierParameters.planet_clearance_radius is {clearance} m: the webs touch the "
+                f"planet, their middle plane is {nearest:.4g} m from the pin axis; expected a "
+                "smaller clearance radius or a larger centre_distance"
             )
         if clearance <= self.pin_hole_radius:
             yield (
-                f"CarrierParameters.planet_clearance_radius is {clearance} m; expected more than the pin hole's radius "
-                f"{self.pin_hole_radius} m"
+                f"CarrierParameters.planet_clearance_radius is {clearance} m; expected more than "
+                f"the pin hole's radius {self.pin_hole_radius} m"
             )
 
     def _shaft_end_conflicts(self) -> Iterator[str]:
@@ -196,23 +208,25 @@ class CarrierParameters:
         ):
             if not inner < outer:
                 yield (
-                    f"CarrierParameters.{name}_inner_diameter is {inner} m; expected less than {name}_outer_diameter {outer} m"
+                    f"CarrierParameters.{name}_inner_diameter is {inner} m; expected less than "
+                    f"{name}_outer_diameter {outer} m"
                 )
             if not outer < 2.0 * self.outer_radius:
                 yield (
-                    f"CarrierParameters.{name}_outer_diameter is {outer} m; expected less than twice outer_radius "
-                    f"{self.outer_radius} m"
+                    f"CarrierParameters.{name}_outer_diameter is {outer} m; expected less than "
+                    f"twice outer_radius {self.outer_radius} m"
                 )
         if not self.upwind_bearing_width < self.hub_length:
             yield (
-                f"CarrierParameters.upwind_bearing_width is {self.upwind_bearing_width} m; expected less than hub_length "
-                f"{self.hub_length} m, on which the bearing is centred"
+                f"CarrierParameters.upwind_bearing_width is {self.upwind_bearing_width} m; "
+                f"expected less than hub_length {self.hub_length} m, on which the bearing is "
+                "centred"
             )
         largest_bore = max(self.hub_inner_diameter, self.seat_inner_diameter) / 2.0
         if not largest_bore < self.web_inner_radius:
             yield (
-                f"CarrierParameters.web_inner_radius is {self.web_inner_radius} m; expected more than the radius of the "
-                f"central bores, {largest_bore} m"
+                f"CarrierParameters.web_inner_radius is {self.web_inner_radius} m; expected more "
+                f"than the radius of the central bores, {largest_bore} m"
             )
 
 
@@ -246,13 +260,14 @@ class PinParameters:
     def _conflicts(self, carrier: CarrierParameters) -> Iterator[str]:
         if not math.isclose(self.diameter, carrier.pin_hole_diameter, rel_tol=1e-12):
             yield (
-                f"PinParameters.diameter is {self.diameter} m; expected the carrier's pin_hole_diameter "
-                f"{carrier.pin_hole_diameter} m (the fit's clearance is not part of the mesh)"
+                f"PinParameters.diameter is {self.diameter} m; expected the carrier's "
+                f"pin_hole_diameter {carrier.pin_hole_diameter} m (the fit's clearance is not part "
+                "of the mesh)"
             )
         if not self.bearing_width < carrier.plate_gap:
             yield (
-                f"PinParameters.bearing_width is {self.bearing_width} m; expected less than the carrier's plate_gap "
-                f"{carrier.plate_gap} m"
+                f"PinParameters.bearing_width is {self.bearing_width} m; expected less than the "
+                f"carrier's plate_gap {carrier.plate_gap} m"
             )
 
 
@@ -290,7 +305,8 @@ class GearData:
         for name in ("pressure_angle", "helix_angle"):
             if getattr(self, name) >= math.pi / 4.0:
                 yield (
-                    f"GearData.{name} is {getattr(self, name)}; expected an angle in radians, below 0.785 (45 deg)"
+                    f"GearData.{name} is {getattr(self, name)}; expected an angle in radians, "
+                    "below 0.785 (45 deg)"
                 )
         if self.ring_teeth != self.sun_teeth + 2 * self.planet_teeth:
             yield (
@@ -299,8 +315,8 @@ class GearData:
             )
         if (self.ring_teeth + self.sun_teeth) % N_PINS:
             yield (
-                f"GearData.sun_teeth is {self.sun_teeth}; expected ring_teeth + sun_teeth divisible by {N_PINS}, or the "
-                "planets cannot be assembled at equal angles"
+                f"GearData.sun_teeth is {self.sun_teeth}; expected ring_teeth + sun_teeth "
+                f"divisible by {N_PINS}, or the planets cannot be assembled at equal angles"
             )
 
     @property

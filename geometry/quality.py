@@ -21,7 +21,10 @@ class MeshQuality:
     volume: float
     """Volume [m^3] (four-point quadrature of the Jacobian determinant)."""
     worst_scaled_jacobian: float
-    """Smallest over largest Jacobian determinant within an element, worst element; 1 for straight edges."""
+    """Smallest over largest Jacobian determinant within an element, worst element.
+
+    1 for straight edges.
+    """
     worst_shape: float
     """Mean-ratio shape of the worst corner tetrahedron: 1 regular, 0 degenerate."""
 
@@ -55,14 +58,17 @@ def check_quality(mesh: TetMesh) -> MeshQuality:
         worst = int(np.argmin(determinants))
         x, y, z = mesh.points[mesh.tets[worst, :4]].mean(axis=0)
         raise InvertedElementError(
-            f"{n_bad} of {len(mesh.tets)} elements are inverted, the worst near ({x:.3f}, {y:.3f}, {z:.3f}) m; "
-            "expected positive Jacobian determinants: choose a smaller mesh size"
+            f"{n_bad} of {len(mesh.tets)} elements are inverted, the worst near ({x:.3f}, {y:.3f}, "
+            f"{z:.3f}) m; expected positive Jacobian determinants: choose a smaller mesh size"
         )
     return mesh_quality(mesh)
 
 
 def _shape_gradients(barycentric: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Gradients of the ten quadratic shape functions at points given by barycentric coordinates, shape (q, 10, 3)."""
+    """Gradients of the ten quadratic shape functions, shape (q, 10, 3).
+
+    At points given by barycentric coordinates.
+    """
     d_barycentric = np.array(
         [[-1.0, -1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     )
@@ -96,7 +102,10 @@ def _jacobian_determinants(mesh: TetMesh, barycentric: NDArray[np.float64]) -> N
 
 
 def _mean_ratio(mesh: TetMesh) -> NDArray[np.float64]:
-    """Mean ratio 12 (3 V)^(2/3) / sum of squared edge lengths of the corner tetrahedra (Liu and Joe 1994)."""
+    """Mean ratio 12 (3 V)^(2/3) / sum of squared edge lengths of the corner tetrahedra.
+
+    After Liu and Joe (1994).
+    """
     corners = mesh.points[mesh.tets[:, :4]]
     volume = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6.0
     squared = sum(((corners[:, i] - corners[:, j]) ** 2).sum(axis=1) for i, j in TET_EDGES)

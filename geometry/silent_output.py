@@ -8,7 +8,10 @@ from contextlib import contextmanager
 
 @contextmanager
 def silent_stdout() -> Iterator[None]:
-    """Keep what OpenCASCADE writes past Python to the process's standard output off the screen while the block runs."""
+    """Keep what OpenCASCADE writes past Python off the screen while the block runs.
+
+    It writes to the process's standard output.
+    """
     sys.stdout.flush()
     kept = os.dup(1)
     try:

@@ -51,7 +51,8 @@ class TetMesh:
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 3 or not np.isfinite(self.points).all():
             raise ValueError(
-                f"mesh points have shape {self.points.shape}; expected (n, 3), every coordinate finite"
+                f"mesh points have shape {self.points.shape}; expected (n, 3), every coordinate "
+                "finite"
             )
         if self.tets.ndim != 2 or self.tets.shape[1] != 10:
             raise ValueError(
@@ -76,7 +77,10 @@ class TetMesh:
 
 
 def boundary_facets(tets: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Faces that belong to one of `tets` only, shape (k, 6), normals pointing out of the element."""
+    """Faces that belong to one of `tets` only, shape (k, 6).
+
+    Normals point out of the element.
+    """
     faces = tets[:, TET_FACES].reshape(-1, 6)
     _, first, count = np.unique(
         np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True

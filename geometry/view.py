@@ -83,7 +83,9 @@ def skin(
     subdivision: int = 1,
     **point_data: NDArray[np.float64],
 ) -> Any:
-    """Boundary of `elements` (all by default) as a pyvista surface carrying `point_data`, arrays over the nodes.
+    """Boundary of `elements` (all by default) as a pyvista surface.
+
+    It carries `point_data`, arrays over the nodes.
 
     Curved faces are drawn by `subdivision` levels of flat triangles; 0 draws the corner triangles
     alone.

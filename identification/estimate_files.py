@@ -51,7 +51,9 @@ def identification_document(
     texts = (
         first.undetermined
         if joint
-        else [f"{run}: {text}" for run, one in by_run.items() for text in one.undetermined]
+        else [
+            f"{run}: {text}" for run, estimate in by_run.items() for text in estimate.undetermined
+        ]
     )
     content = {
         "format": FORMAT,
@@ -65,7 +67,8 @@ def identification_document(
         "outliers": outliers,
         "covariance_source": first.covariance_source,
         "correlation": {
-            key: _correlation(one) for key, one in ({"": first} if joint else by_run).items()
+            key: _correlation(estimate)
+            for key, estimate in ({"": first} if joint else by_run).items()
         },
         "model_runs": model_runs,
         "seconds": seconds,

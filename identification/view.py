@@ -127,9 +127,9 @@ def rms_figure(estimates: Mapping[str, Mapping[str, ParameterEstimate]]) -> "Fig
     figure = Figure(figsize=(7.0, 4.2), layout="constrained")
     panel = figure.subplots()
     for k, (name, by_run) in enumerate(estimates.items()):
-        place = np.arange(len(runs)) + (k - (len(estimates) - 1) / 2.0) * width
+        position = np.arange(len(runs)) + (k - (len(estimates) - 1) / 2.0) * width
         heights = [1e3 * by_run[run].rms_by_run[run] for run in runs]
-        bars = panel.bar(place, heights, width, label=name.upper(), color=_COLOURS.get(name))
+        bars = panel.bar(position, heights, width, label=name.upper(), color=_COLOURS.get(name))
         panel.bar_label(bars, fmt="%.3f", fontsize=8, padding=2)
     panel.set_xticks(np.arange(len(runs)), runs)
     panel.set_ylabel("RMS of measured minus identified [mm]")
@@ -158,7 +158,10 @@ def parameters_figure(estimates: Mapping[str, Mapping[str, ParameterEstimate]]) 
 
     names = list(
         dict.fromkeys(
-            name for runs in estimates.values() for one in runs.values() for name in one.names
+            name
+            for runs in estimates.values()
+            for estimate in runs.values()
+            for name in estimate.names
         )
     )
     figure = Figure(figsize=(10.0, 2.4 * ((len(names) + 2) // 3)), layout="constrained")
@@ -185,24 +188,26 @@ def _draw_parameter(
     panel: "Axes", name: str, model: str, by_run: Mapping[str, ParameterEstimate], *, shift: float
 ) -> None:
     """Draw one parameter of one model over the runs."""
-    found = [
+    estimates = [
         (k, run, estimate)
         for k, (run, estimate) in enumerate(by_run.items())
         if name in estimate.names
     ]
-    if not found:
+    if not estimates:
         return
-    places = [estimate.index(name, run) for _, run, estimate in found]
-    factor, unit = _SCALES[found[0][2].units[places[0]]]
+    indices = [estimate.index(name, run) for _, run, estimate in estimates]
+    factor, unit = _SCALES[estimates[0][2].units[indices[0]]]
     if name.startswith("theta"):
         factor, unit = 180.0 / np.pi, "deg"
-    value = [factor * estimate.values[i] for i, (_, _, estimate) in zip(places, found, strict=True)]
+    value = [
+        factor * estimate.values[i] for i, (_, _, estimate) in zip(indices, estimates, strict=True)
+    ]
     half = [
         factor * estimate.confidence_factor[i] * estimate.std[i]
-        for i, (_, _, estimate) in zip(places, found, strict=True)
+        for i, (_, _, estimate) in zip(indices, estimates, strict=True)
     ]
     panel.errorbar(
-        [k + shift for k, *_ in found],
+        [k + shift for k, *_ in estimates],
         value,
         yerr=np.where(np.isfinite(half), half, 0.0),
         fmt="o",
@@ -218,7 +223,9 @@ def _draw_parameter(
 
 
 def printed_tables_figure(facts: DerivedFacts) -> "Figure":
-    """Rim deflection, misalignment and static saddle that the printed tables determine, with their intervals.
+    """Rim deflection, misalignment and static saddle that the printed tables determine.
+
+    With their intervals.
 
     Parameters
     ----------
@@ -264,7 +271,8 @@ def printed_tables_figure(facts: DerivedFacts) -> "Figure":
     saddle.set(title="what M2 leaves", xlabel="radial load, kN", ylabel="RMS, mm")
     saddle.legend()
     figure.suptitle(
-        f"2012 paper, tables 4 and 5, at {FULL_TORQUE / 1e3:.0f} kN m full torque; bars: what the digits allow"
+        f"2012 paper, tables 4 and 5, at {FULL_TORQUE / 1e3:.0f} kN m full torque; bars: what the "
+        "digits allow"
     )
     return figure
 
@@ -286,7 +294,9 @@ def _draw_intervals(axes: "Axes", by_case: Mapping[str, Printed], factor: float)
 def bushing_signals_figure(
     campaign: Campaign, estimates: Mapping[str, BushingEstimate]
 ) -> "Figure":
-    """Measured and simulated motion sensors of the housing, one column a run (figure 10 of the 2011 paper).
+    """Measured and simulated motion sensors of the housing, one column a run.
+
+    After figure 10 of the 2011 paper.
 
     Parameters
     ----------

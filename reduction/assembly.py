@@ -48,7 +48,8 @@ class Joint:
         for name in ("bending_stiffness", "torsional_stiffness"):
             if not getattr(self, name) >= 0.0:
                 raise ValueError(
-                    f"joint {self.first}-{self.second}: {name} is {getattr(self, name)}; expected 0 or more"
+                    f"joint {self.first}-{self.second}: {name} is {getattr(self, name)}; expected "
+                    "0 or more"
                 )
 
     @property
@@ -147,7 +148,9 @@ def imposed_motion(
     joints: Sequence[Joint],
     motions: Mapping[str, NDArray[np.float64]],
 ) -> ImposedMotion:
-    """Load and sensor offset of given relative motions in the joints of an assembly, exact to first order.
+    """Load and sensor offset of given relative motions in the joints of an assembly.
+
+    Exact to first order.
 
     Parameters
     ----------
@@ -176,12 +179,13 @@ def imposed_motion(
             )
         if any(other.first == pilot for other in joints):
             raise ValueError(
-                f"pilot {pilot} carries a further joint, which would have to follow; expected the last of a chain"
+                f"pilot {pilot} carries a further joint, which would have to follow; expected the "
+                "last of a chain"
             )
         if np.any(np.asarray(motion)[~joint.tied] != 0.0):
             raise ValueError(
-                f"joint {joint.first}-{pilot}: a motion is imposed along a coordinate that is free or sprung; expected "
-                "zero there, or an infinite stiffness"
+                f"joint {joint.first}-{pilot}: a motion is imposed along a coordinate that is free "
+                "or sprung; expected zero there, or an infinite stiffness"
             )
         x0[rows[pilot]] = motion
     # No springs here: a spring acts on coordinates that are not tied, and those carry no imposed
@@ -224,7 +228,7 @@ def _tie_matrix(
     rows: dict[str, NDArray[np.int64]],
     pilots: dict[str, NDArray[np.float64]],
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Matrix L (n, n_kept) from kept to all coordinates, and the kept coordinate of each of all n."""
+    """Matrix L (n, n_kept) from kept to all coordinates, and the kept one of each of all n."""
     representative = np.arange(n)
     for joint in joints:
         for pilot in (joint.first, joint.second):

@@ -1,4 +1,6 @@
-"""Block Lanczos iteration with full reorthogonalisation for the lowest modes of a symmetric problem.
+"""Block Lanczos iteration for the lowest modes of a symmetric problem.
+
+Every new block is orthogonalised against all before it.
 
 The operator is the body's answer to inertia forces, ``A x = K⁻¹ M x``, self-adjoint in the inner
 product of M; its largest eigenvalues are ``1 / ω²``. A block finds degenerate pairs, of which
@@ -28,7 +30,7 @@ _STEPS_PER_MODE = 6
 
 @one_dense_thread()
 def lowest_modes(
-    answer: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    static_response: Callable[[NDArray[np.float64]], NDArray[np.float64]],
     M: sp.csr_array,
     start: NDArray[np.float64],
     n_modes: int,
@@ -37,12 +39,12 @@ def lowest_modes(
 
     Parameters
     ----------
-    answer : callable
+    static_response : callable
         Displacement (n, b) of the held body under nodal forces (n, b).
     M : csr_array, shape (n, n)
         Mass matrix [kg].
     start : ndarray, shape (n, b)
-        Starting block within the range of `answer`; b is the block size.
+        Starting block within the range of `static_response`; b is the block size.
     n_modes : int
         Number of modes wanted.
 
@@ -69,7 +71,7 @@ def lowest_modes(
     recent, M_recent = Q, MQ
     for _ in range(n_steps):
         basis.append(Q)
-        W = answer(MQ)
+        W = static_response(MQ)
         MW = M @ W
         size = float(np.sqrt(np.einsum("ij,ij->j", W, MW).max()))
         # In exact arithmetic the last two blocks are the only ones met; what rounding brings back
@@ -97,7 +99,8 @@ def lowest_modes(
             np.concatenate([MQ_before, MQ], axis=1),
         )
     raise AccuracyError(
-        f"block Lanczos found fewer than {n_modes} modes in {len(T)} vectors of blocks of {block_size}"
+        f"block Lanczos found fewer than {n_modes} modes in {len(T)} vectors of blocks of "
+        f"{block_size}"
     )
 
 
@@ -113,7 +116,10 @@ class _Basis:
         self._filled = 0
 
     def append(self, block: NDArray[np.float64]) -> None:
-        """Add the columns of `block`."""
+        """Add the columns of `block`.
+
+        Shape (n, b).
+        """
         if not self._pieces or self._filled + block.shape[1] > self._pieces[-1].shape[1]:
             if self._pieces:
                 self._pieces[-1] = self._pieces[-1][:, : self._filled]
@@ -123,7 +129,10 @@ class _Basis:
         self._filled += block.shape[1]
 
     def coefficients(self, MW: NDArray[np.float64]) -> NDArray[np.float64]:
-        """``Qᵀ M W`` of all columns Q."""
+        """``Qᵀ M W`` of all columns Q.
+
+        Shape (k, b) for M W of shape (n, b) and k columns so far.
+        """
         return np.concatenate([piece.T @ MW for piece in self._used()])
 
     def combined(self, coefficients: NDArray[np.float64]) -> NDArray[np.float64]:

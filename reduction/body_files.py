@@ -31,11 +31,15 @@ _UNITS = (
 )
 _FFRF_PARTS = ("mass", "first_moment", "second_moment", "N", "P", "Q")
 _FFRF_MEANING = (
-    "inertia invariants about the frame's origin: mass, int rho x, int rho x x^T, N = int rho T, P[a, b] = int rho x_a T_b, "
-    "Q = int rho T_a^T T_b for xx yy zz xy yz xz; T is the displacement field of each coordinate"
+    "inertia invariants about the frame's origin: mass, int rho x, int rho x x^T, N = int rho T, "
+    "P[a, b] = int rho x_a T_b, Q = int rho T_a^T T_b for xx yy zz xy yz xz; T is the displacement "
+    "field of each coordinate"
 )
 
-_ORTHONORMAL_MEANING = "q = X p: mass identity, stiffness diag(omega^2) [rad^2/s^2], rigid-body modes first; damping is D"
+_ORTHONORMAL_MEANING = (
+    "q = X p: mass identity, stiffness diag(omega^2) [rad^2/s^2], rigid-body modes first; "
+    "damping is D"
+)
 
 
 class BodyFileError(ValueError):
@@ -83,11 +87,9 @@ def _fill(file: h5py.File, model: ReducedModel) -> None:
     sensors.create_dataset("names", data=list(model.sensor_names), dtype=h5py.string_dtype())
     sensors["rows"] = model.sensor_rows
     mass = file.create_group("mass_properties")
-    mass["mass"], mass["centre"], mass["inertia_about_centre"] = (
-        model.mass_properties.mass,
-        model.mass_properties.centre,
-        model.mass_properties.inertia,
-    )
+    mass["mass"] = model.mass_properties.mass
+    mass["centre"] = model.mass_properties.centre
+    mass["inertia_about_centre"] = model.mass_properties.inertia
     if model.ffrf is not None:
         # One free body: the form that floating-frame codes of the Adams type take, and what each
         # mode carries along.
@@ -144,7 +146,8 @@ def _read(path: Path, part: Callable[[h5py.File, Path], T]) -> T:
         raise
     except (OSError, KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise BodyFileError(
-            f"{path}: not a complete body file ({_one_line(error)}); expected HDF5 of format {FORMAT}"
+            f"{path}: not a complete body file ({_one_line(error)}); expected HDF5 of format "
+            f"{FORMAT}"
         ) from error
 
 
@@ -153,14 +156,14 @@ def _one_line(error: Exception) -> str:
 
 
 def _check_header(file: h5py.File, path: Path) -> None:
-    found = file.attrs.get("format")
-    if found != FORMAT:
-        raise BodyFileError(f"{path}: format is {found!r}; expected {FORMAT!r}")
+    file_format = file.attrs.get("format")
+    if file_format != FORMAT:
+        raise BodyFileError(f"{path}: format is {file_format!r}; expected {FORMAT!r}")
     version = int(file.attrs["version"])
     if version > VERSION:
         raise BodyFileError(
-            f"{path}: written by a newer version (file version {version}, this program reads up to {VERSION}); "
-            "expected a file of this version: update carrierflex"
+            f"{path}: written by a newer version (file version {version}, this program reads up to "
+            f"{VERSION}); expected a file of this version: update carrierflex"
         )
 
 
@@ -168,7 +171,8 @@ def _model(file: h5py.File, path: Path) -> ReducedModel:
     n, n_sensors = file["labels"].shape[0], file["sensors/names"].shape[0]
     if max(n, file["pilots/names"].shape[0]) > _MOST_COORDINATES or n_sensors > _MOST_SENSORS:
         raise BodyFileError(
-            f"{path}: {n} coordinates and {n_sensors} sensors; expected at most {_MOST_COORDINATES} and {_MOST_SENSORS}"
+            f"{path}: {n} coordinates and {n_sensors} sensors; expected at most "
+            f"{_MOST_COORDINATES} and {_MOST_SENSORS}"
         )
     n_pilots = file["pilots/names"].shape[0]
     names = _strings(file["pilots/names"])

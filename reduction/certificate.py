@@ -108,7 +108,9 @@ def certify(structure: StructuralModel, reduction: Reduction, *, seed: int = 0) 
 def certify_free_interface(
     structure: StructuralModel, reduction: FreeInterfaceReduction, *, seed: int = 1
 ) -> Certificate:
-    """Compare a body of free modes and residual flexibility with the full one, and check it in itself.
+    """Compare a body of free modes and residual flexibility with the full one.
+
+    The reduced body is also checked in itself.
 
     Parameters
     ----------
@@ -136,7 +138,9 @@ def certify_free_interface(
 
 
 def inner_checks(model: ReducedModel) -> tuple[Check, ...]:
-    """Checks that need nothing but the reduced matrices, so that a reader of the body file can repeat them.
+    """Checks that need nothing but the reduced matrices.
+
+    A reader of the body file can repeat them.
 
     Mass, centre and inertia from three kinds of rigid-body modes, grounding, and the symmetry of
     the pilots' stiffness and mass under the rotation by 120 degrees where the pilots have it.
@@ -149,8 +153,8 @@ def inner_checks(model: ReducedModel) -> tuple[Check, ...]:
     length = float(np.ptp(np.array(list(model.pilots.values())), axis=0).max()) or 1.0
     checks = []
     for kind, rigid_modes in kinds.items():
-        found = mass_properties_from(model, rigid_modes(model))
-        difference = mass_difference(found, model.mass_properties, length)
+        properties = mass_properties_from(model, rigid_modes(model))
+        difference = mass_difference(properties, model.mass_properties, length)
         checks.append(
             _below(f"mass, centre, inertia by rigid modes from {kind}", difference, _LIMITS["mass"])
         )
@@ -161,8 +165,8 @@ def inner_checks(model: ReducedModel) -> tuple[Check, ...]:
         # A free mesh, of a CAD model or of another program, has no symmetry that rounding alone
         # could disturb.
         free_mesh = model.provenance.get(FREE_MESH[0]) == FREE_MESH[1]
-        told = Check(name, "told (free mesh)", ppm, True)
-        checks.append(told if free_mesh else _below(name, ppm, _LIMITS["asymmetry"]))
+        reported = Check(name, "reported (free mesh)", ppm, True)
+        checks.append(reported if free_mesh else _below(name, ppm, _LIMITS["asymmetry"]))
     return tuple(checks)
 
 
@@ -173,17 +177,21 @@ def _below(name: str, reached: float, limit: float) -> Check:
 def compliance_errors(
     structure: StructuralModel, reduction: Reduction | FreeInterfaceReduction
 ) -> dict[str, float]:
-    """Largest relative error of the static compliance of every pilot but the first, which is held, by pilot.
+    """Largest relative error of the static compliance of every pilot but the first.
+
+    The first one is fixed; errors by pilot.
 
     Every entry is compared over the geometric mean of its two diagonal entries in the full body.
     """
-    held, others = structure.pilots[0], structure.pilots[1:]
+    reference, others = structure.pilots[0], structure.pilots[1:]
     G = sp.csr_array(sp.vstack([pilot.G for pilot in others]))
     exact = (
         G
-        @ HeldStructure(reduction.body, (held,)).solve(G.T.toarray(), np.zeros((6, G.shape[0])))[0]
+        @ HeldStructure(reduction.body, (reference,)).solve(
+            G.T.toarray(), np.zeros((6, G.shape[0]))
+        )[0]
     )
-    difference = np.abs(pilot_compliance(reduction.model, [held.name]) - exact)
+    difference = np.abs(pilot_compliance(reduction.model, [reference.name]) - exact)
     relative = difference / np.sqrt(np.outer(exact.diagonal(), exact.diagonal()))
     return {pilot.name: float(relative[6 * i : 6 * i + 6].max()) for i, pilot in enumerate(others)}
 

@@ -33,7 +33,7 @@ class CouplingBracket:
     pilots : tuple of str
         Pilots that were loaded.
     stiffness : ndarray, shape (2, n_pilots, 6)
-        Force over own motion of each pilot coordinate [N/m, N m/rad]: distributing, rigid.
+        Force over its own motion of each pilot coordinate [N/m, N m/rad]: distributing, rigid.
     curves : tuple of DeflectionCurve
         Torque curve: distributing, rigid.
     rigid_groups : dict of str to DeflectionCurve
@@ -53,7 +53,10 @@ class CouplingBracket:
         return {"nothing": self.curves[0], **self.rigid_groups, "everything": self.curves[1]}
 
     def curve_change(self, rigid: str) -> float:
-        """RMS of what making `rigid` rigid adds to the axial curve, over the RMS of the distributing curve."""
+        """RMS of what making `rigid` rigid adds to the axial curve.
+
+        Relative to the RMS of the distributing curve.
+        """
         soft = self.curves[0].axial
         return float(np.linalg.norm(self.all_curves[rigid].axial - soft) / np.linalg.norm(soft))
 
@@ -79,9 +82,9 @@ def coupling_bracket(
     CouplingBracket
         Rigid couplings are never softer.
     """
-    held = [_held(structure) for structure in (soft, rigidly_coupled(soft, mesh))]
-    stiffness = np.array([_own_stiffness(*pair) for pair in held])
-    curve_soft, curve_rigid = (_curve(curve_name, *pair, load) for pair in held)
+    structures = [_held(structure) for structure in (soft, rigidly_coupled(soft, mesh))]
+    stiffness = np.array([_pilot_stiffness(*pair) for pair in structures])
+    curve_soft, curve_rigid = (_curve(curve_name, *pair, load) for pair in structures)
     names = [pilot.name for pilot in soft.pilots]
     groups = {
         group: _curve(
@@ -102,21 +105,21 @@ def _held(structure: StructuralModel) -> tuple[StructuralModel, HeldStructure]:
     return structure, HeldStructure(body, structure.pilots[:1])
 
 
-def _own_stiffness(structure: StructuralModel, held: HeldStructure) -> NDArray[np.float64]:
-    """Force over own motion of every pilot coordinate but those of the pilot that is held."""
+def _pilot_stiffness(structure: StructuralModel, clamped: HeldStructure) -> NDArray[np.float64]:
+    """Force over its own motion of every pilot coordinate but those of the pilot that is held."""
     pilots = structure.pilots[1:]
     forces = np.concatenate([pilot.G.T.toarray() for pilot in pilots], axis=1)
-    u = held.solve(forces, np.zeros((6, forces.shape[1])))[0]
+    u = clamped.solve(forces, np.zeros((6, forces.shape[1])))[0]
     return np.array(
         [1.0 / (pilot.G @ u[:, 6 * i : 6 * i + 6]).diagonal() for i, pilot in enumerate(pilots)]
     )
 
 
 def _curve(
-    name: str, structure: StructuralModel, held: HeldStructure, load: Mapping[str, PilotLoad]
+    name: str, structure: StructuralModel, clamped: HeldStructure, load: Mapping[str, PilotLoad]
 ) -> DeflectionCurve:
     """Rim deflection under the torque's load."""
-    u = held.solve(structure.load_vector(load)[:, None], np.zeros((6, 1)))[0]
+    u = clamped.solve(structure.load_vector(load)[:, None], np.zeros((6, 1)))[0]
     assert structure.sensors is not None
     return sensor_curve(
         name, structure.sensors.rows @ u[:, 0], UNIT_TORQUE, structure.sensors.radius

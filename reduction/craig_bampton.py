@@ -1,4 +1,7 @@
-"""Craig-Bampton reduction of a structural model (Craig and Bampton 1968), pilots by distributing couplings."""
+"""Craig-Bampton reduction of a structural model, pilots by distributing couplings.
+
+After Craig and Bampton (1968).
+"""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -101,10 +104,12 @@ def craig_bampton(
     """
     _refuse_partial_pilots(structure)
     body = body or GroundedBody(structure.K, structure.points, structure.rigid_points)
-    held = HeldStructure(body, structure.pilots)
-    Psi, K_bb = held.constraint_modes()
-    modes = fixed_interface_modes(held, structure.M, n_modes, rng=np.random.default_rng(seed))
-    residuals = residual_vectors(held, structure, modes, residual_loads)
+    fixed_interface = HeldStructure(body, structure.pilots)
+    Psi, K_bb = fixed_interface.constraint_modes()
+    modes = fixed_interface_modes(
+        fixed_interface, structure.M, n_modes, rng=np.random.default_rng(seed)
+    )
+    residuals = residual_vectors(fixed_interface, structure, modes, residual_loads)
     T = np.concatenate([Psi, modes.Phi, residuals.Phi], axis=1)
     omega = np.concatenate([modes.omega, residuals.omega])
     M_r = T.T @ (structure.M @ T)
@@ -139,8 +144,9 @@ def _refuse_partial_pilots(structure: StructuralModel) -> None:
     for pilot in structure.pilots:
         if pilot.components != ALL_COMPONENTS:
             raise ValueError(
-                f"{structure.name}: pilot {pilot.name!r} has components {pilot.components} only; a reduced body keeps six "
-                f"coordinates a pilot, expected {ALL_COMPONENTS}: average directions that determine them all"
+                f"{structure.name}: pilot {pilot.name!r} has components {pilot.components} only; a "
+                f"reduced body keeps six coordinates a pilot, expected {ALL_COMPONENTS}: average "
+                "directions that determine them all"
             )
 
 

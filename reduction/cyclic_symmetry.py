@@ -39,7 +39,9 @@ def pilot_rotation(model: ReducedModel) -> NDArray[np.float64] | None:
 
 
 def asymmetry_ppm(model: ReducedModel) -> float | None:
-    """Largest change of the pilots' static stiffness and mass under the rotation, in parts per million.
+    """Largest change of the pilots' static stiffness and mass under the rotation.
+
+    In parts per million.
 
     Every entry is compared over the geometric mean of its two diagonal entries. None where the
     pilots do not map onto one another.

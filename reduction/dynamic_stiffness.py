@@ -1,4 +1,6 @@
-"""Frequency response of the full body at its pilots and sensors, from the reduction and what it leaves out.
+"""Frequency response of the full body at its pilots and sensors.
+
+From the reduction and what it leaves out.
 
 With hysteretic damping, ``K (1 + i η)``, and ``L_i = φ_iᵀ M Ψ`` the full body's dynamic stiffness
 at the pilots is
@@ -79,9 +81,9 @@ class FullResponse:
             Sensor reading per unit force and moment at the pilots.
         """
         loss = 1.0 + 1j * LOSS_FACTOR
-        own = self.L[:n_modes] / (loss * self.omega[:n_modes, None] ** 2 - omega**2)
-        D = loss * self.K_bb - omega**2 * self.M_bb - omega**4 * (self.L[:n_modes].T @ own)
-        S = self.sensors_static + omega**2 * (self.sensors_modal[:, :n_modes] @ own)
+        amplitudes = self.L[:n_modes] / (loss * self.omega[:n_modes, None] ** 2 - omega**2)
+        D = loss * self.K_bb - omega**2 * self.M_bb - omega**4 * (self.L[:n_modes].T @ amplitudes)
+        S = self.sensors_static + omega**2 * (self.sensors_modal[:, :n_modes] @ amplitudes)
         if with_rest:
             weights = omega ** (2 * np.arange(len(self.moments))) / loss ** (
                 np.arange(len(self.moments)) + 1
@@ -107,7 +109,7 @@ def full_response(structure: StructuralModel, reduction: Reduction) -> FullRespo
     reduction : Reduction
         Its reduction, with basis and factor.
     """
-    held = HeldStructure(reduction.body, structure.pilots)
+    fixed_interface = HeldStructure(reduction.body, structure.pilots)
     modes, M = reduction.modes, structure.M
     m = reduction.Psi.shape[1]
     F = M @ reduction.Psi
@@ -116,7 +118,7 @@ def full_response(structure: StructuralModel, reduction: Reduction) -> FullRespo
     moments, sensor_moments = [], []
     force = F - M @ (modes.Phi @ L)
     for _ in range(_TERMS):
-        X = held.solve(force, np.zeros((m, m)))[0]
+        X = fixed_interface.solve(force, np.zeros((m, m)))[0]
         # Rounding brings the kept modes back; left in, they would grow from term to term.
         X -= modes.Phi @ (modes.Phi.T @ (M @ X))
         moments.append(F.T @ X)
@@ -135,7 +137,9 @@ def full_response(structure: StructuralModel, reduction: Reduction) -> FullRespo
 
 
 def response_error(response: FullResponse, omega: float, n_modes: int) -> tuple[float, float]:
-    """Error of the reduced body's frequency response at the pilots and at the sensors at one frequency.
+    """Error of the reduced body's frequency response at one frequency.
+
+    At the pilots and at the sensors.
 
     Parameters
     ----------
@@ -165,7 +169,9 @@ def response_error(response: FullResponse, omega: float, n_modes: int) -> tuple[
 
 
 def modes_needed(response: FullResponse, frequency_hz: float, tolerance: float) -> int:
-    """Smallest number of fixed-interface modes whose response error stays below `tolerance` up to `frequency_hz`.
+    """Smallest number of fixed-interface modes that meets a tolerance of the response.
+
+    The error stays below `tolerance` up to `frequency_hz`.
 
     Parameters
     ----------
@@ -190,8 +196,8 @@ def modes_needed(response: FullResponse, frequency_hz: float, tolerance: float) 
     error = worst(most)
     if error > tolerance:
         raise ValueError(
-            f"{most} fixed-interface modes leave an error of {error:.1e} up to {frequency_hz:g} Hz; expected at most "
-            f"{tolerance:g}: reduce with more modes"
+            f"{most} fixed-interface modes leave an error of {error:.1e} up to {frequency_hz:g} "
+            f"Hz; expected at most {tolerance:g}: reduce with more modes"
         )
     low, high = 0, most
     # The error falls with the mode count, up to steps where half of a degenerate pair is kept:

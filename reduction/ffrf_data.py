@@ -81,7 +81,8 @@ class FfrfData:
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
                 raise ValueError(
-                    f"inertia invariant {name} has shape {getattr(self, name).shape}; expected {shape} for {r} coordinates"
+                    f"inertia invariant {name} has shape {getattr(self, name).shape}; expected "
+                    f"{shape} for {r} coordinates"
                 )
 
     @property
@@ -104,7 +105,10 @@ class FfrfData:
 
     @property
     def centre(self) -> NDArray[np.float64]:
-        """Centre of mass of the undeformed body [m]."""
+        """Centre of mass of the undeformed body [m].
+
+        Shape (3,).
+        """
         return self.first_moment / self.mass
 
     @property
@@ -170,11 +174,17 @@ class FfrfData:
 
     @property
     def Oe1(self) -> NDArray[np.float64]:
-        """First order of the centrifugal forces, ``Oe(q)[i] = Oe[i] + Σ_k q_k Oe1[i, k]``, shape (r, r, 6)."""
+        """First order of the centrifugal forces in the coordinates q, shape (r, r, 6).
+
+        ``Oe(q)[i] = Oe[i] + Σ_k q_k Oe1[i, k]``.
+        """
         return _centrifugal(self.blocks).transpose(2, 1, 0)
 
     def second_moment_at(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """``∫ ρ (x + T q) (x + T q)ᵀ`` [kg m^2] of the deformed body."""
+        """``∫ ρ (x + T q) (x + T q)ᵀ`` [kg m^2] of the deformed body.
+
+        Shape (3, 3), for coordinates q of shape (r,).
+        """
         mixed = self.P @ q
         return (
             self.second_moment
@@ -185,6 +195,8 @@ class FfrfData:
 
     def inertia(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Inertia of the deformed body about the origin [kg m^2], exact.
+
+        Shape (3, 3), for coordinates q of shape (r,).
 
         Constant, linear and quadratic in q.
         """
@@ -197,7 +209,10 @@ class FfrfData:
         velocity: NDArray[np.float64],
         omega: NDArray[np.float64],
     ) -> float:
-        """Kinetic energy [J] of the deforming body in a frame of given origin velocity [m/s] and ω [rad/s], in its axes."""
+        """Kinetic energy [J] of the deforming body in a moving frame.
+
+        Velocity of the frame's origin [m/s] and ω [rad/s] in the frame's axes.
+        """
         moment = self.first_moment + self.N @ q
         Cr = self.Cr + np.einsum("jka,k->ja", self.Cr1, q)
         rigid = 0.5 * self.mass * velocity @ velocity + velocity @ np.cross(omega, moment)
@@ -205,7 +220,10 @@ class FfrfData:
         return float(rigid + turning + q_dot @ self.Ct @ velocity + 0.5 * q_dot @ self.Me @ q_dot)
 
     def about(self, origin: NDArray[np.float64]) -> "FfrfData":
-        """Invariants about another origin [m], axes kept: positions become ``x - origin``."""
+        """Invariants about another origin [m], axes kept: positions become ``x - origin``.
+
+        `origin` has the shape (3,).
+        """
         c = np.asarray(origin, dtype=np.float64)
         crossed = np.outer(c, self.first_moment)
         return FfrfData(
@@ -224,6 +242,8 @@ class FfrfData:
 
     def turned(self, R: NDArray[np.float64]) -> "FfrfData":
         """Invariants of the body turned by the rotation R, in the frame that stays.
+
+        R has the shape (3, 3).
 
         Coordinates kept.
         """

@@ -30,13 +30,15 @@ class FixedInterfaceModes:
 
 
 def fixed_interface_modes(
-    held: HeldStructure, M: sp.csr_array, n_modes: int, *, rng: np.random.Generator
+    fixed_interface: HeldStructure, M: sp.csr_array, n_modes: int, *, rng: np.random.Generator
 ) -> FixedInterfaceModes:
-    """Lowest modes of ``K φ + Gᵀ λ = ω² M φ``, ``G φ = 0``, by block Lanczos iteration with the held body's factor.
+    """Lowest modes of ``K φ + Gᵀ λ = ω² M φ``, ``G φ = 0``, by block Lanczos iteration.
+
+    The iteration uses the factor of the body with its pilots fixed.
 
     Parameters
     ----------
-    held : HeldStructure
+    fixed_interface : HeldStructure
         Body and pilots.
     M : csr_array, shape (n, n)
         Mass matrix [kg].
@@ -59,16 +61,22 @@ def fixed_interface_modes(
         )
     if n_modes == 0:
         return FixedInterfaceModes(np.zeros((n, 0)), np.zeros(0))
-    start = held.answer(M @ rng.standard_normal((n, _BLOCK_SIZE)))
-    eigenvalues, Phi = lowest_modes(held.answer, M, start, n_modes)
-    _check_residuals(held, M, eigenvalues, Phi)
+    start = fixed_interface.static_response(M @ rng.standard_normal((n, _BLOCK_SIZE)))
+    eigenvalues, Phi = lowest_modes(fixed_interface.static_response, M, start, n_modes)
+    _check_residuals(fixed_interface, M, eigenvalues, Phi)
     return FixedInterfaceModes(Phi, np.sqrt(eigenvalues))
 
 
 def count_below(
-    held: HeldStructure, M: sp.csr_array, frequency_hz: float, *, rng: np.random.Generator
+    fixed_interface: HeldStructure,
+    M: sp.csr_array,
+    frequency_hz: float,
+    *,
+    rng: np.random.Generator,
 ) -> int:
-    """Number of fixed-interface modes below `frequency_hz` [Hz], found by asking for more until one lies above.
+    """Number of fixed-interface modes below `frequency_hz` [Hz].
+
+    Found by computing more until one lies above.
 
     Raises
     ------
@@ -80,24 +88,31 @@ def count_below(
         raise ValueError(f"cut-off frequency is {frequency_hz} Hz; expected a positive frequency")
     n_modes = 10
     while n_modes <= _MOST_MODES:
-        omega = fixed_interface_modes(held, M, n_modes, rng=rng).omega
+        omega = fixed_interface_modes(fixed_interface, M, n_modes, rng=rng).omega
         below = int(np.count_nonzero(omega < 2.0 * np.pi * frequency_hz))
         if below < n_modes:
             return below
         n_modes *= 2
     raise ValueError(
-        f"more than {_MOST_MODES // 2} fixed-interface modes lie below {frequency_hz:g} Hz; expected a lower cut-off"
+        f"more than {_MOST_MODES // 2} fixed-interface modes lie below {frequency_hz:g} Hz; "
+        "expected a lower cut-off"
     )
 
 
 def _check_residuals(
-    held: HeldStructure, M: sp.csr_array, eigenvalues: NDArray[np.float64], Phi: NDArray[np.float64]
+    fixed_interface: HeldStructure,
+    M: sp.csr_array,
+    eigenvalues: NDArray[np.float64],
+    Phi: NDArray[np.float64],
 ) -> None:
-    """Compare each mode with the held body's answer to its own inertia force, ``φ = ω² K⁻¹ M φ``."""
-    again = held.answer(M @ Phi) * eigenvalues
+    """Compare each mode with the static response to its own inertia force.
+
+    ``φ = ω² K⁻¹ M φ`` with the pilots fixed.
+    """
+    again = fixed_interface.static_response(M @ Phi) * eigenvalues
     residual = np.linalg.norm(again - Phi, axis=0) / np.linalg.norm(Phi, axis=0)
     if not residual.max() < _RESIDUAL_TOLERANCE:
         raise AccuracyError(
-            f"fixed-interface mode {int(residual.argmax()) + 1} has a residual of {residual.max():.1e}; expected less than "
-            f"{_RESIDUAL_TOLERANCE:.0e}"
+            f"fixed-interface mode {int(residual.argmax()) + 1} has a residual of "
+            f"{residual.max():.1e}; expected less than {_RESIDUAL_TOLERANCE:.0e}"
         )

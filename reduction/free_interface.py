@@ -140,7 +140,10 @@ def free_interface_reduction(
 def _relieved(
     body: GroundedBody, MR: NDArray[np.float64], R: NDArray[np.float64], forces: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Elastic answer to forces that the body's own inertia balances, free of rigid motion (R mass-orthonormal)."""
+    """Elastic response to forces that the body's own inertia balances.
+
+    It is free of rigid motion; R is mass-orthonormal.
+    """
     u = body.displacement(forces - MR @ (R.T @ forces))
     return u - R @ (MR.T @ u)
 

@@ -20,7 +20,10 @@ _N_RIGID = 6
 
 @dataclass(frozen=True, eq=False)
 class FreeModes:
-    """Elastic free modes: shapes (n, k), mass-normalised, and angular frequencies [rad/s], ascending."""
+    """Elastic free modes (n, k), mass-normalised, and their angular frequencies [rad/s].
+
+    Ascending.
+    """
 
     Phi: NDArray[np.float64]
     omega: NDArray[np.float64]
@@ -46,18 +49,21 @@ def full_free_modes(
     MR = M @ R
     rigid_mass = scipy.linalg.cho_factor(R.T @ MR)
 
-    def answer(force: NDArray[np.float64]) -> NDArray[np.float64]:
+    def static_response(force: NDArray[np.float64]) -> NDArray[np.float64]:
         balanced = force - MR @ scipy.linalg.cho_solve(rigid_mass, R.T @ force)
         u = body.displacement(balanced)
         return u - R @ scipy.linalg.cho_solve(rigid_mass, MR.T @ u)
 
-    start = answer(M @ rng.standard_normal((structure.n_dofs, _BLOCK_SIZE)))
-    omega_squared, Phi = lowest_modes(answer, M, start, n_modes)
+    start = static_response(M @ rng.standard_normal((structure.n_dofs, _BLOCK_SIZE)))
+    omega_squared, Phi = lowest_modes(static_response, M, start, n_modes)
     return FreeModes(Phi, np.sqrt(omega_squared))
 
 
 def reduced_free_modes(model: ReducedModel, basis: NDArray[np.float64], n_modes: int) -> FreeModes:
-    """Lowest elastic free modes of a reduced body, expanded to the full body's degrees of freedom by its basis (n_dofs, n)."""
+    """Lowest elastic free modes of a reduced body at the full body's degrees of freedom.
+
+    Its basis (n_dofs, n) expands them.
+    """
     scale = 1.0 / np.sqrt(model.M.diagonal())
     omega_squared, q = scipy.linalg.eigh(
         model.K * np.outer(scale, scale), model.M * np.outer(scale, scale)

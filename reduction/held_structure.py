@@ -27,6 +27,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from carrierflex.fe.factorisation import Factorisation, factorise
+from carrierflex.fe.node_dofs import dofs_of
 from carrierflex.fe.surface_integrals import rigid_body_modes
 from carrierflex.fe.symmetry_blocks import SymmetryBlock
 
@@ -88,7 +89,7 @@ class GroundedBody:
 
     @cached_property
     def _factor(self) -> Factorisation:
-        return factorise(self.K, held=statically_determinate_dofs(self.points))
+        return factorise(self.K, fixed=statically_determinate_dofs(self.points))
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +118,7 @@ class GroundedBlock:
         # The unknowns that the rigid motions move most independently: leading pivots of Rᵀ.
         R = self.block.rigid_modes / np.abs(self.block.rigid_modes).max(axis=0)
         order = scipy.linalg.qr(R.T, mode="r", pivoting=True)[1]
-        return factorise(self.block.K, held=np.asarray(order[: R.shape[1]], dtype=np.int64))
+        return factorise(self.block.K, fixed=np.asarray(order[: R.shape[1]], dtype=np.int64))
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,29 +139,34 @@ class HeldStructure:
     def solve(
         self, f: NDArray[np.float64], d: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Displacement u, shape (n, k), and reactions λ, shape (m, k), under nodal forces `f` and pilot motions `d`.
+        """Displacement u and reactions λ under nodal forces `f` and pilot motions `d`.
+
+        u has the shape (n, k), λ the shape (m, k).
 
         ``-λ`` are the forces and moments that hold the pilots.
         """
         Af = self.body.displacement(f)
         right = np.concatenate([self._couplings @ Af - d, self.body.rigid_modes.T @ f])
         lagrange, a = self._split(right)
-        Af -= self._answer_to_couplings @ lagrange
+        Af -= self._response_to_couplings @ lagrange
         Af += self.body.rigid_modes @ a
         return Af, lagrange
 
-    def answer(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
+    def static_response(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
         """Displacement (n, k) under nodal forces `f` (n, k), every pilot held."""
         return self.solve(f, np.zeros((self._couplings.shape[0], f.shape[1])))[0]
 
     def constraint_modes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Constraint modes Ψ, shape (n, m), and the pilots' static stiffness ``Ψᵀ K Ψ = -λ``, shape (m, m)."""
+        """Constraint modes Ψ, shape (n, m), and the pilots' static stiffness, shape (m, m).
+
+        The stiffness is ``Ψᵀ K Ψ = -λ``.
+        """
         m = self._couplings.shape[0]
         lagrange, a = self._split(
             np.concatenate([-np.eye(m), np.zeros((self.body.rigid_modes.shape[1], m))])
         )
         stiffness = -(lagrange + lagrange.T) / 2.0
-        return self.body.rigid_modes @ a - self._answer_to_couplings @ lagrange, stiffness
+        return self.body.rigid_modes @ a - self._response_to_couplings @ lagrange, stiffness
 
     def _split(self, right: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Solve the dense system for the reactions λ and the rigid motion a."""
@@ -174,22 +180,26 @@ class HeldStructure:
         return sp.csr_array(sp.vstack([pilot.G for pilot in self.pilots]))
 
     @cached_property
-    def _answer_to_couplings(self) -> NDArray[np.float64]:
+    def _response_to_couplings(self) -> NDArray[np.float64]:
         """A Gᵀ, shape (n, m)."""
         return self.body.displacement(self._couplings.T.toarray())
 
     @cached_property
     def _dense_factor(self) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-        S = self._couplings @ self._answer_to_couplings
+        S = self._couplings @ self._response_to_couplings
         H = self._couplings @ self.body.rigid_modes
         m, k = H.shape
         matrix = np.zeros((m + k, m + k))
-        matrix[:m, :m], matrix[:m, m:], matrix[m:, :m] = (S + S.T) / 2.0, -H, H.T
+        matrix[:m, :m] = (S + S.T) / 2.0
+        matrix[:m, m:] = -H
+        matrix[m:, :m] = H.T
         return scipy.linalg.lu_factor(matrix)
 
 
 def statically_determinate_dofs(points: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Six degrees of freedom of three far-apart nodes that hold a body against rigid motion without constraining it.
+    """Six degrees of freedom that hold a body against rigid motion without constraining it.
+
+    They belong to three nodes far apart.
 
     The first node is held in x y z, the second across the line to it, the third across their plane;
     directions are the coordinate axes that serve best.
@@ -203,6 +213,5 @@ def statically_determinate_dofs(points: NDArray[np.float64]) -> NDArray[np.int64
     normal = across[third] / np.linalg.norm(across[third])
     line_axis = int(np.argmax(np.abs(direction)))
     plane_axis = int(np.argmax(np.abs(normal)))
-    held = [3 * first + axis for axis in range(3)]
-    held += [3 * second + axis for axis in range(3) if axis != line_axis]
-    return np.array([*held, 3 * third + plane_axis])
+    across_the_line = np.delete(dofs_of(second), line_axis)
+    return np.concatenate([dofs_of(first), across_the_line, dofs_of(third)[[plane_axis]]])

@@ -50,9 +50,12 @@ def chosen_mode_count(
             structure, body, float(options["frf_up_to"]), float(options["frf_tolerance"])
         )
     if options.get("max_frequency") is not None:
-        held = HeldStructure(body, structure.pilots)
+        fixed_interface = HeldStructure(body, structure.pilots)
         return count_below(
-            held, structure.M, float(options["max_frequency"]), rng=np.random.default_rng(0)
+            fixed_interface,
+            structure.M,
+            float(options["max_frequency"]),
+            rng=np.random.default_rng(0),
         )
     return DEFAULT_MODES if options.get("modes") is None else int(options["modes"])
 
@@ -86,12 +89,15 @@ def modes_for_response(
     """
     if not (frequency_hz > 0.0 and tolerance > 0.0):
         raise ValueError(
-            f"response error {tolerance:g} up to {frequency_hz:g} Hz; expected a positive tolerance and a positive frequency"
+            f"response error {tolerance:g} up to {frequency_hz:g} Hz; expected a positive "
+            "tolerance and a positive frequency"
         )
     # The series of the left-out modes converges from twice the band's end on.
-    held = HeldStructure(body, structure.pilots)
+    fixed_interface = HeldStructure(body, structure.pilots)
     n_modes = max(
-        10, count_below(held, structure.M, 2.0 * frequency_hz, rng=np.random.default_rng(0)) + 4
+        10,
+        count_below(fixed_interface, structure.M, 2.0 * frequency_hz, rng=np.random.default_rng(0))
+        + 4,
     )
     while True:
         response = full_response(structure, craig_bampton(structure, n_modes, body=body))

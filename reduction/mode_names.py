@@ -29,7 +29,10 @@ def mode_names(model: ReducedModel) -> tuple[str, ...]:
 
 
 def rim_motion_name(axial: np.ndarray, radial: np.ndarray) -> str:
-    """Direction and nodal diameters of a motion of the rim, from its axial and radial displacement at equal angles."""
+    """Direction and nodal diameters of a motion of the rim.
+
+    Read from its axial and radial displacement at equal angles.
+    """
     direction, motion = (
         ("axial", axial) if np.linalg.norm(axial) >= np.linalg.norm(radial) else ("radial", radial)
     )

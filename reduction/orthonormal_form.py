@@ -63,6 +63,7 @@ def orthonormal_form(model: ReducedModel) -> OrthonormalForm:
     rigid = squared < max(1e-13 * squared[-1], 1e-6 * squared[min(_N_RIGID, squared.size - 1)])
     if int(rigid.sum()) != _N_RIGID:
         raise ValueError(
-            f"{model.name}: {int(rigid.sum())} modes without stiffness; expected {_N_RIGID}, a free body"
+            f"{model.name}: {int(rigid.sum())} modes without stiffness; expected {_N_RIGID}, a "
+            "free body"
         )
     return OrthonormalForm(scale[:, None] * q, np.sqrt(np.where(rigid, 0.0, squared)), _N_RIGID)

@@ -27,7 +27,9 @@ _ACCURACY = 1e-4
 def torque_curve(
     name: str, model: ReducedModel, loads: dict[str, PilotLoad], radius: float
 ) -> DeflectionCurve:
-    """Static rim curve of a reduced carrier under loads that belong to 1 kN m, its shaft face held through the pilot.
+    """Static rim curve of a reduced carrier under loads that belong to 1 kN m.
+
+    Its shaft face is fixed through the pilot.
 
     Parameters
     ----------
@@ -85,7 +87,9 @@ class PinFitFamily:
     def stiffness_where(
         self, reached: Callable[[DeflectionCurve], bool], low: float, high: float
     ) -> float:
-        """Lowest stiffness between `low` and `high` [N m/rad], by bisection, from which on `reached` holds of the curve.
+        """Lowest stiffness [N m/rad] from which on `reached` holds of the curve.
+
+        By bisection between `low` and `high` [N m/rad].
 
         Raises
         ------
@@ -94,7 +98,8 @@ class PinFitFamily:
         """
         if reached(self.curve(low)) or not reached(self.curve(high)):
             raise ValueError(
-                f"nothing changes between {low:.3g} and {high:.3g} N m/rad; expected a curve that gets there in between"
+                f"nothing changes between {low:.3g} and {high:.3g} N m/rad; expected a curve that "
+                "gets there in between"
             )
         while high / low > 1.0 + _ACCURACY:
             middle = float(np.sqrt(low * high))
@@ -110,7 +115,10 @@ class PinFitRow:
     """
 
     axial: str
-    """``tied``: pins tied along x at both ends, as in the paper; ``sliding``: free along x downwind."""
+    """Pins ``tied`` or ``sliding``.
+
+    ``tied``: along x at both ends, as in the paper; ``sliding``: free along x downwind.
+    """
     stiffness: float
     """Of every interface [N m/rad]."""
     peaks: int
@@ -121,7 +129,10 @@ class PinFitRow:
     rms: float
     """Of the curve [m per kN m]."""
     rho_s: float
-    """Share of the stiff curve in the least-squares mix, shaft face held through its pilot as in the curve."""
+    """Share of the stiff curve in the least-squares mix.
+
+    The shaft face is fixed through its pilot, as in the curve.
+    """
     rho_f: float
     residual: float
     mix_peaks: int
@@ -132,7 +143,10 @@ class PinFitRow:
     """Share of the stiff curve where the shares are zero or more and add up to one."""
     residual_convex: float
     rho_s_clamped: float
-    """Shares of the curves with the shaft face held node by node, as `carrierflex curves` writes them."""
+    """Shares of the curves with the shaft face fixed node by node.
+
+    ``carrierflex curves`` writes them that way.
+    """
     rho_f_clamped: float
     residual_clamped: float
     rho_rigid: float

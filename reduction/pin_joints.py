@@ -81,6 +81,9 @@ def carrier_with_pins(
 
 
 def drive_torque_load(force: float, moment: float) -> dict[str, NDArray[np.float64]]:
-    """Loads at the three pins' mid-spans in the assembly, signs as in :func:`carrierflex.fe.load_cases.bonded_pin_load`."""
+    """Loads at the three pins' mid-spans in the assembly.
+
+    Signs as in :func:`carrierflex.fe.load_cases.bonded_pin_load`.
+    """
     loads = together(*(bonded_pin_load(pin, force, moment) for pin in range(1, N_PINS + 1)))
     return {f"{name}_of_pin": load for name, load in loads.items()}

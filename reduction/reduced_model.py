@@ -80,11 +80,13 @@ class ReducedModel:
         for letter, matrix in (("K", self.K), ("M", self.M), ("D", self.D)):
             if matrix.shape != (n, n):
                 raise ValueError(
-                    f"{self.name}: {letter} has shape {matrix.shape}; expected ({n}, {n}), one row a label"
+                    f"{self.name}: {letter} has shape {matrix.shape}; expected ({n}, {n}), one row "
+                    "a label"
                 )
         if self.sensor_rows.shape != (len(self.sensor_names), n):
             raise ValueError(
-                f"{self.name}: sensor rows have shape {self.sensor_rows.shape}; expected ({len(self.sensor_names)}, {n})"
+                f"{self.name}: sensor rows have shape {self.sensor_rows.shape}; expected "
+                f"({len(self.sensor_names)}, {n})"
             )
         if set(self.pilots) != set(self.pilot_coordinates):
             raise ValueError(
@@ -97,7 +99,10 @@ class ReducedModel:
         return len(self.labels)
 
     def coordinates_of(self, pilot: str) -> NDArray[np.int64]:
-        """Rows of a pilot's six coordinates; KeyError names the pilots there are."""
+        """Rows of a pilot's six coordinates; KeyError names the pilots there are.
+
+        Shape (6,).
+        """
         if pilot not in self.pilot_coordinates:
             raise KeyError(
                 f"{self.name} has no pilot {pilot!r}; it has {', '.join(self.pilot_coordinates)}"
@@ -126,7 +131,8 @@ def turned(model: ReducedModel, angle: float, rename: Mapping[str, str]) -> Redu
     missing = model.pilots.keys() - rename.keys()
     if missing:
         raise ValueError(
-            f"{model.name}: no new name is given for the pilot {sorted(missing)[0]!r}; expected one for each"
+            f"{model.name}: no new name is given for the pilot {sorted(missing)[0]!r}; expected "
+            "one for each"
         )
     R = rotation_about_x(angle)
     Q = np.eye(model.n_coordinates)

@@ -14,15 +14,15 @@ _SINGULAR = 1e-13
 
 
 def static_coordinates(
-    model: ReducedModel, held: Sequence[str], loads: Mapping[str, NDArray[np.float64]]
+    model: ReducedModel, fixed_pilots: Sequence[str], loads: Mapping[str, NDArray[np.float64]]
 ) -> NDArray[np.float64]:
-    """Coordinates q of K q = f with all six coordinates of the `held` pilots zero.
+    """Coordinates q of K q = f with all six coordinates of `fixed_pilots` zero.
 
     Parameters
     ----------
     model : ReducedModel
         Body or assembly.
-    held : sequence of str
+    fixed_pilots : sequence of str
         Pilots that do not move.
     loads : mapping of str to ndarray, shape (6,)
         Force [N] and moment [N m] at pilots.
@@ -44,12 +44,12 @@ def static_coordinates(
         # Tied pilots share rows: add, never assign.
         np.add.at(f, model.coordinates_of(pilot), load)
     fixed = np.concatenate(
-        [np.zeros(0, dtype=np.int64), *(model.coordinates_of(pilot) for pilot in held)]
+        [np.zeros(0, dtype=np.int64), *(model.coordinates_of(pilot) for pilot in fixed_pilots)]
     )
-    return held_solution(model, fixed, f, f"holding {', '.join(held)}")
+    return constrained_solution(model, fixed, f, f"holding {', '.join(fixed_pilots)}")
 
 
-def held_solution(
+def constrained_solution(
     model: ReducedModel, fixed: NDArray[np.int64], f: NDArray[np.float64], holding: str
 ) -> NDArray[np.float64]:
     """Coordinates q of K q = f, shape (n,) or (n, k), with single coordinates held at zero.
@@ -95,12 +95,13 @@ def _factor(K: NDArray[np.float64], name: str, holding: str) -> tuple[NDArray[np
         smallest = float(factor[0].diagonal().min()) ** 2
     if not smallest > _SINGULAR:
         raise scipy.linalg.LinAlgError(
-            f"{name}: {holding} leaves a part free to move; expected every motion to meet a stiffness"
+            f"{name}: {holding} leaves a part free to move; expected every motion to meet a "
+            "stiffness"
         )
     return factor
 
 
-def pilot_compliance(model: ReducedModel, held: Sequence[str]) -> NDArray[np.float64]:
+def pilot_compliance(model: ReducedModel, fixed_pilots: Sequence[str]) -> NDArray[np.float64]:
     """Static compliance of all pilot coordinates not held.
 
     Inverse stiffness with the modal coordinates free.
@@ -111,10 +112,10 @@ def pilot_compliance(model: ReducedModel, held: Sequence[str]) -> NDArray[np.flo
         Pilots in the model's order, six rows each, without the held ones.
     """
     rows = np.concatenate(
-        [model.coordinates_of(pilot) for pilot in model.pilots if pilot not in held]
+        [model.coordinates_of(pilot) for pilot in model.pilots if pilot not in fixed_pilots]
     )
-    fixed = np.concatenate([model.coordinates_of(pilot) for pilot in held])
+    fixed = np.concatenate([model.coordinates_of(pilot) for pilot in fixed_pilots])
     unit = np.zeros((model.n_coordinates, len(rows)))
     unit[rows, np.arange(len(rows))] = 1.0
-    answer = held_solution(model, fixed, unit, f"holding {', '.join(held)}")
-    return answer[rows]
+    compliance = constrained_solution(model, fixed, unit, f"holding {', '.join(fixed_pilots)}")
+    return compliance[rows]

@@ -45,7 +45,7 @@ def body_loads(structure: StructuralModel) -> NDArray[np.float64]:
 
 
 def residual_vectors(
-    held: HeldStructure,
+    fixed_interface: HeldStructure,
     structure: StructuralModel,
     modes: FixedInterfaceModes,
     loads: NDArray[np.float64] | None,
@@ -58,7 +58,7 @@ def residual_vectors(
 
     Parameters
     ----------
-    held : HeldStructure
+    fixed_interface : HeldStructure
         Body with its pilots held.
     structure : StructuralModel
         The body.
@@ -80,7 +80,7 @@ def residual_vectors(
     """
     if loads is None or loads.shape[1] == 0:
         return FixedInterfaceModes(np.zeros((structure.n_dofs, 0)), np.zeros(0))
-    U = held.answer(loads)
+    U = fixed_interface.static_response(loads)
     energy = np.einsum("nk,nk->k", U, loads)
     U = U[:, energy > 0.0] / np.sqrt(energy[energy > 0.0])
     for _ in range(2):  # once more for the rounding of the first time

@@ -45,7 +45,10 @@ def stiffness_rigid_modes(model: ReducedModel) -> NDArray[np.float64]:
 
 
 def eigen_rigid_modes(model: ReducedModel) -> NDArray[np.float64]:
-    """Modes of zero frequency, combined so that the first pilot moves as in :func:`stiffness_rigid_modes`, shape (n, 6)."""
+    """Modes of zero frequency, combined to move the first pilot as a rigid body, shape (n, 6).
+
+    It moves as in :func:`stiffness_rigid_modes`.
+    """
     first, point = next(iter(model.pilots.items()))
     # Frequencies do not matter here, accuracy does: coordinates are scaled to unit mass before the
     # eigenvalue problem.
@@ -61,12 +64,20 @@ def eigen_rigid_modes(model: ReducedModel) -> NDArray[np.float64]:
 
 
 def mass_properties_from(model: ReducedModel, R: NDArray[np.float64]) -> MassProperties:
-    """Mass, centre and inertia about the centre from rigid motions R about the origin, ``Rᵀ M R``."""
+    """Mass, centre and inertia about the centre from rigid motions R about the origin.
+
+    R has the shape (n, 6).
+
+    From ``Rᵀ M R``.
+    """
     return rigid_mass_properties(R.T @ model.M @ R)
 
 
 def rigid_mass_properties(rigid: NDArray[np.float64]) -> MassProperties:
-    """Mass, centre and inertia about the centre from the rigid mass matrix about the origin, shape (6, 6)."""
+    """Mass, centre and inertia about the centre from a rigid mass matrix (6, 6).
+
+    The matrix is taken about the origin.
+    """
     mass = float(np.trace(rigid[:3, :3]) / 3.0)
     # The coupling block is m [c]×ᵀ: its entries are the centre of mass.
     c = np.array(
@@ -75,12 +86,17 @@ def rigid_mass_properties(rigid: NDArray[np.float64]) -> MassProperties:
     return MassProperties(mass, c, rigid[3:, 3:] - mass * (c @ c * np.eye(3) - np.outer(c, c)))
 
 
-def mass_difference(found: MassProperties, reference: MassProperties, length: float) -> float:
-    """Largest relative difference of mass, centre (over `length` [m]) and inertia (over the largest moment)."""
+def mass_difference(properties: MassProperties, reference: MassProperties, length: float) -> float:
+    """Largest relative difference of mass, centre and inertia.
+
+    The centre's over `length` [m], the inertia's over the largest moment.
+    """
     return max(
-        abs(found.mass / reference.mass - 1.0),
-        float(np.abs(found.centre - reference.centre).max()) / length,
-        float(np.abs(found.inertia - reference.inertia).max() / np.abs(reference.inertia).max()),
+        abs(properties.mass / reference.mass - 1.0),
+        float(np.abs(properties.centre - reference.centre).max()) / length,
+        float(
+            np.abs(properties.inertia - reference.inertia).max() / np.abs(reference.inertia).max()
+        ),
     )
 
 

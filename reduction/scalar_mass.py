@@ -1,4 +1,6 @@
-"""The consistent mass matrix of one axis, with the positions and displacements that belong to its rows.
+"""The consistent mass matrix of one axis.
+
+With the positions and displacements that belong to its rows.
 
 On a body of solid elements the mass is one scalar matrix repeated for x, y and z. Where surfaces
 follow rigid pilots, the degrees of freedom are the pilots' own; their surfaces then enter by four
@@ -22,7 +24,10 @@ _EPSILON[[0, 2, 1], [2, 1, 0], [1, 0, 2]] = -1.0
 
 
 def uniform(structure: StructuralModel) -> NDArray[np.float64]:
-    """Coefficients of a displacement of one everywhere, rows as in :func:`positions`."""
+    """Coefficients of a displacement of one everywhere, rows as in :func:`positions`.
+
+    Shape (n,).
+    """
     return np.concatenate(
         [np.ones(len(structure.points)), np.tile([1.0, 0.0, 0.0, 0.0], len(structure.rigid_points))]
     )
@@ -30,6 +35,8 @@ def uniform(structure: StructuralModel) -> NDArray[np.float64]:
 
 def positions(structure: StructuralModel) -> NDArray[np.float64]:
     """Nodes, then for every rigid pilot its point and the three unit vectors.
+
+    Shape (n, 3); node coordinates and points [m].
 
     ``x = x_0 + Σ r_k e_k`` on its surface.
     """
@@ -39,6 +46,8 @@ def positions(structure: StructuralModel) -> NDArray[np.float64]:
 
 def displacements(structure: StructuralModel, T: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     """Displacement along x, y and z of the rows of :func:`positions`.
+
+    Three arrays of shape (n, k) for a basis T of shape (n_dofs, k).
 
     ``u = t + Σ r_k (ω × e_k)`` on rigid surfaces.
     """
@@ -71,8 +80,9 @@ def scalar_mass(structure: StructuralModel) -> sp.csr_array:
         difference = nodal[a::3, b::3] - S if a == b else nodal[a::3, b::3]
         if abs(difference).max() > _SCALAR_TOLERANCE * scale:
             raise ValueError(
-                f"{structure.name}: the mass matrix differs between axes ({'xyz'[a]}{'xyz'[b]} against xx); expected the "
-                "consistent mass of solid elements, alike for the three axes"
+                f"{structure.name}: the mass matrix differs between axes ({'xyz'[a]}{'xyz'[b]} "
+                "against xx); expected the consistent mass of solid elements, alike for the three "
+                "axes"
             )
     if not n_rigid:
         return sp.csr_array(S)
@@ -87,7 +97,10 @@ def scalar_mass(structure: StructuralModel) -> sp.csr_array:
 
 
 def _rigid_pair(block: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Masses of the functions 1, r_x, r_y, r_z of one rigid surface with those of another from ``Σ m Rᵀ R'``."""
+    """Masses of the functions 1, r_x, r_y, r_z of two rigid surfaces from ``Σ m Rᵀ R'``.
+
+    One surface's functions by the other's.
+    """
     pair = np.empty((4, 4))
     pair[0, 0] = block[0, 0]
     pair[0, 1:] = block[1, 5], block[2, 3], block[0, 4]

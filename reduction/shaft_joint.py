@@ -1,4 +1,6 @@
-"""Main shaft and carrier joined with the misalignment that the 2012 paper imposes, and the whole rotating group.
+"""Main shaft and carrier joined with an imposed misalignment: the whole rotating group.
+
+The misalignment is that of the 2012 paper.
 
 The shrink fit holds the carrier rigidly to the shaft, tilted by a small angle ``phi_PLC`` about the
 axis at ``theta_PLC`` of the carrier's frame (paper, sections 2.1 and 3.1). The paper counts
@@ -20,7 +22,7 @@ from carrierflex.geometry.parameters import N_PINS
 from carrierflex.reduction.assembly import ImposedMotion, Joint, assembled, imposed_motion
 from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, carrier_with_pins, pin_pilot
 from carrierflex.reduction.reduced_model import ReducedModel
-from carrierflex.reduction.reduced_static import held_solution
+from carrierflex.reduction.reduced_static import constrained_solution
 
 #: Pilot at the hub's end of the main shaft, where torque and rotor loads enter.
 COUPLING = "coupling_flange"
@@ -60,19 +62,21 @@ class Misalignment:
             )
         if abs(self.phi) > _LARGEST_TILT:
             raise ValueError(
-                f"misalignment phi is {self.phi} rad; expected a small angle, at most {_LARGEST_TILT} rad in size "
-                "(values near 0.6 mrad were measured)"
+                f"misalignment phi is {self.phi} rad; expected a small angle, at most "
+                f"{_LARGEST_TILT} rad in size (values near 0.6 mrad were measured)"
             )
 
     @property
     def relative_motion(self) -> NDArray[np.float64]:
-        """Translation [m] and right-handed rotation [rad] of the carrier relative to the shaft, shape (6,)."""
+        """Translation [m] and right-handed rotation [rad] of carrier to shaft, shape (6,)."""
         return np.concatenate([self.offset, -self.phi * radial(self.theta)])
 
 
 @dataclass(frozen=True, eq=False)
 class RotatingGroup:
-    """Main shaft, carrier and, where it has them, pins in one reduced model, with the misalignment's constant terms.
+    """Main shaft, carrier and, where it has them, pins in one reduced model.
+
+    The misalignment makes constant terms.
 
     Parameters
     ----------
@@ -91,7 +95,10 @@ class RotatingGroup:
     misalignment: Misalignment
 
     def sensor_readings(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Displacement of every sensor [m], shape (n_sensors,) or (n_sensors, k), from coordinates (n,) or (n, k)."""
+        """Displacement of every sensor [m], shape (n_sensors,) or (n_sensors, k).
+
+        From coordinates (n,) or (n, k).
+        """
         offset = self.imposed.sensor_offset
         return self.model.sensor_rows @ q + offset.reshape(-1, *[1] * (q.ndim - 1))
 
@@ -171,7 +178,9 @@ def rotating_group(
 
 
 def rim_swing(group: RotatingGroup, supports: Mapping[str, Sequence[int]]) -> float:
-    """Amplitude of order 1 of the rim's axial displacement that the misalignment causes at rest [m].
+    """Amplitude of order 1 of the rim's axial displacement [m] from the misalignment.
+
+    At rest.
 
     Parameters
     ----------
@@ -195,7 +204,7 @@ def rim_swing(group: RotatingGroup, supports: Mapping[str, Sequence[int]]) -> fl
         [group.model.coordinates_of(pilot)[list(parts)] for pilot, parts in supports.items()]
     )
     readings = group.sensor_readings(
-        held_solution(group.model, fixed, group.imposed.load, "supports")
+        constrained_solution(group.model, fixed, group.imposed.load, "supports")
     )
     axial = readings[[name.startswith("rim_axial") for name in group.model.sensor_names]]
     return float(2.0 * np.abs(np.fft.rfft(axial)[1]) / len(axial))

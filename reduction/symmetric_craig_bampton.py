@@ -101,8 +101,8 @@ def symmetric_craig_bampton(
 def _sensor_rows(basis: SymmetricBasis, sensors: HalfSectorSensors) -> NDArray[np.float64]:
     rows = sensors.rows @ basis.T
     for number in np.unique(sensors.images):
-        own = sensors.images == number
-        rows[own] = basis.on_image(int(number), rows[own])
+        on_image = sensors.images == number
+        rows[on_image] = basis.on_image(int(number), rows[on_image])
     return np.asarray(rows)
 
 

@@ -70,9 +70,10 @@ class SymmetricBasis:
 
     def inertia_invariants(self) -> FfrfData:
         """Inertia invariants of the whole body: those of six images of the half sector."""
-        own = ffrf_data(self.half.structure, self.T)
+        half_sector = ffrf_data(self.half.structure, self.T)
         images = [
-            own.turned(rho).transformed(Q.T) for rho, Q in zip(MOTIONS, self.motions, strict=True)
+            half_sector.turned(rho).transformed(Q.T)
+            for rho, Q in zip(MOTIONS, self.motions, strict=True)
         ]
         return FfrfData(
             mass=sum(image.mass for image in images),
@@ -100,18 +101,20 @@ class SymmetricBasis:
         """
         tree = scipy.spatial.KDTree(points)
         field = np.full((len(points), 3, self.T.shape[1]), np.nan)
-        own = self.T.reshape(-1, 3, self.T.shape[1])
+        on_nodes = self.T.reshape(-1, 3, self.T.shape[1])
         for number, rho in enumerate(MOTIONS):
             distance, node = tree.query(self.half.structure.points @ rho.T)
             if distance.max() > _SAME_POINT:
                 raise ValueError(
-                    f"a node of the half sector's image {number} lies {distance.max():.1e} m from the nearest node; "
-                    "expected the nodes of the body that the half sector belongs to"
+                    f"a node of the half sector's image {number} lies {distance.max():.1e} m from "
+                    "the nearest node; expected the nodes of the body that the half sector belongs "
+                    "to"
                 )
-            field[node] = np.einsum("ab,nbc->nac", rho, self.on_image(number, own))
+            field[node] = np.einsum("ab,nbc->nac", rho, self.on_image(number, on_nodes))
         if np.isnan(field).any():
             raise ValueError(
-                "the body has nodes that are no images of the half sector's; expected six images of it"
+                "the body has nodes that are no images of the half sector's; expected six images "
+                "of it"
             )
         return field.reshape(-1, self.T.shape[1])
 
@@ -187,9 +190,11 @@ def _solved(
 ) -> _SolvedBlock:
     """Static and dynamic solution of one block; nothing of its own size outlives the call."""
     block = symmetry_block(half, kind)
-    held = HeldStructure(GroundedBlock(block), (block,))
-    Psi, K_bb = held.constraint_modes()
-    modes = fixed_interface_modes(held, block.M, n_modes, rng=np.random.default_rng(seed))
+    fixed_interface = HeldStructure(GroundedBlock(block), (block,))
+    Psi, K_bb = fixed_interface.constraint_modes()
+    modes = fixed_interface_modes(
+        fixed_interface, block.M, n_modes, rng=np.random.default_rng(seed)
+    )
     return _SolvedBlock(
         kind,
         block.pilot_coordinates,
@@ -227,7 +232,10 @@ def _with_enough_modes(half: HalfSector, n_modes: int, seed: int) -> list[_Solve
 
 
 def _lowest(solved: list[_SolvedBlock], n_modes: int) -> list[tuple[int, int]]:
-    """Block and number of the modes that make up the lowest `n_modes`, a pair counting as two, ascending."""
+    """Block and number of the modes that make up the lowest `n_modes`, ascending.
+
+    A pair counts as two.
+    """
     modes = sorted(
         (omega, b, i) for b, part in enumerate(solved) for i, omega in enumerate(part.omega)
     )

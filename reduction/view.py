@@ -12,7 +12,10 @@ from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes
 def modes_picture(
     mesh: TetMesh, modes: FixedInterfaceModes, *, rows: int = 2, columns: int = 2
 ) -> NDArray[np.uint8]:
-    """Render the first ``rows × columns`` fixed-interface modes in a grid, coloured by axial displacement."""
+    """Render the first ``rows × columns`` fixed-interface modes in a grid.
+
+    Coloured by axial displacement.
+    """
     plotter = new_plotter((rows, columns))
     for number in range(rows * columns):
         plotter.subplot(number // columns, number % columns)

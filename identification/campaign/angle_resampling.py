@@ -38,7 +38,8 @@ def resampled_to_angle(run: Run, samples_per_revolution: int) -> Run:
     """
     if samples_per_revolution < FEWEST_SAMPLES:
         raise ValueError(
-            f"run {run.name}: {samples_per_revolution} samples a revolution; expected at least {FEWEST_SAMPLES}"
+            f"run {run.name}: {samples_per_revolution} samples a revolution; expected at least "
+            f"{FEWEST_SAMPLES}"
         )
     angle = run.inputs["carrier_angle"]
     direction = float(np.sign(angle[-1] - angle[0]))
@@ -46,15 +47,16 @@ def resampled_to_angle(run: Run, samples_per_revolution: int) -> Run:
     if not (np.diff(travel) > 0.0).all():
         sample = int(np.argmin(np.diff(travel) > 0.0)) + 1
         raise ValueError(
-            f"run {run.name}: the carrier stands still or turns back at {run.time[sample]:g} s; expected an angle that "
-            "keeps turning, cut the record there"
+            f"run {run.name}: the carrier stands still or turns back at {run.time[sample]:g} s; "
+            "expected an angle that keeps turning, cut the record there"
         )
-    n_whole = int(np.floor(travel[-1] / (2.0 * np.pi) + 1e-9)) if travel.size else 0
-    if n_whole < 1:
+    n_revolutions = int(np.floor(travel[-1] / (2.0 * np.pi) + 1e-9)) if travel.size else 0
+    if n_revolutions < 1:
         raise ValueError(
-            f"run {run.name}: the carrier turns by {travel[-1] / (2.0 * np.pi):.3f} revolutions; expected at least one"
+            f"run {run.name}: the carrier turns by {travel[-1] / (2.0 * np.pi):.3f} revolutions; "
+            "expected at least one"
         )
-    grid = 2.0 * np.pi * np.arange(n_whole * samples_per_revolution) / samples_per_revolution
+    grid = 2.0 * np.pi * np.arange(n_revolutions * samples_per_revolution) / samples_per_revolution
     inputs = {name: _interpolated(travel, values, grid) for name, values in run.inputs.items()}
     return Run(
         name=run.name,

@@ -48,7 +48,8 @@ class Channel:
     def __post_init__(self) -> None:
         if any(mark in self.name for mark in ',"\r\n') or self.name != self.name.strip():
             raise ValueError(
-                f"channel name {self.name!r} cannot head a CSV column; expected no commas, quotes or outer spaces"
+                f"channel name {self.name!r} cannot head a CSV column; expected no commas, quotes "
+                "or outer spaces"
             )
 
 
@@ -114,7 +115,8 @@ class Campaign:
         kind = self.contract
         if not self.channels or not self.runs:
             raise ValueError(
-                f"{len(self.channels)} channels and {len(self.runs)} runs; expected at least one of each"
+                f"{len(self.channels)} channels and {len(self.runs)} runs; expected at least one "
+                "of each"
             )
         check_effects(self.baseline.effects, kind)
         check_channels(self.channels, kind)
@@ -162,7 +164,8 @@ def effect_conflicts(effects: Iterable[str], kind: CampaignKind) -> Iterator[str
     yield from repeated_names(effects, "effect")
     for effect in dict.fromkeys(effects):
         if effect not in kind.effects:
-            yield f"unknown effect '{effect}' in 'effects'; kind {kind.name} knows {', '.join(kind.effects)}"
+            known = ", ".join(kind.effects)
+            yield f"unknown effect '{effect}' in 'effects'; kind {kind.name} knows {known}"
 
 
 def check_channels(channels: Iterable[Channel], kind: CampaignKind) -> None:
@@ -185,7 +188,8 @@ def channel_conflicts(channels: Iterable[Channel], kind: CampaignKind) -> Iterat
         if channel.name == "time" or channel.name in kind.inputs:
             yield f"{where}: key 'name' is that of an input column; expected another name"
         if channel.quantity not in kind.quantities:
-            yield f"{where}: key 'quantity' is '{channel.quantity}'; expected one of {', '.join(kind.quantities)}"
+            known = ", ".join(kind.quantities)
+            yield f"{where}: key 'quantity' is '{channel.quantity}'; expected one of {known}"
             continue
         expected = kind.quantities[channel.quantity]
         others = {*kind.inputs.values(), *NOT_SI_UNITS} - {expected}
@@ -216,12 +220,12 @@ def expected_columns(
     }
 
 
-def check_columns(found: Iterable[str], expected: Mapping[str, str], where: str) -> None:
+def check_columns(columns: Iterable[str], expected: Mapping[str, str], where: str) -> None:
     """Refuse a run file whose header does not match the campaign.
 
     Parameters
     ----------
-    found : iterable of str
+    columns : iterable of str
         Column names in the order of the file.
     expected : mapping of str to str
         Result of :func:`expected_columns`.
@@ -233,17 +237,20 @@ def check_columns(found: Iterable[str], expected: Mapping[str, str], where: str)
     ValueError
         Where ``time`` does not come first, or a column is missing, unknown or repeated.
     """
-    found = tuple(found)
-    if not found or found[0] != "time":
-        raise ValueError(f"{where}: first column is '{found[0] if found else ''}'; expected 'time'")
-    check_different(found, f"{where}: column")
+    columns = tuple(columns)
+    if not columns or columns[0] != "time":
+        raise ValueError(
+            f"{where}: first column is '{columns[0] if columns else ''}'; expected 'time'"
+        )
+    check_different(columns, f"{where}: column")
     for name, what in expected.items():
-        if name not in found:
+        if name not in columns:
             raise ValueError(
-                f"{where}: no column for the {what} '{name}'; found {', '.join(found)}"
+                f"{where}: no column for the {what} '{name}'; found {', '.join(columns)}"
             )
-    for name in found[1:]:
+    for name in columns[1:]:
         if name not in expected:
             raise ValueError(
-                f"{where}: column '{name}' is neither an input nor a channel; expected time, {', '.join(expected)}"
+                f"{where}: column '{name}' is neither an input nor a channel; expected time, "
+                f"{', '.join(expected)}"
             )

@@ -2,18 +2,19 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import PurePosixPath, PureWindowsPath
 from typing import Any
 
 import numpy as np
 
-from carrierflex.files.toml_files import TomlKind, check_header, checked_document, shown
+from carrierflex.files.shown_values import shown
+from carrierflex.files.toml_files import TomlKind, check_header, checked_document
 from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
 from carrierflex.identification.campaign.campaign_kinds import (
     KIND_NAMES,
     CampaignKind,
     campaign_kind,
 )
+from carrierflex.identification.campaign.file_names import DOCUMENT_NAME
 
 CAMPAIGN_FILE = TomlKind(
     "a campaign",
@@ -21,8 +22,6 @@ CAMPAIGN_FILE = TomlKind(
     most_bytes=10_000_000,
     format="carrierflex-campaign",
 )
-DOCUMENT_NAME = "campaign.toml"
-RUN_SUFFIXES = (".csv", ".parquet")
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,22 +121,6 @@ def campaign_document(campaign: Campaign) -> dict[str, Any]:
             for run in campaign.runs
         ],
     }
-
-
-def checked_file_name(name: str, key: str) -> str:
-    """File name of the campaign folder; one that leads elsewhere is refused.
-
-    Raises
-    ------
-    ValueError
-        Where the name holds a folder, is absolute or is hidden.
-    """
-    plain = PurePosixPath(name).name == name and PureWindowsPath(name).name == name
-    if not plain or name.startswith(".") or name == DOCUMENT_NAME or "\0" in name:
-        raise ValueError(
-            f"{key} '{name}' leads out of the campaign folder; expected a plain file name in it"
-        )
-    return name
 
 
 def _channel_table(channel: Channel) -> dict[str, Any]:

@@ -16,13 +16,12 @@ from carrierflex.files.toml_files import toml_document
 from carrierflex.identification.campaign.campaign import Campaign, check_columns, expected_columns
 from carrierflex.identification.campaign.campaign_document import (
     CAMPAIGN_FILE,
-    DOCUMENT_NAME,
     CampaignHeader,
     RunEntry,
     campaign_document,
     campaign_header,
-    checked_file_name,
 )
+from carrierflex.identification.campaign.file_names import DOCUMENT_NAME, checked_file_name
 from carrierflex.identification.campaign.records import PREDICTION_SUFFIX, Run
 
 #: Sanity limits, checked before anything is allocated.
@@ -90,7 +89,7 @@ def write_campaign(
     folder: Path,
     *,
     more_files: Mapping[str, Callable[[Path], None]] | None = None,
-    standing: Mapping[str, Path] | None = None,
+    written_files: Mapping[str, Path] | None = None,
 ) -> None:
     """Write a campaign folder; it appears complete or not at all.
 
@@ -102,8 +101,8 @@ def write_campaign(
         New, empty, or an earlier campaign, which is replaced.
     more_files : mapping of str to callable, optional
         Functions that write further files of the folder (deflection curves), by file name.
-    standing : mapping of str to Path, optional
-        Run files that stand already, by file name
+    written_files : mapping of str to Path, optional
+        Run files written before, by file name
         (:mod:`carrierflex.identification.campaign.growing_runs`): moved into the folder, in place
         of what the campaign's runs hold.
 
@@ -122,8 +121,8 @@ def write_campaign(
             write(partial / checked_file_name(name, "file"))
         for run in campaign.runs:
             path = partial / checked_file_name(run.file, f"run {run.name}: file")
-            if standing and run.file in standing:
-                os.replace(standing[run.file], path)
+            if written_files and run.file in written_files:
+                os.replace(written_files[run.file], path)
             else:
                 _write_run(run, path)
         (partial / DOCUMENT_NAME).write_bytes(tomli_w.dumps(document).encode())
@@ -165,13 +164,13 @@ def refuse_foreign_folder(folder: Path) -> None:
         raise ValueError(
             f"{folder}: holds something that is not a campaign; expected a new or empty folder"
         ) from error
-    own = {
+    campaign_names = {
         DOCUMENT_NAME,
         CASE_COPY,
         header.rig.get("deflection_curves"),
         *(run.file for run in header.runs),
     }
-    foreign = sorted(path.name for path in folder.iterdir() if path.name not in own)
+    foreign = sorted(path.name for path in folder.iterdir() if path.name not in campaign_names)
     if foreign:
         raise ValueError(
             f"{folder}: holds '{foreign[0]}' beside the campaign; expected a new or empty folder"
@@ -231,13 +230,13 @@ def _read_csv(path: Path, expected: Mapping[str, str]) -> pa.Table:
         raise ValueError(
             f"{path.name}: {path.stat().st_size} bytes; expected at most {LARGEST_CSV}"
         )
-    found = csv_header(path, expected)
+    columns = csv_header(path, expected)
     convert = pa_csv.ConvertOptions(
-        column_types=dict.fromkeys(found, pa.float64()),
+        column_types=dict.fromkeys(columns, pa.float64()),
         null_values=MISSING,
         quoted_strings_can_be_null=True,
     )
-    read = pa_csv.ReadOptions(column_names=found, skip_rows=1)
+    read = pa_csv.ReadOptions(column_names=columns, skip_rows=1)
     try:
         return pa_csv.read_csv(path, read_options=read, convert_options=convert)
     except pa.ArrowInvalid as error:
@@ -270,9 +269,9 @@ def csv_header(path: Path, expected: Mapping[str, str]) -> list[str]:
         raise ValueError(
             f"{path.name}: the header line is not UTF-8 text; expected column names"
         ) from error
-    found = [name.strip('"') for name in text.split(",")]
-    check_columns(found, expected, path.name)
-    return found
+    columns = [name.strip('"') for name in text.split(",")]
+    check_columns(columns, expected, path.name)
+    return columns
 
 
 def _read_parquet(path: Path, expected: Mapping[str, str]) -> pa.Table:

@@ -35,13 +35,13 @@ from carrierflex.identification.campaign.campaign import (
     channel_conflicts,
     effect_conflicts,
 )
-from carrierflex.identification.campaign.campaign_document import RUN_SUFFIXES, checked_file_name
 from carrierflex.identification.campaign.campaign_kinds import (
     CARRIER,
     ELEMENT_BY_DRIVE,
     MOUNTING,
     CampaignKind,
 )
+from carrierflex.identification.campaign.file_names import RUN_SUFFIXES, checked_file_name
 from carrierflex.simulation.mounting.rig_keys import RIG_KEYS
 
 
@@ -52,8 +52,8 @@ def _plain_file(name: str, info: ValidationInfo) -> str:
 def _run_file(name: str, info: ValidationInfo) -> str:
     _plain_file(name, info)
     if not name.lower().endswith(RUN_SUFFIXES):
-        found = f"key '{info.field_name}' is '{name}'"
-        raise ValueError(f"{found}; expected a name ending in {' or '.join(RUN_SUFFIXES)}")
+        defect = f"key '{info.field_name}' is '{name}'"
+        raise ValueError(f"{defect}; expected a name ending in {' or '.join(RUN_SUFFIXES)}")
     return name
 
 
@@ -152,19 +152,21 @@ def channels_of(
     ValueError
         Where a name repeats, a name, quantity or unit is not of the kind, or nothing is measured.
     """
-    channels, input_units, problems = [], {}, Problems()
+    channels: list[Channel] = []
+    input_units: dict[str, str] = {}
+    problems = Problems()
     for table in tables:
         if kind.any_unit and table.name in kind.inputs and table.quantity == table.name:
             input_units[table.name] = table.unit
             continue
         with problems.at():
             channels.append(_channel(table))
-    problems.found += channel_conflicts(channels, kind)
-    if not channels and not problems.found:
-        problems.found.append(
+    problems.messages += channel_conflicts(channels, kind)
+    if not channels and not problems.messages:
+        problems.messages.append(
             "[[channels]]: every channel is an input; expected at least one measured channel",
         )
-    refuse(problems.found)
+    refuse(problems.messages)
     return tuple(channels), input_units
 
 

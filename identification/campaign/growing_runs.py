@@ -11,8 +11,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv as pa_csv
 
-from carrierflex.identification.campaign.campaign_document import checked_file_name
 from carrierflex.identification.campaign.campaign_files import refuse_foreign_folder
+from carrierflex.identification.campaign.file_names import checked_file_name
 from carrierflex.identification.campaign.records import Run
 
 
@@ -57,8 +57,8 @@ class GrowingRuns:
             piece.time[0] > last.time[-1] and columns.keys() == {"time", *last.columns()}
         ):
             raise ValueError(
-                f"run {piece.name}: a piece from {piece.time[0]:g} s follows one until {last.time[-1]:g} s; expected a later one "
-                "with the same columns"
+                f"run {piece.name}: a piece from {piece.time[0]:g} s follows one until "
+                f"{last.time[-1]:g} s; expected a later one with the same columns"
             )
         with path.open("ab") as file:
             if last is None:

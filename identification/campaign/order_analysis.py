@@ -1,4 +1,7 @@
-"""Shaft orders of the rim signals of one revolution, and which orders and sensor patterns are kept."""
+"""Shaft orders of the rim signals of one revolution.
+
+And which orders and sensor patterns are kept.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,24 +44,27 @@ def order_amplitudes(
     phase = np.outer(theta, np.arange(1, MAX_ORDER + 1))
     design = np.hstack([np.ones((theta.size, 1)), np.cos(phase), np.sin(phase)])
     solution = np.linalg.solve(design.T @ design, design.T @ rows.T)
-    left = rows[0] - design @ solution[:, 0]
+    residual = rows[0] - design @ solution[:, 0]
     sines = np.vstack([np.zeros(len(rows)), solution[MAX_ORDER + 1 :]])
     return solution[: MAX_ORDER + 1] - 1j * sines, np.array(
-        [left @ left, theta.size - design.shape[1]]
+        [residual @ residual, theta.size - design.shape[1]]
     )
 
 
 def too_sparse(angle: FloatArray, max_order: int) -> bool:
-    """Whether the samples of a revolution leave a gap of more than half a period of the highest order."""
+    """Whether the samples of a revolution leave too large a gap for the highest order.
+
+    Too large is more than half its period.
+    """
     if angle.size < 2 * max_order + 2:
         return True
-    place = np.sort(np.mod(angle, 2.0 * np.pi))
-    gaps = np.diff(place, append=place[0] + 2.0 * np.pi)
+    angle_sorted = np.sort(np.mod(angle, 2.0 * np.pi))
+    gaps = np.diff(angle_sorted, append=angle_sorted[0] + 2.0 * np.pi)
     return bool(gaps.max() > np.pi / max_order)
 
 
 def are_quarter_turns(sensor_angles: FloatArray) -> bool:
     """Whether sensors are four, 90 deg apart."""
-    place = np.sort(np.mod(sensor_angles, 2.0 * np.pi))
-    gaps = np.diff(place, append=place[:1] + 2.0 * np.pi)
-    return bool(place.size == 4 and np.abs(gaps - np.pi / 2.0).max() <= _ANGLE_TOLERANCE)
+    angle_sorted = np.sort(np.mod(sensor_angles, 2.0 * np.pi))
+    gaps = np.diff(angle_sorted, append=angle_sorted[:1] + 2.0 * np.pi)
+    return bool(angle_sorted.size == 4 and np.abs(gaps - np.pi / 2.0).max() <= _ANGLE_TOLERANCE)

@@ -43,12 +43,14 @@ class Run:
     def __post_init__(self) -> None:
         if self.time.ndim != 1 or self.time.size == 0:
             raise ValueError(
-                f"run {self.name}: column 'time' holds {self.time.size} samples; expected at least one"
+                f"run {self.name}: column 'time' holds {self.time.size} samples; expected at least "
+                "one"
             )
         for name, values in self.columns().items():
             if values.shape != self.time.shape:
                 raise ValueError(
-                    f"run {self.name}: column '{name}' holds {values.size} samples; expected {self.time.size} as 'time'"
+                    f"run {self.name}: column '{name}' holds {values.size} samples; expected "
+                    f"{self.time.size} as 'time'"
                 )
         for name, values in {"time": self.time, **self.inputs}.items():
             _refuse(
@@ -94,5 +96,6 @@ def _refuse(
         sample = int(np.argmax(wrong))
         hint = "; unwrap it" if expected == "no jump back" else ""
         raise ValueError(
-            f"{where} is {values[sample]} at sample {sample} (counted from 0); expected {expected}{hint}"
+            f"{where} is {values[sample]} at sample {sample} (counted from 0); expected "
+            f"{expected}{hint}"
         )

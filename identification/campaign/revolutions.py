@@ -57,7 +57,8 @@ def whole_revolutions(run: Run) -> Revolutions:
     n_whole = int(np.floor(turns + 1.001 * step / (2.0 * np.pi)))
     if n_whole < 1:
         raise ValueError(
-            f"run {run.name}: the carrier turns by {turns:.3f} revolutions; expected at least one whole revolution"
+            f"run {run.name}: the carrier turns by {turns:.3f} revolutions; expected at least one "
+            "whole revolution"
         )
     number = np.floor(travel / (2.0 * np.pi)).astype(np.int64)
     order = np.argsort(number, kind="stable")

@@ -115,12 +115,14 @@ def pass_gain(frequency_hz: FloatArray, cutoff_hz: float) -> FloatArray:
 
     One up to 0.8 of the cut-off, a raised cosine to zero at the cut-off.
     """
-    place = np.clip((frequency_hz / cutoff_hz - _ROLL_OFF) / (1.0 - _ROLL_OFF), 0.0, 1.0)
-    return 0.5 * (1.0 + np.cos(np.pi * place))
+    position = np.clip((frequency_hz / cutoff_hz - _ROLL_OFF) / (1.0 - _ROLL_OFF), 0.0, 1.0)
+    return 0.5 * (1.0 + np.cos(np.pi * position))
 
 
 def half_step_values(drive: FloatArray, substeps: int, *, periodic: bool) -> FloatArray:
-    """Drive at the beginning and in the middle of every one of `substeps` steps a sample, band-limited between samples.
+    """Drive at the beginning and in the middle of every step, band-limited between samples.
+
+    A sample has `substeps` steps.
 
     Parameters
     ----------

@@ -87,7 +87,7 @@ def simulated_mounting_campaign(
     *,
     suffix: str = ".csv",
 ) -> Campaign:
-    """Put simulated records of the mounting rig into the form of a measurement campaign of kind ``mounting``.
+    """Put simulated records of the mounting rig into a campaign of kind ``mounting``.
 
     Parameters
     ----------

@@ -89,13 +89,13 @@ def _tables(path: Path, expected: Mapping[str, str]) -> Iterator[pa.Table]:
                 for batch in file.iter_batches(batch_size=PIECE):
                     yield pa.Table.from_batches([batch])
             return
-        found = csv_header(path, expected)
+        columns = csv_header(path, expected)
         convert = pa_csv.ConvertOptions(
-            column_types=dict.fromkeys(found, pa.float64()),
+            column_types=dict.fromkeys(columns, pa.float64()),
             null_values=MISSING,
             quoted_strings_can_be_null=True,
         )
-        read = pa_csv.ReadOptions(column_names=found, skip_rows=1, block_size=_CSV_BLOCK)
+        read = pa_csv.ReadOptions(column_names=columns, skip_rows=1, block_size=_CSV_BLOCK)
         with pa_csv.open_csv(path, read_options=read, convert_options=convert) as reader:
             for batch in reader:
                 yield pa.Table.from_batches([batch])
@@ -138,12 +138,12 @@ def streamed_equations(
     name = ""
     for piece in pieces:
         name = piece.name
-        rows = groups.place(piece.inputs["carrier_angle"])
+        rows = groups.rows_by_group(piece.inputs["carrier_angle"])
         for c, channel in enumerate(channels):
             groups.sums.add(
                 c, rows, model.design(piece.inputs, channel), piece.signals[channel.name]
             )
-    return groups.whole(name).equations(name, channels)
+    return groups.whole_revolutions(name).equations(name, channels)
 
 
 class _Groups:
@@ -157,7 +157,7 @@ class _Groups:
         self._travel = 0.0
         self._step = 0.0
 
-    def place(self, angle: NDArray[np.float64]) -> list[NDArray[np.int64]]:
+    def rows_by_group(self, angle: NDArray[np.float64]) -> list[NDArray[np.int64]]:
         """Rows of a piece that belong to each group.
 
         Groups are put together first where they no longer suffice.
@@ -189,20 +189,20 @@ class _Groups:
         bounds = np.searchsorted(number[order], np.arange(LARGEST_GROUPS + 1))
         return [order[bounds[k] : bounds[k + 1]] for k in range(LARGEST_GROUPS)]
 
-    def whole(self, run: str) -> RevolutionSums:
+    def whole_revolutions(self, run: str) -> RevolutionSums:
         """Groups of whole revolutions."""
-        n_whole = int(np.floor((self._travel + 1.001 * self._step) / self._length))
-        if n_whole < 1:
+        n_groups = int(np.floor((self._travel + 1.001 * self._step) / self._length))
+        if n_groups < 1:
             raise ValueError(
                 f"run {run}: the carrier turns by {self._travel:.3f} revolutions; expected at "
                 "least one whole revolution"
             )
         s = self.sums
         return RevolutionSums(
-            s.matrix[:n_whole],
-            s.right_side[:n_whole],
-            s.square_sum[:n_whole],
-            s.n_samples[:n_whole],
+            s.matrix[:n_groups],
+            s.right_side[:n_groups],
+            s.square_sum[:n_groups],
+            s.n_samples[:n_groups],
         )
 
     def _pair(self) -> None:

@@ -95,8 +95,8 @@ class ParameterEstimate:
         ValueError
             Where the model has no such parameter.
         """
-        for k, (own_name, scope) in enumerate(zip(self.names, self.scopes, strict=True)):
-            if own_name == name and scope in (run, SHARED):
+        for k, (parameter, scope) in enumerate(zip(self.names, self.scopes, strict=True)):
+            if parameter == name and scope in (run, SHARED):
                 return k
         raise ValueError(
             f"model {self.model} has no parameter '{name}' of run '{run}'; it has "
@@ -195,12 +195,12 @@ def _parameters(
     """Name, scope, unit and value of every parameter, and their derivatives by the unknowns."""
     named: list[tuple[str, str, str, float]] = []
     rows: list[NDArray[np.float64]] = []
-    for own_run, scope in [(None, SHARED), *enumerate(runs)]:
+    for run_number, scope in [(None, SHARED), *enumerate(runs)]:
         first = 0
         for effect in model.effects:
             last = first + len(effect.parameters)
-            if effect.per_run == (own_run is not None):
-                where = fit.positions[own_run or 0, first:last]
+            if effect.per_run == (run_number is not None):
+                where = fit.positions[run_number or 0, first:last]
                 values, derivatives = _published(
                     effect, fit.unknowns[where], fit.covariance[np.ix_(where, where)]
                 )

@@ -58,7 +58,8 @@ def with_bootstrap(
     for run in equations:
         if run.n_revolutions < 3:
             raise ValueError(
-                f"run {run.run}: {run.n_revolutions} revolutions; expected at least 3 for a bootstrap over revolutions"
+                f"run {run.run}: {run.n_revolutions} revolutions; expected at least 3 for a "
+                "bootstrap over revolutions"
             )
     basis = _determined_basis(fit)
     solutions = np.array(
@@ -101,8 +102,8 @@ def _resampled(
     matrix = np.zeros((basis.shape[1], basis.shape[1]))
     right_side = np.zeros(basis.shape[1])
     for run, where, length in zip(equations, fit.positions, lengths, strict=True):
-        own = basis[where]
+        T = basis[where]
         counts = circular_block_counts(run.n_revolutions, length, rng)
-        matrix += own.T @ np.tensordot(counts, run.matrix.sum(axis=1), axes=1) @ own
-        right_side += counts @ run.right_side.sum(axis=1) @ own
+        matrix += T.T @ np.tensordot(counts, run.matrix.sum(axis=1), axes=1) @ T
+        right_side += counts @ run.right_side.sum(axis=1) @ T
     return np.asarray(np.linalg.lstsq(matrix, right_side, rcond=None)[0], dtype=np.float64)

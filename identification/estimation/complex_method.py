@@ -108,7 +108,9 @@ class _Population:
         upper: NDArray[np.float64],
         points: NDArray[np.float64],
     ) -> None:
-        self._objective, self._lower, self._upper = objective, lower, upper
+        self._objective = objective
+        self._lower = lower
+        self._upper = upper
         self.evaluations = 0
         self._points = points
         self._costs = np.array([self._cost(point) for point in points])
@@ -163,7 +165,8 @@ def _refuse_bounds(
     for k, (low, high) in enumerate(zip(lower, upper, strict=True)):
         if not low < high:
             raise ValueError(
-                f"parameter {k}: bounds {low} and {high}; expected the lower one below the upper one"
+                f"parameter {k}: bounds {low} and {high}; expected the lower one below the upper "
+                "one"
             )
         if start is not None and not low <= start[k] <= high:
             raise ValueError(

@@ -99,19 +99,19 @@ def fit_uncertainty(fit: NonlinearFit, blocks: NDArray[np.int64]) -> FitUncertai
     used = inside & (length > 0.0)
     J = fit.jacobian[:, used] / length[used]
     _, sizes, directions = np.linalg.svd(J, full_matrices=False)
-    seen = sizes > _UNSEEN * sizes.max(initial=0.0)
+    determined = sizes > _UNSEEN * sizes.max(initial=0.0)
     # Coordinates in which A is the identity.
-    whitened = directions[seen].T / sizes[seen]
+    whitened = directions[determined].T / sizes[determined]
     moves = _without_each_block(J @ whitened, fit.residuals, block, numbers.size) @ whitened.T
     covariance = np.zeros((len(fit.free), len(fit.free)))
     unit = fit.scale[used] / length[used]
     covariance[np.ix_(used, used)] = (
         (1.0 - 1.0 / numbers.size) * np.outer(unit, unit) * (moves.T @ moves)
     )
-    blind = _blind(used, inside, directions[~seen])
+    blind = _blind(used, inside, directions[~determined])
     covariance[blind, :] = covariance[:, blind] = 0.0
     covariance[blind, blind] = np.inf
-    words = _in_words(fit, used, inside, directions[~seen] * unit)
+    words = _in_words(fit, used, inside, directions[~determined] * unit)
     return FitUncertainty(
         covariance, float(student_t.ppf(0.975, numbers.size - 1)), numbers.size, words
     )
@@ -120,17 +120,20 @@ def fit_uncertainty(fit: NonlinearFit, blocks: NDArray[np.int64]) -> FitUncertai
 def _without_each_block(
     X: Array, residuals: Array, block: NDArray[np.int64], n_blocks: int
 ) -> Array:
-    """Move of the solution where one block is left out, shape (n_blocks, p), for a design with ``X.T X = 1``."""
+    """Move of the solution where one block is left out, shape (n_blocks, p).
+
+    For a design with ``X.T X = 1``.
+    """
     gradients = np.zeros((n_blocks, X.shape[1]))
     np.add.at(gradients, block, X * residuals[:, None])
     order = np.argsort(block, kind="stable")
     ends = np.searchsorted(block[order], np.arange(n_blocks + 1))
     moves = np.empty_like(gradients)
     for b in range(n_blocks):
-        own = X[order[ends[b] : ends[b + 1]]]
+        X_b = X[order[ends[b] : ends[b + 1]]]
         # A block without which the rest decides nothing in some direction: the largest move is then
         # the block's own.
-        moves[b] = np.linalg.lstsq(np.eye(X.shape[1]) - own.T @ own, gradients[b], rcond=1e-9)[0]
+        moves[b] = np.linalg.lstsq(np.eye(X.shape[1]) - X_b.T @ X_b, gradients[b], rcond=1e-9)[0]
     return moves
 
 
@@ -146,9 +149,9 @@ def profile_likelihood(
     fit : NonlinearFit
         Solution; neighbours warm-start one another outwards from it.
     name : str
-        Parameter to hold.
+        Parameter to fix.
     values : sequence of float
-        Values to hold it at, SI units.
+        Values to fix it at, SI units.
 
     Returns
     -------
@@ -164,18 +167,18 @@ def profile_likelihood(
     """
     if name not in fit.names:
         raise ValueError(f"no parameter '{name}'; expected one of {', '.join(fit.names)}")
-    held = fit.names.index(name)
-    kept = np.arange(len(fit.free)) != held
+    fixed = fit.names.index(name)
+    kept = np.arange(len(fit.free)) != fixed
     free = [parameter for parameter, keep in zip(fit.free, kept, strict=True) if keep]
     cost, points = np.empty(len(values)), np.empty((len(values), len(fit.free)))
     for side in (1.0, -1.0):
         warm = fit.values[kept]
-        for k in np.argsort(np.abs(np.asarray(values) - fit.values[held])):
-            if (values[k] - fit.values[held]) * side < 0.0:
+        for k in np.argsort(np.abs(np.asarray(values) - fit.values[fixed])):
+            if (values[k] - fit.values[fixed]) * side < 0.0:
                 continue
-            one = bounded_fit(_Held(residuals, held, float(values[k])), free, warm)
-            warm = one.values
-            cost[k], points[k] = one.cost, np.insert(one.values, held, values[k])
+            refit = bounded_fit(_WithFixed(residuals, fixed, float(values[k])), free, warm)
+            warm = refit.values
+            cost[k], points[k] = refit.cost, np.insert(refit.values, fixed, values[k])
     return cost, points
 
 
@@ -249,15 +252,15 @@ class _Drawn:
 
 
 @dataclass(frozen=True, eq=False)
-class _Held:
-    """Residuals with one parameter held."""
+class _WithFixed:
+    """Residuals with one parameter fixed."""
 
     residuals: Residuals
-    place: int
+    index: int
     value: float
 
     def __call__(self, others: Array) -> Array:
-        return self.residuals(np.insert(others, self.place, self.value))
+        return self.residuals(np.insert(others, self.index, self.value))
 
 
 def _blind(used: NDArray[np.bool_], inside: NDArray[np.bool_], unseen: Array) -> NDArray[np.bool_]:
@@ -279,7 +282,8 @@ def _in_words(
             sentences.append(f"{members[0]} has hardly any influence on these signals")
         else:
             sentences.append(
-                f"{' and '.join(members)} cannot be told apart: these signals see fewer combinations of them"
+                f"{' and '.join(members)} cannot be told apart: these signals see fewer "
+                "combinations of them"
             )
     sentences += [f"{name} ended on a bound of its search" for name in fit.at_bound]
     return tuple(sentences)

@@ -82,10 +82,11 @@ def joint_positions(shared: Sequence[bool], n_runs: int) -> NDArray[np.int64]:
         Number of the unknown behind each run's coefficient.
     """
     is_shared = np.asarray(shared, dtype=bool)
-    n_shared, n_own = int(is_shared.sum()), int((~is_shared).sum())
+    n_shared = int(is_shared.sum())
+    n_per_run = int((~is_shared).sum())
     positions = np.empty((n_runs, is_shared.size), dtype=np.int64)
     positions[:, is_shared] = np.arange(n_shared)
-    positions[:, ~is_shared] = n_shared + np.arange(n_runs * n_own).reshape(n_runs, n_own)
+    positions[:, ~is_shared] = n_shared + np.arange(n_runs * n_per_run).reshape(n_runs, n_per_run)
     return positions
 
 
@@ -190,12 +191,15 @@ def _group_in_words(fit: JointFit, members: NDArray[np.int64], labels: Sequence[
     _, sizes, directions = np.linalg.svd(unseen / np.abs(unseen).max())
     n_unseen = int((sizes > _NEGLIGIBLE_SHARE).sum())
     if members.size - n_unseen != 1:
-        n_seen = members.size - n_unseen
-        return f"{names} cannot be told apart: these signals see only {n_seen} combinations of them"
-    seen = directions[-1] / directions[-1][np.argmax(np.abs(directions[-1]))]
+        n_determined = members.size - n_unseen
+        return (
+            f"{names} cannot be told apart: "
+            f"these signals see only {n_determined} combinations of them"
+        )
+    combination = directions[-1] / directions[-1][np.argmax(np.abs(directions[-1]))]
     terms = " + ".join(
         f"{'' if np.isclose(share, 1.0) else f'{share:.3g} '}{labels[int(k)]}"
-        for k, share in zip(members, seen, strict=True)
+        for k, share in zip(members, combination, strict=True)
     ).replace("+ -", "- ")
     return f"{names} cannot be told apart: only {terms} is determined"
 
@@ -211,10 +215,10 @@ def _jackknife(
     reduced_matrix, reduced_right = basis.T @ matrix @ basis, basis.T @ right_side
     covariance = np.zeros((basis.shape[1], basis.shape[1]))
     for run, where in zip(equations, positions, strict=True):
-        own = np.ascontiguousarray(basis[where])
-        without = reduced_matrix - own.T @ run.matrix.sum(axis=1) @ own
-        left = reduced_right - run.right_side.sum(axis=1) @ own
-        solutions = np.linalg.solve(without, left[:, :, None])[:, :, 0]
+        T = np.ascontiguousarray(basis[where])
+        without = reduced_matrix - T.T @ run.matrix.sum(axis=1) @ T
+        right_sides = reduced_right - run.right_side.sum(axis=1) @ T
+        solutions = np.linalg.solve(without, right_sides[:, :, None])[:, :, 0]
         scatter = solutions - solutions.mean(axis=0)
         covariance += (run.n_revolutions - 1) / run.n_revolutions * scatter.T @ scatter
     return basis @ covariance @ basis.T

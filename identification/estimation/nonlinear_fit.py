@@ -126,7 +126,8 @@ def _bounded_fit(
     inside = np.clip(start, lower, upper)
     if not np.isfinite(counted(inside)).all():
         raise ValueError(
-            f"the model gives no finite signal at the start {dict(zip(_names(free), inside, strict=True))}"
+            "the model gives no finite signal at the start "
+            f"{dict(zip(_names(free), inside, strict=True))}"
         )
 
     def derivatives(z: Array) -> Array:
@@ -135,7 +136,7 @@ def _bounded_fit(
     # The search itself wants to begin inside; a start on the bound stays reachable as the better of
     # both ends.
     margin = 1e-3 * np.minimum(upper - lower, scale)
-    found = least_squares(
+    search = least_squares(
         lambda z: counted(z * scale),
         np.clip(inside, lower + margin, upper - margin) / scale,
         jac=derivatives,
@@ -146,7 +147,7 @@ def _bounded_fit(
         max_nfev=_MOST_ITERATIONS,
         x_scale="jac",
     )
-    values = _on_bounds(found.x * scale, lower, upper, scale)
+    values = _on_bounds(search.x * scale, lower, upper, scale)
     fit = _at(counted, free, values)
     given = float(np.square(counted(inside)).sum())
     if given < fit.cost:

@@ -51,7 +51,10 @@ class NormalEquations:
         return len(self.square_sum)
 
     def squared_error(self, coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Sum of squared residuals by revolution and channel [m²], shape (n_revolutions, n_channels)."""
+        """Sum of squared residuals by revolution and channel [m²].
+
+        Shape (n_revolutions, n_channels).
+        """
         linear = self.right_side @ coefficients
         quadratic = np.einsum("rcij,i,j->rc", self.matrix, coefficients, coefficients)
         # A perfect fit leaves rounding of either sign.

@@ -58,7 +58,7 @@ def with_scatter_of_runs(
     ):
         return fit
     alone = [joint_fit([run], shared) for run in equations]
-    if fit.undetermined.any() or any(one.undetermined.any() for one in alone):
+    if fit.undetermined.any() or any(fit_of_run.undetermined.any() for fit_of_run in alone):
         return fit
     ratio = _disagreement(fit, alone, n_shared) * freedom / (freedom + n_shared - 1)
     degrees = n_shared * (n_runs - 1)
@@ -77,11 +77,16 @@ def with_scatter_of_runs(
 
 
 def _disagreement(fit: JointFit, alone: Sequence[JointFit], n_shared: int) -> float:
-    """Sum over the runs of the squared distance to the joint solution, in units of each run's own covariance."""
+    """Sum over the runs of the squared distance to the joint solution.
+
+    In units of each run's own covariance.
+    """
     total = 0.0
-    for one in alone:
-        distance = one.unknowns[:n_shared] - fit.unknowns[:n_shared]
-        total += float(distance @ np.linalg.solve(one.covariance[:n_shared, :n_shared], distance))
+    for fit_of_run in alone:
+        distance = fit_of_run.unknowns[:n_shared] - fit.unknowns[:n_shared]
+        total += float(
+            distance @ np.linalg.solve(fit_of_run.covariance[:n_shared, :n_shared], distance)
+        )
     return total
 
 
@@ -89,23 +94,28 @@ def _jackknife_over_runs(
     equations: Sequence[NormalEquations], shared: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
     """Covariance of the shared unknowns from the joint solutions without one run each."""
-    reduced = [_without_own_unknowns(run, shared) for run in equations]
-    matrix = sum((one for one, _ in reduced), np.zeros((shared.sum(), shared.sum())))
-    right_side = sum((one for _, one in reduced), np.zeros(shared.sum()))
+    reduced = [_without_run_unknowns(run, shared) for run in equations]
+    matrix = sum(
+        (matrix_of_run for matrix_of_run, _ in reduced), np.zeros((shared.sum(), shared.sum()))
+    )
+    right_side = sum((right_of_run for _, right_of_run in reduced), np.zeros(shared.sum()))
     solutions = np.array(
-        [np.linalg.solve(matrix - own, right_side - right) for own, right in reduced]
+        [
+            np.linalg.solve(matrix - matrix_of_run, right_side - right_of_run)
+            for matrix_of_run, right_of_run in reduced
+        ]
     )
     scatter = solutions - solutions.mean(axis=0)
     return (len(equations) - 1) / len(equations) * scatter.T @ scatter
 
 
-def _without_own_unknowns(
+def _without_run_unknowns(
     run: NormalEquations, shared: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Eliminate the run's own unknowns from its normal equations (Schur complement)."""
     matrix, right_side = run.matrix.sum(axis=(0, 1)), run.right_side.sum(axis=(0, 1))
-    to_own = np.linalg.solve(matrix[np.ix_(~shared, ~shared)], matrix[np.ix_(~shared, shared)])
+    elimination = np.linalg.solve(matrix[np.ix_(~shared, ~shared)], matrix[np.ix_(~shared, shared)])
     return (
-        matrix[np.ix_(shared, shared)] - matrix[np.ix_(shared, ~shared)] @ to_own,
-        right_side[shared] - to_own.T @ right_side[~shared],
+        matrix[np.ix_(shared, shared)] - matrix[np.ix_(shared, ~shared)] @ elimination,
+        right_side[shared] - elimination.T @ right_side[~shared],
     )

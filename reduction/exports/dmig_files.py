@@ -84,11 +84,14 @@ def written_matrix(cards: str, name: str, index: pd.MultiIndex) -> NDArray[np.fl
 
     Columns and rows that are zero are not in the file.
     """
-    found = bulk.rddmig(io.StringIO(cards))[name.lower()]
-    full = found.reindex(index=index, columns=index, fill_value=0.0).to_numpy(dtype=np.float64)
+    matrix = bulk.rddmig(io.StringIO(cards))[name.lower()]
+    full = matrix.reindex(index=index, columns=index, fill_value=0.0).to_numpy(dtype=np.float64)
     return full
 
 
 def grounding_of(K: NDArray[np.float64], R: NDArray[np.float64]) -> float:
-    """``max |K R| / max |K|``: zero for a free body."""
+    """``max |K R| / max |K|``: zero for a free body.
+
+    K of shape (n, n) [N/m], rigid-body modes R of shape (n, 6).
+    """
     return float(np.abs(K @ R).max() / np.abs(K).max())

@@ -57,14 +57,16 @@ def write_exudyn(
         raise ValueError(f"{path}: suffix {path.suffix!r}; expected .hdf5")
     if len(structure.rigid_points):
         raise ValueError(
-            f"{structure.name}: its pilots hold their surfaces rigid, and Exudyn needs every node's mass and stiffness; "
-            "expected distributing couplings (rbe3)"
+            f"{structure.name}: its pilots hold their surfaces rigid, and Exudyn needs every "
+            "node's mass and stiffness; expected distributing couplings (rbe3)"
         )
     model = reduction.model
-    held = next(iter(model.pilots)) if pilot is None else pilot
-    kept = np.setdiff1d(np.arange(model.n_coordinates), model.coordinates_of(held))
+    fixed_pilot = next(iter(model.pilots)) if pilot is None else pilot
+    kept = np.setdiff1d(np.arange(model.n_coordinates), model.coordinates_of(fixed_pilot))
     T = reduction.basis[:, kept]
-    statement = "; ".join(header(model)) + f"; pilot {held} held, its columns left out of the basis"
+    statement = (
+        "; ".join(header(model)) + f"; pilot {fixed_pilot} held, its columns left out of the basis"
+    )
     with whole_file(path) as temporary, h5py.File(temporary, "w") as file:
         _dictionary(file, "metaData", {"source": statement, "units": UNITS, "frame": FRAME})
         _dictionary(file, "nodes", {"Position": structure.points})

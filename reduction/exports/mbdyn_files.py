@@ -45,7 +45,8 @@ def write_mbdyn(model: ReducedModel, path: Path, *, pilot: str | None = None) ->
         *comments(
             "**",
             [
-                f"Modal node: pilot {body.pilot}, held; coordinates from its point, axes of the body frame"
+                f"Modal node: pilot {body.pilot}, held; coordinates from its point, axes of the "
+                "body frame"
             ],
         ),
         *(f"** Node {number}: pilot {name}" for number, name in enumerate(model.pilots, start=1)),

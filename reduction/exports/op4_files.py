@@ -25,7 +25,9 @@ def grid_numbers(n_pilots: int) -> list[int]:
 
 
 def write_op4(model: ReducedModel, path: Path) -> tuple[Path, ...]:
-    """Write ``.op4`` (kaa, maa, baa in double precision), ``.asm``, ``.pch`` and ``.txt`` of the same stem.
+    """Write ``.op4``, ``.asm``, ``.pch`` and ``.txt`` of the same stem.
+
+    ``.op4`` holds kaa, maa and baa in double precision.
 
     Parameters
     ----------
@@ -51,10 +53,11 @@ def write_op4(model: ReducedModel, path: Path) -> tuple[Path, ...]:
     body = ordered_body(model)
     grids = grid_numbers(len(body.pilots))
     uset = n2p.addgrid(None, grids, "b", 0, body.points, 0)
+    numbering = f"scalar points from {FIRST_SPOINT}, one a modal coordinate"
     lines = [
         *header(model),
         *(f"Grid {grid}: pilot {name}" for grid, name in zip(grids, body.pilots, strict=True)),
-        f"Matrices kaa, maa, baa; superelement {SUPERELEMENT}; scalar points from {FIRST_SPOINT}, one a modal coordinate:",
+        f"Matrices kaa, maa, baa; superelement {SUPERELEMENT}; {numbering}:",
         *(
             f"Spoint {FIRST_SPOINT + i}: {label}"
             for i, label in enumerate(body.labels[6 * len(grids) :])
@@ -76,11 +79,11 @@ def write_op4(model: ReducedModel, path: Path) -> tuple[Path, ...]:
             maa=body.M,
             baa=body.D,
         )
-        whole = [stack.enter_context(whole_file(file)) for file in files]
-        whole[0].write_bytes((Path(folder) / "body.op4").read_bytes())
-        for target in whole[1:3]:
+        targets = [stack.enter_context(whole_file(file)) for file in files]
+        targets[0].write_bytes((Path(folder) / "body.op4").read_bytes())
+        for target in targets[1:3]:
             # The first line names a temporary file; ours says what the body is.
             text = (Path(folder) / f"body{target.suffix}").read_text().split("\n", 1)[1]
             target.write_text("\n".join(comments("$", lines)) + "\n" + text, encoding="utf-8")
-        whole[3].write_text("\n".join(lines) + "\n", encoding="utf-8")
+        targets[3].write_text("\n".join(lines) + "\n", encoding="utf-8")
     return files

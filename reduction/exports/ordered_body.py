@@ -1,4 +1,7 @@
-"""A reduced body in the order that every export writes, and with one pilot held for codes with a floating frame."""
+"""A reduced body in the order that every export writes.
+
+For codes with a floating frame, one pilot is held.
+"""
 
 import textwrap
 from collections.abc import Iterable
@@ -12,7 +15,10 @@ from carrierflex.reduction.reduced_model import ReducedModel
 
 #: Statement of units and frame in every header.
 UNITS = "SI units: m, kg, s, N, rad"
-FRAME = "body frame: x downwind along the rotation axis, z up, right-handed, origin on the upwind plate's upwind face"
+FRAME = (
+    "body frame: x downwind along the rotation axis, z up, right-handed, origin on the upwind "
+    "plate's upwind face"
+)
 #: Columns of a comment: Nastran reads 80, MBDyn stops at a line above 255.
 _COMMENT_WIDTH = 76
 
@@ -85,7 +91,8 @@ def ordered_body(model: ReducedModel) -> OrderedBody:
     pilot_rows = np.concatenate([model.coordinates_of(name) for name in model.pilots])
     if len(np.unique(pilot_rows)) != len(pilot_rows):
         raise ValueError(
-            f"{model.name}: pilots share coordinates; expected a single body, to be joined in the other code"
+            f"{model.name}: pilots share coordinates; expected a single body, to be joined in the "
+            "other code"
         )
     rows = np.concatenate([pilot_rows, np.setdiff1d(np.arange(model.n_coordinates), pilot_rows)])
     K, M, D = ((A + A.T)[np.ix_(rows, rows)] / 2.0 for A in (model.K, model.M, model.D))
@@ -108,22 +115,22 @@ def held_body(model: ReducedModel, pilot: str | None = None) -> HeldBody:
     body = ordered_body(model)
     if model.ffrf is None:
         raise ValueError(
-            f"{model.name} has no inertia invariants, which floating-frame codes need; expected a body file written by "
-            "this version of carrierflex reduce"
+            f"{model.name} has no inertia invariants, which floating-frame codes need; expected a "
+            "body file written by this version of carrierflex reduce"
         )
     if model.ffrf.n_coordinates != model.n_coordinates:
         raise ValueError(
-            f"{model.name}: inertia invariants of {model.ffrf.n_coordinates} coordinates; expected {model.n_coordinates}, one a "
-            "label"
+            f"{model.name}: inertia invariants of {model.ffrf.n_coordinates} coordinates; expected "
+            f"{model.n_coordinates}, one a label"
         )
-    held = body.pilots[0] if pilot is None else pilot
-    left_out = model.coordinates_of(held)
-    kept = np.flatnonzero(~np.isin(body.rows, left_out))
+    fixed_pilot = body.pilots[0] if pilot is None else pilot
+    fixed_coordinates = model.coordinates_of(fixed_pilot)
+    kept = np.flatnonzero(~np.isin(body.rows, fixed_coordinates))
     n, n_pilots = len(body.labels), len(body.pilots)
     K, M, D = (A[np.ix_(kept, kept)] for A in (body.K, body.M, body.D))
     motion = np.eye(n)[: 6 * n_pilots, kept].reshape(n_pilots, 6, -1)
     basis = np.eye(n)[:, body.rows[kept]]
-    return HeldBody(held, K, M, D, motion, model.ffrf.transformed(basis))
+    return HeldBody(fixed_pilot, K, M, D, motion, model.ffrf.transformed(basis))
 
 
 def header(model: ReducedModel) -> tuple[str, ...]:

@@ -18,7 +18,10 @@ from carrierflex.reduction.ffrf_data import FfrfData
 from carrierflex.reduction.reduced_model import ReducedModel
 
 #: Numbers of the structure entry.
-_ZERO, _DIAGONAL, _FULL, _IDENTITY = 0, 1, 3, 4
+_ZERO = 0
+_DIAGONAL = 1
+_FULL = 3
+_IDENTITY = 4
 #: Rows of J.
 _J_ROWS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
@@ -65,7 +68,10 @@ def write_sid(model: ReducedModel, path: Path, *, pilot: str | None = None) -> N
 
 
 def held_modes(body: HeldBody) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Squared angular frequencies [1/s^2] and modes ``Vᵀ M V = I`` of the held body, ascending."""
+    """Squared angular frequencies [1/s^2] and modes ``Vᵀ M V = I`` of the held body, ascending.
+
+    Shapes (n,) and (n, n).
+    """
     # Translations, rotations and modal amplitudes: scaled to unit mass before the eigenvalue
     # problem.
     scale = 1.0 / np.sqrt(body.M.diagonal())
@@ -78,7 +84,10 @@ def _lines(
 ) -> Iterator[str]:
     n = len(squares)
     pilots = ", ".join(f"{i} {name}" for i, name in enumerate(model.pilots, start=1))
-    comment = f"{model.name}, written by carrierflex; {UNITS}; {FRAME}; floating frame moves with held pilot {body.pilot}"
+    comment = (
+        f"{model.name}, written by carrierflex; {UNITS}; {FRAME}; "
+        f"floating frame moves with held pilot {body.pilot}"
+    )
     yield f"{len(model.pilots):5d}{n:5d}    :{comment}; nodes {pilots}; no geometric stiffening"
     yield from ("part", " new modal")
     yield "  refmod"

@@ -119,7 +119,7 @@ def read_case(path: Path, delta_f: DeflectionCurve) -> SimulationCase:
     for number, table in enumerate(document.runs, start=1):
         with problems.at(f"[[runs]] {number}"):
             runs.append(_run_case(table, document, delta_f))
-    refuse(problems.found, str(path))
+    refuse(problems.messages, str(path))
     return SimulationCase(
         document.name,
         document.seed,

@@ -14,7 +14,10 @@ _PATHS = tuple(permutations(range(3)))
 
 
 def box_mesh(lengths, cells, body="carrier"):
-    """Straight-sided box from the origin, surfaces ``start`` (x = 0) and ``end`` (x = lengths[0])."""
+    """Straight-sided box from the origin, surfaces ``start`` (x = 0) and ``end``.
+
+    ``end`` lies at x = lengths[0].
+    """
     corners = np.stack(
         np.meshgrid(*(np.arange(n + 1) for n in cells), indexing="ij"), axis=-1
     ).reshape(-1, 3)

@@ -1,4 +1,6 @@
-"""Orders of convergence of the quadratic tetrahedra on curved bodies with exact three-dimensional solutions.
+"""Orders of convergence of the quadratic tetrahedra on curved bodies.
+
+The solutions are exact and three-dimensional.
 
 Beside the straight bars of test_bars.py (work and frequency at fourth order): displacement in the
 mean square at third order, work and frequency at fourth, the geometry converging with them; every
@@ -24,7 +26,7 @@ CELLS = np.array([1, 2, 3])
 
 
 def scalar_basis(mesh, make=skfem.Basis, **options):
-    """Scalar quadratic basis on the curved mesh, and our number of each of its degrees of freedom."""
+    """Scalar quadratic basis on the curved mesh, and our number of each of its dofs."""
     own = skfem.MeshTet2(np.ascontiguousarray(mesh.points.T), np.ascontiguousarray(mesh.tets.T))
     basis = make(own, skfem.ElementTetP2(), **options)
     distance, nodes = cKDTree(mesh.points).query(basis.doflocs.T)

@@ -127,7 +127,10 @@ def with_surface(facets):
 
 def test_a_surface_shrunk_to_a_line_is_refused_with_its_nodes():
     mesh = with_surface([[0, 7, 7, 0, 7, 7]])
-    message = r"surface 'line' with 2 nodes \(0 at \(0, 0, 0\) m, 7 at \(1, 1, 1\) m\) cannot hold a pilot's translation x"
+    message = (
+        r"surface 'line' with 2 nodes \(0 at \(0, 0, 0\) m, 7 at \(1, 1, 1\) m\) cannot hold a "
+        r"pilot's translation x"
+    )
     with pytest.raises(ValueError, match=message):
         distributing_pilot(mesh, "line", np.zeros(3))
 

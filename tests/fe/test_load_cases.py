@@ -1,4 +1,7 @@
-"""Gear forces of the paper, and the direction of every load by vector algebra of the tooth forces."""
+"""Gear forces of the paper, and the direction of every load.
+
+By vector algebra of the tooth forces.
+"""
 
 import math
 
@@ -87,7 +90,10 @@ def test_a_simply_supported_pin_loads_the_nearer_bore_more(carrier):
 
 
 def tooth_direction(hand, position):
-    """Tangent of a helix of the hand (+1 right) through a point of the planet's pitch circle, by finite differences."""
+    """Tangent of a helix of the hand (+1 right) through a point of the planet's pitch circle.
+
+    By finite differences.
+    """
     r = np.linalg.norm(position)
 
     def point(x):

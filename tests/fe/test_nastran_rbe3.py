@@ -1,4 +1,6 @@
-"""RBE3 matrices of NX Nastran 9, and those of pyyeti on random elements, against our weighted coupling.
+"""RBE3 matrices of NX Nastran 9 and of pyyeti against our weighted coupling.
+
+Those of pyyeti are on random elements.
 
 The data sets (bulk data beside the matrices that NX Nastran made of it) come with pyyeti's own
 tests, BSD-3-Clause; they are read where pyyeti is installed, none of its coupling code takes part.
@@ -46,7 +48,10 @@ CASES = {
 
 
 def nastran_table(name):
-    """NX Nastran's table of degrees of freedom (id, component, is dependent, location, direction) and its matrix GM."""
+    """NX Nastran's table of degrees of freedom and its matrix GM.
+
+    The table: id, component, is dependent, location, direction.
+    """
     file = DATA / f"make_gm_nx9_rbe3_{name}.mat"
     if not file.exists():
         pytest.skip(f"this build of pyyeti has no {file.name}")
@@ -63,7 +68,10 @@ def nastran_table(name):
 
 
 def our_constraint(table, averaged, components):
-    """Rows of ``q - G u = 0`` over all degrees of freedom of the table, q in the pilot's own frame."""
+    """Rows of ``q - G u = 0`` over all degrees of freedom of the table.
+
+    q is in the pilot's own frame.
+    """
     dofs, _, location, direction, _ = table
     number = {tuple(dof): i for i, dof in enumerate(dofs)}
     columns, weights = [], []

@@ -19,7 +19,10 @@ from tests.fe.box_meshes import box_mesh
 
 
 def box_with(**surfaces):
-    """Unit cube of 2 × 2 × 2 cells with parts of its end face as further surfaces, chosen by a facet's middle."""
+    """Unit cube of 2 × 2 × 2 cells with parts of its end face as further surfaces.
+
+    Each part is chosen by a facet's middle.
+    """
     mesh = box_mesh((1.0, 1.0, 1.0), (2, 2, 2))
     end = mesh.surface("end")
     middles = mesh.points[end].mean(axis=1)
@@ -48,7 +51,8 @@ def test_two_pilots_on_one_surface_are_refused():
         distributing_pilot(mesh, "same", np.array([0.7, 0.1, 0.2])),
     )
     message = (
-        r"pilots 'end', 'same' cannot move independently: their 12 coordinates have rank 6; 'end' and 'same' share "
+        r"pilots 'end', 'same' cannot move independently: their 12 coordinates have rank 6; "
+        r"'end' and 'same' share "
         r"\d+ nodes \(\d+ at \(1, .*\) m, .*\.\.\.\); expected surfaces of their own"
     )
     with pytest.raises(ValueError, match=message):

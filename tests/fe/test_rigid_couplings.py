@@ -1,4 +1,7 @@
-"""Rigid couplings: the surface follows its pilot, loads keep their resultant, and the body only gets stiffer."""
+"""Rigid couplings: the surface follows its pilot, and the body only gets stiffer.
+
+Loads keep their resultant.
+"""
 
 from dataclasses import replace
 
@@ -109,7 +112,10 @@ def test_a_rigid_surface_that_takes_a_distributing_pilots_nodes_is_refused(flexi
     part = {**flexible_mesh.surfaces, "upwind_seat": flexible_mesh.surface("shaft_face")[:20]}
     mesh = replace(flexible_mesh, surfaces=part)
     structure = structural_model("both", mesh, carrier, ("shaft_face", "upwind_seat"))
-    message = r"with 'shaft_face' rigid the pilots cannot move independently: 'shaft_face' and 'upwind_seat' share \d+ nodes \("
+    message = (
+        r"with 'shaft_face' rigid the pilots cannot move independently: 'shaft_face' and "
+        r"'upwind_seat' share \d+ nodes \("
+    )
     with pytest.raises(ValueError, match=message):
         rigidly_coupled(structure, mesh, ("shaft_face",))
     # The other way round most of the face keeps its own displacement.

@@ -28,7 +28,10 @@ def nodes(mesh):
 
 
 def radial_frames(points, centre):
-    """Axial, radial and tangential unit vectors about the axis along x through `centre`, as rows."""
+    """Axial, radial and tangential unit vectors about an axis along x, as rows.
+
+    The axis goes through `centre`.
+    """
     r = points - centre
     r[:, 0] = 0.0
     r /= np.linalg.norm(r, axis=1)[:, None]
@@ -104,7 +107,10 @@ def test_a_radial_hold_has_four_motions_and_is_refused_six(mesh):
     pilot = weighted_pilot(mesh, "skin", axis, weights, frames=frames, components=(1, 2, 4, 5))
     load = np.array([0.0, 1.0, -2.0, 0.0, 0.5, 0.7])
     assert_allclose(resultant(pilot, mesh, load), load, rtol=0.0, atol=1e-12)
-    message = r"surface 'skin' with weights on \d+ nodes \(.*\) cannot hold a pilot's translation x, rotation x: "
+    message = (
+        r"surface 'skin' with weights on \d+ nodes \(.*\) cannot hold a pilot's translation x, "
+        r"rotation x: "
+    )
     with pytest.raises(ValueError, match=message):
         weighted_pilot(mesh, "skin", axis, weights, frames=frames)
     with pytest.raises(
@@ -138,7 +144,10 @@ def test_nodes_in_line_hold_all_but_the_rotation_about_it(mesh, nodes):
 
 def test_a_single_node_holds_translations_only(mesh, nodes):
     weights = on_nodes(nodes, nodes[4])
-    message = r"weights on 1 node \(\d+ at .* m\) cannot hold a pilot's rotation x, rotation y, rotation z: "
+    message = (
+        r"weights on 1 node \(\d+ at .* m\) cannot hold a pilot's rotation x, rotation y, "
+        r"rotation z: "
+    )
     with pytest.raises(ValueError, match=message):
         weighted_pilot(mesh, "end", mesh.points[nodes[4]], weights)
     pilot = weighted_pilot(mesh, "end", mesh.points[nodes[4]], weights, components=(0, 1, 2))

@@ -10,7 +10,8 @@ import tomli_w
 from pydantic import Field
 
 from carrierflex.files.problems import MOST_LISTED, refuse
-from carrierflex.files.toml_files import TomlKind, checked_document, read_toml, shown, toml_document
+from carrierflex.files.shown_values import shown
+from carrierflex.files.toml_files import TomlKind, checked_document, read_toml, toml_document
 from carrierflex.files.toml_values import (
     Count,
     Expected,

@@ -225,7 +225,8 @@ def test_the_unit_that_the_file_declares_counts(folder, tmp_path):
     assert_allclose(radii[0] / radii[1], 10.0, rtol=1e-9)
     inches = tmp_path / "inches.step"
     inches.write_text(
-        "ISO-10303-21; #1=(CONVERSION_BASED_UNIT('INCH',#2)LENGTH_UNIT()NAMED_UNIT(#3)); END-ISO-10303-21;"
+        "ISO-10303-21; #1=(CONVERSION_BASED_UNIT('INCH',#2)LENGTH_UNIT()NAMED_UNIT(#3)); "
+        "END-ISO-10303-21;"
     )
     assert declared_unit(inches) == "inch"
 
@@ -233,7 +234,10 @@ def test_the_unit_that_the_file_declares_counts(folder, tmp_path):
 def test_pins_that_do_not_fit_between_the_plates_are_refused(folder, statements):
     with pytest.raises(
         ValueError,
-        match=r"bearing_width is 0\.25 m; expected less than the 0\.24 m between the bores of pin 1",
+        match=(
+            r"bearing_width is 0\.25 m; expected less than the 0\.24 m between the bores of "
+            r"pin 1"
+        ),
     ):
         step_carrier_mesh(
             folder / "carrier.step", replace(statements, bearing_width=0.25), COARSE, pins=True

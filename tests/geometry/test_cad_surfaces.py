@@ -76,10 +76,11 @@ def test_none_lists_the_nearest_candidates_of_its_kind():
     with pytest.raises(ValueError, match="candidates") as refusal:
         bore(window=(0.0, 0.1)).touched(faces, TOLERANCE)
     assert str(refusal.value) == (
-        "surface 'bore': the CAD model has no cylinder of radius 0.1 m about the axis (1.0, 0.0, 0.0) through (0.0, 0.0, 0.0) "
-        "between 0 and 0.1 m; candidates: [1] cylinder, axis (-1, 0, 0) through (0, 0, 0), radius 0.101 m, "
-        "stations -0.1 to 0 m, area 0.06346 m^2; [2] cylinder, axis (-1, 0, 0) through (0, 0, 0), radius 0.12 m, "
-        "stations -0.4 to -0.3 m, area 0.0754 m^2"
+        "surface 'bore': the CAD model has no cylinder of radius 0.1 m about the axis (1.0, 0.0, "
+        "0.0) through (0.0, 0.0, 0.0) between 0 and 0.1 m; candidates: [1] cylinder, axis (-1, 0, "
+        "0) through (0, 0, 0), radius 0.101 m, stations -0.1 to 0 m, area 0.06346 m^2; [2] "
+        "cylinder, axis (-1, 0, 0) through (0, 0, 0), radius 0.12 m, stations -0.4 to -0.3 m, area "
+        "0.0754 m^2"
     )
 
 
@@ -87,7 +88,10 @@ def test_several_are_refused_unless_they_are_one_surface_or_stated():
     apart = (tube((0.0, 0.1)), tube((0.3, 0.4), tag=2))
     with pytest.raises(
         ValueError,
-        match=r"'bore': 2 separate surfaces .*; expected 1, choose by axial_range or say parts = 2; can",
+        match=(
+            r"'bore': 2 separate surfaces .*; expected 1, choose by axial_range or say parts = "
+            r"2; can"
+        ),
     ):
         bore().chosen(apart, TOLERANCE)
     assert len(bore(parts=2).chosen(apart, TOLERANCE)) == 2
@@ -112,7 +116,10 @@ def test_a_plane_is_matched_by_station_and_radii_and_many_candidates_are_cut_sho
     assert [face.tag for face in plane.chosen(faces, TOLERANCE)] == [3]
     with pytest.raises(
         ValueError,
-        match=r"no plane of normal \(-1.0, 0.0, 0.0\) at station 0.31 m, radii between 0.05 .*; and 3 more",
+        match=(
+            r"no plane of normal \(-1.0, 0.0, 0.0\) at station 0.31 m, radii between 0.05 .*; "
+            r"and 3 more"
+        ),
     ):
         replace(plane, size=0.31).chosen(faces, TOLERANCE)
     with pytest.raises(ValueError, match="no face of the CAD model lies inside the window"):
@@ -145,7 +152,10 @@ def test_a_wrong_radius_in_the_file_is_answered_with_the_right_one(folder):
     )
     with pytest.raises(
         ValueError,
-        match=r"'pin_2_upwind': .*candidates: \[1\] cylinder, axis \(1, 0, 0\) through \(0, -0.26674, -0.154\), radius 0.08 m",
+        match=(
+            r"'pin_2_upwind': .*candidates: \[1\] cylinder, axis \(1, 0, 0\) through \(0, "
+            r"-0.26674, -0.154\), radius 0.08 m"
+        ),
     ):
         step_carrier_mesh(
             folder / "carrier.step", replace(statements, surfaces=wrong), 0.08, pins=False

@@ -1,4 +1,6 @@
-"""Volumes and named areas of the meshes against integrals over the drawing's circles, which know no mesh.
+"""Volumes and named areas of the meshes against integrals over the drawing's circles.
+
+The integrals know no mesh.
 
 Curved quadratic facets miss a circle by the fourth power of their angle: some 1e-4 of an area at
 the tests' size.

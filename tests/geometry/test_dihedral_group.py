@@ -1,4 +1,7 @@
-"""The group's matrices multiply as its motions do, and split any coordinates that follow it completely."""
+"""The group's matrices multiply as its motions do.
+
+They split any coordinates that follow the group completely.
+"""
 
 import numpy as np
 import pytest

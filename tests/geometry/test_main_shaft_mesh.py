@@ -93,7 +93,8 @@ def test_useless_sizes_are_refused(carrier):
         ),
         (
             {"bearing_width": 0.3},
-            "bearing_width is 0.3 m: the bearing reaches an end of the shaft; expected less than 0.24 m",
+            "bearing_width is 0.3 m: the bearing reaches an end of the shaft; expected less "
+            "than 0.24 m",
         ),
         (
             {"hub_to_bearing": 0.1},
@@ -109,7 +110,10 @@ def test_contradicting_dimensions_are_refused(change, message):
 @pytest.mark.parametrize("diameter", [0.3, 0.47])
 def test_a_shaft_that_does_not_meet_the_hub_is_refused(diameter):
     shaft = replace(SHAFT, outer_diameter=diameter)
-    message = f"outer_diameter is {diameter} m; expected between the hub_inner_diameter 0.32 m and the hub_outer_diameter 0.46 m"
+    message = (
+        f"outer_diameter is {diameter} m; expected between the hub_inner_diameter 0.32 m and "
+        f"the hub_outer_diameter 0.46 m"
+    )
     with pytest.raises(ValueError, match=message):
         StageParameters(main_shaft=shaft)
     with pytest.raises(ValueError, match=message):

@@ -1,4 +1,7 @@
-"""Meshes from outside: read back as they were written, refused where they would give meaningless matrices."""
+"""Meshes from outside: read back as they were written.
+
+Refused where they would give meaningless matrices.
+"""
 
 from dataclasses import replace
 
@@ -49,7 +52,10 @@ def test_good_meshes_are_measured(one_pin_mesh):
 
 def test_detached_pieces_are_counted_and_located(one_pin_mesh):
     m = len(one_pin_mesh.tets)
-    message = rf"pin: .* into 2 detached pieces \({m} elements about \(0\.\d+, .*, 0\.307\) m; {m} elements about \(2\."
+    message = (
+        rf"pin: .* into 2 detached pieces \({m} elements about \(0\.\d+, .*, 0\.307\) m; {m} "
+        rf"elements about \(2\."
+    )
     with pytest.raises(ValueError, match=message):
         check_mesh(twins(one_pin_mesh), "pin")
 

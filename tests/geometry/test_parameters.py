@@ -1,4 +1,7 @@
-"""Contradicting dimensions are refused, and the message names the parameter, what was found and what is expected."""
+"""Contradicting dimensions are refused.
+
+The message names the parameter, what was found and what is expected.
+"""
 
 import math
 import re

@@ -12,7 +12,10 @@ LENGTH = 0.3
 
 
 def bar(cells=(4, 1, 1), name="bar", offset=0.0):
-    """Steel bar of 30 x 50 mm from x = offset, pilots ``<name>_start`` and ``<name>_end`` at the middle of its ends."""
+    """Steel bar of 30 x 50 mm from x = offset with a pilot at either end.
+
+    ``<name>_start`` and ``<name>_end`` stand at the middle of its ends.
+    """
     mesh = box_mesh((LENGTH, 0.03, 0.05), cells)
     mesh.points[:] += [offset, -0.015, -0.025]
     pilots = []

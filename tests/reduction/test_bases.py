@@ -1,4 +1,7 @@
-"""Residual vectors, orthonormal form, effective interface mass, free interface, and how many modes are enough."""
+"""Residual vectors, orthonormal form, effective interface mass, free interface.
+
+And how many modes are enough.
+"""
 
 from itertools import pairwise
 
@@ -42,8 +45,11 @@ def receptance(model, omega):
 
 
 def static_error(reduction, force):
-    """Strain energy that the reduced static answer to an interior force lacks, pilots held, as a share."""
-    u = HeldStructure(reduction.body, STRUCTURE.pilots).answer(force[:, None])[:, 0]
+    """Share of strain energy that the reduced static response to an interior force lacks.
+
+    With the pilots fixed.
+    """
+    u = HeldStructure(reduction.body, STRUCTURE.pilots).static_response(force[:, None])[:, 0]
     T, k = reduction.basis[:, N_PILOT:], reduction.model.K[N_PILOT:, N_PILOT:]
     lacking = u - T @ np.linalg.solve(k, T.T @ force)
     return float(np.sqrt((lacking @ K @ lacking) / (u @ K @ u)))

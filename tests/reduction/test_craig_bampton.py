@@ -1,4 +1,7 @@
-"""Fixed-interface modes and reduced matrices against dense linear algebra and the definitions of Craig and Bampton."""
+"""Fixed-interface modes and reduced matrices against dense linear algebra.
+
+And against the definitions of Craig and Bampton.
+"""
 
 from itertools import pairwise
 

@@ -1,4 +1,7 @@
-"""Inertia invariants against their definitions, direct sums over the nodes, and those of Exudyn on the same matrices."""
+"""Inertia invariants against their definitions and direct sums over the nodes.
+
+And against those of Exudyn on the same matrices.
+"""
 
 from dataclasses import replace
 

@@ -1,4 +1,7 @@
-"""Constraint modes and held solves against their definition and against a direct factorisation of the saddle point."""
+"""Constraint modes and static responses against their definition.
+
+And against a direct factorisation of the saddle point.
+"""
 
 import numpy as np
 import pytest

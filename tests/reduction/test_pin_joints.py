@@ -1,4 +1,7 @@
-"""Carrier and pins joined in the reduced space against the finite-element model, and the pin fit's stiffness."""
+"""Carrier and pins joined in the reduced space against the finite-element model.
+
+And the pin fit's stiffness.
+"""
 
 import numpy as np
 import pytest

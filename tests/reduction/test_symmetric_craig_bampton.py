@@ -86,7 +86,10 @@ def test_constraint_modes_agree_on_the_whole_body(paths):
 
 
 def frequency_response(model, omega):
-    """Motion of pilots and sensors per unit load at the pilots, in units of each coordinate's stiffness."""
+    """Motion of pilots and sensors per unit load at the pilots.
+
+    In units of each coordinate's stiffness.
+    """
     m = 6 * len(model.pilots)
     scale = 1.0 / np.sqrt(model.K.diagonal()[:m])
     H = np.linalg.inv(model.K + 1j * omega * model.D - omega**2 * model.M)[:, :m]

@@ -127,7 +127,7 @@ def main(
         campaign = stage_campaign(what, list(growing.runs))
         with stages.stage(f"writing {out}"):
             write_campaign(
-                campaign, out, more_files=_files(case, curve_set), standing=growing.files
+                campaign, out, more_files=_files(case, curve_set), written_files=growing.files
             )
     if stopped is not None:
         raise stopped

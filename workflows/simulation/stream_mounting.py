@@ -80,7 +80,7 @@ def main(case: Path, *, out: Path, quiet: bool = False) -> SimulatedMounting:
                     campaign,
                     out,
                     more_files={CASE_COPY: partial(shutil.copyfile, case)},
-                    standing=files,
+                    written_files=files,
                 )
     if stopped is not None:
         raise stopped

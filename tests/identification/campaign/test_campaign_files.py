@@ -74,8 +74,9 @@ def mounting_campaign():
     time = np.arange(5) / 10.0
     inputs = {name: np.ones(5) for name in ("torque", "speed", "carrier_angle", "ntl_y", "ntl_z")}
     rig = dict.fromkeys(
-        "R_x R_y R_z R_b R_yz bushing_radial_stiffness bushing_radial_damping bushing_axial_stiffness "
-        "bushing_axial_damping housing_mass housing_cg_x shaft_mass shaft_cg_x coupling_mass coupling_arm "
+        "R_x R_y R_z R_b R_yz bushing_radial_stiffness bushing_radial_damping "
+        "bushing_axial_stiffness bushing_axial_damping housing_mass housing_cg_x shaft_mass "
+        "shaft_cg_x coupling_mass coupling_arm "
         "main_bearing_x gear_ratio".split(),
         1.5,
     )
@@ -202,7 +203,8 @@ REFUSALS = {
     ),
     "effect": (
         edit_document(lambda d: d["baseline"].update(effects=["magic"])),
-        r"campaign\.toml: \[baseline\]: unknown effect 'magic' in 'effects'; kind carrier knows axial_offset",
+        r"campaign\.toml: \[baseline\]: unknown effect 'magic' in 'effects'; kind carrier "
+        r"knows axial_offset",
     ),
     "effect of another kind": (
         edit_document(lambda d: d["baseline"].update(effects=["cubic_stiffness"])),
@@ -259,7 +261,8 @@ REFUSALS = {
     ),
     "escape": (
         edit_document(lambda d: d["runs"][0].update(file="../LC1.csv")),
-        r"\[\[runs\]\] 1: key 'file' '\.\./LC1\.csv' leads out of the campaign folder; expected a plain file name",
+        r"\[\[runs\]\] 1: key 'file' '\.\./LC1\.csv' leads out of the campaign folder; "
+        r"expected a plain file name",
     ),
     "absolute": (
         edit_document(lambda d: d["runs"][0].update(file="/etc/x.csv")),

@@ -35,7 +35,7 @@ def test_pieces_become_the_same_folder_as_the_whole(tmp_path, campaign):
             for piece in pieces_of(run, 7):
                 growing.append(piece)
         small = replace(campaign, runs=growing.runs)
-        write_campaign(small, tmp_path / "grown", standing=growing.files)
+        write_campaign(small, tmp_path / "grown", written_files=growing.files)
     assert growing.n_samples == {run.name: len(run.time) for run in campaign.runs}
     for path in (tmp_path / "whole").iterdir():
         assert (tmp_path / "grown" / path.name).read_bytes() == path.read_bytes()
@@ -48,7 +48,7 @@ def test_a_cut_run_says_so_and_reads_back(tmp_path, campaign):
         growing.append(next(pieces_of(first, 5)))
         growing.cut(first.name, "interrupted")
         write_campaign(
-            replace(campaign, runs=growing.runs), tmp_path / "cut", standing=growing.files
+            replace(campaign, runs=growing.runs), tmp_path / "cut", written_files=growing.files
         )
     (run,) = read_campaign(tmp_path / "cut").runs
     assert len(run.time) == 5

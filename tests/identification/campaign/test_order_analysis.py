@@ -28,7 +28,10 @@ def turning(n_revolutions=3, per_revolution=120, ripple=0.02):
 
 
 def patterns_of(signal_at, channels=AXIAL):
-    """Pattern amplitudes of a signal ``(theta, v) -> s``, by revolution, pattern (as PATTERNS) and order."""
+    """Pattern amplitudes of a signal ``(theta, v) -> s``.
+
+    By revolution, pattern (as PATTERNS) and order.
+    """
     rows = [
         order_amplitudes(np.array([signal_at(theta, c.angle) for c in channels]), theta)[0].T
         for theta in turning()

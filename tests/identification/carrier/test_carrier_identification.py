@@ -135,7 +135,10 @@ def test_errors_of_a_shared_tilt_cover_runs_that_disagree():
 
 
 def test_jackknife_over_runs_is_that_of_joint_fits_without_one_run_each():
-    """With gaps in the record no effect is orthogonal to another, and a run's own unknowns matter."""
+    """With gaps in the record no effect is orthogonal to another.
+
+    A run's own unknowns then matter.
+    """
     cases = [
         run_case(f"LC{k}", replace(TRUTH, phi_PLC=tilt))
         for k, tilt in enumerate((4e-4, 6e-4, 9e-4))

@@ -223,7 +223,10 @@ def test_bootstrap_covers_the_truth_under_noise_that_lasts_over_revolutions():
 def test_truth_lies_in_its_interval_in_90_to_99_percent_of_repeats_with_coloured_noise(
     model, motion
 ):
-    """Noise with a memory of a tenth of a revolution, ten times its white level at low frequency."""
+    """Coloured (AR(1)) noise with a correlation time of a tenth of a revolution.
+
+    At low frequency it has ten times its white level.
+    """
     inside = []
     for seed in range(200):
         rng = np.random.default_rng(300 + seed)
@@ -259,7 +262,7 @@ def _drifting(seed):
 
 
 def test_what_is_determined_of_an_aliased_pair_is_said():
-    """Three axial sensors cannot tell an offset of one of them from the rigid motion of the carrier."""
+    """Three axial sensors cannot tell an offset of one of them from the carrier's rigid motion."""
     zero = Effect(
         "zero_of_s047",
         equation="e_047 at the sensor at 47 deg",

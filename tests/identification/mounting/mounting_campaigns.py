@@ -20,7 +20,10 @@ HYDRO_TRUTH = {
 
 
 def loads(seed=0, duration=60.0, rate=20.0):
-    """Rest, then torque and radial load with slow and fast parts that move the bushings by several millimetres."""
+    """Rest, then torque and radial load with slow and fast parts.
+
+    They move the bushings by several millimetres.
+    """
     time = np.arange(round(duration * rate)) / rate
     rng = np.random.default_rng(seed)
     rise = np.clip((time - 2.0) / 5.0, 0.0, 1.0)

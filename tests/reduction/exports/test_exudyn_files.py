@@ -97,7 +97,10 @@ def test_frequencies_in_exudyn_are_those_of_the_reduced_body(fem, pin_reduction,
 def test_static_answer_of_the_loaded_matrices_is_the_pilots_compliance(
     fem, pin_structure, pin_reduction
 ):
-    """Full matrices from the file, first pilot held by multipliers, against the reduced body's compliance."""
+    """Full matrices from the file against the reduced body's compliance.
+
+    The first pilot is fixed by multipliers.
+    """
     first, others = (
         pin_structure.pilots[0].G,
         sp.vstack([pilot.G for pilot in pin_structure.pilots[1:]]),

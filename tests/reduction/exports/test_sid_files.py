@@ -21,7 +21,10 @@ INDEX = re.compile(r"(m[01])\(([ \d,]+)\)")
 
 
 def read_sid(path):
-    """Header line, plain entries, blocks of the body by name, blocks of every node by its number and name."""
+    """Header line, plain entries, blocks of the body and blocks of every node.
+
+    Body's by name, nodes' by number and name.
+    """
     lines = path.read_text().splitlines()
     plain, blocks, nodes, node, block = {}, {}, {}, None, None
     for line in lines[1:]:
