@@ -29,7 +29,7 @@ class EffectsInTurn:
     phi : ndarray, shape (n_effects + 1,)
         Share of the mean square above the noise floor that is explained.
     negative_control_rho : float
-        RMS with the best placebo over the baseline's.
+        RMS with the best negative control over the baseline's.
     noise_floor : float
         RMS that no model can go below.
     """
@@ -66,12 +66,13 @@ def effects_in_turn(problem: ComparisonProblem, effects: Sequence[str]) -> Effec
     Raises
     ------
     ValueError
-        Where an effect is not a candidate of the plant.
+        Where an effect is not a candidate of the problem.
     """
     unknown = [effect for effect in effects if effect not in problem.cards]
     if unknown:
         raise ValueError(
-            f"effects {', '.join(unknown)}; expected candidates of the plant: {', '.join(problem.cards)}"
+            f"effects {', '.join(unknown)}; expected candidates of the problem: "
+            f"{', '.join(problem.cards)}"
         )
     search = forward_selection(problem, Thresholds())
     squares = np.array([search.mean_square(tuple(effects[:k])) for k in range(len(effects) + 1)])

@@ -62,7 +62,7 @@ class ForwardSelection:
         return self.scores[key]
 
     def fit(self, effects: Effects) -> EffectFit:
-        """Fit of a set to all pieces, made now where it was not yet."""
+        """Fit of a set to all segments, made now where it was not yet."""
         key = tuple(sorted(effects))
         if key not in self.fits:
             self.note(" + ".join(("baseline", *key)))

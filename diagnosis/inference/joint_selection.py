@@ -22,7 +22,8 @@ def select_jointly(search: ForwardSelection, screened: Screen, signatures: Signa
 
     With three causes of like size each explains a third of the gap, and no pair explains most of
     what is left without one of its members; the whole set does. Every member of it must still pass
-    the rules of :meth:`carrierflex.diagnosis.inference.forward_selection.ForwardSelection.rejection`.
+    the rules of
+    :meth:`carrierflex.diagnosis.inference.forward_selection.ForwardSelection.rejection`.
 
     Parameters
     ----------
@@ -52,15 +53,15 @@ def _is_explained(search: ForwardSelection) -> bool:
         (search.mean_square(effects) for effects in search.supported_sets()), default=before
     )
     return (
-        remaining <= limits.far**2 * floor
-        or explained_share(before, remaining, floor) >= limits.named_share_far
+        remaining <= limits.gap_beyond_floor**2 * floor
+        or explained_share(before, remaining, floor) >= limits.named_share_beyond
     )
 
 
 def _grown(search: ForwardSelection, screened: Screen, signatures: Signatures) -> Effects:
     """Best-fitting set of the largest size whose last effect still explains a part of what is left."""
     floor = float(search.problem.noise_square.sum())
-    near = search.thresholds.far**2 * floor
+    near = search.thresholds.gap_beyond_floor**2 * floor
     beam: list[Effects] = [()]
     while (
         len(beam[0]) < search.thresholds.most_effects and _remaining_square(search, beam[0]) > near

@@ -91,7 +91,8 @@ def frequency_response(
     """
     if not (frequency_hz > 0.0).all():
         raise ValueError(
-            f"smallest frequency is {frequency_hz.min()} Hz; expected positive ones, the drive turns freely"
+            f"smallest frequency is {frequency_hz.min()} Hz; expected positive ones, the drive "
+            "turns freely"
         )
     f, r = stage.Phi.T @ force, reading @ stage.Phi
     w = 2.0 * np.pi * frequency_hz

@@ -49,8 +49,8 @@ def main(campaign: Path, *, out: Path) -> Gap:
     OSError
         Where `out` cannot be written.
     """
-    found = diagnose_campaign.main(campaign, out=out, quiet=True)
+    diagnosis = diagnose_campaign.main(campaign, out=out, quiet=True)
     measured = read_campaign(campaign)
     with threadpool_limits(limits=1):  # as in diagnose_campaign
         problem, _ = problem_of(measured, diagnose_campaign.campaign_curves(measured, campaign))
-        return Gap(found, effects_in_turn(problem, PAPER_EFFECTS))
+        return Gap(diagnosis, effects_in_turn(problem, PAPER_EFFECTS))

@@ -31,7 +31,8 @@ def main(body: Path, *, json: Path | None = None) -> Certificate:
     stored = read_certificate(body)
     if stored is None:
         raise ValueError(
-            f"{body}: the body was written without a certificate; expected one made by carrierflex reduce"
+            f"{body}: the body was written without a certificate; expected one made by carrierflex "
+            "reduce"
         )
     again = {check.name: check for check in inner_checks(model)}
     certificate = Certificate(

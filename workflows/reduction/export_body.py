@@ -67,11 +67,13 @@ def main(
     model = read_body(body)
     if pilot is not None and format not in ("mbdyn", "sid", "exudyn"):
         raise ValueError(
-            f"--pilot is given, but {format} holds no pilot; expected it with mbdyn, sid or exudyn only"
+            f"--pilot is given, but {format} holds no pilot; expected it with mbdyn, sid or exudyn "
+            "only"
         )
     if pilot is not None and pilot not in model.pilots:
         raise ValueError(
-            f"{body}: {model.name} has no pilot {pilot!r}; expected one of {', '.join(model.pilots)}"
+            f"{body}: {model.name} has no pilot {pilot!r}; expected one of "
+            f"{', '.join(model.pilots)}"
         )
     prepared_folder(out.parent)
     stages = Stages(1, quiet)

@@ -58,11 +58,13 @@ def refuse_whole_body_options(options: Mapping[str, object], *, files_given: boo
         if options[name] != harmless:
             flag = "--" + name.replace("_", "-")
             raise ValueError(
-                f"--by-symmetry works on the half sector, {flag} {options[name]} needs the whole body; leave one of them out"
+                f"--by-symmetry works on the half sector, {flag} {options[name]} needs the whole "
+                "body; leave one of them out"
             )
     if files_given or options["body"] != "carrier":
         raise ValueError(
-            "--by-symmetry is for the parametric carrier; expected --body carrier without STEP or mesh file"
+            "--by-symmetry is for the parametric carrier; expected --body carrier without STEP or "
+            "mesh file"
         )
 
 

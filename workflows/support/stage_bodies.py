@@ -40,9 +40,9 @@ def default_stage_body(
 
     `carrier_factor` multiplies the carrier's stiffness: a large one makes it rigid.
     """
-    own = _reduced("flexible_carrier", size)
+    body = _reduced("flexible_carrier", size)
     carrier = carrier_with_pins(
-        replace(own, K=carrier_factor * own.K), _reduced("pin", size), pin_fit_stiffness
+        replace(body, K=carrier_factor * body.K), _reduced("pin", size), pin_fit_stiffness
     )
     return joined_to_shaft(carrier, beam_shaft(ShaftData(), carrier.pilots["shaft_face"]))
 
@@ -73,7 +73,8 @@ def stage_body_of_files(
     if carrier is not None and holds_pins(carrier):
         if "pin" in read:
             raise ValueError(
-                f"{files['pin']}: {carrier.name} comes with its pins; expected no body file for a pin"
+                f"{files['pin']}: {carrier.name} comes with its pins; expected no body file for a "
+                "pin"
             )
     else:
         pin = read.get("pin") or _reduced("pin", size)

@@ -31,13 +31,13 @@ LIMITS = Thresholds(
     coloured_ratio=3.0**2,
     nothing_learnt=0.125,
     named_share=0.5,
-    named_share_far=0.875,
-    far=1.5,
+    named_share_beyond=0.875,
+    gap_beyond_floor=1.5,
     class_weight=0.75,
-    placebo_share=0.75,
+    negative_control_share=0.75,
     wholly_explained=0.96875,
     remainder=1.25,
-    ceiling_share=0.75,
+    black_box_share=0.75,
     surviving_share=0.0625,
     bootstrap_samples=20,
 )
@@ -88,7 +88,7 @@ def decided(search):
     ):
         weights = (RankedSet(("a",), weight, 1.0, 0.0), RankedSet((), 1.0 - weight, 4.0, 0.0))
         screened = Screen(
-            tuple(ScreenedEffect(f"e{k}", 1.0, own, ()) for k, own in enumerate(surviving)),
+            tuple(ScreenedEffect(f"e{k}", 1.0, share, ()) for k, share in enumerate(surviving)),
             np.eye(len(surviving)),
         )
         return verdict(
@@ -107,9 +107,9 @@ def decided(search):
 def test_a_cause_that_leaves_noise_is_named(decided):
     kind, reason = decided()
     assert kind == NAMED
-    explained, left = reason.split("; ")
+    explained, remainder = reason.split("; ")
     assert explained == "explains 93.8% of the gap above the floor on held-out records"
-    assert left == "what is left is 1.10 times the noise floor"
+    assert remainder == "what is left is 1.10 times the noise floor"
 
 
 def test_a_remainder_is_told_above_its_limit_only(decided):
@@ -232,7 +232,7 @@ def test_a_class_with_too_little_stacking_weight_is_aliased_with_its_rivals(deci
     assert decided(weight=0.74)[0] == NAMED
 
 
-def test_nothing_is_named_where_a_placebo_shrinks_the_gap_too(decided):
+def test_nothing_is_named_where_a_negative_control_shrinks_the_gap_too(decided):
     # Three quarters of what the set shrinks: 1 - 0.5² = 0.75 (1 - 0²).
     assert decided(negative_control_rho=0.5)[0] == NAMED
     kind, reason = decided(negative_control_rho=0.49)
