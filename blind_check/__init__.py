@@ -1,4 +1,6 @@
-"""The blind check: campaigns whose missing effect is sealed, the diagnosis of each, and the score once all are in.
+"""The blind check: campaigns whose missing effect is sealed, the diagnosis of each.
+
+The score is made once all are in.
 
 Three parts that share nothing but :mod:`carrierflex.blind_check.labels`,
 :mod:`carrierflex.blind_check.case_plans`, :mod:`carrierflex.blind_check.truth.alias_table` and one

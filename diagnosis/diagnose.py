@@ -48,7 +48,9 @@ def diagnose(
     thresholds: Thresholds | None = None,
     note: Callable[[str], None] = lambda text: None,
 ) -> Diagnosis:
-    """Tell where the gap of a comparison problem lies, which effect is missing, and how far it shrinks.
+    """Tell where the gap of a comparison problem lies and which effect is missing.
+
+    The gap reduction by the named effects is part of the answer.
 
     Parameters
     ----------
@@ -158,7 +160,10 @@ def _attribution(
 def _gap_detail(
     search: ForwardSelection, selection: Selection, far: GapReduction
 ) -> GapDetail | None:
-    """The baseline's gap beyond its map, with its uncertainty before and after, where the problem looks at it."""
+    """The baseline's gap beyond its map, with its uncertainty before and after.
+
+    Where the problem looks at it.
+    """
     problem, before, after = (
         search.problem,
         search.score(()).fit,

@@ -1,4 +1,7 @@
-"""The main job's figures, wanted beside reached, as written to summary.json and shown on the screen."""
+"""The main job's figures, wanted beside reached.
+
+They are written to summary.json and shown on the screen.
+"""
 
 from typing import TYPE_CHECKING, Any
 
@@ -244,7 +247,7 @@ def _tilting_over_tangential(job: "Job") -> float:
 
 
 def _rigid_body_error(job: "Job") -> float:
-    """Largest force of a rigid motion of unit size on the free stiffness matrices, over their largest entry."""
+    """Largest force of a unit rigid motion on the free stiffness, over its largest entry."""
     errors = []
     for variant in job.variants.values():
         K, points = variant.structure.K, variant.mesh.points

@@ -36,7 +36,9 @@ class LinearBaseline:
         return self._residuals_of(signals, fitted=every, scored=every)
 
     def held_out(self, signals: Sequence[FloatArray]) -> list[FloatArray]:
-        """What is left of each run where what runs share was fitted to the other runs, its own offset to itself.
+        """What is left of each run where what runs share was fitted to the other runs.
+
+        The offset of each run is fitted to the run itself.
 
         A single run is scored by quarters, each left out in turn.
         """

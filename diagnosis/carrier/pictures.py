@@ -108,7 +108,9 @@ def carrier_polar(
     runs: Sequence[str],
     channels: Sequence[str],
 ) -> tuple[Picture, ...]:
-    """Polar plots of the run with the largest gap, sensor by sensor, and of its largest sensor, run by run.
+    """Polar plots of the run with the largest gap, sensor by sensor.
+
+    And of the sensor with the largest gap, run by run.
 
     Parameters
     ----------

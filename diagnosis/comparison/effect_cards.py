@@ -1,4 +1,6 @@
-"""Effect cards: what a missing effect is, which parameters it has, what it looks like, and what it is confused with.
+"""Effect cards: what a missing effect is, which parameters it has, what it looks like.
+
+A card also states what its effect is confused with.
 
 The kinds "carrier", "mounting" and "element" bring a library of cards; users add their own by an
 entry point of the group ``carrierflex.effects`` that names an :class:`EffectCard`. The chapter

@@ -87,7 +87,9 @@ def bounds_of(parameters: Sequence[Parameter]) -> tuple[FloatArray, FloatArray]:
 
 @dataclass(frozen=True, eq=False)
 class SegmentSums:
-    """Gauss-Newton sums of every segment at one parameter set; zero where a segment was not asked for.
+    """Gauss-Newton sums of every segment at one parameter set.
+
+    Zero where a segment was not requested.
 
     Parameters
     ----------

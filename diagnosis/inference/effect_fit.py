@@ -1,4 +1,7 @@
-"""Fit of a set of effects within physical bounds: several starts, and never worse than a set it contains."""
+"""Fit of a set of effects within physical bounds.
+
+Several starts, and never worse than a set it contains.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,7 @@
-"""Held-out RMS as given effects are added in a given order, and each alone, whether they pay or not."""
+"""Held-out RMS as given effects are added in a given order, and each alone.
+
+Effects are added whether they pay or not.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -48,7 +51,9 @@ class EffectsInTurn:
 
 
 def effects_in_turn(problem: ComparisonProblem, effects: Sequence[str]) -> EffectsInTurn:
-    """Score the effects of a list on held-out records, as :func:`carrierflex.diagnosis.diagnose.diagnose` scores its sets.
+    """Score the effects of a list on held-out records.
+
+    As :func:`carrierflex.diagnosis.diagnose.diagnose` scores its sets.
 
     Parameters
     ----------

@@ -44,7 +44,10 @@ def select_jointly(search: ForwardSelection, screened: Screen, signatures: Signa
 
 
 def _is_explained(search: ForwardSelection) -> bool:
-    """Whether a supported set explains enough of the gap, or the gap is too near the floor for several causes."""
+    """Whether a supported set explains enough of the gap.
+
+    Also where the gap is too near the floor for several causes.
+    """
     limits, floor = search.thresholds, search.floor
     before = search.mean_square(())
     if before < limits.stands_out**2 * floor:
@@ -59,7 +62,7 @@ def _is_explained(search: ForwardSelection) -> bool:
 
 
 def _grown(search: ForwardSelection, screened: Screen, signatures: Signatures) -> Effects:
-    """Best-fitting set of the largest size whose last effect still explains a part of what is left."""
+    """Best set of the largest size whose last effect still explains a part of the rest."""
     floor = float(search.problem.noise_square.sum())
     near = search.thresholds.gap_beyond_floor**2 * floor
     beam: list[Effects] = [()]
@@ -88,7 +91,7 @@ def _grown(search: ForwardSelection, screened: Screen, signatures: Signatures) -
 def _exchanged(
     search: ForwardSelection, effects: Effects, screened: Screen, signatures: Signatures
 ) -> Effects:
-    """The set after each member that another effect replaces with a better fit has been replaced."""
+    """The set with each member replaced where another effect fits better."""
     for member in effects:
         rest = _without(effects, member)
         others = [_with(rest, other) for other in best_beside(rest, screened, signatures)]

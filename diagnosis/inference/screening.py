@@ -65,7 +65,10 @@ class Screen:
         return next(screened for screened in self.effects if screened.id == effect)
 
     def survivors(self, thresholds: Thresholds) -> tuple[str, ...]:
-        """Effects that go on: all within `keep_within` of the best, and never fewer than `keep_at_least`."""
+        """Effects that go on: all within `keep_within` of the best.
+
+        At least `keep_at_least` of them.
+        """
         visible = [
             screened
             for screened in self.effects

@@ -1,4 +1,7 @@
-"""Contact channels: the few motions whose forces are not constant springs - meshes, mount, bearings with clearance."""
+"""Contact channels: the few motions whose forces are not constant springs.
+
+Meshes, mount and bearings with clearance.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

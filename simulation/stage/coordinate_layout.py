@@ -1,4 +1,7 @@
-"""Where every coordinate of the stage stands: the elastic body, the rigid parts, the parallel stages."""
+"""Where every coordinate of the stage stands.
+
+The elastic body, the rigid parts, the parallel stages.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property

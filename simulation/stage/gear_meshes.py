@@ -1,4 +1,7 @@
-"""Lines of action of the six planetary meshes, drive and coast flanks, and their stiffness over the carrier angle."""
+"""Lines of action of the six planetary meshes, drive and coast flanks.
+
+Their stiffness over the carrier angle.
+"""
 
 import math
 from dataclasses import dataclass

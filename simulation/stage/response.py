@@ -87,7 +87,10 @@ class StageDivergedError(RuntimeError):
 
 
 def steady_drive(model: StageModel, load: SteadyLoad) -> Drive:
-    """Drive of a steady load whose mean speed is the model's, the generator's wanted speed after the paper's eq. 9."""
+    """Drive of a steady load whose mean speed is the model's.
+
+    The generator's set speed follows from the paper's eq. 9.
+    """
     wanted = model.data.ratio * model.speed - load.torque / (
         model.data.ratio * model.data.chain.generator_constant
     )
@@ -244,7 +247,10 @@ def _largest(model: StageModel, c: NDArray[np.float64]) -> str:
 def stored_energy(
     stage: ModalStage, q: NDArray[np.float64], v: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Kinetic and elastic energy in the carrier frame [J], shape (N,), of modal states of shape (N, n)."""
+    """Kinetic and elastic energy in the carrier frame [J], shape (N,).
+
+    Of modal states of shape (N, n).
+    """
     channels = stage.model.channels
     energy = 0.5 * (v**2).sum(axis=1) + 0.5 * ((stage.omega * q) ** 2).sum(axis=1)
     delta = q @ (stage.Phi.T @ channels.B) - channels.free

@@ -1,4 +1,6 @@
-"""Force, tangent and energy of a bearing's line contacts, and their discrete gradient over a time step (compiled).
+"""Force, tangent and energy of a bearing's line contacts.
+
+Their discrete gradient over a time step (compiled).
 
 Numba's cache of :mod:`carrierflex.simulation.stage.time_step` does not see changes here: touch that
 file after one.
@@ -56,7 +58,10 @@ def roller_energy(rollers: RollerSet, b: int, motion: NDArray[np.float64], angle
 def _pressed(
     rollers: RollerSet, b: int, middle: float, slope: float
 ) -> tuple[float, float, float, float, float]:
-    """Force and moment of one roller whose ends differ by `slope`, and its secant stiffness with moments of order 0, 1, 2."""
+    """Force and moment of one roller whose ends differ by `slope`.
+
+    Then its secant stiffness with moments of order 0, 1, 2.
+    """
     Q = 0.0
     M = 0.0
     k = 0.0

@@ -56,7 +56,9 @@ class Loads:
 
 @dataclass(frozen=True, eq=False)
 class StageModel:
-    """``M c'' + (C + Omega G) c' + K c = f + B lambda(Bᵀ c, Bᵀ c', theta)``, with c = (theta, y) and ``q = L c``.
+    """``M c'' + (C + Omega G) c' + K c = f + B lambda(Bᵀ c, Bᵀ c', theta)``.
+
+    With c = (theta, y) and ``q = L c``.
 
     Parameters
     ----------
@@ -238,7 +240,10 @@ def _refuse_grounded(K: NDArray[np.float64], drive: NDArray[np.float64]) -> None
 def _rotating_terms(
     layout: CoordinateLayout, M: NDArray[np.float64], speed: float, L: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Centrifugal stiffness ``Omega^2 J M J``, Coriolis matrix and constant force of the drive motion, in c."""
+    """Centrifugal stiffness, Coriolis matrix and constant force of the drive motion, in c.
+
+    The centrifugal stiffness is ``Omega^2 J M J``.
+    """
     J = layout.turning
     S = L[:, 1:]
     r = layout.drive_motion

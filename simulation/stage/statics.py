@@ -63,13 +63,16 @@ class SteadyLoad:
 
 
 def mesh_amplitudes(channels: Channels) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Real and imaginary parts of the six meshes' stiffness amplitudes, shape (6, n_harmonics + 1)."""
+    """Real and imaginary stiffness amplitudes of the six meshes, shape (6, n_harmonics + 1)."""
     amplitudes = np.array([mesh.amplitudes for mesh in channels.stiffness])
     return np.ascontiguousarray(amplitudes.real), np.ascontiguousarray(amplitudes.imag)
 
 
 def frozen_stiffness(channels: Channels, angle: float | None) -> NDArray[np.float64]:
-    """Stiffness of the six meshes at a carrier angle [rad], or their means where it is None, shape (6,) [N/m]."""
+    """Stiffness of the six meshes at a carrier angle [rad], shape (6,) [N/m].
+
+    Their means where the angle is None.
+    """
     if angle is None:
         return np.array([mesh.mean for mesh in channels.stiffness])
     return mesh_stiffness_at(*mesh_amplitudes(channels), channels.mesh_teeth * angle)
@@ -132,7 +135,7 @@ def channel_forces(
 
 
 def turning_force(model: StageModel, load: SteadyLoad, angle: float) -> NDArray[np.float64]:
-    """Generalised force of all loads at a carrier angle, the generator holding the torque, shape (n,)."""
+    """Generalised force of all loads at a carrier angle, shape (n,); the generator holds."""
     f = model.loads
     c = np.cos(angle)
     s = np.sin(angle)

@@ -80,7 +80,10 @@ def _flanks(
     force: NDArray[np.float64],
     tangent: NDArray[np.float64],
 ) -> None:
-    """Force and tangent of the flanks, and the torque that the changing stiffness puts on the carrier angle."""
+    """Force and tangent of the flanks.
+
+    The torque that the changing stiffness puts on the carrier angle.
+    """
     old_k, mid_k, new_k = teeth
     work = 0.0
     for j in range(len(k.gaps)):
@@ -131,7 +134,10 @@ def _rollers(
     force: NDArray[np.float64],
     tangent: NDArray[np.float64],
 ) -> None:
-    """Force and tangent of the roller bearings, and the torque that their rollers' passing puts on the carrier angle."""
+    """Force and tangent of the roller bearings.
+
+    The torque that their rollers' passing puts on the carrier angle.
+    """
     first = _FLANKS + len(k.gaps) + _HOUSING + 2 * len(k.clearance)
     gradient, stiffness = np.zeros(4), np.zeros((4, 4))
     angles = (delta[0], delta[0] + k.h * s[0])
@@ -184,7 +190,9 @@ def solve_channels(
     old_k: NDArray[np.float64],
     force: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-    """Mid-step velocities of the channels, the meshes' new stiffness, and the channel that did not settle, -1 for none.
+    """Mid-step velocities of the channels, and the meshes' new stiffness.
+
+    Then the channel that did not settle, -1 for none.
 
     `force` holds a guess and takes the forces.
     """

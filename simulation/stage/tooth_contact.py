@@ -189,7 +189,10 @@ def life_ratio(pressure_ratio: float) -> float:
 def _line_positions(
     pair: InvolutePair, phase: NDArray[np.float64], x: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Position of every slice of every contact line on the path of contact, shape (n_phases, n_lines, n_slices)."""
+    """Position of every slice of every contact line on the path of contact.
+
+    Shape (n_phases, n_lines, n_slices).
+    """
     begin, end = pair.path_of_contact
     across = pair.face_width * math.tan(pair.base_helix_angle)
     n_lines = math.ceil((end - begin + across) / pair.base_pitch) + 1

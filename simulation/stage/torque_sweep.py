@@ -1,4 +1,7 @@
-"""Torsional stiffness of main shaft and gearbox from the whole stage under a torque that grows (2011 paper, section 5.2)."""
+"""Torsional stiffness of main shaft and gearbox under a torque that grows.
+
+From the whole stage (2011 paper, section 5.2).
+"""
 
 from dataclasses import dataclass
 

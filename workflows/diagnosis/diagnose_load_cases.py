@@ -1,4 +1,6 @@
-"""Diagnose the main job's load cases against a rigid, aligned carrier, and tell what the papers' effects are worth.
+"""Diagnose the main job's load cases against a rigid, aligned carrier.
+
+And what the papers' effects are worth.
 
 Writes diagnosis.json and report.html. A good answer names the misalignment and the flexible pins
 that the load cases hold.

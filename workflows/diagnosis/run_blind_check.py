@@ -1,4 +1,6 @@
-"""How often is a diagnosis right? Campaigns whose missing effect is sealed, diagnosed, and only then opened.
+"""How often a diagnosis is right.
+
+Campaigns whose missing effect is sealed, diagnosed, and only then opened.
 
 Writes seals.json before the first diagnosis, a diagnosis.json for each case, then labels.json,
 blind_check.json and blind_check.md. A good answer: every wanted figure is met by a full run

@@ -1,4 +1,7 @@
-"""Is the mesh fine enough? Orders 3 and 6 of both torque curves over the element size, on the half sector."""
+"""Is the mesh fine enough? Orders 3 and 6 of both torque curves over the element size.
+
+Computed on the half sector.
+"""
 
 from dataclasses import dataclass
 

@@ -55,7 +55,10 @@ class PinFitStudy:
 
     @cached_property
     def worst(self) -> dict[str, dict[str, dict[str, float]]]:
-        """Largest residual over the sweep, and the stiffness where it stands, by axial fit and kind of mix."""
+        """Largest residual over the sweep, and the stiffness where it stands.
+
+        By axial fit and kind of mix.
+        """
         largest: dict[str, dict[str, dict[str, float]]] = {}
         for axial in ("tied", "sliding"):
             rows = [row for row in self.rows if row.axial == axial]
@@ -136,7 +139,10 @@ def _draw(
 
 
 def mix_figure(study: PinFitStudy) -> "Figure":
-    """Draw the curves of a few fits over their best and their convex mix, one pin's third of the rim."""
+    """Draw the curves of a few fits over their best and their convex mix.
+
+    One pin's third of the rim.
+    """
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.0, 7.0), layout="constrained")

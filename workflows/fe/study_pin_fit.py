@@ -1,4 +1,6 @@
-"""Does a mix of stiff and flexible stand for every pin fit? The torque curve over the interface stiffness from 0 to infinity.
+"""Whether a mix of stiff and flexible stands for every pin fit.
+
+The torque curve over the interface stiffness from 0 to infinity.
 
 The 2012 paper believes that a mix of the two extreme curves represents the actual deflection. A
 good answer tells where three peaks become six, which shares represent each curve, and what the best

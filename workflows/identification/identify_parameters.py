@@ -89,7 +89,9 @@ def main(
     scheduler: str | None = None,
     quiet: bool = False,
 ) -> Identification | BushingIdentification:
-    """Identify the motion of the planet carrier, or the bushings of the mounting, from a measurement campaign.
+    """Identify the motion of the planet carrier, or the bushings of the mounting.
+
+    The input is a measurement campaign.
 
     Parameters
     ----------

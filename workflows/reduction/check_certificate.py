@@ -1,4 +1,7 @@
-"""Can this body file be trusted? Shows the certificate it was written with and repeats what needs no finite elements."""
+"""Whether a body file can be trusted.
+
+Shows the certificate it was written with and repeats what needs no finite elements.
+"""
 
 from pathlib import Path
 

@@ -1,4 +1,7 @@
-"""How does another multibody code get this body? Writes a body file in that code's own format, with what it measured."""
+"""How another multibody code gets a body.
+
+Writes a body file in that code's own format, with what it measured.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -23,7 +26,10 @@ from carrierflex.workflows.support.recorded_structure import differences_from, r
 
 @dataclass(frozen=True, eq=False)
 class ExportedBody:
-    """What was written: the files, and figures measured on the way, their names in words with units."""
+    """What was written: the files, and figures measured on the way.
+
+    Their names in words with units.
+    """
 
     files: tuple[Path, ...]
     figures: Mapping[str, float]

@@ -1,4 +1,7 @@
-"""Which few coordinates stand for the elastic body? Writes a Craig-Bampton body for a multibody simulation."""
+"""Which few coordinates stand for the elastic body.
+
+Writes a Craig-Bampton body for a multibody simulation.
+"""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -52,7 +55,9 @@ def main(
     cache: bool = True,
     quiet: bool = False,
 ) -> ReducedModel | CostPreview:
-    """Reduce a body to its pilot nodes and fixed-interface modes (Craig-Bampton), with a certificate.
+    """Reduce a body to its pilot nodes and fixed-interface modes (Craig-Bampton).
+
+    The body comes with a certificate.
 
     Parameters
     ----------

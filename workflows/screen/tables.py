@@ -96,7 +96,10 @@ def reduced_table(model: "ReducedModel | CostPreview") -> RenderableType:
 
 
 def pin_fit_table(study: "PinFitStudy") -> RenderableType:
-    """Curve and best mix at each decade of the interface stiffness, where the curve changes, and the worst residuals."""
+    """Curve and best mix at each decade of the interface stiffness.
+
+    Beside them where the curve changes, and the worst residuals.
+    """
     from carrierflex.workflows.fe.pin_fit_pictures import RESIDUALS
 
     columns = (

@@ -1,4 +1,6 @@
-"""Torsional stiffness of shaft, gearbox and mounting, and the frequencies of the drive train (2011 paper, sections 5.2, 5.3).
+"""Torsional stiffness of shaft, gearbox and mounting.
+
+The frequencies of the drive train (2011 paper, sections 5.2, 5.3).
 
 A torque that grows at the hub gives the stiffness of main shaft and gearbox from the whole
 planetary stage and that of the mounting from its bushings; two topologies of the torsional train
@@ -61,7 +63,9 @@ def main(
     size: float = DEFAULT_SIZE,
     quiet: bool = False,
 ) -> Torsion:
-    """Torsional stiffness of main shaft, gearbox and mounting, and natural frequencies of the torsional drive train.
+    """Torsional stiffness of main shaft, gearbox and mounting.
+
+    Natural frequencies of the torsional drive train.
 
     Stiffnesses come from a torque sweep of the default planetary stage and of the mounting; the
     frequencies from the inertias and stiffnesses given here, by default those that the 2011 paper

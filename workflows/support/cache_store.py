@@ -48,7 +48,10 @@ def cache_folder() -> Path:
 
 
 def cache_key(**inputs: object) -> str:
-    """SHA-256 of the inputs (dataclasses spelled out), the materials, the numerics' source text and the libraries' versions."""
+    """SHA-256 of the inputs (dataclasses spelled out) and of all they are computed with.
+
+    That is the materials, the numerics' source text and the libraries' versions.
+    """
     content = {
         "inputs": inputs,
         "materials": BODY_MATERIALS,

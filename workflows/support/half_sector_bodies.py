@@ -53,7 +53,10 @@ def half_sector_body(
 
 
 def refuse_whole_body_options(options: Mapping[str, object], *, files_given: bool) -> None:
-    """Raise ValueError where an option needs the whole body, which a reduction by symmetry never makes."""
+    """Raise ValueError where an option needs the whole body.
+
+    A reduction by symmetry never makes it.
+    """
     for name, harmless in _NEEDS_WHOLE_BODY.items():
         if options[name] != harmless:
             flag = "--" + name.replace("_", "-")

@@ -1,4 +1,7 @@
-"""The finite elements of a body file, made again from the inputs recorded with it, and whether they are the same body."""
+"""The finite elements of a body file.
+
+They are made again from the inputs recorded with it, and compared with the body.
+"""
 
 import json
 

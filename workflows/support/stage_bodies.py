@@ -36,7 +36,9 @@ _PILOTS = {
 def default_stage_body(
     pin_fit_stiffness: float, size: float, *, carrier_factor: float = 1.0
 ) -> StageBody:
-    """Default carrier and pins by finite elements of `size` [m], reduced and joined, on the beam of the main shaft.
+    """Default carrier and pins by finite elements of `size` [m], reduced and joined.
+
+    On the beam of the main shaft.
 
     `carrier_factor` multiplies the carrier's stiffness: a large one makes it rigid.
     """

@@ -1,4 +1,7 @@
-"""What four axial probes read of a carrier that carries some effects, with probes that are not quite as declared."""
+"""What four axial probes read of a carrier that carries some effects.
+
+The probes are not quite as declared.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace

@@ -91,7 +91,9 @@ def with_sensor_errors(
     floor: float,
     leak: Callable[[CarrierState], float],
 ) -> CarrierState:
-    """State before sensors up to 3 % and 0.5 degrees off, less where they would leave more than `largest_leak`.
+    """State before sensors up to 3 % and 0.5 degrees off.
+
+    The errors are smaller where they would leave more than `largest_leak`.
 
     Parameters
     ----------

@@ -155,7 +155,9 @@ def driven_motion(
     p: FloatArray,
     size: FloatArray,
 ) -> FloatArray:
-    """Deflection of a mass on the element under a force, from rest, by the three-eighths Runge-Kutta rule.
+    """Deflection of a mass on the element under a force, from rest.
+
+    Integrated by the three-eighths Runge-Kutta rule.
 
     Parameters
     ----------
@@ -223,7 +225,9 @@ def driven_motion(
 def force_along(
     q: FloatArray, v: FloatArray, step: float, law: int, p: FloatArray, size: FloatArray
 ) -> FloatArray:
-    """Force of a law along a given motion, its memory by the midpoint rule on straight lines between the samples.
+    """Force of a law along a given motion.
+
+    The memory is integrated by the midpoint rule on straight lines between the samples.
 
     Parameters
     ----------

@@ -257,7 +257,7 @@ def _with_effects(
 def _drawn_parameters(
     name: str, rng: np.random.Generator, plain: Element, size: FloatArray
 ) -> FloatArray:
-    """Parameters p of a law whose force is a drawn share of the spring's at the size of the motion."""
+    """Parameters p of a law whose force is a drawn share of the spring's."""
     k = plain.base[1]
     share = float(_SHARE[0] * (_SHARE[1] / _SHARE[0]) ** rng.uniform())
     u, (deflection, speed) = float(rng.uniform()), size

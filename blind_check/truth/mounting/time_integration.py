@@ -1,4 +1,6 @@
-"""Motion of the housing under its loads, by an own fixed-step Runge-Kutta march with every force at its own bushing.
+"""Motion of the housing under its loads.
+
+Integrated by a fixed-step Runge-Kutta method, with every force at its own bushing.
 
 Radial forces beside the linear ones are those of :mod:`carrierflex.blind_check.truth.element.laws`;
 hardening springs are stacks of leaves: straight between steps of an eighth of the deflection's

@@ -117,7 +117,10 @@ def _errors(
     clean: Sequence[FloatArray],
     gap: tuple[MountingRefit, list[FloatArray], float],
 ) -> tuple[list[FloatArray], FloatArray]:
-    """Loads as they are recorded and gain errors of the sensors, less where they would leave too large a gap of their own."""
+    """Loads as they are recorded and gain errors of the sensors.
+
+    The errors are smaller where they alone would leave too large a gap.
+    """
     refit, residuals, floor = gap
     torque = 1.0 + _TORQUE * float(rng.choice((-1.0, 1.0))) * np.array([1.0, 0.0, 0.0])
     gains = rng.uniform(-_GAIN, _GAIN, len(SENSORS))

@@ -127,7 +127,10 @@ def test_gap_is_as_planned_and_noise_as_declared(number, tmp_path):
 
 
 def residual_of_own_baseline(campaign):
-    """RMS left by mass, spring, damper and offset in a driven run, by derivatives of the measured input alone."""
+    """RMS left by mass, spring, damper and offset in a driven run.
+
+    By derivatives of the measured input alone.
+    """
     settle, residuals = campaign.rig["settle_samples"], []
     for run in campaign.runs:
         q, force = run.inputs["displacement"], run.signals["measured_force"]

@@ -1,4 +1,7 @@
-"""Tilts are published by size and direction, with errors that follow from those of their components."""
+"""Tilts are published by size and direction.
+
+With errors that follow from those of their components.
+"""
 
 from dataclasses import dataclass
 

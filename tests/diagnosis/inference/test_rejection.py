@@ -1,4 +1,7 @@
-"""Each rule that keeps a set of effects from being supported, on scores that are written by hand."""
+"""Each rule that keeps a set of effects from being supported.
+
+On scores that are written by hand.
+"""
 
 from dataclasses import dataclass, replace
 from types import SimpleNamespace

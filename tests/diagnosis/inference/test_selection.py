@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.inference.folds import held_out_folds
 from carrierflex.diagnosis.inference.forward_selection import ForwardSelection
-from carrierflex.diagnosis.inference.results import RankedSet
+from carrierflex.diagnosis.inference.results import RankedSet, Rejection
 from carrierflex.diagnosis.inference.selection import Selection, selected
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from tests.diagnosis.inference.toy_problem import CONTROL, linear_problem, write_score
@@ -25,7 +25,8 @@ class JudgedSelection(ForwardSelection):
     rejected: dict = field(default_factory=dict)
 
     def rejection(self, effects):
-        return self.rejected.get(effects, "")
+        text = self.rejected.get(effects)
+        return None if text is None else Rejection("explained", "", text)
 
 
 @pytest.fixture

@@ -151,6 +151,9 @@ class LinearProblem:
     def _runs(self) -> tuple[str, ...]:
         return tuple(dict.fromkeys(segment.run for segment in self.segments))
 
+    def pictures(self, effects: Effects, theta: FloatArray) -> tuple[()]:
+        return ()
+
     def _jacobian(self, effects: Effects) -> FloatArray:
         """Derivatives of the prediction, shape (n_segments, n_samples, n_parameters)."""
         parameters = self.parameters(effects)
@@ -255,7 +258,10 @@ def write_score(
     *,
     log_density: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
 ) -> None:
-    """Put a held-out score into a forward selection by hand: one mean square, or one for each segment."""
+    """Put a held-out score into a forward selection by hand.
+
+    One mean square, or one for each segment.
+    """
     score = search.score(effects)
     problem = search.problem
     counts = problem.cell_counts.sum(axis=1)

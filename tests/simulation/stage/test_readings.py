@@ -18,7 +18,10 @@ RIM = Sensor("r", RADIAL, np.deg2rad(40.0), 0.412)
 
 
 def record_of(model, c, torque=0.0, ntl_z=0.0):
-    """A turn of the carrier with the small coordinates c standing still in its frame, one sample every 0.1 s."""
+    """A turn of the carrier with the small coordinates c standing still in its frame.
+
+    One sample every 0.1 s.
+    """
     rows = np.tile(c, (len(ANGLE), 1))
     rows[:, 0] = ANGLE
     drive = np.tile([torque, 0.0, 0.0, ntl_z], (len(ANGLE), 1))

@@ -54,7 +54,7 @@ def orders(model, torque):
 
 
 def bends(model, torque):
-    """Largest relative rotation of a pin in a bore [rad], 0 for a model that has no such contact."""
+    """Largest relative rotation of a pin in a bore [rad], 0 without such contact."""
     c, channels = (
         static_coordinates(model, SteadyLoad(torque, gravity=0.0), mean_stiffness=True),
         model.channels,

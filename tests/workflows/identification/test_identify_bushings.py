@@ -1,4 +1,7 @@
-"""From a mounting campaign folder to tables 2 and 3, on this machine and on a cluster that loses a worker."""
+"""From a mounting campaign folder to tables 2 and 3.
+
+On this machine and on a cluster that loses a worker.
+"""
 
 import io
 import json

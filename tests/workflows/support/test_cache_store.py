@@ -1,4 +1,7 @@
-"""Kept results: taken when nothing changed, computed again when anything did or an entry is damaged."""
+"""Kept results: taken when nothing changed.
+
+Computed again when anything did or an entry is damaged.
+"""
 
 import inspect
 import json

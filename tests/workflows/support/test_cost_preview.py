@@ -1,4 +1,7 @@
-"""The preview tells what the work costs before it begins, and is right about the number of unknowns."""
+"""The preview tells what the work costs before it begins.
+
+It is right about the number of unknowns.
+"""
 
 import pytest
 from numpy.testing import assert_allclose
