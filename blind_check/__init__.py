@@ -1,9 +1,13 @@
-"""The blind check: campaigns whose missing effect is sealed, the diagnosis of each, and the score once all are in.
+"""The blind check: campaigns whose missing effect is sealed, the diagnosis of each.
 
-Three parts that share nothing but :mod:`carrierflex.blind_check.labels`, :mod:`carrierflex.blind_check.case_plans`,
-:mod:`carrierflex.blind_check.truth.alias_table` and one function::
+The score is made once all are in.
 
-    carrierflex.blind_check.truth.campaigns.write_case(plan: CasePlan, folder: Path, *, repeat: int = 0) -> Label
+Three parts that share nothing but :mod:`carrierflex.blind_check.labels`,
+:mod:`carrierflex.blind_check.case_plans`, :mod:`carrierflex.blind_check.truth.alias_table` and one
+function::
+
+    carrierflex.blind_check.truth.campaigns.write_case(plan: CasePlan, folder: Path, *, repeat: int
+    = 0) -> Label
 
 Truth (``truth.py``, ``*_truth.py``, ``*_laws.py`` and what they import)
     Writes campaigns. Own equations and own integrator; imports the types and files of a campaign

@@ -74,11 +74,11 @@ def case_plans(kind: str, cases: int, seed: int) -> tuple[CasePlan, ...]:
     for family, count in _counts(_weights(kind), cases).items():
         for k, effects in enumerate(_effects(kind, family, count, rng)):
             # Even strata of the logarithm: a small check covers the range too.
-            place = (k + rng.uniform()) / count
-            ratio = SMALLEST_RATIO * (LARGEST_RATIO / SMALLEST_RATIO) ** place
+            fraction = (k + rng.uniform()) / count
+            ratio = SMALLEST_RATIO * (LARGEST_RATIO / SMALLEST_RATIO) ** fraction
             drawn.append((family, effects, 0.0 if family == NOTHING else float(ratio)))
     order = rng.permutation(len(drawn))
-    return tuple(CasePlan(kind, place + 1, seed, *drawn[k]) for place, k in enumerate(order))
+    return tuple(CasePlan(kind, index + 1, seed, *drawn[k]) for index, k in enumerate(order))
 
 
 def _weights(kind: str) -> dict[str, int]:

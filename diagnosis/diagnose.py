@@ -1,6 +1,6 @@
-"""Diagnosis of a plant, of any kind.
+"""Diagnosis of a comparison problem, of any kind.
 
-Screen, ladder, selection, alias classes, shrinkage, verdict.
+Screening, forward selection, choice, alias classes, shrinkage, verdict.
 """
 
 from collections.abc import Callable
@@ -48,7 +48,9 @@ def diagnose(
     thresholds: Thresholds | None = None,
     note: Callable[[str], None] = lambda text: None,
 ) -> Diagnosis:
-    """Tell where the gap of a plant lies, which effect is missing, and how far it shrinks.
+    """Tell where the gap of a comparison problem lies and which effect is missing.
+
+    The gap reduction by the named effects is part of the answer.
 
     Parameters
     ----------
@@ -125,7 +127,8 @@ def _missing(problem: ComparisonProblem, limits: Thresholds) -> str:
             return f"run {run} holds {samples} samples that count; expected at least {limits.fewest_samples}"
     if len(problem.segments) < limits.fewest_segments:
         return (
-            f"the records hold {len(problem.segments)} blocks to fit and score; expected at least {limits.fewest_segments}: "
+            f"the records hold {len(problem.segments)} blocks to fit and score; expected at least "
+            f"{limits.fewest_segments}: "
             "a longer record or another run"
         )
     if not problem.cards:
@@ -157,7 +160,10 @@ def _attribution(
 def _gap_detail(
     search: ForwardSelection, selection: Selection, far: GapReduction
 ) -> GapDetail | None:
-    """The baseline's gap beyond its map, with its uncertainty before and after, where the plant looks at it."""
+    """The baseline's gap beyond its map, with its uncertainty before and after.
+
+    Where the problem looks at it.
+    """
     problem, before, after = (
         search.problem,
         search.score(()).fit,

@@ -39,7 +39,8 @@ def problem_of(campaign: Campaign, curves: Curves | None = None) -> tuple[Compar
     if campaign.kind not in PROBLEM_BUILDERS:
         known = ", ".join(PROBLEM_BUILDERS)
         raise ValueError(
-            f"campaign '{campaign.name}' is of kind {campaign.kind}; diagnose knows the kinds {known}"
+            f"campaign '{campaign.name}' is of kind {campaign.kind}; diagnose knows the kinds "
+            f"{known}"
         )
     return PROBLEM_BUILDERS[campaign.kind](campaign, curves)
 
@@ -77,7 +78,8 @@ def _mounting(campaign: Campaign, curves: Curves | None) -> tuple[ComparisonProb
     return problem, problem.noise_is_measured
 
 
-#: Builder by kind: gives the problem, and whether its noise floor was declared or comes from repeats.
+#: Builder by kind: gives the problem, and whether its noise floor was declared or comes from
+#: repeats.
 PROBLEM_BUILDERS: dict[str, Callable[[Campaign, Curves | None], tuple[ComparisonProblem, bool]]] = {
     "carrier": _carrier,
     "element": _element,

@@ -11,7 +11,9 @@ from collections.abc import Callable
 from typing import Any
 
 #: Exit codes: a check failed, refused input, and interruption by the user (128 + SIGINT).
-EXIT_FAILED, EXIT_REFUSED, EXIT_INTERRUPTED = 1, 2, 130
+EXIT_FAILED = 1
+EXIT_REFUSED = 2
+EXIT_INTERRUPTED = 130
 
 #: Module of the workflow behind each command, and what shows its result.
 _COMMANDS = {
@@ -54,7 +56,8 @@ def main() -> None:
         _end("interrupted; files that were finished are whole and stay", EXIT_INTERRUPTED)
     except ImportError as error:
         _end(
-            f"a library is missing or does not load: {_one_line(error)}; `make` installs what is needed",
+            f"a library is missing or does not load: {_one_line(error)}; `make` installs what is "
+            "needed",
             EXIT_REFUSED,
         )
     except Exception as error:

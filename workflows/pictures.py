@@ -26,7 +26,10 @@ def draw_carriers(
     curves: Mapping[str, DeflectionCurve],
     reduced: ReducedCarrier,
 ) -> None:
-    """Draw mesh, deformation and modes of both variants, both deflection curves and the curves over the pin fit."""
+    """Draw mesh, deformation and modes of both variants, and the curves.
+
+    Both deflection curves, and the curves over the pin fit.
+    """
     for name, variant in variants.items():
         title = _TITLES[name]
         n_tets = f"{len(variant.mesh.tets):,} quadratic tetrahedra"

@@ -115,7 +115,7 @@ def _signals(
 ) -> tuple[
     simulate_carrier.SimulatedLoadCases, identify_parameters.Identification, diagnose_load_cases.Gap
 ]:
-    """Simulate the load cases, identify the motion from their signals, diagnose the gap of the simplest model."""
+    """Simulate the load cases, identify the motion, diagnose the gap of the simplest model."""
     campaign = out / "campaign"
     with stages.stage("load cases LC1 to LC4 simulated"):
         simulated = simulate_carrier.main(

@@ -1,4 +1,7 @@
-"""The main job's figures, wanted beside reached, as written to summary.json and shown on the screen."""
+"""The main job's figures, wanted beside reached.
+
+They are written to summary.json and shown on the screen.
+"""
 
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +19,7 @@ from carrierflex.workflows.support.units import MICROMETRES
 
 if TYPE_CHECKING:
     from carrierflex.workflows.job import Job
+    from carrierflex.workflows.support.carrier_variants import CarrierVariant
 
 #: Angles whose truth lies on a circle are compared modulo a turn.
 _TRUTHS = ("d_x", "phi_H", "theta_H", "phi_PLC", "theta_PLC", "rho_s", "rho_f")
@@ -79,13 +83,13 @@ def _largest_other(curve: DeflectionCurve) -> float:
 
 
 def _gap(job: "Job") -> dict[str, Any]:
-    found, in_turn = job.gap.diagnosis, job.gap.in_turn
-    steps = found.reduction.steps if found.reduction else ()
+    diagnosis, in_turn = job.gap.diagnosis, job.gap.in_turn
+    steps = diagnosis.reduction.steps if diagnosis.reduction else ()
     return {
-        "where": where_text(found),
-        "verdict": found.verdict,
-        "named": found.attribution.effects,
-        "named_rho": found.reduction.rho if found.reduction else None,
+        "where": where_text(diagnosis),
+        "verdict": diagnosis.verdict,
+        "named": diagnosis.attribution.effects,
+        "named_rho": diagnosis.reduction.rho if diagnosis.reduction else None,
         "named_rms_um": [step.rms * MICROMETRES for step in steps],
         "named_in_turn": [step.added for step in steps],
         "effects": in_turn.effects,
@@ -107,9 +111,12 @@ def _pin_fit(job: "Job") -> dict[str, Any]:
         "free_pin_against_full_model": _difference(joined[0.0], reference),
         "rigid_fit_against_bonded": _difference(joined[max(joined)], job.curves["delta_s"]),
         "why_not_exact": "A free pin that slides in its downwind bore gives the full model's curve to rounding (both with "
-        "the shaft face held through its pilot). Tied in all translations, as in the paper, it also keeps the two bores at "
-        "its own length. A rigid fit ties the mean motion of each bore to the pin's end; a bonded pin holds every point "
-        "of the bore, so that neither can it go oval nor the plate bend within it: a rigid fit stays softer.",
+        "the shaft face held through its pilot). Tied in all translations, as in the paper, it "
+        "also keeps the two bores at "
+        "its own length. A rigid fit ties the mean motion of each bore to the pin's end; a bonded "
+        "pin holds every point "
+        "of the bore, so that neither can it go oval nor the plate bend within it: a rigid fit "
+        "stays softer.",
     }
 
 
@@ -148,80 +155,99 @@ def _against_truth(
 def _checks(
     job: "Job", truth: dict[str, Any], pin_fit: dict[str, Any], quality: list[MeshQuality]
 ) -> list[dict[str, Any]]:
-    flexible, stiff = (job.variants[name] for name in ("flexible", "stiff"))
-    tilting, tangential = (
-        flexible.deflection.curves[case].axial_order_content().max()
-        for case in ("tilting", "tangential")
-    )
-    mass = job.reduced.flexible.model.mass_properties.mass
-    inside = [entry["inside_95_percent"] for run in truth.values() for entry in run.values()]
-    compliance = max(
-        body.compliance_error for body in (job.reduced.flexible, job.reduced.stiff, job.reduced.pin)
-    )
-    others = max(_largest_other(v.deflection.curves["tangential"]) for v in (flexible, stiff))
-    rows: list[tuple[str, str, float, bool]] = [
-        ("peaks of delta_s", "6", n := len(job.curves["delta_s"].peak_angles()), n == 6),
-        ("peaks of delta_f", "3", n := len(job.curves["delta_f"].peak_angles()), n == 3),
-        ("orders other than 3, 6, 9 ... over the largest", "< 1e-8", others, others < 1e-8),
-        (
-            "change of orders 3 and 6, two finest meshes",
-            "< 2 %",
-            c := job.mesh_study.last_change,
-            c < 0.02,
-        ),
-        (
-            "tilting moment over tangential load, flexible",
-            "< 1 %",
-            t := tilting / tangential,
-            t < 0.01,
-        ),
-        ("carrier mass, kg", "690-740", mass, 690.0 <= mass <= 740.0),
-        (
-            "worst scaled Jacobian of both meshes",
-            "> 0.2",
-            w := min(q.worst_scaled_jacobian for q in quality),
-            w > 0.2,
-        ),
-        (
-            "worst shape of both meshes, 1 is regular",
-            "> 0.2",
-            w := min(q.worst_shape for q in quality),
-            w > 0.2,
-        ),
-        (
-            "rigid-body forces of the free K, relative",
-            "< 1e-9",
-            r := _rigid_body_error(job),
-            r < 1e-9,
-        ),
-        (
-            "load against reaction, relative",
-            "< 1e-9",
-            e := max(v.deflection.imbalance for v in (flexible, stiff)),
-            e < 1e-9,
-        ),
-        ("reduced against full compliance", "< 1e-9", compliance, compliance < 1e-9),
-        (
-            "free sliding pins joined against full model",
-            "< 1e-9",
-            p := pin_fit["sliding_free_pin_against_full_model"],
-            p < 1e-9,
-        ),
-        (
-            "share of true parameters inside their 95 % interval",
-            ">= 0.85",
-            s := float(np.mean(inside)),
-            s >= 0.85,
-        ),
-    ]
     return [
-        {"check": name, "wanted": wanted, "reached": float(value), "met": bool(met)}
-        for name, wanted, value, met in rows
+        *_curve_checks(job),
+        *_mesh_checks(job, quality),
+        *_model_checks(job, pin_fit),
+        _interval_check(truth),
     ]
+
+
+def _check(name: str, wanted: str, value: float, *, met: bool) -> dict[str, Any]:
+    return {"check": name, "wanted": wanted, "reached": float(value), "met": bool(met)}
+
+
+def _below(name: str, limit: float, value: float, *, wanted: str) -> dict[str, Any]:
+    return _check(name, wanted, value, met=value < limit)
+
+
+def _curve_checks(job: "Job") -> list[dict[str, Any]]:
+    """Shapes of the deflection curves: peaks, order content, convergence, tilting moment."""
+    n_stiff = len(job.curves["delta_s"].peak_angles())
+    n_flexible = len(job.curves["delta_f"].peak_angles())
+    other_orders = max(
+        _largest_other(variant.deflection.curves["tangential"]) for variant in _variants(job)
+    )
+    return [
+        _check("peaks of delta_s", "6", n_stiff, met=n_stiff == 6),
+        _check("peaks of delta_f", "3", n_flexible, met=n_flexible == 3),
+        _below(
+            "orders other than 3, 6, 9 ... over the largest", 1e-8, other_orders, wanted="< 1e-8"
+        ),
+        _below(
+            "change of orders 3 and 6, two finest meshes",
+            0.02,
+            job.mesh_study.last_change,
+            wanted="< 2 %",
+        ),
+        _below(
+            "tilting moment over tangential load, flexible",
+            0.01,
+            _tilting_over_tangential(job),
+            wanted="< 1 %",
+        ),
+    ]
+
+
+def _mesh_checks(job: "Job", quality: list[MeshQuality]) -> list[dict[str, Any]]:
+    """Mass of the carrier and quality of the elements."""
+    mass = job.reduced.flexible.model.mass_properties.mass
+    jacobian = min(mesh.worst_scaled_jacobian for mesh in quality)
+    shape = min(mesh.worst_shape for mesh in quality)
+    return [
+        _check("carrier mass, kg", "690-740", mass, met=690.0 <= mass <= 740.0),
+        _check("worst scaled Jacobian of both meshes", "> 0.2", jacobian, met=jacobian > 0.2),
+        _check("worst shape of both meshes, 1 is regular", "> 0.2", shape, met=shape > 0.2),
+    ]
+
+
+def _model_checks(job: "Job", pin_fit: dict[str, Any]) -> list[dict[str, Any]]:
+    """Equilibrium of the full models, and the reduced and joined ones against them."""
+    bodies = (job.reduced.flexible, job.reduced.stiff, job.reduced.pin)
+    compliance = max(body.compliance_error for body in bodies)
+    imbalance = max(variant.deflection.imbalance for variant in _variants(job))
+    sliding = pin_fit["sliding_free_pin_against_full_model"]
+    wanted = "< 1e-9"
+    return [
+        _below(
+            "rigid-body forces of the free K, relative", 1e-9, _rigid_body_error(job), wanted=wanted
+        ),
+        _below("load against reaction, relative", 1e-9, imbalance, wanted=wanted),
+        _below("reduced against full compliance", 1e-9, compliance, wanted=wanted),
+        _below("free sliding pins joined against full model", 1e-9, sliding, wanted=wanted),
+    ]
+
+
+def _interval_check(truth: dict[str, Any]) -> dict[str, Any]:
+    inside = [entry["inside_95_percent"] for run in truth.values() for entry in run.values()]
+    share = float(np.mean(inside))
+    name = "share of true parameters inside their 95 % interval"
+    return _check(name, ">= 0.85", share, met=share >= 0.85)
+
+
+def _variants(job: "Job") -> "tuple[CarrierVariant, CarrierVariant]":
+    return job.variants["flexible"], job.variants["stiff"]
+
+
+def _tilting_over_tangential(job: "Job") -> float:
+    curves = job.variants["flexible"].deflection.curves
+    tilting = curves["tilting"].axial_order_content().max()
+    tangential = curves["tangential"].axial_order_content().max()
+    return float(tilting / tangential)
 
 
 def _rigid_body_error(job: "Job") -> float:
-    """Largest force of a rigid motion of unit size on the free stiffness matrices, over their largest entry."""
+    """Largest force of a unit rigid motion on the free stiffness, over its largest entry."""
     errors = []
     for variant in job.variants.values():
         K, points = variant.structure.K, variant.mesh.points

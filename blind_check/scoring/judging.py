@@ -110,9 +110,13 @@ def _meets(label: Label, aliases: Mapping[str, set[str]]) -> bool:
     # Exact names first: in a pair, a member of one's class must not take the place of the other's
     # own name.
     for effect, acceptable in sorted(
-        zip(label.effects, label.acceptable, strict=True), key=lambda own: own[0] not in aliases
+        zip(label.effects, label.acceptable, strict=True), key=lambda pair: pair[0] not in aliases
     ):
-        fitting = [own for own in sorted(unused) if own in acceptable or effect in aliases[own]]
+        fitting = [
+            claimed
+            for claimed in sorted(unused)
+            if claimed in acceptable or effect in aliases[claimed]
+        ]
         if not fitting:
             return False
         unused.remove(effect if effect in fitting else fitting[0])

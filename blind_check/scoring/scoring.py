@@ -94,8 +94,8 @@ def wilson(hits: int, cases: int) -> tuple[float, float]:
     """
     if cases == 0:
         return 0.0, 1.0
-    found = stats.binomtest(hits, cases).proportion_ci(method="wilson")
-    return float(found.low), float(found.high)
+    interval = stats.binomtest(hits, cases).proportion_ci(method="wilson")
+    return float(interval.low), float(interval.high)
 
 
 def score(cases: Sequence[Judged]) -> Score:
@@ -114,10 +114,10 @@ def score(cases: Sequence[Judged]) -> Score:
     figures: list[Figure] = []
     confusion: list[ClassRow] = []
     for kind in KINDS:
-        own = [case for case in cases if case.label.kind == kind]
-        if own:
-            figures += _figures(kind, own)
-            confusion += _confusion(kind, own)
+        of_kind = [case for case in cases if case.label.kind == kind]
+        if of_kind:
+            figures += _figures(kind, of_kind)
+            confusion += _confusion(kind, of_kind)
     wrong = tuple(case for case in cases if not case.is_right and is_clear(case))
     return Score(tuple(figures), tuple(confusion), wrong)
 
@@ -134,7 +134,7 @@ def _figures(kind: str, cases: Sequence[Judged]) -> list[Figure]:
     outside = [case for case in cases if case.label.family == OUTSIDE]
     false_nothing = [bool(case.named) for case in cases if case.label.family == NOTHING]
     unreal = [not set(case.named) <= set(case.label.present) for case in outside]
-    found = [
+    figures = [
         _share(
             kind,
             "class right, gap >= 5 floors",
@@ -177,8 +177,8 @@ def _figures(kind: str, cases: Sequence[Judged]) -> list[Figure]:
     ]
     for low, high in pairwise(BINS):
         inside = [case.is_right for case in effects if low <= case.label.gap_over_floor < high]
-        found.append(_share(kind, f"class right, gap {low:g} to {high:g} floors", inside))
-    return found + _times(kind, [case.verdict.seconds for case in cases])
+        figures.append(_share(kind, f"class right, gap {low:g} to {high:g} floors", inside))
+    return figures + _times(kind, [case.verdict.seconds for case in cases])
 
 
 def _share(
@@ -220,9 +220,9 @@ def _times(kind: str, seconds: Sequence[float]) -> list[Figure]:
 
 def _rho(case: Judged) -> tuple[float, float] | None:
     """Claimed interval of rho; None where it is not finite."""
-    far = case.verdict.document.get("how_far", {})
-    low, high = far.get("rho_ci95", (None, None))
-    return None if far.get("rho") is None or low is None or high is None else (low, high)
+    reduction = case.verdict.document.get("how_far", {})
+    low, high = reduction.get("rho_ci95", (None, None))
+    return None if reduction.get("rho") is None or low is None or high is None else (low, high)
 
 
 def _is_covered(case: Judged) -> bool:
@@ -242,16 +242,16 @@ def _parameter_hits(case: Judged, *, close: float = 0.0) -> list[bool]:
     for effect, claimed in case.verdict.document.get("parameters", {}).items():
         values = case.label.parameters.get(effect, {})
         for name, true in values.items():
-            own = claimed.get(name)
-            if own is None or own["value"] is None or own["std"] is None:
+            claim = claimed.get(name)
+            if claim is None or claim["value"] is None or claim["std"] is None:
                 continue
             alike = [
                 abs(values[key])
                 for key, other in claimed.items()
-                if key in values and other["unit"] == own["unit"]
+                if key in values and other["unit"] == claim["unit"]
             ]
             hits.append(
-                abs(own["value"] - true) <= max(_NORMAL_95 * own["std"], close * max(alike))
+                abs(claim["value"] - true) <= max(_NORMAL_95 * claim["std"], close * max(alike))
             )
     return hits
 
@@ -282,8 +282,10 @@ def _confusion(kind: str, cases: Sequence[Judged]) -> list[ClassRow]:
     rows = []
     clear = [case for case in cases if is_clear(case)]
     for name in sorted({case.true_class for case in clear}):
-        own = [case for case in clear if case.true_class == name]
-        right = sum(case.is_right for case in own)
-        answers = Counter(case.answered_class for case in own).most_common()
-        rows.append(ClassRow(kind, name, len(own), right, wilson(right, len(own)), tuple(answers)))
+        of_class = [case for case in clear if case.true_class == name]
+        right = sum(case.is_right for case in of_class)
+        answers = Counter(case.answered_class for case in of_class).most_common()
+        rows.append(
+            ClassRow(kind, name, len(of_class), right, wilson(right, len(of_class)), tuple(answers))
+        )
     return rows

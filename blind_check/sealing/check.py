@@ -26,7 +26,9 @@ from carrierflex.blind_check.sealing.seals import (
 from carrierflex.blind_check.sealing.verdicts import Verdict, is_finished, read_verdict
 from carrierflex.files.json_files import save_json
 
-SEALS_FILE, SALTS_FILE, LABELS_FILE = "seals.json", "salts.json", "labels.json"
+SEALS_FILE = "seals.json"
+SALTS_FILE = "salts.json"
+LABELS_FILE = "labels.json"
 _REPORT_FILE = "report.html"
 
 WriteCase = Callable[[CasePlan, Path], Label]
@@ -93,7 +95,8 @@ def sealed_check(
     earlier = read_seals(out / SEALS_FILE) if (out / SEALS_FILE).exists() else None
     if earlier is not None and earlier.check != check:
         raise ValueError(
-            f"{out}: holds a check of {dict(earlier.check)}, asked for {dict(check)}; expected another --out"
+            f"{out}: holds a check of {dict(earlier.check)}, asked for {dict(check)}; expected "
+            "another --out"
         )
     _refuse_opened(out, plans)
     futures = {
@@ -151,8 +154,8 @@ def diagnosed(
         if not keep:
             (sealed.diagnosis(futures[future]) / _REPORT_FILE).unlink(missing_ok=True)
             shutil.rmtree(sealed.campaign(futures[future]))
-        left = (time.perf_counter() - start) / done * (len(waiting) - done)
-        note(f"{done} of {len(waiting)}, about {left / 60.0:.0f} min left")
+        remaining = (time.perf_counter() - start) / done * (len(waiting) - done)
+        note(f"{done} of {len(waiting)}, about {remaining / 60.0:.0f} min left")
     if not keep:
         shutil.rmtree(sealed.out / "campaigns", ignore_errors=True)
     return {case: read_verdict(sealed.diagnosis(case)) for case in sealed.labels}
@@ -170,17 +173,19 @@ def opened(sealed: SealedCheck) -> Mapping[str, Label]:
     missing = [case for case in sealed.labels if not is_finished(sealed.diagnosis(case))]
     if missing:
         raise ValueError(
-            f"{len(missing)} cases have no verdict (first: {missing[0]}); expected all before the opening"
+            f"{len(missing)} cases have no verdict (first: {missing[0]}); expected all before the "
+            "opening"
         )
     published = read_seals(sealed.out / SEALS_FILE)
     if published.digest != sealed.published.digest:
         raise ValueError(
-            f"{sealed.out / SEALS_FILE}: changed during the check; expected {sealed.published.digest}"
+            f"{sealed.out / SEALS_FILE}: changed during the check; expected "
+            f"{sealed.published.digest}"
         )
     verify(sealed.labels, sealed.salts, published)
     rows = {
-        case: {"label": json.loads(own.text()), "salt": sealed.salts[case]}
-        for case, own in sealed.labels.items()
+        case: {"label": json.loads(label.text()), "salt": sealed.salts[case]}
+        for case, label in sealed.labels.items()
     }
     save_json(sealed.out / LABELS_FILE, rows)
     return sealed.labels
@@ -192,7 +197,8 @@ def _refuse_opened(out: Path, plans: Sequence[CasePlan]) -> None:
         missing = [plan.name for plan in plans if not is_finished(out / "diagnoses" / plan.name)]
         if missing:
             raise ValueError(
-                f"{out}: its labels are opened and {missing[0]} has no verdict; expected a new --out and a new --seed"
+                f"{out}: its labels are opened and {missing[0]} has no verdict; expected a new "
+                "--out and a new --seed"
             )
 
 

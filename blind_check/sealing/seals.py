@@ -72,14 +72,16 @@ def verify(labels: Mapping[str, Label], salts: Mapping[str, str], published: Sea
             set(labels) ^ set(salts)
         )
         raise ValueError(
-            f"labels and seals are of other cases ({', '.join(odd[:3])}); expected one seal for each label"
+            f"labels and seals are of other cases ({', '.join(odd[:3])}); expected one seal for "
+            "each label"
         )
     broken = [
         case for case, label in labels.items() if seal(label, salts[case]) != published.seals[case]
     ]
     if broken:
         raise ValueError(
-            f"{len(broken)} labels are not the sealed ones (first: {broken[0]}); expected the labels of the published seals; "
+            f"{len(broken)} labels are not the sealed ones (first: {broken[0]}); expected the "
+            "labels of the published seals; "
             "a check of another version needs a new --out and a new --seed"
         )
 

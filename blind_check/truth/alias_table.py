@@ -39,13 +39,17 @@ _CLASSES: dict[str, dict[str, tuple[str, ...]]] = {
 SINGLES: dict[str, tuple[str, ...]] = {
     "carrier": (*SIGNALS, "sensor_gain", "sensor_angle", "sensor_zero", "sensor_delay"),
     "element": (
-        "quadratic_stiffness", "cubic_stiffness", "quintic_stiffness", "coulomb_friction", "elasto_plastic_friction",
-        "stribeck_friction", "quadratic_damping", "cubic_damping", "deflection_dependent_damping", "backlash",
+        "quadratic_stiffness", "cubic_stiffness", "quintic_stiffness", "coulomb_friction",
+        "elasto_plastic_friction",
+        "stribeck_friction", "quadratic_damping", "cubic_damping", "deflection_dependent_damping",
+        "backlash",
         "maxwell_branch", "friction_asymmetry", "sensor_delay",
     ),
     "mounting": (
-        "cubic_stiffness", "quintic_stiffness", "deflection_dependent_damping", "fluid_branch", "elasto_plastic_friction",
-        "parasitic_torque", "axial_bushing_stiffness", "main_bearing_compliance", "ntl_direction", "unequal_bushings",
+        "cubic_stiffness", "quintic_stiffness", "deflection_dependent_damping", "fluid_branch",
+        "elasto_plastic_friction",
+        "parasitic_torque", "axial_bushing_stiffness", "main_bearing_compliance", "ntl_direction",
+        "unequal_bushings",
         "sensor_gain", "sensor_zero", "sensor_delay",
     ),
 }  # fmt: skip
@@ -74,7 +78,8 @@ ONE_CONDITION_EFFECTS: dict[str, tuple[str, ...]] = {
 #: it.
 _ONE_LOAD: dict[str, tuple[str, ...]] = {
     "carrier": (
-        "flexible_pins", "stiff_pins", "pin_clearance", "face_runout", "unequal_load_sharing", "load_sharing_ntl",
+        "flexible_pins", "stiff_pins", "pin_clearance", "face_runout", "unequal_load_sharing",
+        "load_sharing_ntl",
     ),
     "element": ("cubic_stiffness", "quintic_stiffness"),
     "mounting": ("cubic_stiffness", "quintic_stiffness"),

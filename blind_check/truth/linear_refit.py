@@ -30,48 +30,50 @@ class LinearBaseline:
     own_offset: bool
     not_negative: tuple[int, ...] = ()
 
-    def left(self, signals: Sequence[FloatArray]) -> list[FloatArray]:
+    def residuals(self, signals: Sequence[FloatArray]) -> list[FloatArray]:
         """What a refit to all runs leaves of the signals, each shape (n_channels, n)."""
         every = range(len(signals))
-        return self._left_of(signals, fitted=every, scored=every)
+        return self._residuals_of(signals, fitted=every, scored=every)
 
     def held_out(self, signals: Sequence[FloatArray]) -> list[FloatArray]:
-        """What is left of each run where what runs share was fitted to the other runs, its own offset to itself.
+        """What is left of each run where what runs share was fitted to the other runs.
+
+        The offset of each run is fitted to the run itself.
 
         A single run is scored by quarters, each left out in turn.
         """
         if len(signals) == 1:
-            return self._left_by_quarters(signals[0])
+            return self._residuals_by_quarters(signals[0])
         every = range(len(signals))
         return [
-            self._left_of(signals, fitted=[k for k in every if k != run], scored=[run])[0]
+            self._residuals_of(signals, fitted=[k for k in every if k != run], scored=[run])[0]
             for run in every
         ]
 
-    def _left_of(
+    def _residuals_of(
         self, signals: Sequence[FloatArray], *, fitted: Sequence[int], scored: Sequence[int]
     ) -> list[FloatArray]:
         """Residual of the runs `scored` with shared parameters from the runs `fitted`."""
         matrix = np.concatenate([self._centred(self.columns[run]) for run in fitted])
         target = np.concatenate([self._centred(signals[run].reshape(-1)) for run in fitted])
         shared = self._solution(matrix, target)
-        left = []
+        residuals = []
         for run in scored:
             residual = signals[run].reshape(-1) - self.columns[run] @ shared
-            left.append(self._centred(residual).reshape(signals[run].shape))
-        return left
+            residuals.append(self._centred(residual).reshape(signals[run].shape))
+        return residuals
 
-    def _left_by_quarters(self, signal: FloatArray) -> list[FloatArray]:
+    def _residuals_by_quarters(self, signal: FloatArray) -> list[FloatArray]:
         offset = np.ones((signal.size, 1 if self.own_offset else 0))
         matrix = np.concatenate([self.columns[0], offset], axis=1)
         quarter = np.broadcast_to(
             np.arange(signal.shape[1]) * 4 // signal.shape[1], signal.shape
         ).reshape(-1)
-        target, left = signal.reshape(-1), np.empty(signal.size)
+        target, residual = signal.reshape(-1), np.empty(signal.size)
         for k in range(4):
             out = quarter == k
-            left[out] = target[out] - matrix[out] @ self._solution(matrix[~out], target[~out])
-        return [left.reshape(signal.shape)]
+            residual[out] = target[out] - matrix[out] @ self._solution(matrix[~out], target[~out])
+        return [residual.reshape(signal.shape)]
 
     def _centred(self, values: FloatArray) -> FloatArray:
         return values - values.mean(axis=0) if self.own_offset else values

@@ -27,13 +27,19 @@ DELAY_NODES = np.deg2rad([-18.0, -12.0, -6.0, 0.0, 6.0, 12.0, 18.0])
 _SHAPE_NODES = 11
 #: Orders of the flexible residual model; those up to the second number also with torque and radial
 #: load.
-_CEILING_ORDERS = 12
+_BLACK_BOX_ORDERS = 12
 _LOADED_ORDERS = 8
 _FORCED_ORDERS = 2
 
-TARGET, PREDICTION, ONE, CEILING_COLUMN = "target", "prediction", "one", "ceiling"
+TARGET = "target"
+PREDICTION = "prediction"
+ONE = "one"
+BLACK_BOX_COLUMN = "ceiling"
 #: Families of nodes; plain columns have none.
-PLAIN, SHAPE, ANGLE, DELAY = "", "threshold", "angle", "delay"
+PLAIN = ""
+SHAPE = "threshold"
+ANGLE = "angle"
+DELAY = "delay"
 Key = tuple[str, int, str, int]
 
 
@@ -127,7 +133,7 @@ class ColumnSource:
                 for node in np.flatnonzero(DELAY_NODES).tolist():
                     signals = effect.signals(sensor, delayed[node], self.rig)
                     rows.update(_keyed(effect.id, DELAY, node, signals))
-        rows.update(_keyed(CEILING_COLUMN, PLAIN, 0, self._flexible_rows(inputs)))
+        rows.update(_keyed(BLACK_BOX_COLUMN, PLAIN, 0, self._flexible_rows(inputs)))
         return rows
 
     def shape_nodes(self, effect: Effect) -> FloatArray:
@@ -144,7 +150,7 @@ class ColumnSource:
             inputs.end - inputs.start, np.finfo(float).tiny
         )
         rows = [u, u**2]
-        for order in range(_CEILING_ORDERS + 1):
+        for order in range(_BLACK_BOX_ORDERS + 1):
             phase = order * inputs.carrier_angle
             waves = [np.cos(phase), np.sin(phase)] if order else [np.ones_like(torque)]
             loads = [np.ones_like(torque)]

@@ -14,7 +14,9 @@ from carrierflex.diagnosis.gap.power_laws import WITHOUT, exponents
 from carrierflex.diagnosis.gap.significance import significant
 from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES, RADIAL, FloatArray
 
-HOUSING, CARRIER, UNDECIDED = "housing", "carrier", "undecided"
+HOUSING = "housing"
+CARRIER = "carrier"
+UNDECIDED = "undecided"
 #: A wave is fixed to the carrier where it holds this share of its order; a weaker one may be the
 #: leak of a sensor's gain.
 _OWN_ORDER = 0.9
@@ -30,7 +32,9 @@ _KNOWN_WITHIN = 1.0
 #: A part changes with the radial load where its sizes, the growth with torque taken out, differ by
 #: this share of the largest.
 _CHANGES = 0.5
-TORQUE, RADIAL_LOAD, SPEED = "torque", "radial load", "speed"
+TORQUE = "torque"
+RADIAL_LOAD = "radial load"
+SPEED = "speed"
 
 #: Size of every condition in every run.
 Conditions = Mapping[str, Mapping[str, float]]

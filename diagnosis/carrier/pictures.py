@@ -16,8 +16,10 @@ from carrierflex.identification.campaign.order_analysis import MAX_ORDER
 
 _ANGLES = np.linspace(0.0, 2.0 * np.pi, 181)
 _READING = (
-    f"Displacement at a sensor while the carrier turns once: mean of the revolutions, orders 0 to {MAX_ORDER}; outwards from "
-    "the zero circle is positive. An offset is a larger or smaller circle, a tilt of the carrier a circle off the centre "
+    "Displacement at a sensor while the carrier turns once: mean of the revolutions, orders 0 to "
+    f"{MAX_ORDER}; outwards from "
+    "the zero circle is positive. An offset is a larger or smaller circle, a tilt of the carrier a "
+    "circle off the centre "
     "(order 1), flexible pins have three lobes."
 )
 #: Sensors and runs drawn at most.
@@ -53,7 +55,7 @@ def carrier_pictures(
     for k, parameter in enumerate(model.parameters(effects, choice)):
         if parameter.effect in effects and not parameter.shape:
             without[k] = 0.0
-    full, base = (model.weights(effects, choice, own)[0] for own in (theta, without))
+    full, base = (model.weights(effects, choice, parameters)[0] for parameters in (theta, without))
     gap = -base
     gap[..., 0] += 1.0  # the target stands first among the columns
     turns_of_gap, turns_of_law = (
@@ -91,10 +93,10 @@ def mean_turns(
     waves = np.exp(1j * np.outer(np.arange(MAX_ORDER + 1), _ANGLES))
     turns = np.full((n_runs, orders.shape[1], _ANGLES.size), np.nan)
     for r in range(n_runs):
-        own = orders[run_of_revolution == r]
-        own = own[np.isfinite(own).all(axis=(1, 2))]
-        if len(own):
-            turns[r] = (own.mean(axis=0) @ waves).real
+        revolutions = orders[run_of_revolution == r]
+        revolutions = revolutions[np.isfinite(revolutions).all(axis=(1, 2))]
+        if len(revolutions):
+            turns[r] = (revolutions.mean(axis=0) @ waves).real
     return turns
 
 
@@ -106,7 +108,9 @@ def carrier_polar(
     runs: Sequence[str],
     channels: Sequence[str],
 ) -> tuple[Picture, ...]:
-    """Polar plots of the run with the largest gap, sensor by sensor, and of its largest sensor, run by run.
+    """Polar plots of the run with the largest gap, sensor by sensor.
+
+    And of the sensor with the largest gap, run by run.
 
     Parameters
     ----------
@@ -126,23 +130,26 @@ def carrier_polar(
     size = np.sqrt(np.mean(gap**2, axis=-1))
     if not np.isfinite(size).any():
         return ()
-    whole = np.where(np.isfinite(size), size, -1.0)
-    run = int(whole.max(axis=1).argmax())
-    channel = int(whole[run].argmax())
-    seen = [r for r in range(len(runs)) if np.isfinite(size[r]).all()]
+    complete = np.where(np.isfinite(size), size, -1.0)
+    run = int(complete.max(axis=1).argmax())
+    channel = int(complete[run].argmax())
+    shown = [r for r in range(len(runs)) if np.isfinite(size[r]).all()]
     worth = [
-        c for c in range(len(channels)) if whole[run, c] >= _WORTH_DRAWING * whole[run, channel]
+        c
+        for c in range(len(channels))
+        if complete[run, c] >= _WORTH_DRAWING * complete[run, channel]
     ]
     sensors = [(f"sensor {channels[c]}", gap[run, c], law[run, c]) for c in worth]
     left_out = len(channels) - len(sensors[:_MOST_PANELS])
     note = (
-        f" {left_out} sensor{'s' * (left_out > 1)} with a smaller gap {'is' if left_out == 1 else 'are'} not drawn."
+        f" {left_out} sensor{'s' * (left_out > 1)} with a smaller gap "
+        f"{'is' if left_out == 1 else 'are'} not drawn."
         if left_out
         else ""
     )
     pictures = [_picture(f"Gap over one turn, run {runs[run]}", sensors, effects, _READING + note)]
-    if len(seen) > 1:
-        by_run = [(f"run {runs[r]}", gap[r, channel], law[r, channel]) for r in seen]
+    if len(shown) > 1:
+        by_run = [(f"run {runs[r]}", gap[r, channel], law[r, channel]) for r in shown]
         title = f"Gap over one turn, sensor {channels[channel]}"
         pictures.append(
             _picture(

@@ -6,7 +6,7 @@ Derivatives of the signals by every parameter, at the baseline.
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.columns import CEILING_COLUMN
+from carrierflex.diagnosis.carrier.columns import BLACK_BOX_COLUMN
 from carrierflex.diagnosis.carrier.model import CarrierModel
 from carrierflex.diagnosis.carrier.sums import CarrierSums
 from carrierflex.diagnosis.comparison.problem import BLACK_BOX, Effects, Signatures
@@ -42,7 +42,9 @@ def carrier_signatures(
     # The target less the parts that are no parameter's: another simulator's prediction.
     target = -(W - np.einsum("rcpk,p->rck", D, base))
     target[..., 0] += 1.0
-    rows, owners, variants = [target[:, :, None], D], [], []
+    rows = [target[:, :, None], D]
+    owners = []
+    variants = []
     for effect in candidates:
         for variant in model.variants(effect):
             slopes = _slopes(model, effect, variant, base, contained_choice)
@@ -50,7 +52,7 @@ def carrier_signatures(
             owners += [effect] * slopes.shape[2]
             variants += [variant] * slopes.shape[2]
     table = np.concatenate(rows, axis=2)
-    features = records.index.of_owner(CEILING_COLUMN)
+    features = records.index.of_owner(BLACK_BOX_COLUMN)
     n_channels = len(model.channels)
     gram = np.array(
         [
@@ -58,9 +60,9 @@ def carrier_signatures(
             for r, segment_gram in zip(records.run_of_segment, records.gram, strict=True)
         ]
     )
-    n_ceiling = n_channels * len(features)
-    owners += [BLACK_BOX] * n_ceiling
-    variants += [()] * n_ceiling
+    n_black_box = n_channels * len(features)
+    owners += [BLACK_BOX] * n_black_box
+    variants += [()] * n_black_box
     return Signatures(gram, D.shape[2], tuple(owners), tuple(variants))
 
 

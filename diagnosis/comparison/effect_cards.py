@@ -1,4 +1,6 @@
-"""Effect cards: what a missing effect is, which parameters it has, what it looks like, and what it is confused with.
+"""Effect cards: what a missing effect is, which parameters it has, what it looks like.
+
+A card also states what its effect is confused with.
 
 The kinds "carrier", "mounting" and "element" bring a library of cards; users add their own by an
 entry point of the group ``carrierflex.effects`` that names an :class:`EffectCard`. The chapter
@@ -72,11 +74,12 @@ class EffectCard:
             )
         if not self.parameters or all(parameter.shape for parameter in self.parameters):
             raise ValueError(
-                f"effect card '{self.id}': no parameter that is zero without the effect; expected one"
+                f"effect card '{self.id}': no parameter that is zero without the effect; expected "
+                "one"
             )
 
 
-def effect_library(kind: str, own: Iterable[EffectCard]) -> dict[str, EffectCard]:
+def effect_library(kind: str, cards: Iterable[EffectCard]) -> dict[str, EffectCard]:
     """Cards of a kind by id: its own and those that users registered.
 
     Parameters
@@ -98,7 +101,7 @@ def effect_library(kind: str, own: Iterable[EffectCard]) -> dict[str, EffectCard
         twice.
     """
     library: dict[str, EffectCard] = {}
-    for card in (*own, *_registered(kind)):
+    for card in (*cards, *_registered(kind)):
         if card.id in library:
             raise ValueError(
                 f"effect '{card.id}' of kind {kind} is registered twice; expected different ids"
@@ -109,10 +112,10 @@ def effect_library(kind: str, own: Iterable[EffectCard]) -> dict[str, EffectCard
 
 def users_cards(
     library: Mapping[str, EffectCard],
-    own: Iterable[EffectCard],
+    cards: Iterable[EffectCard],
 ) -> tuple[EffectCard, ...]:
     """Cards of a library that users registered: all but the kind's own."""
-    brought = {card.id for card in own}
+    brought = {card.id for card in cards}
     return tuple(card for card in library.values() if card.id not in brought)
 
 
@@ -128,7 +131,8 @@ def _registered(kind: str) -> list[EffectCard]:
             ) from error
         if not isinstance(card, EffectCard):
             raise ValueError(
-                f"entry point '{entry.name}' of group {ENTRY_POINT_GROUP} is a {type(card).__name__}; "
+                f"entry point '{entry.name}' of group {ENTRY_POINT_GROUP} is a "
+                f"{type(card).__name__}; "
                 "expected an EffectCard"
             )
         if card.kind == kind:

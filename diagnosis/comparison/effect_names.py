@@ -18,4 +18,4 @@ def plain_name(effect: str) -> str:
 
 def set_name(effects: Effects) -> str:
     """Set of effects in words; the empty one is the baseline."""
-    return " + ".join(plain_name(own) for own in effects) or "baseline alone"
+    return " + ".join(plain_name(effect) for effect in effects) or "baseline alone"

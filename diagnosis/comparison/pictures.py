@@ -1,4 +1,4 @@
-"""What a plant gives to be drawn in the report.
+"""What a comparison problem gives to be drawn in the report.
 
 Its gap and the fitted law as curves, without any drawing library.
 """
@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 #: Roles of a curve: what the baseline leaves, what the fitted effects say, what they leave.
-GAP, LAW, LEFT = "gap", "law", "left"
+GAP = "gap"
+LAW = "law"
+LEFT = "left"
 ROLES = (GAP, LAW, LEFT)
 #: Neighbours along x of a law that is a function of it differ by less than this share of its
 #: standard deviation on average; those of a loop change branch half of the time. The limit leaves
@@ -107,6 +109,6 @@ def strip_means(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """
     strip = np.minimum((_STRIPS * (x - x.min()) / np.ptp(x)).astype(int), _STRIPS - 1)
     counts = np.bincount(strip, minlength=_STRIPS)
-    x_sum, y_sum = (np.bincount(strip, own, minlength=_STRIPS) for own in (x, y))
+    x_sum, y_sum = (np.bincount(strip, values, minlength=_STRIPS) for values in (x, y))
     used = counts > 0
     return x_sum[used] / counts[used], y_sum[used] / counts[used]

@@ -1,8 +1,9 @@
 """What a kind of campaign gives to the diagnosis, after which everything is the same code.
 
-A plant holds the measured records and a simulator with switchable effects. It answers in sums over
-pieces of record (a block of a run), so that a closed-form linear plant and one that integrates in
-time look alike: the residual is ``r = measured - predicted``, its derivatives by the parameters ``J
+A comparison problem holds the measured records and a simulator with switchable effects. It answers
+in sums over segments of the record (a block of a run), so that a closed-form linear problem and one
+that integrates in time look alike: the residual is ``r = measured - predicted``, its derivatives by
+the parameters ``J
 = d predicted / d theta``.
 """
 
@@ -79,12 +80,16 @@ class Parameter(FitParameter):
 
 def bounds_of(parameters: Sequence[Parameter]) -> tuple[FloatArray, FloatArray]:
     """Lower and upper bounds of parameters."""
-    return np.array([own.lower for own in parameters]), np.array([own.upper for own in parameters])
+    return np.array([parameter.lower for parameter in parameters]), np.array(
+        [parameter.upper for parameter in parameters]
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class SegmentSums:
-    """Gauss-Newton sums of every piece at one parameter set; zero where a piece was not asked for.
+    """Gauss-Newton sums of every segment at one parameter set.
+
+    Zero where a segment was not requested.
 
     Parameters
     ----------
@@ -106,13 +111,13 @@ class Signatures:
     """Gram matrix of the unexplained force (or signal), the baseline's regressors and the effects' signatures.
 
     Columns in this order: the target, `n_base` baseline regressors, one or several columns of each
-    variant of each effect, then the features of the flexible residual model. Where the plant is
+    variant of each effect, then the features of the flexible residual model. Where the problem is
     dynamic they live in force space.
 
     Parameters
     ----------
     gram : ndarray, shape (n_segments, n, n)
-        Products of the columns by piece.
+        Products of the columns by segment.
     n_base : int
         Regressors of the baseline.
     effects : tuple of str
@@ -175,8 +180,8 @@ class CandidateExperiment:
     text : str
         The condition in words.
     problem : callable
-        ``(effects, theta) -> ComparisonProblem`` whose signals are those of a model under that condition; None
-        where the model runs away there.
+        ``(effects, theta) -> ComparisonProblem`` whose signals are those of a model under that
+        condition; None where the model runs away there.
     """
 
     text: str
@@ -187,9 +192,9 @@ class ComparisonProblem(Protocol):
     """Measured records and a simulator with switchable effects; what one kind of campaign brings.
 
     `cards` are the candidates by id; the effects the baseline already contains are always in and
-    not among them. `cell_counts` and `noise_square`, shape (n_pieces, n_cells), are the degrees of
-    freedom of each cell of the score and the sum of squares that noise alone leaves there; `unit`
-    is the unit of the residual, `n_channels` how many signals it has.
+    not among them. `cell_counts` and `noise_square`, shape (n_segments, n_cells), are the degrees
+    of freedom of each cell of the score and the sum of squares that noise alone leaves there;
+    `unit` is the unit of the residual, `n_channels` how many signals it has.
     """
 
     @property
@@ -224,18 +229,18 @@ class ComparisonProblem(Protocol):
         ...
 
     def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
-        """Gauss-Newton sums of the chosen pieces."""
+        """Gauss-Newton sums of the chosen segments."""
         ...
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
-        """Sum of squared residuals by piece and cell, shape (n_pieces, n_cells).
+        """Sum of squared residuals by segment and cell, shape (n_segments, n_cells).
 
         Zero where not chosen.
         """
         ...
 
     def signatures(self) -> Signatures:
-        """Columns for the screen, the alias classes and the ceiling."""
+        """Columns for the screen, the alias classes and the black-box reference."""
         ...
 
     def gap_cells(self, effects: Effects, theta: FloatArray) -> tuple[GapCell, ...]:
@@ -250,7 +255,7 @@ class ComparisonProblem(Protocol):
         ...
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "ComparisonProblem":
-        """Same plant, its measured signals replaced by those of a model, without noise."""
+        """Same problem, its measured signals replaced by those of a model, without noise."""
         ...
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:

@@ -1,7 +1,7 @@
 """Laws of the cards that users register: tried once, and refused by the card's id.
 
-The law of a card says how its kind computes the effect; docs/diagnosis.md has an example of each kind.
-Where effects are forces it is ``(deflection, speed, parameters) -> force``, which numba can
+The law of a card says how its kind computes the effect; docs/diagnosis.md has an example of each
+kind. Where effects are forces it is ``(deflection, speed, parameters) -> force``, which numba can
 compile; see :mod:`carrierflex.simulation.force_laws`.
 """
 
@@ -26,7 +26,7 @@ _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
 def force_library(
     kind: str,
-    own: Sequence[EffectCard],
+    brought: Sequence[EffectCard],
 ) -> tuple[dict[str, EffectCard], dict[str, Force]]:
     """Cards of a kind whose effects are forces, and the compiled laws of those of users.
 
@@ -35,7 +35,7 @@ def force_library(
     kind : str
         ``element`` or ``mounting``.
     own : sequence of EffectCard
-        Cards the kind brings, its placebos among them.
+        Cards the kind brings, its negative controls among them.
 
     Returns
     -------
@@ -48,18 +48,18 @@ def force_library(
         Where a user's card has no law, or one that fails, does not compile, or gives a force while
         its effect is absent.
     """
-    cards = effect_library(kind, own)
+    cards = effect_library(kind, brought)
     laws: dict[str, Force] = {}
-    for card in users_cards(cards, own):
+    for card in users_cards(cards, brought):
         check_is_function(card, _FORCE_LAW)
         _try_force(card)
         laws[card.id] = _compiled(card)
     return cards, laws
 
 
-def refusal(card: EffectCard, found: str, expected: str) -> ValueError:
+def refusal(card: EffectCard, problem: str, expected: str) -> ValueError:
     """Error that names a user's card, what was wrong with it and what is expected."""
-    return ValueError(f"effect card '{card.id}': {found}; expected {expected}")
+    return ValueError(f"effect card '{card.id}': {problem}; expected {expected}")
 
 
 def check_is_function(card: EffectCard, expected: str) -> None:
@@ -83,16 +83,18 @@ def _try_force(card: EffectCard) -> None:
         except Exception as error:
             raise refusal(card, f"its law fails: {first_line(error)}", _FORCE_LAW) from error
         if force != 0.0:
-            found = f"its law gives a force of {force:g} with all parameters but the shapes at zero"
-            raise refusal(card, found, "0")
+            problem = (
+                f"its law gives a force of {force:g} with all parameters but the shapes at zero"
+            )
+            raise refusal(card, problem, "0")
 
 
 def _compiled(card: EffectCard) -> Force:
     try:
         return compiled_force(card.law)
     except Exception as error:
-        found = f"its law does not compile: {first_line(error)}"
-        raise refusal(card, found, _FORCE_LAW) from error
+        problem = f"its law does not compile: {first_line(error)}"
+        raise refusal(card, problem, _FORCE_LAW) from error
 
 
 def first_line(error: Exception) -> str:

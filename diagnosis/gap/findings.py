@@ -24,8 +24,8 @@ ORDERS = "orders"
 LINES = "lines"
 MOTION_BANDS = "bands of motions"
 
-#: Parity of the missing law, determined by the lines of a periodic drive of odd lines alone, or why it is
-#: not determinable.
+#: Parity of the missing law, determined by the lines of a periodic drive of odd lines alone, or why
+#: it is not determinable.
 ODD = "odd"
 EVEN = "even"
 ODD_AND_EVEN = "odd and even"

@@ -53,11 +53,11 @@ def largest_cells(cells: Sequence[GapCell]) -> list[GapCell]:
         At least one where there is any.
     """
     required = _MOST_OF_THE_GAP * sum(cell.coherent for cell in cells)
-    held = 0.0
+    covered = 0.0
     chosen: list[GapCell] = []
     for cell in cells:
         chosen.append(cell)
-        held += cell.coherent
-        if held >= required:
+        covered += cell.coherent
+        if covered >= required:
             break
     return chosen

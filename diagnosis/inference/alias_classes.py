@@ -21,8 +21,8 @@ def alias_class(
     """Effects that reproduce a fitted one within the noise, the effect itself first.
 
     Effects whose projected signature is correlated with its signature, and the aliases on its card
-    that reached the ladder, are put to the exchange test: refit the other effect to the simulated
-    signals of the fitted one.
+    that reached forward selection, are put to the exchange test: refit the other effect to the
+    simulated signals of the fitted one.
 
     Parameters
     ----------
@@ -42,7 +42,11 @@ def alias_class(
     """
     problem, thresholds = search.problem, search.thresholds
     fit = search.score(accepted).fit
-    others = [own.id for own in screened.effects if own.id not in accepted]
+    others = [
+        screened_effect.id
+        for screened_effect in screened.effects
+        if screened_effect.id not in accepted
+    ]
     related = [
         other
         for other in others
@@ -54,9 +58,9 @@ def alias_class(
     members = [effect]
     for other in related[:_MOST_EXCHANGES]:
         search.note(f"exchange test: {other} for {effect}")
-        exchanged = tuple(sorted((*(own for own in accepted if own != effect), other)))
-        left = _left_over(simulated, exchanged, search)
-        if left < thresholds.exchange_ratio * np.sqrt(search.floor):
+        exchanged = tuple(sorted((*(name for name in accepted if name != effect), other)))
+        remainder = _left_over(simulated, exchanged, search)
+        if remainder < thresholds.exchange_ratio * np.sqrt(search.floor):
             members.append(other)
     return tuple(members)
 
@@ -68,7 +72,7 @@ def discriminating_experiment_between(
 
     Where the second set, refitted, stays farthest from the signals of the first.
 
-    ``argmax_u min_theta2 |y_1(u) - y_2(u; theta2)|²`` over the plant's feasible trials.
+    ``argmax_u min_theta2 |y_1(u) - y_2(u; theta2)|²`` over the problem's feasible trials.
 
     Parameters
     ----------
@@ -120,14 +124,14 @@ def is_named_consistently(
     limit = thresholds.fold_signal**2
     matrix = fit.sums.matrix.sum(axis=0)
     for effect in fit.effects:
-        own = [
+        named = [
             k
             for k, parameter in enumerate(fit.parameters)
             if parameter.effect == effect and not parameter.shape and parameter.run is None
         ]
-        block, theta = matrix[np.ix_(own, own)], fit.theta[own]
-        for moved in theta_by_fold[:, own] - theta:
-            beyond_error = (np.abs(moved) > thresholds.fold_consistency * std[own]).any()
+        block, theta = matrix[np.ix_(named, named)], fit.theta[named]
+        for moved in theta_by_fold[:, named] - theta:
+            beyond_error = (np.abs(moved) > thresholds.fold_consistency * std[named]).any()
             if beyond_error and moved @ block @ moved > limit * (theta @ block @ theta):
                 return False
     return True

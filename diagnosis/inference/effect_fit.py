@@ -1,4 +1,7 @@
-"""Fit of a set of effects within physical bounds: several starts, and never worse than a set it contains."""
+"""Fit of a set of effects within physical bounds.
+
+Several starts, and never worse than a set it contains.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -47,7 +50,7 @@ class EffectFit:
     cost : float
         Sum of squared residuals and prior terms.
     sums : SegmentSums
-        Sums at `theta`, by piece.
+        Sums at `theta`, by segment.
     prior : ndarray, shape (p,)
         Weight of each squared parameter in the cost.
     at_bound : ndarray of bool, shape (p,)
@@ -69,8 +72,8 @@ class EffectFit:
         What a larger set starts from.
         """
         return {
-            parameter_key(own): float(value)
-            for own, value in zip(self.parameters, self.theta, strict=True)
+            parameter_key(parameter): float(value)
+            for parameter, value in zip(self.parameters, self.theta, strict=True)
         }
 
     @property
@@ -121,7 +124,7 @@ def fit_effects(
     starts: Sequence[FloatArray] = (),
     stop: StopRule = STOP_RULE,
 ) -> EffectFit:
-    """Fit baseline + effects to all pieces.
+    """Fit baseline + effects to all segments.
 
     Parameters
     ----------
@@ -238,7 +241,7 @@ def trial_cost(
     chosen: BoolArray,
     prior: FloatArray,
 ) -> float:
-    """Cost of one parameter set over the chosen pieces."""
+    """Cost of one parameter set over the chosen segments."""
     return float(problem.squares(effects, theta, chosen)[chosen].sum() + prior @ theta**2)
 
 

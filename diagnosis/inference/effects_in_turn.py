@@ -1,4 +1,7 @@
-"""Held-out RMS as given effects are added in a given order, and each alone, whether they pay or not."""
+"""Held-out RMS as given effects are added in a given order, and each alone.
+
+Effects are added whether they pay or not.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -29,7 +32,7 @@ class EffectsInTurn:
     phi : ndarray, shape (n_effects + 1,)
         Share of the mean square above the noise floor that is explained.
     negative_control_rho : float
-        RMS with the best placebo over the baseline's.
+        RMS with the best negative control over the baseline's.
     noise_floor : float
         RMS that no model can go below.
     """
@@ -48,7 +51,9 @@ class EffectsInTurn:
 
 
 def effects_in_turn(problem: ComparisonProblem, effects: Sequence[str]) -> EffectsInTurn:
-    """Score the effects of a list on held-out records, as :func:`carrierflex.diagnosis.diagnose.diagnose` scores its sets.
+    """Score the effects of a list on held-out records.
+
+    As :func:`carrierflex.diagnosis.diagnose.diagnose` scores its sets.
 
     Parameters
     ----------
@@ -66,12 +71,13 @@ def effects_in_turn(problem: ComparisonProblem, effects: Sequence[str]) -> Effec
     Raises
     ------
     ValueError
-        Where an effect is not a candidate of the plant.
+        Where an effect is not a candidate of the problem.
     """
     unknown = [effect for effect in effects if effect not in problem.cards]
     if unknown:
         raise ValueError(
-            f"effects {', '.join(unknown)}; expected candidates of the plant: {', '.join(problem.cards)}"
+            f"effects {', '.join(unknown)}; expected candidates of the problem: "
+            f"{', '.join(problem.cards)}"
         )
     search = forward_selection(problem, Thresholds())
     squares = np.array([search.mean_square(tuple(effects[:k])) for k in range(len(effects) + 1)])

@@ -1,4 +1,4 @@
-"""Which pieces of record are left out together.
+"""Which segments of the record are left out together.
 
 Whole conditions where there are enough, blocks otherwise.
 """
@@ -19,25 +19,25 @@ _BLOCK_GROUPS = 4
 
 @dataclass(frozen=True, eq=False)
 class Fold:
-    """One split of the pieces.
+    """One split of the segments.
 
     Parameters
     ----------
     name : str
         What is left out, in words.
     training, own, held_out : ndarray of bool, shape (n_segments,)
-        Pieces that fit what runs share; pieces of held-out runs that fit those runs' own parameters
-        only; pieces scored.
+        Segments that fit what runs share; segments of held-out runs that fit those runs' own
+        parameters only; segments scored.
     """
 
     name: str
     training: BoolArray
-    own: BoolArray
+    run_specific: BoolArray
     held_out: BoolArray
 
 
 def held_out_folds(segments: Sequence[Segment], *, runs_have_own: bool) -> tuple[Fold, ...]:
-    """Folds in which every piece is scored once.
+    """Folds in which every segment is scored once.
 
     Three conditions or more: leave one condition out; where runs have parameters of their own,
     these are fitted on the even blocks of the held-out runs to score the odd ones, and the other
@@ -47,7 +47,7 @@ def held_out_folds(segments: Sequence[Segment], *, runs_have_own: bool) -> tuple
     Parameters
     ----------
     segments : sequence of Segment
-        Pieces of the plant.
+        Segments of the comparison problem.
     runs_have_own : bool
         Whether a run has parameters that other runs do not share.
 
@@ -69,11 +69,11 @@ def held_out_folds(segments: Sequence[Segment], *, runs_have_own: bool) -> tuple
                     folds.append(Fold(f"condition {name}", ~left_out, left_out & ~scored, scored))
         return tuple(folds)
     groups = _BLOCK_GROUPS if len(names) == 1 else 2
-    place = _places(condition)
+    index = _places(condition)
     folds = []
     for name in names:
         for k in range(groups):
-            scored = (condition == name) & (place % groups == k)
+            scored = (condition == name) & (index % groups == k)
             if scored.any():
                 folds.append(
                     Fold(
@@ -94,9 +94,9 @@ def extrapolation_fold(segments: Sequence[Segment], gap: Sequence[float]) -> Fol
     Parameters
     ----------
     segments : sequence of Segment
-        Pieces of the plant.
+        Segments of the comparison problem.
     gap : sequence of float
-        Mean square of the baseline's gap by piece.
+        Mean square of the baseline's gap by segment.
 
     Returns
     -------
@@ -113,9 +113,9 @@ def extrapolation_fold(segments: Sequence[Segment], gap: Sequence[float]) -> Fol
 
 
 def _places(condition: np.ndarray) -> np.ndarray:
-    """Number of each piece within its condition."""
-    place = np.zeros(condition.size, dtype=np.int64)
+    """Number of each segment within its condition."""
+    index = np.zeros(condition.size, dtype=np.int64)
     for name in set(condition):
-        own = np.flatnonzero(condition == name)
-        place[own] = np.arange(own.size)
-    return place
+        members = np.flatnonzero(condition == name)
+        index[members] = np.arange(members.size)
+    return index

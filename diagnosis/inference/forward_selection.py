@@ -1,4 +1,6 @@
-"""S2 and S3: forward selection of effect sets, each refitted in full and scored on held-out segments.
+"""S2 and S3: forward selection of effect sets.
+
+Each refitted in full and scored on held-out segments.
 
 Which of them are supported.
 """
@@ -62,7 +64,7 @@ class ForwardSelection:
         return self.scores[key]
 
     def fit(self, effects: Effects) -> EffectFit:
-        """Fit of a set to all pieces, made now where it was not yet."""
+        """Fit of a set to all segments, made now where it was not yet."""
         key = tuple(sorted(effects))
         if key not in self.fits:
             self.note(" + ".join(("baseline", *key)))
@@ -95,7 +97,7 @@ class ForwardSelection:
         )
 
     def _is_material(self, before: float, after: float, floor: float, total_gap: float) -> bool:
-        """Whether a step is a large enough part of the whole gap, or clears what stands out of the floor."""
+        """Whether a step is a large enough part of the gap, or clears what exceeds the floor."""
         limits = self.thresholds
         clears = (
             explained_share(before, after, floor) >= limits.clears
@@ -185,7 +187,10 @@ class ForwardSelection:
         return None
 
     def _fits_any_curve(self, effects: Effects) -> bool:
-        """Whether three effects or more, each an alias of every other by its card, act on one channel."""
+        """Whether three mutual aliases or more act on one channel.
+
+        Aliases by their cards, each of every other.
+        """
         cards = self.problem.cards
         return (
             self.problem.n_channels == 1

@@ -1,4 +1,7 @@
-"""How far the gap shrinks on held-out records, with intervals, placebos, ceiling, and the ladder of accepted effects."""
+"""How far the gap shrinks on held-out records, with intervals.
+
+Beside it the negative controls, the black-box reference and the steps of the accepted effects.
+"""
 
 import numpy as np
 
@@ -28,7 +31,7 @@ def gap_reduction(search: ForwardSelection, accepted: Effects, explainable: floa
     """GapReduction of the accepted set; of the baseline against itself where none is accepted.
 
     ``rho = RMS after / before``, ``phi = 1 - (MSE after - s²) / (MSE before - s²)`` on held-out
-    pieces, intervals by the two-level bootstrap (conditions, then pieces).
+    segments, intervals by the two-level bootstrap (conditions, then segments).
 
     Parameters
     ----------
@@ -49,7 +52,7 @@ def gap_reduction(search: ForwardSelection, accepted: Effects, explainable: floa
     rho, rho_draws, phi, phi_draws = _ratios(search, before, after)
     floor = float(np.sqrt(search.floor))
     rms = [float(np.sqrt(search.mean_square(effects))) for effects in ((), accepted)]
-    negative_control = min(_rho(before, own) for own in negative_control_scores(search, ()))
+    negative_control = min(_rho(before, control) for control in negative_control_scores(search, ()))
     cells = [problem.gap_cells(score.fit.effects, score.fit.theta) for score in (before, after)]
     return GapReduction(
         rms_before=rms[0],

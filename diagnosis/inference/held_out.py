@@ -1,4 +1,4 @@
-"""S3: how well a set of effects predicts pieces of record it was not fitted to."""
+"""S3: how well a set of effects predicts segments of the record it was not fitted to."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ class HeldOut:
     Parameters
     ----------
     fit : EffectFit
-        Fit to all pieces.
+        Fit to all segments.
     square : ndarray, shape (n_segments,)
         Sum of squared held-out residuals.
     log_density : ndarray, shape (n_segments,)
@@ -41,46 +41,48 @@ class HeldOut:
 
     @property
     def elpd(self) -> float:
-        """Expected log predictive density, summed over the pieces."""
+        """Expected log predictive density, summed over the segments."""
         return float(self.log_density.sum())
 
 
 def held_out_score(problem: ComparisonProblem, fit: EffectFit, folds: Sequence[Fold]) -> HeldOut:
     """Score a set on every fold.
 
-    ``elpd = sum log N(r; 0, s²)`` over the pieces and cells, with s² the mean square that the
-    fold's fit leaves in that cell of its training pieces, never below the noise.
+    ``elpd = sum log N(r; 0, s²)`` over the segments and cells, with s² the mean square that the
+    fold's fit leaves in that cell of its training segments, never below the noise.
 
     Parameters
     ----------
     problem : ComparisonProblem
         Records and simulator.
     fit : EffectFit
-        Fit to all pieces; start of every fold's fit.
+        Fit to all segments; start of every fold's fit.
     folds : sequence of Fold
         Splits.
 
     Returns
     -------
     HeldOut
-        Score by piece.
+        Score by segment.
     """
     n_segments = len(problem.segments)
-    square, log_density, thetas = np.full(n_segments, np.nan), np.full(n_segments, np.nan), []
-    # The discrepancy of the training pieces: their residual at the fit to all pieces is as good,
-    # and one run cheaper.
+    square = np.full(n_segments, np.nan)
+    log_density = np.full(n_segments, np.nan)
+    thetas = []
+    # The discrepancy of the training segments: their residual at the fit to all segments is as
+    # good, and one run cheaper.
     trained = problem.squares(fit.effects, fit.theta, np.ones(n_segments, dtype=bool))
     for fold in folds:
         theta = fold_theta(problem, fit, fold)
-        held = problem.squares(fit.effects, theta, fold.held_out)
-        square[fold.held_out] = held[fold.held_out].sum(axis=1)
-        log_density[fold.held_out] = _log_density(problem, trained, fold, held)
+        squares = problem.squares(fit.effects, theta, fold.held_out)
+        square[fold.held_out] = squares[fold.held_out].sum(axis=1)
+        log_density[fold.held_out] = _log_density(problem, trained, fold, squares)
         thetas.append(theta)
     return HeldOut(fit, square, log_density, np.array(thetas))
 
 
 def fold_theta(problem: ComparisonProblem, fit: EffectFit, fold: Fold) -> FloatArray:
-    """Parameters fitted without the held-out pieces, shape (p,)."""
+    """Parameters fitted without the held-out segments, shape (p,)."""
     shared = np.array([parameter.run is None for parameter in fit.parameters], dtype=bool)
     in_training = {problem.segments[k].run for k in np.flatnonzero(fold.training)}
     free = shared | np.array(
@@ -96,12 +98,12 @@ def fold_theta(problem: ComparisonProblem, fit: EffectFit, fold: Fold) -> FloatA
         first_sums=fit.sums,
         stop=_FOLD_STOP,
     )
-    if fold.own.any() and not free.all():
+    if fold.run_specific.any() and not free.all():
         theta, _, _ = minimised(
             problem,
             fit.effects,
             theta,
-            chosen=fold.own,
+            chosen=fold.run_specific,
             free=~free,
             prior=fit.prior,
             stop=_FOLD_STOP,
@@ -112,7 +114,7 @@ def fold_theta(problem: ComparisonProblem, fit: EffectFit, fold: Fold) -> FloatA
 def stacking_weights(scores: Sequence[HeldOut]) -> FloatArray:
     """Weights of the sets whose mixture predicts best.
 
-    ``max sum_pieces log sum_S w_S p_S``, shape (n_sets,).
+    ``max sum_segments log sum_S w_S p_S``, shape (n_sets,).
 
     Parameters
     ----------
@@ -148,14 +150,14 @@ def reduction_draws(
 ) -> FloatArray:
     """Draws of RMS after / before by the two-level bootstrap.
 
-    Conditions, then pieces within them, shape (n_samples,).
+    Conditions, then segments within them, shape (n_samples,).
 
     Parameters
     ----------
     before, after : ndarray, shape (n_segments,)
         Sums of squared residuals.
     groups : sequence of str
-        Condition of every piece; with fewer than three, pieces alone are drawn, within their
+        Condition of every segment; with fewer than three, segments alone are drawn, within their
         condition.
     n_samples : int
         Draws.
@@ -173,7 +175,7 @@ def reduction_draws(
 
 
 def _log_density(
-    problem: ComparisonProblem, trained: FloatArray, fold: Fold, held: FloatArray
+    problem: ComparisonProblem, trained: FloatArray, fold: Fold, squares: FloatArray
 ) -> FloatArray:
     trained_counts = problem.cell_counts[fold.training].sum(axis=0)
     counts = np.maximum(trained_counts, 1.0)
@@ -185,8 +187,8 @@ def _log_density(
     # A model that runs away predicts as badly as any model can.
     variance = np.minimum(variance, np.sqrt(np.finfo(float).max))
     with np.errstate(over="ignore"):
-        misses = np.minimum(held[fold.held_out] / variance, _WORST)
+        misses = np.minimum(squares[fold.held_out] / variance, _WORST)
     terms = own_counts * np.log(2.0 * np.pi * variance) + misses
-    # A cell that no training piece holds says nothing of its variance.
+    # A cell that no training segment holds says nothing of its variance.
     counted = (own_counts > 0.0) & (trained_counts > 0.0)
     return -0.5 * np.where(counted, terms, 0.0).sum(axis=1)

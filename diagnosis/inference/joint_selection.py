@@ -22,7 +22,8 @@ def select_jointly(search: ForwardSelection, screened: Screen, signatures: Signa
 
     With three causes of like size each explains a third of the gap, and no pair explains most of
     what is left without one of its members; the whole set does. Every member of it must still pass
-    the rules of :meth:`carrierflex.diagnosis.inference.forward_selection.ForwardSelection.rejection`.
+    the rules of
+    :meth:`carrierflex.diagnosis.inference.forward_selection.ForwardSelection.rejection`.
 
     Parameters
     ----------
@@ -43,7 +44,10 @@ def select_jointly(search: ForwardSelection, screened: Screen, signatures: Signa
 
 
 def _is_explained(search: ForwardSelection) -> bool:
-    """Whether a supported set explains enough of the gap, or the gap is too near the floor for several causes."""
+    """Whether a supported set explains enough of the gap.
+
+    Also where the gap is too near the floor for several causes.
+    """
     limits, floor = search.thresholds, search.floor
     before = search.mean_square(())
     if before < limits.stands_out**2 * floor:
@@ -52,15 +56,15 @@ def _is_explained(search: ForwardSelection) -> bool:
         (search.mean_square(effects) for effects in search.supported_sets()), default=before
     )
     return (
-        remaining <= limits.far**2 * floor
-        or explained_share(before, remaining, floor) >= limits.named_share_far
+        remaining <= limits.gap_beyond_floor**2 * floor
+        or explained_share(before, remaining, floor) >= limits.named_share_beyond
     )
 
 
 def _grown(search: ForwardSelection, screened: Screen, signatures: Signatures) -> Effects:
-    """Best-fitting set of the largest size whose last effect still explains a part of what is left."""
+    """Best set of the largest size whose last effect still explains a part of the rest."""
     floor = float(search.problem.noise_square.sum())
-    near = search.thresholds.far**2 * floor
+    near = search.thresholds.gap_beyond_floor**2 * floor
     beam: list[Effects] = [()]
     while (
         len(beam[0]) < search.thresholds.most_effects and _remaining_square(search, beam[0]) > near
@@ -87,7 +91,7 @@ def _grown(search: ForwardSelection, screened: Screen, signatures: Signatures) -
 def _exchanged(
     search: ForwardSelection, effects: Effects, screened: Screen, signatures: Signatures
 ) -> Effects:
-    """The set after each member that another effect replaces with a better fit has been replaced."""
+    """The set with each member replaced where another effect fits better."""
     for member in effects:
         rest = _without(effects, member)
         others = [_with(rest, other) for other in best_beside(rest, screened, signatures)]

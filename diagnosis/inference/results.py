@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from carrierflex.diagnosis.comparison.problem import Effects, GapCell
 from carrierflex.diagnosis.inference.screening import Screen
 
-NAMED, NAMED_WITH_REMAINDER, ALIASED = "named", "named_with_remainder", "aliased"
-NONE_OF_THESE, AT_NOISE_FLOOR, NOT_DIAGNOSABLE = (
-    "none_of_these",
-    "at_noise_floor",
-    "not_diagnosable",
-)
+NAMED = "named"
+NAMED_WITH_REMAINDER = "named_with_remainder"
+ALIASED = "aliased"
+NONE_OF_THESE = "none_of_these"
+AT_NOISE_FLOOR = "at_noise_floor"
+NOT_DIAGNOSABLE = "not_diagnosable"
 VERDICTS = (NAMED, NAMED_WITH_REMAINDER, ALIASED, NONE_OF_THESE, AT_NOISE_FLOOR, NOT_DIAGNOSABLE)
 
 Interval = tuple[float, float]
@@ -89,7 +89,7 @@ class Attribution:
     screen : Screen, optional
         Force-space screen.
     explainable : float
-        Share of the gap that a flexible model explains on held-out pieces, in the space of the
+        Share of the gap that a flexible model explains on held-out segments, in the space of the
         screen.
     discriminating_experiment : str
         The measurement that would tell aliased effects apart or show a silent one.
@@ -146,8 +146,8 @@ class GapReduction:
     floor_multiple : float
         RMS after over the floor.
     negative_control_rho, black_box_rho, extrapolation_rho : float
-        rho of the best placebo, of a flexible model, and in the condition with the largest gap
-        predicted from the others (NaN with one condition).
+        rho of the best negative control, of a flexible model, and in the condition with the largest
+        gap predicted from the others (NaN with one condition).
     steps : tuple of SelectionStep
         Accepted effects in turn.
     cells_before, cells_after : tuple of GapCell

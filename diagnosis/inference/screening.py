@@ -1,4 +1,4 @@
-"""S1: which effects explain what the baseline leaves, in force space where the plant is dynamic.
+"""S1: which effects explain what the baseline leaves, in force space where the problem is dynamic.
 
 The residual force is ``e = f_known - (M q'' + D q' + K q)``; with P the projection that takes out
 the baseline's regressors, the share of it that the signatures S of an effect explain is ``R² = |P_S
@@ -62,13 +62,24 @@ class Screen:
 
     def of(self, effect: str) -> ScreenedEffect:
         """Entry of one effect."""
-        return next(own for own in self.effects if own.id == effect)
+        return next(screened for screened in self.effects if screened.id == effect)
 
     def survivors(self, thresholds: Thresholds) -> tuple[str, ...]:
-        """Effects that go on: all within `keep_within` of the best, and never fewer than `keep_at_least`."""
-        visible = [own for own in self.effects if own.surviving >= thresholds.surviving_share]
+        """Effects that go on: all within `keep_within` of the best.
+
+        At least `keep_at_least` of them.
+        """
+        visible = [
+            screened
+            for screened in self.effects
+            if screened.surviving >= thresholds.surviving_share
+        ]
         best = visible[0].r_squared if visible else 0.0
-        kept = [own.id for own in visible if own.r_squared >= best - thresholds.keep_within]
+        kept = [
+            screened.id
+            for screened in visible
+            if screened.r_squared >= best - thresholds.keep_within
+        ]
         return tuple(
             kept
             if len(kept) >= thresholds.keep_at_least
@@ -77,7 +88,7 @@ class Screen:
 
     def correlated(self, first: str, second: str) -> float:
         """Correlation of the projected signatures of two effects."""
-        names = [own.id for own in self.effects]
+        names = [screened.id for screened in self.effects]
         return float(self.correlation[names.index(first), names.index(second)])
 
 
@@ -89,7 +100,7 @@ def screen(
     Parameters
     ----------
     signatures : Signatures
-        Columns of the plant.
+        Columns of the problem.
     beside : mapping of str to tuple of float, optional
         Effects (with the variant) that join the baseline first.
 
@@ -131,21 +142,21 @@ def screen(
 
 
 def explainable_fraction(signatures: Signatures) -> float:
-    """Share of the residual that a flexible model explains on pieces it was not fitted to.
+    """Share of the residual that a flexible model explains on segments it was not fitted to.
 
-    Pieces are left out one quarter at a time (interleaved); the model is a ridge on the flexible
+    Segments are left out one quarter at a time (interleaved); the model is a ridge on the flexible
     features and the best signatures, so that it can do no less than the library.
 
     Parameters
     ----------
     signatures : Signatures
-        Columns of the plant.
+        Columns of the problem.
 
     Returns
     -------
     float
-        ``1 - MSE(flexible) / MSE(baseline)`` on held-out pieces; negative where the flexible model
-        only learns noise.
+        ``1 - MSE(flexible) / MSE(baseline)`` on held-out segments; negative where the flexible
+        model only learns noise.
     """
     n_base = signatures.n_base
     base = list(range(1, 1 + n_base))
@@ -153,20 +164,20 @@ def explainable_fraction(signatures: Signatures) -> float:
         k + 1 + n_base for k, name in enumerate(signatures.effects) if name == BLACK_BOX
     ]
     group = np.arange(len(signatures.gram)) % 4
-    left = {"base": 0.0, "flexible": 0.0}
+    remaining = {"base": 0.0, "flexible": 0.0}
     for fold in np.unique(group):
         train, test = (
             signatures.gram[group != fold].sum(axis=0),
             signatures.gram[group == fold].sum(axis=0),
         )
         for name, columns, ridge in (("base", base, 0.0), ("flexible", flexible, _RIDGE)):
-            left[name] += _left_over(train, test, columns, ridge)
-    return 1.0 - left["flexible"] / left["base"] if left["base"] > 0.0 else 0.0
+            remaining[name] += _left_over(train, test, columns, ridge)
+    return 1.0 - remaining["flexible"] / remaining["base"] if remaining["base"] > 0.0 else 0.0
 
 
 def _left_over(train: FloatArray, test: FloatArray, columns: list[int], ridge: float) -> float:
-    own = train[np.ix_(columns, columns)]
-    solution = normal_solution(own, train[columns, 0], ridge=ridge)
+    gram = train[np.ix_(columns, columns)]
+    solution = normal_solution(gram, train[columns, 0], ridge=ridge)
     return float(
         test[0, 0]
         - 2.0 * solution @ test[columns, 0]
@@ -191,11 +202,11 @@ def _projected(gram: FloatArray, columns: list[int]) -> FloatArray:
 
 
 def _explained(projected: FloatArray, columns: tuple[int, ...]) -> float:
-    own, right = projected[np.ix_(columns, columns)], projected[list(columns), 0]
+    gram, right = projected[np.ix_(columns, columns)], projected[list(columns), 0]
     if projected[0, 0] <= 0.0:
         return 0.0
     return float(
-        right @ np.linalg.pinv(own, rcond=DEPENDENT, hermitian=True) @ right / projected[0, 0]
+        right @ np.linalg.pinv(gram, rcond=DEPENDENT, hermitian=True) @ right / projected[0, 0]
     )
 
 
@@ -214,7 +225,7 @@ def _canonical(projected: FloatArray, first: tuple[int, ...], second: tuple[int,
     return float(np.linalg.norm(roots[0] @ projected[np.ix_(first, second)] @ roots[1], 2))
 
 
-def _inverse_root(own: FloatArray) -> FloatArray:
-    values, vectors = np.linalg.eigh(own)
+def _inverse_root(gram: FloatArray) -> FloatArray:
+    values, vectors = np.linalg.eigh(gram)
     keep = values > DEPENDENT * max(values.max(), np.finfo(float).tiny)
     return (vectors[:, keep] / np.sqrt(values[keep])) @ vectors[:, keep].T

@@ -71,7 +71,11 @@ def selected(search: ForwardSelection) -> Selection:
 
 
 def _equal(search: ForwardSelection, effects: Effects, best: Effects) -> bool:
-    """Whether a set's score is within one standard error of the best set's, or its held-out RMS within a few per cent."""
+    """Whether a set predicts as well as the best one.
+
+    Its score is within one standard error of the best set's, or its held-out RMS within a few per
+    cent.
+    """
     difference = search.scores[best].log_density - search.scores[effects].log_density
     error = float(np.sqrt(difference.size) * difference.std(ddof=1))
     ratio = np.sqrt(search.mean_square(effects) / search.mean_square(best))

@@ -40,26 +40,27 @@ class Thresholds:
         A set is named only where it explains this share of the gap above the floor. True effects of
         the library explain more than 0.9 even where their law differs in form; a one-sided spring
         passes for a quadratic one at 0.6.
-    named_share_far, far : float
-        The same where what is left is `far` times the RMS of the floor or more: a law of the right
-        form leaves nothing but noise, or less than 30 % of the gap's amplitude. A stop that acts on
-        one side passes for backlash or a cubic spring at 0.72 to 0.90, dry friction of a real axis
-        for Coulomb's at 0.93; right names of small gaps (0.77 and more) leave 1.08 at most.
+    named_share_beyond, gap_beyond_floor : float
+        The same where what is left is `gap_beyond_floor` times the RMS of the floor or more: a law
+        of the right form leaves nothing but noise, or less than 30 % of the gap's amplitude. A stop
+        that acts on one side passes for backlash or a cubic spring at 0.72 to 0.90, dry friction of
+        a real axis for Coulomb's at 0.93; right names of small gaps (0.77 and more) leave 1.08 at
+        most.
     class_weight : float
         Stacking weight that the class of the named effect must hold.
-    placebo_share : float
-        Nothing is named where a placebo reaches this share of the mean square that the named set
-        explains. Placebos of null runs scatter within 0.98 to 1.02; beside a large gap that the
-        baseline extrapolates badly, within 0.92 to 1.00.
+    negative_control_share : float
+        Nothing is named where a negative control reaches this share of the mean square that the
+        named set explains. Negative controls of null runs scatter within 0.98 to 1.02; beside a
+        large gap that the baseline extrapolates badly, within 0.92 to 1.00.
     wholly_explained : float
-        A set that explains this share is named whatever a placebo does: with few conditions a
-        further regressor may steady a baseline that extrapolates badly (by a third of the gap), and
-        never leaves a hundredth.
+        A set that explains this share is named whatever a negative control does: with few
+        conditions a further regressor may steady a baseline that extrapolates badly (by a third of
+        the gap), and never leaves a hundredth.
     fold_consistency : float
         Largest difference of a parameter between folds, in its standard deviations over the folds.
     remainder : float
         RMS left over the floor above which a remainder is reported.
-    ceiling_share : float
+    black_box_share : float
         "None of these" where the best set explains less than this share of what a flexible model
         can learn.
     surviving_share : float
@@ -78,7 +79,7 @@ class Thresholds:
         Held-out RMS within this ratio counts as equal, whatever the standard error says.
     never_equal_rms : float
         Above this ratio of held-out RMS two sets are not equal, however much the score scatters
-        over the pieces.
+        over the segments.
     bootstrap_samples : int
         Draws of every interval: enough for the 2.5 % quantile to be within half a per cent.
     draws_that_reduce : float
@@ -106,7 +107,7 @@ class Thresholds:
         A candidate experiment separates two sets where they would differ by more than this many
         noise floors: below one it tells no more than the records at hand.
     fewest_segments : int
-        Fewer pieces of record carry no held-out score.
+        Fewer segments of the record carry no held-out score.
     fewest_samples : int
         Fewer samples a run carry no diagnosis.
     """
@@ -120,14 +121,14 @@ class Thresholds:
     stands_out: float = 2.0
     clears: float = 0.9
     named_share: float = 0.7
-    named_share_far: float = 0.91
-    far: float = 1.15
+    named_share_beyond: float = 0.91
+    gap_beyond_floor: float = 1.15
     class_weight: float = 0.9
-    placebo_share: float = 0.25
+    negative_control_share: float = 0.25
     wholly_explained: float = 0.99
     fold_consistency: float = 3.0
     remainder: float = 1.25
-    ceiling_share: float = 0.7
+    black_box_share: float = 0.7
     surviving_share: float = 0.05
     keep_within: float = 0.15
     keep_at_least: int = 4

@@ -34,7 +34,7 @@ def verdict(
 
     Parameters
     ----------
-    ladder, screened, selection, classes, shrinkage
+    search, screened, selection, classes, reduction
         What the search found.
     floor_is_measured : bool
         Whether the noise floor was declared or comes from repeats.
@@ -64,10 +64,11 @@ def verdict(
         and not selection.accepted
     ):
         return AT_NOISE_FLOOR, (
-            f"the held-out gap is {ratio:.2f} times the mean square of the noise floor, and a black-box reference learns nothing "
+            f"the held-out gap is {ratio:.2f} times the mean square of the noise floor, and a "
+            "black-box reference learns nothing "
             "of it: as from noise whose neighbouring samples are correlated"
         )
-    visible = [own for own in screened.effects if own.surviving >= limits.surviving_share]
+    visible = [effect for effect in screened.effects if effect.surviving >= limits.surviving_share]
     if not visible:
         return (
             NOT_DIAGNOSABLE,
@@ -100,15 +101,22 @@ def _doubt(
     """Verdict where the accepted effects are not to be named, and why."""
     limits = search.thresholds
     best_phi = reduction.phi
-    share = limits.named_share_far if reduction.floor_multiple > limits.far else limits.named_share
+    share = (
+        limits.named_share_beyond
+        if reduction.floor_multiple > limits.gap_beyond_floor
+        else limits.named_share
+    )
     if best_phi < share:
         return NONE_OF_THESE, (
-            f"the best set, {set_name(selection.accepted)}, explains {best_phi:.0%} of the gap and leaves "
-            f"{reduction.floor_multiple:.1f} times the noise floor; a cause explains at least {share:.0%} then"
+            f"the best set, {set_name(selection.accepted)}, explains {best_phi:.0%} of the gap and "
+            "leaves "
+            f"{reduction.floor_multiple:.1f} times the noise floor; a cause explains at least "
+            f"{share:.0%} then"
         )
-    if best_phi < limits.ceiling_share * min(explainable, 1.0):
+    if best_phi < limits.black_box_share * min(explainable, 1.0):
         return NONE_OF_THESE, (
-            f"the best set explains {best_phi:.0%} of the gap, a black-box reference {explainable:.0%}: it can be learnt, "
+            f"the best set explains {best_phi:.0%} of the gap, a black-box reference "
+            f"{explainable:.0%}: it can be learnt, "
             "but not by this library"
         )
     if any(len(members) > 1 for members in classes) and selection.rivals:
@@ -123,15 +131,19 @@ def _doubt(
     if weight < limits.class_weight and selection.rivals:
         return (
             ALIASED,
-            f"the class holds {weight:.2f} of the stacking weight; {_listed(selection.rivals)} is as good",
+            f"the class holds {weight:.2f} of the stacking weight; {_listed(selection.rivals)} is "
+            "as good",
         )
-    whole = best_phi >= limits.wholly_explained
-    if not whole and 1.0 - reduction.negative_control_rho**2 > limits.placebo_share * (
-        1.0 - reduction.rho**2
+    is_wholly_explained = best_phi >= limits.wholly_explained
+    if (
+        not is_wholly_explained
+        and 1.0 - reduction.negative_control_rho** 2
+        > limits.negative_control_share * (1.0 - reduction.rho**2)
     ):
         return (
             NONE_OF_THESE,
-            f"a negative control shrinks the gap to {reduction.negative_control_rho:.2f} too: the records allow no naming",
+            f"a negative control shrinks the gap to {reduction.negative_control_rho:.2f} too: the "
+            "records allow no naming",
         )
     return None
 
@@ -141,8 +153,10 @@ def _nothing_found(search: ForwardSelection, selection: Selection, explainable: 
     best = min(tried, key=lambda ranked: ranked.held_out_rms)
     before = np.sqrt(search.mean_square(()))
     return (
-        f"the best set tried, {set_name(best.effects)}, leaves {best.held_out_rms / before:.2f} of the held-out gap and is "
-        f"rejected ({best.refused}); a black-box reference could explain {max(explainable, 0.0):.0%}"
+        f"the best set tried, {set_name(best.effects)}, leaves {best.held_out_rms / before:.2f} of "
+        "the held-out gap and is "
+        f"rejected ({best.refused}); a black-box reference could explain "
+        f"{max(explainable, 0.0):.0%}"
     )
 
 

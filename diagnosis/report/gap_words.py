@@ -250,7 +250,8 @@ def _repeatability_words(repeatability: Repeatability, noun: str, unit: str) -> 
     position = "off the shaft orders" if cell.order is None else f"at {noun} {cell.order:g}"
     multiple = math.sqrt(cell.gap / cell.noise) if cell.noise > 0.0 else math.inf
     return (
-        f"beside it {sized(repeatability.rms, unit)} RMS does not repeat {repeats}, most of it {position} "
+        f"beside it {sized(repeatability.rms, unit)} RMS does not repeat {repeats}, most of it "
+        f"{position} "
         f"in {cell.run} ({cell.channel_pattern}, {multiple:.1f} times the noise)"
     )
 

@@ -8,7 +8,7 @@ from markupsafe import Markup, escape
 
 @dataclass(frozen=True)
 class Phrase:
-    """Piece of a sentence.
+    """Part of a sentence.
 
     Parameters
     ----------

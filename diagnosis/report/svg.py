@@ -17,7 +17,11 @@ if TYPE_CHECKING:
 WIDTH = 4.4
 #: Colours that differ in lightness and for every kind of colour vision (Okabe and Ito 2008), and
 #: the map of magnitudes.
-BLUE, ORANGE, BLACK, GREY, GREEN = "#0072b2", "#d55e00", "#000000", "#6b6b6b", "#009e73"
+BLUE = "#0072b2"
+ORANGE = "#d55e00"
+BLACK = "#000000"
+GREY = "#6b6b6b"
+GREEN = "#009e73"
 MAGNITUDE_MAP = "cividis"
 #: Cells within chance.
 CHANCE = "#e6e9ed"

@@ -244,7 +244,10 @@ def pair(ends: Interval) -> str:
 
 
 def root_sized(mean_square: float, unit: str) -> str:
-    """RMS with its unit from a mean square, which may be slightly negative above a subtracted noise."""
+    """RMS with its unit from a mean square.
+
+    The mean square may be slightly negative above a subtracted noise.
+    """
     return sized(math.sqrt(max(mean_square, 0.0)), unit) if math.isfinite(mean_square) else UNKNOWN
 
 

@@ -11,10 +11,10 @@ Carrier frame
     mounting turn, against the carrier, once a revolution.
 Coordinates
     The elastic body's reduced coordinates first, then six a rigid part (translations x y z [m] at
-    its centre, rotations x y z [rad]), then one rotation a shaft of the chain. The carrier angle
-    takes the place of the rotation of the pilot ``upwind_seat`` about x: it moves every part by the
-    rigid drive motion ``r_0`` (carrier as a whole, planets, sun and chain by their gear ratios),
-    and the remaining coordinates count from there.
+    its centre, rotations x y z [rad]), then one rotation a shaft of the parallel stages. The
+    carrier angle takes the place of the rotation of the pilot ``upwind_seat`` about x: it moves
+    every part by the rigid drive motion ``r_0`` (carrier as a whole, planets, sun and parallel
+    stages by their gear ratios), and the remaining coordinates count from there.
 Meshes
     A mesh's approach is positive when its flanks press; the force on the planet is along the mesh's
     normal.

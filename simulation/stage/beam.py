@@ -45,9 +45,9 @@ def beam_matrices(
         (0, E * area, density * area),
         (3, 2.0 * G * second, 2.0 * density * second),
     ):
-        own = np.ix_([row, row + 6], [row, row + 6])
-        K[own] += stiffness / length * bar
-        M[own] += mass * length * bar_mass
+        pair = np.ix_([row, row + 6], [row, row + 6])
+        K[pair] += stiffness / length * bar
+        M[pair] += mass * length * bar_mass
     # Shear coefficient of a round section (Cowper 1966, nu = 0.3).
     Phi = 12.0 * E * second / (0.89 * G * area * length**2)
     bending, bending_mass = _bending(length, E * second, Phi, density * area, density * second)

@@ -1,4 +1,7 @@
-"""Contact channels: the few motions whose forces are not constant springs - meshes, mount, bearings with clearance."""
+"""Contact channels: the few motions whose forces are not constant springs.
+
+Meshes, mount and bearings with clearance.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.geometry.parameters import N_PINS
-from carrierflex.simulation.stage.coordinate_layout import Places
+from carrierflex.simulation.stage.coordinate_layout import CoordinateLayout
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.gear_meshes import (
     FlankLine,
@@ -29,7 +32,7 @@ ROLLING_ROWS = [1, 2, 4, 5]
 class Channels:
     """Columns ``B`` of the channels, ``delta = Bᵀ c - free``, and what each needs.
 
-    Order: carrier angle; six drive flanks (sun 1-3, ring 1-3); six back flanks; six motions of the
+    Order: carrier angle; six drive flanks (sun 1-3, ring 1-3); six coast flanks; six motions of the
     housing; two a bearing with clearance; four a roller bearing: y, z, ry, rz of planet 1, 2, 3
     against its pin.
 
@@ -75,20 +78,21 @@ class Channels:
     def labels(self) -> tuple[str, ...]:
         """Every channel in words."""
         flanks = [
-            f"{line.mate} mesh of planet {line.planet}, {'back' if i >= len(self.stiffness) else 'drive'} flank [m]"
+            f"{line.mate} mesh of planet {line.planet}, "
+            f"{'coast' if i >= len(self.stiffness) else 'drive'} flank [m]"
             for i, line in enumerate(self.lines)
         ]
         housing = [
             f"housing {coordinate}"
             for coordinate in ("Tx [m]", "Ty [m]", "Tz [m]", "Rx [rad]", "Ry [rad]", "Rz [rad]")
         ]
-        plays = [f"play of {name}, {axis}" for name in self.bearings for axis in "yz"]
+        clearances = [f"clearance of {name}, {axis}" for name in self.bearings for axis in "yz"]
         rollers = [
             f"rollers of planet {i + 1}, {motion}"
             for i in range(len(self.rollers.directions))
             for motion in ("Ty [m]", "Tz [m]", "Ry [rad]", "Rz [rad]")
         ]
-        return ("carrier angle [rad]", *flanks, *housing, *plays, *rollers)
+        return ("carrier angle [rad]", *flanks, *housing, *clearances, *rollers)
 
     @property
     def meshes(self) -> slice:
@@ -101,18 +105,18 @@ class Channels:
         return slice(self.meshes.stop, self.meshes.stop + 6)
 
     @property
-    def plays(self) -> slice:
+    def clearances(self) -> slice:
         """Channels of the bearings with clearance."""
         return slice(self.housing.stop, self.housing.stop + 2 * len(self.bearings))
 
     @property
     def rolling(self) -> slice:
         """Channels of the roller bearings."""
-        return slice(self.plays.stop, self.plays.stop + 4 * len(self.rollers.directions))
+        return slice(self.clearances.stop, self.clearances.stop + 4 * len(self.rollers.directions))
 
 
 def stage_channels(
-    places: Places,
+    layout: CoordinateLayout,
     effects: StageEffects,
     springs: Mapping[str, Spring],
     mount: tuple[NDArray[np.float64], NDArray[np.float64]],
@@ -120,26 +124,24 @@ def stage_channels(
     L: NDArray[np.float64],
 ) -> Channels:
     """Channels of a stage; `mount` and `mean_mount` are stiffness and damping, `L` as in :class:`StageModel`."""
-    lines, stiffness = _meshes(places, effects)
+    lines, stiffness = _meshes(layout, effects)
     loose = tuple(name for name, spring in springs.items() if spring.clearance > 0.0)
     n_lines = len(lines)
-    rollers = _rollers(places, effects)
-    rows = np.zeros((1 + n_lines + 6 + 2 * len(loose) + 4 * len(rollers.directions), places.n))
-    rows[1 : 1 + n_lines] = [_approach_row(places, line) for line in lines]
-    rows[1 + n_lines + np.arange(6), places.rows["housing"]] = 1.0
+    rollers = _rollers(layout, effects)
+    rows = np.zeros((1 + n_lines + 6 + 2 * len(loose) + 4 * len(rollers.directions), layout.n))
+    rows[1 : 1 + n_lines] = [_approach_row(layout, line) for line in lines]
+    rows[1 + n_lines + np.arange(6), layout.rows["housing"]] = 1.0
     free, reference = np.zeros(len(rows)), np.zeros(len(rows))
-    reference[1 : 1 + len(stiffness)] = [own.mean for own in stiffness]
+    reference[1 : 1 + len(stiffness)] = [mesh.mean for mesh in stiffness]
     # Which rows of which spring each channel that takes over from one has.
     taken = [(springs[name], [1, 2]) for name in loose]
     taken += [(springs[f"planet_{i + 1}"], ROLLING_ROWS) for i in range(len(rollers.directions))]
     first = 1 + n_lines + 6
     for spring, own_rows in taken:
-        own = first + np.arange(len(own_rows))
-        rows[own], free[own], reference[own] = (
-            spring.G[own_rows],
-            spring.free[own_rows],
-            spring.stiffness[own_rows],
-        )
+        channels = first + np.arange(len(own_rows))
+        rows[channels] = spring.G[own_rows]
+        free[channels] = spring.free[own_rows]
+        reference[channels] = spring.stiffness[own_rows]
         first += len(own_rows)
     B = L.T @ rows.T
     # Flanks and clearances do not see the drive motion; what rounding leaves of it would grow with
@@ -147,14 +149,14 @@ def stage_channels(
     B[0] = 0.0
     B[0, ANGLE] = 1.0
     clearance = np.array([springs[name].clearance for name in loose])
-    teeth = places.data.gear.ring_teeth
+    teeth = layout.data.gear.ring_teeth
     return Channels(
         B, free, reference, lines, stiffness, *mount, *mean_mount, clearance, loose, rollers, teeth
     )
 
 
-def _rollers(places: Places, effects: StageEffects) -> RollerSet:
-    data = places.data
+def _rollers(layout: CoordinateLayout, effects: StageEffects) -> RollerSet:
+    data = layout.data
     if data.planet_rollers is None:
         return no_rollers()
     return roller_set(
@@ -166,13 +168,15 @@ def _rollers(places: Places, effects: StageEffects) -> RollerSet:
 
 
 def _meshes(
-    places: Places, effects: StageEffects
+    layout: CoordinateLayout, effects: StageEffects
 ) -> tuple[tuple[FlankLine, ...], tuple[MeshStiffness, ...]]:
-    gear, data, x = places.data.gear, places.data.mesh, places.data.planet.x
+    gear = layout.data.gear
+    data = layout.data.mesh
+    x = layout.data.planet.x
     order = [(mate, planet) for mate in ("sun", "ring") for planet in range(1, N_PINS + 1)]
     lines = tuple(
-        flank_line(mate, planet, gear, x=x, back=back, gap=data.backlash if back else 0.0)
-        for back in (False, True)
+        flank_line(mate, planet, gear, x=x, coast=coast, gap=data.backlash if coast else 0.0)
+        for coast in (False, True)
         for mate, planet in order
     )
     factors = {"sun": effects.sun_mesh_factor, "ring": effects.ring_mesh_factor}
@@ -185,10 +189,10 @@ def _meshes(
     return lines, stiffness
 
 
-def _approach_row(places: Places, line: FlankLine) -> NDArray[np.float64]:
+def _approach_row(layout: CoordinateLayout, line: FlankLine) -> NDArray[np.float64]:
     """Approach ``n · (u_mate - u_planet)`` at the pitch point, shape (n,)."""
     mate, planet = (
-        places.part_motion(line.mate, line.point),
-        places.part_motion(f"planet_{line.planet}", line.point),
+        layout.part_motion(line.mate, line.point),
+        layout.part_motion(f"planet_{line.planet}", line.point),
     )
     return line.normal @ (mate[:3] - planet[:3])

@@ -40,7 +40,7 @@ def mesh_stiffness_at(
 
 
 @numba.njit(cache=True)
-def squeeze_gradient(old: float, new: float) -> tuple[float, float]:
+def penetration_gradient(old: float, new: float) -> tuple[float, float]:
     """Mean of ``max(d, 0)`` from `old` to `new` and its derivative by `new`.
 
     Discrete gradient of ``max(d, 0)^2 / 2``.
@@ -96,7 +96,9 @@ def play_gradient(
     """
     mid_y, mid_z, _ = play_force(0.5 * (old_y + new_y), 0.5 * (old_z + new_z), clearance)
     yy, yz, zz = play_stiffness(0.5 * (old_y + new_y), 0.5 * (old_z + new_z), clearance)
-    yy, yz, zz = 0.5 * yy, 0.5 * yz, 0.5 * zz
+    yy = 0.5 * yy
+    yz = 0.5 * yz
+    zz = 0.5 * zz
     _, _, old_energy = play_force(old_y, old_z, clearance)
     end_y, end_z, new_energy = play_force(new_y, new_z, clearance)
     dy, dz = new_y - old_y, new_z - old_z

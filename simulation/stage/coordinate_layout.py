@@ -1,4 +1,7 @@
-"""Where every coordinate of the stage stands: the elastic body, the rigid parts, the chain."""
+"""Where every coordinate of the stage stands.
+
+The elastic body, the rigid parts, the parallel stages.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +15,7 @@ from carrierflex.simulation.stage.stage_body import StageBody
 from carrierflex.simulation.stage.stage_data import RigidPart, StageData
 
 #: Rotations about x after the rigid parts, in this order.
-CHAIN = ("low_speed", "intermediate", "high_speed", "generator")
+SHAFTS = ("low_speed", "intermediate", "high_speed", "generator")
 _PART_COORDINATES = ("Tx [m]", "Ty [m]", "Tz [m]", "Rx [rad]", "Ry [rad]", "Rz [rad]")
 
 
@@ -31,7 +34,7 @@ def motion_at(arm: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @dataclass(frozen=True, eq=False)
-class Places:
+class CoordinateLayout:
     """Coordinates of the stage before the carrier angle is split off.
 
     Parameters
@@ -39,7 +42,7 @@ class Places:
     body : StageBody
         Elastic body.
     data : StageData
-        Rigid parts and chain.
+        Rigid parts and parallel stages.
     """
 
     body: StageBody
@@ -78,22 +81,22 @@ class Places:
 
     @cached_property
     def rows(self) -> dict[str, NDArray[np.int64]]:
-        """Rows of every rigid part (6) and shaft of the chain (1)."""
+        """Rows of every rigid part (6) and shaft of the parallel stages (1)."""
         start = self.body.model.n_coordinates
         rows = {name: start + 6 * i + np.arange(6) for i, name in enumerate(self.parts)}
         start += 6 * len(rows)
-        return rows | {name: np.array([start + i]) for i, name in enumerate(CHAIN)}
+        return rows | {name: np.array([start + i]) for i, name in enumerate(SHAFTS)}
 
     @property
     def n(self) -> int:
         """Number of coordinates."""
-        return self.body.model.n_coordinates + 6 * len(self.parts) + len(CHAIN)
+        return self.body.model.n_coordinates + 6 * len(self.parts) + len(SHAFTS)
 
     @property
     def labels(self) -> tuple[str, ...]:
         """Every coordinate in words."""
         parts = [f"{part} {coordinate}" for part in self.parts for coordinate in _PART_COORDINATES]
-        return (*self.body.model.labels, *parts, *(f"{shaft} Rx [rad]" for shaft in CHAIN))
+        return (*self.body.model.labels, *parts, *(f"{shaft} Rx [rad]" for shaft in SHAFTS))
 
     def centre(self, part: str) -> NDArray[np.float64]:
         """Centre of a rigid part in the carrier frame [m]."""
@@ -150,7 +153,7 @@ class Places:
     def turning(self) -> NDArray[np.float64]:
         """Matrix J (n, n): ``x ×`` of every vector among the coordinates.
 
-        Zero on modal amplitudes and on the chain.
+        Zero on modal amplitudes and on the parallel stages.
         """
         J = np.zeros((self.n, self.n))
         pilots = self.body.model.pilot_coordinates.values()

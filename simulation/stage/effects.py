@@ -59,13 +59,15 @@ class StageEffects:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.phi_PLC) and math.isfinite(self.theta_PLC)):
             raise ValueError(
-                f"StageEffects: phi_PLC {self.phi_PLC} and theta_PLC {self.theta_PLC} must be finite"
+                f"StageEffects: phi_PLC {self.phi_PLC} and theta_PLC {self.theta_PLC} must be "
+                "finite"
             )
         for name in ("pin_offset", "sun_mesh_factor", "ring_mesh_factor", "planet_bearing_factor"):
             values = getattr(self, name)
             if len(values) != N_PINS or not all(math.isfinite(value) for value in values):
                 raise ValueError(
-                    f"StageEffects.{name} is {values}; expected {N_PINS} finite numbers, one a planet"
+                    f"StageEffects.{name} is {values}; expected {N_PINS} finite numbers, one a "
+                    "planet"
                 )
             if name.endswith("factor") and not min(values) > 0.0:
                 raise ValueError(f"StageEffects.{name} is {values}; expected positive factors")
@@ -79,7 +81,8 @@ class StageEffects:
             and math.isfinite(self.pin_fit_closed)
         ):
             raise ValueError(
-                f"StageEffects: pin_fit_play {self.pin_fit_play} rad and pin_fit_closed {self.pin_fit_closed} N m/rad; expected "
+                f"StageEffects: pin_fit_play {self.pin_fit_play} rad and pin_fit_closed "
+                f"{self.pin_fit_closed} N m/rad; expected "
                 "a play >= 0 and a positive stiffness"
             )
 

@@ -1,4 +1,7 @@
-"""Lines of action of the six planetary meshes, drive and back flanks, and their stiffness over the carrier angle."""
+"""Lines of action of the six planetary meshes, drive and coast flanks.
+
+Their stiffness over the carrier angle.
+"""
 
 import math
 from dataclasses import dataclass
@@ -64,14 +67,14 @@ def _pair(mate: str, gear: GearData) -> InvolutePair:
 
 
 def flank_line(
-    mate: str, planet: int, gear: GearData, *, x: float, back: bool, gap: float
+    mate: str, planet: int, gear: GearData, *, x: float, coast: bool, gap: float
 ) -> FlankLine:
     """Line of action of one flank pair through the pitch point.
 
     Drive flanks: the sun pushes the planet out and against the rotation, the ring in and against
     the rotation, as a positive torque asks; the helix adds +x at the sun and -x at the ring
-    (left-handed planets, :mod:`carrierflex.fe.load_cases`). Back flanks: the mirror image about the
-    radial direction.
+    (left-handed planets, :mod:`carrierflex.fe.load_cases`). Coast flanks: the mirror image about
+    the radial direction.
 
     Parameters
     ----------
@@ -83,7 +86,7 @@ def flank_line(
         Teeth and angles.
     x : float
         Mid-width of the gears [m].
-    back : bool
+    coast : bool
         Which flank of the teeth.
     gap : float
         Play along the normal [m].
@@ -94,7 +97,7 @@ def flank_line(
     pair = _pair(mate, gear)
     alpha, beta = pair.working_pressure_angle, pair.base_helix_angle
     outward = 1.0 if mate == "sun" else -1.0
-    side = 1.0 if back else -1.0
+    side = 1.0 if coast else -1.0
     transverse = side * math.cos(alpha) * t + outward * math.sin(alpha) * e
     # The axial part turns with the tangential one: both change sign between the flanks of a helical
     # tooth.

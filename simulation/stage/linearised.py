@@ -91,7 +91,8 @@ def frequency_response(
     """
     if not (frequency_hz > 0.0).all():
         raise ValueError(
-            f"smallest frequency is {frequency_hz.min()} Hz; expected positive ones, the drive turns freely"
+            f"smallest frequency is {frequency_hz.min()} Hz; expected positive ones, the drive "
+            "turns freely"
         )
     f, r = stage.Phi.T @ force, reading @ stage.Phi
     w = 2.0 * np.pi * frequency_hz
@@ -119,7 +120,10 @@ class CampbellDiagram:
     order_hz: dict[str, NDArray[np.float64]]
 
     def crossings(self, order: str) -> NDArray[np.float64]:
-        """Speeds at which an excitation meets a mode [rad/s], by linear interpolation, ascending."""
+        """Speeds at which an excitation meets a mode [rad/s].
+
+        Linearly interpolated, ascending.
+        """
         gap = self.frequency_hz - self.order_hz[order][:, None]
         i, j = np.nonzero(gap[:-1] * gap[1:] < 0.0)
         share = gap[i, j] / (gap[i, j] - gap[i + 1, j])

@@ -67,7 +67,8 @@ def modal_stage(model: StageModel) -> ModalStage:
     mu, V = scipy.linalg.eigh((inner + inner.T) / 2.0)
     if not mu[0] > 0.0:
         raise ValueError(
-            f"the stage's mass has an eigenvalue of {mu[0]:.2e} relative to its stiffness; expected positive ones"
+            f"the stage's mass has an eigenvalue of {mu[0]:.2e} relative to its stiffness; "
+            "expected positive ones"
         )
     mu, V = mu[::-1], V[:, ::-1]
     modes = (
@@ -136,16 +137,19 @@ class StepMatrices(NamedTuple):
 
 def step_matrices(stage: ModalStage, h: float, gravity: float) -> StepMatrices:
     """Constants of a step of `h` [s] under `gravity` [m/s^2]."""
-    model, channels, loads = stage.model, stage.model.channels, stage.model.loads
+    model = stage.model
+    channels = stage.model.channels
+    loads = stage.model.loads
     A = np.diag(2.0 / h + 0.5 * h * stage.omega**2) + stage.D
     # Rows grow with omega^2: scale before inverting.
     scale = 1.0 / np.sqrt(A.diagonal())
     A_inverse = scale[:, None] * np.linalg.inv(A * np.outer(scale, scale)) * scale
     B = np.ascontiguousarray(channels.B.T @ stage.Phi)
     vectors = (
-        loads.torque, loads.generator, loads.weight_y, loads.weight_z, loads.radial_y, loads.radial_z, loads.constant,
+        loads.torque, loads.generator, loads.weight_y, loads.weight_z, loads.radial_y,
+        loads.radial_z, loads.constant,
     )  # fmt: skip
-    amplitudes = np.array([own.amplitudes for own in channels.stiffness])
+    amplitudes = np.array([mesh.amplitudes for mesh in channels.stiffness])
     return StepMatrices(
         h=h,
         stiffness=stage.omega**2,

@@ -21,7 +21,7 @@ class PartLoads:
     Parameters
     ----------
     mesh_force : ndarray, shape (N, 12)
-        Force along the normal [N]: drive flanks sun 1-3, ring 1-3, then back flanks.
+        Force along the normal [N]: drive flanks sun 1-3, ring 1-3, then coast flanks.
     pin_force : ndarray, shape (N, 3, 3)
         Force of each planet on its pin [N]: x, radial (away from the axis), tangential (along
         increasing angle).
@@ -76,10 +76,12 @@ def part_loads(model: StageModel, c: NDArray[np.float64]) -> PartLoads:
 
 def _bearing_loads(channels: Channels, b: int, delta: NDArray[np.float64]) -> NDArray[np.float64]:
     """Force y and z [N], moment y and z [N m] of a roller bearing over time, shape (N, 4)."""
-    own, tangent = channels.rolling.start + 4 * b + np.arange(4), np.zeros((4, 4))
+    channel, tangent = channels.rolling.start + 4 * b + np.arange(4), np.zeros((4, 4))
     loads = np.zeros((len(delta), 4))
     for instant, motions in enumerate(delta):
-        roller_load(channels.rollers, b, motions[own], float(motions[0]), loads[instant], tangent)
+        roller_load(
+            channels.rollers, b, motions[channel], float(motions[0]), loads[instant], tangent
+        )
     return loads
 
 

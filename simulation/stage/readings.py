@@ -109,7 +109,7 @@ class RimReader:
 
 def rim_reader(model: StageModel) -> RimReader:
     """Series of the body's rim rows, which stand at equal angles from 0."""
-    body = model.places.body
+    body = model.layout.body
     tilt = body.misalignment_reading @ model.effects.misalignment
     parts = []
     for prefix in (RIM_AXIAL, RIM_RADIAL):

@@ -81,11 +81,16 @@ class StageDivergedError(RuntimeError):
         super().__init__(
             f"{what} at t = {time:.6g} s in '{coordinate}'; use a smaller step, or smaller loads"
         )
-        self.time, self.coordinate, self.settled = time, coordinate, settled
+        self.time = time
+        self.coordinate = coordinate
+        self.settled = settled
 
 
 def steady_drive(model: StageModel, load: SteadyLoad) -> Drive:
-    """Drive of a steady load whose mean speed is the model's, the generator's wanted speed after the paper's eq. 9."""
+    """Drive of a steady load whose mean speed is the model's.
+
+    The generator's set speed follows from the paper's eq. 9.
+    """
     wanted = model.data.ratio * model.speed - load.torque / (
         model.data.ratio * model.data.chain.generator_constant
     )
@@ -188,7 +193,8 @@ def _n_kept(duration: float, sample_rate: float) -> int:
     n_kept = round(duration * sample_rate)
     if n_kept < 1:
         raise ValueError(
-            f"duration {duration} s at {sample_rate} samples a second keeps nothing; expected one sample or more"
+            f"duration {duration} s at {sample_rate} samples a second keeps nothing; expected one "
+            "sample or more"
         )
     return n_kept
 
@@ -241,7 +247,10 @@ def _largest(model: StageModel, c: NDArray[np.float64]) -> str:
 def stored_energy(
     stage: ModalStage, q: NDArray[np.float64], v: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Kinetic and elastic energy in the carrier frame [J], shape (N,), of modal states of shape (N, n)."""
+    """Kinetic and elastic energy in the carrier frame [J], shape (N,).
+
+    Of modal states of shape (N, n).
+    """
     channels = stage.model.channels
     energy = 0.5 * (v**2).sum(axis=1) + 0.5 * ((stage.omega * q) ** 2).sum(axis=1)
     delta = q @ (stage.Phi.T @ channels.B) - channels.free
@@ -250,15 +259,15 @@ def stored_energy(
     energy -= 0.5 * (linear * delta[:, : channels.housing.start] ** 2).sum(axis=1)
     real, imag = mesh_amplitudes(channels)
     gaps = np.array([line.gap for line in channels.lines])
-    squeeze = np.maximum(delta[:, channels.meshes] - gaps, 0.0)
+    penetration = np.maximum(delta[:, channels.meshes] - gaps, 0.0)
     for instant, angle in enumerate(delta[:, 0]):
         k = mesh_stiffness_at(real, imag, channels.mesh_teeth * angle)
-        energy[instant] += 0.5 * (np.concatenate([k, k]) * squeeze[instant] ** 2).sum()
+        energy[instant] += 0.5 * (np.concatenate([k, k]) * penetration[instant] ** 2).sum()
     for i, clearance in enumerate(channels.clearance):
-        own = channels.plays.start + 2 * i
-        for instant, (y, z) in enumerate(delta[:, own : own + 2]):
+        channel = channels.clearances.start + 2 * i
+        for instant, (y, z) in enumerate(delta[:, channel : channel + 2]):
             contact = play_force(y, z, clearance)[2]
-            energy[instant] += channels.reference[own] * (contact - 0.5 * (y * y + z * z))
+            energy[instant] += channels.reference[channel] * (contact - 0.5 * (y * y + z * z))
     rolling = delta[:, channels.rolling]
     energy -= 0.5 * (channels.reference[channels.rolling] * rolling**2).sum(axis=1)
     for b in range(len(channels.rollers.directions)):

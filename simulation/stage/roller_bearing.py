@@ -36,7 +36,7 @@ _LINE_CONTACT = 35948.0
 EXPONENT = 10.0 / 9.0
 #: Displacement [m] beyond the clearance at which no such bearing would be asked for its stiffness.
 _LARGEST_APPROACH = 1e-2
-#: Places of the cage over one roller pitch that make the mean stiffness.
+#: CoordinateLayout of the cage over one roller pitch that make the mean stiffness.
 _SET_ANGLES = 8
 
 
@@ -80,7 +80,8 @@ class RollerBearingData:
                 )
         if self.n_rollers * math.asin(self.roller_diameter / self.pitch_diameter) > math.pi:
             raise ValueError(
-                f"RollerBearingData: {self.n_rollers} rollers of {self.roller_diameter} m overlap on a pitch circle of "
+                f"RollerBearingData: {self.n_rollers} rollers of {self.roller_diameter} m overlap "
+                "on a pitch circle of "
                 f"{self.pitch_diameter} m; expected fewer or smaller ones"
             )
 
@@ -180,7 +181,9 @@ def stiffness_at(rollers: RollerSet, load: float) -> tuple[float, float]:
     )
 
     def answer(approach: float) -> NDArray[np.float64]:
-        force, tangent, motion = np.zeros(4), np.zeros((4, 4)), np.array([0.0, -approach, 0.0, 0.0])
+        force = np.zeros(4)
+        tangent = np.zeros((4, 4))
+        motion = np.array([0.0, -approach, 0.0, 0.0])
         total = np.zeros(3)
         for angle in angles:
             roller_load(rollers, 0, motion, float(angle), force, tangent)
@@ -189,7 +192,8 @@ def stiffness_at(rollers: RollerSet, load: float) -> tuple[float, float]:
 
     if not (load > 0.0 and answer(_LARGEST_APPROACH)[0] > load):
         raise ValueError(
-            f"load on the planet bearing is {load} N; expected a positive one that its rollers can carry"
+            f"load on the planet bearing is {load} N; expected a positive one that its rollers can "
+            "carry"
         )
     approach = scipy.optimize.brentq(
         lambda x: answer(x)[0] - load, 0.0, _LARGEST_APPROACH, xtol=1e-15

@@ -1,4 +1,6 @@
-"""Force, tangent and energy of a bearing's line contacts, and their discrete gradient over a time step (compiled).
+"""Force, tangent and energy of a bearing's line contacts.
+
+Their discrete gradient over a time step (compiled).
 
 Numba's cache of :mod:`carrierflex.simulation.stage.time_step` does not see changes here: touch that
 file after one.
@@ -56,8 +58,15 @@ def roller_energy(rollers: RollerSet, b: int, motion: NDArray[np.float64], angle
 def _pressed(
     rollers: RollerSet, b: int, middle: float, slope: float
 ) -> tuple[float, float, float, float, float]:
-    """Force and moment of one roller whose ends differ by `slope`, and its secant stiffness with moments of order 0, 1, 2."""
-    Q, M, k, kx, kxx = 0.0, 0.0, 0.0, 0.0, 0.0
+    """Force and moment of one roller whose ends differ by `slope`.
+
+    Then its secant stiffness with moments of order 0, 1, 2.
+    """
+    Q = 0.0
+    M = 0.0
+    k = 0.0
+    kx = 0.0
+    kxx = 0.0
     for j in range(len(rollers.x)):
         x = rollers.x[j]
         delta = middle + slope * x - rollers.gap[j]
@@ -98,7 +107,9 @@ def roller_load(
         Take the answer.
     """
     y, z, ry, rz = motion
-    force[:], tangent[:], by_angle = 0.0, 0.0, 0.0
+    force[:] = 0.0
+    tangent[:] = 0.0
+    by_angle = 0.0
     turn_c, turn_s = np.cos(rollers.cage * angle), np.sin(rollers.cage * angle)
     for roller in range(rollers.directions.shape[1]):
         c0, s0 = rollers.directions[b, roller]

@@ -1,6 +1,7 @@
 """Springs of the stage.
 
-Planet, carrier, sun and main bearings, ring bolts, pins in bores, the chain's shafts and meshes.
+Planet, carrier, sun and main bearings, ring bolts, pins in bores, shafts and meshes of the parallel
+stages.
 """
 
 from collections.abc import Mapping
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.geometry.parameters import N_PINS, pin_angles
-from carrierflex.simulation.stage.coordinate_layout import Places, motion_at
+from carrierflex.simulation.stage.coordinate_layout import CoordinateLayout, motion_at
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.roller_bearing import roller_set, stiffness_at
 from carrierflex.simulation.stage.stage_data import MountingData
@@ -38,13 +39,13 @@ class Spring:
     clearance: float = 0.0
 
 
-def stage_springs(places: Places, effects: StageEffects) -> dict[str, Spring]:
+def stage_springs(layout: CoordinateLayout, effects: StageEffects) -> dict[str, Spring]:
     """Every connection by name.
 
     Mount and planetary meshes stand elsewhere, they change with the carrier angle.
     """
-    bearings, points = places.data.bearings, places.body.model.pilots
-    springs = {f"planet_{i}": _planet_bearing(places, effects, i) for i in range(1, N_PINS + 1)}
+    bearings, points = layout.data.bearings, layout.body.model.pilots
+    springs = {f"planet_{i}": _planet_bearing(layout, effects, i) for i in range(1, N_PINS + 1)}
 
     def bearing(
         G: NDArray[np.float64],
@@ -60,25 +61,25 @@ def stage_springs(places: Places, effects: StageEffects) -> dict[str, Spring]:
         ("upwind_seat", bearings.upwind_radial, bearings.carrier_axial, bearings.upwind_clearance),
         ("downwind_seat", bearings.downwind_radial, 0.0, bearings.downwind_clearance),
     ):
-        G = places.pilot_motion(side) - places.part_motion("housing", points[side])
+        G = layout.pilot_motion(side) - layout.part_motion("housing", points[side])
         springs[side] = bearing(G, (axial, radial, radial, 0.0, 0.0), clearance)
     main = (bearings.main_axial, bearings.main_radial, bearings.main_radial, 0.0, 0.0)
-    springs["main_bearing"] = bearing(places.pilot_motion("main_bearing_seat"), main)
-    centre = places.centre("sun")
+    springs["main_bearing"] = bearing(layout.pilot_motion("main_bearing_seat"), main)
+    centre = layout.centre("sun")
     sun = (bearings.sun_axial, bearings.sun_radial, bearings.sun_radial, bearings.sun_tilt, 0.0)
     springs["sun"] = bearing(
-        places.part_motion("sun", centre) - places.part_motion("housing", centre), sun
+        layout.part_motion("sun", centre) - layout.part_motion("housing", centre), sun
     )
-    centre, bolted = places.centre("ring"), bearings.ring_to_housing
-    at_radius = bolted * (places.data.gear.centre_distance * 1.65) ** 2
+    centre, bolted = layout.centre("ring"), bearings.ring_to_housing
+    at_radius = bolted * (layout.data.gear.centre_distance * 1.65) ** 2
     ring = (bolted, bolted, bolted, at_radius, at_radius)
     springs["ring"] = bearing(
-        places.part_motion("ring", centre) - places.part_motion("housing", centre), ring
+        layout.part_motion("ring", centre) - layout.part_motion("housing", centre), ring
     )
-    return springs | _chain(places) | _pin_fits(places, effects)
+    return springs | _parallel_stages(layout) | _pin_fits(layout, effects)
 
 
-def _pin_fits(places: Places, effects: StageEffects) -> dict[str, Spring]:
+def _pin_fits(layout: CoordinateLayout, effects: StageEffects) -> dict[str, Spring]:
     """Bearing of every pin on the edges of its two bores, where there is a play.
 
     Relative rotation about y and z.
@@ -88,26 +89,27 @@ def _pin_fits(places: Places, effects: StageEffects) -> dict[str, Spring]:
     stiffness, springs = np.array([0.0, effects.pin_fit_closed, effects.pin_fit_closed]), {}
     for pin in range(1, N_PINS + 1):
         for side in ("upwind", "downwind"):
-            bore, own = f"pin_{pin}_{side}", f"pin_{pin}_{side}_of_pin"
-            missing = {bore, own} - places.body.model.pilots.keys()
+            bore, pin_side = f"pin_{pin}_{side}", f"pin_{pin}_{side}_of_pin"
+            missing = {bore, pin_side} - layout.body.model.pilots.keys()
             if missing:
                 raise ValueError(
-                    f"{places.body.model.name} has no pilot {min(missing)!r}; expected pins as bodies of their own where "
+                    f"{layout.body.model.name} has no pilot {min(missing)!r}; expected pins as "
+                    "bodies of their own where "
                     "pin_fit_play is given"
                 )
-            G = (places.pilot_motion(own) - places.pilot_motion(bore))[3:]
+            G = (layout.pilot_motion(pin_side) - layout.pilot_motion(bore))[3:]
             springs[f"{bore}_fit"] = Spring(G, stiffness, np.zeros(3), effects.pin_fit_play)
     return springs
 
 
-def _planet_bearing(places: Places, effects: StageEffects, planet: int) -> Spring:
-    bearings, pilot = places.data.bearings, places.body.planet_pilots[planet - 1]
+def _planet_bearing(layout: CoordinateLayout, effects: StageEffects, planet: int) -> Spring:
+    bearings, pilot = layout.data.bearings, layout.body.planet_pilots[planet - 1]
     part = f"planet_{planet}"
-    G = places.part_motion(part, places.body.model.pilots[pilot]) - places.pilot_motion(pilot)
+    G = layout.part_motion(part, layout.body.model.pilots[pilot]) - layout.pilot_motion(pilot)
     angle = float(pin_angles()[planet - 1])
     free = np.zeros(6)
     free[1:3] = effects.pin_offset[planet - 1] * np.array([-np.cos(angle), -np.sin(angle)])
-    data, clearance = places.data, bearings.planet_clearance
+    data, clearance = layout.data, bearings.planet_clearance
     radial, tilt = bearings.planet_radial, bearings.planet_tilt
     if data.planet_rollers is not None:
         # The rollers take over; the linear part keeps what they answer at their reference load.
@@ -120,12 +122,14 @@ def _planet_bearing(places: Places, effects: StageEffects, planet: int) -> Sprin
     return Spring(G, stiffness * effects.planet_bearing_factor[planet - 1], free, clearance)
 
 
-def _chain(places: Places) -> dict[str, Spring]:
+def _parallel_stages(layout: CoordinateLayout) -> dict[str, Spring]:
     """Torsion of the sun shaft and the generator's coupling.
 
     The parallel meshes, whose centres the housing carries.
     """
-    chain, rows, n = places.data.chain, places.rows, places.n
+    chain = layout.data.chain
+    rows = layout.rows
+    n = layout.n
     low_ratio = chain.low_teeth[1] / chain.low_teeth[0]
     high_ratio = chain.high_teeth[1] / chain.high_teeth[0]
 
@@ -137,9 +141,11 @@ def _chain(places: Places) -> dict[str, Spring]:
 
     first, second = chain.low_base_radius, chain.high_base_radius
     meshes = (
-        ("low_mesh", {"low_speed": first, "intermediate": first * low_ratio, "housing": -first * (1.0 + low_ratio)},
+        ("low_mesh", {"low_speed": first, "intermediate": first * low_ratio,
+        "housing": -first * (1.0 + low_ratio)},
          chain.low_stiffness),
-        ("high_mesh", {"intermediate": second, "high_speed": second * high_ratio, "housing": -second * (1.0 + high_ratio)},
+        ("high_mesh", {"intermediate": second, "high_speed": second * high_ratio,
+        "housing": -second * (1.0 + high_ratio)},
          chain.high_stiffness),
         ("sun_shaft", {"sun": 1.0, "low_speed": -1.0}, chain.sun_shaft_torsion),
         ("coupling", {"high_speed": 1.0, "generator": -1.0}, chain.coupling_torsion),

@@ -61,7 +61,8 @@ def refuse_missing_pilots(model: ReducedModel, pilots: Sequence[str]) -> None:
     for pilot in pilots:
         if pilot not in model.pilots:
             raise ValueError(
-                f"{model.name} has no pilot {pilot!r}, which the planetary stage takes hold of; it has "
+                f"{model.name} has no pilot {pilot!r}, which the planetary stage takes hold of; it "
+                "has "
                 f"{', '.join(model.pilots)}"
             )
 
@@ -90,19 +91,20 @@ def refuse_unfit_carrier(carrier: ReducedModel, gear: GearData) -> None:
     refuse_missing_pilots(carrier, ("shaft_face", *FIXED_PILOTS[1:]))
     _refuse_blind(carrier)
     if holds_pins(carrier):
-        places = _planet_pilots(carrier)
+        pilots = _planet_pilots(carrier)
     else:
-        places = tuple(
+        pilots = tuple(
             f"pin_{pin}_{side}" for pin in range(1, N_PINS + 1) for side in ("upwind", "downwind")
         )
-    refuse_missing_pilots(carrier, places)
-    for pilot in places:
+    refuse_missing_pilots(carrier, pilots)
+    for pilot in pilots:
         angle = float(pin_angles()[int(pilot[4]) - 1])
         wanted = gear.centre_distance * np.array([-math.sin(angle), math.cos(angle)])
-        found = np.asarray(carrier.pilots[pilot])[1:]
-        if np.abs(found - wanted).max() > _SAME_PLACE:
+        position = np.asarray(carrier.pilots[pilot])[1:]
+        if np.abs(position - wanted).max() > _SAME_PLACE:
             raise ValueError(
-                f"{carrier.name} has {pilot} at y, z = {found[0]:.4f}, {found[1]:.4f} m; expected {wanted[0]:.4f}, "
+                f"{carrier.name} has {pilot} at y, z = {position[0]:.4f}, {position[1]:.4f} m; "
+                f"expected {wanted[0]:.4f}, "
                 f"{wanted[1]:.4f} m, the centre distance of the gears"
             )
 
@@ -138,7 +140,8 @@ class ShaftData:
                 )
         if not 0.0 <= self.inner_diameter < self.outer_diameter:
             raise ValueError(
-                f"ShaftData.inner_diameter is {self.inner_diameter} m; expected less than {self.outer_diameter} m"
+                f"ShaftData.inner_diameter is {self.inner_diameter} m; expected less than "
+                f"{self.outer_diameter} m"
             )
 
 
@@ -212,6 +215,6 @@ def _planet_pilots(carrier: ReducedModel) -> tuple[str, ...]:
     """
     names = []
     for pin in range(1, N_PINS + 1):
-        own = f"pin_{pin}_midspan_of_pin"
-        names.append(own if own in carrier.pilots else f"pin_{pin}_midspan")
+        pin_pilot = f"pin_{pin}_midspan_of_pin"
+        names.append(pin_pilot if pin_pilot in carrier.pilots else f"pin_{pin}_midspan")
     return tuple(names)

@@ -72,7 +72,8 @@ class MeshData:
         _refuse_negative(self)
         if not (self.sun_stiffness > 0.0 and self.ring_stiffness > 0.0):
             raise ValueError(
-                f"MeshData has stiffnesses {self.sun_stiffness} and {self.ring_stiffness} N/m; expected positive ones"
+                f"MeshData has stiffnesses {self.sun_stiffness} and {self.ring_stiffness} N/m; "
+                "expected positive ones"
             )
 
 

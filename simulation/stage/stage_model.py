@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from carrierflex.geometry.dihedral import rotation_about_x
 from carrierflex.simulation.stage.channels import Channels, stage_channels
-from carrierflex.simulation.stage.coordinate_layout import Places
+from carrierflex.simulation.stage.coordinate_layout import CoordinateLayout
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.springs import Spring, mount_matrices, stage_springs
 from carrierflex.simulation.stage.stage_body import StageBody
@@ -56,11 +56,13 @@ class Loads:
 
 @dataclass(frozen=True, eq=False)
 class StageModel:
-    """``M c'' + (C + Omega G) c' + K c = f + B lambda(Bᵀ c, Bᵀ c', theta)``, with c = (theta, y) and ``q = L c``.
+    """``M c'' + (C + Omega G) c' + K c = f + B lambda(Bᵀ c, Bᵀ c', theta)``.
+
+    With c = (theta, y) and ``q = L c``.
 
     Parameters
     ----------
-    places : Places
+    layout : CoordinateLayout
         Where every coordinate stands.
     effects : StageEffects
         What departs from the nominal stage.
@@ -79,7 +81,7 @@ class StageModel:
         Linear connections, for their loads; rows of q.
     """
 
-    places: Places
+    layout: CoordinateLayout
     effects: StageEffects
     speed: float
     L: NDArray[np.float64]
@@ -94,7 +96,7 @@ class StageModel:
     @property
     def data(self) -> StageData:
         """Data of the rigid parts."""
-        return self.places.data
+        return self.layout.data
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -102,10 +104,10 @@ class StageModel:
 
         The carrier angle, then those of q without the rotation it replaces.
         """
-        dropped = _seat_rotation(self.places)
+        dropped = _seat_rotation(self.layout)
         return (
             "carrier angle [rad]",
-            *(label for i, label in enumerate(self.places.labels) if i != dropped),
+            *(label for i, label in enumerate(self.layout.labels) if i != dropped),
         )
 
 
@@ -143,49 +145,53 @@ def stage_model(
     if not np.isfinite(speed):
         raise ValueError(f"carrier speed is {speed} rad/s; expected a finite number")
     data, effects = data or StageData(), effects or StageEffects()
-    places = Places(body, data)
-    springs = stage_springs(places, effects)
-    K, M, constant = _elastic(places, springs, effects)
-    K_mount, C_mount = mount_matrices(data.mounting, places.centre("housing"))
-    H = places.rows["housing"]
+    layout = CoordinateLayout(body, data)
+    springs = stage_springs(layout, effects)
+    K, M, constant = _elastic(layout, springs, effects)
+    K_mount, C_mount = mount_matrices(data.mounting, layout.centre("housing"))
+    H = layout.rows["housing"]
     K[np.ix_(H, H)] += _averaged(K_mount)
-    L = _split(places)
+    L = _split(layout)
     channels = stage_channels(
-        places, effects, springs, (K_mount, C_mount), (_averaged(K_mount), _averaged(C_mount)), L
+        layout, effects, springs, (K_mount, C_mount), (_averaged(K_mount), _averaged(C_mount)), L
     )
-    _refuse_grounded(K, places.drive_motion)
+    _refuse_grounded(K, layout.drive_motion)
     C = np.zeros_like(K)
     C[np.ix_(H, H)] += _averaged(C_mount)
-    generator = places.rows["generator"][0]
+    generator = layout.rows["generator"][0]
     C[generator, generator] += data.chain.generator_constant
-    drum, Coriolis, centrifugal = _rotating_terms(places, M, speed, L)
+    spin_stiffness, Coriolis, centrifugal = _rotating_terms(layout, M, speed, L)
     mesh = channels.B[:, channels.meshes]
-    K_c = L.T @ K @ L + drum + (mesh * channels.reference[channels.meshes]) @ mesh.T
+    K_c = L.T @ K @ L + spin_stiffness + (mesh * channels.reference[channels.meshes]) @ mesh.T
     K_c[0], K_c[:, 0] = 0.0, 0.0
-    loads = _loads(places, M, L, L.T @ constant + centrifugal)
+    loads = _loads(layout, M, L, L.T @ constant + centrifugal)
     return StageModel(
-        places, effects, speed, L, K_c, L.T @ M @ L, L.T @ C @ L, Coriolis, loads, channels, springs
+        layout, effects, speed, L, K_c, L.T @ M @ L, L.T @ C @ L, Coriolis, loads, channels, springs
     )
 
 
 def _elastic(
-    places: Places, springs: Mapping[str, Spring], effects: StageEffects
+    layout: CoordinateLayout, springs: Mapping[str, Spring], effects: StageEffects
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Stiffness and mass of body, parts, chain and springs, and the constant force."""
-    n, body, data = places.n, places.body, places.data
-    K, M, force = np.zeros((n, n)), np.zeros((n, n)), np.zeros(n)
-    own = body.model.n_coordinates
-    K[:own, :own], M[:own, :own] = body.model.K, body.model.M
-    force[:own] = body.misalignment_load @ effects.misalignment
-    for part, rigid in places.parts.items():
+    """Stiffness and mass of body, parts, parallel stages and springs, and the constant force."""
+    n = layout.n
+    body = layout.body
+    data = layout.data
+    K = np.zeros((n, n))
+    M = np.zeros((n, n))
+    force = np.zeros(n)
+    n_body = body.model.n_coordinates
+    K[:n_body, :n_body], M[:n_body, :n_body] = body.model.K, body.model.M
+    force[:n_body] = body.misalignment_load @ effects.misalignment
+    for part, rigid in layout.parts.items():
         inertia = [rigid.polar_inertia, rigid.transverse_inertia, rigid.transverse_inertia]
-        M[places.rows[part], places.rows[part]] = [rigid.mass] * 3 + inertia
+        M[layout.rows[part], layout.rows[part]] = [rigid.mass] * 3 + inertia
     chain = data.chain
     for shaft in ("low_speed", "intermediate", "high_speed", "generator"):
-        M[places.rows[shaft][0], places.rows[shaft][0]] = getattr(chain, f"{shaft}_inertia")
-    hub = body.model.coordinates_of(places.hub)
-    moment = data.mounting.coupling_mass * places.hub_arm
-    M[np.ix_(hub, hub)] += _point_mass(data.mounting.coupling_mass, moment, moment * places.hub_arm)
+        M[layout.rows[shaft][0], layout.rows[shaft][0]] = getattr(chain, f"{shaft}_inertia")
+    hub = body.model.coordinates_of(layout.hub)
+    moment = data.mounting.coupling_mass * layout.hub_arm
+    M[np.ix_(hub, hub)] += _point_mass(data.mounting.coupling_mass, moment, moment * layout.hub_arm)
     M[hub[3], hub[3]] += data.mounting.rotor_inertia
     for spring in springs.values():
         K += spring.G.T @ (spring.stiffness[:, None] * spring.G)
@@ -208,16 +214,16 @@ def _averaged(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     return sum((R.T @ matrix @ R for R in turns), np.zeros((6, 6))) / len(turns)
 
 
-def _seat_rotation(places: Places) -> int:
-    return int(places.body.model.coordinates_of("upwind_seat")[3])
+def _seat_rotation(layout: CoordinateLayout) -> int:
+    return int(layout.body.model.coordinates_of("upwind_seat")[3])
 
 
-def _split(places: Places) -> NDArray[np.float64]:
+def _split(layout: CoordinateLayout) -> NDArray[np.float64]:
     """Matrix L: carrier angle along the drive motion in place of the upwind seat's rotation."""
-    kept = np.delete(np.arange(places.n), _seat_rotation(places))
-    L = np.zeros((places.n, places.n))
-    L[:, 0] = places.drive_motion
-    L[kept, np.arange(1, places.n)] = 1.0
+    kept = np.delete(np.arange(layout.n), _seat_rotation(layout))
+    L = np.zeros((layout.n, layout.n))
+    L[:, 0] = layout.drive_motion
+    L[kept, np.arange(1, layout.n)] = 1.0
     return L
 
 
@@ -225,42 +231,53 @@ def _refuse_grounded(K: NDArray[np.float64], drive: NDArray[np.float64]) -> None
     force = np.abs(K @ drive) / (np.abs(K) @ np.abs(drive)).max()
     if force.max() > _GROUNDED:
         raise ValueError(
-            f"turning the drive train meets a force, {force.max():.1e} of its stiffness; expected a body that turns freely "
+            f"turning the drive train meets a force, {force.max():.1e} of its stiffness; expected "
+            "a body that turns freely "
             "(its pilots or its stiffness do not fit the stage)"
         )
 
 
 def _rotating_terms(
-    places: Places, M: NDArray[np.float64], speed: float, L: NDArray[np.float64]
+    layout: CoordinateLayout, M: NDArray[np.float64], speed: float, L: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Centrifugal stiffness ``Omega^2 J M J``, Coriolis matrix and constant force of the drive motion, in c."""
-    J, S, r = places.turning, L[:, 1:], places.drive_motion
-    n = places.n
-    drum, Coriolis, force = np.zeros((n, n)), np.zeros((n, n)), np.zeros(n)
-    drum[1:, 1:] = speed**2 * S.T @ J @ M @ J @ S
+    """Centrifugal stiffness, Coriolis matrix and constant force of the drive motion, in c.
+
+    The centrifugal stiffness is ``Omega^2 J M J``.
+    """
+    J = layout.turning
+    S = L[:, 1:]
+    r = layout.drive_motion
+    n = layout.n
+    spin_stiffness = np.zeros((n, n))
+    Coriolis = np.zeros((n, n))
+    force = np.zeros(n)
+    spin_stiffness[1:, 1:] = speed**2 * S.T @ J @ M @ J @ S
     Coriolis[1:, 1:] = speed * S.T @ (M @ J + J @ M) @ S
     inward = S.T @ (J @ (M @ r))
     Coriolis[1:, 0], Coriolis[0, 1:] = 2.0 * speed * inward, -2.0 * speed * inward
     force[1:] = speed**2 * inward
-    return drum, Coriolis, force
+    return spin_stiffness, Coriolis, force
 
 
 def _loads(
-    places: Places, M: NDArray[np.float64], L: NDArray[np.float64], constant: NDArray[np.float64]
+    layout: CoordinateLayout,
+    M: NDArray[np.float64],
+    L: NDArray[np.float64],
+    constant: NDArray[np.float64],
 ) -> Loads:
-    hub, arm = places.body.model.coordinates_of(places.hub), places.hub_arm
+    hub, arm = layout.body.model.coordinates_of(layout.hub), layout.hub_arm
 
     def unit(*parts: tuple[int, float]) -> NDArray[np.float64]:
-        f = np.zeros(places.n)
+        f = np.zeros(layout.n)
         for row, value in parts:
             f[row] = value
         return L.T @ f
 
-    weight = M @ places.translations
+    weight = M @ layout.translations
     # A radial force at x = -arm: moment (-arm, 0, 0) × F.
     return Loads(
         torque=unit((hub[3], 1.0)),
-        generator=unit((places.rows["generator"][0], 1.0)),
+        generator=unit((layout.rows["generator"][0], 1.0)),
         weight_y=L.T @ weight[:, 1],
         weight_z=L.T @ weight[:, 2],
         radial_y=unit((hub[1], 1.0), (hub[5], -arm)),

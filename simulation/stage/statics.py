@@ -63,15 +63,18 @@ class SteadyLoad:
 
 
 def mesh_amplitudes(channels: Channels) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Real and imaginary parts of the six meshes' stiffness amplitudes, shape (6, n_harmonics + 1)."""
-    amplitudes = np.array([own.amplitudes for own in channels.stiffness])
+    """Real and imaginary stiffness amplitudes of the six meshes, shape (6, n_harmonics + 1)."""
+    amplitudes = np.array([mesh.amplitudes for mesh in channels.stiffness])
     return np.ascontiguousarray(amplitudes.real), np.ascontiguousarray(amplitudes.imag)
 
 
 def frozen_stiffness(channels: Channels, angle: float | None) -> NDArray[np.float64]:
-    """Stiffness of the six meshes at a carrier angle [rad], or their means where it is None, shape (6,) [N/m]."""
+    """Stiffness of the six meshes at a carrier angle [rad], shape (6,) [N/m].
+
+    Their means where the angle is None.
+    """
     if angle is None:
-        return np.array([own.mean for own in channels.stiffness])
+        return np.array([mesh.mean for mesh in channels.stiffness])
     return mesh_stiffness_at(*mesh_amplitudes(channels), channels.mesh_teeth * angle)
 
 
@@ -101,19 +104,19 @@ def channel_forces(
     force, tangent = np.zeros(len(delta)), np.zeros((len(delta), len(delta)))
     n_meshes = len(channels.stiffness)
     for j, line in enumerate(channels.lines):
-        own = 1 + j
-        stiffness, squeeze = k[j % n_meshes], delta[own] - line.gap
-        touching = squeeze > 0.0
-        force[own] = channels.reference[own] * delta[own] - (
-            stiffness * squeeze if touching else 0.0
+        channel = 1 + j
+        stiffness, penetration = k[j % n_meshes], delta[channel] - line.gap
+        touching = penetration > 0.0
+        force[channel] = channels.reference[channel] * delta[channel] - (
+            stiffness * penetration if touching else 0.0
         )
-        tangent[own, own] = channels.reference[own] - (stiffness if touching else 0.0)
+        tangent[channel, channel] = channels.reference[channel] - (stiffness if touching else 0.0)
     house = channels.housing
     R = np.kron(np.eye(2), rotation_about_x(angle))
     tangent[house, house] = channels.K_mean - R.T @ channels.K_mount @ R
     force[house] = tangent[house, house] @ delta[house]
     for i, clearance in enumerate(channels.clearance):
-        first = channels.plays.start + 2 * i
+        first = channels.clearances.start + 2 * i
         y, z = delta[first : first + 2]
         stiffness = channels.reference[first]
         fy, fz, _ = play_force(y, z, clearance)
@@ -132,8 +135,10 @@ def channel_forces(
 
 
 def turning_force(model: StageModel, load: SteadyLoad, angle: float) -> NDArray[np.float64]:
-    """Generalised force of all loads at a carrier angle, the generator holding the torque, shape (n,)."""
-    f, c, s = model.loads, np.cos(angle), np.sin(angle)
+    """Generalised force of all loads at a carrier angle, shape (n,); the generator holds."""
+    f = model.loads
+    c = np.cos(angle)
+    s = np.sin(angle)
     # Of the rotating terms the Coriolis force of the drive's own speed is there at rest.
     force = load.torque * f.torque + f.constant - model.speed * model.G[:, 0]
     force = force - load.gravity * (s * f.weight_y + c * f.weight_z)
@@ -161,11 +166,11 @@ def _slope(
     channels: Channels,
     motion: tuple[NDArray[np.float64], NDArray[np.float64]],
     linear: tuple[float, float],
-    place: tuple[float, NDArray[np.float64]],
+    operating_point: tuple[float, NDArray[np.float64]],
     t: float,
 ) -> float:
     """Change of the energy with the length `t` of a step, channels from ``motion[0]`` along ``motion[1]``."""
-    force, _ = channel_forces(channels, motion[0] + t * motion[1], *place)
+    force, _ = channel_forces(channels, motion[0] + t * motion[1], *operating_point)
     return float(linear[0] + t * linear[1] - force @ motion[1])
 
 
@@ -177,12 +182,12 @@ def _lowest(slope: Callable[[float], float]) -> float:
     start, end = slope(0.0), slope(1.0)
     if abs(end) <= 0.1 * abs(start):
         return 1.0
-    far = 1.0
-    while slope(far) < 0.0 and far < _LONGEST_STEP:
-        far *= 2.0
+    upper = 1.0
+    while slope(upper) < 0.0 and upper < _LONGEST_STEP:
+        upper *= 2.0
     return (
-        float(scipy.optimize.brentq(slope, 0.0, far, xtol=1e-12))
-        if slope(far) > 0.0 > start
+        float(scipy.optimize.brentq(slope, 0.0, upper, xtol=1e-12))
+        if slope(upper) > 0.0 > start
         else 1.0
     )
 
@@ -215,7 +220,9 @@ def static_coordinates(
     ValueError
         Where centrifugal forces outweigh a stiffness.
     """
-    K, B, channels = model.K[1:, 1:], model.channels.B[1:], model.channels
+    K = model.K[1:, 1:]
+    B = model.channels.B[1:]
+    channels = model.channels
     scale = 1.0 / np.sqrt(K.diagonal())
     k = frozen_stiffness(channels, None if mean_stiffness else angle)
     f = turning_force(model, load, angle)[1:]
@@ -223,7 +230,8 @@ def static_coordinates(
         y = scale * scipy.linalg.solve(K * np.outer(scale, scale), scale * f, assume_a="pos")
     except scipy.linalg.LinAlgError as error:
         raise ValueError(
-            f"at {model.speed:.4g} rad/s a motion of the stage besides the drive's meets no stiffness; expected a speed below "
+            f"at {model.speed:.4g} rad/s a motion of the stage besides the drive's meets no "
+            "stiffness; expected a speed below "
             "the first critical one"
         ) from error
     size = np.abs(scale * f).max()
@@ -246,5 +254,6 @@ def static_coordinates(
         # A step cut short had too little stiffness added; any other may do with less.
         kept = float(np.clip(kept * (10.0 if length < _CUT_SHORT else 0.03), 1e-12, 1.0))
     raise NotConvergedError(
-        f"contact at rest leaves a residual of {np.abs(scale * residual).max() / size:.1e} after {_MOST_ITERATIONS} steps"
+        f"contact at rest leaves a residual of {np.abs(scale * residual).max() / size:.1e} after "
+        f"{_MOST_ITERATIONS} steps"
     )

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from carrierflex.simulation.stage.contact_laws import (
     mesh_stiffness_at,
+    penetration_gradient,
     play_gradient,
-    squeeze_gradient,
 )
 from carrierflex.simulation.stage.modal_form import StepMatrices
 from carrierflex.simulation.stage.roller_contact import roller_energy, roller_gradient
@@ -61,7 +61,10 @@ def _mount_tangent(
     J = np.zeros((6, 6))
     for i in (0, 3):
         R[i, i] = 1.0
-        R[i + 1, i + 1], R[i + 1, i + 2], R[i + 2, i + 1], R[i + 2, i + 2] = c, -s, s, c
+        R[i + 1, i + 1] = c
+        R[i + 1, i + 2] = -s
+        R[i + 2, i + 1] = s
+        R[i + 2, i + 2] = c
         J[i + 1, i + 2], J[i + 2, i + 1] = -1.0, 1.0
     damping = R.T @ k.C_mount @ R
     # The housing's velocity in the fixed frame, seen from the carrier's: x' + Omega J x.
@@ -77,16 +80,21 @@ def _flanks(
     force: NDArray[np.float64],
     tangent: NDArray[np.float64],
 ) -> None:
-    """Force and tangent of the flanks, and the torque that the changing stiffness puts on the carrier angle."""
+    """Force and tangent of the flanks.
+
+    The torque that the changing stiffness puts on the carrier angle.
+    """
     old_k, mid_k, new_k = teeth
     work = 0.0
     for j in range(len(k.gaps)):
-        own, stiffness = _FLANKS + j, mid_k[j % len(mid_k)]
-        old = delta[own] - k.gaps[j]
-        new = old + k.h * s[own]
-        mean, slope = squeeze_gradient(old, new)
-        force[own] = k.reference[own] * (delta[own] + 0.5 * k.h * s[own]) - stiffness * mean
-        tangent[own, own] = k.h * (0.5 * k.reference[own] - stiffness * slope)
+        channel, stiffness = _FLANKS + j, mid_k[j % len(mid_k)]
+        old = delta[channel] - k.gaps[j]
+        new = old + k.h * s[channel]
+        mean, slope = penetration_gradient(old, new)
+        force[channel] = (
+            k.reference[channel] * (delta[channel] + 0.5 * k.h * s[channel]) - stiffness * mean
+        )
+        tangent[channel, channel] = k.h * (0.5 * k.reference[channel] - stiffness * slope)
         i = j % len(mid_k)
         work += 0.5 * (
             (new_k[i] - mid_k[i]) * max(new, 0.0) ** 2 + (mid_k[i] - old_k[i]) * max(old, 0.0) ** 2
@@ -96,7 +104,7 @@ def _flanks(
 
 
 @numba.njit(cache=True)
-def _plays(
+def _clearances(
     k: StepMatrices,
     s: NDArray[np.float64],
     delta: NDArray[np.float64],
@@ -126,16 +134,19 @@ def _rollers(
     force: NDArray[np.float64],
     tangent: NDArray[np.float64],
 ) -> None:
-    """Force and tangent of the roller bearings, and the torque that their rollers' passing puts on the carrier angle."""
+    """Force and tangent of the roller bearings.
+
+    The torque that their rollers' passing puts on the carrier angle.
+    """
     first = _FLANKS + len(k.gaps) + _HOUSING + 2 * len(k.clearance)
     gradient, stiffness = np.zeros(4), np.zeros((4, 4))
     angles = (delta[0], delta[0] + k.h * s[0])
     for b in range(len(old_energy)):
-        own = slice(first + 4 * b, first + 4 * b + 4)
-        ends = (delta[own], delta[own] + k.h * s[own])
+        channel = slice(first + 4 * b, first + 4 * b + 4)
+        ends = (delta[channel], delta[channel] + k.h * s[channel])
         force[0] -= roller_gradient(k.rollers, b, ends, angles, old_energy[b], gradient, stiffness)
-        force[own] = k.reference[own] * 0.5 * (ends[0] + ends[1]) - gradient
-        tangent[own, own] = 0.5 * k.h * (np.diag(k.reference[own]) - stiffness)
+        force[channel] = k.reference[channel] * 0.5 * (ends[0] + ends[1]) - gradient
+        tangent[channel, channel] = 0.5 * k.h * (np.diag(k.reference[channel]) - stiffness)
 
 
 @numba.njit(cache=True)
@@ -179,17 +190,22 @@ def solve_channels(
     old_k: NDArray[np.float64],
     force: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-    """Mid-step velocities of the channels, the meshes' new stiffness, and the channel that did not settle, -1 for none.
+    """Mid-step velocities of the channels, and the meshes' new stiffness.
+
+    Then the channel that did not settle, -1 for none.
 
     `force` holds a guess and takes the forces.
     """
     m = len(s_free)
-    s, change, tangent, angle = s_free + k.W @ force, np.zeros(m), np.zeros((m, m)), delta[0]
+    s = s_free + k.W @ force
+    change = np.zeros(m)
+    tangent = np.zeros((m, m))
+    angle = delta[0]
     first = _FLANKS + len(k.gaps)
-    own = slice(first, first + _HOUSING)
+    channel = slice(first, first + _HOUSING)
     K_turned, C_turned = _mount_tangent(k, angle + 0.5 * k.h * s_free[0])
     mount = 0.5 * k.h * K_turned + C_turned
-    tangent[own, own] = -mount
+    tangent[channel, channel] = -mount
     new_k, old_energy = old_k, _roller_energies(k, delta)
     plain = _PLAIN if len(old_energy) == 0 else _PLAIN_ROLLERS
     rounding = _ROUNDING * k.h * np.abs(s).max()
@@ -197,8 +213,8 @@ def solve_channels(
         mid_k = mesh_stiffness_at(k.real, k.imag, k.mesh_teeth * (angle + 0.5 * k.h * s[0]))
         new_k = mesh_stiffness_at(k.real, k.imag, k.mesh_teeth * (angle + k.h * s[0]))
         _flanks(k, s, delta, (old_k, mid_k, new_k), force, tangent)
-        force[own] = -(mount @ s[own]) - K_turned @ delta[own]
-        _plays(k, s, delta, force, tangent)
+        force[channel] = -(mount @ s[channel]) - K_turned @ delta[channel]
+        _clearances(k, s, delta, force, tangent)
         _rollers(k, s, delta, old_energy, force, tangent)
         change, enough = s - s_free - k.W @ force, _CONVERGED
         if iteration >= plain:
@@ -255,18 +271,14 @@ def advance(
         Channel whose force found no balance then, -1 where all did.
     """
     n_kept = len(drive) // every
-    q_kept, v_kept, work = (
-        np.zeros((n_kept, len(q))),
-        np.zeros((n_kept, len(q))),
-        np.zeros((n_kept, 5)),
-    )
+    q_kept = np.zeros((n_kept, len(q)))
+    v_kept = np.zeros((n_kept, len(q)))
+    work = np.zeros((n_kept, 5))
     delta = k.B @ q - free
-    total, a, force, before = (
-        np.zeros(5),
-        np.ones(len(k.P)),
-        np.zeros(len(delta)),
-        np.zeros(len(delta)),
-    )
+    total = np.zeros(5)
+    a = np.ones(len(k.P))
+    force = np.zeros(len(delta))
+    before = np.zeros(len(delta))
     house = slice(_FLANKS + len(k.gaps), _FLANKS + len(k.gaps) + _HOUSING)
     stiffness = mesh_stiffness_at(k.real, k.imag, k.mesh_teeth * delta[0])
     for step in range(len(drive)):
@@ -299,5 +311,7 @@ def advance(
         delta += k.h * s
         if (step + 1) % every == 0:
             kept = step // every
-            q_kept[kept], v_kept[kept], work[kept] = q, v, total
+            q_kept[kept] = q
+            v_kept[kept] = v
+            work[kept] = total
     return q_kept, v_kept, work, len(drive), -1

@@ -64,7 +64,8 @@ class ToothFlank:
                 )
         if self.tip_relief_share > 0.5:
             raise ValueError(
-                f"ToothFlank.tip_relief_share is {self.tip_relief_share}; expected at most 0.5, or the reliefs overlap"
+                f"ToothFlank.tip_relief_share is {self.tip_relief_share}; expected at most 0.5, or "
+                "the reliefs overlap"
             )
 
 
@@ -151,11 +152,14 @@ def mesh_contact(
         math.cos(pair.working_pressure_angle) * math.cos(pair.base_helix_angle)
     )
     approach = np.array(
-        [_approach(own, normal_force / (flank.stiffness_per_width * width)) for own in gap]
+        [
+            _approach(clearance, normal_force / (flank.stiffness_per_width * width))
+            for clearance in gap
+        ]
     )
-    squeeze = np.maximum(approach[:, None, None] - gap, 0.0)
+    penetration = np.maximum(approach[:, None, None] - gap, 0.0)
     # A slice of the face width holds a piece of contact line that is 1/cos(beta_b) longer.
-    line_load = flank.stiffness_per_width * squeeze * math.cos(pair.base_helix_angle)
+    line_load = flank.stiffness_per_width * penetration * math.cos(pair.base_helix_angle)
     curvature = _relative_curvature(pair, np.clip(s, begin, end))
     pressure = np.sqrt(line_load * flank.effective_modulus * curvature / math.pi)
     return MeshContact(phase, approach, pressure, line_load, x)
@@ -185,7 +189,10 @@ def life_ratio(pressure_ratio: float) -> float:
 def _line_positions(
     pair: InvolutePair, phase: NDArray[np.float64], x: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Position of every slice of every contact line on the path of contact, shape (n_phases, n_lines, n_slices)."""
+    """Position of every slice of every contact line on the path of contact.
+
+    Shape (n_phases, n_lines, n_slices).
+    """
     begin, end = pair.path_of_contact
     across = pair.face_width * math.tan(pair.base_helix_angle)
     n_lines = math.ceil((end - begin + across) / pair.base_pitch) + 1

@@ -1,4 +1,7 @@
-"""Torsional stiffness of main shaft and gearbox from the whole stage under a torque that grows (2011 paper, section 5.2)."""
+"""Torsional stiffness of main shaft and gearbox under a torque that grows.
+
+From the whole stage (2011 paper, section 5.2).
+"""
 
 from dataclasses import dataclass
 
@@ -63,12 +66,12 @@ def stage_sweeps(model: StageModel, torques: NDArray[np.float64]) -> StageSweeps
         raise ValueError(
             f"torque sweep: torques are {torques} N m; expected two or more positive numbers"
         )
-    places = model.places
+    layout = model.layout
     loads = [SteadyLoad(float(torque), gravity=0.0) for torque in torques]
     q = np.array([model.L @ static_coordinates(model, load, mean_stiffness=True) for load in loads])
-    coordinates = places.body.model.coordinates_of
-    hub, carrier = q[:, coordinates(places.hub)[3]], q[:, coordinates("shaft_face")[3]]
-    generator, housing = q[:, places.rows["generator"][0]], q[:, places.rows["housing"][3]]
-    ratio = float(places.drive_motion[places.rows["generator"][0]])
+    coordinates = layout.body.model.coordinates_of
+    hub, carrier = q[:, coordinates(layout.hub)[3]], q[:, coordinates("shaft_face")[3]]
+    generator, housing = q[:, layout.rows["generator"][0]], q[:, layout.rows["housing"][3]]
+    ratio = float(layout.drive_motion[layout.rows["generator"][0]])
     output = (generator + (ratio - 1.0) * housing) / ratio
     return StageSweeps(TorqueSweep(torques, hub - carrier), TorqueSweep(torques, carrier - output))

@@ -40,7 +40,7 @@ def rest_readings(
     NotConvergedError
         Where the contact iteration does not settle.
     """
-    still = stage_model(model.places.body, model.data, effects=model.effects, speed=0.0)
+    still = stage_model(model.layout.body, model.data, effects=model.effects, speed=0.0)
     c = static_coordinates(still, SteadyLoad(0.0), carrier_angle)[None]
     record = StageRecord(np.zeros(1), c, np.zeros_like(c), np.zeros((1, 4)), np.zeros((1, 6)))
     quiet = replace(effects or ReadingEffects(), noise_std=0.0, delay=0.0)

@@ -39,7 +39,7 @@ def verdict(word, *effects, aliases=(), rho=0.12, interval=(0.08, 0.15), value=2
     document = {
         "verdict": word,
         "effects": list(effects),
-        "aliases": [list(own) for own in aliases],
+        "aliases": [list(alias_class) for alias_class in aliases],
         "parameters": {
             effect: {"p": {"value": value, "std": 0.1, "unit": "N"}} for effect in effects
         },
@@ -123,8 +123,8 @@ def test_wilson_interval_has_textbook_values():
 
 
 def scored(pairs):
-    labels = {own.case: own for own, _ in pairs}
-    return score(judged_cases(labels, {own.case: answer for own, answer in pairs}))
+    labels = {case_label.case: case_label for case_label, _ in pairs}
+    return score(judged_cases(labels, {case_label.case: answer for case_label, answer in pairs}))
 
 
 def table():
@@ -155,7 +155,7 @@ def table():
 
 
 def test_figures_of_a_table_made_by_hand():
-    found = {figure.name: figure for figure in scored(table()).figures}
+    figures = {figure.name: figure for figure in scored(table()).figures}
     expected = {
         "class right, gap >= 5 floors": (18 / 20, 20, True),
         'false naming, "nothing"': (1 / 20, 20, True),
@@ -170,22 +170,22 @@ def test_figures_of_a_table_made_by_hand():
         "seconds a case, longest": (70.0, 64, False),
     }
     for name, (value, cases, met) in expected.items():
-        assert found[name].value == pytest.approx(value, rel=1e-9), name
-        assert (found[name].cases, found[name].met) == (cases, met), name
+        assert figures[name].value == pytest.approx(value, rel=1e-9), name
+        assert (figures[name].cases, figures[name].met) == (cases, met), name
     assert not scored(table()).met
 
 
 def test_confusion_and_wrong_cases_of_a_table_made_by_hand():
-    found = scored(table())
-    rows = {row.name: (row.cases, row.right, dict(row.answers)) for row in found.confusion}
+    result = scored(table())
+    rows = {row.name: (row.cases, row.right, dict(row.answers)) for row in result.confusion}
     assert rows == {
         "backlash": (20, 18, {"backlash": 18, "nonlinear damping": 2}),
         NOTHING: (20, 19, {"no effect": 19, "backlash": 1}),
         OUTSIDE: (20, 16, {"no effect": 16, "backlash": 4}),
     }
-    assert len(found.wrong) == 2 + 1 + 4
+    assert len(result.wrong) == 2 + 1 + 4
     page = score_page(
-        found, command="carrierflex blind-check", date="2026-01-01", digest="ab", software="x 1"
+        result, command="carrierflex blind-check", date="2026-01-01", digest="ab", software="x 1"
     )
     assert (
         "| element | backlash | 20 | 18 | 70 to 97 % | backlash: 18, nonlinear damping: 2 |" in page
@@ -209,8 +209,8 @@ def test_shuffled_labels_destroy_the_score():
     right = scored(pairs).figures[0].value
     order = np.random.default_rng(1).permutation(60)
     mixed = [
-        (replace(pairs[k][0], case=own.case), answer)
-        for k, (own, answer) in zip(order, pairs, strict=True)
+        (replace(pairs[k][0], case=case_label.case), answer)
+        for k, (case_label, answer) in zip(order, pairs, strict=True)
     ]
     assert right == 1.0
     # One in five by chance; 60 draws scatter by 0.05.

@@ -43,7 +43,7 @@ def sealed():
     return (
         labels,
         salts,
-        Seals({"seed": 1}, {case: seal(own, salts[case]) for case, own in labels.items()}),
+        Seals({"seed": 1}, {case: seal(label, salts[case]) for case, label in labels.items()}),
     )
 
 

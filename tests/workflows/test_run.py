@@ -42,12 +42,14 @@ def test_identified_rms_follow_the_papers_table_4(summary):
     # um.
     paper = {"m1": (115, 95, 191, 36), "m2": (111, 94, 189, 20)}
     for model, expected in paper.items():
-        found = [summary["rms_um"][model][f"LC{k}"] for k in (1, 2, 3, 4)]
-        np.testing.assert_allclose(found, expected, atol=5.0)
+        rms = [summary["rms_um"][model][f"LC{k}"] for k in (1, 2, 3, 4)]
+        np.testing.assert_allclose(rms, expected, atol=5.0)
 
 
 @pytest.mark.slow
-def test_misalignment_shrinks_the_gap_more_than_flexibility_and_a_placebo_does_not(summary):
+def test_misalignment_shrinks_the_gap_more_than_flexibility_and_a_negative_control_does_not(
+    summary,
+):
     gap = summary["gap"]
     alone = dict(zip(gap["effects"], gap["rms_alone_um"], strict=True))
     assert alone["carrier_tilt"] < 0.8 * gap["rms_um"][0]
@@ -71,7 +73,7 @@ def test_files_are_whole_and_readable(job_folder):
     curves = read_curves(job_folder / "deflection_curves.csv")
     assert set(curves) == {"delta_s", "delta_f", "g_s", "g_f"}
     campaign = read_campaign(job_folder / "campaign")
-    assert [one.name for one in campaign.runs] == ["LC1", "LC2", "LC3", "LC4"]
+    assert [load_case.name for load_case in campaign.runs] == ["LC1", "LC2", "LC3", "LC4"]
     for name in ("flexible_carrier", "stiff_carrier", "pin"):
         body = read_body(job_folder / "bodies" / f"{name}.h5")
         assert "numpy" in body.provenance

@@ -1,8 +1,8 @@
 """Tell where the gap between a campaign and its simulation lies, which effect is missing, how far it shrinks.
 
 Writes diagnosis.json and report.html. A good answer: a verdict whose held-out shrink interval
-excludes one, a negative control that does not shrink the gap, and a remaining gap near the noise floor; "none
-of these" and "not diagnosable" are answers too.
+excludes one, a negative control that does not shrink the gap, and a remaining gap near the noise
+floor; "none of these" and "not diagnosable" are answers too.
 """
 
 from datetime import datetime
@@ -68,7 +68,7 @@ def _diagnosed(campaign: Path, out: Path, stages: Stages) -> Diagnosis:
         problem, floor_is_measured = problem_of(measured, campaign_curves(measured, campaign))
     prepared_folder(out)
     with stages.stage("which effect, and how far"):
-        found = diagnose(
+        diagnosis = diagnose(
             problem,
             campaign=measured.name,
             kind=measured.kind,
@@ -76,11 +76,11 @@ def _diagnosed(campaign: Path, out: Path, stages: Stages) -> Diagnosis:
             note=stages.note,
         )
     with stages.stage(f"writing {out / REPORT_FILE}"):
-        write_diagnosis(out / DIAGNOSIS_FILE, found)
+        write_diagnosis(out / DIAGNOSIS_FILE, diagnosis)
         written = f"{datetime.now():%Y-%m-%d %H:%M}"
         source = ReportSource(measured, str(campaign), versions(), written)
-        write_report(out / REPORT_FILE, report_page(found, source))
-    return found
+        write_report(out / REPORT_FILE, report_page(diagnosis, source))
+    return diagnosis
 
 
 def campaign_curves(campaign: Campaign, folder: Path) -> dict[str, DeflectionCurve] | None:

@@ -1,4 +1,6 @@
-"""Diagnose the main job's load cases against a rigid, aligned carrier, and tell what the papers' effects are worth.
+"""Diagnose the main job's load cases against a rigid, aligned carrier.
+
+And what the papers' effects are worth.
 
 Writes diagnosis.json and report.html. A good answer names the misalignment and the flexible pins
 that the load cases hold.
@@ -49,8 +51,8 @@ def main(campaign: Path, *, out: Path) -> Gap:
     OSError
         Where `out` cannot be written.
     """
-    found = diagnose_campaign.main(campaign, out=out, quiet=True)
+    diagnosis = diagnose_campaign.main(campaign, out=out, quiet=True)
     measured = read_campaign(campaign)
     with threadpool_limits(limits=1):  # as in diagnose_campaign
         problem, _ = problem_of(measured, diagnose_campaign.campaign_curves(measured, campaign))
-        return Gap(found, effects_in_turn(problem, PAPER_EFFECTS))
+        return Gap(diagnosis, effects_in_turn(problem, PAPER_EFFECTS))

@@ -1,4 +1,6 @@
-"""How often is a diagnosis right? Campaigns whose missing effect is sealed, diagnosed, and only then opened.
+"""How often a diagnosis is right.
+
+Campaigns whose missing effect is sealed, diagnosed, and only then opened.
 
 Writes seals.json before the first diagnosis, a diagnosis.json for each case, then labels.json,
 blind_check.json and blind_check.md. A good answer: every wanted figure is met by a full run
@@ -79,14 +81,14 @@ def main(
     OSError
         Where `out` cannot be written.
     """
-    kinds = tuple(own for own in KINDS if own in kind or "all" in kind)
-    sizes = {own: full_size(own) if cases is None else cases for own in kinds}
-    plans = [plan for own, size in sizes.items() for plan in case_plans(own, size, seed)]
+    kinds = tuple(name for name in KINDS if name in kind or "all" in kind)
+    sizes = {name: full_size(name) if cases is None else cases for name in kinds}
+    plans = [plan for name, size in sizes.items() for plan in case_plans(name, size, seed)]
     folder = prepared_folder(out).resolve()
     stages = Stages(3, quiet)
     with stages.stage("writing and sealing the cases"), _processes(workers, scheduler) as executor:
-        asked = {"seed": seed, "cases": sizes}
-        sealed = sealed_check(plans, folder, write_case, executor, check=asked, note=stages.note)
+        request = {"seed": seed, "cases": sizes}
+        sealed = sealed_check(plans, folder, write_case, executor, check=request, note=stages.note)
     Console(quiet=quiet, highlight=False).print(
         f"digest of {len(plans)} seals: {sealed.published.digest}", soft_wrap=True
     )
@@ -95,14 +97,14 @@ def main(
         verdicts = diagnosed(sealed, diagnose_case, executor, keep=keep, note=stages.note)
     with stages.stage("opening the labels"):
         judged = judged_cases(opened(sealed), verdicts)
-        found = score(judged)
+        result = score(judged)
         command = " ".join(
-            ["carrierflex blind-check", *(f"--kind {own}" for own in kinds)]
+            ["carrierflex blind-check", *(f"--kind {name}" for name in kinds)]
             + ([f"--cases {cases}"] if cases is not None else [])
             + [f"--seed {seed}"]
         )
-        _write(folder, found, judged, command=command, digest=sealed.published.digest)
-    return BlindCheck(found, sealed.published.digest)
+        _write(folder, result, judged, command=command, digest=sealed.published.digest)
+    return BlindCheck(result, sealed.published.digest)
 
 
 @contextmanager
@@ -121,33 +123,35 @@ def _processes(workers: int, scheduler: str | None) -> Iterator[Executor]:
     executor.shutdown()
 
 
-def _write(out: Path, found: Score, judged: Sequence[Judged], *, command: str, digest: str) -> None:
+def _write(
+    out: Path, result: Score, judged: Sequence[Judged], *, command: str, digest: str
+) -> None:
     date, software = f"{datetime.now():%Y-%m-%d}", software_name()
     head = {"format": "carrierflex-blind-check", "version": 1, "software": software, "date": date}
     figures: dict[str, Any] = {
-        "met": found.met,
-        "figures": plain(found.figures),
-        "confusion": plain(found.confusion),
+        "met": result.met,
+        "figures": plain(result.figures),
+        "confusion": plain(result.confusion),
     }
     rows = [
         {
             **{
-                name: getattr(own.label, name)
+                name: getattr(case.label, name)
                 for name in ("case", "family", "effects", "gap_over_floor", "rho")
             },
             **{
-                "verdict": own.verdict.document["verdict"],
-                "named": own.named,
-                "right": own.is_right,
+                "verdict": case.verdict.document["verdict"],
+                "named": case.named,
+                "right": case.is_right,
             },
-            **{"reason": own.verdict.document.get("reason"), "seconds": own.verdict.seconds},
+            **{"reason": case.verdict.document.get("reason"), "seconds": case.verdict.seconds},
         }
-        for own in judged
+        for case in judged
     ]
     save_json(
         out / "blind_check.json",
         head | {"command": command, "digest": digest} | figures | {"cases": rows},
     )
-    page = score_page(found, command=command, date=date, digest=digest, software=software)
+    page = score_page(result, command=command, date=date, digest=digest, software=software)
     with whole_file(out / "blind_check.md") as file:
         file.write_text(page, encoding="utf-8")

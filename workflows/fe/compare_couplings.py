@@ -1,4 +1,6 @@
-"""How much do the couplings decide? Pilot stiffness and rim deflection with distributing and with rigid couplings.
+"""How much the couplings decide.
+
+Pilot stiffness and rim deflection with distributing and with rigid couplings.
 
 A distributing coupling (RBE3) lets the surface deform, a rigid one (RBE2) forbids it: the truth of
 a fitted part lies between.

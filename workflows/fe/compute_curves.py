@@ -23,7 +23,9 @@ from carrierflex.workflows.support.cost_preview import CostPreview, curves_cost,
 from carrierflex.workflows.support.outputs import prepared_folder, save_figure
 from carrierflex.workflows.support.progress import Stages
 
-_CURVES, _PICTURE, _INPUTS = "deflection_curves.csv", "deflection_curves.png", "inputs.json"
+_CURVES = "deflection_curves.csv"
+_PICTURE = "deflection_curves.png"
+_INPUTS = "inputs.json"
 
 
 def main(
@@ -142,6 +144,7 @@ def _refuse_different_carriers(flexible: CarrierVariant, stiff: CarrierVariant) 
     radii = [variant.deflection.curves["both"].radius for variant in (flexible, stiff)]
     if abs(radii[0] - radii[1]) > 1e-6:
         raise ValueError(
-            f"the flexible carrier's sensor circle has radius {radii[0]:.6g} m, the stiff one's {radii[1]:.6g} m; expected two "
+            f"the flexible carrier's sensor circle has radius {radii[0]:.6g} m, the stiff one's "
+            f"{radii[1]:.6g} m; expected two "
             "variants of one carrier"
         )

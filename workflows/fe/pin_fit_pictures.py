@@ -55,15 +55,18 @@ class PinFitStudy:
 
     @cached_property
     def worst(self) -> dict[str, dict[str, dict[str, float]]]:
-        """Largest residual over the sweep, and the stiffness where it stands, by axial fit and kind of mix."""
-        found: dict[str, dict[str, dict[str, float]]] = {}
+        """Largest residual over the sweep, and the stiffness where it stands.
+
+        By axial fit and kind of mix.
+        """
+        largest: dict[str, dict[str, dict[str, float]]] = {}
         for axial in ("tied", "sliding"):
             rows = [row for row in self.rows if row.axial == axial]
-            found[axial] = {}
+            largest[axial] = {}
             for name in RESIDUALS:
                 row = max(rows, key=lambda row: getattr(row, name))
-                found[axial][name] = {"residual": getattr(row, name), "stiffness": row.stiffness}
-        return found
+                largest[axial][name] = {"residual": getattr(row, name), "stiffness": row.stiffness}
+        return largest
 
 
 def sweep_figure(study: PinFitStudy) -> "Figure":
@@ -136,7 +139,10 @@ def _draw(
 
 
 def mix_figure(study: PinFitStudy) -> "Figure":
-    """Draw the curves of a few fits over their best and their convex mix, one pin's third of the rim."""
+    """Draw the curves of a few fits over their best and their convex mix.
+
+    One pin's third of the rim.
+    """
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.0, 7.0), layout="constrained")
@@ -159,8 +165,10 @@ def mix_figure(study: PinFitStudy) -> "Figure":
                 {"color": _COLOURS[1], "ls": ":"},
             ),
         )
-        for one, text, style in drawn:
-            axis.plot(angle, MICROMETRES * one.axial_at(np.deg2rad(angle)), label=text, **style)
+        for drawn_curve, text, style in drawn:
+            axis.plot(
+                angle, MICROMETRES * drawn_curve.axial_at(np.deg2rad(angle)), label=text, **style
+            )
         rigid = "rigid" if np.isinf(stiffness) else f"{stiffness:.2g} N m/rad"
         axis.set_title(f"{rigid}: ρ_s {best.rho_s:.2f}, ρ_f {best.rho_f:.2f}", loc="left")
         axis.legend(fontsize="small", framealpha=1.0)

@@ -1,4 +1,6 @@
-"""Does a mix of stiff and flexible stand for every pin fit? The torque curve over the interface stiffness from 0 to infinity.
+"""Whether a mix of stiff and flexible stands for every pin fit.
+
+The torque curve over the interface stiffness from 0 to infinity.
 
 The 2012 paper believes that a mix of the two extreme curves represents the actual deflection. A
 good answer tells where three peaks become six, which shares represent each curve, and what the best
@@ -112,7 +114,9 @@ def _family(stage: StageParameters, size: float) -> tuple[PinFitFamily, ExtremeC
         "stiff": stiff_cases(stage.gear),
     }
     forces, radius = gear_forces(UNIT_TORQUE, stage.gear), stage.carrier.sensor_radius
-    models, pilot_held, clamped = {}, {}, {}
+    models = {}
+    pilot_held = {}
+    clamped = {}
     for name, loads in cases.items():
         mesh, structure = body_structure(f"{name}_carrier", stage, size)
         models[name] = craig_bampton(structure, 0).model
@@ -135,12 +139,13 @@ def _stiffnesses(points_per_decade: int) -> list[float]:
 
 def _changes(family: PinFitFamily) -> dict[str, float]:
     """Interface stiffness at which the curve's character changes [N m/rad]."""
-    found: dict[str, Callable[[DeflectionCurve], bool]] = {
+    conditions: dict[str, Callable[[DeflectionCurve], bool]] = {
         "more than three peaks": lambda curve: len(curve.peak_angles()) > 3,
         "RMS of Table 4": lambda curve: rms(curve) <= TABLE_4_RMS,
     }
     return {
-        name: family.stiffness_where(reached, LOWEST, HIGHEST) for name, reached in found.items()
+        name: family.stiffness_where(reached, LOWEST, HIGHEST)
+        for name, reached in conditions.items()
     }
 
 

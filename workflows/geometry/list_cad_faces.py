@@ -1,4 +1,7 @@
-"""Which faces does a CAD model have, by axis, radius and station? Lists what surfaces.toml may name."""
+"""Which faces a CAD model has, by axis, radius and station.
+
+Lists what surfaces.toml may name.
+"""
 
 from pathlib import Path
 

@@ -1,4 +1,7 @@
-"""What does the parametric carrier look like as a CAD model, and how are its surfaces stated? Writes both."""
+"""What the parametric carrier is as a CAD model, and how its surfaces are stated.
+
+Writes both.
+"""
 
 from pathlib import Path
 

@@ -81,14 +81,15 @@ def identify(
     OSError
         Where `out` cannot be written or no scheduler answers.
     """
-    last = next(one for one in BUSHING_MODELS if one.name == model)
+    last = next(entry for entry in BUSHING_MODELS if entry.name == model)
     stages = Stages(3 + options.compare_complex, options.quiet)
     with stages.stage(f"reading {campaign}"):
         measured = read_campaign(campaign)
     for name in options.profile:
         if name not in last.names:
             raise ValueError(
-                f"--profile {name}: {model} has no such parameter; expected one of {', '.join(last.names)}"
+                f"--profile {name}: {model} has no such parameter; expected one of "
+                f"{', '.join(last.names)}"
             )
     motion = measured_motion(measured) if options.housing_motion else None
     groups = (
@@ -101,21 +102,23 @@ def identify(
     with work_executor(options.workers, options.scheduler) as executor:
         with stages.stage(f"{model}: simulating and fitting"):
             for name, group in groups.items():
-                estimates[name] = found = _fitted(group, last, executor, options)
+                estimates[name] = fitted = _fitted(group, last, executor, options)
                 profiles |= {
-                    f"{name} {one}".strip(): profiled(group, found[-1], one, options.weights)
-                    for one in options.profile
+                    f"{name} {parameter}".strip(): profiled(
+                        group, fitted[-1], parameter, options.weights
+                    )
+                    for parameter in options.profile
                 }
     prepared_folder(out)
     searches, seconds = {}, {}
     if options.compare_complex:
         with stages.stage("complex method on the same record"):
-            for one in BUSHING_MODELS[: BUSHING_MODELS.index(last) + 1]:
+            for entry in BUSHING_MODELS[: BUSHING_MODELS.index(last) + 1]:
                 begin = perf_counter()
-                searches[one.name] = search_bushings(
-                    measured, one, weights=options.weights, seed=options.seed
+                searches[entry.name] = search_bushings(
+                    measured, entry, weights=options.weights, seed=options.seed
                 )
-                seconds[one.name] = perf_counter() - begin
+                seconds[entry.name] = perf_counter() - begin
     result = BushingIdentification(measured.name, estimates, searches, seconds, ())
     with stages.stage(f"writing {out}"):
         files = _written(out, measured, result, profiles)
@@ -129,40 +132,40 @@ def _fitted(
     group: Campaign, last: BushingModel, executor: Executor, options: BushingOptions
 ) -> tuple[BushingEstimate, ...]:
     """Estimates of the models up to `last`, its errors by the bootstrap where that is asked for."""
-    found = identify_bushings(group, last, executor, weights=options.weights)
+    result = identify_bushings(group, last, executor, weights=options.weights)
     if not options.bootstrap:
-        return found
+        return result
     refitted = bootstrapped(
-        group, found[-1], executor, options.bootstrap, options.seed, options.weights
+        group, result[-1], executor, options.bootstrap, options.seed, options.weights
     )
-    return (*found[:-1], refitted)
+    return (*result[:-1], refitted)
 
 
-def _last_by_run(measured: Campaign, found: BushingIdentification) -> dict[str, BushingEstimate]:
+def _last_by_run(measured: Campaign, result: BushingIdentification) -> dict[str, BushingEstimate]:
     """Estimate of the richest model, by run."""
     return {
-        run.name: found.estimates.get(run.name, found.estimates.get("", ()))[-1]
+        run.name: result.estimates.get(run.name, result.estimates.get("", ()))[-1]
         for run in measured.runs
     }
 
 
 def _written(
-    out: Path, measured: Campaign, found: BushingIdentification, profiles: Mapping[str, Any]
+    out: Path, measured: Campaign, result: BushingIdentification, profiles: Mapping[str, Any]
 ) -> tuple[Path, ...]:
     files = [out / "identification.json", out / "signals.png"]
-    write_identification(files[0], plain(_document(measured, found)))
-    save_figure(files[1], bushing_signals_figure(measured, _last_by_run(measured, found)))
+    write_identification(files[0], plain(_document(measured, result)))
+    save_figure(files[1], bushing_signals_figure(measured, _last_by_run(measured, result)))
     if profiles:
         save_figure(out / "profiles.png", profile_figure(profiles))
         files.append(out / "profiles.png")
     return tuple(files)
 
 
-def _document(measured: Campaign, found: BushingIdentification) -> dict[str, Any]:
+def _document(measured: Campaign, result: BushingIdentification) -> dict[str, Any]:
     """Content of identification.json: the contract's keys, then tables 2 and 3."""
-    last = {group: estimates[-1] for group, estimates in found.estimates.items()}
+    last = {group: estimates[-1] for group, estimates in result.estimates.items()}
     joint = last.get("")
-    every = [estimate for estimates in found.estimates.values() for estimate in estimates]
+    every = [estimate for estimates in result.estimates.values() for estimate in estimates]
     return {
         "format": FORMAT,
         "version": VERSION,
@@ -180,23 +183,27 @@ def _document(measured: Campaign, found: BushingIdentification) -> dict[str, Any
         },
         "undetermined": [
             f"{group}: {text}".removeprefix(": ")
-            for group, one in last.items()
-            for text in one.uncertainty.undetermined
+            for group, last_estimate in last.items()
+            for text in last_estimate.uncertainty.undetermined
         ],
         "correlation": {
-            group: {"parameters": one.fit.names, "matrix": one.uncertainty.correlation}
-            for group, one in last.items()
+            group: {
+                "parameters": last_estimate.fit.names,
+                "matrix": last_estimate.uncertainty.correlation,
+            }
+            for group, last_estimate in last.items()
         },
         "model_runs": sum(estimate.fit.model_runs for estimate in every),
         "seconds": sum(estimate.seconds for estimate in every),
         "models": {
-            group: benchmark_rows(estimates, found) for group, estimates in found.estimates.items()
+            group: benchmark_rows(estimates, result)
+            for group, estimates in result.estimates.items()
         },
     }
 
 
 def benchmark_rows(
-    estimates: tuple[BushingEstimate, ...], found: BushingIdentification
+    estimates: tuple[BushingEstimate, ...], result: BushingIdentification
 ) -> list[dict[str, Any]]:
     """Table 2 of the 2011 paper with table 3 in it, one row a model.
 
@@ -207,7 +214,7 @@ def benchmark_rows(
     rows = []
     for estimate in estimates:
         name = estimate.model.name
-        search = found.searches.get(name)
+        search = result.searches.get(name)
         rows.append(
             {
                 "model": name,
@@ -219,7 +226,7 @@ def benchmark_rows(
                 "model_runs": estimate.fit.model_runs,
                 "seconds": estimate.seconds,
                 "complex_model_runs": search.evaluations if search else None,
-                "complex_seconds": found.search_seconds.get(name),
+                "complex_seconds": result.search_seconds.get(name),
                 "complex_accuracy": search.cost / estimates[0].fit.cost if search else None,
             }
         )

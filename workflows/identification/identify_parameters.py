@@ -89,7 +89,9 @@ def main(
     scheduler: str | None = None,
     quiet: bool = False,
 ) -> Identification | BushingIdentification:
-    """Identify the motion of the planet carrier, or the bushings of the mounting, from a measurement campaign.
+    """Identify the motion of the planet carrier, or the bushings of the mounting.
+
+    The input is a measurement campaign.
 
     Parameters
     ----------
@@ -185,12 +187,14 @@ def _refuse_foreign_options(
     if model.endswith("_bushing"):
         if samples_per_revolution:
             raise ValueError(
-                "--samples-per-revolution is for the motion of the carrier; expected --model m1 or m2"
+                "--samples-per-revolution is for the motion of the carrier; expected --model m1 or "
+                "m2"
             )
         return
     if of_bushings:
         raise ValueError(
-            f"--weights, --profile and --compare-complex belong to the bushing models; {model} is solved in closed form, "
+            f"--weights, --profile and --compare-complex belong to the bushing models; {model} is "
+            "solved in closed form, "
             "its likelihood is a parabola with the given standard deviations"
         )
     if housing_motion:
@@ -236,10 +240,12 @@ def identify_carrier(
                 campaign, header, models, options, per_run=per_run
             )
         else:
-            estimates = {one.name: _identified(measured, one, options, per_run) for one in models}
+            estimates = {
+                entry.name: _identified(measured, entry, options, per_run) for entry in models
+            }
         fits = {
-            one.name: {run: (one, fit) for run, fit in estimates[one.name].items()}
-            for one in models
+            entry.name: {run: (entry, fit) for run, fit in estimates[entry.name].items()}
+            for entry in models
         }
         if free_pin_angle:
             turned = identify_with_pin_angle(
@@ -258,7 +264,8 @@ def _in_memory(folder: Path, header: CampaignHeader, *, one_pass: bool) -> Campa
         return campaign
     if not one_pass:
         raise ValueError(
-            "records this long are read once, in pieces; --loss huber, --free-pin-angle and --samples-per-revolution need "
+            "records this long are read once, in pieces; --loss huber, --free-pin-angle and "
+            "--samples-per-revolution need "
             "shorter ones"
         )
     return None
@@ -276,11 +283,11 @@ def _written(
 ) -> Identification:
     """Write identification.json and the plots."""
     outliers = _outliers(measured, fits[model])
-    found = {
+    estimates = {
         name: {run: estimate for run, (_, estimate) in by_run.items()}
         for name, by_run in fits.items()
     }
-    reported = found[model] if per_run else next(iter(found[model].values()))
+    reported = estimates[model] if per_run else next(iter(estimates[model].values()))
     with stages.stage(f"writing {out}"):
         document = identification_document(
             measured.name, reported, seconds=seconds, model_runs=1, outliers=outliers
@@ -288,7 +295,7 @@ def _written(
         write_identification(out / "identification.json", document)
         names = _drawn(out, measured, fits)
     files = tuple(out / name for name in ("identification.json", *names))
-    return Identification(measured.name, model, found, seconds, files, outliers)
+    return Identification(measured.name, model, estimates, seconds, files, outliers)
 
 
 def _identified(
@@ -305,23 +312,24 @@ def _outliers(
     measured: Campaign, fits: Mapping[str, tuple[CarrierModel, ParameterEstimate]]
 ) -> tuple[Outliers, ...]:
     """Samples far outside the identified motion; of a record in pieces those of the first piece."""
-    found: list[Outliers] = []
+    outliers: list[Outliers] = []
     for run in measured.runs:
         model, estimate = fits[run.name]
         channels = [
             c for c in rim_channels(measured) if c.name in estimate.rms_by_channel[run.name]
         ]
-        found += flagged_outliers(
+        outliers += flagged_outliers(
             run, {c.name: residual_signal(run, c, model, estimate) for c in channels}
         )
-    return tuple(found)
+    return tuple(outliers)
 
 
 def _drawn(out: Path, measured: Campaign, fits: Fits) -> tuple[str, ...]:
     """Write the plots into `out`; their names."""
     channels = axial_channels(measured)
     estimates = {
-        name: {run: one for run, (_, one) in by_run.items()} for name, by_run in fits.items()
+        name: {run: estimate for run, (_, estimate) in by_run.items()}
+        for name, by_run in fits.items()
     }
     figures = {"rms.png": rms_figure(estimates), "parameters.png": parameters_figure(estimates)}
     for run in measured.runs:
@@ -339,7 +347,7 @@ def _models(
     models = [rigid_model()]
     if last == "m2" and header.contract.name == "carrier":
         models.append(flexible_model(*_curves(header, folder)))
-    return [with_radial_motion(one) for one in models] if options.radial else models
+    return [with_radial_motion(model) for model in models] if options.radial else models
 
 
 def _curves(header: CampaignHeader, folder: Path) -> tuple[DeflectionCurve, DeflectionCurve]:

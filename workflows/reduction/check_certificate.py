@@ -1,4 +1,7 @@
-"""Can this body file be trusted? Shows the certificate it was written with and repeats what needs no finite elements."""
+"""Whether a body file can be trusted.
+
+Shows the certificate it was written with and repeats what needs no finite elements.
+"""
 
 from pathlib import Path
 
@@ -31,7 +34,8 @@ def main(body: Path, *, json: Path | None = None) -> Certificate:
     stored = read_certificate(body)
     if stored is None:
         raise ValueError(
-            f"{body}: the body was written without a certificate; expected one made by carrierflex reduce"
+            f"{body}: the body was written without a certificate; expected one made by carrierflex "
+            "reduce"
         )
     again = {check.name: check for check in inner_checks(model)}
     certificate = Certificate(

@@ -1,4 +1,7 @@
-"""How does another multibody code get this body? Writes a body file in that code's own format, with what it measured."""
+"""How another multibody code gets a body.
+
+Writes a body file in that code's own format, with what it measured.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -23,7 +26,10 @@ from carrierflex.workflows.support.recorded_structure import differences_from, r
 
 @dataclass(frozen=True, eq=False)
 class ExportedBody:
-    """What was written: the files, and figures measured on the way, their names in words with units."""
+    """What was written: the files, and figures measured on the way.
+
+    Their names in words with units.
+    """
 
     files: tuple[Path, ...]
     figures: Mapping[str, float]
@@ -67,11 +73,13 @@ def main(
     model = read_body(body)
     if pilot is not None and format not in ("mbdyn", "sid", "exudyn"):
         raise ValueError(
-            f"--pilot is given, but {format} holds no pilot; expected it with mbdyn, sid or exudyn only"
+            f"--pilot is given, but {format} holds no pilot; expected it with mbdyn, sid or exudyn "
+            "only"
         )
     if pilot is not None and pilot not in model.pilots:
         raise ValueError(
-            f"{body}: {model.name} has no pilot {pilot!r}; expected one of {', '.join(model.pilots)}"
+            f"{body}: {model.name} has no pilot {pilot!r}; expected one of "
+            f"{', '.join(model.pilots)}"
         )
     prepared_folder(out.parent)
     stages = Stages(1, quiet)

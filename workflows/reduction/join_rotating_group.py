@@ -96,7 +96,9 @@ def main(
             body, read_body(pin), main_shaft, pin_fit=pin_fit, misalignment=misalignment
         )
     modes = assembly_modes(group.model, _N_MODES)
-    swing = {name: rim_swing(group, held) for name, held in SUPPORTS.items()} if phi_plc else {}
+    swing = (
+        {name: rim_swing(group, supports) for name, supports in SUPPORTS.items()} if phi_plc else {}
+    )
     prepared_folder(out.parent)
     write_body(group.model, out)
     files = (out, *_misalignment_files(group, out)) if phi_plc else (out,)

@@ -1,4 +1,7 @@
-"""Which few coordinates stand for the elastic body? Writes a Craig-Bampton body for a multibody simulation."""
+"""Which few coordinates stand for the elastic body.
+
+Writes a Craig-Bampton body for a multibody simulation.
+"""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -52,7 +55,9 @@ def main(
     cache: bool = True,
     quiet: bool = False,
 ) -> ReducedModel | CostPreview:
-    """Reduce a body to its pilot nodes and fixed-interface modes (Craig-Bampton), with a certificate.
+    """Reduce a body to its pilot nodes and fixed-interface modes (Craig-Bampton).
+
+    The body comes with a certificate.
 
     Parameters
     ----------
@@ -118,7 +123,8 @@ def main(
     files = CarrierFiles(step, surfaces, {} if mesh is None else {variant: mesh})
     # Every option that changes the body is part of the key under which it is kept.
     options = {
-        "body": body, "variant": variant, "coupling": coupling, "interface": interface, "modes": modes,
+        "body": body, "variant": variant, "coupling": coupling, "interface": interface,
+        "modes": modes,
         "max_frequency": max_frequency, "frf_tolerance": frf_tolerance, "frf_up_to": frf_up_to,
         "residual_vectors": residual_vectors,
     }  # fmt: skip
@@ -183,7 +189,8 @@ def _refuse_contradictions(
         raise ValueError(f"{out}: suffix {out.suffix!r}; expected .h5")
     if files.given and body != "carrier":
         raise ValueError(
-            f"--body is {body}, a STEP or mesh file is given; expected --body carrier: files hold the carrier"
+            f"--body is {body}, a STEP or mesh file is given; expected --body carrier: files hold "
+            "the carrier"
         )
     given = [
         name for name in ("modes", "max_frequency", "frf_tolerance") if options[name] is not None
@@ -198,7 +205,8 @@ def _refuse_contradictions(
     other = set(given) - {"modes"} or options["residual_vectors"] or options["coupling"] == "rbe2"
     if options["interface"] == "free" and other:
         raise ValueError(
-            "--interface free keeps a number of modes at distributing couplings; expected --modes, --coupling rbe3 or "
+            "--interface free keeps a number of modes at distributing couplings; expected --modes, "
+            "--coupling rbe3 or "
             "rbe3-nodes, and no --max-frequency, --frf-tolerance or --residual-vectors"
         )
     if by_symmetry:

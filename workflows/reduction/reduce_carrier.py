@@ -110,7 +110,10 @@ def _reduced(
 def _held_through_pilot(
     stage: StageParameters, structure: StructuralModel, body: GroundedBody
 ) -> DeflectionCurve:
-    """Torque curve of the full model without pins, its shaft face held through the pilot instead of node by node."""
+    """Torque curve of the full model without pins.
+
+    Its shaft face held through the pilot instead of node by node.
+    """
     load = structure.load_vector(flexible_cases(stage.carrier, stage.gear)[CASES.index("both")])
     shaft = tuple(pilot for pilot in structure.pilots if pilot.name == HELD)
     u = HeldStructure(body, shaft).solve(load[:, None], np.zeros((6, 1)))[0]

@@ -28,7 +28,10 @@ def joined_table(joined: "JoinedGroup") -> RenderableType:
 
 
 def coupling_table(brackets: "dict[str, CouplingBracket]") -> RenderableType:
-    """Own stiffness of every pilot coordinate from distributing to rigid, and the rim's orders with either and with a mix."""
+    """Own stiffness of every pilot coordinate from distributing to rigid.
+
+    The rim's orders with either and with a mix.
+    """
     parts: list[RenderableType] = []
     for variant, bracket in brackets.items():
         for unit, part in (("GN/m", slice(0, 3)), ("GN m/rad", slice(3, 6))):

@@ -35,19 +35,23 @@ def _with_interval(value: float, ci95: tuple[float, float]) -> str:
     return f"{value:.4f} [{ci95[0]:.4f}, {ci95[1]:.4f}]"
 
 
-def diagnosis_table(found: Diagnosis) -> RenderableType:
+def diagnosis_table(diagnosis: Diagnosis) -> RenderableType:
     """Verdict, where, which and how far."""
-    reduction = found.reduction
-    which = found.attribution
+    reduction = diagnosis.reduction
+    which = diagnosis.attribution
     table = titled_table("diagnosis", "quantity", "value")
     table.columns[1].justify = "left"
-    rows = [("verdict", found.verdict), ("reason", found.reason), ("where", where_text(found))]
+    rows = [
+        ("verdict", diagnosis.verdict),
+        ("reason", diagnosis.reason),
+        ("where", where_text(diagnosis)),
+    ]
     rows += [("effects", ", ".join(which.effects) or "none")]
     rows += [("aliases", " = ".join(members)) for members in which.aliases]
     for effect, values in which.parameters.items():
         rows += [(f"{effect} {n}", _value_text(named)) for n, named in values.items()]
     if reduction is not None:
-        rows += _reduction_rows(reduction, found.unit)
+        rows += _reduction_rows(reduction, diagnosis.unit)
     if which.discriminating_experiment:
         rows.append(("discriminating experiment", which.discriminating_experiment))
     for name, value in rows:

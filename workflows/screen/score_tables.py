@@ -58,13 +58,13 @@ def score_page(score: Score, *, command: str, date: str, digest: str, software: 
 
 def _sections(score: Score) -> list[tuple[str, tuple[str, ...], list[list[str]]]]:
     return [
-        ("figures", _FIGURES, [_figure(own) for own in score.figures]),
+        ("figures", _FIGURES, [_figure(row) for row in score.figures]),
         (
             "confusion by alias class, gap >= 5 floors",
             _CLASSES,
-            [_class(own) for own in score.confusion],
+            [_class(row) for row in score.confusion],
         ),
-        ("wrong cases", _WRONG, [_wrong(own) for own in score.wrong]),
+        ("wrong cases", _WRONG, [_wrong(row) for row in score.wrong]),
     ]
 
 

@@ -52,49 +52,49 @@ def campaign_table(
     return Group(table, "", energies)
 
 
-def _variants_table(found: "Variants") -> RenderableType:
+def _variants_table(variants: "Variants") -> RenderableType:
     parts: list[RenderableType] = []
-    for run, rms in found.rms.items():
-        table = titled_table(f"RMS of {run}, um", *found.names, *SENSORS)
-        for own, values in list(zip(found.sets, rms, strict=True))[:_MOST_ROWS]:
+    for run, rms in variants.rms.items():
+        table = titled_table(f"RMS of {run}, um", *variants.names, *SENSORS)
+        for parameters, values in list(zip(variants.sets, rms, strict=True))[:_MOST_ROWS]:
             numbers = ("diverged" if np.isnan(value) else f"{value * 1e6:.4g}" for value in values)
-            table.add_row(*(f"{value:.4g}" for value in own), *numbers)
+            table.add_row(*(f"{value:.4g}" for value in parameters), *numbers)
         parts.append(table)
-    return Group(*parts, f"{len(found.sets)} parameter sets in {escape(str(found.file))}")
+    return Group(*parts, f"{len(variants.sets)} parameter sets in {escape(str(variants.file))}")
 
 
-def table_5_table(found: "Table5") -> RenderableType:
+def table_5_table(table_5: "Table5") -> RenderableType:
     """RMS of the eight simulations beside the paper's."""
     from carrierflex.workflows.simulation.simulate_table_5 import PAPER
 
     table = titled_table(
         "table 5 of the 2012 paper", "simulation", "RMS, mm", "paper, mm", "identified tilt, mrad"
     )
-    for (name, kind), rms in found.rms.items():
+    for (name, kind), rms in table_5.rms.items():
         cells = (
             f"{rms * 1e3:.3f}",
             f"{PAPER[name, kind] * 1e3:.3f}",
-            f"{found.tilt[name] * 1e3:.3f}",
+            f"{table_5.tilt[name] * 1e3:.3f}",
         )
         table.add_row(f"{name}, {kind}", *cells)
     return table
 
 
-def fmu_table(found: "ExportedUnit") -> RenderableType:
+def fmu_table(unit: "ExportedUnit") -> RenderableType:
     """File of the unit and what it holds."""
     table = titled_table("co-simulation unit", "figure", "value")
-    table.add_row("file", escape(str(found.file)))
-    table.add_row("own step, s", f"{found.step:g}")
+    table.add_row("file", escape(str(unit.file)))
+    table.add_row("own step, s", f"{unit.step:g}")
     compiled = (
         "sources and a library for this platform"
-        if found.compiled
+        if unit.compiled
         else "sources only: no C compiler was used"
     )
     table.add_row("holds", compiled)
     return table
 
 
-def torsion_table(found: "Torsion") -> RenderableType:
+def torsion_table(torsion: "Torsion") -> RenderableType:
     """Torsional stiffness of the members and frequencies of the train beside the paper's."""
     from carrierflex.workflows.simulation.compute_torsion import (
         PAPER_FREQUENCIES_HZ,
@@ -104,24 +104,25 @@ def torsion_table(found: "Torsion") -> RenderableType:
     stiffness = titled_table(
         "torsional stiffness, MN m/rad", "member", "torque sweep", "2011 paper"
     )
-    for name, sweep in found.sweeps.items():
+    for name, sweep in torsion.sweeps.items():
         stiffness.add_row(
             name, f"{sweep.stiffness / 1e6:.3g}", f"{PAPER_STIFFNESSES[name] / 1e6:.3g}"
         )
     frequency = titled_table(
         "frequencies of the torsional train, Hz", "topology", "mounting", "1st", "2nd", "paper, 1st"
     )
-    for (topology, mounting), values in found.frequencies_hz.items():
+    for (topology, mounting), values in torsion.frequencies_hz.items():
         numbers = (f"{values[0]:.3f}", f"{values[1]:.1f}", f"{PAPER_FREQUENCIES_HZ[mounting]:.2f}")
         frequency.add_row(topology, mounting, *numbers)
     remark = (
-        "mounting: two bushings; the paper's 11.4 is K1 R_x^2 of one. The stage's main shaft and sun shaft were derived "
+        "mounting: two bushings; the paper's 11.4 is K1 R_x^2 of one. The stage's main shaft and "
+        "sun shaft were derived "
         "from the paper's 50 and 27."
     )
     return Group(stiffness, remark, "", frequency)
 
 
-def gear_life_table(found: "GearLife") -> RenderableType:
+def gear_life_table(life: "GearLife") -> RenderableType:
     """Pressure and life of both meshes, aligned and at chosen misalignments."""
     table = titled_table(
         "gear mesh",
@@ -131,20 +132,20 @@ def gear_life_table(found: "GearLife") -> RenderableType:
         "pressure, ring, MPa",
         "life",
     )
-    for k in np.linspace(0, len(found.misalignment) - 1, 6).round().astype(int):
+    for k in np.linspace(0, len(life.misalignment) - 1, 6).round().astype(int):
         cells = [
             (
                 f"{mesh.aligned_pressure * mesh.pressure_ratio[k] / 1e6:.0f}",
                 f"{mesh.life_ratio[k]:.3f}",
             )
-            for mesh in found.meshes.values()
+            for mesh in life.meshes.values()
         ]
         table.add_row(
-            f"{found.misalignment[k] * 1e6:.0f}", *(cell for pair in cells for cell in pair)
+            f"{life.misalignment[k] * 1e6:.0f}", *(cell for pair in cells for cell in pair)
         )
     papers = titled_table(
         "1.5 % more pressure (2012 paper, life 0.77)", "mesh", "misalignment, urad"
     )
-    for name, mesh in found.meshes.items():
+    for name, mesh in life.meshes.items():
         papers.add_row(f"planet and {name}", f"{mesh.papers_misalignment * 1e6:.0f}")
     return Group(table, papers)

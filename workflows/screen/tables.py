@@ -96,7 +96,10 @@ def reduced_table(model: "ReducedModel | CostPreview") -> RenderableType:
 
 
 def pin_fit_table(study: "PinFitStudy") -> RenderableType:
-    """Curve and best mix at each decade of the interface stiffness, where the curve changes, and the worst residuals."""
+    """Curve and best mix at each decade of the interface stiffness.
+
+    Beside them where the curve changes, and the worst residuals.
+    """
     from carrierflex.workflows.fe.pin_fit_pictures import RESIDUALS
 
     columns = (
@@ -115,8 +118,8 @@ def pin_fit_table(study: "PinFitStudy") -> RenderableType:
         if min(decade, 1.0 - decade) < 1e-9 or row.stiffness in PIN_FITS.values():
             sizes = (f"{value * MICROMETRES:.4f}" for value in (row.order_3, row.order_6, row.rms))
             shares = (f"{row.rho_s:.3f}", f"{row.rho_f:.3f}")
-            left = (f"{100.0 * value:.2f}" for value in (row.residual, row.residual_convex))
-            table.add_row(f"{row.stiffness:.3g}", *sizes, str(row.peaks), *shares, *left)
+            residuals = (f"{100.0 * value:.2f}" for value in (row.residual, row.residual_convex))
+            table.add_row(f"{row.stiffness:.3g}", *sizes, str(row.peaks), *shares, *residuals)
     changes = [f"{name}: from {stiffness:.3g} N m/rad" for name, stiffness in study.changes.items()]
     worst = _table("worst over the sweep", "mix", "left, %", "at, N m/rad", "sliding pins: left, %")
     for name, text in RESIDUALS.items():
@@ -189,9 +192,9 @@ def estimate_table(identified: "Identification | BushingIdentification") -> Rend
         )
         table.add_row(row["parameter"], row["run"], *numbers, row["unit"])
     flagged = [
-        f"{one.run} {one.channel}: {one.count} samples beyond 6 standard deviations, "
-        f"the largest {one.largest:.3g} at {one.time:.6g} s"
-        for one in identified.outliers
+        f"{outlier.run} {outlier.channel}: {outlier.count} samples beyond 6 standard deviations, "
+        f"the largest {outlier.largest:.3g} at {outlier.time:.6g} s"
+        for outlier in identified.outliers
     ]
     return Group(rms_table(identified), "", table, *flagged)
 
@@ -212,12 +215,12 @@ def _bushing_table(identified: "BushingIdentification") -> RenderableType:
         )
         table.add_row("RMS of the gap, um", *(f"{row['rms'] * MICROMETRES:.4g}" for row in rows))
         for name in dict.fromkeys(name for row in rows for name in row["parameters"]):
-            own = [row["parameters"].get(name) for row in rows]
+            by_model = [row["parameters"].get(name) for row in rows]
             table.add_row(
                 name,
                 *(
                     "-" if p is None else f"{p['value']:.4g} +- {p['std']:.1g} {p['unit']}"
-                    for p in own
+                    for p in by_model
                 ),
             )
         table.add_row("model runs", *(str(row["model_runs"]) for row in rows))
@@ -235,16 +238,18 @@ def _bushing_table(identified: "BushingIdentification") -> RenderableType:
         parts += [table, *estimates[-1].uncertainty.undetermined]
     for run, rms in identified.motion_rms.items():
         table = _table(f"housing motion {run}, RMS", "", "measured", "left by the model", "unit")
-        for name, measured, left in zip(HOUSING_MOTION, *(rms * 1e6), strict=True):
+        for name, measured, residual in zip(HOUSING_MOTION, *(rms * 1e6), strict=True):
             unit = "um" if name.startswith("d") else "urad"
-            table.add_row(name, f"{measured:.4g}", f"{left:.4g}", unit)
+            table.add_row(name, f"{measured:.4g}", f"{residual:.4g}", unit)
         parts += ["", table]
     return Group(*parts)
 
 
 def summary_table(job: "Job") -> RenderableType:
     """Checks of the main job, identification and ladder, and where the gap lies."""
-    summary, in_turn, found = job.summary, job.gap.in_turn, job.gap.diagnosis
+    summary = job.summary
+    in_turn = job.gap.in_turn
+    diagnosis = job.gap.diagnosis
     checks = _table("checks", "figure", "wanted", "reached", "met")
     for row in summary["checks"]:
         checks.add_row(
@@ -264,12 +269,12 @@ def summary_table(job: "Job") -> RenderableType:
         )
     seconds, memory = sum(summary["seconds"].values()), summary["peak_memory_gb"]
     moment = summary["tilting_moment_nm"]
-    named = " + ".join(found.attribution.effects) or "no effect"
+    named = " + ".join(diagnosis.attribution.effects) or "no effect"
     sentences = (
         f"tilting moment M_t of 1 kN m: {moment['computed']:.2f} N m "
         f"(the paper prints {moment['paper']})",
-        f"where the gap lies: {where_text(found)}",
-        f"what is missing: {found.verdict}, {named}; {found.reason}",
+        f"where the gap lies: {where_text(diagnosis)}",
+        f"what is missing: {diagnosis.verdict}, {named}; {diagnosis.reason}",
         f"{seconds:.0f} s, peak memory {memory:.1f} GB",
     )
     tables = (

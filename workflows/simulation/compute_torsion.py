@@ -1,4 +1,6 @@
-"""Torsional stiffness of shaft, gearbox and mounting, and the frequencies of the drive train (2011 paper, sections 5.2, 5.3).
+"""Torsional stiffness of shaft, gearbox and mounting.
+
+The frequencies of the drive train (2011 paper, sections 5.2, 5.3).
 
 A torque that grows at the hub gives the stiffness of main shaft and gearbox from the whole
 planetary stage and that of the mounting from its bushings; two topologies of the torsional train
@@ -61,7 +63,9 @@ def main(
     size: float = DEFAULT_SIZE,
     quiet: bool = False,
 ) -> Torsion:
-    """Torsional stiffness of main shaft, gearbox and mounting, and natural frequencies of the torsional drive train.
+    """Torsional stiffness of main shaft, gearbox and mounting.
+
+    Natural frequencies of the torsional drive train.
 
     Stiffnesses come from a torque sweep of the default planetary stage and of the mounting; the
     frequencies from the inertias and stiffnesses given here, by default those that the 2011 paper
@@ -113,12 +117,12 @@ def main(
         body = default_stage_body(PAPER_STIFFNESS, size)
     with stages.stage("torque sweep of the stage"):
         sweeps = stage_sweeps(stage_model(body, speed=0.0), torque * np.linspace(0.1, 1.0, 10))
-    found = Torsion(
+    result = Torsion(
         {"main shaft": sweeps.main_shaft, "gearbox": sweeps.gearbox, "mounting": on_mounting},
         mounted_and_held_hz(train),
     )
-    _write(found, train, prepared_folder(out))
-    return found
+    _write(result, train, prepared_folder(out))
+    return result
 
 
 def _mounting(case: Path | None) -> tuple[MountingRig, np.ndarray]:
@@ -128,19 +132,19 @@ def _mounting(case: Path | None) -> tuple[MountingRig, np.ndarray]:
     return what.rig, what.truth
 
 
-def _write(found: Torsion, train: TorsionalTrain, out: Path) -> None:
+def _write(result: Torsion, train: TorsionalTrain, out: Path) -> None:
     rows = [
         [name, torque, rotation]
-        for name, sweep in found.sweeps.items()
+        for name, sweep in result.sweeps.items()
         for torque, rotation in zip(sweep.torque, sweep.rotation, strict=True)
     ]
     save_table(out / "torque_sweep.csv", ["member", "torque [N m]", "rotation [rad]"], rows)
-    save_figure(out / "torque_sweep.png", torque_sweep_figure(found.sweeps))
+    save_figure(out / "torque_sweep.png", torque_sweep_figure(result.sweeps))
     content = {
         "train": train,
-        "stiffness_nm_per_rad": {name: sweep.stiffness for name, sweep in found.sweeps.items()},
+        "stiffness_nm_per_rad": {name: sweep.stiffness for name, sweep in result.sweeps.items()},
         "frequencies_hz": {
-            f"{topology}, {mount}": f for (topology, mount), f in found.frequencies_hz.items()
+            f"{topology}, {mount}": f for (topology, mount), f in result.frequencies_hz.items()
         },
         "versions": versions(),
     }

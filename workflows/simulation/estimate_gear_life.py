@@ -103,7 +103,7 @@ def main(
     force = _tangential_force(torque, gear)
     slopes = np.linspace(0.0, largest_misalignment, 30)
     pairs = {"sun": sun_planet_pair(gear), "ring": ring_planet_pair(gear)}
-    found = GearLife(
+    life = GearLife(
         torque,
         flank,
         slopes,
@@ -111,16 +111,16 @@ def main(
     )
     save_json(
         out / "gear_life.json",
-        {"inputs": {"torque": torque, "gear": gear}, "result": found, "versions": versions()},
+        {"inputs": {"torque": torque, "gear": gear}, "result": life, "versions": versions()},
     )
     contacts = {
         f"{name}, {slope * 1e6:.0f} urad": mesh_contact(pair, flank, force, misalignment=slope)
         for name, pair in pairs.items()
         for slope in (0.0, largest_misalignment)
     }
-    ratios = {name: mesh.pressure_ratio for name, mesh in found.meshes.items()}
+    ratios = {name: mesh.pressure_ratio for name, mesh in life.meshes.items()}
     save_figure(out / "gear_life.png", mesh_contact_figure(contacts, slopes, ratios))
-    return found
+    return life
 
 
 def _tangential_force(torque: float, gear: GearData) -> float:
@@ -147,4 +147,9 @@ def _swept(
     papers = brentq(
         lambda slope: ratio(slope) - 1.0 - _PAPER_INCREASE, 0.0, _LARGE_MISALIGNMENT, xtol=1e-9
     )
-    return MeshLife(aligned, ratios, np.array([life_ratio(one) for one in ratios]), float(papers))
+    return MeshLife(
+        aligned,
+        ratios,
+        np.array([life_ratio(ratios_of_mesh) for ratios_of_mesh in ratios]),
+        float(papers),
+    )

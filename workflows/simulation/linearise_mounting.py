@@ -81,8 +81,8 @@ def main(case: MountingCase, *, out: Path) -> None:
 def operating_point(run: MountingRun) -> tuple[Array, float]:
     """Loads (torque, ntl_y, ntl_z) at the run's largest torque, and its largest speed [rad/s]."""
     inputs = run.history.inputs()
-    place = int(np.abs(inputs.torque).argmax())
-    return np.array([inputs.torque[place], inputs.ntl_y[place], inputs.ntl_z[place]]), float(
+    index = int(np.abs(inputs.torque).argmax())
+    return np.array([inputs.torque[index], inputs.ntl_y[index], inputs.ntl_z[index]]), float(
         np.abs(inputs.speed).max()
     )
 

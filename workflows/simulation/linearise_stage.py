@@ -57,7 +57,7 @@ def main(case: StageCase, model: StageModel, *, out: Path) -> None:
     response = rim_response(case, modal)
     speeds = list(case.speed * _SPEED_SHARES)
     campbell = campbell_diagram(
-        model.places.body, speeds, data=model.data, effects=model.effects, n_modes=_CAMPBELL_MODES
+        model.layout.body, speeds, data=model.data, effects=model.effects, n_modes=_CAMPBELL_MODES
     )
     names = [sensor.name for sensor in case.sensors]
     header = ["mode", "leading_coordinate", "frequency_hz", "damping_ratio"]

@@ -42,7 +42,9 @@ from carrierflex.workflows.simulation.simulate_stage import (
 from carrierflex.workflows.support.outputs import prepared_folder, save_figure
 from carrierflex.workflows.support.progress import Stages
 
-MISALIGNED, ALIGNED, RIGID = "phi != 0", "phi = 0", "rigid carrier"
+MISALIGNED = "phi != 0"
+ALIGNED = "phi = 0"
+RIGID = "rigid carrier"
 
 #: Table 5 of the 2012 paper [m]; the unit is not printed, mm is the only plausible reading.
 PAPER = {
@@ -135,9 +137,9 @@ def main(
         with stages.stage(f"{name}, {duration:g} s"):
             reference = _reference(body, case, rng)
             estimate = identify_each_run(stage_campaign(case, [reference]), rigid_model())[name]
-            found = dict(zip(estimate.names, estimate.values, strict=True))
-            tilt[name] = float(found["phi_PLC"])
-            misaligned = ReadingEffects(phi_face=tilt[name], theta_face=float(found["theta_PLC"]))
+            fitted = dict(zip(estimate.names, estimate.values, strict=True))
+            tilt[name] = float(fitted["phi_PLC"])
+            misaligned = ReadingEffects(phi_face=tilt[name], theta_face=float(fitted["theta_PLC"]))
             runs = {MISALIGNED: _run(_model(body, case), case, misaligned)}
             if (name, ALIGNED) in PAPER:
                 runs[ALIGNED] = _run(_model(body, case), case, ReadingEffects())

@@ -54,7 +54,9 @@ def main(case: Path, *, out: Path, quiet: bool = False) -> SimulatedMounting:
     what = read_mounting_case(case)
     rng = np.random.default_rng(what.seed)
     stages = Stages(len(what.runs) + 1, quiet)
-    runs, ends, files = [], [], {}
+    runs = []
+    ends = []
+    files = {}
     stopped: BaseException | None = None
     with growing_runs(out) as growing:
         for run in what.runs:

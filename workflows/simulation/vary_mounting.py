@@ -86,10 +86,11 @@ def main(
                     executor=executor,
                     step=what.step,
                 )
-                found = [
-                    np.full(6, np.nan) if isinstance(one, DivergedError) else one for one in results
+                run_rms = [
+                    np.full(6, np.nan) if isinstance(result, DivergedError) else result
+                    for result in results
                 ]
-                rms[run.name] = np.array(found)
+                rms[run.name] = np.array(run_rms)
     _write(out / RESULT, names, sets, rms)
     return Variants(names, sets, rms, out / RESULT)
 
@@ -110,7 +111,8 @@ def _read(path: Path) -> tuple[tuple[str, ...], NDArray[np.float64]]:
             )
     if not rows or len(set(names)) != len(names):
         raise ValueError(
-            f"{path}: columns {', '.join(names)}, {len(rows)} sets; expected different names and a set or more"
+            f"{path}: columns {', '.join(names)}, {len(rows)} sets; expected different names and a "
+            "set or more"
         )
     try:
         return names, np.array([[float(cell) for cell in row] for row in rows]).reshape(
@@ -133,8 +135,8 @@ def _write(
         *(f"rms_{sensor} [m]" for sensor in SENSORS),
     ]
     rows = [
-        [run, *own, *values]
+        [run, *parameters, *values]
         for run, by_set in rms.items()
-        for own, values in zip(sets, by_set, strict=True)
+        for parameters, values in zip(sets, by_set, strict=True)
     ]
     save_table(path, header, rows)

@@ -48,7 +48,10 @@ def cache_folder() -> Path:
 
 
 def cache_key(**inputs: object) -> str:
-    """SHA-256 of the inputs (dataclasses spelled out), the materials, the numerics' source text and the libraries' versions."""
+    """SHA-256 of the inputs (dataclasses spelled out) and of all they are computed with.
+
+    That is the materials, the numerics' source text and the libraries' versions.
+    """
     content = {
         "inputs": inputs,
         "materials": BODY_MATERIALS,
@@ -79,7 +82,7 @@ class CacheStore:
     folder: Path
     limit: int = _LIMIT
 
-    def found(self, key: str, names: Collection[str]) -> Path | None:
+    def lookup(self, key: str, names: Collection[str]) -> Path | None:
         """Folder of the entry `key` with the files `names`, each as it was written.
 
         None where there is none to trust.
@@ -149,7 +152,7 @@ class CacheStore:
             except OSError as error:  # another process removes it
                 log.info("%s: %s", entry, error.strerror)
         total = sum(sizes.values())
-        for entry in sorted(sizes, key=lambda one: ages[one])[:-1]:
+        for entry in sorted(sizes, key=lambda name: ages[name])[:-1]:
             if total <= self.limit:
                 return
             self._remove(entry)

@@ -44,7 +44,7 @@ def cached_files(
         compute()
         return False
     store, key = CacheStore(cache_folder()), cache_key(**inputs)
-    entry = store.found(key, files)
+    entry = store.lookup(key, files)
     if entry is None:
         compute()
         store.keep(key, files, inputs)

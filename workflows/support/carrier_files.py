@@ -50,7 +50,8 @@ class CarrierFiles:
                 ("--step", "--surfaces") if self.surfaces is None else ("--surfaces", "--step")
             )
             raise ValueError(
-                f"{alone} is given without {absent}; expected the CAD model and the file that states its surfaces"
+                f"{alone} is given without {absent}; expected the CAD model and the file that "
+                "states its surfaces"
             )
         if self.meshes and self.step is not None:
             raise ValueError("a mesh file and --step are both given; expected one of them")
@@ -70,7 +71,8 @@ class CarrierFiles:
         for role, digest in files.digests().items():
             if digest != record[role]["sha256"]:
                 raise ValueError(
-                    f"{record[role]['file']}: changed since the body was made of it; expected the same file"
+                    f"{record[role]['file']}: changed since the body was made of it; expected the "
+                    "same file"
                 )
         return files
 
@@ -90,9 +92,12 @@ class CarrierFiles:
             )
         mesh = read_mesh(self.meshes[variant])
         if ("pins" in mesh.bodies) != (variant == "stiff"):
-            found, other = ("a body", "stiff") if "pins" in mesh.bodies else ("no body", "flexible")
+            bodies, other = (
+                ("a body", "stiff") if "pins" in mesh.bodies else ("no body", "flexible")
+            )
             raise ValueError(
-                f"{self.meshes[variant]}: has {found} 'pins', a {other} carrier; expected the {variant} one"
+                f"{self.meshes[variant]}: has {bodies} 'pins', a {other} carrier; expected the "
+                f"{variant} one"
             )
         return mesh
 

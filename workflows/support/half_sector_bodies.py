@@ -53,16 +53,21 @@ def half_sector_body(
 
 
 def refuse_whole_body_options(options: Mapping[str, object], *, files_given: bool) -> None:
-    """Raise ValueError where an option needs the whole body, which a reduction by symmetry never makes."""
+    """Raise ValueError where an option needs the whole body.
+
+    A reduction by symmetry never makes it.
+    """
     for name, harmless in _NEEDS_WHOLE_BODY.items():
         if options[name] != harmless:
             flag = "--" + name.replace("_", "-")
             raise ValueError(
-                f"--by-symmetry works on the half sector, {flag} {options[name]} needs the whole body; leave one of them out"
+                f"--by-symmetry works on the half sector, {flag} {options[name]} needs the whole "
+                "body; leave one of them out"
             )
     if files_given or options["body"] != "carrier":
         raise ValueError(
-            "--by-symmetry is for the parametric carrier; expected --body carrier without STEP or mesh file"
+            "--by-symmetry is for the parametric carrier; expected --body carrier without STEP or "
+            "mesh file"
         )
 
 

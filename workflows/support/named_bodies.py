@@ -41,7 +41,8 @@ def body_structure(
         mesh, pilots = stiff_carrier_mesh(stage.carrier, stage.pin, size), STIFF_CARRIER_PILOTS
     else:
         raise ValueError(
-            f"no finite elements are known for a body named {name!r}; expected pin, flexible_carrier, stiff_carrier or "
+            f"no finite elements are known for a body named {name!r}; expected pin, "
+            "flexible_carrier, stiff_carrier or "
             "main_shaft"
         )
     return mesh, structural_model(name, mesh, stage.carrier, pilots)

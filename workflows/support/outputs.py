@@ -31,7 +31,8 @@ def prepared_folder(path: Path) -> Path:
         probe.unlink()
     except OSError as error:
         raise OSError(
-            f"{path}: cannot write into this output folder ({error.strerror}); expected a writable --out"
+            f"{path}: cannot write into this output folder ({error.strerror}); expected a writable "
+            "--out"
         ) from error
     return path
 

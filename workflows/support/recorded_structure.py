@@ -1,4 +1,7 @@
-"""The finite elements of a body file, made again from the inputs recorded with it, and whether they are the same body."""
+"""The finite elements of a body file.
+
+They are made again from the inputs recorded with it, and compared with the body.
+"""
 
 import json
 
@@ -42,7 +45,8 @@ def recorded_structure(model: ReducedModel) -> tuple[TetMesh, StructuralModel, i
         )
         what = f"does not record {', '.join(missing)}" if missing else f"was reduced with {other}"
         raise ValueError(
-            f"{model.name}: the body file {what}; expected one of carrierflex reduce --coupling rbe3 --interface fixed: "
+            f"{model.name}: the body file {what}; expected one of carrierflex reduce --coupling "
+            "rbe3 --interface fixed: "
             "Exudyn needs the finite elements, which are made again from its inputs"
         )
     inputs = {key: json.loads(model.provenance[key]) for key in _RECORDED}
@@ -74,19 +78,21 @@ def differences_from(model: ReducedModel, again: ReducedModel) -> dict[str, floa
     """
     if again.labels != model.labels:
         raise ValueError(
-            f"{model.name}: the body made again has other coordinates; expected this program's own body file"
+            f"{model.name}: the body made again has other coordinates; expected this program's own "
+            "body file"
         )
     rows = np.ix_(*2 * (np.arange(6 * len(model.pilots)),))
     differences = {}
-    for letter, found, expected in (
+    for letter, actual, expected in (
         ("K", again.K[rows], model.K[rows]),
         ("M", again.M[rows], model.M[rows]),
     ):
         scale = np.sqrt(np.outer(expected.diagonal(), expected.diagonal()))
-        differences[letter] = float(np.abs((found - expected) / scale).max())
+        differences[letter] = float(np.abs((actual - expected) / scale).max())
     if max(differences.values()) > _SAME_BODY:
         raise ValueError(
-            f"{model.name}: the body made again differs from the file by {max(differences.values()):.1e}; expected less "
+            f"{model.name}: the body made again differs from the file by "
+            f"{max(differences.values()):.1e}; expected less "
             f"than {_SAME_BODY:.0e}: reduce it again with this version"
         )
     return differences

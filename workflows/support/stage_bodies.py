@@ -36,13 +36,15 @@ _PILOTS = {
 def default_stage_body(
     pin_fit_stiffness: float, size: float, *, carrier_factor: float = 1.0
 ) -> StageBody:
-    """Default carrier and pins by finite elements of `size` [m], reduced and joined, on the beam of the main shaft.
+    """Default carrier and pins by finite elements of `size` [m], reduced and joined.
+
+    On the beam of the main shaft.
 
     `carrier_factor` multiplies the carrier's stiffness: a large one makes it rigid.
     """
-    own = _reduced("flexible_carrier", size)
+    body = _reduced("flexible_carrier", size)
     carrier = carrier_with_pins(
-        replace(own, K=carrier_factor * own.K), _reduced("pin", size), pin_fit_stiffness
+        replace(body, K=carrier_factor * body.K), _reduced("pin", size), pin_fit_stiffness
     )
     return joined_to_shaft(carrier, beam_shaft(ShaftData(), carrier.pilots["shaft_face"]))
 
@@ -73,7 +75,8 @@ def stage_body_of_files(
     if carrier is not None and holds_pins(carrier):
         if "pin" in read:
             raise ValueError(
-                f"{files['pin']}: {carrier.name} comes with its pins; expected no body file for a pin"
+                f"{files['pin']}: {carrier.name} comes with its pins; expected no body file for a "
+                "pin"
             )
     else:
         pin = read.get("pin") or _reduced("pin", size)

@@ -26,8 +26,8 @@ def named_parameters(name: str, state: CarrierState) -> dict[str, float]:
     }
     if name in sensors:
         symbol, values = sensors[name]
-        place = int(np.argmax(np.abs(values)))
-        return {f"{symbol}_{SENSOR_NAMES[place]}": float(values[place])}
+        index = int(np.argmax(np.abs(values)))
+        return {f"{symbol}_{SENSOR_NAMES[index]}": float(values[index])}
     if name == "sensor_delay":
         return {"tau": state.delay}
     waves = (
@@ -35,7 +35,7 @@ def named_parameters(name: str, state: CarrierState) -> dict[str, float]:
         if name == "face_runout"
         else {}
     )
-    return {own: float(value) for own, value in {**waves, **state.effects[name]}.items()}
+    return {key: float(value) for key, value in {**waves, **state.effects[name]}.items()}
 
 
 def largest_cell(gap: Sequence[FloatArray], records: Sequence[RimRecord]) -> dict[str, float | str]:
@@ -56,7 +56,7 @@ def largest_cell(gap: Sequence[FloatArray], records: Sequence[RimRecord]) -> dic
     dict
         ``run``, ``order``, ``channel_pattern`` (static tilts are "m=+1").
     """
-    best, found = -1.0, dict[str, float | str]()
+    best, cell = -1.0, dict[str, float | str]()
     for signal, record in zip(gap, records, strict=True):
         for order in range(9):
             turned = np.exp(-1j * order * record.angle)
@@ -68,8 +68,8 @@ def largest_cell(gap: Sequence[FloatArray], records: Sequence[RimRecord]) -> dic
                     0.5 if order else 2.0 if m == 1 else 1.0
                 )
                 if size > best:
-                    best, found = (
+                    best, cell = (
                         size,
                         {"run": f"run{record.number + 1}", "order": order, "channel_pattern": text},
                     )
-    return found
+    return cell

@@ -1,4 +1,7 @@
-"""What four axial probes read of a carrier that carries some effects, with probes that are not quite as declared."""
+"""What four axial probes read of a carrier that carries some effects.
+
+The probes are not quite as declared.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -55,12 +58,12 @@ class CarrierState:
 
     def _read(self, record: RimRecord) -> FloatArray:
         angle = _angle_before(record, self.delay) if self.delay else record.angle
-        seen = replace(
+        shifted = replace(
             record, angle=angle, sensors=record.sensors + (self.turned + self.angle_error)[:, None]
         )
-        total = _outside(*self.outside, seen)
+        total = _outside(*self.outside, shifted)
         for name, values in self.effects.items():
-            total = total + SIGNALS[name](seen, values)
+            total = total + SIGNALS[name](shifted, values)
         gain = (1.0 + self.gain) * (1.0 + self.gain_error)
         return gain[:, None] * total + self.zero[:, None]
 
@@ -99,7 +102,9 @@ def drawn_record(
 
 def _angle_before(record: RimRecord, delay: float) -> FloatArray:
     """Carrier angle a while before each sample; beyond the record's ends at its mean speed."""
-    late, time, angle = record.time - delay, record.time, record.angle
+    late = record.time - delay
+    time = record.time
+    angle = record.angle
     speed = (angle[-1] - angle[0]) / (time[-1] - time[0])
     inside = np.interp(late, time, angle)
     inside = np.where(late < time[0], angle[0] + speed * (late - time[0]), inside)

@@ -19,7 +19,10 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]
 
-NOMINAL_TORQUE, RADIUS, PIN_RADIUS, N_PLANETS = 360e3, 0.412, 0.308, 3
+NOMINAL_TORQUE = 360e3
+RADIUS = 0.412
+PIN_RADIUS = 0.308
+N_PLANETS = 3
 SADDLE = np.deg2rad(47.0)
 #: Orders of the waves on the face.
 WAVE_ORDERS = tuple(range(2, 9))
@@ -149,10 +152,10 @@ def _unequal_load_sharing(record: RimRecord, values: Values) -> FloatArray:
 def _load_sharing_ntl(record: RimRecord, values: Values) -> FloatArray:
     shares = []
     for i in range(N_PLANETS):
-        place = np.exp(1j * (record.angle + 2.0 * np.pi * i / N_PLANETS))
+        phase = np.exp(1j * (record.angle + 2.0 * np.pi * i / N_PLANETS))
         # The load in the frame whose real axis is z and whose imaginary axis is -y, turned to the
         # pin's own direction.
-        turned = (record.ntl_z - 1j * record.ntl_y) * np.conj(place)
+        turned = (record.ntl_z - 1j * record.ntl_y) * np.conj(phase)
         shares.append(values["kappa_r"] * turned.real + values["kappa_t"] * turned.imag)
     return _pins(record, shares)
 

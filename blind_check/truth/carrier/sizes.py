@@ -20,7 +20,8 @@ _SIZE_STEPS, _SIZE_TOLERANCE = 30, 1e-4
 #: gains off by 30 %, a sensor 5 degrees from its place, 0.15 s of delay, deflections of three times
 #: the model's.
 _LARGEST = {
-    "unequal_load_sharing": 5.0, "load_sharing_ntl": 5.0, "flexible_pins": 3.0, "stiff_pins": 1.5, "pin_clearance": 1.5,
+    "unequal_load_sharing": 5.0, "load_sharing_ntl": 5.0, "flexible_pins": 3.0, "stiff_pins": 1.5,
+    "pin_clearance": 1.5,
     "sensor_gain": 3.0, "sensor_angle": 3.0, "sensor_delay": 5.0,
 }  # fmt: skip
 #: Noise of a case [m], drawn between the first two; down to the last where an effect cannot grow to
@@ -76,10 +77,10 @@ def _factor(
     """Factor on a unit effect at which it leaves the wanted gap, or its physical limit."""
     factor = 1.0
     for _ in range(_SIZE_STEPS):
-        found = gap(_with(known, unit, factor))
-        if abs(found / wanted - 1.0) < _SIZE_TOLERANCE or found == 0.0:
+        reached = gap(_with(known, unit, factor))
+        if abs(reached / wanted - 1.0) < _SIZE_TOLERANCE or reached == 0.0:
             break
-        factor = min(factor * wanted / found, largest)
+        factor = min(factor * wanted / reached, largest)
     return factor
 
 
@@ -90,7 +91,9 @@ def with_sensor_errors(
     floor: float,
     leak: Callable[[CarrierState], float],
 ) -> CarrierState:
-    """State before sensors up to 3 % and 0.5 degrees off, less where they would leave more than `largest_leak`.
+    """State before sensors up to 3 % and 0.5 degrees off.
+
+    The errors are smaller where they would leave more than `largest_leak`.
 
     Parameters
     ----------
@@ -112,8 +115,8 @@ def with_sensor_errors(
     """
     gain = rng.uniform(-_GAIN, _GAIN, N_SENSORS)
     turned = rng.uniform(-_ANGLE, _ANGLE, N_SENSORS)
-    found = leak(replace(state, gain_error=gain, angle_error=turned)) / floor
-    share = min(1.0, largest_leak(plan) / found) if found > 0.0 else 1.0
+    leaked = leak(replace(state, gain_error=gain, angle_error=turned)) / floor
+    share = min(1.0, largest_leak(plan) / leaked) if leaked > 0.0 else 1.0
     return replace(state, gain_error=share * gain, angle_error=share * turned)
 
 
@@ -121,16 +124,16 @@ def _unit_effect(family: str, name: str, rng: np.random.Generator, n_runs: int) 
     """A state that holds one effect alone, of about 30 micrometres."""
     if family == OUTSIDE:
         return CarrierState({}, outside=(name, 3e-5))
-    one = np.zeros(N_SENSORS)
-    one[rng.integers(N_SENSORS)] = rng.choice((-1.0, 1.0))
+    gains = np.zeros(N_SENSORS)
+    gains[rng.integers(N_SENSORS)] = rng.choice((-1.0, 1.0))
     if name == "sensor_gain":
-        return CarrierState({}, gain=0.1 * one)
+        return CarrierState({}, gain=0.1 * gains)
     if name == "sensor_angle":
-        return CarrierState({}, turned=0.03 * one)
+        return CarrierState({}, turned=0.03 * gains)
     if name == "sensor_zero":
-        return CarrierState({}, zero=3e-5 * one)
+        return CarrierState({}, zero=3e-5 * gains)
     if name == "sensor_delay":
-        return CarrierState({}, delay=0.03 * float(one.sum()))
+        return CarrierState({}, delay=0.03 * float(gains.sum()))
     return CarrierState({name: drawn_values(name, rng, n_runs)})
 
 

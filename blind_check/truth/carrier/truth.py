@@ -49,7 +49,8 @@ _MEMORY = 0.5
 _SECONDS, _SECONDS_ALONE = 48.0, 150.0
 #: Torque over nominal, radial load y and z [N], speed [rad/s] of each run.
 _LOADS = (
-    (1.0, 0.0, 0.0, 2.3), (0.5, 0.0, 0.0, 1.5), (1.0, 0.0, -2e5, 2.3), (1.0, 1e5, 1e5, 2.3), (0.75, 0.0, 5e4, 2.0),
+    (1.0, 0.0, 0.0, 2.3), (0.5, 0.0, 0.0, 1.5), (1.0, 0.0, -2e5, 2.3), (1.0, 1e5, 1e5, 2.3), (0.75,
+    0.0, 5e4, 2.0),
     (0.25, -5e4, 0.0, 2.3),
 )  # fmt: skip
 #: Torque and radial load that never change: what follows the load cannot be told from what does
@@ -82,31 +83,37 @@ def carrier_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     ]
     contained = tuple(name for name in KNOWN if name not in plan.effects)
     error = 1.0 + _TORQUE * float(rng.choice((-1.0, 1.0)))
-    declared = [replace(own, torque=own.torque * error) for own in records]
+    declared = [replace(record, torque=record.torque * error) for record in records]
     baseline = _baseline(declared, contained)
     known = _known_state(contained, rng, len(records))
 
-    def left(own: CarrierState) -> list[FloatArray]:
+    def residuals(read_state: CarrierState) -> list[FloatArray]:
         # Of everything, not of the effect alone: what the baseline holds keeps its bound from
         # acting too early.
-        return baseline.left(own.read(records))
+        return baseline.residuals(read_state.read(records))
 
-    ideal, floor = sized_state(plan, rng, known, len(records), lambda own: _size(left(own)))
+    ideal, floor = sized_state(
+        plan, rng, known, len(records), lambda candidate: _size(residuals(candidate))
+    )
     state = with_sensor_errors(
-        ideal, plan, rng, floor, lambda own: _size(_differences(left(own), left(ideal)))
+        ideal,
+        plan,
+        rng,
+        floor,
+        lambda candidate: _size(_differences(residuals(candidate), residuals(ideal))),
     )
     own_noise = noise_rng(plan, repeat)
     noise = [
-        floor * coloured_noise(own_noise, (N_SENSORS, own.time.size), memory=_MEMORY)
-        for own in records
+        floor * coloured_noise(own_noise, (N_SENSORS, record.time.size), memory=_MEMORY)
+        for record in records
     ]
-    measured = [signal + own for signal, own in zip(state.read(records), noise, strict=True)]
+    measured = [signal + added for signal, added in zip(state.read(records), noise, strict=True)]
     # The effect as sensors without errors would read it: what a perfect model adds.
     rho = _rho(baseline, measured, _differences(ideal.read(records), known.read(records)))
-    label = _label(plan, state, floor, _size(left(ideal)) if plan.effects else 0.0, rho)
+    label = _label(plan, state, floor, _size(residuals(ideal)) if plan.effects else 0.0, rho)
     # What is outside the library, and a drift, have no place among the orders.
     if label.effects and "thermal_drift" not in label.effects:
-        label = replace(label, where=largest_cell(left(ideal), declared))
+        label = replace(label, where=largest_cell(residuals(ideal), declared))
     return _campaign(plan, declared, measured, contained, floor), label
 
 
@@ -118,7 +125,7 @@ def _label(plan: CasePlan, state: CarrierState, floor: float, gap: float, rho: f
         kind="carrier",
         family=plan.family,
         effects=inside,
-        acceptable=tuple(same_class("carrier", own, one_load=one_load) for own in inside),
+        acceptable=tuple(same_class("carrier", effect, one_load=one_load) for effect in inside),
         # With nothing missing, what the sensors' errors leave is too small to be found.
         present=("sensor_gain", "sensor_angle") if plan.effects else (),
         gap_over_floor=gap / floor,
@@ -149,7 +156,7 @@ def _known_state(contained: Sequence[str], rng: np.random.Generator, n_runs: int
 
 
 def _differences(signals: Sequence[FloatArray], others: Sequence[FloatArray]) -> list[FloatArray]:
-    return [own - other for own, other in zip(signals, others, strict=True)]
+    return [signal - other for signal, other in zip(signals, others, strict=True)]
 
 
 def _baseline(declared: Sequence[RimRecord], contained: Sequence[str]) -> LinearBaseline:
@@ -162,8 +169,10 @@ def _baseline(declared: Sequence[RimRecord], contained: Sequence[str]) -> Linear
             "carrier_tilt": [f(point) * RADIUS for f in (np.sin, np.cos)],
             "flexible_pins": [curve_at("delta_f", point) * record.torque / 1e3],
         }
-        own = [row.reshape(-1) for name in rows if name in contained for row in rows[name]]
-        columns.append(np.array(own).T if own else np.zeros((point.size, 0)))
+        columns_of_run = [
+            row.reshape(-1) for name in rows if name in contained for row in rows[name]
+        ]
+        columns.append(np.array(columns_of_run).T if columns_of_run else np.zeros((point.size, 0)))
     last = columns[0].shape[1] - 1
     return LinearBaseline(
         columns,
@@ -173,7 +182,7 @@ def _baseline(declared: Sequence[RimRecord], contained: Sequence[str]) -> Linear
 
 
 def _size(signals: Sequence[FloatArray]) -> float:
-    return root_mean_square(np.concatenate([own.reshape(-1) for own in signals]))
+    return root_mean_square(np.concatenate([signal.reshape(-1) for signal in signals]))
 
 
 def _campaign(

@@ -1,13 +1,16 @@
-"""Forces of one element by laws of the same class as the library's, but other equations, integrated by an own Runge-Kutta march.
+"""Forces of one element by other equations than the library's, and their time integration.
 
-========================= =====================================================================================================
-stiffness                 hyperbolic functions of the deflection whose first term is the named power
-dry friction              a hyperbolic tangent of the speed instead of sticking, with a Stribeck curve or another level in each
-                          direction; elasto-plastic: Bouc-Wen with a sharp knee (exponent 10)
-damping                   the named power of the speed, smoothed about rest or with a hyperbolic tail
-Maxwell branch            two branches whose time constants lie 10 % about the named one
-backlash                  a dead zone with rounded corners
-========================= =====================================================================================================
+Laws of the same class as the library's, by Runge-Kutta integration of the truth's own:
+
+================ ============================================================================
+stiffness        hyperbolic functions of the deflection whose first term is the named power
+dry friction     a hyperbolic tangent of the speed instead of sticking, with a Stribeck curve
+                 or another level in each direction; elasto-plastic: Bouc-Wen with a sharp
+                 knee (exponent 10)
+damping          the named power of the speed, smoothed about rest or with a hyperbolic tail
+Maxwell branch   two branches whose time constants lie 10 % about the named one
+backlash         a dead zone with rounded corners
+================ ============================================================================
 """
 
 import numpy as np
@@ -19,9 +22,12 @@ FloatArray = NDArray[np.float64]
 #: Laws by number; the parameters are p0, p1, p2 and the deflection, speed that shape the other
 #: form.
 LAWS = {
-    "": 0, "quadratic_stiffness": 1, "cubic_stiffness": 2, "quintic_stiffness": 3, "quadratic_damping": 4, "cubic_damping": 5,
-    "deflection_dependent_damping": 6, "backlash": 7, "coulomb_friction": 8, "stribeck_friction": 9, "friction_asymmetry": 10,
-    "elasto_plastic_friction": 11, "maxwell_branch": 12, "softening_in_time": 13, "attached_absorber": 14,
+    "": 0, "quadratic_stiffness": 1, "cubic_stiffness": 2, "quintic_stiffness": 3,
+    "quadratic_damping": 4, "cubic_damping": 5,
+    "deflection_dependent_damping": 6, "backlash": 7, "coulomb_friction": 8, "stribeck_friction": 9,
+    "friction_asymmetry": 10,
+    "elasto_plastic_friction": 11, "maxwell_branch": 12, "softening_in_time": 13,
+    "attached_absorber": 14,
     "unmeasured_force": 15, "end_stop": 16,
 }  # fmt: skip
 N_MEMORY = 2
@@ -149,7 +155,9 @@ def driven_motion(
     p: FloatArray,
     size: FloatArray,
 ) -> FloatArray:
-    """Deflection of a mass on the element under a force, from rest, by the three-eighths Runge-Kutta rule.
+    """Deflection of a mass on the element under a force, from rest.
+
+    Integrated by the three-eighths Runge-Kutta rule.
 
     Parameters
     ----------
@@ -169,12 +177,10 @@ def driven_motion(
     """
     n, n_states = (force.size - 1) // 3, 2 + 2 * laws.size
     result = np.empty(n + 1)
-    state, slopes, trial, rate = (
-        np.zeros(n_states),
-        np.zeros((4, n_states)),
-        np.zeros(n_states),
-        np.zeros(2),
-    )
+    state = np.zeros(n_states)
+    slopes = np.zeros((4, n_states))
+    trial = np.zeros(n_states)
+    rate = np.zeros(2)
     for k in range(n + 1):
         result[k] = state[0]
         if k == n:
@@ -190,13 +196,23 @@ def driven_motion(
                 else:
                     trial[i] = state[i] + step * (slopes[0, i] - slopes[1, i] + slopes[2, i])
             total = force[3 * k + stage] - base[3] - base[1] * trial[0] - base[2] * trial[1]
-            for own in range(laws.size):
+            for law_index in range(laws.size):
                 t = step * (k + stage / 3.0)
-                memory = trial[2 + 2 * own : 4 + 2 * own]
+                memory = trial[2 + 2 * law_index : 4 + 2 * law_index]
                 total -= law_force(
-                    laws[own], p[own], size[own], trial[0], trial[1], memory, t, rate
+                    laws[law_index],
+                    p[law_index],
+                    size[law_index],
+                    trial[0],
+                    trial[1],
+                    memory,
+                    t,
+                    rate,
                 )
-                slopes[stage, 2 + 2 * own], slopes[stage, 3 + 2 * own] = rate[0], rate[1]
+                slopes[stage, 2 + 2 * law_index], slopes[stage, 3 + 2 * law_index] = (
+                    rate[0],
+                    rate[1],
+                )
             slopes[stage, 0], slopes[stage, 1] = trial[1], total / base[0]
         for i in range(n_states):
             state[i] += (
@@ -209,7 +225,9 @@ def driven_motion(
 def force_along(
     q: FloatArray, v: FloatArray, step: float, law: int, p: FloatArray, size: FloatArray
 ) -> FloatArray:
-    """Force of a law along a given motion, its memory by the midpoint rule on straight lines between the samples.
+    """Force of a law along a given motion.
+
+    The memory is integrated by the midpoint rule on straight lines between the samples.
 
     Parameters
     ----------
@@ -226,7 +244,10 @@ def force_along(
         Force.
     """
     result = np.empty(q.size)
-    memory, rate, middle, unused = np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2)
+    memory = np.zeros(2)
+    rate = np.zeros(2)
+    middle = np.zeros(2)
+    unused = np.zeros(2)
     for k in range(q.size):
         result[k] = law_force(law, p, size, q[k], v[k], memory, k * step, rate)
         if k + 1 < q.size:

@@ -23,7 +23,7 @@ class Refit:
     Shape (n,) each.
     """
 
-    left: list[FloatArray]
+    residuals: list[FloatArray]
     held_out: list[FloatArray]
 
 
@@ -35,7 +35,8 @@ def driven_refit(
     baseline = LinearBaseline(columns, own_offset=False)
     rows = [signal[None, settle:] for signal in signals]
     return Refit(
-        [own[0] for own in baseline.left(rows)], [own[0] for own in baseline.held_out(rows)]
+        [series[0] for series in baseline.residuals(rows)],
+        [series[0] for series in baseline.held_out(rows)],
     )
 
 
@@ -63,13 +64,13 @@ class ForcedRefit:
         """
         every = list(range(len(self.signals)))
         theta = self._fitted(every, np.ones(4))
-        left = [self._left(run, theta) for run in every]
+        residuals = [self._left(run, theta) for run in every]
         if len(every) == 1:
-            return Refit(left, left)
+            return Refit(residuals, residuals)
         held_out = [
             self._left(run, self._fitted([k for k in every if k != run], theta)) for run in every
         ]
-        return Refit(left, held_out)
+        return Refit(residuals, held_out)
 
     def _fitted(self, runs: list[int], start: FloatArray) -> FloatArray:
         scale = np.concatenate([self.signals[run] for run in runs]).std()
@@ -78,7 +79,7 @@ class ForcedRefit:
             return np.concatenate([self._left(run, theta) for run in runs]) / scale
 
         lowest = [1e-3, 1e-3, 1e-3, -np.inf]
-        found = least_squares(
+        solution = least_squares(
             residual,
             start,
             bounds=(lowest, np.inf),
@@ -88,7 +89,7 @@ class ForcedRefit:
             ftol=1e-11,
             gtol=1e-12,
         )
-        return np.asarray(found.x)
+        return np.asarray(solution.x)
 
     def _left(self, run: int, theta: FloatArray) -> FloatArray:
         mass, stiffness, damping = self.start[:3] * theta[:3]

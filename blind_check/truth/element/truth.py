@@ -28,7 +28,9 @@ from carrierflex.identification.campaign.records import Run
 
 FloatArray = NDArray[np.float64]
 
-_SAMPLES, _SETTLE, _FINE = 2400, 300, 24
+_SAMPLES = 2400
+_SETTLE = 300
+_FINE = 24
 _LEVELS = (0.4, 0.7, 1.0, 1.4)
 _CONSTANT = (1.0, 1.0, 1.0)
 _MEMORY, _DRIVE_ERROR = 0.5, 0.01
@@ -116,15 +118,15 @@ def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     element = _with_effects(plan, rng, plain, drives)
     time = _times(plain.step, _SAMPLES)
     error = 1.0 + _DRIVE_ERROR * float(rng.choice((-1.0, 1.0)))
-    inputs = [error * own.at(time) for own in drives]
-    clean = [response(element, own) for own in drives]
+    inputs = [error * drive.at(time) for drive in drives]
+    clean = [response(element, applied) for applied in drives]
     before = _refit(drives, clean, plain)
-    gap = root_mean_square(np.array(before.left)) if plan.effects else 0.0
+    gap = root_mean_square(np.array(before.residuals)) if plan.effects else 0.0
     signal = root_mean_square(np.array(clean)[:, _SETTLE:])
     floor = gap / plan.ratio if plan.effects else signal * 10.0 ** rng.uniform(-3.0, -2.0)
     own_noise = noise_rng(plan, repeat)
     noise = [floor * coloured_noise(own_noise, (_SAMPLES,), memory=_MEMORY) for _ in drives]
-    measured = [own + more for own, more in zip(clean, noise, strict=True)]
+    measured = [response_of_run + more for response_of_run, more in zip(clean, noise, strict=True)]
     # With the true effect in the model, noise is all that is left: the error of the drive goes into
     # mass, spring and damper.
     settled = np.array(noise)[:, _SETTLE:]
@@ -136,13 +138,15 @@ def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         kind="element",
         family=plan.family,
         effects=inside,
-        acceptable=tuple(same_class("element", own, one_load=one_load) for own in inside),
+        acceptable=tuple(same_class("element", effect, one_load=one_load) for effect in inside),
         present=(),
         gap_over_floor=gap / floor,
         floor=floor,
         rho=root_mean_square(settled) / root_mean_square(held_out) if plan.effects else 1.0,
         parameters={name: _named_parameters(name, element) for name in inside},
-        where={"run": f"run{1 + int(np.argmax([root_mean_square(own) for own in before.left]))}"}
+        where={
+            "run": f"run{1 + int(np.argmax([root_mean_square(residual) for residual in before.residuals]))}"
+        }
         if inside
         else {},
     )
@@ -168,12 +172,13 @@ def _motion(element: Element, drive: Drive) -> FloatArray:
     force = drive.at(_times(step / 3.0, 3 * (_SAMPLES - 1) * _FINE + 1))
     names = [name for name, _, _ in element.laws]
     laws = np.array([LAWS[name] for name in names], dtype=np.float64)
-    p = np.array([own for _, own, _ in element.laws]).reshape(-1, 4)
-    size = np.array([own for _, _, own in element.laws]).reshape(-1, 2)
+    p = np.array([parameters for _, parameters, _ in element.laws]).reshape(-1, 4)
+    size = np.array([sizes for _, _, sizes in element.laws]).reshape(-1, 2)
     motion = np.asarray(driven_motion(force, step, element.base, laws, p, size))
     if not np.isfinite(motion).all():
         raise ArithmeticError(
-            f"the motion grows without bound at {_FINE} steps a sample; expected softer forces than {names}"
+            f"the motion grows without bound at {_FINE} steps a sample; expected softer forces "
+            f"than {names}"
         )
     return motion
 
@@ -192,14 +197,14 @@ def _refit(drives: Sequence[Drive], signals: Sequence[FloatArray], plain: Elemen
     """The baseline's own refit; the drive's constant error would change its parameters only."""
     if not plain.by_force:
         time = _times(plain.step, _SAMPLES)
-        return driven_refit([own.motion_at(time) for own in drives], signals, settle=_SETTLE)
+        return driven_refit([drive.motion_at(time) for drive in drives], signals, settle=_SETTLE)
     fine = 8
     time = _times(plain.step / fine, (_SAMPLES - 1) * fine + 1)
     # A constant force of zero could not be scaled.
     start = plain.base.copy()
     start[3] = 1e-4 * start[1]
     return ForcedRefit(
-        [own.at(time) for own in drives], signals, plain.step / fine, fine, start, _SETTLE
+        [drive.at(time) for drive in drives], signals, plain.step / fine, fine, start, _SETTLE
     ).refit()
 
 
@@ -230,7 +235,7 @@ def _with_effects(
     """Element with the withheld effects, sized against its motion without them."""
     if not plan.effects:
         return plain
-    largest = max(drives, key=lambda own: float(own.amplitude.max()))
+    largest = max(drives, key=lambda drive: float(drive.amplitude.max()))
     fine = plain.step / 4.0
     if plain.by_force:
         q = response(plain, largest)
@@ -252,7 +257,7 @@ def _with_effects(
 def _drawn_parameters(
     name: str, rng: np.random.Generator, plain: Element, size: FloatArray
 ) -> FloatArray:
-    """Parameters p of a law whose force is a drawn share of the spring's at the size of the motion."""
+    """Parameters p of a law whose force is a drawn share of the spring's."""
     k = plain.base[1]
     share = float(_SHARE[0] * (_SHARE[1] / _SHARE[0]) ** rng.uniform())
     u, (deflection, speed) = float(rng.uniform()), size
@@ -283,8 +288,10 @@ def _drawn_parameters(
 
 #: Names of the parameters p in the contract's symbols.
 _NAMES = {
-    "quadratic_stiffness": ("K2",), "cubic_stiffness": ("K3",), "quintic_stiffness": ("K5",), "quadratic_damping": ("C2",),
-    "cubic_damping": ("C3",), "deflection_dependent_damping": ("C1",), "backlash": ("gap",), "coulomb_friction": ("Fc",),
+    "quadratic_stiffness": ("K2",), "cubic_stiffness": ("K3",), "quintic_stiffness": ("K5",),
+    "quadratic_damping": ("C2",),
+    "cubic_damping": ("C3",), "deflection_dependent_damping": ("C1",), "backlash": ("gap",),
+    "coulomb_friction": ("Fc",),
     "stribeck_friction": ("Fc", "Fs", "v_s"), "friction_asymmetry": ("F_plus", "F_minus"),
     "elasto_plastic_friction": ("Kp", "Fy"), "maxwell_branch": ("k", "tau"),
 }  # fmt: skip
@@ -293,7 +300,7 @@ _NAMES = {
 def _named_parameters(name: str, element: Element) -> dict[str, float]:
     if name == "sensor_delay":
         return {"delay": element.delay}
-    p = next(own for law, own, _ in element.laws if law == name)
+    p = next(parameters for law, parameters, _ in element.laws if law == name)
     return {symbol: float(value) for symbol, value in zip(_NAMES[name], p, strict=False)}
 
 
@@ -313,10 +320,10 @@ def _campaign(
             f"run{k + 1}.parquet",
             f"drive {k + 1}" if len(inputs) > 1 else "one drive",
             time,
-            {drive: own},
+            {drive: series},
             {f"measured_{channel}": signal},
         )
-        for k, (own, signal) in enumerate(zip(inputs, measured, strict=True))
+        for k, (series, signal) in enumerate(zip(inputs, measured, strict=True))
     )
     unit = "m" if plain.by_force else "N"
     return Campaign(

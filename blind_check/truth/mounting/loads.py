@@ -102,7 +102,10 @@ def drawn_record(rng: np.random.Generator, number: int) -> MountingRecord:
     torque += quick[0] * _quick_changes(rng, time)
     grown = _rise(time, radial_from, 6.0)
     loads = np.array(
-        [torque, *(own * grown + quick[1] * _quick_changes(rng, time) for own in radial)]
+        [
+            torque,
+            *(component * grown + quick[1] * _quick_changes(rng, time) for component in radial),
+        ]
     ).T
     return MountingRecord(condition, time, own_speed, turned, loads)
 

@@ -37,7 +37,7 @@ class MountingRefit:
     loads: Sequence[FloatArray]
     step: float
 
-    def left(self, signals: Sequence[FloatArray]) -> list[FloatArray]:
+    def residuals(self, signals: Sequence[FloatArray]) -> list[FloatArray]:
         """What a refit to all runs leaves of the signals, each shape (n, 6)."""
         every = list(range(len(signals)))
         theta = self._fitted(signals, every, np.ones(2))
@@ -49,13 +49,13 @@ class MountingRefit:
         One run alone is fitted to itself.
         """
         if len(signals) == 1:
-            return self.left(signals)
-        left, every = [], list(range(len(signals)))
+            return self.residuals(signals)
+        residuals, every = [], list(range(len(signals)))
         start = self._fitted(signals, every, np.ones(2))
         for run in every:
-            theta = self._fitted(signals, [own for own in every if own != run], start)
-            left.append(signals[run] - self._predicted(run, theta))
-        return left
+            theta = self._fitted(signals, [other for other in every if other != run], start)
+            residuals.append(signals[run] - self._predicted(run, theta))
+        return residuals
 
     def _fitted(
         self, signals: Sequence[FloatArray], runs: Sequence[int], start: FloatArray

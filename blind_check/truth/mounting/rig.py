@@ -24,10 +24,14 @@ N_FREE = 5
 #: Rig of the paper of 2011 (figure 5, section 3, table 3 with a tenth of critical damping) and of
 #: the GRC parts list; its key names are those of a campaign.
 RIG: Mapping[str, Any] = MappingProxyType({
-    "R_x": 0.75, "R_y": 0.1575, "R_z": 0.75, "R_b": 0.6, "R_yz": 0.2, "bushing_radial_stiffness": 20.2e6,
-    "bushing_radial_damping": 1e5, "bushing_axial_stiffness": 1e6, "bushing_axial_damping": 1e4, "housing_mass": 3310.0,
-    "housing_inertia": [1000.0, 900.0, 900.0], "housing_cg_x": 0.25, "shaft_mass": 2692.0, "shaft_cg_x": -0.8,
-    "coupling_mass": 4100.0, "coupling_arm": 1.75, "main_bearing_x": 2.3, "gear_ratio": 81.491, "zeroing_samples": 150,
+    "R_x": 0.75, "R_y": 0.1575, "R_z": 0.75, "R_b": 0.6, "R_yz": 0.2,
+    "bushing_radial_stiffness": 20.2e6,
+    "bushing_radial_damping": 1e5, "bushing_axial_stiffness": 1e6, "bushing_axial_damping": 1e4,
+    "housing_mass": 3310.0,
+    "housing_inertia": [1000.0, 900.0, 900.0], "housing_cg_x": 0.25, "shaft_mass": 2692.0,
+    "shaft_cg_x": -0.8,
+    "coupling_mass": 4100.0, "coupling_arm": 1.75, "main_bearing_x": 2.3, "gear_ratio": 81.491,
+    "zeroing_samples": 150,
 })  # fmt: skip
 
 
@@ -94,8 +98,11 @@ def bodies() -> Bodies:
 def _sensor_rows() -> FloatArray:
     """Sensors by place and direction, as equation (8) of the paper reads them."""
     R_x, R_y, R_z, R_b, R_yz = (RIG[name] for name in ("R_x", "R_y", "R_z", "R_b", "R_yz"))
-    places = {
-        "ssx": ((0.0, R_z, R_y), 0), "spx": ((0.0, -R_z, R_y), 0), "ssz": ((0.0, R_x, 0.0), 2), "spz": ((0.0, -R_x, 0.0), 2),
+    positions = {
+        "ssx": ((0.0, R_z, R_y), 0), "spx": ((0.0, -R_z, R_y), 0), "ssz": ((0.0, R_x, 0.0), 2),
+        "spz": ((0.0, -R_x, 0.0), 2),
         "spy": ((-R_yz, 0.0, 0.0), 1), "sbx": ((0.0, 0.0, -R_b), 0),
     }  # fmt: skip
-    return np.array([_motion(places[name][0], rolls=True)[places[name][1]] for name in SENSORS])
+    return np.array(
+        [_motion(positions[name][0], rolls=True)[positions[name][1]] for name in SENSORS]
+    )

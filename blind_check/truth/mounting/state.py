@@ -72,7 +72,7 @@ class MountingState:
         )
         if self.delay:
             late = record.time - self.delay
-            signals = np.array([np.interp(late, record.time, own) for own in signals.T]).T
+            signals = np.array([np.interp(late, record.time, signal) for signal in signals.T]).T
         return zeroed(signals) * (1.0 + self.gain) + self.zero
 
 
@@ -110,8 +110,10 @@ def with_effect(
         return _with_law(state, name, rng, size)
     if name in ("ground_motion", "loose_probe_bracket"):
         return replace(state, outside=(name, 0.1 * float(size[0])))
-    changed, own = _CHANGES[name](state, float(rng.uniform()), float(rng.choice((-1.0, 1.0))), rng)
-    return replace(changed, parameters={**state.parameters, name: own})
+    changed, parameters = _CHANGES[name](
+        state, float(rng.uniform()), float(rng.choice((-1.0, 1.0))), rng
+    )
+    return replace(changed, parameters={**state.parameters, name: parameters})
 
 
 def _with_law(

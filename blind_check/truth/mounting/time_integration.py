@@ -1,4 +1,6 @@
-"""Motion of the housing under its loads, by an own fixed-step Runge-Kutta march with every force at its own bushing.
+"""Motion of the housing under its loads.
+
+Integrated by a fixed-step Runge-Kutta method, with every force at its own bushing.
 
 Radial forces beside the linear ones are those of :mod:`carrierflex.blind_check.truth.element.laws`;
 hardening springs are stacks of leaves: straight between steps of an eighth of the deflection's
@@ -93,21 +95,20 @@ def housing_motion(
     weights, ends = np.tile(share, 2), axial.T * share
     K = bushings.K1 * (radial.T * weights) @ radial + bushings.k_x * ends @ axial
     C = bushings.C1 * (radial.T * weights) @ radial + bushings.c_x * ends @ axial
-    for place in range(N_FREE - 2, free):
-        K[place, place] += 1.0 / bushings.compliance
-        C[place, place] += (
-            2.0 * _BEARING_DAMPING * np.sqrt(bodies.M[place, place] / bushings.compliance)
-        )
+    for i in range(N_FREE - 2, free):
+        K[i, i] += 1.0 / bushings.compliance
+        C[i, i] += 2.0 * _BEARING_DAMPING * np.sqrt(bodies.M[i, i] / bushings.compliance)
     inverse = np.linalg.inv(bodies.M[:free, :free])
     names = np.array([law for law, _, _ in bushings.laws], dtype=np.float64)
-    p = np.array([own for _, own, _ in bushings.laws]).reshape(-1, 4)
-    size = np.array([own for _, _, own in bushings.laws]).reshape(-1, 2)
+    p = np.array([parameters for _, parameters, _ in bushings.laws]).reshape(-1, 4)
+    size = np.array([sizes for _, _, sizes in bushings.laws]).reshape(-1, 2)
     forces = np.ascontiguousarray(loads @ bodies.loads[:free].T)
     system = (inverse, K, C, np.ascontiguousarray(radial), weights)
     q = _march(system, forces, step, names, p, size, FINE)
     if not np.isfinite(q).all():
         raise ArithmeticError(
-            f"the housing's motion grows without bound at {FINE} steps a sample; expected a softer force"
+            f"the housing's motion grows without bound at {FINE} steps a sample; expected a softer "
+            "force"
         )
     return np.asarray(q @ bodies.sensors[:, :free].T)
 
@@ -156,7 +157,9 @@ def _march(system, forces, step, names, p, size, fine):  # type: ignore[no-untyp
     slopes = np.zeros((4, x.size))
     q, h = np.zeros((n_samples, n)), step / fine
     for k in range((n_samples - 1) * fine):
-        sample, within, t = k // fine, k % fine, k * h
+        sample = k // fine
+        within = k % fine
+        t = k * h
         rise = (forces[sample + 1] - forces[sample]) / fine
         start = forces[sample] + within * rise
         _acceleration(system, start, x, t, names, p, size, slopes[0])

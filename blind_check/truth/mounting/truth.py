@@ -68,23 +68,26 @@ def mounting_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     for name in plan.effects:
         state = with_effect(state, name, rng, size)
     clean = state.read(rig, records) if plan.effects else plain
-    refit = MountingRefit(rig, [own.loads for own in records], 1.0 / RATE)
-    left = refit.left(clean)
-    gap = _size(left) if plan.effects else 0.0
+    refit = MountingRefit(rig, [record.loads for record in records], 1.0 / RATE)
+    residuals = refit.residuals(clean)
+    gap = _size(residuals) if plan.effects else 0.0
     floor = (
         gap / plan.ratio if plan.effects else _size(plain) * 10.0 ** float(rng.uniform(-3.0, -2.0))
     )
-    declared, errors = _errors(plan, rng, records, clean, (refit, left, floor))
+    declared, errors = _errors(plan, rng, records, clean, (refit, residuals, floor))
     own_noise = noise_rng(plan, repeat)
     noise = [
-        zeroed(floor * coloured_noise(own_noise, own.T.shape, memory=_MEMORY).T) for own in clean
+        zeroed(floor * coloured_noise(own_noise, signal.T.shape, memory=_MEMORY).T)
+        for signal in clean
     ]
-    measured = [own * (1.0 + errors) + more for own, more in zip(clean, noise, strict=True)]
-    effect = [own - other for own, other in zip(clean, plain, strict=True)]
+    measured = [signal * (1.0 + errors) + more for signal, more in zip(clean, noise, strict=True)]
+    effect = [signal - other for signal, other in zip(clean, plain, strict=True)]
     again = MountingRefit(rig, declared, 1.0 / RATE)
-    after = _size(again.held_out([own - more for own, more in zip(measured, effect, strict=True)]))
+    after = _size(
+        again.held_out([signal - more for signal, more in zip(measured, effect, strict=True)])
+    )
     rho = after / _size(again.held_out(measured)) if plan.effects else 1.0
-    run = f"run{1 + int(np.argmax([root_mean_square(own) for own in left]))}"
+    run = f"run{1 + int(np.argmax([root_mean_square(residual) for residual in residuals]))}"
     return _campaign(plan, records, declared, measured, floor), _label(
         plan, state, (gap, floor, rho), run
     )
@@ -93,10 +96,13 @@ def mounting_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
 def _deflection(rig: Bodies, signals: Sequence[FloatArray]) -> FloatArray:
     """Largest radial deflection of a bushing and the largest speed of one."""
     to_motion = np.linalg.pinv(rig.sensors[:, :3])
-    deflections = [own @ to_motion.T @ rig.radial[:, :3].T for own in signals]
-    largest = max(np.abs(own).max() for own in deflections)
+    deflections = [signal @ to_motion.T @ rig.radial[:, :3].T for signal in signals]
+    largest = max(np.abs(deflection).max() for deflection in deflections)
     return np.array(
-        [largest, max(np.abs(np.diff(own, axis=0)).max() for own in deflections) * RATE]
+        [
+            largest,
+            max(np.abs(np.diff(deflection, axis=0)).max() for deflection in deflections) * RATE,
+        ]
     )
 
 
@@ -111,15 +117,20 @@ def _errors(
     clean: Sequence[FloatArray],
     gap: tuple[MountingRefit, list[FloatArray], float],
 ) -> tuple[list[FloatArray], FloatArray]:
-    """Loads as they are recorded and gain errors of the sensors, less where they would leave too large a gap of their own."""
-    refit, left, floor = gap
+    """Loads as they are recorded and gain errors of the sensors.
+
+    The errors are smaller where they alone would leave too large a gap.
+    """
+    refit, residuals, floor = gap
     torque = 1.0 + _TORQUE * float(rng.choice((-1.0, 1.0))) * np.array([1.0, 0.0, 0.0])
     gains = rng.uniform(-_GAIN, _GAIN, len(SENSORS))
-    wrong = MountingRefit(refit.bodies, [own.loads * torque for own in records], refit.step)
-    found = wrong.left([own * (1.0 + gains) for own in clean])
-    leak = _size([own - other for own, other in zip(found, left, strict=True)]) / floor
+    wrong = MountingRefit(refit.bodies, [record.loads * torque for record in records], refit.step)
+    biased = wrong.residuals([signal * (1.0 + gains) for signal in clean])
+    leak = (
+        _size([residual - other for residual, other in zip(biased, residuals, strict=True)]) / floor
+    )
     share = min(1.0, largest_leak(plan) / leak)
-    return [own.loads * (1.0 + share * (torque - 1.0)) for own in records], share * gains
+    return [record.loads * (1.0 + share * (torque - 1.0)) for record in records], share * gains
 
 
 def _label(
@@ -133,7 +144,7 @@ def _label(
         kind="mounting",
         family=plan.family,
         effects=inside,
-        acceptable=tuple(same_class("mounting", own, one_load=one_load) for own in inside),
+        acceptable=tuple(same_class("mounting", effect, one_load=one_load) for effect in inside),
         # With nothing missing, what the sensors' errors leave is too small to be found.
         present=("sensor_gain",) if plan.effects else (),
         gap_over_floor=gap / floor,

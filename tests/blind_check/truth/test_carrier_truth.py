@@ -61,23 +61,24 @@ def by_the_library(effect, values):
 @pytest.mark.parametrize(
     "effect",
     [
-        "housing_tilt", "torque_tilt", "carrier_tilt", "flexible_pins", "stiff_pins", "unequal_load_sharing",
+        "housing_tilt", "torque_tilt", "carrier_tilt", "flexible_pins", "stiff_pins",
+        "unequal_load_sharing",
         "load_sharing_ntl", "ntl_tilt", "flange_warp", "face_runout", "ring_pass",
     ],
 )  # fmt: skip
 def test_own_equations_give_the_signal_that_the_contract_means(effect):
     values = drawn_values(effect, np.random.default_rng(3), 6)
-    own = SIGNALS[effect](RECORD, values)
+    truth = SIGNALS[effect](RECORD, values)
     other = by_the_library(CARRIER_EFFECTS[effect], values)
     # Curves are interpolated between half degrees there and summed as a series here.
-    np.testing.assert_allclose(own, other, atol=2e-3 * np.abs(other).max(), rtol=0.0)
+    np.testing.assert_allclose(truth, other, atol=2e-3 * np.abs(other).max(), rtol=0.0)
 
 
 def diametral(signal, order):
     """A_m(n) for m = 0, 1, 2, 3: 1/4 sum_i Y_i(n) exp(j m v_i)."""
     turns = 2.0 * np.pi * np.arange(3600) / 3600 * 3
     angle = RECORD.angle[0] + turns
-    even = np.array([np.interp(angle, RECORD.angle, own) for own in signal])
+    even = np.array([np.interp(angle, RECORD.angle, channel) for channel in signal])
     amplitude = even @ np.exp(-1j * order * turns) / turns.size
     return [abs(np.mean(amplitude * np.exp(1j * m * SENSOR_ANGLES))) for m in range(4)]
 
@@ -85,10 +86,10 @@ def diametral(signal, order):
 @pytest.mark.parametrize("order", [2, 3, 4, 5])
 def test_a_wave_on_the_face_stands_in_one_pattern_alone(order):
     signal = SIGNALS["face_runout"](RECORD, {f"a_{order}": 3e-5, f"b_{order}": 1e-5})
-    found = diametral(signal, order)
-    assert np.argmax(found) == order % 4
+    amplitudes = diametral(signal, order)
+    assert np.argmax(amplitudes) == order % 4
     # Linear interpolation at 20 samples a second smears a thousandth.
-    assert np.sort(found)[-2] < 5e-3 * max(found)
+    assert np.sort(amplitudes)[-2] < 5e-3 * max(amplitudes)
 
 
 def test_clearances_close_and_saturate():
@@ -157,10 +158,12 @@ def test_nothing_is_left_but_noise_where_nothing_is_missing(tmp_path):
             )
             columns.append(np.array([row.reshape(-1) for row in rows]).T)
             signals.append(np.array(list(run.signals.values())))
-        left = np.concatenate(LinearBaseline(columns, own_offset=True).left(signals), axis=1)
+        residual = np.concatenate(
+            LinearBaseline(columns, own_offset=True).residuals(signals), axis=1
+        )
         # Noise with a memory of one sample: 23 000 samples tell its size to 1 %; the sensors'
         # errors add half a per cent.
-        assert left.std() / label.floor == pytest.approx(1.0, abs=0.03)
+        assert residual.std() / label.floor == pytest.approx(1.0, abs=0.03)
         assert label.present == ()
         assert label.rho == 1.0
         assert label.gap_over_floor == 0.0

@@ -13,8 +13,8 @@ STIFFNESS = 1e5
 
 
 def static_force(name, p, q, v=0.0):
-    own = np.array([*p, *[0.0] * (3 - len(p)), STIFFNESS])
-    return law_force(LAWS[name], own, SIZE, q, v, np.zeros(2), 0.0, np.zeros(2))
+    parameters = np.array([*p, *[0.0] * (3 - len(p)), STIFFNESS])
+    return law_force(LAWS[name], parameters, SIZE, q, v, np.zeros(2), 0.0, np.zeros(2))
 
 
 @pytest.mark.parametrize(
@@ -84,7 +84,9 @@ def test_elasto_plastic_friction_yields_at_its_level():
 
 
 def test_maxwell_branches_lose_what_theory_says():
-    k, tau, omega = 3e4, 0.05, SIZE[1] / SIZE[0]
+    k = 3e4
+    tau = 0.05
+    omega = SIZE[1] / SIZE[0]
     area, _ = loop_area("maxwell_branch", (k, tau))
     loss = np.mean([k * omega * t / (1.0 + (omega * t) ** 2) for t in (0.9 * tau, 1.1 * tau)])
     np.testing.assert_allclose(area, np.pi * loss * SIZE[0] ** 2, rtol=0.01)
@@ -96,7 +98,7 @@ def response(steps, laws=(), damping=0.0):
     time = np.linspace(0.0, 2.0 * period, 3 * steps + 1)
     force = 100.0 * np.sin(0.7 * 2.0 * np.pi * time / period) ** 3
     names = np.array([LAWS[name] for name, _ in laws], dtype=np.float64)
-    p = np.array([[*own, 0.0, 0.0, STIFFNESS] for _, own in laws]).reshape(-1, 4)
+    p = np.array([[*parameters, 0.0, 0.0, STIFFNESS] for _, parameters in laws]).reshape(-1, 4)
     base = np.array([mass, STIFFNESS, damping, 0.0])
     return driven_motion(
         force, 2.0 * period / steps, base, names, p, np.tile(SIZE, (len(laws), 1))
@@ -125,8 +127,11 @@ def test_gap_is_as_planned_and_noise_as_declared(number, tmp_path):
 
 
 def residual_of_own_baseline(campaign):
-    """RMS left by mass, spring, damper and offset in a driven run, by derivatives of the measured input alone."""
-    settle, left = campaign.rig["settle_samples"], []
+    """RMS left by mass, spring, damper and offset in a driven run.
+
+    By derivatives of the measured input alone.
+    """
+    settle, residuals = campaign.rig["settle_samples"], []
     for run in campaign.runs:
         q, force = run.inputs["displacement"], run.signals["measured_force"]
         step = run.time[1] - run.time[0]
@@ -136,8 +141,10 @@ def residual_of_own_baseline(campaign):
             2 * settle, -settle
         )  # the transform takes the record for periodic: away from its ends
         matrix = np.array([*rows, np.ones_like(q)]).T[inner]
-        left.append(force[inner] - matrix @ np.linalg.lstsq(matrix, force[inner], rcond=None)[0])
-    return np.sqrt(np.mean(np.square(left)))
+        residuals.append(
+            force[inner] - matrix @ np.linalg.lstsq(matrix, force[inner], rcond=None)[0]
+        )
+    return np.sqrt(np.mean(np.square(residuals)))
 
 
 def test_nothing_is_left_but_noise_where_nothing_is_missing(tmp_path):
@@ -147,9 +154,9 @@ def test_nothing_is_left_but_noise_where_nothing_is_missing(tmp_path):
                 CasePlan("element", number, 9, family, effects, ratio), tmp_path / family
             )
             campaign = read_campaign(tmp_path / family)
-            left = residual_of_own_baseline(campaign) / label.floor
-            assert (0.9 < left < 1.15) if family == NOTHING else (left > 4.0), (
+            residual = residual_of_own_baseline(campaign) / label.floor
+            assert (0.9 < residual < 1.15) if family == NOTHING else (residual > 4.0), (
                 number,
                 family,
-                left,
+                residual,
             )

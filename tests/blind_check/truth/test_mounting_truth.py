@@ -29,17 +29,19 @@ from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
 
 RIG_BODIES = bodies()
-K, L, R_x = RIG["bushing_radial_stiffness"], RIG["main_bearing_x"], RIG["R_x"]
+K = RIG["bushing_radial_stiffness"]
+L = RIG["main_bearing_x"]
+R_x = RIG["R_x"]
 PLAIN = Bushings(K, RIG["bushing_radial_damping"])
 
 
 @pytest.fixture(scope="module")
 def record():
     """Quick changes at full load, 26 s of them."""
-    whole = drawn_record(np.random.default_rng(4), 4)
+    drawn = drawn_record(np.random.default_rng(4), 4)
     part = slice(0, 1300)
     return MountingRecord(
-        whole.condition, whole.time[part], whole.speed[part], whole.angle[part], whole.loads[part]
+        drawn.condition, drawn.time[part], drawn.speed[part], drawn.angle[part], drawn.loads[part]
     )
 
 
@@ -62,10 +64,10 @@ def test_radial_load_tips_the_shaft_about_the_main_bearing():
     pitch = (
         5e4 * RIG["coupling_arm"] / (2.0 * K * L**2)
     )  # upward at the coupling: the housing's nose, upwind, rises
-    found = at_rest_under(0.0, 0.0, 5e4)
-    np.testing.assert_allclose(found[[2, 3]], -L * pitch, rtol=1e-9)
+    motion = at_rest_under(0.0, 0.0, 5e4)
+    np.testing.assert_allclose(motion[[2, 3]], -L * pitch, rtol=1e-9)
     np.testing.assert_allclose(
-        found[[0, 1, 5]], pitch * np.array([RIG["R_y"], RIG["R_y"], -RIG["R_b"]]), rtol=1e-9
+        motion[[0, 1, 5]], pitch * np.array([RIG["R_y"], RIG["R_y"], -RIG["R_b"]]), rtol=1e-9
     )
 
 
@@ -110,10 +112,10 @@ def test_effects_mean_what_the_simulator_means(record, effect, symbols, toleranc
     known = MountingState(PLAIN)
     size = np.array([0.012, 0.06])
     state = with_effect(known, effect, np.random.default_rng(7), size)
-    values = {name: state.parameters[effect][own] for name, own in symbols.items()}
-    plain, own = known.read(RIG_BODIES, [record])[0], state.read(RIG_BODIES, [record])[0]
+    values = {name: state.parameters[effect][symbol] for name, symbol in symbols.items()}
+    plain, changed = known.read(RIG_BODIES, [record])[0], state.read(RIG_BODIES, [record])[0]
     np.testing.assert_allclose(plain, simulated(record), atol=1e-6 * np.abs(plain).max())
-    change, other = own - plain, simulated(record, **values) - simulated(record)
+    change, other = changed - plain, simulated(record, **values) - simulated(record)
     assert np.sqrt(np.mean((change - other) ** 2)) < tolerance * np.sqrt(np.mean(other**2))
     assert np.abs(other).max() > 1e-6
 
@@ -143,9 +145,9 @@ def test_own_refit_finds_the_bushings_of_a_rig_without_effects():
     records = [drawn_record(np.random.default_rng(k), k) for k in (1, 4)]
     bushings = Bushings(1.13 * K, 1.4 * RIG["bushing_radial_damping"])
     signals = MountingState(bushings).read(RIG_BODIES, records)
-    refit = MountingRefit(RIG_BODIES, [own.loads for own in records], 1.0 / RATE)
-    for left, signal in zip(refit.left(signals), signals, strict=True):
-        assert np.abs(left).max() < 1e-6 * np.abs(signal).max()
+    refit = MountingRefit(RIG_BODIES, [each.loads for each in records], 1.0 / RATE)
+    for residual, signal in zip(refit.residuals(signals), signals, strict=True):
+        assert np.abs(residual).max() < 1e-6 * np.abs(signal).max()
 
 
 def test_gap_is_as_planned_and_nothing_missing_leaves_noise(tmp_path):
@@ -156,7 +158,9 @@ def test_gap_is_as_planned_and_nothing_missing_leaves_noise(tmp_path):
     assert label.gap_over_floor == pytest.approx(12.0)
     assert 0.04 < label.rho < 0.13
     assert len(campaign.runs) == 5
-    np.testing.assert_allclose([own.noise_std for own in campaign.channels], label.floor, rtol=1e-9)
+    np.testing.assert_allclose(
+        [channel.noise_std for channel in campaign.channels], label.floor, rtol=1e-9
+    )
     label = write_case(CasePlan("mounting", 2, 8, NOTHING, (), 0.0), tmp_path / "nothing")
     campaign = read_campaign(tmp_path / "nothing")
     loads = [
@@ -164,9 +168,9 @@ def test_gap_is_as_planned_and_nothing_missing_leaves_noise(tmp_path):
         for run in campaign.runs
     ]
     signals = [np.array(list(run.signals.values())).T for run in campaign.runs]
-    left = np.concatenate(MountingRefit(RIG_BODIES, loads, 1.0 / RATE).left(signals))
+    residual = np.concatenate(MountingRefit(RIG_BODIES, loads, 1.0 / RATE).residuals(signals))
     # The mean of the noise at rest leaves with the zero, errors of the sensors add half a per cent.
-    assert left.std() / label.floor == pytest.approx(1.0, abs=0.04)
+    assert residual.std() / label.floor == pytest.approx(1.0, abs=0.04)
     assert label.present == ()
     assert label.where == {}
 

@@ -43,14 +43,16 @@ def imports_of(path):
 
 def modules_of_the_truth():
     """Every module that `truth` imports, one after the other, within the blind check."""
-    found, waiting = {}, ["carrierflex.blind_check.truth.campaigns"]
+    modules, waiting = {}, ["carrierflex.blind_check.truth.campaigns"]
     while waiting:
         name = waiting.pop()
         path = ROOT / (name.removeprefix("carrierflex.").replace(".", "/") + ".py")
-        if name not in found and path.is_file():
-            found[name] = set(imports_of(path))
-            waiting.extend(own for own in found[name] if own.startswith("carrierflex.blind_check."))
-    return found
+        if name not in modules and path.is_file():
+            modules[name] = set(imports_of(path))
+            waiting.extend(
+                module for module in modules[name] if module.startswith("carrierflex.blind_check.")
+            )
+    return modules
 
 
 def test_truth_imports_nothing_that_fits():
@@ -59,9 +61,9 @@ def test_truth_imports_nothing_that_fits():
     for module, names in modules.items():
         for name in names:
             if name.startswith("carrierflex.") and not name.startswith("carrierflex.blind_check"):
-                assert any(name == own or name.startswith(own + ".") for own in CAMPAIGN_TYPES), (
-                    f"{module} imports {name}"
-                )
+                assert any(
+                    name == allowed or name.startswith(allowed + ".") for allowed in CAMPAIGN_TYPES
+                ), f"{module} imports {name}"
         assert not names & {"importlib.import_module", "runpy"}, module
 
 
@@ -79,8 +81,10 @@ def test_a_case_follows_from_its_plan_alone(plan, tmp_path):
     first = write_case(plan, tmp_path / "first")
     write_case(replace(plan, number=2), tmp_path / "between")
     assert write_case(plan, tmp_path / "second").text() == first.text()
-    one, two, other = (read_campaign(tmp_path / name) for name in ("first", "second", "between"))
-    for run, again, different in zip(one.runs, two.runs, other.runs, strict=True):
+    written, two, other = (
+        read_campaign(tmp_path / name) for name in ("first", "second", "between")
+    )
+    for run, again, different in zip(written.runs, two.runs, other.runs, strict=True):
         for name, signal in run.signals.items():
             np.testing.assert_array_equal(signal, again.signals[name])
             assert not np.array_equal(signal, different.signals[name])

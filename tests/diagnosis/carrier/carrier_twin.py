@@ -139,6 +139,9 @@ def inputs_tail(inputs):
 
 
 def twin_problem(effect=None, **options):
-    """ComparisonProblem of such a campaign; a known effect that is asked for is missing from the baseline."""
+    """ComparisonProblem of such a campaign.
+
+    A known effect that is asked for is missing from the baseline.
+    """
     contained = options.pop("contained", tuple(name for name in KNOWN if name != effect))
     return carrier_problem(twin_campaign(effect, contained=contained, **options), CURVES)

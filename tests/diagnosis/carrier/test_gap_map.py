@@ -35,10 +35,10 @@ def test_waviness_lands_only_in_m_equal_to_n_modulo_four(order, pattern):
         return 1e-4 * np.cos(order * (channel.angle - angle)) * (channel in CHANNELS[:4])
 
     cells = cells_of(twin_problem(None, extra=waves, turns=6, loads=QUIET))
-    own = {m: cells["run1", m, order].coherent for m in ("m=0", "m=+1", "m=-1", "m=2")}
+    by_pattern = {m: cells["run1", m, order].coherent for m in ("m=0", "m=+1", "m=-1", "m=2")}
     # Four of six channels, half the squared amplitude; the rest is noise.
-    assert_allclose(own.pop(pattern), 1e-8 / 2.0 * 4.0 / 6.0, rtol=0.01)
-    assert max(own.values()) < 1e-4 * 1e-8
+    assert_allclose(by_pattern.pop(pattern), 1e-8 / 2.0 * 4.0 / 6.0, rtol=0.01)
+    assert max(by_pattern.values()) < 1e-4 * 1e-8
 
 
 def test_a_gain_error_leaks_into_the_saddle_pattern_in_one_constant_ratio():
@@ -131,10 +131,10 @@ def test_a_small_order_beyond_chance_is_said_with_its_p_value():
     problem = twin_problem(None, extra=small, turns=8, loads=QUIET)
     text = said(problem)
     cell = r"small yet beyond chance: order 6, m=2 \((\S+) %, p <= (\S+) in every run\)"
-    found = re.search(cell, text)
+    match = re.search(cell, text)
     # The square of 2 in 100, printed with two digits; the noise of 5 um shifts 20 um by 1 %.
-    assert_allclose(float(found[1]), 0.04, rtol=0.03)
-    assert float(found[2]) < 0.01
+    assert_allclose(float(match[1]), 0.04, rtol=0.03)
+    assert float(match[2]) < 0.01
 
 
 def test_one_revolution_is_tested_against_the_declared_noise():
@@ -148,13 +148,13 @@ def test_one_revolution_is_tested_against_the_declared_noise():
     phase = np.outer(np.arange(n) * 2.0 * np.pi / n, np.arange(MAX_ORDER + 1))
     orders = table @ np.exp(-1j * phase) * np.where(np.arange(MAX_ORDER + 1) == 0, 1.0, 2.0) / n
     p_values = []
-    for own in orders:
+    for revolution in orders:
         noise = np.array([1.0 / n])
         p_values.append(
             [
                 c.p_value
                 for c in carrier_gap_cells(
-                    CHANNELS, own[None], ["R"], np.zeros(1, dtype=int), noise
+                    CHANNELS, revolution[None], ["R"], np.zeros(1, dtype=int), noise
                 )
             ]
         )

@@ -29,12 +29,12 @@ EFFECTS = (
 FAST = ("carrier_tilt", "flange_warp", "sensor_gain", "sensor_delay", "bearing_clearance")
 
 
-def found(problem):
+def diagnosis_of(problem):
     return diagnose(problem, campaign="twin", kind="carrier")
 
 
 def check_named(effect):
-    result = found(twin_problem(effect))
+    result = diagnosis_of(twin_problem(effect))
     # The twin holds the effect in the form of its card: nothing else explains it as well.
     assert (result.verdict, result.attribution.effects) == ("named", (effect,)), result.reason
     assert result.reduction.phi > 0.99
@@ -57,14 +57,14 @@ def test_every_other_missing_effect_is_named(effect):
 
 
 def test_nothing_missing_is_at_the_noise_floor():
-    assert found(twin_problem(None)).verdict == "at_noise_floor"
+    assert diagnosis_of(twin_problem(None)).verdict == "at_noise_floor"
 
 
 def test_an_effect_outside_the_library_is_none_of_these():
     problem = twin_problem(
         None, extra=lambda channel, angle: 5e-5 * np.cos(10.0 * angle) * (channel.name == "s227")
     )
-    assert found(problem).verdict == "none_of_these"
+    assert diagnosis_of(problem).verdict == "none_of_these"
 
 
 @pytest.mark.parametrize(
@@ -95,7 +95,7 @@ def test_parameters_of_a_gain_and_a_threshold_are_recovered():
 def test_noise_is_measured_where_none_is_declared():
     campaign = twin_campaign(None)
     silent = replace(
-        campaign, channels=tuple(replace(own, noise_std=None) for own in campaign.channels)
+        campaign, channels=tuple(replace(channel, noise_std=None) for channel in campaign.channels)
     )
     problem = carrier_problem(silent, CURVES)
     # 96 revolutions of 60 samples: the variance is known to a few per cent.
@@ -103,7 +103,7 @@ def test_noise_is_measured_where_none_is_declared():
 
 
 def test_one_revolution_is_not_diagnosable():
-    result = found(twin_problem(None, loads=((1.0, 0, 0),), turns=1))
+    result = diagnosis_of(twin_problem(None, loads=((1.0, 0, 0),), turns=1))
     assert result.verdict == "not_diagnosable"
     assert "expected at least" in result.reason
 
@@ -127,4 +127,4 @@ def test_another_simulators_prediction_is_the_baseline():
         for run, other in zip(campaign.runs, clean.runs, strict=True)
     )
     columns = replace(campaign, runs=runs, baseline=Baseline("columns", ("axial_offset",)))
-    assert found(carrier_problem(columns, CURVES)).attribution.effects == ("flange_warp",)
+    assert diagnosis_of(carrier_problem(columns, CURVES)).attribution.effects == ("flange_warp",)

@@ -40,10 +40,10 @@ def test_area_between_distributions_is_their_shift_or_their_change_of_width():
         Scalar("b", "m", measured, 2.0 * measured - 0.5),
     )
     same = Scalar("a", "m", measured, measured[::-1]), Scalar("b", "m", measured, measured)
-    found = scalar_gaps((shifted, wide), same)
+    gaps = scalar_gaps((shifted, wide), same)
     # The same mean with twice the width: integral of |x - 1/2| over the distribution.
-    assert_allclose([own.area_before for own in found], [0.3, 0.25], rtol=0.02)
-    assert_allclose([own.area_after for own in found], 0.0, atol=1e-12)
+    assert_allclose([each.area_before for each in gaps], [0.3, 0.25], rtol=0.02)
+    assert_allclose([each.area_after for each in gaps], 0.0, atol=1e-12)
 
 
 @pytest.fixture(scope="module")
@@ -53,15 +53,22 @@ def swash():
 
 def test_the_tilt_at_1x_closes_once_it_is_named(swash):
     assert swash.attribution.effects == ("carrier_tilt",)
-    tilt = next(own for own in swash.gap.scalars if own.name == "1X axial")
+    tilt = next(scalar for scalar in swash.gap.scalars if scalar.name == "1X axial")
     # R phi at R = 0.412 m; both components of the tilt are missing, that of the twin and the
     # injected one.
     components = np.add(KNOWN["carrier_tilt"], INJECTED["carrier_tilt"])
     assert_allclose(tilt.area_before, 0.412 * np.hypot(*components), rtol=0.01)
     assert tilt.area_after < 0.02 * tilt.area_before
-    cells = [own for own in swash.gap.cells if (own.channel_pattern, own.order) == ("m=+1", 1.0)]
+    cells = [
+        tilt_cell
+        for tilt_cell in swash.gap.cells
+        if (tilt_cell.channel_pattern, tilt_cell.order) == ("m=+1", 1.0)
+    ]
     assert len(cells) == 6
-    assert all(own.is_beyond and own.error_after < 0.05 * own.error_before for own in cells)
+    assert all(
+        tilt_cell.is_beyond and tilt_cell.error_after < 0.05 * tilt_cell.error_before
+        for tilt_cell in cells
+    )
 
 
 def test_the_file_holds_the_gap_beyond_the_map_and_the_contract_as_before(swash):

@@ -56,15 +56,13 @@ def test_where_one_table_is_drawn_the_others_stay():
 
 
 def test_cells_that_do_not_exist_are_left_out_and_count_in_no_p_value():
-    whole = table("A", [[1.0, 2.0], [3.0, 4.0]], p_value=0.004)
-    part = replace(whole, used=np.array([[True, False], [False, False]]))
+    full = table("A", [[1.0, 2.0], [3.0, 4.0]], p_value=0.004)
+    part = replace(full, used=np.array([[True, False], [False, False]]))
     assert len(gap_cells([part])) == 1
     assert_allclose(gap_cells([part])[0].p_value, 0.004)
     # Four equal p-values by Benjamini and Yekutieli: times 1 + 1/2 + 1/3 + 1/4.
-    assert_allclose([c.p_value for c in gap_cells([whole])], 0.004 * 25.0 / 12.0)
-    assert not any(
-        is_significant(c) for c in gap_cells([replace(whole, p_value=whole.p_value * 3)])
-    )
+    assert_allclose([c.p_value for c in gap_cells([full])], 0.004 * 25.0 / 12.0)
+    assert not any(is_significant(c) for c in gap_cells([replace(full, p_value=full.p_value * 3)]))
     assert adjusted([]).size == 0
     assert gap_cells([]) == ()
 

@@ -50,25 +50,25 @@ def test_few_repetitions_tell_no_trend():
 
 
 def test_drift_of_the_offset_is_seen_in_time_and_said():
-    found = findings_of(twin_problem("thermal_drift", loads=QUIET))
-    first = found.drifts[0]
+    findings = findings_of(twin_problem("thermal_drift", loads=QUIET))
+    first = findings.drifts[0]
     assert (first.channel_pattern, first.order) == ("m=0", 0.0)
     # The law of the twin drifts by 40 um linearly and 20 um of the next form over a run.
     assert 2e-5 < first.change < 2e-4
     assert first.p_value < 1e-6
-    text = scatter_words(found, "m").plain
+    text = scatter_words(findings, "m").plain
     assert f"the gap drifts in time: in {first.run} order 0, m=0 changes by" in text
-    own = [moment.rms for moment in found.in_time if moment.run == first.run]
-    assert max(own) > 1.5 * min(own)
+    rms = [moment.rms for moment in findings.in_time if moment.run == first.run]
+    assert max(rms) > 1.5 * min(rms)
 
 
 def test_a_steady_gap_does_not_drift():
-    found = findings_of(
+    findings = findings_of(
         twin_problem(None, loads=QUIET, contained=("axial_offset", "housing_tilt", "flexible_pins"))
     )
-    assert "drifts" not in scatter_words(found, "m").plain
-    own = [moment.rms for moment in found.in_time if moment.run == "run1"]
-    assert_allclose(own, np.mean(own), rtol=0.02)
+    assert "drifts" not in scatter_words(findings, "m").plain
+    rms = [moment.rms for moment in findings.in_time if moment.run == "run1"]
+    assert_allclose(rms, np.mean(rms), rtol=0.02)
 
 
 @pytest.mark.parametrize("by_force", [True, False])
@@ -84,10 +84,10 @@ def test_an_element_whose_offset_wanders_drifts(by_force):
     name, size = ("q", 5e-5) if by_force else ("F", 1.0)
     for run in campaign.runs:
         run.signals[name] += size * np.linspace(-1.0, 1.0, run.time.size)
-    found = findings_of(element_problem(campaign))
+    findings = findings_of(element_problem(campaign))
     if by_force:
         # Three periods after settling are too few for a trend.
-        assert found.drifts == ()
+        assert findings.drifts == ()
     else:
-        assert found.drifts[0].order == 0.0
-        assert " line 0, F changes by 1.5" in scatter_words(found, "N").plain
+        assert findings.drifts[0].order == 0.0
+        assert " line 0, F changes by 1.5" in scatter_words(findings, "N").plain

@@ -28,7 +28,8 @@ def carrier_findings(*, declared=True, extra=None, noisy=None):
             run.signals[noisy] += NOISE * rng.standard_normal(run.time.size)
     if not declared:
         campaign = replace(
-            campaign, channels=tuple(replace(own, noise_std=None) for own in campaign.channels)
+            campaign,
+            channels=tuple(replace(channel, noise_std=None) for channel in campaign.channels),
         )
     return findings_of(carrier_problem(campaign, CURVES))
 
@@ -44,12 +45,12 @@ def wobble(channel, angle):
     return WOBBLE * size * np.cos(channel.angle - angle) * (channel in CHANNELS[:4])
 
 
-def said(found):
-    return scatter_words(found, "m").plain
+def said(findings):
+    return scatter_words(findings, "m").plain
 
 
-def significant(found):
-    return [cell for cell in found.non_synchronous if cell.p_value < SIGNIFICANCE]
+def significant(findings):
+    return [cell for cell in findings.non_synchronous if cell.p_value < SIGNIFICANCE]
 
 
 def test_noise_alone_is_no_incoherent_gap():
@@ -72,11 +73,11 @@ def test_what_changes_from_turn_to_turn_lands_in_its_pattern_and_order():
 
 
 def test_power_off_the_orders_is_told_from_declared_noise_only():
-    found = carrier_findings(noisy="s137")
-    off = [cell for cell in significant(found) if cell.order is None]
+    findings = carrier_findings(noisy="s137")
+    off = [cell for cell in significant(findings) if cell.order is None]
     assert {cell.channel_pattern for cell in off} == {"s137"}
     assert_allclose(off[0].gap / off[0].noise, 2.0, rtol=0.15)
-    assert "off the shaft orders" in said(found)
+    assert "off the shaft orders" in said(findings)
     silent = [
         cell
         for cell in carrier_findings(noisy="s137", declared=False).non_synchronous
@@ -98,16 +99,16 @@ def repeats(extra_of_run):
 
 
 def test_what_differs_between_repeats_of_one_condition_is_told_apart():
-    found = repeats((1e-5, -1e-5, 0.0))
-    cell = next(own for own in significant(found) if "and" in own.run)
+    findings = repeats((1e-5, -1e-5, 0.0))
+    cell = next(each for each in significant(findings) if "and" in each.run)
     assert (cell.run, cell.channel_pattern, cell.order) == ("run1 and run2 and run3", "m=+1", 1.0)
     # Variance of (1, -1, 0) is 1; half of the square over four of six channels.
     assert_allclose(cell.gap, 1e-10 / 2.0 * 4.0 / 6.0, rtol=0.1)
     assert (
         "does not repeat from repeat to repeat, most of it at order 1 in run1 and run2 and run3"
-        in said(found)
+        in said(findings)
     )
-    assert [own for own in significant(repeats((0.0, 0.0, 0.0))) if "and" in own.run] == []
+    assert [each for each in significant(repeats((0.0, 0.0, 0.0))) if "and" in each.run] == []
 
 
 def test_an_element_that_chatters_is_not_taken_for_noise():

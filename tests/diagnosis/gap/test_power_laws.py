@@ -17,10 +17,12 @@ def test_a_product_of_powers_gives_its_exponents_within_their_intervals():
         size = (
             TORQUE**1.0 * load**0.5 * SPEED**2.0 * np.exp(0.02 * rng.standard_normal(TORQUE.size))
         )
-        found = exponents(size, 0.02 * size, {"torque": TORQUE, "load": load, "speed": SPEED})
+        fitted = exponents(size, 0.02 * size, {"torque": TORQUE, "load": load, "speed": SPEED})
         truth = {"torque": 1.0, "load": 0.5, "speed": 2.0}
-        errors += [own.ci95[0] < truth[name] < own.ci95[1] for name, own in found.items()]
-        assert found["speed"].p_value < 0.05
+        errors += [
+            exponent.ci95[0] < truth[name] < exponent.ci95[1] for name, exponent in fitted.items()
+        ]
+        assert fitted["speed"].p_value < 0.05
     # Two degrees of freedom, the variance never below the declared one: a little wider than
     # nominal.
     assert 0.93 <= np.mean(errors) <= 1.0
@@ -28,12 +30,12 @@ def test_a_product_of_powers_gives_its_exponents_within_their_intervals():
 
 def test_runs_without_load_take_part_in_the_exponent_of_the_torque_only():
     size = 2.0 * TORQUE
-    found = exponents(size, 0.01 * size, {"torque": TORQUE, "load": LOAD})
-    assert_allclose(found["torque"].value, 1.0, atol=1e-9)
-    assert found["torque"].n_points == 6
-    assert found["load"].n_points == 4
-    assert_allclose(found["load"].value, 0.0, atol=1e-9)
-    assert found["load"].p_value > 0.9
+    fitted = exponents(size, 0.01 * size, {"torque": TORQUE, "load": LOAD})
+    assert_allclose(fitted["torque"].value, 1.0, atol=1e-9)
+    assert fitted["torque"].n_points == 6
+    assert fitted["load"].n_points == 4
+    assert_allclose(fitted["load"].value, 0.0, atol=1e-9)
+    assert fitted["load"].p_value > 0.9
 
 
 def test_a_gap_that_the_load_enlarges_keeps_its_exponent_with_torque():
@@ -47,9 +49,9 @@ def test_a_gap_that_the_load_enlarges_keeps_its_exponent_with_torque():
 
 def test_the_misfit_of_the_law_widens_the_interval():
     size = TORQUE * np.array([1.0, 1.2, 0.9, 1.1, 0.8, 1.05])
-    found = exponents(size, 1e-3 * size, {"torque": TORQUE})["torque"]
-    assert found.ci95[0] < 1.0 < found.ci95[1]
-    assert found.ci95[1] - found.ci95[0] > 0.2
+    fitted = exponents(size, 1e-3 * size, {"torque": TORQUE})["torque"]
+    assert fitted.ci95[0] < 1.0 < fitted.ci95[1]
+    assert fitted.ci95[1] - fitted.ci95[0] > 0.2
 
 
 @pytest.mark.parametrize(
@@ -60,11 +62,14 @@ def test_the_misfit_of_the_law_widens_the_interval():
     ],
 )
 def test_what_the_runs_do_not_tell_is_said(conditions, reason):
-    found = exponents(TORQUE, 0.01 * TORQUE, conditions)["torque"]
-    assert found.reason == reason
-    assert np.isnan(found.value)
+    fitted = exponents(TORQUE, 0.01 * TORQUE, conditions)["torque"]
+    assert fitted.reason == reason
+    assert np.isnan(fitted.value)
 
 
 def test_one_point_has_no_growth():
-    one = np.array([1.0])
-    assert exponents(one, one, {"torque": one})["torque"].reason == "fewer than two points show it"
+    point = np.array([1.0])
+    assert (
+        exponents(point, point, {"torque": point})["torque"].reason
+        == "fewer than two points show it"
+    )

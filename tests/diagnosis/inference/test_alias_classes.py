@@ -26,12 +26,12 @@ NEAR = {"a": 0.8, "own": 0.6}
 def classed(truth, effects, accepted=("a",), effect="a", *, scored=(), noise_std=1.0, **limits):
     """Class of an effect of an accepted set, and what was exchanged for it."""
     problem = linear_problem(truth, effects, noise_std=noise_std)
-    told = []
-    search = forward_selection(problem, replace(LIMITS, **limits), told.append)
+    notes = []
+    search = forward_selection(problem, replace(LIMITS, **limits), notes.append)
     for single in scored:
         search.score((single,))
     members = alias_class(search, screen(problem.signatures()), accepted, effect)
-    return members, [text for text in told if text.startswith("exchange")]
+    return members, [text for text in notes if text.startswith("exchange")]
 
 
 def test_equal_columns_are_one_class_and_others_are_none():
@@ -100,10 +100,10 @@ def separated(candidate_experiments, truth=4.0, noise_std=1.0):
     effects = {"a": {"a": 1.0}, "b": {"a": 2.0}}
     problem = linear_problem({"a": truth}, effects, noise_std=noise_std)
     problem = replace(problem, candidates=tuple(candidate_experiments))
-    told = []
-    search = forward_selection(problem, LIMITS, told.append)
+    notes = []
+    search = forward_selection(problem, LIMITS, notes.append)
     fits = [fit_effects(problem, (name,)) for name in ("a", "b")]
-    return discriminating_experiment_between(search, *fits), told
+    return discriminating_experiment_between(search, *fits), notes
 
 
 ALIKE = {"a": {"a": 1.0}, "b": {"a": 2.0}}
@@ -117,10 +117,10 @@ def test_the_measurement_with_the_largest_difference_is_proposed():
         experiment("whole", APART),
         experiment("same", ALIKE),
     ]
-    text, told = separated(candidate_experiments)
+    text, notes = separated(candidate_experiments)
     # With columns apart all of a signal of 4 is left, in noise of 1.
     assert text == "whole separates a and b: they would differ by 4.0 noise floors there"
-    assert told == ["trial: half", "trial: whole", "trial: same"]
+    assert notes == ["trial: half", "trial: whole", "trial: same"]
     assert separated(candidate_experiments[::-1])[0] == text
     assert (
         "half separates a and b: they would differ by 2.4 noise"
@@ -163,12 +163,12 @@ def test_a_trial_may_hold_other_runs_than_the_records():
 
 
 class WatchedProblem(LinearProblem):
-    """Problem that writes down the last parameter of every set it is asked for."""
+    """Problem that writes down the last parameter of every set it is evaluated for."""
 
-    asked: ClassVar[list[float]] = []
+    evaluated: ClassVar[list[float]] = []
 
     def squares(self, effects, theta, chosen):
-        self.asked.append(theta[-1])
+        self.evaluated.append(theta[-1])
         return super().squares(effects, theta, chosen)
 
 
@@ -177,11 +177,11 @@ def test_a_trial_starts_at_the_fitted_values_too():
         problem = linear_problem({}, HALF_APART).with_signals_of(names, theta)
         return WatchedProblem(**vars(problem))
 
-    WatchedProblem.asked.clear()
+    WatchedProblem.evaluated.clear()
     separated([CandidateExperiment("watched", problem)])
     # The records say 2, the trial's own best is 3.2.
-    assert 2.0 in np.round(WatchedProblem.asked, 4)
-    assert 3.2 in np.round(WatchedProblem.asked, 4)
+    assert 2.0 in np.round(WatchedProblem.evaluated, 4)
+    assert 3.2 in np.round(WatchedProblem.evaluated, 4)
 
 
 class FitWithError(EffectFit):
@@ -200,7 +200,7 @@ def fitted():
 def moved(fit, change, effect="a"):
     """Values of three folds, of which the last is moved."""
     theta = np.array([fit.theta, fit.theta, fit.theta])
-    theta[2, [own.effect for own in fit.parameters].index(effect)] += change
+    theta[2, [parameter.effect for parameter in fit.parameters].index(effect)] += change
     return theta
 
 
@@ -223,12 +223,12 @@ def test_an_effect_is_judged_by_its_signal_in_all_conditions():
 
 
 def test_the_baseline_shapes_and_runs_own_parameters_may_move(fitted):
-    far = moved(fitted, 9.0)
+    distant = moved(fitted, 9.0)
     assert is_named_consistently(LIMITS, fitted, moved(fitted, 9.0, effect=BASELINE))
     for change in ({"shape": True}, {"run": "RA"}):
         parameters = (fitted.parameters[0], replace(fitted.parameters[1], **change))
-        assert is_named_consistently(LIMITS, replace(fitted, parameters=parameters), far)
-    assert not is_named_consistently(LIMITS, fitted, far)
+        assert is_named_consistently(LIMITS, replace(fitted, parameters=parameters), distant)
+    assert not is_named_consistently(LIMITS, fitted, distant)
 
 
 def test_every_added_effect_must_stay_where_it_is():

@@ -9,12 +9,12 @@ from tests.diagnosis.element.element_campaigns import DAMPING, MASS, STIFFNESS, 
 
 
 @pytest.fixture(scope="module")
-def cubic_plant():
+def cubic_problem():
     return element_problem(force_campaign(lambda q, v: 8e8 * q**3))
 
 
-def test_fit_finds_the_truth_within_its_error(cubic_plant):
-    fit = fit_effects(cubic_plant, ("cubic_stiffness",))
+def test_fit_finds_the_truth_within_its_error(cubic_problem):
+    fit = fit_effects(cubic_problem, ("cubic_stiffness",))
     truth = {"m": MASS, "K1": STIFFNESS, "C1": DAMPING, "f0": 0.0, "K3": 8e8}
     std = np.sqrt(np.diag(fit.covariance))
     for parameter, value, error in zip(fit.parameters, fit.theta, std, strict=True):
@@ -22,19 +22,19 @@ def test_fit_finds_the_truth_within_its_error(cubic_plant):
         assert abs(value - truth[parameter.name]) < 5.0 * error + 2e-4 * abs(
             truth[parameter.name]
         ), parameter.name
-    noise = np.sqrt(fit.sums.square.sum() / cubic_plant.cell_counts.sum())
+    noise = np.sqrt(fit.sums.square.sum() / cubic_problem.cell_counts.sum())
     assert_allclose(noise, 2e-6, rtol=0.03)
 
 
-def test_derivatives_predict_the_change_of_the_residual(cubic_plant):
-    fit = fit_effects(cubic_plant, ("cubic_stiffness",))
-    everything = np.ones(len(cubic_plant.segments), dtype=bool)
+def test_derivatives_predict_the_change_of_the_residual(cubic_problem):
+    fit = fit_effects(cubic_problem, ("cubic_stiffness",))
+    everything = np.ones(len(cubic_problem.segments), dtype=bool)
     for k in range(fit.theta.size):
         errors = []
         for size in (1e-3, 5e-4):
             step = np.zeros(fit.theta.size)
             step[k] = size * max(abs(fit.theta[k]), 0.1 * fit.parameters[k].scale)
-            moved = cubic_plant.squares(fit.effects, fit.theta + step, everything).sum()
+            moved = cubic_problem.squares(fit.effects, fit.theta + step, everything).sum()
             slope = -2.0 * fit.sums.right_side.sum(axis=0) @ step
             curve = step @ fit.sums.matrix.sum(axis=0) @ step
             errors.append(abs(moved - fit.sums.square.sum() - slope - curve) / curve)
@@ -43,23 +43,23 @@ def test_derivatives_predict_the_change_of_the_residual(cubic_plant):
         assert errors[0] < 0.1
 
 
-def test_a_larger_set_never_fits_worse(cubic_plant):
-    base = fit_effects(cubic_plant, ())
-    single = fit_effects(cubic_plant, ("cubic_stiffness",), contained=[base])
+def test_a_larger_set_never_fits_worse(cubic_problem):
+    base = fit_effects(cubic_problem, ())
+    single = fit_effects(cubic_problem, ("cubic_stiffness",), contained=[base])
     for further in ("quintic_stiffness", "coulomb_friction", "maxwell_branch", "stribeck_friction"):
         pair = tuple(sorted(("cubic_stiffness", further)))
-        assert fit_effects(cubic_plant, pair, contained=[base, single]).cost <= single.cost * (
+        assert fit_effects(cubic_problem, pair, contained=[base, single]).cost <= single.cost * (
             1.0 + 1e-9
         )
 
 
-def test_a_stuck_search_is_an_error(cubic_plant):
-    single = fit_effects(cubic_plant, ("cubic_stiffness",))
+def test_a_failed_search_is_an_error(cubic_problem):
+    single = fit_effects(cubic_problem, ("cubic_stiffness",))
     with pytest.raises(
         NestedFitError,
         match=r"quadratic_damping contains .*cubic_stiffness and costs .* did not converge",
     ) as caught:
-        fit_effects(cubic_plant, ("quadratic_damping",), contained=[single])
+        fit_effects(cubic_problem, ("quadratic_damping",), contained=[single])
     assert caught.value.smaller is single
     assert caught.value.fit.cost > single.cost
 
@@ -68,11 +68,11 @@ def test_an_effect_of_the_wrong_sign_stands_on_its_bound():
     # A force that drives the motion: negative damping beyond the linear part.
     problem = element_problem(force_campaign(lambda q, v: -20.0 * v * abs(v)))
     fit = fit_effects(problem, ("quadratic_damping",))
-    own = next(
+    index = next(
         k for k, parameter in enumerate(fit.parameters) if parameter.effect == "quadratic_damping"
     )
-    assert fit.theta[own] == 0.0
-    assert fit.at_bound[own]
+    assert fit.theta[index] == 0.0
+    assert fit.at_bound[index]
 
 
 def test_given_mass_is_not_fitted():

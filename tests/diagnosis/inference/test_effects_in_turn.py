@@ -8,12 +8,12 @@ from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.inference.effects_in_turn import effects_in_turn
 from tests.diagnosis.carrier.carrier_twin import CURVES, KNOWN, NOISE, twin_campaign, twin_problem
 
-LADDER = ("housing_tilt", "carrier_tilt", "flexible_pins", "stiff_pins")
+PAPER_ORDER = ("housing_tilt", "carrier_tilt", "flexible_pins", "stiff_pins")
 
 
 @pytest.fixture(scope="module")
 def in_turn():
-    return effects_in_turn(twin_problem(contained=("axial_offset",)), LADDER)
+    return effects_in_turn(twin_problem(contained=("axial_offset",)), PAPER_ORDER)
 
 
 def test_each_effect_takes_its_own_mean_square_and_the_noise_is_left(in_turn):
@@ -39,7 +39,7 @@ def test_an_effect_alone_takes_what_it_takes_in_turn(in_turn):
     )
 
 
-def test_an_effect_that_is_not_there_and_a_placebo_gain_nothing(in_turn):
+def test_an_effect_that_is_not_there_and_a_negative_control_gain_nothing(in_turn):
     assert_allclose(in_turn.rms[4], in_turn.rms[3], rtol=0.005)
     assert_allclose(in_turn.negative_control_rho, 1.0, atol=0.005)
 
@@ -61,6 +61,6 @@ def test_what_happens_in_one_condition_alone_is_predicted_from_no_other():
 def test_effects_that_are_no_candidates_are_refused():
     with pytest.raises(
         ValueError,
-        match="effects carrier_tilt, rust; expected candidates of the plant: torque_tilt, ",
+        match="effects carrier_tilt, rust; expected candidates of the problem: torque_tilt, ",
     ):
         effects_in_turn(twin_problem(turns=4), ("carrier_tilt", "rust"))

@@ -3,43 +3,46 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.comparison.problem import Segment
 from carrierflex.diagnosis.inference.folds import extrapolation_fold, held_out_folds
-from carrierflex.diagnosis.inference.held_out import drawn_counts, reduction_draws
+from carrierflex.diagnosis.inference.held_out import reduction_draws
+from carrierflex.identification.estimation.resampling import two_level_counts
 
 
 def segments(conditions, blocks=4):
     return [Segment(f"R{c}", c, block, 100) for c in conditions for block in range(blocks)]
 
 
-def test_every_piece_is_scored_once_and_never_trains_its_own_fold():
+def test_every_segment_is_scored_once_and_never_trains_its_own_fold():
     for conditions in ("A", "AB", "ABC", "ABCD"):
-        for own in (False, True):
-            folds = held_out_folds(segments(conditions), runs_have_own=own)
+        for runs_have_own in (False, True):
+            folds = held_out_folds(segments(conditions), runs_have_own=runs_have_own)
             assert len(folds) >= 2
             assert_allclose(np.sum([fold.held_out for fold in folds], axis=0), 1)
             for fold in folds:
                 assert not (fold.training & fold.held_out).any()
-                assert not (fold.own & fold.held_out).any()
+                assert not (fold.run_specific & fold.held_out).any()
                 assert fold.training.any()
 
 
 def test_with_three_conditions_a_whole_condition_is_left_out():
-    own = segments("ABC")
-    for fold in held_out_folds(own, runs_have_own=False):
-        left_out = {own[k].condition for k in np.flatnonzero(fold.held_out)}
-        trained = {own[k].condition for k in np.flatnonzero(fold.training)}
+    parts = segments("ABC")
+    for fold in held_out_folds(parts, runs_have_own=False):
+        left_out = {parts[k].condition for k in np.flatnonzero(fold.held_out)}
+        trained = {parts[k].condition for k in np.flatnonzero(fold.training)}
         assert len(left_out) == 1
         assert not left_out & trained
 
 
 def test_runs_own_parameters_are_fitted_on_the_other_blocks_of_the_held_out_run():
     for fold in held_out_folds(segments("ABC"), runs_have_own=True):
-        assert fold.own.sum() == fold.held_out.sum() == 2
+        assert fold.run_specific.sum() == fold.held_out.sum() == 2
 
 
 def test_extrapolation_leaves_out_the_largest_gap():
-    own = segments("ABC")
-    fold = extrapolation_fold(own, [3.0 if segment.condition == "B" else 1.0 for segment in own])
-    assert {own[k].condition for k in np.flatnonzero(fold.held_out)} == {"B"}
+    parts = segments("ABC")
+    fold = extrapolation_fold(
+        parts, [3.0 if segment.condition == "B" else 1.0 for segment in parts]
+    )
+    assert {parts[k].condition for k in np.flatnonzero(fold.held_out)} == {"B"}
     assert extrapolation_fold(segments("A"), [1.0] * 4) is None
 
 
@@ -57,7 +60,7 @@ def test_bootstrap_covers_the_ratio():
 
 
 def test_two_levels_are_drawn_where_there_are_three_conditions():
-    counts = drawn_counts(
+    counts = two_level_counts(
         [segment.condition for segment in segments("ABC")],
         n_samples=400,
         rng=np.random.default_rng(0),

@@ -14,7 +14,10 @@ from tests.diagnosis.inference.toy_problem import CONTROL, linear_problem, with_
 
 LIMITS = Thresholds(bootstrap_samples=40)
 #: Directions of effects a and b, one outside the library, and noise.
-A, B, OUTSIDE, NOISE = 6.0, 4.0, 1.5, 0.5
+A = 6.0
+B = 4.0
+OUTSIDE = 1.5
+NOISE = 0.5
 TRUTH = {BASELINE: 7.0, "a": A, "b": B, "outside": OUTSIDE}
 BEFORE = A**2 + B**2 + OUTSIDE**2 + NOISE**2
 AFTER = OUTSIDE**2 + NOISE**2
@@ -25,20 +28,20 @@ def reduced(problem, accepted, explainable=0.5, limits=LIMITS):
 
 
 @pytest.fixture(scope="module")
-def found():
+def reduction():
     return reduced(linear_problem(TRUTH, noise_std=NOISE), ("a", "b"), explainable=0.75)
 
 
-def test_rms_and_their_ratio_are_the_roots_of_the_known_sums(found):
-    assert_allclose(found.rms_before, np.sqrt(BEFORE), rtol=1e-9)
-    assert_allclose(found.rms_after, np.sqrt(AFTER), rtol=1e-9)
-    assert_allclose(found.noise_floor, NOISE)
-    assert_allclose(found.rho, np.sqrt(AFTER / BEFORE), rtol=1e-9)
-    assert_allclose(found.floor_multiple, np.sqrt(AFTER) / NOISE, rtol=1e-9)
+def test_rms_and_their_ratio_are_the_roots_of_the_known_sums(reduction):
+    assert_allclose(reduction.rms_before, np.sqrt(BEFORE), rtol=1e-9)
+    assert_allclose(reduction.rms_after, np.sqrt(AFTER), rtol=1e-9)
+    assert_allclose(reduction.noise_floor, NOISE)
+    assert_allclose(reduction.rho, np.sqrt(AFTER / BEFORE), rtol=1e-9)
+    assert_allclose(reduction.floor_multiple, np.sqrt(AFTER) / NOISE, rtol=1e-9)
 
 
-def test_the_explained_share_leaves_the_noise_out(found):
-    assert_allclose(found.phi, (A**2 + B**2) / (A**2 + B**2 + OUTSIDE**2), rtol=1e-9)
+def test_the_explained_share_leaves_the_noise_out(reduction):
+    assert_allclose(reduction.phi, (A**2 + B**2) / (A**2 + B**2 + OUTSIDE**2), rtol=1e-9)
 
 
 def test_explained_shares_of_orthogonal_columns_add_up():
@@ -48,22 +51,22 @@ def test_explained_shares_of_orthogonal_columns_add_up():
     assert_allclose(shares[0] / shares[1], A**2 / B**2, rtol=1e-9)
 
 
-def test_where_all_blocks_are_alike_the_intervals_are_points(found):
-    assert_allclose(found.rho_ci95, found.rho, rtol=1e-9)
-    assert_allclose(found.phi_ci95, found.phi, rtol=1e-9)
+def test_where_all_blocks_are_alike_the_intervals_are_points(reduction):
+    assert_allclose(reduction.rho_ci95, reduction.rho, rtol=1e-9)
+    assert_allclose(reduction.phi_ci95, reduction.phi, rtol=1e-9)
 
 
 def test_intervals_hold_the_value_where_the_conditions_differ():
     gains = {"A": 1.0, "B": 2.0, "C": 3.0, "D": 4.0}
     problem = linear_problem({"a": 3.0, "outside": 2.0}, gains=gains)
-    far = reduced(problem, ("a",))
+    reduction = reduced(problem, ("a",))
     # Effect and remainder grow alike, the noise does not: from condition A alone to D alone.
     square = np.array([1.0, 4.0, 9.0, 16.0])
-    assert_allclose(far.rho**2, (1.0 + 4.0 * square.mean()) / (1.0 + 13.0 * square.mean()))
-    low, high = far.rho_ci95
-    assert np.sqrt(65.0 / 209.0) <= low < far.rho < high <= np.sqrt(5.0 / 14.0)
+    assert_allclose(reduction.rho**2, (1.0 + 4.0 * square.mean()) / (1.0 + 13.0 * square.mean()))
+    low, high = reduction.rho_ci95
+    assert np.sqrt(65.0 / 209.0) <= low < reduction.rho < high <= np.sqrt(5.0 / 14.0)
     # Above the noise every draw is reduced alike.
-    assert_allclose(far.phi_ci95, 9.0 / 13.0)
+    assert_allclose(reduction.phi_ci95, 9.0 / 13.0)
 
 
 def test_the_interval_of_the_share_holds_it_where_the_effect_grows_faster():
@@ -71,30 +74,30 @@ def test_the_interval_of_the_share_holds_it_where_the_effect_grows_faster():
     problem = linear_problem({"a": 3.0}, gains=gains)
     rng = np.random.default_rng(1)
     problem = replace(problem, target=problem.target + rng.standard_normal(problem.target.shape))
-    far = reduced(problem, ("a",))
-    assert far.phi_ci95[0] < far.phi < far.phi_ci95[1] < 1.0
-    assert far.phi_ci95[0] > 0.9
+    reduction = reduced(problem, ("a",))
+    assert reduction.phi_ci95[0] < reduction.phi < reduction.phi_ci95[1] < 1.0
+    assert reduction.phi_ci95[0] > 0.9
 
 
 def test_95_per_cent_of_the_draws_lie_within_the_interval():
     gains = {"A": 1.0, "B": 2.0, "C": 3.0}
     problem = linear_problem({"a": 3.0, "outside": 2.0}, gains=gains)
-    far = reduced(problem, ("a",), limits=replace(LIMITS, bootstrap_samples=1000))
+    reduction = reduced(problem, ("a",), limits=replace(LIMITS, bootstrap_samples=1000))
     # One draw in 27 holds condition A alone, and as many condition C alone: both are beyond 2.5 %.
-    assert_allclose(far.rho_ci95, np.sqrt([(1.0 + 36.0) / (1.0 + 117.0), 5.0 / 14.0]))
+    assert_allclose(reduction.rho_ci95, np.sqrt([(1.0 + 36.0) / (1.0 + 117.0), 5.0 / 14.0]))
 
 
 def test_without_an_accepted_set_nothing_is_reduced():
-    far = reduced(linear_problem(TRUTH, noise_std=NOISE), ())
-    assert far.rho == 1.0
-    assert far.phi == pytest.approx(0.0, abs=1e-12)
-    assert far.rms_after == far.rms_before
-    assert [step.added for step in far.steps] == ["baseline"]
-    assert np.isnan(far.extrapolation_rho)
+    reduction = reduced(linear_problem(TRUTH, noise_std=NOISE), ())
+    assert reduction.rho == 1.0
+    assert reduction.phi == pytest.approx(0.0, abs=1e-12)
+    assert reduction.rms_after == reduction.rms_before
+    assert [step.added for step in reduction.steps] == ["baseline"]
+    assert np.isnan(reduction.extrapolation_rho)
 
 
-def test_a_negative_control_reduces_nothing(found):
-    assert_allclose(found.negative_control_rho, 1.0, rtol=1e-9)
+def test_a_negative_control_reduces_nothing(reduction):
+    assert_allclose(reduction.negative_control_rho, 1.0, rtol=1e-9)
     noisy = with_random_noise(
         replace(linear_problem(TRUTH, noise_std=0.0, n_samples=40), noise_std=1.0),
         np.random.default_rng(0),
@@ -109,25 +112,25 @@ def test_the_best_of_several_negative_controls_counts():
     assert_allclose(both.negative_control_rho, np.sqrt((9.0 + 0.25) / (25.0 + 0.25)), rtol=1e-9)
 
 
-def test_the_flexible_models_ratio_is_that_of_what_it_leaves(found):
-    assert found.black_box_rho == 0.5
+def test_the_flexible_models_ratio_is_that_of_what_it_leaves(reduction):
+    assert reduction.black_box_rho == 0.5
     problem = linear_problem(TRUTH)
     assert reduced(problem, (), explainable=1.2).black_box_rho == 0.0
     assert reduced(problem, (), explainable=-0.2).black_box_rho == 1.0
 
 
 def test_without_noise_what_is_left_is_beyond_every_multiple_of_it():
-    far = reduced(linear_problem({"a": 3.0, "outside": 1.0}, noise_std=0.0), ("a",))
-    assert far.floor_multiple == float("inf")
+    reduction = reduced(linear_problem({"a": 3.0, "outside": 1.0}, noise_std=0.0), ("a",))
+    assert reduction.floor_multiple == float("inf")
 
 
-def test_accepted_effects_are_listed_largest_step_first(found):
-    assert [step.added for step in found.steps] == ["baseline", "a", "b"]
+def test_accepted_effects_are_listed_largest_step_first(reduction):
+    assert [step.added for step in reduction.steps] == ["baseline", "a", "b"]
     squares = np.array([BEFORE, BEFORE - A**2, AFTER])
-    assert_allclose([step.rms for step in found.steps], np.sqrt(squares), rtol=1e-9)
-    assert_allclose([step.rho for step in found.steps], np.sqrt(squares / BEFORE), rtol=1e-9)
-    assert np.isnan(found.steps[0].rho_ci95).all()
-    assert_allclose(found.steps[2].rho_ci95, found.rho, rtol=1e-9)
+    assert_allclose([step.rms for step in reduction.steps], np.sqrt(squares), rtol=1e-9)
+    assert_allclose([step.rho for step in reduction.steps], np.sqrt(squares / BEFORE), rtol=1e-9)
+    assert np.isnan(reduction.steps[0].rho_ci95).all()
+    assert_allclose(reduction.steps[2].rho_ci95, reduction.rho, rtol=1e-9)
     turned = reduced(linear_problem({"a": 1.0, "b": 4.0, "c": 2.0}), ("a", "b", "c"))
     assert [step.added for step in turned.steps] == ["baseline", "b", "c", "a"]
 
@@ -135,21 +138,25 @@ def test_accepted_effects_are_listed_largest_step_first(found):
 def test_extrapolation_predicts_the_condition_with_the_largest_gap_from_the_others():
     gains = {"A": 1.0, "B": 3.0, "C": 2.0}
     problem = linear_problem({"a": 4.0, "outside": 1.0}, gains=gains)
-    far = reduced(problem, ("a",))
-    assert_allclose(far.extrapolation_rho, np.sqrt((9.0 + 1.0) / (17.0 * 9.0 + 1.0)), rtol=1e-6)
+    reduction = reduced(problem, ("a",))
+    assert_allclose(
+        reduction.extrapolation_rho, np.sqrt((9.0 + 1.0) / (17.0 * 9.0 + 1.0)), rtol=1e-6
+    )
     # Where condition B alone has twice the effect, A and C know nothing of it.
     target = problem.target.copy()
     in_b = [segment.condition == "B" for segment in problem.segments]
     target[in_b] += 4.0 * problem.columns[in_b, :, 1]
-    far = reduced(replace(problem, target=target), ("a",))
+    reduction = reduced(replace(problem, target=target), ("a",))
     after, before = 17.0 * 9.0 + 1.0, 65.0 * 9.0 + 1.0
-    assert_allclose(far.extrapolation_rho, np.sqrt(after / before), rtol=1e-6)
+    assert_allclose(reduction.extrapolation_rho, np.sqrt(after / before), rtol=1e-6)
 
 
 def halved(segments, condition):
     """Blocks of which those of one condition count half of their samples."""
-    half = {own: replace(own, n_samples=own.n_samples // 2) for own in segments}
-    return tuple(half[own] if own.condition == condition else own for own in segments)
+    half = {segment: replace(segment, n_samples=segment.n_samples // 2) for segment in segments}
+    return tuple(
+        half[segment] if segment.condition == condition else segment for segment in segments
+    )
 
 
 def test_the_condition_with_the_largest_gap_is_that_of_the_largest_mean_square():
@@ -163,14 +170,14 @@ def test_the_condition_with_the_largest_gap_is_that_of_the_largest_mean_square()
 
 
 def test_with_one_condition_nothing_can_be_extrapolated():
-    far = reduced(linear_problem({"a": 4.0}, gains={"A": 1.0}, blocks=4), ("a",))
-    assert np.isnan(far.extrapolation_rho)
-    assert_allclose(far.rho, 1.0 / np.sqrt(17.0), rtol=1e-9)
+    reduction = reduced(linear_problem({"a": 4.0}, gains={"A": 1.0}, blocks=4), ("a",))
+    assert np.isnan(reduction.extrapolation_rho)
+    assert_allclose(reduction.rho, 1.0 / np.sqrt(17.0), rtol=1e-9)
 
 
-def test_gap_maps_are_those_of_the_baseline_and_of_the_accepted_set(found):
-    assert_allclose([cell.mean_square for cell in found.cells_before], BEFORE)
-    assert_allclose([cell.mean_square for cell in found.cells_after], AFTER)
+def test_gap_maps_are_those_of_the_baseline_and_of_the_accepted_set(reduction):
+    assert_allclose([cell.mean_square for cell in reduction.cells_before], BEFORE)
+    assert_allclose([cell.mean_square for cell in reduction.cells_after], AFTER)
 
 
 def test_every_run_is_validated_by_its_coherent_gap_and_its_uncertainties():
@@ -196,7 +203,7 @@ class SharplyMapped(type(linear_problem({}))):
 
     def gap_cells(self, effects, theta):
         cells = super().gap_cells(effects, theta)
-        return tuple(replace(own, coherent=2.0 * own.mean_square) for own in cells)
+        return tuple(replace(cell, coherent=2.0 * cell.mean_square) for cell in cells)
 
 
 def test_a_cell_without_noise_adds_none_to_the_uncertainty():

@@ -13,7 +13,7 @@ from carrierflex.diagnosis.inference.thresholds import Thresholds
 from tests.diagnosis.inference.toy_problem import linear_problem, with_random_noise, write_score
 
 #: Binary fractions, so that a limit can be met exactly.
-LIMITS = Thresholds(bootstrap_samples=40, far=1.25, named_share_far=0.875)
+LIMITS = Thresholds(bootstrap_samples=40, gap_beyond_floor=1.25, named_share_beyond=0.875)
 ALIKE = {"a": 6.0, "b": 6.0, "c": 6.0}
 EFFECTS = ("a", "b", "c", "d", "e")
 
@@ -116,10 +116,10 @@ def test_an_effect_that_explains_a_fifth_of_the_rest_is_added_and_dropped_where_
     tried = grown({**truth, "d": 1.88})
     assert ("a", "b", "c", "d") in tried.scores
     assert selected(tried).accepted == ("a", "b", "c")
-    left = grown({**truth, "d": 1.64})
-    assert ("a", "b", "c", "d") in left.fits
-    assert ("a", "b", "c", "d") not in left.scores
-    assert selected(left).accepted == ("a", "b", "c")
+    search = grown({**truth, "d": 1.64})
+    assert ("a", "b", "c", "d") in search.fits
+    assert ("a", "b", "c", "d") not in search.scores
+    assert selected(search).accepted == ("a", "b", "c")
 
 
 def test_no_more_than_the_allowed_effects_are_added():
@@ -155,7 +155,9 @@ def test_a_mixture_that_was_taken_first_is_exchanged_for_the_causes_themselves()
     truth = {"a": 8.0, "b": 6.0, "c": 5.0}
     search = grown(truth, effects)
     assert ("mixture",) in search.fits
-    assert min(search.fits, key=lambda own: (len(own) != 1, search.fits[own].cost)) == ("mixture",)
+    assert min(search.fits, key=lambda names: (len(names) != 1, search.fits[names].cost)) == (
+        "mixture",
+    )
     assert largest(search) == ("a", "b", "c")
     assert selected(search).accepted == ("a", "b", "c")
 

@@ -1,4 +1,7 @@
-"""Tilts are published by size and direction, with errors that follow from those of their components."""
+"""Tilts are published by size and direction.
+
+With errors that follow from those of their components.
+"""
 
 from dataclasses import dataclass
 
@@ -33,13 +36,13 @@ def test_components_become_size_and_angle_by_the_delta_method():
         np.array([3e-4, 4e-4]),
         covariance,
     )
-    found = named_values(fit)["carrier_tilt"]
-    assert set(found) == {"phi_PLC", "theta_PLC"}
-    assert_allclose([found["phi_PLC"].value, found["theta_PLC"].value], [5e-4, np.arctan2(4, 3)])
+    values = named_values(fit)["carrier_tilt"]
+    assert set(values) == {"phi_PLC", "theta_PLC"}
+    assert_allclose([values["phi_PLC"].value, values["theta_PLC"].value], [5e-4, np.arctan2(4, 3)])
     draws = np.random.default_rng(0).multivariate_normal(fit.theta, covariance, 200_000)
-    assert_allclose(found["phi_PLC"].std, np.hypot(*draws.T).std(), rtol=0.01)
-    assert_allclose(found["theta_PLC"].std, np.arctan2(draws[:, 1], draws[:, 0]).std(), rtol=0.01)
-    assert found["theta_PLC"].unit == "rad"
+    assert_allclose(values["phi_PLC"].std, np.hypot(*draws.T).std(), rtol=0.01)
+    assert_allclose(values["theta_PLC"].std, np.arctan2(draws[:, 1], draws[:, 0]).std(), rtol=0.01)
+    assert values["theta_PLC"].unit == "rad"
 
 
 def test_other_parameters_and_runs_of_their_own_stay_apart():
@@ -51,7 +54,7 @@ def test_other_parameters_and_runs_of_their_own_stay_apart():
         np.array([0.0, 0.0, 0.6]),
         np.diag([1e-12, 1e-12, 1e-4]),
     )
-    found = named_values(fit)["carrier_tilt"]
-    assert set(found) == {"phi_H of LC1", "theta_H of LC1", "rho_f"}
-    assert_allclose([found["rho_f"].value, found["rho_f"].std], [0.6, 0.01])
-    assert found["theta_H of LC1"].std > 10.0  # no direction
+    values = named_values(fit)["carrier_tilt"]
+    assert set(values) == {"phi_H of LC1", "theta_H of LC1", "rho_f"}
+    assert_allclose([values["rho_f"].value, values["rho_f"].std], [0.6, 0.01])
+    assert values["theta_H of LC1"].std > 10.0  # no direction

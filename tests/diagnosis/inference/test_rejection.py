@@ -1,4 +1,7 @@
-"""Each rule that keeps a set of effects from being supported, on scores that are written by hand."""
+"""Each rule that keeps a set of effects from being supported.
+
+On scores that are written by hand.
+"""
 
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
@@ -41,58 +44,58 @@ def scored(effects, total, *, at_bound=False, square=None):
 
 
 def search(*scores, problem=None):
-    found = ForwardSelection(problem or Problem(), (), Thresholds(), lambda text: None)
-    found.scores |= {
+    selection = ForwardSelection(problem or Problem(), (), Thresholds(), lambda text: None)
+    selection.scores |= {
         tuple(parameter.effect for parameter in score.fit.parameters): score for score in scores
     }
-    return found
+    return selection
 
 
 BASELINE = scored((), 101.0)
 
 
 def test_a_set_that_explains_and_repeats_is_supported():
-    found = search(BASELINE, scored(("spring",), 2.0))
-    assert found.rejection(("spring",)) is None
-    assert found.supported_sets() == [("spring",)]
+    selection = search(BASELINE, scored(("spring",), 2.0))
+    assert selection.rejection(("spring",)) is None
+    assert selection.supported_sets() == [("spring",)]
 
 
-def rule_of(found, effects):
-    rejection = found.rejection(effects)
+def rule_of(selection, effects):
+    rejection = selection.rejection(effects)
     assert rejection.rule in REJECTION_RULES
-    assert effects not in found.supported_sets()
+    assert effects not in selection.supported_sets()
     return rejection.rule, rejection.effect
 
 
 def test_a_parameter_at_its_bound_rejects_its_set():
-    found = search(BASELINE, scored(("spring",), 2.0, at_bound=True))
-    assert rule_of(found, ("spring",)) == ("bound", "spring")
+    selection = search(BASELINE, scored(("spring",), 2.0, at_bound=True))
+    assert rule_of(selection, ("spring",)) == ("bound", "spring")
 
 
 @pytest.mark.parametrize(("total", "supported"), [(50.9, True), (51.1, False)])
 def test_an_effect_explains_half_of_what_is_left_without_it(total, supported):
     # Floor 1, baseline 101: half of the gap is left at 51.
-    found = search(BASELINE, scored(("spring",), total))
-    assert (found.rejection(("spring",)) is None) is supported
+    selection = search(BASELINE, scored(("spring",), total))
+    assert (selection.rejection(("spring",)) is None) is supported
     if not supported:
-        assert rule_of(found, ("spring",)) == ("explained", "spring")
-        assert found.rejection(("spring",)).text.startswith("spring explains 50%")
+        assert rule_of(selection, ("spring",)) == ("explained", "spring")
+        assert selection.rejection(("spring",)).text.startswith("spring explains 50%")
 
 
 def test_beside_others_an_effect_explains_a_material_part_of_the_whole_gap():
     # Of the 0.9 above the floor that the spring leaves, the stop explains nearly all: less than a
     # hundredth of the whole gap of 100, and the floor is near.
-    found = search(
+    selection = search(
         BASELINE,
         scored(("spring",), 1.9),
         scored(("stop",), 101.0),
         scored(("spring", "stop"), 1.05),
     )
-    assert rule_of(found, ("spring", "stop")) == ("material", "stop")
+    assert rule_of(selection, ("spring", "stop")) == ("material", "stop")
     small_gap = replace(BASELINE, square=np.full(N_SEGMENTS, 11.0 / N_SEGMENTS))
-    found.scores[()] = small_gap
-    found.scores["stop",] = scored(("stop",), 11.0)
-    assert found.rejection(("spring", "stop")) is None
+    selection.scores[()] = small_gap
+    selection.scores["stop",] = scored(("stop",), 11.0)
+    assert selection.rejection(("spring", "stop")) is None
 
 
 def test_the_gap_must_not_grow_in_too_many_bootstrap_samples():
@@ -101,8 +104,8 @@ def test_the_gap_must_not_grow_in_too_many_bootstrap_samples():
     factor = np.array([0.01, 0.01, 1.0, 3.0])[condition]
     before = scored((), 0.0, square=np.array([10.0, 10.0, 0.1, 1.0])[condition])
     after = scored(("spring",), 0.0, square=before.square * factor)
-    found = search(before, after)
-    assert rule_of(found, ("spring",)) == ("draws", "spring")
+    selection = search(before, after)
+    assert rule_of(selection, ("spring",)) == ("draws", "spring")
     unchanged = replace(after, square=before.square * np.array([0.01, 0.01, 1.0, 1.0])[condition])
     assert search(before, unchanged).rejection(("spring",)) is None
 
@@ -110,19 +113,21 @@ def test_the_gap_must_not_grow_in_too_many_bootstrap_samples():
 def test_three_aliases_on_one_channel_fit_any_curve():
     effects = ("slider", "spring", "stop")
     problem = Problem()
-    found = search(BASELINE, scored(effects, 2.0), problem=problem)
-    assert rule_of(found, effects) == ("any_curve", "")
+    selection = search(BASELINE, scored(effects, 2.0), problem=problem)
+    assert rule_of(selection, effects) == ("any_curve", "")
     # Two channels make a pattern.
     pairs = [scored(pair, 60.0) for pair in (effects[:2], effects[1:], (effects[0], effects[2]))]
-    found = search(BASELINE, *pairs, scored(effects, 2.0), problem=Problem(n_channels=2))
-    assert found.rejection(effects) is None
+    selection = search(BASELINE, *pairs, scored(effects, 2.0), problem=Problem(n_channels=2))
+    assert selection.rejection(effects) is None
 
 
 def test_a_search_that_did_not_converge_supports_nothing():
     pair = ("spring", "stop")
-    found = search(BASELINE, scored(("spring",), 50.0), scored(("stop",), 50.0), scored(pair, 2.0))
-    assert found.rejection(pair) is None
-    found.failed_searches["stop",] = "the search did not converge"
-    assert rule_of(found, ("stop",)) == ("search", "")
-    assert rule_of(found, pair) == ("search", "spring")
-    assert "nothing is known without spring" in found.rejection(pair).text
+    selection = search(
+        BASELINE, scored(("spring",), 50.0), scored(("stop",), 50.0), scored(pair, 2.0)
+    )
+    assert selection.rejection(pair) is None
+    selection.failed_searches["stop",] = "the search did not converge"
+    assert rule_of(selection, ("stop",)) == ("search", "")
+    assert rule_of(selection, pair) == ("search", "spring")
+    assert "nothing is known without spring" in selection.rejection(pair).text

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.inference.folds import held_out_folds
 from carrierflex.diagnosis.inference.forward_selection import ForwardSelection
-from carrierflex.diagnosis.inference.results import RankedSet
+from carrierflex.diagnosis.inference.results import RankedSet, Rejection
 from carrierflex.diagnosis.inference.selection import Selection, selected
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from tests.diagnosis.inference.toy_problem import CONTROL, linear_problem, write_score
@@ -19,13 +19,14 @@ WITHIN, BEYOND = (3.0, -0.1, 0.0, 0.0), (3.0, 0.1, 0.0, 0.0)
 
 
 @dataclass(eq=False)
-class JudgedLadder(ForwardSelection):
+class JudgedSelection(ForwardSelection):
     """ForwardSelection whose rejections are written down."""
 
     rejected: dict = field(default_factory=dict)
 
     def rejection(self, effects):
-        return self.rejected.get(effects, "")
+        text = self.rejected.get(effects)
+        return None if text is None else Rejection("explained", "", text)
 
 
 @pytest.fixture
@@ -35,7 +36,7 @@ def judged():
     def make(scores, rejected=None):
         problem = linear_problem({"a": 1.0}, gains={"A": 1.0, "B": 1.0})
         folds = held_out_folds(problem.segments, runs_have_own=False)
-        search = JudgedLadder(problem, folds, LIMITS, lambda text: None)
+        search = JudgedSelection(problem, folds, LIMITS, lambda text: None)
         search.rejected = rejected or {}
         for effects, (mean_square, loss) in scores.items():
             write_score(search, effects, mean_square, log_density=-np.array(loss))
@@ -49,26 +50,26 @@ BASE = {(): (16.0, (9.0, 9.0, 9.0, 9.0))}
 
 
 def test_where_every_set_is_rejected_nothing_is_accepted(judged):
-    found = selected(judged({**BASE, ("a",): (1.0, EQUAL)}, {("a",): "too small"}))
-    assert found.accepted == ()
-    assert found.rivals == ()
-    assert {own.effects: own.refused for own in found.ranking} == {
+    selection = selected(judged({**BASE, ("a",): (1.0, EQUAL)}, {("a",): "too small"}))
+    assert selection.accepted == ()
+    assert selection.rivals == ()
+    assert {ranked.effects: ranked.refused for ranked in selection.ranking} == {
         (): "the baseline",
         ("a",): "too small",
     }
 
 
 def test_the_baseline_is_no_explanation_however_well_it_predicts(judged):
-    found = selected(judged({(): (1.0, EQUAL), ("a",): (1.5, LITTLE_WORSE)}))
-    assert found.accepted == ("a",)
-    assert found.rivals == ()
+    selection = selected(judged({(): (1.0, EQUAL), ("a",): (1.5, LITTLE_WORSE)}))
+    assert selection.accepted == ("a",)
+    assert selection.rivals == ()
 
 
 def test_the_smaller_of_two_sets_that_predict_alike_is_accepted(judged):
-    found = selected(judged({**BASE, ("a",): (1.1, LITTLE_WORSE), ("a", "b"): (1.0, EQUAL)}))
-    assert found.accepted == ("a",)
+    selection = selected(judged({**BASE, ("a",): (1.1, LITTLE_WORSE), ("a", "b"): (1.0, EQUAL)}))
+    assert selection.accepted == ("a",)
     # A larger set is no rival of a smaller one.
-    assert found.rivals == ()
+    assert selection.rivals == ()
 
 
 def test_the_larger_set_is_accepted_where_it_predicts_better(judged):
@@ -117,9 +118,9 @@ def test_of_sets_of_one_size_the_likelier_is_accepted_and_the_others_are_its_riv
         ("c",): (1.2, (0.2, 0.2, 0.2, 0.2)),
         ("d",): (3.0, (9.0, 9.0, 9.0, 9.0)),
     }
-    found = selected(judged(scores))
-    assert found.accepted == ("b",)
-    assert found.rivals == (("a",), ("c",))
+    selection = selected(judged(scores))
+    assert selection.accepted == ("b",)
+    assert selection.rivals == (("a",), ("c",))
 
 
 def test_of_sets_of_one_size_the_one_with_fewer_parameters_is_accepted(judged):
@@ -127,24 +128,24 @@ def test_of_sets_of_one_size_the_one_with_fewer_parameters_is_accepted(judged):
     score = search.scores[("a",)]
     more = replace(score.fit, parameters=(*score.fit.parameters, score.fit.parameters[-1]))
     search.scores[("a",)] = replace(score, fit=more)
-    found = selected(search)
-    assert found.accepted == ("b",)
+    selection = selected(search)
+    assert selection.accepted == ("b",)
     # The other needs more parameters, so that it is no rival either.
-    assert found.rivals == ()
+    assert selection.rivals == ()
 
 
 def test_a_rejected_set_is_neither_best_nor_rival(judged):
     scores = {**BASE, ("a",): (4.0, EQUAL), ("b",): (1.0, EQUAL), ("c",): (4.1, EQUAL)}
-    found = selected(judged(scores, {("b",): "at its bound"}))
-    assert found.accepted == ("a",)
-    assert found.rivals == (("c",),)
+    selection = selected(judged(scores, {("b",): "at its bound"}))
+    assert selection.accepted == ("a",)
+    assert selection.rivals == (("c",),)
 
 
 def test_a_negative_control_is_no_explanation(judged):
     scores = {**BASE, ("a",): (2.0, LITTLE_WORSE), (CONTROL,): (1.0, EQUAL)}
-    found = selected(judged({**scores, ("a", CONTROL): (1.0, EQUAL)}))
-    assert found.accepted == ("a",)
-    assert {own.effects for own in found.ranking} == {(), ("a",)}
+    selection = selected(judged({**scores, ("a", CONTROL): (1.0, EQUAL)}))
+    assert selection.accepted == ("a",)
+    assert {ranked.effects for ranked in selection.ranking} == {(), ("a",)}
 
 
 def test_the_ranking_goes_by_weight_then_by_held_out_rms(judged):
@@ -156,22 +157,22 @@ def test_the_ranking_goes_by_weight_then_by_held_out_rms(judged):
         ("b",): (1.0, (1.6e-6, 1.6e-6, 1.6e-6, 1.6e-6)),
     }
     ranking = selected(judged(scores)).ranking
-    assert [own.effects for own in ranking] == [("b",), ("a",), ("c",), ()]
+    assert [ranked.effects for ranked in ranking] == [("b",), ("a",), ("c",), ()]
     assert ranking[0].weight < ranking[1].weight
-    assert_allclose([own.weight for own in ranking], [0.5, 0.5, 0.0, 0.0], atol=5e-4)
-    assert_allclose([own.held_out_rms for own in ranking], [1.0, 2.0, 3.0, 4.0])
-    assert_allclose([own.elpd for own in ranking], [0.0, 0.0, -160.0, -160.0], atol=1e-5)
+    assert_allclose([ranked.weight for ranked in ranking], [0.5, 0.5, 0.0, 0.0], atol=5e-4)
+    assert_allclose([ranked.held_out_rms for ranked in ranking], [1.0, 2.0, 3.0, 4.0])
+    assert_allclose([ranked.elpd for ranked in ranking], [0.0, 0.0, -160.0, -160.0], atol=1e-5)
 
 
 def test_weight_comes_before_rms_in_the_ranking(judged):
     scores = {**BASE, ("a",): (2.0, EQUAL), ("b",): (1.0, (5.0, 5.0, 5.0, 5.0))}
-    assert [own.effects for own in selected(judged(scores)).ranking][:2] == [("a",), ("b",)]
+    assert [ranked.effects for ranked in selected(judged(scores)).ranking][:2] == [("a",), ("b",)]
 
 
 def test_the_weight_of_classes_is_that_of_the_sets_with_a_member_of_each():
     weights = {("a", "c"): 0.4, ("b", "c", "d"): 0.3, ("a",): 0.2, ("c",): 0.06, (): 0.04}
     ranking = tuple(RankedSet(effects, weight, 1.0, 0.0) for effects, weight in weights.items())
-    found = Selection(("a", "c"), (), ranking)
-    assert found.class_weight((("a", "b"), ("c",))) == pytest.approx(0.7)
-    assert found.class_weight((("a", "b"),)) == pytest.approx(0.9)
-    assert found.class_weight(()) == 0.0
+    selection = Selection(("a", "c"), (), ranking)
+    assert selection.class_weight((("a", "b"), ("c",))) == pytest.approx(0.7)
+    assert selection.class_weight((("a", "b"),)) == pytest.approx(0.9)
+    assert selection.class_weight(()) == 0.0

@@ -16,11 +16,11 @@ def nothing_in_the_baseline():
 
 
 def test_all_missing_effects_are_named_where_the_baseline_holds_none(nothing_in_the_baseline):
-    found = nothing_in_the_baseline
-    assert found.verdict == "named", found.reason
-    assert set(found.attribution.effects) == set(KNOWN)
-    assert found.reduction.rho == pytest.approx(
-        found.reduction.noise_floor / found.reduction.rms_before, rel=0.05
+    diagnosis = nothing_in_the_baseline
+    assert diagnosis.verdict == "named", diagnosis.reason
+    assert set(diagnosis.attribution.effects) == set(KNOWN)
+    assert diagnosis.reduction.rho == pytest.approx(
+        diagnosis.reduction.noise_floor / diagnosis.reduction.rms_before, rel=0.05
     )
 
 
@@ -45,5 +45,5 @@ def test_several_causes_beside_one_outside_the_library_leave_a_remainder_or_noth
         contained=(),
         extra=lambda channel, angle: 6e-4 * np.cos(10.0 * angle) * (channel.name == "s227"),
     )
-    found = diagnose(problem, campaign="twin", kind="carrier")
-    assert found.verdict == "none_of_these", (found.attribution.effects, found.reason)
+    diagnosis = diagnose(problem, campaign="twin", kind="carrier")
+    assert diagnosis.verdict == "none_of_these", (diagnosis.attribution.effects, diagnosis.reason)

@@ -31,13 +31,13 @@ LIMITS = Thresholds(
     coloured_ratio=3.0**2,
     nothing_learnt=0.125,
     named_share=0.5,
-    named_share_far=0.875,
-    far=1.5,
+    named_share_beyond=0.875,
+    gap_beyond_floor=1.5,
     class_weight=0.75,
-    placebo_share=0.75,
+    negative_control_share=0.75,
     wholly_explained=0.96875,
     remainder=1.25,
-    ceiling_share=0.75,
+    black_box_share=0.75,
     surviving_share=0.0625,
     bootstrap_samples=20,
 )
@@ -88,7 +88,7 @@ def decided(search):
     ):
         weights = (RankedSet(("a",), weight, 1.0, 0.0), RankedSet((), 1.0 - weight, 4.0, 0.0))
         screened = Screen(
-            tuple(ScreenedEffect(f"e{k}", 1.0, own, ()) for k, own in enumerate(surviving)),
+            tuple(ScreenedEffect(f"e{k}", 1.0, share, ()) for k, share in enumerate(surviving)),
             np.eye(len(surviving)),
         )
         return verdict(
@@ -107,9 +107,9 @@ def decided(search):
 def test_a_cause_that_leaves_noise_is_named(decided):
     kind, reason = decided()
     assert kind == NAMED
-    explained, left = reason.split("; ")
+    explained, remainder = reason.split("; ")
     assert explained == "explains 93.8% of the gap above the floor on held-out records"
-    assert left == "what is left is 1.10 times the noise floor"
+    assert remainder == "what is left is 1.10 times the noise floor"
 
 
 def test_a_remainder_is_told_above_its_limit_only(decided):
@@ -140,7 +140,7 @@ def test_a_gap_of_which_a_flexible_model_learns_nothing_is_coloured_noise(decide
     kind, reason = decided(**coloured)
     assert kind == AT_NOISE_FLOOR
     assert reason.startswith("the held-out gap is 9.00 times the mean square of the noise floor")
-    assert "a flexible model learns nothing of it" in reason
+    assert "a black-box reference learns nothing of it" in reason
     assert decided(**{**coloured, "rms_before": 3.01 * FLOOR})[0] == NONE_OF_THESE
     assert decided(**{**coloured, "explainable": 0.13})[0] == NONE_OF_THESE
     assert decided(**{**coloured, "accepted": ("a",)})[0] == NAMED
@@ -171,8 +171,8 @@ def test_where_nothing_is_accepted_the_best_set_tried_is_told(decided):
     kind, reason = decided(accepted=(), ranking=tried, explainable=0.6)
     assert kind == NONE_OF_THESE
     assert reason == (
-        "the best set tried, a + c, leaves 0.50 of the held-out gap and is refused (c is nothing); "
-        "a flexible model could explain 60%"
+        "the best set tried, a + c, leaves 0.50 of the held-out gap and is rejected (c is nothing); "
+        "a black-box reference could explain 60%"
     )
     assert decided(accepted=(), ranking=tried, explainable=-0.6)[1].endswith("could explain 0%")
 
@@ -198,7 +198,7 @@ def test_what_a_flexible_model_learns_far_better_is_none_of_the_library(decided)
     kind, reason = decided(phi=0.56, explainable=0.75)
     assert kind == NONE_OF_THESE
     figures, meaning = reason.split(": ")
-    assert figures == "the best set explains 56% of the gap, a flexible model 75%"
+    assert figures == "the best set explains 56% of the gap, a black-box reference 75%"
     assert meaning == "it can be learnt, but not by this library"
     assert decided(phi=0.75, explainable=4.0)[0] == NAMED
     assert decided(phi=0.74, explainable=4.0)[0] == NONE_OF_THESE
@@ -232,12 +232,12 @@ def test_a_class_with_too_little_stacking_weight_is_aliased_with_its_rivals(deci
     assert decided(weight=0.74)[0] == NAMED
 
 
-def test_nothing_is_named_where_a_placebo_shrinks_the_gap_too(decided):
+def test_nothing_is_named_where_a_negative_control_shrinks_the_gap_too(decided):
     # Three quarters of what the set shrinks: 1 - 0.5² = 0.75 (1 - 0²).
     assert decided(negative_control_rho=0.5)[0] == NAMED
     kind, reason = decided(negative_control_rho=0.49)
     assert kind == NONE_OF_THESE
-    assert reason == "a placebo shrinks the gap to 0.49 too: the records allow no naming"
+    assert reason == "a negative control shrinks the gap to 0.49 too: the records allow no naming"
     # 0.75 (1 - 0.5²) = 0.5625 = 1 - 0.66²
     assert decided(negative_control_rho=0.67, rho=0.5)[0] == NAMED
     assert decided(negative_control_rho=0.65, rho=0.5)[0] == NONE_OF_THESE
@@ -277,7 +277,7 @@ def test_a_flexible_model_tells_what_could_be_learnt_of_a_cause_outside_the_libr
     # 1 + 4² floors before; the flexible model leaves one: 16/17.
     known = diagnosed({"outside": 4.0}, flexible=("outside",))
     assert known.attribution.explainable == pytest.approx(16.0 / 17.0, rel=1e-3)
-    assert known.reason.endswith("a flexible model could explain 94%")
+    assert known.reason.endswith("a black-box reference could explain 94%")
     # Named alone, the larger of two causes would leave what the flexible model can learn.
     short = diagnosed({"a": 8.0, "outside": 4.6}, flexible=("outside", "a"))
     assert short.verdict == NONE_OF_THESE

@@ -80,15 +80,20 @@ class LinearProblem:
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         return tuple(
-            Parameter(name, "x", "m", *self.bounds.get(name, (-np.inf, np.inf)), 1.0, run=run)
+            Parameter(
+                "x", "m", *self.bounds.get(name, (-np.inf, np.inf)), 1.0, effect=name, run=run
+            )
             for name in (BASELINE, *effects)
             for run in (self._runs if name in self.runs_own else (None,))
         )
 
     def starts(self, effects: Effects, known: Known) -> Sequence[FloatArray]:
         keys = [
-            (own.effect, own.name if own.run is None else f"{own.name} of {own.run}")
-            for own in self.parameters(effects)
+            (
+                parameter.effect,
+                parameter.name if parameter.run is None else f"{parameter.name} of {parameter.run}",
+            )
+            for parameter in self.parameters(effects)
         ]
         return [np.array([known.get(key, 0.0) for key in keys])]
 
@@ -124,8 +129,8 @@ class LinearProblem:
         squares = self.sums(effects, theta, np.ones(len(self.segments), dtype=bool)).square
         cells = []
         for run in self._runs:
-            own = [segment.run == run for segment in self.segments]
-            mean = float(squares[own].sum() / self.cell_counts[own].sum())
+            of_run = [segment.run == run for segment in self.segments]
+            mean = float(squares[of_run].sum() / self.cell_counts[of_run].sum())
             coherent = mean - self.noise_std**2
             cells.append(GapCell("signal", 1.0, run, mean, coherent, 1.0, (1.0, 1.0), 0.0))
         return tuple(cells)
@@ -146,12 +151,20 @@ class LinearProblem:
     def _runs(self) -> tuple[str, ...]:
         return tuple(dict.fromkeys(segment.run for segment in self.segments))
 
+    def pictures(self, effects: Effects, theta: FloatArray) -> tuple[()]:
+        return ()
+
     def _jacobian(self, effects: Effects) -> FloatArray:
-        """Derivatives of the prediction, shape (n_pieces, n_samples, n_parameters)."""
+        """Derivatives of the prediction, shape (n_segments, n_samples, n_parameters)."""
         parameters = self.parameters(effects)
-        jacobian = self.columns[:, :, [self.names.index(own.effect) for own in parameters]]
+        jacobian = self.columns[
+            :, :, [self.names.index(parameter.effect) for parameter in parameters]
+        ]
         runs = [segment.run for segment in self.segments]
-        acts = [[own.run is None or own.run == run for own in parameters] for run in runs]
+        acts = [
+            [parameter.run is None or parameter.run == run for parameter in parameters]
+            for run in runs
+        ]
         return jacobian * np.array(acts)[:, None, :]
 
 
@@ -245,7 +258,10 @@ def write_score(
     *,
     log_density: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
 ) -> None:
-    """Put a held-out score into a ladder by hand: one mean square, or one for each piece."""
+    """Put a held-out score into a forward selection by hand.
+
+    One mean square, or one for each segment.
+    """
     score = search.score(effects)
     problem = search.problem
     counts = problem.cell_counts.sum(axis=1)
@@ -254,7 +270,7 @@ def write_score(
 
 
 def write_fit(search: ForwardSelection, effects: Effects, mean_square: float) -> None:
-    """Put a fit's sum of squares into a ladder by hand."""
+    """Put a fit's sum of squares into a forward selection by hand."""
     fit = search.fit(effects)
     square = search.problem.cell_counts.sum(axis=1) * mean_square
     search.fits[effects] = replace(fit, sums=replace(fit.sums, square=square))

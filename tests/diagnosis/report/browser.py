@@ -12,7 +12,8 @@ from contextlib import contextmanager
 import pytest
 
 FLAGS = (
-    "--headless --no-sandbox --disable-gpu --no-first-run --disable-background-networking --disable-component-update "
+    "--headless --no-sandbox --disable-gpu --no-first-run --disable-background-networking "
+    "--disable-component-update "
     "--disable-sync --remote-debugging-pipe"
 ).split()
 SECONDS = 60
@@ -25,7 +26,9 @@ class Browser:
 
     def __init__(self, read, write):
         self.read, self.write = read, write
-        self.buffer, self.number, self.session = b"", 0, None
+        self.buffer = b""
+        self.number = 0
+        self.session = None
         self.events = []
 
     def call(self, method, **parameters):
@@ -74,10 +77,10 @@ class Browser:
 
     def addresses(self):
         """Everything the page asked for."""
-        asked = (
+        requests = (
             event for event in self.events if event.get("method") == "Network.requestWillBeSent"
         )
-        return [event["params"]["request"]["url"] for event in asked]
+        return [event["params"]["request"]["url"] for event in requests]
 
 
 @contextmanager
@@ -90,7 +93,8 @@ def browser(folder):
     shell = shutil.which("bash")
     if program is None or shell is None:
         pytest.skip(
-            "chromium (or bash, which starts it) is not installed; the page's look is checked with it"
+            "chromium (or bash, which starts it) is not installed; the page's look is checked with "
+            "it"
         )
     to_browser, from_browser = os.pipe(), os.pipe()
     command = f'exec "$0" "$@" 3<&{to_browser[0]} 4>&{from_browser[1]}'

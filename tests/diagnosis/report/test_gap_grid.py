@@ -91,7 +91,7 @@ def test_selection_shows_each_step_with_its_interval_and_the_lines(rho, scale):
         SelectionStep("baseline", 1.0, 1.0, (NAN, NAN)),
         SelectionStep("carrier_tilt", rho, rho, (0.9 * rho, 1.2 * rho)),
     )
-    far = GapReduction(
+    reduction = GapReduction(
         1.0,
         rho,
         0.5 * rho,
@@ -108,13 +108,13 @@ def test_selection_shows_each_step_with_its_interval_and_the_lines(rho, scale):
         (),
         (),
     )
-    panel = selection_figure(far).axes[0]
+    panel = selection_figure(reduction).axes[0]
     assert panel.get_xscale() == scale
     points, (_, _), (bars,) = panel.containers[0]
     assert_allclose(points.get_xdata(), [1.0, rho])
     ends = np.sort([segment[:, 0] for segment in bars.get_segments()])
     assert_allclose(ends, [[1.0, 1.0], [0.9 * rho, 1.2 * rho]])
-    # Placebo and floor are drawn; an unknown ceiling is not.
+    # Negative control and floor are drawn; an unknown black-box reference is not.
     labels = [line.get_label() for line in panel.lines]
     assert [label for label in labels if label.startswith(("best", "noise"))] == [
         "best negative control: 0.990",

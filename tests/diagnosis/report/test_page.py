@@ -20,7 +20,8 @@ from tests.diagnosis.report.browser import browser
 
 LOADS = ((1.0, 0, 0), (0.5, 0, 0), (1.0, 0, -2e5), (1.0, 1e5, 1e5))
 SECTIONS = (
-    "verdict figures-of-merit where gap-maps gap-in-time growth scalars which parameters alias-matrix separating-test sets "
+    "verdict figures-of-merit where gap-maps gap-in-time growth scalars which parameters "
+    "alias-matrix separating-test sets "
     "far ladder-figure ladder remaining validation inputs runs channels rig versions words"
 ).split()
 
@@ -32,17 +33,17 @@ def source_of(campaign):
 @pytest.fixture(scope="module")
 def element():
     campaign = displacement_campaign(lambda q, v: 5e8 * q**3, n=1500)
-    found = diagnose(element_problem(campaign), campaign="twin mount", kind="element")
-    return found, source_of(campaign)
+    diagnosis = diagnose(element_problem(campaign), campaign="twin mount", kind="element")
+    return diagnosis, source_of(campaign)
 
 
 @pytest.fixture(scope="module")
 def carrier():
     options = {"loads": LOADS, "turns": 8}
-    found = diagnose(
+    diagnosis = diagnose(
         twin_problem("carrier_tilt", **options), campaign="twin carrier", kind="carrier"
     )
-    return found, source_of(twin_campaign("carrier_tilt", **options))
+    return diagnosis, source_of(twin_campaign("carrier_tilt", **options))
 
 
 @pytest.fixture(scope="module")
@@ -74,27 +75,27 @@ class Tags(HTMLParser):
 
     def __init__(self, text):
         super().__init__()
-        self.found, self.opened = [], []
+        self.elements, self.opened = [], []
         self.feed(text)
         assert self.opened == []
 
     def handle_starttag(self, tag, attributes):
-        self.found.append((tag, dict(attributes)))
+        self.elements.append((tag, dict(attributes)))
         if tag not in self.VOID:
             self.opened.append(tag)
 
     def handle_startendtag(self, tag, attributes):
-        self.found.append((tag, dict(attributes)))
+        self.elements.append((tag, dict(attributes)))
 
     def handle_endtag(self, tag):
         if tag not in self.VOID:
             assert self.opened.pop() == tag
 
     def of(self, *names):
-        return [attributes for tag, attributes in self.found if tag in names]
+        return [attributes for tag, attributes in self.elements if tag in names]
 
     def identifiers(self):
-        return [attributes["id"] for _, attributes in self.found if "id" in attributes]
+        return [attributes["id"] for _, attributes in self.elements if "id" in attributes]
 
 
 @pytest.mark.parametrize("section", SECTIONS)
@@ -103,21 +104,21 @@ def test_page_has_every_section(section, page):
 
 
 def test_page_says_what_was_found(element, page):
-    found, _ = element
-    far = found.reduction
+    diagnosis, _ = element
+    reduction = diagnosis.reduction
     assert "The simulation lacks cubic stiffness" in page
-    assert where_text(found).split("^")[0] in page
-    assert found.reason in page
+    assert where_text(diagnosis).split("^")[0] in page
+    assert diagnosis.reason in page
     for value in (
-        far.rho,
-        far.phi,
-        far.negative_control_rho,
-        far.black_box_rho,
-        *far.rho_ci95,
-        *far.phi_ci95,
+        reduction.rho,
+        reduction.phi,
+        reduction.negative_control_rho,
+        reduction.black_box_rho,
+        *reduction.rho_ci95,
+        *reduction.phi_ci95,
     ):
         assert f"{value:.3f}" in page
-    K3 = found.attribution.parameters["cubic_stiffness"]["K3"]
+    K3 = diagnosis.attribution.parameters["cubic_stiffness"]["K3"]
     mantissa = f"{K3.value:.1e}".split("e")[0]
     assert re.search(
         rf"<td>K3</td><td class=\"n\">{mantissa}\d*·10<sup>8</sup></td>.*<td>N/m<sup>3</sup></td>",
@@ -139,8 +140,8 @@ def test_page_needs_nothing_from_outside(page):
     assert not tags.of("script", "iframe", "object", "embed", "base")
     addresses = [
         value
-        for _, own in tags.found
-        for name, value in own.items()
+        for _, attributes in tags.elements
+        for name, value in attributes.items()
         if name in ("src", "href", "xlink:href")
     ]
     assert addresses
@@ -156,15 +157,15 @@ def test_identifiers_are_unique_and_references_lead_somewhere(page):
     identifiers = tags.identifiers()
     assert len(identifiers) == len(set(identifiers))
     wanted = re.findall(r"url\(#([^)]+)\)", page)
-    wanted += [own["href"][1:] for own in tags.of("a")]
-    wanted += [own["xlink:href"][1:] for own in tags.of("use")]
+    wanted += [attributes["href"][1:] for attributes in tags.of("a")]
+    wanted += [attributes["xlink:href"][1:] for attributes in tags.of("use")]
     assert set(wanted) <= set(identifiers)
 
 
 def test_every_figure_has_a_text_and_fits_any_width(element, carrier, page, carrier_page):
-    for (found, _), text in ((element, page), (carrier, carrier_page)):
+    for (diagnosis, _), text in ((element, page), (carrier, carrier_page)):
         figures = Tags(text).of("svg")
-        n_panels = sum(len(picture.panels) for picture in found.pictures)
+        n_panels = sum(len(picture.panels) for picture in diagnosis.pictures)
         # Two gap maps, gap in time, forward selection, correlation of the signatures; the remaining
         # gap where there is one.
         assert len(figures) - n_panels in (5, 6)
@@ -196,11 +197,11 @@ def test_axes_name_their_units(page, carrier_page):
 
 
 def test_names_from_the_campaign_are_text_and_no_markup(element):
-    found, source = element
-    findings = found.gap.findings
+    diagnosis, source = element
+    findings = diagnosis.gap.findings
     band = replace(findings.where[0], runs=("a < b & c",), is_in_every_run=False)
-    gap = replace(found.gap, findings=replace(findings, where=(band,)))
-    named = replace(without_figures(found), campaign="<script>alert(1)</script>", gap=gap)
+    gap = replace(diagnosis.gap, findings=replace(findings, where=(band,)))
+    named = replace(without_figures(diagnosis), campaign="<script>alert(1)</script>", gap=gap)
     page = report_page(named, source)
     assert "&lt;script&gt;" in page
     assert "<script" not in page
@@ -208,9 +209,9 @@ def test_names_from_the_campaign_are_text_and_no_markup(element):
 
 
 def test_effects_are_called_by_their_names_in_every_sentence(element, page):
-    found, _ = element
-    sentences = [found.reason, found.attribution.discriminating_experiment]
-    sentences += [ranked.refused for ranked in found.attribution.ranking]
+    diagnosis, _ = element
+    sentences = [diagnosis.reason, diagnosis.attribution.discriminating_experiment]
+    sentences += [ranked.refused for ranked in diagnosis.attribution.ranking]
     assert any("stiffness" in sentence for sentence in sentences)
     assert not any("_" in sentence for sentence in sentences)
     assert not re.search(r"[a-z]+_(stiffness|friction|damping)", Text(page).text)
@@ -222,21 +223,21 @@ def test_a_template_without_its_content_is_refused(element, monkeypatch):
         report_page(*element)
 
 
-def without_figures(found):
-    far = replace(found.reduction, cells_before=(), cells_after=(), steps=())
+def without_figures(diagnosis):
+    reduction = replace(diagnosis.reduction, cells_before=(), cells_after=(), steps=())
     return replace(
-        found,
+        diagnosis,
         pictures=(),
         gap=None,
-        reduction=far,
-        attribution=replace(found.attribution, screen=None),
+        reduction=reduction,
+        attribution=replace(diagnosis.attribution, screen=None),
     )
 
 
 @pytest.mark.parametrize("verdict", VERDICTS)
 def test_every_verdict_has_words(verdict, element):
-    found, source = element
-    page = report_page(without_figures(replace(found, verdict=verdict)), source)
+    diagnosis, source = element
+    page = report_page(without_figures(replace(diagnosis, verdict=verdict)), source)
     assert not Tags(page).of("svg")
     assert f"<code>{verdict}</code>" in page
     assert ("The simulation lacks cubic stiffness" in page) == verdict.startswith(
@@ -250,40 +251,50 @@ def test_records_that_allow_no_diagnosis_give_a_page_that_says_why(element):
         source.campaign, baseline=replace(source.campaign.baseline), runs=source.campaign.runs[:1]
     )
     problem = element_problem(campaign)
-    found = diagnose(
+    diagnosis = diagnose(
         replace(problem, records=(replace(problem.records[0], n_blocks=2),)),
         campaign="short",
         kind="element",
     )
-    assert found.verdict == "not_diagnosable"
-    page = report_page(found, source)
+    assert diagnosis.verdict == "not_diagnosable"
+    page = report_page(diagnosis, source)
     assert "These records do not allow a diagnosis" in page
-    assert found.reason in page
+    assert diagnosis.reason in page
     assert not Tags(page).of("svg")
 
 
 def test_without_a_supported_set_the_gap_is_drawn_once(element):
-    found, source = element
-    far = replace(
-        found.reduction, steps=found.reduction.steps[:1], cells_after=found.reduction.cells_before
+    diagnosis, source = element
+    reduction = replace(
+        diagnosis.reduction,
+        steps=diagnosis.reduction.steps[:1],
+        cells_after=diagnosis.reduction.cells_before,
     )
-    nothing = replace(found.attribution, effects=())
+    nothing = replace(diagnosis.attribution, effects=())
     page = report_page(
-        replace(found, verdict="none_of_these", pictures=(), reduction=far, attribution=nothing),
+        replace(
+            diagnosis,
+            verdict="none_of_these",
+            pictures=(),
+            reduction=reduction,
+            attribution=nothing,
+        ),
         source,
     )
     assert "No known effect explains the gap" in page
     assert [
-        own for own in Tags(page).identifiers() if own.startswith("map-") and own.endswith("-title")
+        identifier
+        for identifier in Tags(page).identifiers()
+        if identifier.startswith("map-") and identifier.endswith("-title")
     ] == ["map-before-title"]
     assert "the remaining gap is the gap itself" in page
-    refused = replace(found, verdict="none_of_these", attribution=nothing, pictures=())
+    refused = replace(diagnosis, verdict="none_of_these", attribution=nothing, pictures=())
     assert "cubic stiffness added, which is not named" in report_page(refused, source)
 
 
-def test_a_plant_without_pictures_gives_a_page_without_them(element):
-    found, source = element
-    page = report_page(replace(found, pictures=()), source)
+def test_a_problem_without_pictures_gives_a_page_without_them(element):
+    diagnosis, source = element
+    page = report_page(replace(diagnosis, pictures=()), source)
     assert "Unexplained force" not in page
     assert len(Tags(page).of("svg")) in (5, 6)
 
@@ -298,13 +309,13 @@ def test_a_browser_shows_every_figure_without_complaint(
     element, carrier, page, carrier_page, tmp_path
 ):
     with browser(tmp_path / "profile") as window:
-        for own, text, width in product_of_pages((element, page), (carrier, carrier_page)):
+        for result, text, width in product_of_pages((element, page), (carrier, carrier_page)):
             path = tmp_path / "report.html"
             path.write_text(text, encoding="utf-8")
             window.events.clear()
             window.open(path.as_uri(), width=width)
             boxes = json.loads(window.value(_BOXES))
-            n_panels = sum(len(picture.panels) for picture in own[0].pictures)
+            n_panels = sum(len(picture.panels) for picture in result[0].pictures)
             assert len(boxes) >= 5 + n_panels
             assert np.min(boxes) > 80.0
             assert np.max(np.array(boxes)[:, 0]) <= width
@@ -316,7 +327,7 @@ def test_a_browser_shows_every_figure_without_complaint(
 
 def product_of_pages(*pages):
     """Every page at the width of a phone and of a screen."""
-    return [(*own, width) for own in pages for width in (390, 1200)]
+    return [(*entry, width) for entry in pages for width in (390, 1200)]
 
 
 _BOXES = """JSON.stringify([...document.querySelectorAll("svg")].map(own => {

@@ -51,13 +51,15 @@ def test_unexplained_force_of_a_cubic_spring_is_its_cube(cubic):
     (picture,) = pictures_of(cubic, ("cubic_stiffness",))
     assert (picture.x_unit, picture.y_unit) == ("m", "N")
     for panel in picture.panels:
-        own = traces(panel)
-        x, y = own[GAP].x, own[GAP].y
+        by_name = traces(panel)
+        x, y = by_name[GAP].x, by_name[GAP].y
         # Noise of 0.05 N on forces of several: the slope over the cube is good to a per cent where
         # those are large.
         assert_allclose(x**3 @ y / (x**3 @ x**3), K3, rtol=0.05)
         assert np.std(y - K3 * x**3) < 0.06
-        assert_allclose(own[LAW].y, K3 * own[LAW].x ** 3, atol=0.05 * np.abs(own[LAW].y).max())
+        assert_allclose(
+            by_name[LAW].y, K3 * by_name[LAW].x ** 3, atol=0.05 * np.abs(by_name[LAW].y).max()
+        )
 
 
 def test_one_run_of_each_condition_is_drawn_the_largest_force_first(cubic):
@@ -99,8 +101,10 @@ def test_without_an_accepted_effect_the_gap_of_the_baseline_is_drawn_and_no_law(
 def test_a_force_driven_element_shows_the_same_law():
     problem = element_problem(force_campaign(lambda q, v: 2e9 * q**3, amplitudes=(2.0, 4.0, 8.0)))
     (picture,) = pictures_of(problem, ("cubic_stiffness",))
-    own = traces(picture.panels[0])
-    assert_allclose(own[GAP].x ** 3 @ own[GAP].y / np.sum(own[GAP].x ** 6), 2e9, rtol=0.05)
+    by_name = traces(picture.panels[0])
+    assert_allclose(
+        by_name[GAP].x ** 3 @ by_name[GAP].y / np.sum(by_name[GAP].x ** 6), 2e9, rtol=0.05
+    )
 
 
 def test_what_the_baseline_already_contains_is_no_gap(cubic):
@@ -127,11 +131,11 @@ def test_polar_plot_of_a_tilted_carrier_is_its_order_one_and_nothing_is_left():
     size = 0.412 * np.hypot(3e-4 + 5e-5, 5e-4 + 1e-4)
     assert [panel.title for panel in by_run.panels] == ["run run1", "run run2"]
     for panel in (*by_sensor.panels, *by_run.panels):
-        own = traces(panel)
-        order_one = 2.0 * np.mean(own[GAP].y[:-1] * np.exp(-1j * own[GAP].x[:-1]))
+        by_name = traces(panel)
+        order_one = 2.0 * np.mean(by_name[GAP].y[:-1] * np.exp(-1j * by_name[GAP].x[:-1]))
         assert_allclose(np.abs(order_one), size, rtol=0.02)
-        assert_allclose(own[GAP].y, own[LAW].y + own[LEFT].y, atol=1e-12)
-        assert np.std(own[LEFT].y) < NOISE
+        assert_allclose(by_name[GAP].y, by_name[LAW].y + by_name[LEFT].y, atol=1e-12)
+        assert np.std(by_name[LEFT].y) < NOISE
 
 
 def test_mean_turns_average_revolutions_and_leave_out_sparse_ones():

@@ -47,7 +47,7 @@ def test_sizes_take_a_prefix_where_the_unit_allows_it():
 
 
 def test_shares_ratios_and_intervals():
-    assert [words.percent(own) for own in (0.7123, 0.0512, NAN)] == ["71 %", "5.1 %", "–"]
+    assert [words.percent(share) for share in (0.7123, 0.0512, NAN)] == ["71 %", "5.1 %", "–"]
     assert words.percent_interval((0.1, 0.2)) == "10.0 to 20.0 %"
     assert words.interval((0.1, NAN)) == "–"
     assert (words.ratio(0.0361), words.number(9.8123)) == ("0.036", "9.81")
@@ -67,7 +67,7 @@ def test_powers_are_raised_and_everything_else_is_escaped():
 
 
 def test_lists_and_places():
-    assert [words.listed(own) for own in ([], ["a"], ["a", "b"], ["a", "b", "c"])] == [
+    assert [words.listed(names) for names in ([], ["a"], ["a", "b"], ["a", "b", "c"])] == [
         "",
         "a",
         "a and b",
@@ -81,7 +81,7 @@ def test_lists_and_places():
         "coulomb_friction": "Coulomb friction",
         "elasto_plastic_friction": "elasto-plastic friction",
     }
-    assert {own: plain_name(own) for own in wanted} == wanted
+    assert {effect: plain_name(effect) for effect in wanted} == wanted
     assert (words.counted(1, "run"), words.counted(2, "run")) == ("1 run", "2 runs")
     plain = GapCell("m=2", 3.0, "A", 1.0, 1.0, 0.1, (0.0, 1.0), 0.5)
     assert words.position_of(plain) == "order 3"
@@ -106,7 +106,7 @@ def test_figures_on_one_page_keep_their_identifiers_apart():
     assert "<metadata" not in first
     identifiers = re.findall(r'\bid="([^"]+)"', first)
     assert len(identifiers) > 3
-    assert all(own.startswith("one-") for own in identifiers)
+    assert all(identifier.startswith("one-") for identifier in identifiers)
 
 
 def test_only_exponents_that_tell_one_law_from_another_are_listed():

@@ -6,23 +6,23 @@ from numpy.testing import assert_allclose
 
 from carrierflex.simulation.stage.contact_laws import (
     mesh_stiffness_at,
+    penetration_gradient,
     play_force,
     play_gradient,
     play_stiffness,
-    squeeze_gradient,
 )
 
 
 @pytest.mark.parametrize(
     ("old", "new"), [(1e-5, 3e-5), (-1e-5, 3e-5), (2e-5, -1e-6), (-2e-5, -1e-5), (1e-5, 1e-5)]
 )
-def test_squeeze_does_the_work_that_it_stores(old, new):
-    mean, slope = squeeze_gradient(old, new)
+def test_penetration_does_the_work_that_it_stores(old, new):
+    mean, slope = penetration_gradient(old, new)
     stored = 0.5 * (max(new, 0.0) ** 2 - max(old, 0.0) ** 2)
     assert_allclose(mean * (new - old), stored, rtol=1e-12, atol=1e-25)
     if old != new:
         step = 1e-9
-        ahead, behind = (squeeze_gradient(old, new + sign * step)[0] for sign in (1.0, -1.0))
+        ahead, behind = (penetration_gradient(old, new + sign * step)[0] for sign in (1.0, -1.0))
         assert_allclose(slope, (ahead - behind) / (2.0 * step), rtol=1e-4, atol=1e-9)
 
 
@@ -34,7 +34,7 @@ def test_play_does_the_work_that_it_stores():
         assert_allclose(np.dot(force, new - old), stored, rtol=1e-9, atol=1e-22)
 
 
-def test_plays_tangent_is_the_derivative_of_its_discrete_gradient():
+def test_clearance_tangent_is_the_derivative_of_its_discrete_gradient():
     rng, step = np.random.default_rng(5), 1e-9
     for old, new in rng.normal(0.0, 1.2e-4, (50, 2, 2)):
         ends = [

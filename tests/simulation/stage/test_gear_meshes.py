@@ -13,16 +13,16 @@ from carrierflex.simulation.stage.stage_data import MeshData
 
 
 def test_driving_the_train_opens_and_closes_no_mesh(nominal_stage):
-    drive = nominal_stage.places.drive_motion
+    drive = nominal_stage.layout.drive_motion
     for line in nominal_stage.channels.lines:
-        assert abs(_approach_row(nominal_stage.places, line) @ drive) < 1e-14
+        assert abs(_approach_row(nominal_stage.layout, line) @ drive) < 1e-14
 
 
 @pytest.mark.parametrize(("mate", "pair"), [("sun", sun_planet_pair), ("ring", ring_planet_pair)])
 def test_a_tooth_force_turns_planet_and_mate_by_their_base_radii(gear, mate, pair):
     pair = pair(gear)
-    for back in (False, True):
-        line = flank_line(mate, 2, gear, x=0.185, back=back, gap=0.0)
+    for coast in (False, True):
+        line = flank_line(mate, 2, gear, x=0.185, coast=coast, gap=0.0)
         assert_allclose(np.linalg.norm(line.normal), 1.0, rtol=1e-14)
         angle = 2.0 * math.pi / 3.0
         centre = np.array([0.185, -0.308 * math.sin(angle), 0.308 * math.cos(angle)])
@@ -39,7 +39,7 @@ def test_a_tooth_force_turns_planet_and_mate_by_their_base_radii(gear, mate, pai
 
 def test_drive_flanks_push_the_planet_against_the_rotation_and_apart_along_the_axis(gear):
     sun, ring = (
-        flank_line(mate, 1, gear, x=0.0, back=False, gap=0.0).normal for mate in ("sun", "ring")
+        flank_line(mate, 1, gear, x=0.0, coast=False, gap=0.0).normal for mate in ("sun", "ring")
     )
     # Pin 1 stands along z; increasing angle there is -y. The sun pushes out (+z) and downwind, the
     # ring in and upwind.

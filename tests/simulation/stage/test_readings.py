@@ -18,7 +18,10 @@ RIM = Sensor("r", RADIAL, np.deg2rad(40.0), 0.412)
 
 
 def record_of(model, c, torque=0.0, ntl_z=0.0):
-    """A turn of the carrier with the small coordinates c standing still in its frame, one sample every 0.1 s."""
+    """A turn of the carrier with the small coordinates c standing still in its frame.
+
+    One sample every 0.1 s.
+    """
     rows = np.tile(c, (len(ANGLE), 1))
     rows[:, 0] = ANGLE
     drive = np.tile([torque, 0.0, 0.0, ntl_z], (len(ANGLE), 1))
@@ -58,13 +61,13 @@ def test_a_sensor_reads_the_material_point_that_stands_under_it(nominal_stage, s
 
 def test_carrier_and_housing_moving_together_are_not_seen(nominal_stage):
     # Everything tilted and shifted as one: body, parts and housing.
-    places = nominal_stage.places
-    q = np.zeros(places.n)
+    layout = nominal_stage.layout
+    q = np.zeros(layout.n)
     amplitude = np.array([1e-4, 2e-4, -1e-4, 0.0, 3e-4, 4e-4])
-    n = places.body.model.n_coordinates
-    q[:n] = geometric_rigid_modes(places.body.model) @ amplitude
-    centre = places.centre("housing")
-    q[places.rows["housing"]] = np.concatenate(
+    n = layout.body.model.n_coordinates
+    q[:n] = geometric_rigid_modes(layout.body.model) @ amplitude
+    centre = layout.centre("housing")
+    q[layout.rows["housing"]] = np.concatenate(
         [amplitude[:3] + np.cross(amplitude[3:], centre), amplitude[3:]]
     )
     c = np.linalg.solve(nominal_stage.L, q)

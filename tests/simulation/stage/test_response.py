@@ -97,7 +97,7 @@ def test_energy_balances_through_contact_loss_and_clearance(stage_body):
     record = run(model, drive, quasi_static_start(model, LOAD), duration=0.4)
     force = part_loads(model, record.c).mesh_force
     assert (force[:, :6].min(axis=0) == 0.0).all()  # every drive flank lifts off
-    assert (force[:, 6:].max(axis=0) > 1e3).all()  # and every back flank takes over
+    assert (force[:, 6:].max(axis=0) > 1e3).all()  # and every coast flank takes over
     work = np.abs(np.diff(record.energy[:, 0])).sum()
     assert np.abs(record.imbalance).max() < 1e-6 * work
 

@@ -92,11 +92,9 @@ def test_seventeen_rollers_carry_like_the_integral_as_their_cage_turns():
 
 
 def test_force_is_the_energys_derivative_and_tangent_the_forces():
-    rollers, motion, step = (
-        bearing(LOOSE, profile=0.00035),
-        np.array([40e-6, -80e-6, 2e-4, -1e-4]),
-        1e-9,
-    )
+    rollers = bearing(LOOSE, profile=0.00035)
+    motion = np.array([40e-6, -80e-6, 2e-4, -1e-4])
+    step = 1e-9
     force, tangent, by_angle = loads(rollers, motion)
     ends = [(motion + step * e, motion - step * e) for e in np.eye(4)]
     by_motion = [

@@ -20,7 +20,7 @@ def still_stage(stage_body):
 def test_what_stands_still_in_the_fixed_frame_feels_no_inertia(nominal_stage, still_stage):
     # Everything shifted along the fixed z, seen from the carrier: u = c_z, u' = Omega c_y, u'' =
     # -Omega^2 c_z at theta = 0.
-    along_y, along_z = np.linalg.solve(nominal_stage.L, nominal_stage.places.translations[:, 1:]).T
+    along_y, along_z = np.linalg.solve(nominal_stage.L, nominal_stage.layout.translations[:, 1:]).T
     terms = (
         -(SPEED**2) * nominal_stage.M @ along_z,
         SPEED * nominal_stage.G @ along_y,

@@ -54,12 +54,12 @@ def orders(model, torque):
 
 
 def bends(model, torque):
-    """Largest relative rotation of a pin in a bore [rad], 0 for a model that has no such contact."""
+    """Largest relative rotation of a pin in a bore [rad], 0 without such contact."""
     c, channels = (
         static_coordinates(model, SteadyLoad(torque, gravity=0.0), mean_stiffness=True),
         model.channels,
     )
-    play = (c @ channels.B - channels.free)[channels.plays].reshape(-1, 2)
+    play = (c @ channels.B - channels.free)[channels.clearances].reshape(-1, 2)
     return np.linalg.norm(play, axis=1).max()
 
 
@@ -119,9 +119,9 @@ def test_energy_balances_while_pins_meet_their_bores(stage_body):
     record = joined_records(
         list(run_stage(model, drive, start, duration=0.6, sample_rate=500.0, step=1e-3))
     )
-    play = (record.c @ model.channels.B - model.channels.free)[:, model.channels.plays].reshape(
-        len(record.time), -1, 2
-    )
+    play = (record.c @ model.channels.B - model.channels.free)[
+        :, model.channels.clearances
+    ].reshape(len(record.time), -1, 2)
     closed = np.linalg.norm(play, axis=2) > PLAY
     assert closed.any(axis=0).sum() >= 3  # bores that come into contact
     assert (~closed).any(axis=0).all()  # and all of them lose it again
@@ -158,7 +158,9 @@ def test_ring_pass_moves_the_flange_three_times_a_turn_with_the_torque(stage_bod
                 continue
             # diagnosis' own form of ring_pass: T (p + R q sin(0 - v) + R r sin(pi/2 - v)) at cos
             # and sin of 3 theta.
-            v, c, s = sensor.angle, np.cos(3.0 * theta), np.sin(3.0 * theta)
+            v = sensor.angle
+            c = np.cos(3.0 * theta)
+            s = np.sin(3.0 * theta)
             tilt = 5e-11 * c * 0.412 * np.sin(-v) + 3e-11 * s * 0.412 * np.sin(np.pi / 2.0 - v)
             expected = torque * (2e-11 * c - 1e-11 * s + tilt)
             assert_allclose(own[sensor.name] - none[sensor.name], expected, rtol=0.0, atol=1e-12)
@@ -227,11 +229,9 @@ def test_a_zeroed_run_differs_from_a_plain_one_by_the_rest_reading(stage_body):
         )
         return next(iter(pieces)).signals
 
-    zero, plain, zeroed = (
-        rest_readings(model, sensors, 0.3, effects=effects),
-        signals(),
-        signals(rest_angle=0.3),
-    )
+    zero = rest_readings(model, sensors, 0.3, effects=effects)
+    plain = signals()
+    zeroed = signals(rest_angle=0.3)
     for sensor in sensors:
         assert_allclose(plain[sensor.name] - zeroed[sensor.name], zero[sensor.name], rtol=1e-12)
 

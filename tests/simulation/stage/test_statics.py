@@ -172,7 +172,7 @@ def test_clearance_lets_the_carrier_sink_to_its_edge(stage_body):
     bearings = replace(BearingData(), upwind_clearance=0.14e-3, downwind_clearance=0.12e-3)
     model = stage_model(stage_body, StageData(bearings=bearings), speed=SPEED)
     c = static_coordinates(model, SteadyLoad(TORQUE), 0.4, mean_stiffness=True)
-    play = (c @ model.channels.B - model.channels.free)[model.channels.plays].reshape(2, 2)
+    play = (c @ model.channels.B - model.channels.free)[model.channels.clearances].reshape(2, 2)
     radius = np.linalg.norm(play, axis=1)
     # The edge, and beyond it the elastic part: at most the weight over the bearing's stiffness.
     assert (radius > [0.14e-3, 0.12e-3]).all()

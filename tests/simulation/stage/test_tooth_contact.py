@@ -61,7 +61,7 @@ def test_two_pairs_share_the_load_of_spur_teeth_in_halves():
 
 
 def test_misalignment_that_opens_no_slice_changes_the_spur_load_linearly():
-    """Springs in parallel: the load over the width is the mean plus stiffness times slope times distance."""
+    """Springs in parallel: mean load over the width plus stiffness, slope and distance."""
     slope = 1e-5
     contact = mesh_contact(SPUR, BARE, FORCE, misalignment=slope, n_phases=200)
     single = int(np.argmin((contact.pressure > 0.0).any(axis=2).sum(axis=1)))

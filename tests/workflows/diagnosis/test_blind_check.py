@@ -75,8 +75,8 @@ def diagnosed_tiny(sealed, diagnose=diagnose_tiny, *, keep=True):
 def test_cases_are_sealed_diagnosed_and_opened_in_this_order(tmp_path):
     sealed = sealed_tiny(tmp_path)
     verdicts = diagnosed_tiny(sealed)
-    found = score(judged_cases(opened(sealed), verdicts))
-    assert [(row.name, row.cases, row.right) for row in found.confusion] == [
+    result = score(judged_cases(opened(sealed), verdicts))
+    assert [(row.name, row.cases, row.right) for row in result.confusion] == [
         ("backlash", 3, 3),
         (NOTHING, 3, 3),
     ]
@@ -154,16 +154,16 @@ def test_campaigns_go_where_they_are_not_kept(tmp_path):
 
 def test_a_refused_campaign_is_a_wrong_answer_and_ends_no_check(tmp_path):
     diagnose_case(tmp_path / "nowhere", tmp_path / "out")
-    found = read_verdict(tmp_path / "out")
-    assert found.document["verdict"] == "error"
-    assert "ValueError" in found.document["reason"]
+    answer = read_verdict(tmp_path / "out")
+    assert answer.document["verdict"] == "error"
+    assert "ValueError" in answer.document["reason"]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["element", "carrier"])
 def test_fixed_part_of_the_check_names_no_wrong_class(kind, tmp_path):
-    found = main(kind=(kind,), cases=6, seed=11, out=tmp_path, keep=False, quiet=True)
-    figures = {figure.name: figure for figure in found.score.figures}
+    result = main(kind=(kind,), cases=6, seed=11, out=tmp_path, keep=False, quiet=True)
+    figures = {figure.name: figure for figure in result.score.figures}
     # Six cases: a single wrong one among the clear ones passes, as nine of ten are wanted of many.
     clear = figures["class right, gap >= 5 floors"]
     assert clear.cases >= 1

@@ -69,15 +69,17 @@ def test_the_rms_of_table_4_is_met_where_the_study_says(study):
 
 
 def test_a_mix_represents_every_fit_but_its_shares_are_no_fractions(study):
-    rho_s, rho_f, left = np.array([(row.rho_s, row.rho_f, row.residual) for row in study.tied]).T
+    rho_s, rho_f, residual = np.array(
+        [(row.rho_s, row.rho_f, row.residual) for row in study.tied]
+    ).T
     assert (np.diff(rho_s) > 0.0).all()
     assert (np.diff(rho_f) < 0.0).all()
-    assert left.max() < 0.1
+    assert residual.max() < 0.1
     # A rigid fit is softer than bonded pins: more than all of the stiff curve, and some of the
     # flexible one.
     assert rho_s[-1] > 1.1
     assert 0.05 < rho_f[-1] < 0.3
-    assert study.worst["tied"]["residual_convex"]["residual"] > 2.0 * left.max()
+    assert study.worst["tied"]["residual_convex"]["residual"] > 2.0 * residual.max()
     # The family itself is all but a straight line between its own ends.
     assert study.worst["tied"]["residual_ends"]["residual"] < 0.01
     assert study.worst["tied"]["residual_ends"]["residual"] > 1e-5

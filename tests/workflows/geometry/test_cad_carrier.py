@@ -30,12 +30,12 @@ def test_curves_of_the_exported_carrier_are_those_of_the_parametric_one(tmp_path
     parametric = compute_curves.main(out=tmp_path / "parametric", quiet=True)
     from_cad = compute_curves.main(out=tmp_path / "cad", **cad, quiet=True)
     for name, curve in parametric.items():
-        found, amplitude = from_cad[name], np.ptp(curve.axial) / 2.0
-        assert np.abs(found.axial - curve.axial).max() < WANTED * amplitude, name
-        orders, expected = found.axial_order_content(), curve.axial_order_content()
+        imported, amplitude = from_cad[name], np.ptp(curve.axial) / 2.0
+        assert np.abs(imported.axial - curve.axial).max() < WANTED * amplitude, name
+        orders, expected = imported.axial_order_content(), curve.axial_order_content()
         if name.startswith("delta"):
             assert_allclose(orders[[3, 6]], expected[[3, 6]], rtol=WANTED)
-        assert_allclose(found.radius, curve.radius, rtol=1e-12)
+        assert_allclose(imported.radius, curve.radius, rtol=1e-12)
 
 
 def test_mesh_files_give_the_curves_of_the_meshes_in_them(
@@ -44,12 +44,12 @@ def test_mesh_files_give_the_curves_of_the_meshes_in_them(
     write_mesh(flexible_mesh, tmp_path / "flexible.msh")
     write_mesh(stiff_mesh, tmp_path / "stiff.msh")
     files = {"flexible_mesh": tmp_path / "flexible.msh", "stiff_mesh": tmp_path / "stiff.msh"}
-    found = compute_curves.main(out=tmp_path / "curves", **files, quiet=True)
+    computed = compute_curves.main(out=tmp_path / "curves", **files, quiet=True)
     for name, curve in named_curves(stiff_deflection, flexible_deflection).items():
         # Twelve digits in the file; elements in another order.
-        assert_allclose(found[name].axial, curve.axial, atol=1e-8 * np.abs(curve.axial).max())
-        assert_allclose(found[name].radial, curve.radial, atol=1e-8 * np.abs(curve.radial).max())
-    assert set(read_curves(tmp_path / "curves" / "deflection_curves.csv")) == set(found)
+        assert_allclose(computed[name].axial, curve.axial, atol=1e-8 * np.abs(curve.axial).max())
+        assert_allclose(computed[name].radial, curve.radial, atol=1e-8 * np.abs(curve.radial).max())
+    assert set(read_curves(tmp_path / "curves" / "deflection_curves.csv")) == set(computed)
 
 
 def test_a_cad_carrier_is_reduced_with_a_certificate_that_is_met(tmp_path, cad):

@@ -1,4 +1,7 @@
-"""From a mounting campaign folder to tables 2 and 3, on this machine and on a cluster that loses a worker."""
+"""From a mounting campaign folder to tables 2 and 3.
+
+On this machine and on a cluster that loses a worker.
+"""
 
 import io
 import json
@@ -71,10 +74,10 @@ def test_per_run_everything_stands_under_its_run(folder, tmp_path):
 
 def test_the_housing_motion_is_the_torques_roll_and_the_fit_leaves_noise(folder, tmp_path):
     result = main(folder, model="nonlinear_bushing", out=tmp_path, housing_motion=True, quiet=True)
-    measured, left = result.motion_rms["R0"]
+    measured, residual = result.motion_rms["R0"]
     # Noise of 5 um at each sensor: 5 um sqrt(2) / (2 R_x) of roll.
-    assert_allclose(left[3], 5e-6 / np.sqrt(2.0) / 0.75, rtol=0.2)
-    assert measured[3] == measured[3:].max() > 100.0 * left[3]
+    assert_allclose(residual[3], 5e-6 / np.sqrt(2.0) / 0.75, rtol=0.2)
+    assert measured[3] == measured[3:].max() > 100.0 * residual[3]
     table = np.genfromtxt(
         tmp_path / "housing_motion_R0.csv", delimiter=",", names=True, deletechars=""
     )

@@ -61,11 +61,11 @@ def test_m1_needs_no_curves_and_per_run_leaves_nothing_shared(tmp_path, campaign
 
 
 def test_resampling_weighs_angles_alike_where_the_speed_varies(tmp_path, campaign):
-    whole, even = (
+    uneven, even = (
         main(campaign, model="m2", out=tmp_path / name, samples_per_revolution=count, quiet=True)
         for name, count in (("whole", 0), ("even", 128))
     )
-    values = [result.estimates["m2"]["LC1"].values for result in (whole, even)]
+    values = [result.estimates["m2"]["LC1"].values for result in (uneven, even)]
     assert_allclose(values[1], values[0], rtol=0.05)
     assert (values[1] != values[0]).all()
     for path in even.files:

@@ -118,7 +118,8 @@ def test_exudyn_refuses_a_body_whose_matrices_are_not_those_of_its_inputs(tmp_pa
     write_body(replace(model, K=model.K * 1.001), tmp_path / "pin.h5")
     with pytest.raises(
         ValueError,
-        match=r"pin: the body made again differs from the file by 1\.0e-03; expected less than 1e-06",
+        match=r"pin: the body made again differs from the file by 1\.0e-03; expected less than "
+        r"1e-06",
     ):
         export_body.main(
             tmp_path / "pin.h5", format="exudyn", out=tmp_path / "pin.hdf5", quiet=True

@@ -70,12 +70,12 @@ def test_a_free_interface_body_is_certified_and_holds_its_free_modes(body, tmp_p
     )
     certificate = check_certificate.main(path)
     assert certificate.met
-    told = " ".join(check.name for check in certificate.checks)
-    assert "MAC of these" in told
-    assert "static compliance at downwind_seat" in told
+    names = " ".join(check.name for check in certificate.checks)
+    assert "MAC of these" in names
+    assert "static compliance at downwind_seat" in names
 
-    def free_hz(one):
-        return np.sqrt(np.abs(scipy.linalg.eigh(one.K, one.M, eigvals_only=True)))[6:14] / (
+    def free_hz(reduced):
+        return np.sqrt(np.abs(scipy.linalg.eigh(reduced.K, reduced.M, eigvals_only=True)))[6:14] / (
             2.0 * np.pi
         )
 

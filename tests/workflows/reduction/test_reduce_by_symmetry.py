@@ -17,10 +17,10 @@ def test_the_body_file_holds_what_the_whole_carrier_gives(tmp_path):
     arguments = {"body": "carrier", "modes": 3, "size": SIZE, "cache": False, "quiet": True}
     main(out=tmp_path / "sixth.h5", by_symmetry=True, **arguments)
     main(out=tmp_path / "whole.h5", **arguments)
-    sixth, whole = read_body(tmp_path / "sixth.h5"), read_body(tmp_path / "whole.h5")
-    assert sixth.labels == whole.labels
+    sixth, full = read_body(tmp_path / "sixth.h5"), read_body(tmp_path / "whole.h5")
+    assert sixth.labels == full.labels
     # Entries that symmetry makes zero hold rounding alone.
-    assert_allclose(sixth.K, whole.K, rtol=1e-8, atol=1e-9 * whole.K.max())
+    assert_allclose(sixth.K, full.K, rtol=1e-8, atol=1e-9 * full.K.max())
     certificate = read_certificate(tmp_path / "sixth.h5")
     assert certificate.met
     assert len(certificate.checks) < len(read_certificate(tmp_path / "whole.h5").checks)

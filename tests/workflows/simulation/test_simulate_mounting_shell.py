@@ -80,19 +80,19 @@ def test_a_diverging_run_tells_time_and_coordinate_and_keeps_its_record(tmp_path
     line = one_line(command("simulate", case, "--out", "out", "--linearised", "lin"), 2)
     assert line.startswith("carrierflex: theta_x: diverged after 5")
     assert line.endswith("s; the signals up to there are kept")
-    told = float(line.split("after ")[1].split(" s")[0])
-    assert 535.0 < told < 555.0  # while the torque rises
+    last_time = float(line.split("after ")[1].split(" s")[0])
+    assert 535.0 < last_time < 555.0  # while the torque rises
     (kept,) = read_campaign(tmp_path / "out").runs
-    assert_allclose(kept.time[-1], told, rtol=1e-5)
+    assert_allclose(kept.time[-1], last_time, rtol=1e-5)
     assert kept.condition == f"figure 6, cut at {kept.time[-1]:g} s: theta_x diverged"
     # The record is that of the run that would have gone on: all six sensors, zeroed, with the noise
     # of the case.
     what = read_mounting_case(case)
     inputs = what.runs[0].history.inputs().shortened(len(kept.time))
-    whole = simulate(what.rig, what.truth, inputs).by_sensor()
+    full = simulate(what.rig, what.truth, inputs).by_sensor()
     for name, signal in kept.signals.items():
-        assert_allclose(np.std(signal - whole[name]), 2e-6, rtol=0.03)
-    assert np.ptp(whole["spy"]) > 1e-3  # the other block has come as far
+        assert_allclose(np.std(signal - full[name]), 2e-6, rtol=0.03)
+    assert np.ptp(full["spy"]) > 1e-3  # the other block has come as far
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case.toml", "out"]
 
 
@@ -173,8 +173,8 @@ def test_linearised_files_hold_what_the_model_gives(tmp_path):
     case = shipped_case("mounting_2011")
     what = main(case, out=tmp_path / "out", linearised=tmp_path / "lin", quiet=True).case
     names = ["campbell.csv", "frequency_response.csv", "linearised.png", "modes.csv"]
-    found = sorted(path.name for path in (tmp_path / "lin").iterdir())
-    assert found == ["linearised.json", *(f"load_case_{name}" for name in names)]
+    files = sorted(path.name for path in (tmp_path / "lin").iterdir())
+    assert files == ["linearised.json", *(f"load_case_{name}" for name in names)]
     point = json.loads((tmp_path / "lin" / "linearised.json").read_text())["operating_points"][
         "load_case"
     ]

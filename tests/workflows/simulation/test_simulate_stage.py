@@ -65,8 +65,8 @@ def test_a_stage_case_becomes_a_campaign_that_shows_three_peaks_a_revolution(tmp
     (run,) = campaign.runs
     assert set(run.signals) == {"s047", "s137", "s227", "s317", "r040", "r310"}
     turn = np.exp(-1j * np.outer(np.arange(6), run.inputs["carrier_angle"]))
-    whole = run.inputs["carrier_angle"] < 4.0 * np.pi
-    orders = 2.0 * np.abs((turn[:, whole] * run.signals["s047"][whole]).mean(axis=1))
+    two_turns = run.inputs["carrier_angle"] < 4.0 * np.pi
+    orders = 2.0 * np.abs((turn[:, two_turns] * run.signals["s047"][two_turns]).mean(axis=1))
     # Pin fit of 1e6 N m/rad: 0.18 um per kN m of order 3 (docs/pin_fit.md).
     assert 50e-6 < orders[3] < 80e-6
     assert orders[3] > 10.0 * orders[[2, 4, 5]].max()
@@ -110,7 +110,7 @@ def test_a_diverging_run_keeps_what_was_written_and_tells_when_and_where(
     assert "the run left the range of small motions at t = 0." in line
     assert "s in 'housing T" in line
     (run,) = read_campaign(out).runs
-    assert 4 < len(run.time) < 60  # more than one piece, less than the run
+    assert 4 < len(run.time) < 60  # more than one segment, less than the run
     assert_allclose(np.diff(run.time), 0.01, rtol=1e-9)
     assert run.condition.startswith(f"100 % torque, cut at {run.time[-1]:g} s: housing T")
     assert [path.name for path in tmp_path.glob(".campaign*")] == []
@@ -119,10 +119,10 @@ def test_a_diverging_run_keeps_what_was_written_and_tells_when_and_where(
 @pytest.mark.usefixtures("coarse")
 def test_an_interrupted_run_keeps_what_was_written(tmp_path, curves, monkeypatch):
     def interrupted(*arguments, **keywords):
-        yield next(whole(*arguments, **keywords))
+        yield next(simulate(*arguments, **keywords))
         raise KeyboardInterrupt
 
-    whole = simulate_stage.simulate_stage
+    simulate = simulate_stage.simulate_stage
     monkeypatch.setattr(simulate_stage, "simulate_stage", interrupted)
     with pytest.raises(KeyboardInterrupt):
         main(short_case(tmp_path), out=tmp_path / "campaign", curves=curves)
@@ -182,14 +182,14 @@ def test_a_case_may_bring_its_own_bodies(tmp_path, curves, flexible_reduction, p
         beam_shaft(thin, flexible_reduction.model.pilots["shaft_face"]), tmp_path / "shaft.h5"
     )
     case = with_bodies(tmp_path, carrier="carrier.h5", pin="pin.h5", shaft="shaft.h5")
-    own = main(case, out=tmp_path / "own", curves=curves)
+    given = main(case, out=tmp_path / "own", curves=curves)
     default = main(
         short_case(tmp_path, ("duration = 5.5", "duration = 0.2")),
         out=tmp_path / "default",
         curves=curves,
     )
-    (run,), (other,) = read_campaign(own.folder).runs, read_campaign(default.folder).runs
-    assert own.imbalance["LC1"] < 1e-6
+    (run,), (other,) = read_campaign(given.folder).runs, read_campaign(default.folder).runs
+    assert given.imbalance["LC1"] < 1e-6
     # The same carrier and pins, but a shaft that gives way more: the sensors read other numbers of
     # the same size.
     size = np.ptp(other.signals["s047"])
@@ -202,7 +202,8 @@ def test_a_case_may_bring_its_own_bodies(tmp_path, curves, flexible_reduction, p
         (
             "carrier",
             "downwind_seat",
-            r"carrier\.h5: .* has no pilot 'downwind_seat', which the planetary stage takes hold of",
+            r"carrier\.h5: .* has no pilot 'downwind_seat', which the planetary stage takes hold "
+            r"of",
         ),
         ("carrier", "pin_2_upwind", r"carrier\.h5: .* has no pilot 'pin_2_upwind'"),
         ("pin", "pin_1_midspan", r"pin\.h5: .* has no pilot 'pin_1_midspan'"),
@@ -216,7 +217,8 @@ def test_a_body_without_the_stages_pilots_is_refused_before_the_run(
     model = {"carrier": flexible_reduction.model, "pin": pin_reduction.model, "shaft": shaft}[body]
     pilots = {name if name != lost else "elsewhere": point for name, point in model.pilots.items()}
     rows = {
-        name if name != lost else "elsewhere": own for name, own in model.pilot_coordinates.items()
+        name if name != lost else "elsewhere": coordinates
+        for name, coordinates in model.pilot_coordinates.items()
     }
     write_body(replace(model, pilots=pilots, pilot_coordinates=rows), tmp_path / f"{body}.h5")
     with pytest.raises(ValueError, match=message):

@@ -93,13 +93,15 @@ def test_a_streamed_campaign_is_the_one_in_memory(short_case, tmp_path, monkeypa
     monkeypatch.setattr(stream_mounting, "_PIECE", 1500)
     streamed = main(short_case, out=tmp_path / "streamed", parquet=True, quiet=True)
     main(short_case, out=tmp_path / "whole", quiet=True)
-    (own,), (whole,) = (read_campaign(tmp_path / name).runs for name in ("streamed", "whole"))
-    assert own.file == "load_case.parquet"
-    assert streamed.n_samples == {"load_case": 7000} == {"load_case": len(own.time)}
-    assert_allclose(own.time, whole.time, atol=1e-9)
-    largest = np.abs(whole.signals["ssz"]).max()
-    for name, signal in whole.signals.items():
-        assert_allclose(own.signals[name], signal, rtol=0.0, atol=1e-6 * largest)
+    (on_disk,), (in_memory,) = (
+        read_campaign(tmp_path / name).runs for name in ("streamed", "whole")
+    )
+    assert on_disk.file == "load_case.parquet"
+    assert streamed.n_samples == {"load_case": 7000} == {"load_case": len(on_disk.time)}
+    assert_allclose(on_disk.time, in_memory.time, atol=1e-9)
+    largest = np.abs(in_memory.signals["ssz"]).max()
+    for name, signal in in_memory.signals.items():
+        assert_allclose(on_disk.signals[name], signal, rtol=0.0, atol=1e-6 * largest)
     assert " 7000 " in shown(streamed)
 
 

@@ -1,4 +1,7 @@
-"""Kept results: taken when nothing changed, computed again when anything did or an entry is damaged."""
+"""Kept results: taken when nothing changed.
+
+Computed again when anything did or an entry is damaged.
+"""
 
 import inspect
 import json
@@ -74,10 +77,10 @@ def test_the_key_follows_parameters_materials_program_and_libraries(monkeypatch)
 
 
 def test_every_option_that_changes_a_body_is_in_its_key(tmp_path, monkeypatch):
-    seen = {}
+    recorded = {}
 
     def remember(files, compute, *, use, quiet, inputs):
-        seen.update(inputs)
+        recorded.update(inputs)
         raise KeyboardInterrupt
 
     monkeypatch.setattr(reduce_body, "cached_files", remember)
@@ -86,7 +89,7 @@ def test_every_option_that_changes_a_body_is_in_its_key(tmp_path, monkeypatch):
     not_in_the_body = {"out", "preview", "cache", "quiet"}
     files = {"step", "surfaces", "mesh"}
     assert set(inspect.signature(reduce_body.main).parameters) - not_in_the_body - files == set(
-        seen
+        recorded
     ) - {
         "kind",
         "files",
@@ -131,7 +134,7 @@ def test_many_writers_at_once_leave_one_whole_entry(tmp_path):
         source = tmp_path / f"{number}.csv"
         source.write_text("x" * 100_000)
         CacheStore(tmp_path / "cache").keep("key", {"a.csv": source}, {})
-        return CacheStore(tmp_path / "cache").found("key", ["a.csv"])
+        return CacheStore(tmp_path / "cache").lookup("key", ["a.csv"])
 
     with ThreadPoolExecutor(8) as pool:
         assert set(pool.map(write, range(32))) == {tmp_path / "cache" / "key"}
@@ -181,7 +184,7 @@ def test_a_full_cache_loses_what_was_not_used_for_the_longest_time(tmp_path):
     for age, key in enumerate(("first", "second", "third")):
         store.keep(key, {"file": source}, {})
         os.utime(tmp_path / "cache" / key, (age, age))
-    assert store.found("first", ["file"])  # used: now the youngest
+    assert store.lookup("first", ["file"])  # used: now the youngest
     store.keep("fourth", {"file": source}, {})
     assert sorted(path.name for path in (tmp_path / "cache").iterdir()) == [
         "first",
@@ -195,6 +198,6 @@ def test_an_entry_larger_than_the_limit_stays_until_the_next(tmp_path):
     source.write_bytes(bytes(1000))
     store = CacheStore(tmp_path / "cache", limit=10)
     store.keep("first", {"file": source}, {})
-    assert store.found("first", ["file"])
+    assert store.lookup("first", ["file"])
     store.keep("second", {"file": source}, {})
     assert [path.name for path in (tmp_path / "cache").iterdir()] == ["second"]

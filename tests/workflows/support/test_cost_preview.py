@@ -1,4 +1,7 @@
-"""The preview tells what the work costs before it begins, and is right about the number of unknowns."""
+"""The preview tells what the work costs before it begins.
+
+It is right about the number of unknowns.
+"""
 
 import pytest
 from numpy.testing import assert_allclose
@@ -68,12 +71,12 @@ def test_costs_grow_with_fineness_and_modes_and_meet_the_measured_points():
 
 
 def test_preview_alone_computes_and_writes_nothing(tmp_path):
-    for told in (
+    for text in (
         compute_curves.main(out=tmp_path / "curves", preview=True),
         reduce_body.main(body="carrier", out=tmp_path / "body" / "carrier.h5", preview=True),
     ):
-        assert "degrees of freedom, " in str(told)
-        assert "GB, " in str(told)
+        assert "degrees of freedom, " in str(text)
+        assert "GB, " in str(text)
     assert not list(tmp_path.iterdir())
 
 
