@@ -122,7 +122,8 @@ def _amplitudes(samples: NDArray[np.float64]) -> NDArray[np.complex128]:
 def _fourier_series(samples: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
     """Trigonometric interpolation of equally spaced `samples` of one turn, at `angle` [rad].
 
-    The series is a polynomial in ``exp(j angle)`` (Horner's rule): one exponential an angle, not two functions an order.
+    Orders whose amplitude is at rounding level are left out: a curve of a symmetric carrier holds orders 3, 6, 9, ... only.
     """
-    turned = np.exp(1j * angle)
-    return np.asarray(np.polynomial.polynomial.polyval(turned, _amplitudes(samples)).real)
+    amplitude = _amplitudes(samples)
+    kept = np.flatnonzero(np.abs(amplitude) > 1e-14 * np.abs(amplitude).max(initial=0.0))
+    return np.asarray((np.exp(1j * np.multiply.outer(angle, kept)) @ amplitude[kept]).real)
