@@ -122,8 +122,8 @@ def _amplitudes(samples: NDArray[np.float64]) -> NDArray[np.complex128]:
 def _fourier_series(samples: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
     """Trigonometric interpolation of equally spaced `samples` of one turn, at `angle` [rad].
 
-    Orders whose amplitude is at rounding level are left out: a curve of a symmetric carrier holds orders 3, 6, 9, ... only.
+    The series is a polynomial in ``exp(j angle)``: its powers are products, one exponential serves all orders.
     """
     amplitude = _amplitudes(samples)
-    kept = np.flatnonzero(np.abs(amplitude) > 1e-14 * np.abs(amplitude).max(initial=0.0))
-    return np.asarray((np.exp(1j * np.multiply.outer(angle, kept)) @ amplitude[kept]).real)
+    powers = np.vander(np.exp(1j * angle.ravel()), amplitude.size, increasing=True)
+    return np.asarray((powers @ amplitude).real.reshape(angle.shape))
