@@ -140,8 +140,9 @@ def _fourier_series(
 ) -> NDArray[np.float64]:
     """Trigonometric interpolation of equally spaced `samples` of one turn, at `angle` [rad].
 
-    The series is a polynomial in ``exp(j angle)`` (Horner's rule): one exponential an angle, not
-    two functions an order.
+    The series is a polynomial in ``exp(j angle)``: its powers are products, one exponential serves
+    all orders.
     """
-    turned = np.exp(1j * angle)
-    return np.asarray(np.polynomial.polynomial.polyval(turned, _amplitudes(samples)).real)
+    amplitude = _amplitudes(samples)
+    powers = np.vander(np.exp(1j * angle.ravel()), amplitude.size, increasing=True)
+    return np.asarray((powers @ amplitude).real.reshape(angle.shape))

@@ -33,6 +33,7 @@ from carrierflex.workflows.support.cache_store import FOLDER_VARIABLE
 #: per cent already.
 SIZE = 0.06
 
+COMPILES_STAGE = "test_response.py"
 EVERY_CHECK_RUNS = os.environ.get("CI") == "true"
 
 
@@ -41,10 +42,17 @@ def pytest_collection_modifyitems(config, items):
     """Where processes share the files out, those with slow tests go first.
 
     So all end at about the same time.
+
+    So does the file that compiles the stage: the others then find the compiled code and none
+    compiles it a second time.
     """
     if hasattr(config, "workerinput"):
-        slow = {item.path for item in items if item.get_closest_marker("slow")}
-        items.sort(key=lambda item: item.path not in slow)
+        first = {
+            item.path
+            for item in items
+            if item.get_closest_marker("slow") or item.path.name == COMPILES_STAGE
+        }
+        items.sort(key=lambda item: item.path not in first)
 
 
 @pytest.hookimpl(wrapper=True)
