@@ -19,13 +19,14 @@ from carrierflex.diagnosis.comparison.problem import (
     Parameter,
     Signatures,
 )
-from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS, ONE_CHANNEL, SHAPE_STARTS
+from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS, ONE_CHANNEL
 from carrierflex.diagnosis.mounting.features import flexible_features
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.identification.estimation.scaled_least_squares import normal_solution
+from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
 
-_PLACEBOS = tuple(card.id for card in NEGATIVE_CONTROLS)
+_CONTROLS = tuple(card.id for card in NEGATIVE_CONTROLS)
 #: Size of an effect in its signature, in scales of its parameter.
 _SIZE = 0.05
 _MOST_STARTS = 6
@@ -72,10 +73,10 @@ class Column:
 
 
 def signature_columns(model: MountingModel) -> tuple[Column, ...]:
-    """Every variant of every effect but the placebos, the contained ones among them."""
+    """Every variant of every effect but the negative controls, the contained ones among them."""
     bare, columns = replace(model, contained=()), []
     for name in model.cards:
-        if name in _PLACEBOS:
+        if name in _CONTROLS:
             continue
         own = bare.parameters((name,))[2:]
         if name in model.laws:
@@ -85,7 +86,7 @@ def signature_columns(model: MountingModel) -> tuple[Column, ...]:
         shape = next((p for p in own if p.shape), None)
         size = _SIZE * amplitude.scale
         channels = range(len(model.channels)) if name in ONE_CHANNEL else (-1,)
-        for share, channel in product(SHAPE_STARTS.get(name, (1.0,)), channels):
+        for share, channel in product(_shape_starts(name), channels):
             shapes = {}
             if shape is not None:
                 # Yield force and damper go with the amplitude of the column.
@@ -97,6 +98,11 @@ def signature_columns(model: MountingModel) -> tuple[Column, ...]:
             bounds = (amplitude.lower, amplitude.upper)
             columns.append(Column(name, amplitude.name, size, shapes, channel, bounds=bounds))
     return tuple(columns)
+
+
+def _shape_starts(name: str) -> tuple[float, ...]:
+    known = MOUNTING_EFFECTS.get(name)
+    return known.shape_starts if known else (1.0,)
 
 
 def _user_columns(effect: str, parameters: Sequence[Parameter]) -> list[Column]:

@@ -13,10 +13,12 @@ from carrierflex.diagnosis.comparison.effect_cards import (
     effect_library,
 )
 from carrierflex.diagnosis.diagnose import diagnose
-from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, SLOT_NAMES
+from carrierflex.diagnosis.element.cards import ELEMENT_CARDS
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.mounting.problem import mounting_problem
 from carrierflex.identification.campaign.campaign_kinds import ELEMENT_BY_DRIVE
+from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
+from carrierflex.simulation.element.kernels import ElementSlots
 from tests.diagnosis.carrier.carrier_twin import CURVES, twin_campaign
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 from tests.diagnosis.mounting.mounting_campaigns import CONDITIONS, mounting_campaign
@@ -58,13 +60,22 @@ def plant_of_kind(kind):
 
 def test_the_library_is_the_contract():
     ids = tuple(card.id for card in ELEMENT_CARDS)
-    assert sorted(ids) == sorted(ELEMENT_BY_DRIVE["force"].effects)
+    assert ids == ELEMENT_BY_DRIVE["force"].effects
     for card in ELEMENT_CARDS:
         assert set(card.aliases) < set(ids) - {card.id}
         assert card.discriminating_experiment
         assert card.signature
-        for parameter in card.parameters:
-            assert (card.id, parameter.name) in SLOT_NAMES
+
+
+def test_the_compiled_laws_take_every_parameter_of_an_element_but_a_sensors():
+    taken = {
+        name
+        for effect in ELEMENT_EFFECTS.values()
+        if effect.measurement is None and effect.law is None
+        for parameter in effect.parameters
+        for name in effect.values_of(parameter.name)
+    }
+    assert {"m", "K1", "C1", "f0", *taken} == set(ElementSlots._fields)
 
 
 def test_friction_and_damping_cannot_drive():
