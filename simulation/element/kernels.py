@@ -112,18 +112,31 @@ def _runge_kutta(q, v, branch, slider, drive, h, sign, p, law_1, law_2, p_1, p_2
     """
     level = p[SLOT.F_plus] if sign > 0.0 else p[SLOT.F_minus]
     rate = 1.0 / p[SLOT.tau] if p[SLOT.k] > 0.0 else 0.0
-    dq, dv, db = 0.0, 0.0, 0.0
-    sum_q, sum_v, sum_b = 0.0, 0.0, 0.0
+    dq = 0.0
+    dv = 0.0
+    db = 0.0
+    sum_q = 0.0
+    sum_v = 0.0
+    sum_b = 0.0
     for stage in range(4):
         c = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
         w = 1.0 if stage == 0 or stage == 3 else 2.0
         u = drive[0] if stage == 0 else (drive[2] if stage == 3 else drive[1])
-        own_q, own_v, own_b = q + c * h * dq, v + c * h * dv, branch + c * h * db
-        force = _stage_forces(own_q, own_v, own_q - q, slider, p, law_1, law_2, p_1, p_2) + own_b
+        stage_q = q + c * h * dq
+        stage_v = v + c * h * dv
+        stage_b = branch + c * h * db
+        force = (
+            _stage_forces(stage_q, stage_v, stage_q - q, slider, p, law_1, law_2, p_1, p_2)
+            + stage_b
+        )
         if sign != 0.0:
-            force += sign * (level + _friction_level(own_v, p))
-        dq, dv, db = own_v, (u - force) / p[SLOT.m], p[SLOT.k] * own_v - rate * own_b
-        sum_q, sum_v, sum_b = sum_q + w * dq, sum_v + w * dv, sum_b + w * db
+            force += sign * (level + _friction_level(stage_v, p))
+        dq = stage_v
+        dv = (u - force) / p[SLOT.m]
+        db = p[SLOT.k] * stage_v - rate * stage_b
+        sum_q = sum_q + w * dq
+        sum_v = sum_v + w * dv
+        sum_b = sum_b + w * db
     return q + h / 6.0 * sum_q, v + h / 6.0 * sum_v, branch + h / 6.0 * sum_b
 
 
@@ -133,7 +146,9 @@ def _smooth_motion(force, state, substeps, p, h, size, deflection, speed):  # ty
 
     Fills the two arrays.
     """
-    q, v, b = state[0], state[1], 0.0
+    q = state[0]
+    v = state[1]
+    b = 0.0
     rate, half = 1.0 / p[SLOT.tau] if p[SLOT.k] > 0.0 else 0.0, 0.5 * h
     inverse = 1.0 / p[SLOT.m]
     for i in range(deflection.size):
@@ -143,13 +158,19 @@ def _smooth_motion(force, state, substeps, p, h, size, deflection, speed):  # ty
         for j in range(i * substeps, (i + 1) * substeps):
             a1 = (force[2 * j] - _smooth_force(q, v, p) - p[SLOT.C1] * v - b) * inverse
             b1 = p[SLOT.k] * v - rate * b
-            q2, v2, b_2 = q + half * v, v + half * a1, b + half * b1
+            q2 = q + half * v
+            v2 = v + half * a1
+            b_2 = b + half * b1
             a2 = (force[2 * j + 1] - _smooth_force(q2, v2, p) - p[SLOT.C1] * v2 - b_2) * inverse
             b2 = p[SLOT.k] * v2 - rate * b_2
-            q3, v3, b_3 = q + half * v2, v + half * a2, b + half * b2
+            q3 = q + half * v2
+            v3 = v + half * a2
+            b_3 = b + half * b2
             a3 = (force[2 * j + 1] - _smooth_force(q3, v3, p) - p[SLOT.C1] * v3 - b_3) * inverse
             b3 = p[SLOT.k] * v3 - rate * b_3
-            q4, v4, b_4 = q + h * v3, v + h * a3, b + h * b3
+            q4 = q + h * v3
+            v4 = v + h * a3
+            b_4 = b + h * b3
             a4 = (force[2 * j + 2] - _smooth_force(q4, v4, p) - p[SLOT.C1] * v4 - b_4) * inverse
             b4 = p[SLOT.k] * v4 - rate * b_4
             q += h / 6.0 * (v + 2.0 * (v2 + v3) + v4)
@@ -163,7 +184,9 @@ def _drive_of_step(force, j, place, length, drive):  # type: ignore[no-untyped-d
 
     A parabola through its beginning, middle and end.
     """
-    u0, u1, u2 = force[2 * j], force[2 * j + 1], force[2 * j + 2]
+    u0 = force[2 * j]
+    u1 = force[2 * j + 1]
+    u2 = force[2 * j + 2]
     for k in range(3):
         t = place + 0.5 * k * length
         drive[k] = u0 + t * (4.0 * u1 - 3.0 * u0 - u2 + t * 2.0 * (u0 - 2.0 * u1 + u2))
@@ -219,7 +242,10 @@ def driven_motion(force, state, substeps, p, limits, law_1, law_2, p_1, p_2):  #
     ):
         _smooth_motion(force, state, substeps, p, h, size, deflection, speed)
         return deflection, speed
-    q, v, slider, branch = state[0], state[1], 0.0, 0.0
+    q = state[0]
+    v = state[1]
+    slider = 0.0
+    branch = 0.0
     rubs = p[SLOT.F_plus] + p[SLOT.F_minus] + p[SLOT.F_stribeck] > 0.0
     drive = np.empty(3)
     for i in range(n):
@@ -254,7 +280,9 @@ def driven_motion(force, state, substeps, p, limits, law_1, law_2, p_1, p_2):  #
                     )
                 v1 = 0.0 if reverses else v1
                 slider = min(max(slider + p[SLOT.Kp] * (q1 - q), -p[SLOT.Fy]), p[SLOT.Fy])
-                q, v, branch = q1, v1, b1
+                q = q1
+                v = v1
+                branch = b1
                 place += part * left / h
                 left *= 1.0 - part
                 if left <= 1e-9 * h:
