@@ -9,6 +9,7 @@ from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
 from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS
 from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.identification.campaign.signals import surrogate
 from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.force_laws import Force, ForceLaw, sum_of_laws
 from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
@@ -61,7 +62,7 @@ class MountingModel:
     rig : MountingRig
         Nominal rig.
     cards : mapping of str to EffectCard
-        Library with the placebos.
+        Library with the negative controls.
     laws : mapping of str to callable
         Users' compiled force laws by effect.
     contained : tuple of str
@@ -211,8 +212,8 @@ class MountingModel:
         loads = {load: np.zeros(record.inputs.time.size) for load in ("torque", "ntl_y", "ntl_z")}
         wanted = ("torque", "ntl_z")[number]
         source = wanted if np.ptp(getattr(record.inputs, wanted)) > 0.0 else "torque"
-        rng = np.random.default_rng([_SEED, number, *record.name.encode()])
-        loads[source] = _surrogate(getattr(record.inputs, source), rng)
+        seed = [_SEED, number, *record.name.encode()]
+        loads[source] = surrogate(getattr(record.inputs, source), seed)
         inputs = MountingInputs.from_columns(
             record.inputs.time, {**record.inputs.columns(), **loads}
         )
@@ -243,7 +244,7 @@ def _simulated_indices(effect: str, parameter: str) -> list[int]:
 
 
 def mounting_scale(rig: MountingRig, records: Sequence[MountingRecord]) -> MountingScale:
-    """Deflection and rate of the starboard bushing under the measured loads, at rest at every instant.
+    """Static deflection of the starboard bushing under the measured loads, and its rate.
 
     Parameters
     ----------
@@ -261,7 +262,9 @@ def mounting_scale(rig: MountingRig, records: Sequence[MountingRecord]) -> Mount
         block.rows[0] @ np.linalg.solve(block.K, block.G)
         for block in mounting_blocks(rig, parameter_array(rig))
     ]
-    square, rate, n = 0.0, 0.0, 0
+    square = 0.0
+    rate = 0.0
+    n = 0
     for record in records:
         window = max(1, round(_RATE_WINDOW / record.step))
         loads = record.inputs.loads - record.inputs.loads[: record.zeroing_samples].mean(axis=0)
@@ -272,10 +275,3 @@ def mounting_scale(rig: MountingRig, records: Sequence[MountingRecord]) -> Mount
     return MountingScale(
         rig.bushing_radial_stiffness, float(np.sqrt(square / n)), float(np.sqrt(square / rate))
     )
-
-
-def _surrogate(values: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """Signal of the same spectrum with random phases."""
-    spectrum = np.fft.rfft(values - values.mean())
-    turned = np.abs(spectrum) * np.exp(2j * np.pi * rng.random(spectrum.size))
-    return np.asarray(np.fft.irfft(turned, values.size), dtype=np.float64)
