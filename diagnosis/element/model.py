@@ -36,7 +36,7 @@ _RUN_IN_PERIODS = 2
 
 @dataclass(frozen=True, eq=False)
 class ElementScale:
-    """Own force, deflection, speed and stiffness, damping, mass of an element, from its measured motion.
+    """Sizes of an element's motion and forces, and its linear baseline, from the measured motion.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class ElementModel:
     scale : ElementScale
         Sizes of everything.
     cards : mapping of str to EffectCard
-        Library with the placebos.
+        Library with the negative controls.
     contained : tuple of str
         Effects of the baseline.
     units : tuple of str
@@ -161,8 +161,8 @@ class ElementModel:
         Returns
         -------
         ndarray
-            Deflection (force drive) or force (displacement drive); infinite where the motion runs
-            away.
+            Deflection (force drive) or force (displacement drive); infinite where the motion
+            diverges.
         """
         values = self._values(effects, theta)
         if self.by_force:
@@ -297,7 +297,10 @@ def _simulated_names(effect: str, parameter: str) -> tuple[str, ...]:
 
 @lru_cache(maxsize=16)
 def _fine_drive(record: ElementRecord, substeps: int, negative_control: int) -> FloatArray:
-    """Drive (0) or one of its surrogates between the samples, with the periods run before a steady state."""
+    """Drive (0) or one of its surrogates between the samples.
+
+    Before a steady state with the periods run in.
+    """
     drive = record.negative_controls[negative_control - 1] if negative_control else record.drive
     if record.in_steady_state:
         drive = np.concatenate([np.tile(drive[: record.period], _RUN_IN_PERIODS), drive])

@@ -25,7 +25,7 @@ _YIELD_SHARES = (0.1, 0.5)
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """One signature: whose it is, the values it was computed with, and which of them is its amplitude."""
+    """One signature: its effect, the values it was computed with, and which is its amplitude."""
 
     effect: str
     amplitude: str
@@ -118,7 +118,7 @@ def column_values(model: ElementModel, record: ElementRecord, column: Column) ->
 
 
 def known_force(model: ElementModel, record: ElementRecord) -> FloatArray:
-    """Measured force less that of a given mass, in the trusted band, shape (n,).
+    """Measured force less that of a given mass, in the usable band, shape (n,).
 
     Beside another simulator's prediction it is the force that the prediction lacks.
     """

@@ -138,7 +138,7 @@ class MountingProblem:
     def starts(
         self, effects: Effects, known: Mapping[tuple[str, str], float]
     ) -> Sequence[FloatArray]:
-        """What is known with the new effects off, linear bushings alone, then linear solutions over the shapes."""
+        """What is known with the new effects off, linear bushings alone, then linear solutions."""
         parameters = self.parameters(effects)
         found = [values for values, _ in self._solutions(effects)]
         values = [
@@ -295,7 +295,7 @@ class MountingProblem:
 
     def _differenced(self, effects: Effects) -> DifferencedResiduals[MountingRecord]:
         """Residuals of a set of effects as a function of its parameters."""
-        # The channels of sensors' effects are found here, before any thread asks for them.
+        # The channels of sensors' effects are chosen here, before any thread asks for them.
         choice = self.choice(effects)
         return DifferencedResiduals(
             self.records,

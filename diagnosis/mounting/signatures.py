@@ -202,7 +202,7 @@ def mounting_signatures(
 def solutions(
     signatures: Signatures, columns: Sequence[Column], effects: Effects, known: Known
 ) -> list[Solution]:
-    """Least-squares values over the variants of the effects, best first, and the channels they stand at."""
+    """Least-squares values over the variants of the effects, best first, and their channels."""
     gram, first = signatures.gram.sum(axis=0), 1 + signatures.n_base
     groups = [_variants(columns, effect) for effect in effects]
     found = []
@@ -228,9 +228,9 @@ def _variants(columns: Sequence[Column], effect: str) -> list[list[int]]:
 def _bounded_solution(
     gram: FloatArray, places: Sequence[int], columns: Sequence[Column]
 ) -> tuple[float, FloatArray]:
-    """Sum of squares left and least-squares values.
+    """Residual sum of squares and least-squares values.
 
-    An amplitude that would leave its physical bounds stays on zero.
+    An amplitude that would leave its physical bounds stays at zero.
 
     Without the bounds a larger set would choose the channel of a sensor's effect beside an effect
     that cannot be.
