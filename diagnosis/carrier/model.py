@@ -24,8 +24,9 @@ from carrierflex.diagnosis.carrier.columns import (
     ColumnSource,
 )
 from carrierflex.diagnosis.comparison.problem import Effects, Parameter
-from carrierflex.simulation.carrier.effect import Effect, Measurement
+from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.effect_parameters import EffectParameter
+from carrierflex.simulation.sensing import Measurement
 
 FloatArray = NDArray[np.float64]
 #: Channel of every effect of one sensor.

@@ -14,6 +14,7 @@ from typing import Any
 
 from carrierflex.identification.campaign.campaign_kinds import KIND_NAMES
 from carrierflex.simulation.effect_parameters import EffectParameter
+from carrierflex.simulation.force_effect import ForceEffect
 
 #: Entry points of this group are looked through for cards.
 ENTRY_POINT_GROUP = "carrierflex.effects"
@@ -77,6 +78,29 @@ class EffectCard:
                 f"effect card '{self.id}': no parameter that is zero without the effect; expected "
                 "one"
             )
+
+
+def card_of_force(effect: ForceEffect, kind: str) -> EffectCard:
+    """Card of a simulator's effect, for selection and report.
+
+    Parameters
+    ----------
+    effect : ForceEffect
+        Effect of the simulator.
+    kind : str
+        Kind of campaign it belongs to.
+    """
+    return EffectCard(
+        effect.id,
+        kind,
+        effect.equation,
+        effect.parameters,
+        effect.signature,
+        effect.aliases,
+        effect.discriminating_experiment,
+        acts_on_others=effect.acts_on_others,
+        law=effect.law,
+    )
 
 
 def effect_library(kind: str, cards: Iterable[EffectCard]) -> dict[str, EffectCard]:

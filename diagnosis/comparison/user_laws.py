@@ -1,4 +1,4 @@
-"""Laws of the cards that users register: tried once, and refused by the card's id.
+"""Laws of the cards, mostly users': tried once, and refused by the card's id.
 
 The law of a card says how its kind computes the effect; docs/diagnosis.md has an example of each
 kind. Where effects are forces it is ``(deflection, speed, parameters) -> force``, which numba can
@@ -34,13 +34,14 @@ def force_library(
     ----------
     kind : str
         ``element`` or ``mounting``.
-    own : sequence of EffectCard
+    brought : sequence of EffectCard
         Cards the kind brings, its negative controls among them.
 
     Returns
     -------
     tuple of (dict of str to EffectCard, dict of str to callable)
-        All cards by id, own ones first; users' laws by id.
+        All cards by id, own ones first; by id the laws of users and those of the kind that its
+        simulator's compiled laws lack.
 
     Raises
     ------
@@ -50,7 +51,10 @@ def force_library(
     """
     cards = effect_library(kind, brought)
     laws: dict[str, Force] = {}
-    for card in users_cards(cards, brought):
+    users = {card.id for card in users_cards(cards, brought)}
+    for card in cards.values():
+        if card.law is None and card.id not in users:
+            continue
         check_is_function(card, _FORCE_LAW)
         _try_force(card)
         laws[card.id] = _compiled(card)

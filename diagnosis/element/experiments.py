@@ -61,7 +61,8 @@ def element_experiments(
         for factor in (0.5, 1.0, 2.0):
             drive = mean + np.sqrt(2.0) * factor * size * np.sin(2.0 * np.pi * frequency * time)
             amplitude = np.sqrt(2.0) * factor * size
-            text = f"a steady sine of {frequency:.3g} Hz and amplitude {amplitude:.3g} {model.units[0 if model.by_force else 1]}"
+            unit = model.units[0 if model.by_force else 1]
+            text = f"a steady sine of {frequency:.3g} Hz and amplitude {amplitude:.3g} {unit}"
             candidate_experiments.append(
                 CandidateExperiment(text, _builder(model, drive, step, measured))
             )
@@ -82,7 +83,10 @@ def _frequencies_hz(model: ElementModel) -> list[float]:
 def _builder(
     model: ElementModel, drive: FloatArray, step: float, measured: Measured
 ) -> Callable[[Effects, FloatArray], ComparisonProblem | None]:
-    """ComparisonProblem under the drive, its response that of a model; the first quarter is left to settle."""
+    """ComparisonProblem under the drive, its response that of a model.
+
+    The first quarter is for settling.
+    """
 
     def build(effects: Effects, theta: FloatArray) -> ComparisonProblem | None:
         by_force = model.by_force

@@ -1,4 +1,4 @@
-"""What is found about the gap of an element.
+"""Findings about the gap of an element.
 
 Where it lies, by block in time, what does not repeat from period to period, growth, scalars.
 """

@@ -1,4 +1,4 @@
-"""Mass, spring and damper of an element under a force, found from noisy deflections.
+"""Mass, spring and damper of an element under a force, estimated from noisy deflections.
 
 Least squares in force space is biased where the deflection is noisy: its second derivative is
 mostly noise, and the mass comes out far too small. Instruments that follow from the measured force
@@ -92,7 +92,7 @@ def _instrumental(
         ]
         products += Z @ A.T
         square += np.square(Z).sum(axis=1)
-        # The motion is known in the trusted band only: the force in the same band goes with it.
+        # The motion is known in the usable band only: the force in the same band goes with it.
         right += Z @ band_limited(record.drive, record.step, record.cutoff_hz)[inside]
     if mass is not None:
         right, products = right[1:] - mass * products[1:, 0], products[1:, 1:]

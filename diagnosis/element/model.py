@@ -1,25 +1,26 @@
 """Parameters of one element and the response they predict for a record."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard, EffectParameter
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
-from carrierflex.diagnosis.element.cards import SLOT_NAMES
+from carrierflex.diagnosis.element.cards import NEGATIVE_CONTROLS
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.identification.campaign.signals import band_limited, half_step_values
+from carrierflex.simulation.effect_parameters import EffectParameter
+from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
 from carrierflex.simulation.element.kernels import (
-    SLOT,
-    SLOTS,
     driven_motion,
+    element_values,
     no_law,
     restoring_force,
 )
 from carrierflex.simulation.force_laws import Force, ForceLaw, sum_of_laws
-from carrierflex.simulation.sensing import delayed
+from carrierflex.simulation.sensing import Measurement, delayed
 
 #: Largest phase of the natural frequency in one step [rad]; the relative error in frequency is its
 #: fourth power over 120.
@@ -35,7 +36,7 @@ _RUN_IN_PERIODS = 2
 
 @dataclass(frozen=True, eq=False)
 class ElementScale:
-    """Own force, deflection, speed and stiffness, damping, mass of an element, from its measured motion.
+    """Sizes of an element's motion and forces, and its linear baseline, from the measured motion.
 
     Parameters
     ----------
@@ -75,7 +76,7 @@ class ElementModel:
     scale : ElementScale
         Sizes of everything.
     cards : mapping of str to EffectCard
-        Library with the placebos.
+        Library with the negative controls.
     contained : tuple of str
         Effects of the baseline.
     units : tuple of str
@@ -160,91 +161,146 @@ class ElementModel:
         Returns
         -------
         ndarray
-            Deflection (force drive) or force (displacement drive); infinite where the motion runs
-            away.
+            Deflection (force drive) or force (displacement drive); infinite where the motion
+            diverges.
         """
-        flat, laws, own = self._flat(effects, theta)
+        values = self._values(effects, theta)
         if self.by_force:
-            response = self._motion(record, flat, laws, own, refined)
+            response = self._motion(record, values, refined)
         else:
-            negative_control = (
-                flat[SLOT["placebo_1"]] * record.negative_controls[0]
-                + flat[SLOT["placebo_2"]] * record.negative_controls[1]
+            controls = (
+                values.controls[0] * record.negative_controls[0]
+                + values.controls[1] * record.negative_controls[1]
             )
-            q, v, a = record.motion
-            limits = np.array([record.step, REST_SPEED * self.scale.speed])
-            response = restoring_force(q, v, a, flat, limits, *laws, *own) + negative_control
+            response = self._force(record, values.flat, *values.laws) + controls
         if not np.isfinite(response).all():
             return response
-        delay = float(flat[SLOT["delay"]])
-        return delayed(record.step * np.arange(response.size, dtype=np.float64), response, delay)
+        time = record.step * np.arange(response.size, dtype=np.float64)
+        return delayed(time, response, values.delay)
 
-    def _motion(
-        self,
-        record: ElementRecord,
-        flat: FloatArray,
-        laws: Sequence[object],
-        own: Sequence[FloatArray],
-        refined: int,
-    ) -> FloatArray:
+    def _motion(self, record: ElementRecord, values: "_Values", refined: int) -> FloatArray:
         """Deflection under the record's force, shape (n,)."""
         substeps = self.substeps * refined
         fine = _fine_drive(record, substeps, 0)
-        for k in (1, 2):
-            if flat[SLOT[f"placebo_{k}"]]:
-                fine = fine + flat[SLOT[f"placebo_{k}"]] * _fine_drive(record, substeps, k)
+        for k, size in enumerate(values.controls, start=1):
+            if size:
+                fine = fine + size * _fine_drive(record, substeps, k)
         start = np.array([record.motion[0][0], record.motion[1][0]])
         limits = np.array([record.step / substeps, np.abs(record.motion[0]).max()])
-        q, _ = driven_motion(fine, start, substeps, flat, limits, *laws, *own)
+        first, second = values.laws
+        q, _ = driven_motion(
+            fine,
+            start,
+            substeps,
+            values.flat,
+            limits,
+            first.force,
+            second.force,
+            first.parameters,
+            second.parameters,
+        )
         return q[q.size - record.drive.size :]
 
-    def _flat(
-        self, effects: Effects, theta: FloatArray
-    ) -> tuple[FloatArray, tuple[object, object], tuple[FloatArray, FloatArray]]:
-        """Flat parameter array, users' laws and their parameters."""
-        flat = np.zeros(len(SLOTS))
-        flat[[SLOT["v_s"], SLOT["tau"]]] = 1.0
-        flat[SLOT["m"]] = self.mass or 0.0
-        own: dict[str, list[float]] = {}
+    def _force(
+        self, record: ElementRecord, flat: FloatArray, first: ForceLaw, second: ForceLaw
+    ) -> FloatArray:
+        """Force that the measured motion needs, shape (n,)."""
+        q, v, a = record.motion
+        limits = np.array([record.step, REST_SPEED * self.scale.speed])
+        return restoring_force(
+            q,
+            v,
+            a,
+            flat,
+            limits,
+            first.force,
+            second.force,
+            first.parameters,
+            second.parameters,
+        )
+
+    def _values(self, effects: Effects, theta: FloatArray) -> "_Values":
+        """Values of a parameter set, sorted by what takes them."""
+        simulated: dict[str, float] = {"m": self.mass or 0.0}
+        of_laws: dict[str, list[float]] = {}
+        controls = np.zeros(len(_CONTROLS))
+        delay = 0.0
         for parameter, value in zip(self.parameters(effects), theta, strict=True):
-            if parameter.effect in self.laws:
-                own.setdefault(parameter.effect, []).append(float(value))
-                continue
-            slots = SLOT_NAMES.get((parameter.effect, parameter.name), (parameter.name,))
-            for slot in slots:
-                # v_s and tau start at one to keep divisions defined; every other place adds up.
-                flat[SLOT[slot]] = value if slot in ("v_s", "tau") else flat[SLOT[slot]] + value
-        users = tuple(ForceLaw(self.laws[name], np.array(values)) for name, values in own.items())
+            effect = parameter.effect
+            if effect in self.laws:
+                of_laws.setdefault(effect, []).append(float(value))
+            elif effect in _CONTROLS:
+                controls[_CONTROLS.index(effect)] += value
+            elif is_delay(effect):
+                delay += float(value)
+            else:
+                for name in _simulated_names(effect, parameter.name):
+                    simulated[name] = simulated.get(name, 0.0) + float(value)
+        laws = tuple(ForceLaw(self.laws[name], np.array(own)) for name, own in of_laws.items())
         # The motion takes two laws: the first, and the sum of all others.
-        none = ForceLaw(no_law, np.empty(0))
-        first, others = sum_of_laws(users[:1]) or none, sum_of_laws(users[1:]) or none
-        return flat, (first.force, others.force), (first.parameters, others.parameters)
+        two_laws = (sum_of_laws(laws[:1]) or _NO_LAW, sum_of_laws(laws[1:]) or _NO_LAW)
+        return _Values(element_values(simulated), controls, delay, two_laws)
 
     def signature(
         self, record: ElementRecord, effect: str, values: Mapping[str, float]
     ) -> FloatArray:
-        """Force of one effect alone along the measured motion, in the trusted band, shape (n,)."""
-        q, v, a = record.motion
-        limits = np.array([record.step, REST_SPEED * self.scale.speed])
-        flat = np.zeros(len(SLOTS))
-        flat[[SLOT["v_s"], SLOT["tau"]]] = 1.0
+        """Force of one effect alone along the measured motion, in the usable band, shape (n,)."""
+        simulated: dict[str, float] = {}
+        law = _NO_LAW
         if effect in self.laws:
-            law, own = (
-                self.laws[effect],
-                np.array([values[p.name] for p in self.cards[effect].parameters]),
-            )
+            parameters = [values[p.name] for p in self.cards[effect].parameters]
+            law = ForceLaw(self.laws[effect], np.array(parameters))
         else:
-            law, own = no_law, np.empty(0)
             for name, value in values.items():
-                for slot in SLOT_NAMES.get((effect, name), (name,)):
-                    flat[SLOT[slot]] = value
-        force = restoring_force(q, v, a, flat, limits, law, no_law, own, np.empty(0))
+                simulated |= dict.fromkeys(_simulated_names(effect, name), value)
+        force = self._force(record, element_values(simulated), law, _NO_LAW)
         return band_limited(force, record.step, record.cutoff_hz)
+
+
+@dataclass(frozen=True, eq=False)
+class _Values:
+    """Values of a parameter set.
+
+    Parameters
+    ----------
+    flat : ndarray, shape (N_SLOTS,)
+        Those of the compiled laws.
+    controls : ndarray, shape (2,)
+        Sizes of the negative controls.
+    delay : float
+        Delay of the channel [s].
+    laws : tuple of ForceLaw
+        Two laws beside the compiled ones.
+    """
+
+    flat: FloatArray
+    controls: FloatArray
+    delay: float
+    laws: tuple[ForceLaw, ForceLaw]
+
+
+_NO_LAW = ForceLaw(no_law, np.empty(0))
+_CONTROLS = tuple(card.id for card in NEGATIVE_CONTROLS)
+
+
+def is_delay(effect: str) -> bool:
+    """Whether an effect is the delay of the channel."""
+    known = ELEMENT_EFFECTS.get(effect)
+    return known is not None and known.measurement is Measurement.DELAY
+
+
+def _simulated_names(effect: str, parameter: str) -> tuple[str, ...]:
+    """Names in the flat array that a parameter is added to."""
+    known = ELEMENT_EFFECTS.get(effect)
+    return known.values_of(parameter) if known else (parameter,)
 
 
 @lru_cache(maxsize=16)
 def _fine_drive(record: ElementRecord, substeps: int, negative_control: int) -> FloatArray:
-    """Drive (0) or one of its surrogates between the samples, with the periods run before a steady state."""
+    """Drive (0) or one of its surrogates between the samples.
+
+    Before a steady state with the periods run in.
+    """
     drive = record.negative_controls[negative_control - 1] if negative_control else record.drive
     if record.in_steady_state:
         drive = np.concatenate([np.tile(drive[: record.period], _RUN_IN_PERIODS), drive])

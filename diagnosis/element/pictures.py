@@ -34,7 +34,9 @@ _END_POINTS = 150
 def element_loops(
     model: ElementModel, records: Sequence[ElementRecord], effects: Effects, theta: FloatArray
 ) -> tuple[Picture, ...]:
-    """Unexplained force over deflection and over speed, one run of each condition, those with the largest force first.
+    """Unexplained force over deflection and over speed, one run of each condition.
+
+    Those with the largest force first.
 
     ``f_left = f_measured - (m q'' + C1 q' + K1 q + f0 + contained effects)`` along the measured
     motion, in the trusted band; the law is the force of the effects along the same motion.
@@ -118,7 +120,7 @@ def _effect_force(
 
 
 def _chosen_points(places: NDArray[np.int64], x: FloatArray) -> NDArray[np.int64]:
-    """Every n-th place, and those at both ends of x."""
+    """Every n-th index, and those at both ends of x."""
     by_size = places[np.argsort(x[places])]
     every = places[:: -(-places.size // _MOST_POINTS)]
     return np.unique(np.concatenate([every, by_size[:_END_POINTS], by_size[-_END_POINTS:]]))

@@ -1,4 +1,4 @@
-"""Elements whose baseline is another simulator's prediction, given as columns beside the measurement.
+"""Elements whose baseline is another simulator's prediction, given beside the measurement.
 
 Its inside is unknown, so a mass, spring and damper are fitted to what it predicts and held: effects
 act on them, and what they change is added to the prediction. The gap without effects is exactly

@@ -1,18 +1,20 @@
-"""The kind "element" as a plant of the diagnosis.
+"""The kind "element" as a comparison problem of the diagnosis.
 
 Both drives, its library, sums by block and band.
 """
 
 import os
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.diagnosis.comparison.finite_differences import (
+    DifferencedResiduals,
+    step_halving_error,
+)
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
@@ -112,12 +114,12 @@ class ElementProblem:
 
     @property
     def cell_counts(self) -> FloatArray:
-        """Degrees of freedom by piece and band."""
+        """Degrees of freedom by segment and band."""
         return self.bands.counts
 
     @property
     def noise_square(self) -> FloatArray:
-        """Sum of squares of the noise by piece and band."""
+        """Sum of squares of the noise by segment and band."""
         return self.bands.noise_square
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
@@ -132,31 +134,13 @@ class ElementProblem:
 
     def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
         """Gauss-Newton sums with derivatives by forward differences."""
-        n, p = len(self.segments), theta.size
-        matrix, right, square = np.zeros((n, p, p)), np.zeros((n, p)), np.zeros(n)
-        runs = self._chosen_runs(chosen)
-        residuals = self._in_threads(
-            lambda k: self._residual(runs[k][0], effects, theta), len(runs)
-        )
-        rows_of = self._derivatives([record for record, _ in runs], effects, theta, residuals)
-        for (record, places), residual, rows in zip(runs, residuals, rows_of, strict=True):
-            if not np.isfinite(residual).all():
-                square[places] = np.inf
-                continue
-            for block, place in enumerate(places):
-                own, left = rows[:, record.block == block], residual[record.block == block]
-                matrix[place], right[place], square[place] = own @ own.T, own @ left, left @ left
-        return SegmentSums(matrix, right, square)
+        return self._differenced(effects).sums(theta, chosen)
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
-        """Squared residuals by piece and band; infinite where the model runs away."""
+        """Squared residuals by segment and band; infinite where the motion diverges."""
         result = np.zeros(self.cell_counts.shape)
-        runs = self._chosen_runs(chosen)
-        residuals = self._in_threads(
-            lambda k: self._residual(runs[k][0], effects, theta), len(runs)
-        )
-        for (record, places), residual in zip(runs, residuals, strict=True):
-            result[places] = segment_squares(record, residual, self.bands.edges_hz)
+        for record, segments, residual in self._differenced(effects).chosen(theta, chosen):
+            result[segments] = segment_squares(record, residual, self.bands.edges_hz)
         return result
 
     def signatures(self) -> Signatures:
@@ -170,7 +154,7 @@ class ElementProblem:
         )
 
     def gap_findings(self, effects: Effects, theta: FloatArray) -> GapFindings:
-        """Where the gap lies, by block, what does not repeat, growth and parity."""
+        """Where the gap lies, by block, run-to-run scatter, growth and parity."""
         return element_findings(
             self.model,
             self.records,
@@ -209,12 +193,10 @@ class ElementProblem:
         """RMS change of the prediction with half the step."""
         if not self.model.by_force:
             return 0.0
-        changes = [
-            self.model.predicted(record, effects, theta, refined=2)
-            - self.model.predicted(record, effects, theta)
-            for record in self.records
-        ]
-        return float(np.sqrt(np.mean(np.concatenate(changes) ** 2)))
+        return step_halving_error(
+            self.records,
+            lambda record, factor: self.model.predicted(record, effects, theta, refined=factor),
+        )
 
     @cached_property
     def _columns(self) -> tuple[Column, ...]:
@@ -224,15 +206,16 @@ class ElementProblem:
     def _signatures(self) -> Signatures:
         return element_signatures(self.model, self.records)
 
-    def _chosen_runs(self, chosen: BoolArray) -> list[tuple[ElementRecord, NDArray[np.int64]]]:
-        """Runs with a chosen piece, and the numbers of all their pieces."""
-        first, runs = 0, []
-        for record in self.records:
-            places = np.arange(first, first + record.n_blocks)
-            if chosen[places].any():
-                runs.append((record, places))
-            first += record.n_blocks
-        return runs
+    def _differenced(self, effects: Effects) -> DifferencedResiduals[ElementRecord]:
+        """Residuals of a set of effects as a function of its parameters."""
+        n_samples = sum(record.response.size for record in self.records)
+        return DifferencedResiduals(
+            self.records,
+            lambda record, theta: self._residual(record, effects, theta),
+            self.parameters(effects),
+            relative_step=_DIFFERENCE,
+            n_threads=(os.cpu_count() or 1) if n_samples >= _THREADED else 1,
+        )
 
     def _residuals(self, effects: Effects, theta: FloatArray) -> list[FloatArray]:
         return [self._residual(record, effects, theta) for record in self.records]
@@ -240,49 +223,13 @@ class ElementProblem:
     def _residual(self, record: ElementRecord, effects: Effects, theta: FloatArray) -> FloatArray:
         """Measured less predicted; zero where nothing was measured."""
         residual = record.response - self.model.predicted(record, effects, theta)
-        if not np.isfinite(residual).all():  # the motion ran away
+        if not np.isfinite(residual).all():  # the motion diverged
             return np.where(record.block >= 0, np.inf, 0.0)
         return np.where(record.block >= 0, residual, 0.0)
-
-    def _derivatives(
-        self,
-        records: Sequence[ElementRecord],
-        effects: Effects,
-        theta: FloatArray,
-        residuals: Sequence[FloatArray],
-    ) -> list[FloatArray]:
-        """Change of the prediction of every run by every parameter, shape (p, n) each."""
-
-        def row(place: int) -> FloatArray:
-            r, k = divmod(place, theta.size)
-            parameter, residual = parameters[k], residuals[r]
-            if not np.isfinite(residual).all():
-                return np.zeros(residual.size)
-            step = _DIFFERENCE * max(abs(theta[k]), 0.1 * parameter.scale)
-            step = -step if theta[k] + step > parameter.upper else step
-            moved = theta.copy()
-            moved[k] += step
-            changed = self._residual(records[r], effects, moved)
-            return (
-                (residual - changed) / step
-                if np.isfinite(changed).all()
-                else np.zeros(residual.size)
-            )
-
-        parameters = self.parameters(effects)
-        rows = self._in_threads(row, len(records) * theta.size)
-        return [np.array(rows[r * theta.size : (r + 1) * theta.size]) for r in range(len(records))]
 
     def _with_record(self, model: ElementModel, record: ElementRecord) -> "ElementProblem":
         """ComparisonProblem that measured one other record."""
         return replace(self, model=model, records=(record,), noise=self.noise[:1])
-
-    def _in_threads(self, work: Callable[[int], FloatArray], count: int) -> list[FloatArray]:
-        """Results of a piece of work for every number; the compiled motion holds no lock."""
-        if sum(own.response.size for own in self.records) < _THREADED:
-            return list(map(work, range(count)))
-        with ThreadPoolExecutor(os.cpu_count()) as threads:
-            return list(threads.map(work, range(count)))
 
 
 def element_problem(campaign: Campaign) -> ElementProblem:
@@ -341,6 +288,7 @@ def _refuse_mixed_units(campaign: Campaign, input_name: str) -> None:
     declared = campaign.input_units.get(input_name, campaign.contract.inputs[input_name])
     if foreign != (declared != campaign.contract.inputs[input_name]):
         raise ValueError(
-            f"[[channels]]: unit of '{channel.name}' is {channel.unit} and that of the input '{input_name}' is {declared}; "
+            f"[[channels]]: unit of '{channel.name}' is {channel.unit} and that of the input "
+            f"'{input_name}' is {declared}; "
             "expected both in SI units, or both declared as an analogue"
         )

@@ -25,7 +25,7 @@ _PIECES = 24
 FEWEST_IN_BLOCK = 64
 #: Bands of frequency of the score.
 N_BANDS = 16
-#: Periods of the trusted band's end that a derivative needs beside it, and the share of a record
+#: Periods of the usable band's end that a derivative needs beside it, and the share of a record
 #: they may take at either end.
 _EDGE_PERIODS, _LARGEST_EDGE = 10.0, 0.1
 
@@ -51,7 +51,7 @@ class ElementRecord:
     motion : tuple of ndarray, shape (n,)
         Deflection, speed and acceleration in the trusted band.
     cutoff_hz : float
-        End of the trusted band.
+        End of the usable band.
     period : int
         Samples a period; 0 where the drive is not periodic.
     in_steady_state : bool

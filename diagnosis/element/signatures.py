@@ -9,12 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import BLACK_BOX, FloatArray, Signatures
-from carrierflex.diagnosis.element.cards import NEGATIVE_CONTROLS, SHAPE_STARTS
-from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.cards import NEGATIVE_CONTROLS
+from carrierflex.diagnosis.element.model import ElementModel, is_delay
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.identification.campaign.signals import band_limited
+from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
 
-_PLACEBOS = tuple(card.id for card in NEGATIVE_CONTROLS)
+_CONTROLS = tuple(card.id for card in NEGATIVE_CONTROLS)
 #: Flexible residual force: powers of deflection and speed up to this degree, friction-like and
 #: hysteretic shapes.
 _DEGREE = 7
@@ -24,7 +25,7 @@ _YIELD_SHARES = (0.1, 0.5)
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """One signature: whose it is, the values it was computed with, and which of them is its amplitude."""
+    """One signature: its effect, the values it was computed with, and which is its amplitude."""
 
     effect: str
     amplitude: str
@@ -47,7 +48,7 @@ def signature_columns(model: ElementModel) -> tuple[Column, ...]:
     """
     columns = []
     for name in model.cards:
-        if name in model.contained or name in _PLACEBOS:
+        if name in model.contained or name in _CONTROLS:
             continue
         own = {
             parameter.name: parameter
@@ -55,7 +56,7 @@ def signature_columns(model: ElementModel) -> tuple[Column, ...]:
             if parameter.effect == name
         }
         shapes = [parameter for parameter in own.values() if parameter.shape]
-        for share in SHAPE_STARTS.get(name, (1.0,)):
+        for share in _shape_starts(name):
             values = {parameter.name: share * parameter.scale for parameter in shapes}
             if name == "elasto_plastic_friction":
                 # The column has Kp = 1: its yield force is the deflection at which it yields.
@@ -69,6 +70,11 @@ def signature_columns(model: ElementModel) -> tuple[Column, ...]:
                 Column(name, a, {**values, a: 1.0}, tuple(values.values())) for a in amplitudes
             ]
     return tuple(columns)
+
+
+def _shape_starts(name: str) -> tuple[float, ...]:
+    known = ELEMENT_EFFECTS.get(name)
+    return known.shape_starts if known else (1.0,)
 
 
 def base_columns(model: ElementModel, record: ElementRecord) -> FloatArray:
@@ -102,7 +108,7 @@ def contained_columns(model: ElementModel) -> tuple[Column, ...]:
 
 def column_values(model: ElementModel, record: ElementRecord, column: Column) -> FloatArray:
     """Signature of one column along a record, shape (n,)."""
-    if column.effect == "sensor_delay":
+    if is_delay(column.effect):
         sign, force = (1.0, record.drive) if model.by_force else (-1.0, record.response)
         return sign * band_limited(force, record.step, record.cutoff_hz, derivative=1)
     if column.effect == "backlash":
@@ -112,7 +118,7 @@ def column_values(model: ElementModel, record: ElementRecord, column: Column) ->
 
 
 def known_force(model: ElementModel, record: ElementRecord) -> FloatArray:
-    """Measured force less that of a given mass, in the trusted band, shape (n,).
+    """Measured force less that of a given mass, in the usable band, shape (n,).
 
     Beside another simulator's prediction it is the force that the prediction lacks.
     """

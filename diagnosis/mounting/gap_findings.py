@@ -1,4 +1,4 @@
-"""What is found about the gap of a mounting.
+"""Findings about the gap of a mounting.
 
 Where it lies, in time, between repeats, growth with loads and motion, scalars.
 """

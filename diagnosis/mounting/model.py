@@ -5,17 +5,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.effect_cards import EffectCard, EffectParameter
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
-from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS, SIMULATED
+from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS
 from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.identification.campaign.signals import surrogate
+from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.force_laws import Force, ForceLaw, sum_of_laws
+from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
 from carrierflex.simulation.mounting.equations import mounting_blocks
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.parameters import INDEX, PARAMETERS, parameter_array
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
-from carrierflex.simulation.sensing import delayed, reading
+from carrierflex.simulation.sensing import Measurement, delayed, reading
 
 #: Prior standard deviation of an effect's parameter, in its scale.
 _PRIOR = 10.0
@@ -59,7 +62,7 @@ class MountingModel:
     rig : MountingRig
         Nominal rig.
     cards : mapping of str to EffectCard
-        Library with the placebos.
+        Library with the negative controls.
     laws : mapping of str to callable
         Users' compiled force laws by effect.
     contained : tuple of str
@@ -126,11 +129,12 @@ class MountingModel:
     def _bounds(self, effect: str, parameter: EffectParameter, size: float) -> tuple[float, float]:
         """Bounds of the card within those that the simulator accepts."""
         lower, upper = parameter.lower * size, parameter.upper * size
-        name = SIMULATED.get((effect, parameter.name))
-        if name is None:
-            return lower, upper
-        known, neutral = PARAMETERS[INDEX[name]], parameter_array(self.rig)[INDEX[name]]
-        return max(lower, known.lower - neutral), min(upper, known.upper - neutral)
+        neutral = parameter_array(self.rig)
+        for index in _simulated_indices(effect, parameter.name):
+            accepted = PARAMETERS[index]
+            lower = max(lower, accepted.lower - neutral[index])
+            upper = min(upper, accepted.upper - neutral[index])
+        return lower, upper
 
     def predicted(
         self,
@@ -161,25 +165,28 @@ class MountingModel:
         """
         values = parameter_array(self.rig)
         values[[INDEX["K1"], INDEX["C1"]]] = 0.0
-        gains, zeros, delay = np.ones(len(self.channels)), np.zeros(len(self.channels)), 0.0
+        gains = np.ones(len(self.channels))
+        zeros = np.zeros(len(self.channels))
+        delay = 0.0
         negative_control = np.zeros((record.inputs.time.size, len(SENSORS)))
-        own: dict[str, list[float]] = {}
+        of_laws: dict[str, list[float]] = {}
         for parameter, value in zip(self.parameters(effects), theta, strict=True):
             effect = parameter.effect
-            if (effect, parameter.name) in SIMULATED:
-                values[INDEX[SIMULATED[effect, parameter.name]]] += value
-            elif effect == "sensor_gain":
+            measurement = _measurement(effect)
+            if effect in self.laws:
+                of_laws.setdefault(effect, []).append(float(value))
+            elif effect in _CONTROLS:
+                if value:
+                    negative_control += value * self.negative_control(record, effect)
+            elif measurement is Measurement.GAIN:
                 gains[choice[effect]] += value
-            elif effect == "sensor_zero":
+            elif measurement is Measurement.ZERO:
                 zeros[choice[effect]] += value
-            elif effect == "sensor_delay":
+            elif measurement is Measurement.DELAY:
                 delay += value
-            elif effect in self.laws:
-                own.setdefault(effect, []).append(float(value))
-            elif value:
-                # Only the placebos are left: a user's card without a law is refused before.
-                negative_control += value * self.negative_control(record, effect)
-        users = tuple(ForceLaw(self.laws[effect], np.array(own[effect])) for effect in own)
+            else:
+                values[_simulated_indices(effect, parameter.name)] += value
+        users = tuple(ForceLaw(self.laws[effect], np.array(of_laws[effect])) for effect in of_laws)
         motion = self._signals(record, values, sum_of_laws(users), refined)
         if motion is None:
             return np.full(record.measured.shape, np.inf)
@@ -205,8 +212,8 @@ class MountingModel:
         loads = {load: np.zeros(record.inputs.time.size) for load in ("torque", "ntl_y", "ntl_z")}
         wanted = ("torque", "ntl_z")[number]
         source = wanted if np.ptp(getattr(record.inputs, wanted)) > 0.0 else "torque"
-        rng = np.random.default_rng([_SEED, number, *record.name.encode()])
-        loads[source] = _surrogate(getattr(record.inputs, source), rng)
+        seed = [_SEED, number, *record.name.encode()]
+        loads[source] = surrogate(getattr(record.inputs, source), seed)
         inputs = MountingInputs.from_columns(
             record.inputs.time, {**record.inputs.columns(), **loads}
         )
@@ -214,8 +221,30 @@ class MountingModel:
         return simulate(rig, parameter_array(self.rig), inputs).signals
 
 
+_CONTROLS = tuple(card.id for card in NEGATIVE_CONTROLS)
+
+
+def _measurement(effect: str) -> Measurement | None:
+    """Part of the measurement model that an effect is."""
+    known = MOUNTING_EFFECTS.get(effect)
+    return known.measurement if known else None
+
+
+def _simulated_indices(effect: str, parameter: str) -> list[int]:
+    """Indices in the simulator's flat array that a parameter is added to.
+
+    None for what the simulator does not hold: sensors', negative controls', users'.
+    """
+    if effect == BASELINE:
+        return [INDEX[parameter]]
+    known = MOUNTING_EFFECTS.get(effect)
+    if known is None or known.measurement is not None or known.law is not None:
+        return []
+    return [INDEX[name] for name in known.values_of(parameter)]
+
+
 def mounting_scale(rig: MountingRig, records: Sequence[MountingRecord]) -> MountingScale:
-    """Deflection and rate of the starboard bushing under the measured loads, at rest at every instant.
+    """Static deflection of the starboard bushing under the measured loads, and its rate.
 
     Parameters
     ----------
@@ -233,7 +262,9 @@ def mounting_scale(rig: MountingRig, records: Sequence[MountingRecord]) -> Mount
         block.rows[0] @ np.linalg.solve(block.K, block.G)
         for block in mounting_blocks(rig, parameter_array(rig))
     ]
-    square, rate, n = 0.0, 0.0, 0
+    square = 0.0
+    rate = 0.0
+    n = 0
     for record in records:
         window = max(1, round(_RATE_WINDOW / record.step))
         loads = record.inputs.loads - record.inputs.loads[: record.zeroing_samples].mean(axis=0)
@@ -244,10 +275,3 @@ def mounting_scale(rig: MountingRig, records: Sequence[MountingRecord]) -> Mount
     return MountingScale(
         rig.bushing_radial_stiffness, float(np.sqrt(square / n)), float(np.sqrt(square / rate))
     )
-
-
-def _surrogate(values: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """Signal of the same spectrum with random phases."""
-    spectrum = np.fft.rfft(values - values.mean())
-    turned = np.abs(spectrum) * np.exp(2j * np.pi * rng.random(spectrum.size))
-    return np.asarray(np.fft.irfft(turned, values.size), dtype=np.float64)

@@ -1,4 +1,4 @@
-"""Gap of a mounting along the motion that holds most of it, for the report, and what the fitted effects make of it."""
+"""Gap of a mounting along the motion that holds most of it, and what fitted effects make of it."""
 
 from collections.abc import Sequence
 
@@ -31,7 +31,9 @@ def mounting_pictures(
     theta: FloatArray,
     choice: Choice,
 ) -> tuple[Picture, ...]:
-    """Measured less linear prediction over the measured motion, one run of each condition, largest gaps first.
+    """Measured less linear prediction over the measured motion, one run of each condition.
+
+    Largest gaps first.
 
     Parameters
     ----------

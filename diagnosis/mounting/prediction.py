@@ -1,4 +1,4 @@
-"""Mountings whose baseline is another simulator's prediction, given as columns beside the measurement.
+"""Mountings whose baseline is another simulator's prediction, given beside the measurement.
 
 Its inside is unknown, so linear bushings are fitted to what it predicts and held: effects act on
 them, and what they change is added to the prediction. The gap without effects is exactly measured

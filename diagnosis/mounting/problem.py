@@ -1,15 +1,17 @@
-"""The kind "mounting" as a plant of the diagnosis: records, library, sums by block of a run."""
+"""The kind "mounting" as a comparison problem of the diagnosis: records, library, sums."""
 
 import os
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.diagnosis.comparison.finite_differences import (
+    DifferencedResiduals,
+    step_halving_error,
+)
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
@@ -121,12 +123,12 @@ class MountingProblem:
 
     @property
     def cell_counts(self) -> FloatArray:
-        """Degrees of freedom by piece and cell."""
+        """Degrees of freedom by segment and cell."""
         return self._cells[0]
 
     @property
     def noise_square(self) -> FloatArray:
-        """Sum of squares of the noise by piece and cell."""
+        """Sum of squares of the noise by segment and cell."""
         return self._cells[1]
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
@@ -136,7 +138,7 @@ class MountingProblem:
     def starts(
         self, effects: Effects, known: Mapping[tuple[str, str], float]
     ) -> Sequence[FloatArray]:
-        """What is known with the new effects off, linear bushings alone, then linear solutions over the shapes."""
+        """What is known with the new effects off, linear bushings alone, then linear solutions."""
         parameters = self.parameters(effects)
         found = [values for values, _ in self._solutions(effects)]
         values = [
@@ -149,35 +151,15 @@ class MountingProblem:
         return [np.clip(values_array(parameters, own), lower, upper) for own in values]
 
     def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
-        """Gauss-Newton sums with derivatives by differences, parameters in threads (the march holds no lock)."""
-        p = theta.size
-        matrix, right = np.zeros((len(self.segments), p, p)), np.zeros((len(self.segments), p))
-        square = np.zeros(len(self.segments))
-        with ThreadPoolExecutor(os.cpu_count()) as threads:
-            for record, places in self._chosen_runs(chosen):
-                residual = self._residual(record, effects, theta)
-                if not np.isfinite(residual).all():
-                    square[places] = np.inf
-                    continue
-                slope = partial(self._slope, record, effects, theta, residual)
-                rows = np.array(list(threads.map(slope, range(p))))
-                for block, place in enumerate(places):
-                    own = rows[:, record.block == block].reshape(p, -1)
-                    left = residual[record.block == block].ravel()
-                    matrix[place], right[place], square[place] = (
-                        own @ own.T,
-                        own @ left,
-                        left @ left,
-                    )
-        return SegmentSums(matrix, right, square)
+        """Gauss-Newton sums with derivatives by differences."""
+        return self._differenced(effects).sums(theta, chosen)
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
-        """Squared residuals by piece and cell; infinite where the motion leaves the model."""
+        """Squared residuals by segment and cell; infinite where the motion leaves the model."""
         result = np.zeros(self.cell_counts.shape)
-        for record, places in self._chosen_runs(chosen):
-            residual = self._residual(record, effects, theta)
+        for record, segments, residual in self._differenced(effects).chosen(theta, chosen):
             powers = block_powers(residual, record.block, record.step, self._edges_hz)
-            result[places] = powers.reshape(len(places), -1)
+            result[segments] = powers.reshape(len(segments), -1)
         return result
 
     def signatures(self) -> Signatures:
@@ -239,12 +221,12 @@ class MountingProblem:
     def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
         """RMS change of the prediction with half the step."""
         choice = self.choice(effects)
-        changes = [
-            self.model.predicted(record, effects, theta, choice, refined=2)
-            - self.model.predicted(record, effects, theta, choice)
-            for record in self.records
-        ]
-        return float(np.sqrt(np.mean(np.concatenate(changes) ** 2)))
+        return step_halving_error(
+            self.records,
+            lambda record, factor: self.model.predicted(
+                record, effects, theta, choice, refined=factor
+            ),
+        )
 
     def choice(self, effects: Effects) -> Choice:
         """Channel of each effect of one sensor, by least squares over the signatures.
@@ -311,42 +293,28 @@ class MountingProblem:
             self._found[effects] = solutions(*self._columns, effects, self._known)
         return self._found[effects]
 
-    def _chosen_runs(self, chosen: BoolArray) -> list[tuple[MountingRecord, NDArray[np.int64]]]:
-        """Runs with a chosen piece, and the numbers of all their pieces."""
-        first, runs = 0, []
-        for record in self.records:
-            places = np.arange(first, first + record.n_blocks)
-            if chosen[places].any():
-                runs.append((record, places))
-            first += record.n_blocks
-        return runs
+    def _differenced(self, effects: Effects) -> DifferencedResiduals[MountingRecord]:
+        """Residuals of a set of effects as a function of its parameters."""
+        # The channels of sensors' effects are chosen here, before any thread asks for them.
+        choice = self.choice(effects)
+        return DifferencedResiduals(
+            self.records,
+            lambda record, theta: self._residual(record, effects, theta, choice),
+            self.parameters(effects),
+            relative_step=_DIFFERENCE,
+            n_threads=os.cpu_count() or 1,
+        )
 
     def _residuals(self, effects: Effects, theta: FloatArray) -> list[FloatArray]:
-        return [self._residual(record, effects, theta) for record in self.records]
+        choice = self.choice(effects)
+        return [self._residual(record, effects, theta, choice) for record in self.records]
 
-    def _residual(self, record: MountingRecord, effects: Effects, theta: FloatArray) -> FloatArray:
-        """Measured less predicted; zero where nothing was measured."""
-        gap = record.measured - self.model.predicted(record, effects, theta, self.choice(effects))
-        return np.where(np.isfinite(record.measured), gap, 0.0)
-
-    def _slope(
-        self,
-        record: MountingRecord,
-        effects: Effects,
-        theta: FloatArray,
-        residual: FloatArray,
-        k: int,
+    def _residual(
+        self, record: MountingRecord, effects: Effects, theta: FloatArray, choice: Choice
     ) -> FloatArray:
-        """Change of the prediction by one parameter, shape (n, n_channels)."""
-        parameter = self.parameters(effects)[k]
-        step = _DIFFERENCE * max(abs(theta[k]), 0.1 * parameter.scale)
-        step = -step if theta[k] + step > parameter.upper else step
-        moved = theta.copy()
-        moved[k] += step
-        changed = self._residual(record, effects, moved)
-        return (
-            (residual - changed) / step if np.isfinite(changed).all() else np.zeros(residual.shape)
-        )
+        """Measured less predicted; zero where nothing was measured."""
+        residual = record.measured - self.model.predicted(record, effects, theta, choice)
+        return np.where(np.isfinite(record.measured), residual, 0.0)
 
 
 def mounting_problem(campaign: Campaign) -> MountingProblem:

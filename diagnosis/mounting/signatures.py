@@ -19,13 +19,14 @@ from carrierflex.diagnosis.comparison.problem import (
     Parameter,
     Signatures,
 )
-from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS, ONE_CHANNEL, SHAPE_STARTS
+from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS, ONE_CHANNEL
 from carrierflex.diagnosis.mounting.features import flexible_features
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.identification.estimation.scaled_least_squares import normal_solution
+from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
 
-_PLACEBOS = tuple(card.id for card in NEGATIVE_CONTROLS)
+_CONTROLS = tuple(card.id for card in NEGATIVE_CONTROLS)
 #: Size of an effect in its signature, in scales of its parameter.
 _SIZE = 0.05
 _MOST_STARTS = 6
@@ -72,10 +73,10 @@ class Column:
 
 
 def signature_columns(model: MountingModel) -> tuple[Column, ...]:
-    """Every variant of every effect but the placebos, the contained ones among them."""
+    """Every variant of every effect but the negative controls, the contained ones among them."""
     bare, columns = replace(model, contained=()), []
     for name in model.cards:
-        if name in _PLACEBOS:
+        if name in _CONTROLS:
             continue
         own = bare.parameters((name,))[2:]
         if name in model.laws:
@@ -85,7 +86,7 @@ def signature_columns(model: MountingModel) -> tuple[Column, ...]:
         shape = next((p for p in own if p.shape), None)
         size = _SIZE * amplitude.scale
         channels = range(len(model.channels)) if name in ONE_CHANNEL else (-1,)
-        for share, channel in product(SHAPE_STARTS.get(name, (1.0,)), channels):
+        for share, channel in product(_shape_starts(name), channels):
             shapes = {}
             if shape is not None:
                 # Yield force and damper go with the amplitude of the column.
@@ -97,6 +98,11 @@ def signature_columns(model: MountingModel) -> tuple[Column, ...]:
             bounds = (amplitude.lower, amplitude.upper)
             columns.append(Column(name, amplitude.name, size, shapes, channel, bounds=bounds))
     return tuple(columns)
+
+
+def _shape_starts(name: str) -> tuple[float, ...]:
+    known = MOUNTING_EFFECTS.get(name)
+    return known.shape_starts if known else (1.0,)
 
 
 def _user_columns(effect: str, parameters: Sequence[Parameter]) -> list[Column]:
@@ -196,7 +202,7 @@ def mounting_signatures(
 def solutions(
     signatures: Signatures, columns: Sequence[Column], effects: Effects, known: Known
 ) -> list[Solution]:
-    """Least-squares values over the variants of the effects, best first, and the channels they stand at."""
+    """Least-squares values over the variants of the effects, best first, and their channels."""
     gram, first = signatures.gram.sum(axis=0), 1 + signatures.n_base
     groups = [_variants(columns, effect) for effect in effects]
     found = []
@@ -222,9 +228,9 @@ def _variants(columns: Sequence[Column], effect: str) -> list[list[int]]:
 def _bounded_solution(
     gram: FloatArray, places: Sequence[int], columns: Sequence[Column]
 ) -> tuple[float, FloatArray]:
-    """Sum of squares left and least-squares values.
+    """Residual sum of squares and least-squares values.
 
-    An amplitude that would leave its physical bounds stays on zero.
+    An amplitude that would leave its physical bounds stays at zero.
 
     Without the bounds a larger set would choose the channel of a sensor's effect beside an effect
     that cannot be.

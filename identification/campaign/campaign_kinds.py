@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
+from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
+from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
 
 #: Units of a declared element quantity that are SI multiples or foreign units of length and force;
 #: a voltage analogue may use any other unit.
@@ -50,37 +52,7 @@ MOUNTING = CampaignKind(
     name="mounting",
     inputs={"torque": "N m", "speed": "rad/s", "carrier_angle": "rad", "ntl_y": "N", "ntl_z": "N"},
     quantities={"housing_displacement": "m"},
-    effects=(
-        "cubic_stiffness",
-        "quintic_stiffness",
-        "deflection_dependent_damping",
-        "fluid_branch",
-        "elasto_plastic_friction",
-        "parasitic_torque",
-        "axial_bushing_stiffness",
-        "main_bearing_compliance",
-        "ntl_direction",
-        "unequal_bushings",
-        "sensor_gain",
-        "sensor_zero",
-        "sensor_delay",
-    ),
-)
-
-_ELEMENT_EFFECTS = (
-    "quadratic_stiffness",
-    "cubic_stiffness",
-    "quintic_stiffness",
-    "coulomb_friction",
-    "elasto_plastic_friction",
-    "stribeck_friction",
-    "quadratic_damping",
-    "cubic_damping",
-    "deflection_dependent_damping",
-    "backlash",
-    "maxwell_branch",
-    "friction_asymmetry",
-    "sensor_delay",
+    effects=tuple(MOUNTING_EFFECTS),
 )
 
 
@@ -89,7 +61,7 @@ def _element(input_name: str, input_unit: str, quantity: str, unit: str) -> Camp
         name="element",
         inputs={input_name: input_unit},
         quantities={quantity: unit},
-        effects=_ELEMENT_EFFECTS,
+        effects=tuple(ELEMENT_EFFECTS),
         any_unit=True,
     )
 

@@ -3,6 +3,8 @@
 Even steps, the trusted band, derivatives, the drive between the samples.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
@@ -151,7 +153,7 @@ def half_step_values(drive: FloatArray, substeps: int, *, periodic: bool) -> Flo
     return np.ascontiguousarray(fine[first : first + 2 * substeps * drive.size + 1])
 
 
-def surrogate(drive: FloatArray, seed: int) -> FloatArray:
+def surrogate(drive: FloatArray, seed: int | Sequence[int]) -> FloatArray:
     """Signal with the spectrum of the drive and random phases, same RMS about zero."""
     spectrum = np.abs(np.fft.rfft(drive - drive.mean()))
     phase = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, spectrum.size)

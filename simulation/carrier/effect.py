@@ -6,13 +6,13 @@ as regressor, the campaign contract lists its id and the report prints its texts
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
 from carrierflex.simulation.effect_parameters import EffectParameter, PolarPair, vector_parameters
+from carrierflex.simulation.sensing import Measurement
 
 FloatArray = NDArray[np.float64]
 #: Signal per unit of each parameter [m per unit], shape (n_parameters, n), of a RimSensor,
@@ -21,20 +21,6 @@ FloatArray = NDArray[np.float64]
 Pattern = Callable[..., FloatArray]
 #: Values of a shape between which signals are interpolated, of rig and largest radial load [N].
 ShapeNodes = Callable[[CarrierRig, float], FloatArray]
-
-
-class Measurement(Enum):
-    """Wrong part of the measurement model ``(1 + gain) y(t - delay; v + angle) + zero``."""
-
-    GAIN = "gain"
-    ANGLE = "angle"
-    ZERO = "zero"
-    DELAY = "delay"
-
-    @property
-    def is_of_one_channel(self) -> bool:
-        """Whether each sensor has its own; all share the delay."""
-        return self is not Measurement.DELAY
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,57 +5,57 @@ under a force drive ``m q'' = force - R`` (classical Runge-Kutta, steps end wher
 the motion, which then sticks without creep), under a displacement drive ``force = m q'' + R``.
 """
 
+from collections.abc import Mapping
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
 from carrierflex.simulation.force_laws import LAW_SIGNATURE
 
-#: Places of the parameters in the flat array.
-SLOTS = (
-    *(
-        "m",
-        "K1",
-        "C1",
-        "f0",
-        "K2",
-        "K3",
-        "K5",
-        "C_v|v|",
-        "C_v3",
-        "C_q2v",
-        "F_plus",
-        "F_minus",
-        "F_stribeck",
-        "v_s",
-    ),
-    *("Kp", "Fy", "gap", "k", "tau", "delay", "placebo_1", "placebo_2"),
-)
-SLOT = {name: place for place, name in enumerate(SLOTS)}
-(
-    _M,
-    _K1,
-    _C1,
-    _F0,
-    _K2,
-    _K3,
-    _K5,
-    _CVV,
-    _CV3,
-    _CQV,
-    _FP,
-    _FM,
-    _FS,
-    _VS,
-    _KP,
-    _FY,
-    _GAP,
-    _K,
-    _TAU,
-    _,
-    _,
-    _,
-) = range(len(SLOTS))
+
+class ElementSlots(NamedTuple):
+    """Index of every value in the flat array; an effect's own names are in `effects`.
+
+    In the file of the compiled laws: numba's cache follows changes of this file alone.
+    """
+
+    m: int
+    K1: int
+    C1: int
+    f0: int
+    K2: int
+    K3: int
+    K5: int
+    C_vv: int
+    C_v3: int
+    C_q2v: int
+    F_plus: int
+    F_minus: int
+    F_stribeck: int
+    v_s: int
+    Kp: int
+    Fy: int
+    gap: int
+    k: int
+    tau: int
+
+
+N_SLOTS = len(ElementSlots._fields)
+SLOT = ElementSlots(*range(N_SLOTS))
+#: Values that divide: one where their effect is absent.
+_DIVISORS = (SLOT.v_s, SLOT.tau)
+
+
+def element_values(values: Mapping[str, float]) -> NDArray[np.float64]:
+    """Flat array of some values by name, all others absent; shape (N_SLOTS,)."""
+    flat = np.zeros(N_SLOTS)
+    flat[list(_DIVISORS)] = 1.0
+    for name, value in values.items():
+        flat[getattr(SLOT, name)] = value
+    return flat
+
 
 _array = types.Array(types.float64, 1, "C")
 _law = types.FunctionType(LAW_SIGNATURE)
@@ -76,29 +76,31 @@ def _smooth_force(q, v, p):  # type: ignore[no-untyped-def]
     Polynomials by Horner's rule.
     """
     q2 = q * q
-    force = p[_F0] + q * (p[_K1] + q * p[_K2] + q2 * (p[_K3] + q2 * p[_K5]))
-    force += v * (p[_CVV] * abs(v) + p[_CV3] * v * v + p[_CQV] * q2)
-    if p[_GAP] > 0.0:
-        force -= p[_K1] * min(max(q, -p[_GAP]), p[_GAP])
+    force = p[SLOT.f0] + q * (p[SLOT.K1] + q * p[SLOT.K2] + q2 * (p[SLOT.K3] + q2 * p[SLOT.K5]))
+    force += v * (p[SLOT.C_vv] * abs(v) + p[SLOT.C_v3] * v * v + p[SLOT.C_q2v] * q2)
+    if p[SLOT.gap] > 0.0:
+        force -= p[SLOT.K1] * min(max(q, -p[SLOT.gap]), p[SLOT.gap])
     return force
 
 
 @njit(cache=True, inline="always")
 def _friction_level(v, p):  # type: ignore[no-untyped-def]
     """Rise of the dry friction towards rest (Stribeck)."""
-    return p[_FS] * np.exp(-((v / p[_VS]) ** 2)) if p[_FS] > 0.0 else 0.0
+    return (
+        p[SLOT.F_stribeck] * np.exp(-((v / p[SLOT.v_s]) ** 2)) if p[SLOT.F_stribeck] > 0.0 else 0.0
+    )
 
 
 @njit(cache=True, inline="always")
 def _stage_forces(q, v, moved, slider, p, law_1, law_2, p_1, p_2):  # type: ignore[no-untyped-def]
     """Restoring force of everything but the Maxwell branch and dry friction."""
-    force = _smooth_force(q, v, p) + p[_C1] * v
+    force = _smooth_force(q, v, p) + p[SLOT.C1] * v
     if p_1.size:
         force += law_1(q, v, p_1)
     if p_2.size:
         force += law_2(q, v, p_2)
-    if p[_KP] > 0.0:
-        force += min(max(slider + p[_KP] * moved, -p[_FY]), p[_FY])
+    if p[SLOT.Kp] > 0.0:
+        force += min(max(slider + p[SLOT.Kp] * moved, -p[SLOT.Fy]), p[SLOT.Fy])
     return force
 
 
@@ -108,20 +110,33 @@ def _runge_kutta(q, v, branch, slider, drive, h, sign, p, law_1, law_2, p_1, p_2
 
     The direction of dry friction is held. Returns q, v and the branch's force.
     """
-    level = p[_FP] if sign > 0.0 else p[_FM]
-    rate = 1.0 / p[_TAU] if p[_K] > 0.0 else 0.0
-    dq, dv, db = 0.0, 0.0, 0.0
-    sum_q, sum_v, sum_b = 0.0, 0.0, 0.0
+    level = p[SLOT.F_plus] if sign > 0.0 else p[SLOT.F_minus]
+    rate = 1.0 / p[SLOT.tau] if p[SLOT.k] > 0.0 else 0.0
+    dq = 0.0
+    dv = 0.0
+    db = 0.0
+    sum_q = 0.0
+    sum_v = 0.0
+    sum_b = 0.0
     for stage in range(4):
         c = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
         w = 1.0 if stage == 0 or stage == 3 else 2.0
         u = drive[0] if stage == 0 else (drive[2] if stage == 3 else drive[1])
-        own_q, own_v, own_b = q + c * h * dq, v + c * h * dv, branch + c * h * db
-        force = _stage_forces(own_q, own_v, own_q - q, slider, p, law_1, law_2, p_1, p_2) + own_b
+        stage_q = q + c * h * dq
+        stage_v = v + c * h * dv
+        stage_b = branch + c * h * db
+        force = (
+            _stage_forces(stage_q, stage_v, stage_q - q, slider, p, law_1, law_2, p_1, p_2)
+            + stage_b
+        )
         if sign != 0.0:
-            force += sign * (level + _friction_level(own_v, p))
-        dq, dv, db = own_v, (u - force) / p[_M], p[_K] * own_v - rate * own_b
-        sum_q, sum_v, sum_b = sum_q + w * dq, sum_v + w * dv, sum_b + w * db
+            force += sign * (level + _friction_level(stage_v, p))
+        dq = stage_v
+        dv = (u - force) / p[SLOT.m]
+        db = p[SLOT.k] * stage_v - rate * stage_b
+        sum_q = sum_q + w * dq
+        sum_v = sum_v + w * dv
+        sum_b = sum_b + w * db
     return q + h / 6.0 * sum_q, v + h / 6.0 * sum_v, branch + h / 6.0 * sum_b
 
 
@@ -131,25 +146,33 @@ def _smooth_motion(force, state, substeps, p, h, size, deflection, speed):  # ty
 
     Fills the two arrays.
     """
-    q, v, b = state[0], state[1], 0.0
-    rate, half = 1.0 / p[_TAU] if p[_K] > 0.0 else 0.0, 0.5 * h
-    inverse = 1.0 / p[_M]
+    q = state[0]
+    v = state[1]
+    b = 0.0
+    rate, half = 1.0 / p[SLOT.tau] if p[SLOT.k] > 0.0 else 0.0, 0.5 * h
+    inverse = 1.0 / p[SLOT.m]
     for i in range(deflection.size):
         if not abs(q) < size:
             break
         deflection[i], speed[i] = q, v
         for j in range(i * substeps, (i + 1) * substeps):
-            a1 = (force[2 * j] - _smooth_force(q, v, p) - p[_C1] * v - b) * inverse
-            b1 = p[_K] * v - rate * b
-            q2, v2, b_2 = q + half * v, v + half * a1, b + half * b1
-            a2 = (force[2 * j + 1] - _smooth_force(q2, v2, p) - p[_C1] * v2 - b_2) * inverse
-            b2 = p[_K] * v2 - rate * b_2
-            q3, v3, b_3 = q + half * v2, v + half * a2, b + half * b2
-            a3 = (force[2 * j + 1] - _smooth_force(q3, v3, p) - p[_C1] * v3 - b_3) * inverse
-            b3 = p[_K] * v3 - rate * b_3
-            q4, v4, b_4 = q + h * v3, v + h * a3, b + h * b3
-            a4 = (force[2 * j + 2] - _smooth_force(q4, v4, p) - p[_C1] * v4 - b_4) * inverse
-            b4 = p[_K] * v4 - rate * b_4
+            a1 = (force[2 * j] - _smooth_force(q, v, p) - p[SLOT.C1] * v - b) * inverse
+            b1 = p[SLOT.k] * v - rate * b
+            q2 = q + half * v
+            v2 = v + half * a1
+            b_2 = b + half * b1
+            a2 = (force[2 * j + 1] - _smooth_force(q2, v2, p) - p[SLOT.C1] * v2 - b_2) * inverse
+            b2 = p[SLOT.k] * v2 - rate * b_2
+            q3 = q + half * v2
+            v3 = v + half * a2
+            b_3 = b + half * b2
+            a3 = (force[2 * j + 1] - _smooth_force(q3, v3, p) - p[SLOT.C1] * v3 - b_3) * inverse
+            b3 = p[SLOT.k] * v3 - rate * b_3
+            q4 = q + h * v3
+            v4 = v + h * a3
+            b_4 = b + h * b3
+            a4 = (force[2 * j + 2] - _smooth_force(q4, v4, p) - p[SLOT.C1] * v4 - b_4) * inverse
+            b4 = p[SLOT.k] * v4 - rate * b_4
             q += h / 6.0 * (v + 2.0 * (v2 + v3) + v4)
             v += h / 6.0 * (a1 + 2.0 * (a2 + a3) + a4)
             b += h / 6.0 * (b1 + 2.0 * (b2 + b3) + b4)
@@ -161,7 +184,9 @@ def _drive_of_step(force, j, place, length, drive):  # type: ignore[no-untyped-d
 
     A parabola through its beginning, middle and end.
     """
-    u0, u1, u2 = force[2 * j], force[2 * j + 1], force[2 * j + 2]
+    u0 = force[2 * j]
+    u1 = force[2 * j + 1]
+    u2 = force[2 * j + 2]
     for k in range(3):
         t = place + 0.5 * k * length
         drive[k] = u0 + t * (4.0 * u1 - 3.0 * u0 - u2 + t * 2.0 * (u0 - 2.0 * u1 + u2))
@@ -173,9 +198,9 @@ def _breaks_loose(net, p):  # type: ignore[no-untyped-def]
 
     0 where it sticks.
     """
-    if net > p[_FP] + p[_FS]:
+    if net > p[SLOT.F_plus] + p[SLOT.F_stribeck]:
         return 1.0
-    return -1.0 if net < -(p[_FM] + p[_FS]) else 0.0
+    return -1.0 if net < -(p[SLOT.F_minus] + p[SLOT.F_stribeck]) else 0.0
 
 
 @njit(
@@ -196,8 +221,8 @@ def driven_motion(force, state, substeps, p, limits, law_1, law_2, p_1, p_2):  #
         Deflection and speed at the first sample.
     substeps : int
         Steps a sample.
-    p : ndarray, shape (22,)
-        Parameters, see SLOTS.
+    p : ndarray, shape (N_SLOTS,)
+        Parameters, see ElementSlots.
     limits : ndarray, shape (2,)
         Time step, size of the measured deflection.
     law_1, law_2, p_1, p_2
@@ -211,11 +236,17 @@ def driven_motion(force, state, substeps, p, limits, law_1, law_2, p_1, p_2):  #
     h, size = limits[0], _RUNAWAY * limits[1]
     n = (force.size - 1) // (2 * substeps)
     deflection, speed = np.full(n, np.inf), np.full(n, np.inf)
-    if p[_FP] + p[_FM] + p[_FS] + p[_KP] == 0.0 and p_1.size + p_2.size == 0:
+    if (
+        p[SLOT.F_plus] + p[SLOT.F_minus] + p[SLOT.F_stribeck] + p[SLOT.Kp] == 0.0
+        and p_1.size + p_2.size == 0
+    ):
         _smooth_motion(force, state, substeps, p, h, size, deflection, speed)
         return deflection, speed
-    q, v, slider, branch = state[0], state[1], 0.0, 0.0
-    rubs = p[_FP] + p[_FM] + p[_FS] > 0.0
+    q = state[0]
+    v = state[1]
+    slider = 0.0
+    branch = 0.0
+    rubs = p[SLOT.F_plus] + p[SLOT.F_minus] + p[SLOT.F_stribeck] > 0.0
     drive = np.empty(3)
     for i in range(n):
         if not abs(q) < size:
@@ -235,7 +266,7 @@ def driven_motion(force, state, substeps, p, limits, law_1, law_2, p_1, p_2):  #
                     )
                     sign = _breaks_loose(net, p)
                     if sign == 0.0:
-                        branch *= np.exp(-left / p[_TAU])
+                        branch *= np.exp(-left / p[SLOT.tau])
                         break
                 q1, v1, b1 = _runge_kutta(
                     q, v, branch, slider, drive, left, sign, p, law_1, law_2, p_1, p_2
@@ -248,8 +279,10 @@ def driven_motion(force, state, substeps, p, limits, law_1, law_2, p_1, p_2):  #
                         q, v, branch, slider, drive, part * left, sign, p, law_1, law_2, p_1, p_2
                     )
                 v1 = 0.0 if reverses else v1
-                slider = min(max(slider + p[_KP] * (q1 - q), -p[_FY]), p[_FY])
-                q, v, branch = q1, v1, b1
+                slider = min(max(slider + p[SLOT.Kp] * (q1 - q), -p[SLOT.Fy]), p[SLOT.Fy])
+                q = q1
+                v = v1
+                branch = b1
                 place += part * left / h
                 left *= 1.0 - part
                 if left <= 1e-9 * h:
@@ -271,8 +304,8 @@ def restoring_force(  # type: ignore[no-untyped-def]
     ----------
     q, v, acceleration : ndarray, shape (n,)
         Motion.
-    p : ndarray, shape (22,)
-        Parameters, see SLOTS.
+    p : ndarray, shape (N_SLOTS,)
+        Parameters, see ElementSlots.
     limits : ndarray, shape (2,)
         Time step; speed below which the sign of the motion is uncertain.
     law_1, law_2, p_1, p_2
@@ -286,19 +319,19 @@ def restoring_force(  # type: ignore[no-untyped-def]
     h, v_rest = limits[0], limits[1]
     force = np.empty(q.size)
     slider, branch = 0.0, 0.0
-    decay = np.exp(-h / p[_TAU]) if p[_K] > 0.0 else 0.0
-    gain = p[_K] * p[_TAU] / h * (1.0 - decay)
+    decay = np.exp(-h / p[SLOT.tau]) if p[SLOT.k] > 0.0 else 0.0
+    gain = p[SLOT.k] * p[SLOT.tau] / h * (1.0 - decay)
     for i in range(q.size):
-        total = p[_M] * acceleration[i] + p[_C1] * v[i] + _smooth_force(q[i], v[i], p)
+        total = p[SLOT.m] * acceleration[i] + p[SLOT.C1] * v[i] + _smooth_force(q[i], v[i], p)
         if p_1.size:
             total += law_1(q[i], v[i], p_1)
         if p_2.size:
             total += law_2(q[i], v[i], p_2)
         sign = np.tanh(v[i] / v_rest)
-        level = p[_FP] if v[i] > 0.0 else p[_FM]
+        level = p[SLOT.F_plus] if v[i] > 0.0 else p[SLOT.F_minus]
         total += sign * (level + _friction_level(v[i], p))
         moved = q[i] - q[i - 1] if i else 0.0
-        slider = min(max(slider + p[_KP] * moved, -p[_FY]), p[_FY])
+        slider = min(max(slider + p[SLOT.Kp] * moved, -p[SLOT.Fy]), p[SLOT.Fy])
         branch = decay * branch + gain * moved
         force[i] = total + slider + branch
     return force

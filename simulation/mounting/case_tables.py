@@ -19,8 +19,9 @@ from carrierflex.files.toml_values import (
     key,
 )
 from carrierflex.simulation.mounting.bushings import TABLE_3
+from carrierflex.simulation.mounting.effects import MountingParameter
 from carrierflex.simulation.mounting.load_history import LoadHistory
-from carrierflex.simulation.mounting.parameters import PARAMETERS, MountingParameter
+from carrierflex.simulation.mounting.parameters import PARAMETERS
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.rig_keys import RIG_KEYS
 
@@ -45,37 +46,13 @@ _HISTORY = {
         "Once-per-revolution part of the radial load over its present value",
     ),
 }
-_TRUTH_WORDS = {
-    "K1": "Linear stiffness of each bushing",
-    "C1": "Linear damping of each bushing",
-    "K3": "Cubic stiffness of each bushing",
-    "K5": "Quintic stiffness of each bushing",
-    "C3": "Damping of each bushing that grows with the square of its deflection",
-    "k": "Stiffness of the fluid's branch",
-    "c": "Damping of the fluid's branch",
-    "m": "Mass of the fluid's branch",
-    "Kp": "Stiffness of the elasto-plastic friction element",
-    "Fy": "Force at which the elasto-plastic friction element slips",
-    "P_T": "Torque about x per vertical radial load",
-    "k_x": "Axial stiffness of each bushing",
-    "c_x": "Axial damping of each bushing",
-    "main_bearing_compliance": "Radial compliance of the main bearing",
-    "ntl_angle": "Angle by which the radial load is turned",
-    "starboard_excess": "Share by which the starboard bushing is stiffer than the mean of both",
-    "gravity": "Gravity that loads the bushings; 0 where the weight leaves with the zero",
-    "delay": "Time of the displacements behind the carrier angle",
-}
 
 
 def _truth_key(parameter: MountingParameter) -> Key:
     unit = parameter.unit.removeprefix("-")
     limits = Field(ge=parameter.lower, le=parameter.upper)
     expected = Expected(f"a value from {parameter.lower:g} to {parameter.upper:g} {unit}".rstrip())
-    words = _TRUTH_WORDS.get(parameter.name)
-    if words is None:
-        kind, _, sensor = parameter.name.partition("_")
-        words = f"{kind.capitalize()} of the sensor {sensor}"
-    return Key(Annotated[float, limits, expected], words, unit)
+    return Key(Annotated[float, limits, expected], parameter.words, unit)
 
 
 class TruthTable(TomlTable):

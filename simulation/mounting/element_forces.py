@@ -33,7 +33,9 @@ def solve_forces(
     The step is short against the stiffness that phi adds, so putting phi back in mostly converges
     at once; where it does not gain a digit a time, Newton's method takes over.
     """
-    size, last, newton = block.force.shape[0], np.inf, False
+    size = block.force.shape[0]
+    last = np.inf
+    newton = False
     for _ in range(_ITERATIONS):
         for row in range(block.probe.shape[0]):
             total = block.known[row]
@@ -62,7 +64,11 @@ def _laws(block: BlockRecord, user_force: Any, user_parameters: Any) -> tuple[fl
     Return the largest entry and the scale.
     """
     n_e, size = block.preload.shape[0], block.force.shape[0]
-    K3, K5, C3, Kp, Fy = block.law[0], block.law[1], block.law[2], block.law[3], block.law[4]
+    K3 = block.law[0]
+    K5 = block.law[1]
+    C3 = block.law[2]
+    Kp = block.law[3]
+    Fy = block.law[4]
     error, scale = 0.0, 1.0
     for e in range(n_e):
         before, u_before = block.friction_before[e], block.u_before[e]
@@ -97,9 +103,15 @@ def _newton_step(block: BlockRecord, user_force: Any, user_parameters: Any) -> b
 def _fill_jacobian(block: BlockRecord, user_force: Any, user_parameters: Any) -> None:
     """Fill `work` but its last column with the derivative of ``y - phi``."""
     n_e, size = block.preload.shape[0], block.force.shape[0]
-    K3, K5, C3, Kp, Fy = block.law[0], block.law[1], block.law[2], block.law[3], block.law[4]
+    K3 = block.law[0]
+    K5 = block.law[1]
+    C3 = block.law[2]
+    Kp = block.law[3]
+    Fy = block.law[4]
     for e in range(n_e):
-        before, u_before, middle_slope = block.friction_before[e], block.u_before[e], 0.0
+        before = block.friction_before[e]
+        u_before = block.u_before[e]
+        middle_slope = 0.0
         for half in range(2):
             row = half * n_e + e
             u = block.preload[e] + block.probe[row]
@@ -125,7 +137,9 @@ def _fill_jacobian(block: BlockRecord, user_force: Any, user_parameters: Any) ->
                     derivative += rate_slope * block.by_force[column, size + row]
                 block.work[row, column] = -derivative
             block.work[row, row] += 1.0
-            before, u_before, middle_slope = block.friction[row], u, own
+            before = block.friction[row]
+            u_before = u
+            middle_slope = own
 
 
 @_inline

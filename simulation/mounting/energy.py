@@ -81,7 +81,9 @@ def energy_balance(
         _, march = marched(model, march, inputs.loads[sample - 1 : sample + 1])
         marches.append(march)
     count = (len(marches) - 1) // 2 + 1
-    work, dissipated, stored = np.zeros(count), np.zeros(count), np.zeros(count)
+    work = np.zeros(count)
+    dissipated = np.zeros(count)
+    stored = np.zeros(count)
     for place, block in enumerate(model.blocks):
         states = np.array([march.states[place] for march in marches])
         friction = np.array([march.memories[place][0] for march in marches])
@@ -97,11 +99,9 @@ def energy_balance(
 def _simpson(power: Array, step: float) -> Array:
     """Cumulative integral at every second sample."""
     pairs = (len(power) - 1) // 2
-    before, middle, after = (
-        power[: 2 * pairs : 2],
-        power[1 : 2 * pairs : 2],
-        power[2 : 2 * pairs + 1 : 2],
-    )
+    before = power[: 2 * pairs : 2]
+    middle = power[1 : 2 * pairs : 2]
+    after = power[2 : 2 * pairs + 1 : 2]
     return np.concatenate([[0.0], np.cumsum(step / 3.0 * (before + 4.0 * middle + after))])
 
 

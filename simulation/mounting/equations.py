@@ -87,8 +87,12 @@ class Block:
         k, c, m = self.fluid
         branches = (n_e if m == 0.0 else 2 * n_e) if k > 0.0 and c > 0.0 else 0
         n = 2 * n_q + branches
-        A, B, N = np.zeros((n, n)), np.zeros((n, 3)), np.zeros((n, n_e))
-        v, u_m, v_m = slice(n_q, 2 * n_q), slice(2 * n_q, 2 * n_q + n_e), slice(2 * n_q + n_e, n)
+        A = np.zeros((n, n))
+        B = np.zeros((n, 3))
+        N = np.zeros((n, n_e))
+        v = slice(n_q, 2 * n_q)
+        u_m = slice(2 * n_q, 2 * n_q + n_e)
+        v_m = slice(2 * n_q + n_e, n)
         inverse = np.linalg.inv(self.M)
         push = -inverse @ (self.rows.T * self.weights)
         A[:n_q, v] = np.eye(n_q)
@@ -102,11 +106,9 @@ class Block:
         elif branches:
             # Equation (6) with the sign of c put right; F_fl = c (u̇ - u̇_m), equation (5).
             A[u_m, v_m] = np.eye(n_e)
-            A[v_m, u_m], A[v_m, v_m], A[v_m, v] = (
-                -np.eye(n_e) * k / m,
-                -np.eye(n_e) * c / m,
-                self.rows * c / m,
-            )
+            A[v_m, u_m] = -np.eye(n_e) * k / m
+            A[v_m, v_m] = -np.eye(n_e) * c / m
+            A[v_m, v] = self.rows * c / m
             A[v, v] += c * push @ self.rows
             A[v, v_m] = -c * push
         return A, B, N
@@ -224,7 +226,9 @@ def _vertical(rig: MountingRig, p: ParameterArray) -> Block:
     roll = share * np.array([1.0, 0.0, p[INDEX["P_T"]]])
     G = np.array([roll, rig.coupling_arm * lift, lift])
     to_motion = np.zeros((6, 3))
-    to_motion[2], to_motion[3, 0], to_motion[4, 1] = [0.0, -L, 1.0], 1.0, 1.0
+    to_motion[2] = [0.0, -L, 1.0]
+    to_motion[3, 0] = 1.0
+    to_motion[4, 1] = 1.0
     weight = p[INDEX["gravity"]] * np.array([0.0, first, -total])
     return _block(
         rig,
@@ -247,7 +251,9 @@ def _horizontal(rig: MountingRig, p: ParameterArray) -> Block:
     excess = p[INDEX["starboard_excess"]]
     side = np.array([0.0, np.cos(angle), -np.sin(angle)])
     to_motion = np.zeros((6, 3))
-    to_motion[0, 2], to_motion[1], to_motion[5, 0] = 1.0, [L, 1.0, 0.0], 1.0
+    to_motion[0, 2] = 1.0
+    to_motion[1] = [L, 1.0, 0.0]
+    to_motion[5, 0] = 1.0
     return _block(
         rig,
         p,
@@ -277,7 +283,9 @@ def _block(
     """Assemble a block over the coordinates that this rig and parameter set leave free."""
     compliance = p[INDEX["main_bearing_compliance"]]
     free = [i for i, name in enumerate(names) if _is_free(name, rig, compliance)]
-    (M, total), (rows, weights), (axial_rows, axial_weights) = masses, bushings, axial
+    M, total = masses
+    rows, weights = bushings
+    axial_rows, axial_weights = axial
     K = (
         p[INDEX["K1"]] * (rows.T * weights) @ rows
         + p[INDEX["k_x"]] * (axial_rows.T * axial_weights) @ axial_rows

@@ -87,7 +87,11 @@ def mounting_system(rig: MountingRig, parameters: ParameterArray, *, step: float
         raise ValueError(
             f"sensor delay is {parameters[INDEX['delay']]} s; expected none in a co-simulation unit"
         )
-    E, B_0, B_1, C, S = [], [], [], [], []
+    E = []
+    B_0 = []
+    B_1 = []
+    C = []
+    S = []
     for block in blocks:
         end = propagator(block, step).end
         n = len(end)

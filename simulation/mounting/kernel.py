@@ -25,7 +25,9 @@ _inline = numba.njit(cache=True, nogil=True, error_model="numpy", inline="always
 LARGEST_MOTION = 0.3
 
 #: What ended the march.
-DONE, DIVERGED, NOT_CONVERGED = 0, 1, 2
+DONE = 0
+DIVERGED = 1
+NOT_CONVERGED = 2
 
 
 @_jit
@@ -132,7 +134,9 @@ def _follow_state(block: BlockRecord) -> None:
             total += block.by_first_force[e, row] * block.last[2, e]
         block.known[row] = total
     for e in range(n_e):
-        f0, fm, f1 = block.last[0, e], block.last[1, e], block.last[2, e]
+        f0 = block.last[0, e]
+        fm = block.last[1, e]
+        f1 = block.last[2, e]
         block.force[e] = f0 - 3.0 * fm + 3.0 * f1
         block.force[n_e + e] = 3.0 * f0 - 8.0 * fm + 6.0 * f1
 
@@ -146,11 +150,9 @@ def _remember(block: BlockRecord) -> None:
             block.friction[end],
             block.preload[e] + block.probe[end],
         )
-        block.last[0, e], block.last[1, e], block.last[2, e] = (
-            block.last[2, e],
-            block.force[e],
-            block.force[end],
-        )
+        block.last[0, e] = block.last[2, e]
+        block.last[1, e] = block.force[e]
+        block.last[2, e] = block.force[end]
 
 
 @_inline

@@ -132,7 +132,11 @@ class MountingRig:
         The row of spy leaves out the motion ``-z theta_x`` of its point, as printed: the sensor
         sits at the height of the axis.
         """
-        R_x, R_y, R_z, R_b, R_yz = self.R_x, self.R_y, self.R_z, self.R_b, self.R_yz
+        R_x = self.R_x
+        R_y = self.R_y
+        R_z = self.R_z
+        R_b = self.R_b
+        R_yz = self.R_yz
         return np.array(
             [
                 [1.0, 0.0, 0.0, 0.0, R_y, -R_z],

@@ -59,7 +59,10 @@ class DivergedError(ArithmeticError):
         self, message: str, *, samples: int, time: float, coordinate: str, signals: Array
     ) -> None:
         super().__init__(message)
-        self.samples, self.time, self.coordinate, self.signals = samples, time, coordinate, signals
+        self.samples = samples
+        self.time = time
+        self.coordinate = coordinate
+        self.signals = signals
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Travel between processes: keyword arguments are lost by the default way."""
@@ -270,7 +273,9 @@ def _march_block(
 
     The last good sample, and coordinate and outcome where it came no further.
     """
-    block, matrices, (x, memory) = model.blocks[place], model.propagators[place], state
+    block = model.blocks[place]
+    matrices = model.propagators[place]
+    x, memory = state
     if not (loads[:, block.G.any(axis=0)].any() or x.any() or memory.any()):
         # At rest without a load it stays there: a run with vertical loads alone saves a third of
         # its time.

@@ -1,8 +1,9 @@
 """Errors of the sensors, the parts of the measurement model."""
 
-from carrierflex.simulation.carrier.effect import Effect, Measurement, lengths, others
+from carrierflex.simulation.carrier.effect import Effect, lengths, others
 from carrierflex.simulation.carrier.effects.alike import STATIC
 from carrierflex.simulation.effect_parameters import EffectParameter
+from carrierflex.simulation.sensing import Measurement
 
 SENSOR_GAIN = Effect(
     "sensor_gain",

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from importlib.metadata import EntryPoint
 
 import numpy as np
@@ -10,13 +11,19 @@ from carrierflex.diagnosis.comparison.effect_cards import (
     ENTRY_POINT_GROUP,
     EffectCard,
     EffectParameter,
+    card_of_force,
     effect_library,
 )
+from carrierflex.diagnosis.comparison.user_laws import force_library
 from carrierflex.diagnosis.diagnose import diagnose
-from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, SLOT_NAMES
+from carrierflex.diagnosis.element.cards import ELEMENT_CARDS
 from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.mounting.problem import mounting_problem
 from carrierflex.identification.campaign.campaign_kinds import ELEMENT_BY_DRIVE
+from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
+from carrierflex.simulation.element.kernels import ElementSlots
+from carrierflex.simulation.force_effect import ForceEffect, scaled_parameter
 from tests.diagnosis.carrier.carrier_twin import CURVES, twin_campaign
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 from tests.diagnosis.mounting.mounting_campaigns import CONDITIONS, mounting_campaign
@@ -58,13 +65,41 @@ def plant_of_kind(kind):
 
 def test_the_library_is_the_contract():
     ids = tuple(card.id for card in ELEMENT_CARDS)
-    assert sorted(ids) == sorted(ELEMENT_BY_DRIVE["force"].effects)
+    assert ids == ELEMENT_BY_DRIVE["force"].effects
     for card in ELEMENT_CARDS:
         assert set(card.aliases) < set(ids) - {card.id}
         assert card.discriminating_experiment
         assert card.signature
-        for parameter in card.parameters:
-            assert (card.id, parameter.name) in SLOT_NAMES
+
+
+def test_the_compiled_laws_take_every_parameter_of_an_element_but_a_sensors():
+    taken = {
+        name
+        for effect in ELEMENT_EFFECTS.values()
+        if effect.measurement is None and effect.law is None
+        for parameter in effect.parameters
+        for name in effect.values_of(parameter.name)
+    }
+    assert {"m", "K1", "C1", "f0", *taken} == set(ElementSlots._fields)
+
+
+def test_an_effect_with_a_law_of_its_own_needs_no_compiled_one():
+    quartic = ForceEffect(
+        id="quartic_stiffness",
+        equation="K4 q³ |q|",
+        parameters=(scaled_parameter("K4", "N/m^4", (1, -4, 0)),),
+        signature="odd lines, gap as amplitude⁴",
+        law=lambda q, v, p: p[0] * q**3 * abs(q),
+    )
+    cards, laws = force_library("element", (*ELEMENT_CARDS, card_of_force(quartic, "element")))
+    assert set(laws) == {"quartic_stiffness"}
+    assert list(cards)[:-1] == [card.id for card in ELEMENT_CARDS]
+    campaign = displacement_campaign(lambda q, v: 4e12 * q**3 * abs(q), n=500)
+    problem = element_problem(campaign)
+    model = replace(problem.model, cards=cards, laws=laws)
+    fit = fit_effects(replace(problem, model=model), ("quartic_stiffness",))
+    K4 = dict(zip((p.name for p in fit.parameters), fit.theta, strict=True))["K4"]
+    assert_allclose(K4, 4e12, rtol=0.01)
 
 
 def test_friction_and_damping_cannot_drive():

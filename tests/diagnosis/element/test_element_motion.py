@@ -11,9 +11,8 @@ from carrierflex.identification.campaign.signals import (
     trusted_frequency,
 )
 from carrierflex.simulation.element.kernels import (
-    SLOT,
-    SLOTS,
     driven_motion,
+    element_values,
     no_law,
     restoring_force,
 )
@@ -23,11 +22,7 @@ MASS, STIFFNESS, DAMPING = 2.0, 8e3, 12.0
 
 
 def flat(**values):
-    p = np.zeros(len(SLOTS))
-    p[[SLOT["v_s"], SLOT["tau"]]] = 1.0
-    for name, value in {"m": MASS, "K1": STIFFNESS, "C1": DAMPING, **values}.items():
-        p[SLOT[name]] = value
-    return p
+    return element_values({"m": MASS, "K1": STIFFNESS, "C1": DAMPING, **values})
 
 
 def motion(force, p, *, step, n, substeps=4, state=(0.0, 0.0)):
@@ -43,7 +38,7 @@ SMOOTH = {
         lambda q, v: 2e5 * q**2 + 4e8 * q**3 + 3e13 * q**5,
     ),
     "damping": (
-        {"C_v|v|": 40.0, "C_v3": 300.0, "C_q2v": 2e6},
+        {"C_vv": 40.0, "C_v3": 300.0, "C_q2v": 2e6},
         lambda q, v: 40.0 * v * abs(v) + 300.0 * v**3 + 2e6 * q**2 * v,
     ),
     "offset": ({"f0": 3.0}, lambda q, v: 3.0),
