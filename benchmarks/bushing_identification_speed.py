@@ -2,8 +2,9 @@
 
     python benchmarks/bushing_identification_speed.py [RATE] [--complex]
 
-RATE is the sample rate [Hz], 100 by default. Wanted on two cores: linear under 2 s, nonlinear under 5 s, hydro-dynamic
-under 20 s, each with the simpler models it starts from. The search of the complex method stops after 5000 simulations.
+RATE is the sample rate [Hz], 100 by default. Wanted on two cores: linear under 2 s, nonlinear under
+5 s, hydro-dynamic under 20 s, each with the simpler models it starts from. The search of the
+complex method stops after 5000 simulations.
 """
 
 import sys
@@ -11,15 +12,18 @@ import sys
 import numpy as np
 from measured import measured, print_ratios
 
-from identification.bushing_identification import identify_bushings, search_bushings
-from identification.bushing_models import BUSHING_MODELS
-from identification.campaign import Baseline, Campaign, Channel
-from identification.records import Run
-from simulation.mounting.load_history import LoadHistory
-from simulation.mounting.parameters import parameter_array
-from simulation.mounting.rig import SENSORS, MountingRig
-from simulation.mounting.simulate import simulate
-from workflows.executors import work_executor
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.mounting.bushing_identification import (
+    identify_bushings,
+    search_bushings,
+)
+from carrierflex.identification.mounting.bushing_models import BUSHING_MODELS
+from carrierflex.simulation.mounting.load_history import LoadHistory
+from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
+from carrierflex.simulation.mounting.simulate import simulate
+from carrierflex.workflows.support.executors import work_executor
 
 SECONDS, NOISE = 520.0, 5e-6
 #: Nonlinear bushings and the parasitic torque of the 2011 paper's fit [SI].
@@ -40,11 +44,13 @@ def main(arguments: list[str]) -> None:
             reached = f"{fitted.wall:6.2f} s, {runs:4d} model runs, rms {fitted.result[-1].rms * 1e6:.3f} um"
             if "--complex" in arguments:
                 search = measured(lambda model=model: search_bushings(campaign, model))
-                rms = np.sqrt(search.result.cost / fitted.result[-1].fit.cost) * fitted.result[-1].rms
-                reached += (
-                    f"; complex method {search.wall:7.1f} s, {search.result.evaluations} runs, rms {rms * 1e6:.3f} um"
+                rms = (
+                    np.sqrt(search.result.cost / fitted.result[-1].fit.cost) * fitted.result[-1].rms
                 )
-            rows.append((f"{model.name}, {rate:.0f} Hz", f"<= {WANTED_SECONDS[model.name]:.0f} s", reached))
+                reached += f"; complex method {search.wall:7.1f} s, {search.result.evaluations} runs, rms {rms * 1e6:.3f} um"
+            rows.append(
+                (f"{model.name}, {rate:.0f} Hz", f"<= {WANTED_SECONDS[model.name]:.0f} s", reached)
+            )
     print_ratios(rows)
 
 
@@ -55,7 +61,9 @@ def _campaign(rate: float) -> Campaign:
     noise = np.random.default_rng(0).normal(0.0, NOISE, result.signals.shape)
     signals = {name: result.signals[:, k] + noise[:, k] for k, name in enumerate(SENSORS)}
     columns = {name: column for name, column in inputs.columns().items() if name != "time"}
-    channels = tuple(Channel(name, "housing_displacement", "m", sensor=name, noise_std=NOISE) for name in SENSORS)
+    channels = tuple(
+        Channel(name, "housing_displacement", "m", sensor=name, noise_std=NOISE) for name in SENSORS
+    )
     run = Run("R", "R.csv", "figure 6", inputs.time, columns, signals)
     return Campaign("mounting", "speed", Baseline("model", ()), rig.table(), channels, (run,))
 

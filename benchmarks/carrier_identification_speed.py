@@ -2,8 +2,9 @@
 
     python benchmarks/carrier_identification_speed.py
 
-Six sensors at 100 Hz; the search evaluates the model at every sample, as the papers did. Wanted: M1 and M2 together
-under 0.2 s, a residual no higher than the search's, at under one percent of its model evaluations.
+Six sensors at 100 Hz; the search evaluates the model at every sample, as the papers did. Wanted: M1
+and M2 together under 0.2 s, a residual no higher than the search's, at under one percent of its
+model evaluations.
 """
 
 import time
@@ -11,13 +12,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.carrier_identification import FitOptions, identify_each_run, rim_channels
-from identification.carrier_models import CarrierModel, flexible_model, rigid_model, with_radial_motion
-from identification.complex_method import complex_search
-from identification.simulated_campaign import simulated_campaign
-from simulation.carrier_motion import simulate_run
-from simulation.case_files import read_case, shipped_case
-from workflows.default_curves import default_curves
+from carrierflex.identification.campaign.simulated_campaign import simulated_campaign
+from carrierflex.identification.carrier.carrier_identification import (
+    FitOptions,
+    identify_each_run,
+    rim_channels,
+)
+from carrierflex.identification.carrier.models import (
+    CarrierModel,
+    flexible_model,
+    rigid_model,
+    with_radial_motion,
+)
+from carrierflex.identification.estimation.complex_method import complex_search
+from carrierflex.simulation.carrier.case_files import read_case, shipped_case
+from carrierflex.simulation.carrier.motion import simulate_run
+from carrierflex.workflows.support.default_curves import default_curves
 
 MINUTES, RATE = 10, 100.0
 
@@ -34,7 +44,9 @@ def main() -> None:
     for repeat in range(3):
         start = time.perf_counter()
         estimates = [identify_each_run(campaign, model, options)["LC1"] for model in models]
-        print(f"M1 and M2 in closed form, pass {repeat + 1}: {time.perf_counter() - start:.3f} s (wanted under 0.2)")
+        print(
+            f"M1 and M2 in closed form, pass {repeat + 1}: {time.perf_counter() - start:.3f} s (wanted under 0.2)"
+        )
     print(
         f"{'model':5} {'closed form, mm':>16} {'search, mm':>12} {'evaluations':>12} {'search, s':>10} {'share, %':>9}"
     )
@@ -64,7 +76,8 @@ def _searched(campaign, model: CarrierModel):
 
     def cost(values):
         return sum(
-            float(np.square(run.signals[c.name] - X @ values).sum()) for c, X in zip(channels, designs, strict=True)
+            float(np.square(run.signals[c.name] - X @ values).sum())
+            for c, X in zip(channels, designs, strict=True)
         )
 
     size = np.array([1.0 if name.startswith("rho") else 1e-3 for name in model.coefficients])

@@ -1,4 +1,6 @@
-"""Craig-Bampton against the free-interface basis on the same body: frequencies, response, statics, size, time.
+"""Craig-Bampton against the free-interface basis on the same body.
+
+Frequencies, response, statics, size, time.
 
     python benchmarks/fixed_against_free_interface.py [SIZE]
 
@@ -11,14 +13,14 @@ import time
 import numpy as np
 import scipy.linalg
 
-from geometry.parameter_files import read_parameters
-from reduction.craig_bampton import craig_bampton
-from reduction.dynamic_stiffness import LOSS_FACTOR, full_response
-from reduction.free_interface import free_interface_reduction
-from reduction.free_modes import full_free_modes
-from reduction.held_structure import GroundedBody
-from reduction.residual_vectors import body_loads
-from workflows.named_bodies import body_structure
+from carrierflex.geometry.parameter_files import read_parameters
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.dynamic_stiffness import LOSS_FACTOR, full_response
+from carrierflex.reduction.free_interface import free_interface_reduction
+from carrierflex.reduction.free_modes import full_free_modes
+from carrierflex.reduction.held_structure import GroundedBody
+from carrierflex.reduction.residual_vectors import body_loads
+from carrierflex.workflows.support.named_bodies import body_structure
 
 MODE_COUNTS = (5, 10, 20, 40)
 N_FREQUENCIES = 20
@@ -35,14 +37,19 @@ def main() -> None:
     print(
         f"{structure.n_dofs} unknowns, {len(structure.pilots)} pilots; errors against the full body: the first {N_FREQUENCIES}"
     )
-    print(f"free frequencies (largest, median), the pilots' response up to {BAND_HZ:.0f} Hz, and at 1 Hz (statics)")
+    print(
+        f"free frequencies (largest, median), the pilots' response up to {BAND_HZ:.0f} Hz, and at 1 Hz (statics)"
+    )
     heads = ("coordinates", "frequency", "median", "response", "statics", "time, s")
     print(f"{'basis':22}", *(f"{head:>11}" for head in heads))
     loads = body_loads(structure)
     for n in MODE_COUNTS:
         for name, reduce in (
             (f"fixed, {n}", lambda n=n: craig_bampton(structure, n, body=body)),
-            (f"fixed, {n} + residual", lambda n=n: craig_bampton(structure, n, body=body, residual_loads=loads)),
+            (
+                f"fixed, {n} + residual",
+                lambda n=n: craig_bampton(structure, n, body=body, residual_loads=loads),
+            ),
             (f"free, {n}", lambda n=n: free_interface_reduction(structure, n, body=body)),
         ):
             start = time.perf_counter()
@@ -51,14 +58,20 @@ def main() -> None:
             frequency = _frequencies(model)[:N_FREQUENCIES]
             error = np.abs(frequency / exact[: frequency.size] - 1.0)
             statics = _response_error(model, response, 1.0)
-            worst = max(_response_error(model, response, f) for f in np.linspace(0.05, 1.0, 20) * BAND_HZ)
+            worst = max(
+                _response_error(model, response, f) for f in np.linspace(0.05, 1.0, 20) * BAND_HZ
+            )
             figures = (error.max(), np.median(error), worst, statics, seconds)
-            print(f"{name:22} {model.n_coordinates:11d}", *(f"{figure:11.1e}" for figure in figures))
+            print(
+                f"{name:22} {model.n_coordinates:11d}", *(f"{figure:11.1e}" for figure in figures)
+            )
 
 
 def _frequencies(model):
     scale = 1.0 / np.sqrt(np.diag(model.M))
-    squared = scipy.linalg.eigh(model.K * np.outer(scale, scale), model.M * np.outer(scale, scale), eigvals_only=True)
+    squared = scipy.linalg.eigh(
+        model.K * np.outer(scale, scale), model.M * np.outer(scale, scale), eigvals_only=True
+    )
     return np.sqrt(np.abs(squared))[6:]
 
 

@@ -1,20 +1,27 @@
-"""The carrier with fourteen pilots that the benchmarks reduce: every surface on which a load or a neighbour acts."""
+"""The carrier with fourteen pilots that the benchmarks reduce.
+
+Every surface on which a load or a neighbour acts.
+"""
 
 from dataclasses import replace
 
 import numpy as np
 
-from fe.assembly import assemble_stiffness_and_mass
-from fe.couplings import distributing_pilot
-from fe.half_sector_sensors import half_sector_sensors
-from fe.materials import BODY_MATERIALS
-from fe.structural_model import FLEXIBLE_CARRIER_PILOTS, StructuralModel, carrier_pilot_points
-from fe.symmetry_blocks import half_sector
-from geometry.carrier_mesh import flexible_half_sector
-from geometry.dihedral import completed, rotation_about_x
-from geometry.named_surfaces import with_carrier_surfaces
-from geometry.parameters import HALF_SECTOR_ANGLE, CarrierParameters
-from geometry.tet_mesh import boundary_facets
+from carrierflex.fe.assembly import assemble_stiffness_and_mass
+from carrierflex.fe.couplings import distributing_pilot
+from carrierflex.fe.half_sector_sensors import half_sector_sensors
+from carrierflex.fe.materials import BODY_MATERIALS
+from carrierflex.fe.structural_model import (
+    FLEXIBLE_CARRIER_PILOTS,
+    StructuralModel,
+    carrier_pilot_points,
+)
+from carrierflex.fe.symmetry_blocks import half_sector
+from carrierflex.geometry.carrier_mesh import flexible_half_sector
+from carrierflex.geometry.dihedral import completed, rotation_about_x
+from carrierflex.geometry.named_surfaces import with_carrier_surfaces
+from carrierflex.geometry.parameters import HALF_SECTOR_ANGLE, CarrierParameters
+from carrierflex.geometry.tet_mesh import boundary_facets
 
 CARRIER = CarrierParameters()
 #: Distance [m] at which a node counts as lying on a surface.
@@ -39,14 +46,28 @@ def with_more_surfaces(mesh):
     facets = boundary_facets(mesh.tets)
     x = mesh.points[facets]
     r = np.hypot(x[..., 1], x[..., 2])
-    between = (x[..., 0] > CARRIER.upwind_bore_x[1] - ON) & (x[..., 0] < CARRIER.downwind_bore_x[0] + ON)
+    between = (x[..., 0] > CARRIER.upwind_bore_x[1] - ON) & (
+        x[..., 0] < CARRIER.downwind_bore_x[0] + ON
+    )
     on_web = ((np.abs(r - CARRIER.outer_radius) < ON) & between).all(axis=1)
     centre = x.mean(axis=1)
-    third = np.floor(np.mod(np.arctan2(-centre[:, 1], centre[:, 2]), 2.0 * np.pi) / (2.0 * HALF_SECTOR_ANGLE))
+    third = np.floor(
+        np.mod(np.arctan2(-centre[:, 1], centre[:, 2]), 2.0 * np.pi) / (2.0 * HALF_SECTOR_ANGLE)
+    )
     inside = (x[..., 0] > -CARRIER.hub_length / 2.0) & (x[..., 0] < ON)
-    surfaces = {"hub_bore": facets[((np.abs(r - CARRIER.hub_inner_diameter / 2.0) < ON) & inside).all(axis=1)]}
+    surfaces = {
+        "hub_bore": facets[
+            ((np.abs(r - CARRIER.hub_inner_diameter / 2.0) < ON) & inside).all(axis=1)
+        ]
+    }
     surfaces |= {f"web_{k + 1}": facets[on_web & (third == k)] for k in range(3)}
-    return replace(mesh, surfaces={**mesh.surfaces, **{name: found for name, found in surfaces.items() if len(found)}})
+    return replace(
+        mesh,
+        surfaces={
+            **mesh.surfaces,
+            **{name: found for name, found in surfaces.items() if len(found)},
+        },
+    )
 
 
 def half_mesh(size):
@@ -66,4 +87,6 @@ def free_structure(mesh):
 
 def symmetric_structure(half):
     """Half sector and sensors for the reduction by blocks."""
-    return half_sector("carrier", half, pilot_points()), half_sector_sensors(half, CARRIER.sensor_radius)
+    return half_sector("carrier", half, pilot_points()), half_sector_sensors(
+        half, CARRIER.sensor_radius
+    )

@@ -2,8 +2,9 @@
 
     python benchmarks/long_record_memory.py [SAMPLES] [csv|parquet]
 
-Writes a Parquet campaign of SAMPLES rows (default 1e8: eleven days at 100 Hz, four sensors) into a temporary folder,
-identifies it through the command line in a process of its own, and prints what that took. Wanted: under 2 GB.
+Writes a Parquet campaign of SAMPLES rows (default 1e8: eleven days at 100 Hz, four sensors) into a
+temporary folder, identifies it through the command line in a process of its own, and prints what
+that took. Wanted: under 2 GB.
 """
 
 import json
@@ -20,11 +21,11 @@ import pyarrow as pa
 import pyarrow.csv as pa_csv
 import pyarrow.parquet as pa_parquet
 
-from identification.campaign_files import write_campaign
-from identification.simulated_campaign import simulated_campaign
-from simulation.carrier_motion import simulate_run
-from simulation.case_files import read_case, shipped_case
-from workflows.default_curves import default_curves
+from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.identification.campaign.simulated_campaign import simulated_campaign
+from carrierflex.simulation.carrier.case_files import read_case, shipped_case
+from carrierflex.simulation.carrier.motion import simulate_run
+from carrierflex.workflows.support.default_curves import default_curves
 
 PIECE_SECONDS = 5000.0
 
@@ -40,7 +41,7 @@ def main() -> None:
         command = [
             sys.executable,
             "-m",
-            "workflows.command_line",
+            "carrierflex.workflows.command_line",
             "identify",
             str(campaign),
             "--model",
@@ -57,7 +58,9 @@ def main() -> None:
     )
     for name in ("phi_PLC", "rho_s", "rho_f"):
         low, high = shared[name]["ci95"]
-        print(f"{name}: {shared[name]['value']:.6g} in [{low:.6g}, {high:.6g}], truth {getattr(truth, name):.6g}")
+        print(
+            f"{name}: {shared[name]['value']:.6g} in [{low:.6g}, {high:.6g}], truth {getattr(truth, name):.6g}"
+        )
 
 
 def _written(folder: Path, n_samples: int, suffix: str):
@@ -68,11 +71,15 @@ def _written(folder: Path, n_samples: int, suffix: str):
     rate = case.runs[0].sample_rate
     run = replace(case.runs[0], duration=min(PIECE_SECONDS, n_samples / rate))
     rng = np.random.default_rng(0)
-    response = simulate_run(run, sensors, curves["delta_s"], curves["delta_f"], noise_std=0.0, rng=rng)
+    response = simulate_run(
+        run, sensors, curves["delta_s"], curves["delta_f"], noise_std=0.0, rng=rng
+    )
     rig = {"nominal_torque": 360e3, "sensor_radius": 0.412, "n_planets": 3}
     campaign = simulated_campaign("long", sensors, [(run, response)], rig=rig, noise_std=5e-6)
     campaign = replace(
-        campaign, rig=rig, runs=tuple(replace(one, file=f"{one.name}.{suffix}") for one in campaign.runs)
+        campaign,
+        rig=rig,
+        runs=tuple(replace(one, file=f"{one.name}.{suffix}") for one in campaign.runs),
     )
     write_campaign(campaign, folder)
     one = campaign.runs[0]
@@ -83,9 +90,16 @@ def _written(folder: Path, n_samples: int, suffix: str):
 def _repeated(path: Path, columns, n_samples: int, rng) -> None:
     """Write the record over and over, time and angle running on, each time with noise of its own."""
     length = columns["time"].size
-    step, turn = columns["time"][1], 2.0 * np.pi * np.ceil(columns["carrier_angle"][-1] / 2.0 / np.pi)
+    step, turn = (
+        columns["time"][1],
+        2.0 * np.pi * np.ceil(columns["carrier_angle"][-1] / 2.0 / np.pi),
+    )
     schema = pa.schema([(name, pa.float64()) for name in columns])
-    opened = pa_parquet.ParquetWriter(path, schema) if path.suffix == ".parquet" else pa_csv.CSVWriter(path, schema)
+    opened = (
+        pa_parquet.ParquetWriter(path, schema)
+        if path.suffix == ".parquet"
+        else pa_csv.CSVWriter(path, schema)
+    )
     with opened as writer:
         for k in range(-(-n_samples // length)):
             count = min(length, n_samples - k * length)

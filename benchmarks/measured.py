@@ -24,12 +24,19 @@ def measured(work):
 
 
 def fastest(work, repeats):
-    """Measure `work` several times, every result freed before the next; the fastest wall time, the last result."""
+    """Measure `work` several times, every result freed before the next.
+
+    The fastest wall time, the last result.
+    """
     best, run = None, None
     for _ in range(repeats):
         run = None
         run = measured(work)
-        best = (run.wall, run.processor) if best is None else (min(best[0], run.wall), min(best[1], run.processor))
+        best = (
+            (run.wall, run.processor)
+            if best is None
+            else (min(best[0], run.wall), min(best[1], run.processor))
+        )
     return Measured(run.result, *best)
 
 

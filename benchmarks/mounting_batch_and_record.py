@@ -1,7 +1,7 @@
 """A thousand parameter sets of the 520 s nonlinear mounting run on two cores, and 1e5 s of record streamed to a file.
 
-Run as `python benchmarks/mounting_batch_and_record.py FOLDER`; FOLDER takes the Parquet files (1 GB each) and is left
-empty. Set OMP_NUM_THREADS and OPENBLAS_NUM_THREADS to 1.
+Run as `python benchmarks/mounting_batch_and_record.py FOLDER`; FOLDER takes the Parquet files (1 GB
+each) and is left empty. Set OMP_NUM_THREADS and OPENBLAS_NUM_THREADS to 1.
 """
 
 import sys
@@ -11,14 +11,18 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.measured import measured, peak_gb, print_ratios
-from simulation.bushings import HydrodynamicBushing, LinearBushing, NonlinearBushing
-from simulation.mounting.batch import rms_of_sensors, simulate_batch
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.load_history import LoadHistory
-from simulation.mounting.parameters import INDEX, parameter_array
-from simulation.mounting.record_files import marched_pieces, write_record
-from simulation.mounting.rig import MountingRig
-from simulation.mounting.simulate import simulate
+from carrierflex.simulation.mounting.batch import rms_of_sensors, simulate_batch
+from carrierflex.simulation.mounting.bushings import (
+    HydrodynamicBushing,
+    LinearBushing,
+    NonlinearBushing,
+)
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.load_history import LoadHistory
+from carrierflex.simulation.mounting.parameters import INDEX, parameter_array
+from carrierflex.simulation.mounting.record_files import marched_pieces, write_record
+from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.simulate import simulate
 
 RIG = MountingRig()
 
@@ -32,8 +36,16 @@ def batch():
         sets[:, INDEX[name]] *= rng.uniform(0.8, 1.2, 1000)
     simulate(RIG, base, inputs)
     with ThreadPoolExecutor(2) as executor:
-        run = measured(lambda: list(simulate_batch(RIG, sets, inputs, summary=rms_of_sensors, executor=executor)))
-    return "1000 sets of the nonlinear 520 s run, two threads", "< 60 s", f"{run}, {len(run.result)} summaries"
+        run = measured(
+            lambda: list(
+                simulate_batch(RIG, sets, inputs, summary=rms_of_sensors, executor=executor)
+            )
+        )
+    return (
+        "1000 sets of the nonlinear 520 s run, two threads",
+        "< 60 s",
+        f"{run}, {len(run.result)} summaries",
+    )
 
 
 def repeated(cycle, seconds):
@@ -49,10 +61,17 @@ def record(folder, name, values, seconds):
     cycle = LoadHistory(torque_from=420.0, full_speed=400.0).inputs(0.0, 500.0)
     fade = np.clip((500.0 - cycle.time) / 10.0, 0.0, 1.0)
     cycle = MountingInputs(
-        cycle.time, cycle.torque * fade, cycle.speed * fade, cycle.carrier_angle, cycle.ntl_y * fade, cycle.ntl_z * fade
+        cycle.time,
+        cycle.torque * fade,
+        cycle.speed * fade,
+        cycle.carrier_angle,
+        cycle.ntl_y * fade,
+        cycle.ntl_z * fade,
     )
     path = folder / "record.parquet"
-    pieces = marched_pieces(RIG, parameter_array(RIG, values), repeated(cycle, seconds), largest_loads=cycle.loads)
+    pieces = marched_pieces(
+        RIG, parameter_array(RIG, values), repeated(cycle, seconds), largest_loads=cycle.loads
+    )
     run = measured(lambda: write_record(pieces, path))
     size = path.stat().st_size / 1e9
     path.unlink()
@@ -65,8 +84,12 @@ def main(folder):
     # Short before long: the memory of the long record shows as a rise.
     for seconds in (1e4, 1e5):
         rows.append(record(folder, "linear", LinearBushing().parameters(), seconds))
-        rows.append(record(folder, "nonlinear", {**NonlinearBushing().parameters(), "C1": 3e4}, seconds))
-        rows.append(record(folder, "hydro-dynamic", HydrodynamicBushing(m=0.0).parameters(), seconds))
+        rows.append(
+            record(folder, "nonlinear", {**NonlinearBushing().parameters(), "C1": 3e4}, seconds)
+        )
+        rows.append(
+            record(folder, "hydro-dynamic", HydrodynamicBushing(m=0.0).parameters(), seconds)
+        )
     rows.append(batch())
     print_ratios(rows)
 

@@ -1,8 +1,10 @@
-"""The mounting model against Exudyn at equal error: of each, the fastest setting whose error is within a level.
+"""The mounting model against Exudyn at equal error.
 
-Loads are formulas of time, which Exudyn evaluates at every step without a table (its best case), or a record sampled every
-10 ms, what the model is for. Ours reads the formulas as samples, straight between them: where they are smooth, that is its
-whole error.
+Of each, the fastest setting whose error is within a level.
+
+Loads are formulas of time, which Exudyn evaluates at every step without a table (its best case), or
+a record sampled every 10 ms, what the model is for. Ours reads the formulas as samples, straight
+between them: where they are smooth, that is its whole error.
 """
 
 from functools import partial
@@ -10,10 +12,17 @@ from functools import partial
 import exudyn as exu
 import numpy as np
 
-from benchmarks.mounting_peers import best_of, exudyn_bodies, exudyn_equations, radial_at, timed, torque_at
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.march import marched, mounting_model, state_at_rest
-from simulation.mounting.simulate import simulate
+from benchmarks.mounting_peers import (
+    best_of,
+    exudyn_bodies,
+    exudyn_equations,
+    radial_at,
+    timed,
+    torque_at,
+)
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.simulate import simulate
+from carrierflex.simulation.mounting.time_integration import marched, mounting_model, state_at_rest
 
 RK4, ALPHA = exu.DynamicSolverType.RK44, exu.DynamicSolverType.GeneralizedAlpha
 
@@ -22,7 +31,8 @@ LEVELS = (1e-4, 1e-2)
 #: Steps of Exudyn and sampling intervals of our loads [s].
 STEPS, SAMPLINGS = (0.625e-3, 1.25e-3, 2.5e-3, 5e-3, 10e-3, 20e-3, 40e-3), (10e-3, 20e-3, 40e-3)
 _DURATION, _WRITTEN = 30.0, 10e-3
-#: Exudyn with bodies, as its user would build the mounting, explicit with eliminated constraints moves wrongly (errors of 30 %).
+#: Exudyn with bodies, as its user would build the mounting, explicit with eliminated constraints
+#: moves wrongly (errors of 30 %).
 FORMS = {
     "bodies": (exudyn_bodies, (ALPHA,)),
     "our condensed equations": (exudyn_equations, (RK4, ALPHA)),
@@ -36,14 +46,24 @@ def formula_inputs(interval, duration=_DURATION):
 
 
 def error_of(signals, reference):
-    """Largest deviation over the largest signal; the finer of both is thinned to the times of the coarser."""
+    """Largest deviation over the largest signal.
+
+    The finer of both is thinned to the times of the coarser.
+    """
     thin = (len(signals) - 1) / (len(reference) - 1)
-    signals, reference = (signals[:: round(thin)], reference) if thin > 1 else (signals, reference[:: round(1 / thin)])
+    signals, reference = (
+        (signals[:: round(thin)], reference)
+        if thin > 1
+        else (signals, reference[:: round(1 / thin)])
+    )
     return np.abs(signals - reference).max() / np.abs(reference).max()
 
 
 def our_settings(rig, parameters, reference, inputs_at, samplings):
-    """Speed, error and name of ours by sampling interval; as for Exudyn, the clock runs while the equations are solved."""
+    """Speed, error and name of ours by sampling interval.
+
+    As for Exudyn, the clock runs while the equations are solved.
+    """
     for interval in samplings:
         inputs = inputs_at(interval)
         model = mounting_model(rig, parameters, inputs.loads, inputs.step)
@@ -91,7 +111,9 @@ def equal_error_rows(rig, models, measured):
             wanted = ">= 100" if form == "bodies" else ""
             yield from compared(f"{name}, formulas: ours over Exudyn, {form}", ours, theirs, wanted)
         reference = simulate(rig, parameters, measured, step=measured.step / 64).signals
-        ours = list(our_settings(rig, parameters, reference, lambda interval: measured, (measured.step,)))
+        ours = list(
+            our_settings(rig, parameters, reference, lambda interval: measured, (measured.step,))
+        )
         run = partial(exudyn_bodies, measured=(measured.torque, measured.ntl_z))
         theirs = list(exudyn_settings(rig, parameters, reference, run, (ALPHA,)))
         yield from compared(f"{name}, record: ours over Exudyn, bodies", ours, theirs, ">= 100")

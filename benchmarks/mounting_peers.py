@@ -1,4 +1,7 @@
-"""The mounting in the hands of scipy's solve_ivp and of Exudyn: the same equations, in the form each is fastest with."""
+"""The mounting in the hands of scipy's solve_ivp and of Exudyn.
+
+The same equations, in the form each is fastest with.
+"""
 
 import time
 
@@ -25,15 +28,18 @@ from exudyn.itemInterface import (
 )
 from scipy.integrate import solve_ivp
 
-from simulation.mounting.equations import mounting_blocks
-from simulation.mounting.parameters import INDEX
+from carrierflex.simulation.mounting.equations import mounting_blocks
+from carrierflex.simulation.mounting.parameters import INDEX
 
 #: The loads of the comparison as formulas, so that no code has to look them up in a table.
 TORQUE, RADIAL, RIPPLE_HZ = 80e3, -100e3, 2.0
 
 
 def best_of(work, budget=2.0):
-    """Shortest of the times [s] that `work` returns, tried for `budget` seconds: other work on the machine only slows."""
+    """Shortest of the times [s] that `work` returns, tried for `budget` seconds.
+
+    Other work on the machine only slows.
+    """
     begin, times = time.perf_counter(), []
     while time.perf_counter() - begin < budget or len(times) < 3:
         times.append(work())
@@ -48,17 +54,30 @@ def timed(work):
 
 
 def torque_at(t, module=np):
-    return TORQUE * 0.5 * (1.0 + module.tanh(t - 10.0)) * (1.0 + 0.05 * module.sin(2.0 * np.pi * RIPPLE_HZ * t))
+    return (
+        TORQUE
+        * 0.5
+        * (1.0 + module.tanh(t - 10.0))
+        * (1.0 + 0.05 * module.sin(2.0 * np.pi * RIPPLE_HZ * t))
+    )
 
 
 def radial_at(t, module=np):
-    return RADIAL * 0.5 * (1.0 + module.tanh((t - 5.0) / 0.5)) * (1.0 + 0.02 * module.sin(2.0 * np.pi * 0.37 * t))
+    return (
+        RADIAL
+        * 0.5
+        * (1.0 + module.tanh((t - 5.0) / 0.5))
+        * (1.0 + 0.02 * module.sin(2.0 * np.pi * 0.37 * t))
+    )
 
 
 def element_coordinates(rig, parameters):
-    """Matrices over the deflections of both bushings in z: the nonlinear springs then lie on single coordinates.
+    """Matrices over the deflections of both bushings in z.
 
-    The horizontal block has no load here and stays at rest; leaving it out is to the peers' advantage.
+    The nonlinear springs then lie on single coordinates.
+
+    The horizontal block has no load here and stays at rest; leaving it out is to the peers'
+    advantage.
     """
     vertical, _ = mounting_blocks(rig, parameters)
     inverse = np.linalg.inv(vertical.rows)
@@ -74,28 +93,48 @@ def scipy_run(rig, parameters, times, method):
     def rates(t, y):
         u, v = y[:2], y[2:]
         square = u * u
-        force = G[:, 0] * torque_at(t) + G[:, 1] * radial_at(t) - K @ u - C @ v - u * square * (K3 + K5 * square)
+        force = (
+            G[:, 0] * torque_at(t)
+            + G[:, 1] * radial_at(t)
+            - K @ u
+            - C @ v
+            - u * square * (K3 + K5 * square)
+        )
         return np.concatenate([v, inverse @ force])
 
     start = time.perf_counter()
     solution = solve_ivp(
-        rates, (times[0], times[-1]), np.zeros(4), method=method, t_eval=times, rtol=1e-6, atol=[1e-10] * 2 + [1e-8] * 2
+        rates,
+        (times[0], times[-1]),
+        np.zeros(4),
+        method=method,
+        t_eval=times,
+        rtol=1e-6,
+        atol=[1e-10] * 2 + [1e-8] * 2,
     )
     return solution.y[:2].T, time.perf_counter() - start
 
 
 def exudyn_equations(rig, parameters, times, step, solver):
-    """Sensor signals and wall seconds of Exudyn when it is handed our condensed equations: two coordinates, nothing else."""
+    """Sensor signals and wall seconds of Exudyn when it is handed our condensed equations.
+
+    Two coordinates, nothing else.
+    """
     M, C, K, G, law, to_signals = element_coordinates(rig, parameters)
     K3, K5 = float(law[0]), float(law[1])
     system = exu.SystemContainer().AddSystem()
     zero = [0.0] * 2
     node = system.AddNode(
         NodeGenericODE2(
-            referenceCoordinates=zero, initialCoordinates=zero, initialCoordinates_t=zero, numberOfODE2Coordinates=2
+            referenceCoordinates=zero,
+            initialCoordinates=zero,
+            initialCoordinates_t=zero,
+            numberOfODE2Coordinates=2,
         )
     )
-    system.AddObject(ObjectGenericODE2(nodeNumbers=[node], massMatrix=M, stiffnessMatrix=K, dampingMatrix=C))
+    system.AddObject(
+        ObjectGenericODE2(nodeNumbers=[node], massMatrix=M, stiffnessMatrix=K, dampingMatrix=C)
+    )
     ground = _ground_coordinate(system)
 
     def spring(mbs, t, itemNumber, u, v, k, d, offset):
@@ -105,10 +144,15 @@ def exudyn_equations(rig, parameters, times, step, solver):
     for coordinate in range(2):
         marker = system.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
         if K3 or K5:
-            item = system.AddObject(CoordinateSpringDamper(markerNumbers=[ground, marker], stiffness=K3, damping=K5))
+            item = system.AddObject(
+                CoordinateSpringDamper(markerNumbers=[ground, marker], stiffness=K3, damping=K5)
+            )
             kept.append(CreateSymbolicUserFunction(system, spring, "springForceUserFunction", item))
             system.SetObjectParameter(item, "springForceUserFunction", kept[-1])
-        for function, amplitude in ((_torque, TORQUE * G[coordinate, 0]), (_radial, RADIAL * G[coordinate, 1])):
+        for function, amplitude in (
+            (_torque, TORQUE * G[coordinate, 0]),
+            (_radial, RADIAL * G[coordinate, 1]),
+        ):
             load = system.AddLoad(LoadCoordinate(markerNumber=marker, load=amplitude))
             kept.append(CreateSymbolicUserFunction(system, function, "loadUserFunction", load))
             system.SetLoadParameter(load, "loadUserFunction", kept[-1])
@@ -119,8 +163,8 @@ def exudyn_equations(rig, parameters, times, step, solver):
 def exudyn_bodies(rig, parameters, times, step, solver, measured=None):
     """Sensor signals and wall seconds of Exudyn with the mounting as its user would build it.
 
-    One rigid body for all that pitches and yaws, held at the main bearing, on two Cartesian spring-dampers. Loads are the
-    formulas, or `measured` (torque, ntl_z) at `times`.
+    One rigid body for all that pitches and yaws, held at the main bearing, on two Cartesian
+    spring-dampers. Loads are the formulas, or `measured` (torque, ntl_z) at `times`.
     """
     vertical, horizontal = mounting_blocks(rig, parameters)
     inertia = [vertical.M[0, 0], vertical.M[1, 1], horizontal.M[0, 0], 0.0, 0.0, 0.0]
@@ -133,7 +177,12 @@ def exudyn_bodies(rig, parameters, times, step, solver, measured=None):
     zero = [0.0] * 6
     node = system.AddNode(NodeRigidBodyRxyz(referenceCoordinates=zero, initialVelocities=zero))
     body = system.AddObject(
-        RigidBody(nodeNumber=node, physicsMass=mass, physicsInertia=inertia, physicsCenterOfMass=[center, 0.0, 0.0])
+        RigidBody(
+            nodeNumber=node,
+            physicsMass=mass,
+            physicsInertia=inertia,
+            physicsCenterOfMass=[center, 0.0, 0.0],
+        )
     )
     fixed = _ground_coordinate(system)
     for coordinate in range(3):
@@ -142,21 +191,32 @@ def exudyn_bodies(rig, parameters, times, step, solver, measured=None):
     ground, law, kept = system.AddObject(ObjectGround()), _bushing_law(parameters), []
     for y in (rig.R_x, -rig.R_x):
         place = [rig.main_bearing_x, y, 0.0]
-        markers = [system.AddMarker(MarkerBodyPosition(bodyNumber=b, localPosition=place)) for b in (ground, body)]
+        markers = [
+            system.AddMarker(MarkerBodyPosition(bodyNumber=b, localPosition=place))
+            for b in (ground, body)
+        ]
         k = [parameters[INDEX["k_x"]]] + [parameters[INDEX["K1"]]] * 2
         d = [parameters[INDEX["c_x"]]] + [parameters[INDEX["C1"]]] * 2
-        item = system.AddObject(CartesianSpringDamper(markerNumbers=markers, stiffness=k, damping=d))
+        item = system.AddObject(
+            CartesianSpringDamper(markerNumbers=markers, stiffness=k, damping=d)
+        )
         if has_nonlinear_stiffness(parameters):
             kept.append(CreateSymbolicUserFunction(system, law, "springForceUserFunction", item))
             system.SetObjectParameter(item, "springForceUserFunction", kept[-1])
-    hub = system.AddMarker(MarkerBodyRigid(bodyNumber=body, localPosition=[-rig.coupling_arm, 0.0, 0.0]))
+    hub = system.AddMarker(
+        MarkerBodyRigid(bodyNumber=body, localPosition=[-rig.coupling_arm, 0.0, 0.0])
+    )
     share = 1.0 - 1.0 / rig.gear_ratio
-    for number, (kind, direction, size) in enumerate(((Torque, 0, TORQUE * share), (Force, 2, RADIAL))):
+    for number, (kind, direction, size) in enumerate(
+        ((Torque, 0, TORQUE * share), (Force, 2, RADIAL))
+    ):
         amplitude = np.zeros(3)
         amplitude[direction] = size if measured is None else (share, 1.0)[number]
         load = system.AddLoad(kind(markerNumber=hub, loadVector=amplitude))
         if measured is None:
-            function = CreateSymbolicUserFunction(system, (_torque, _radial)[number], "loadVectorUserFunction", load)
+            function = CreateSymbolicUserFunction(
+                system, (_torque, _radial)[number], "loadVectorUserFunction", load
+            )
         else:
             function = _looked_up(times, measured[number])
         kept.append(function)
@@ -166,7 +226,11 @@ def exudyn_bodies(rig, parameters, times, step, solver, measured=None):
 
 
 def _torque(mbs, t, load):
-    return load * (0.5 * (1.0 + exu.symbolic.tanh(t - 10.0)) * (1.0 + 0.05 * exu.symbolic.sin(12.566370614359172 * t)))
+    return load * (
+        0.5
+        * (1.0 + exu.symbolic.tanh(t - 10.0))
+        * (1.0 + 0.05 * exu.symbolic.sin(12.566370614359172 * t))
+    )
 
 
 def _radial(mbs, t, load):
@@ -181,15 +245,24 @@ def _bushing_law(parameters):
     def force(mbs, t, itemNumber, u, v, k, d, offset):
         return [
             k[0] * u[0] + d[0] * v[0],
-            k[1] * u[1] + d[1] * v[1] + K3 * u[1] * u[1] * u[1] + K5 * u[1] * u[1] * u[1] * u[1] * u[1],
-            k[2] * u[2] + d[2] * v[2] + K3 * u[2] * u[2] * u[2] + K5 * u[2] * u[2] * u[2] * u[2] * u[2],
+            k[1] * u[1]
+            + d[1] * v[1]
+            + K3 * u[1] * u[1] * u[1]
+            + K5 * u[1] * u[1] * u[1] * u[1] * u[1],
+            k[2] * u[2]
+            + d[2] * v[2]
+            + K3 * u[2] * u[2] * u[2]
+            + K5 * u[2] * u[2] * u[2] * u[2] * u[2],
         ]
 
     return force
 
 
 def _looked_up(times, values):
-    """Load function in Python that reads a measured record, as Exudyn needs it: it has no table of its own."""
+    """Load function in Python that reads a measured record, as Exudyn needs it.
+
+    It has no table of its own.
+    """
     step, table = float(times[1] - times[0]), [*map(float, values), float(values[-1])]
 
     def factor(t):
@@ -211,7 +284,9 @@ def _ground_coordinate(system):
 
 def _solved(system, node, times, step, solver):
     output = exu.OutputVariableType.Coordinates
-    sensor = system.AddSensor(SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=output))
+    sensor = system.AddSensor(
+        SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=output)
+    )
     system.Assemble()
     settings = _exudyn_settings(times, step)
     start = time.perf_counter()

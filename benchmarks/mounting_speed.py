@@ -1,9 +1,10 @@
 """Simulated seconds per wall second of the mounting model, with scipy's solve_ivp and Exudyn beside it on the same model.
 
-Run as `python -m benchmarks.mounting_speed`; one core: set OMP_NUM_THREADS and OPENBLAS_NUM_THREADS to 1. Warm: all is
-compiled before the clock starts. Each figure is the best of what two seconds hold: other work on the machine only slows. Errors
-are the largest of all six sensors, relative to the largest signal, against a run of a sixty-fourth of the step (linear: loads
-refined 16 times). Exudyn: see `mounting_equal_error.py`.
+Run as `python -m benchmarks.mounting_speed`; one core: set OMP_NUM_THREADS and OPENBLAS_NUM_THREADS
+to 1. Warm: all is compiled before the clock starts. Each figure is the best of what two seconds
+hold: other work on the machine only slows. Errors are the largest of all six sensors, relative to
+the largest signal, against a run of a sixty-fourth of the step (linear: loads refined 16 times).
+Exudyn: see `mounting_equal_error.py`.
 """
 
 import time
@@ -15,34 +16,51 @@ from benchmarks.measured import print_ratios
 from benchmarks.mounting_equal_error import equal_error_rows, formula_inputs
 from benchmarks.mounting_equal_error import error_of as error_of_peer
 from benchmarks.mounting_peers import best_of, element_coordinates, scipy_run, timed
-from simulation.bushings import HydrodynamicBushing, LinearBushing, NonlinearBushing
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.load_history import LoadHistory
-from simulation.mounting.march import mounting_model
-from simulation.mounting.parameters import parameter_array
-from simulation.mounting.rig import MountingRig
-from simulation.mounting.simulate import response_of, signal_pieces, simulate
+from carrierflex.simulation.mounting.bushings import (
+    HydrodynamicBushing,
+    LinearBushing,
+    NonlinearBushing,
+)
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.load_history import LoadHistory
+from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.simulate import response_of, signal_pieces, simulate
+from carrierflex.simulation.mounting.time_integration import mounting_model
 
 RIG = MountingRig(zeroing_samples=1)
 MODELS = {
     "linear, moderate damping": ({**LinearBushing().parameters(), "C1": 1e5}, 80_000, 1e-9),
     "linear, damping of the paper": (LinearBushing().parameters(), 80_000, 1e-9),
     "nonlinear, moderate damping": ({**NonlinearBushing().parameters(), "C1": 3e4}, 10_000, 1e-4),
-    "nonlinear, damping of the paper": ({**NonlinearBushing().parameters(), "C1": 4.83e6}, 10_000, 1e-4),
+    "nonlinear, damping of the paper": (
+        {**NonlinearBushing().parameters(), "C1": 4.83e6},
+        10_000,
+        1e-4,
+    ),
     "hydro-dynamic, Maxwell branch": (HydrodynamicBushing(m=0.0).parameters(), 10_000, 1e-4),
     "hydro-dynamic, fluid mass": (HydrodynamicBushing().parameters(), 10_000, 1e-4),
-    "hydro-dynamic, damping of the paper": ({**HydrodynamicBushing(m=0.0).parameters(), "C1": 4.83e6}, 10_000, 1e-4),
+    "hydro-dynamic, damping of the paper": (
+        {**HydrodynamicBushing(m=0.0).parameters(), "C1": 4.83e6},
+        10_000,
+        1e-4,
+    ),
 }
 
 
-#: What a peer integrates too: without the parasitic torque, whose load its user would have to build.
+#: What a peer integrates too: without the parasitic torque, whose load its user would have to
+#: build.
 PEER_MODELS = {
-    name: {**MODELS[name][0], "P_T": 0.0} for name in ("linear, moderate damping", "nonlinear, moderate damping")
+    name: {**MODELS[name][0], "P_T": 0.0}
+    for name in ("linear, moderate damping", "nonlinear, moderate damping")
 }
 
 
 def best_of_pieces(parameters, inputs, budget=2.0):
-    """Wall seconds of a run, each of its 27 pieces and the zeroing at its best: on a busy machine no whole run is left alone."""
+    """Wall seconds of a run, each of its 27 pieces and the zeroing at its best.
+
+    On a busy machine no whole run is left alone.
+    """
     begin, best = time.perf_counter(), np.inf
     while time.perf_counter() - begin < budget:
         stamps, pieces = [time.perf_counter()], []
@@ -55,7 +73,10 @@ def best_of_pieces(parameters, inputs, budget=2.0):
 
 
 def rough_inputs():
-    """The history of figure 6 with 5 % of noise below 10 Hz on torque and radial load: nothing smooth to live on."""
+    """The history of figure 6 with 5 % of noise below 10 Hz on torque and radial load.
+
+    Nothing smooth to live on.
+    """
     smooth = LoadHistory().inputs(40.0, 560.0)
     rng = np.random.default_rng(1)
     spectrum = np.fft.rfft(rng.standard_normal((2, smooth.time.size)), axis=1)
@@ -63,7 +84,9 @@ def rough_inputs():
     noise = np.fft.irfft(spectrum, smooth.time.size, axis=1)
     noise *= 0.05 / noise.std(axis=1, keepdims=True)
     torque, ntl_z = smooth.torque * (1.0 + noise[0]), smooth.ntl_z * (1.0 + noise[1])
-    return MountingInputs(smooth.time, torque, smooth.speed, smooth.carrier_angle, smooth.ntl_y, ntl_z)
+    return MountingInputs(
+        smooth.time, torque, smooth.speed, smooth.carrier_angle, smooth.ntl_y, ntl_z
+    )
 
 
 def error_of(parameters, inputs, signals, linear):
@@ -99,7 +122,11 @@ def scipy_rows():
         for method in ("RK45", "DOP853", "LSODA", "Radau"):
             u, seconds = scipy_run(RIG, parameters, inputs.time, method)
             error = error_of_peer(u @ to_signals.T, reference)
-            yield f"{name}: scipy {method}", "", f"{inputs.time[-1] / seconds:8.0f} s/s, error {error:.0e}"
+            yield (
+                f"{name}: scipy {method}",
+                "",
+                f"{inputs.time[-1] / seconds:8.0f} s/s, error {error:.0e}",
+            )
 
 
 def measured_part():
@@ -107,7 +134,12 @@ def measured_part():
     part = MountingInputs(*(values[-3001:] for values in rough_inputs().columns().values()))
     ramp = np.minimum(1.0, (part.time - part.time[0]) / 2.0)
     return MountingInputs(
-        part.time - part.time[0], part.torque * ramp, part.speed, part.carrier_angle, part.ntl_y, part.ntl_z * ramp
+        part.time - part.time[0],
+        part.torque * ramp,
+        part.speed,
+        part.carrier_angle,
+        part.ntl_y,
+        part.ntl_z * ramp,
     )
 
 

@@ -1,8 +1,10 @@
-"""The whole reduction against CalculiX's forty modes alone on the same mesh, in one run; needs `ccx` (Debian's calculix-ccx).
+"""The whole reduction against CalculiX's forty modes alone on the same mesh, in one run.
 
-Run as `python benchmarks/reduction_against_calculix.py [SIZE]`, SIZE the element edge length [m]; 0.022 makes 262 000
-unknowns. CalculiX holds the nodes of all pilots' surfaces, as rigid couplings with held pilots do, so that its frequencies are
-those of our rigid reduction.
+Needs `ccx` (Debian's calculix-ccx).
+
+Run as `python benchmarks/reduction_against_calculix.py [SIZE]`, SIZE the element edge length [m];
+0.022 makes 262 000 unknowns. CalculiX holds the nodes of all pilots' surfaces, as rigid couplings
+with held pilots do, so that its frequencies are those of our rigid reduction.
 """
 
 import os
@@ -17,11 +19,11 @@ import fourteen_pilots
 import numpy as np
 from measured import measured, print_ratios
 
-from fe.materials import CAST_IRON
-from fe.rigid_couplings import rigidly_coupled
-from reduction.craig_bampton import craig_bampton
-from reduction.fixed_interface_modes import fixed_interface_modes
-from reduction.held_structure import GroundedBody, HeldStructure
+from carrierflex.fe.materials import CAST_IRON
+from carrierflex.fe.rigid_couplings import rigidly_coupled
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.fixed_interface_modes import fixed_interface_modes
+from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
 
 N_MODES = 40
 
@@ -36,15 +38,21 @@ def write_deck(mesh, pilots, path):
         for number, nodes in enumerate(mesh.tets + 1, start=1):
             file.write(f"{number}, {', '.join(map(str, nodes))}\n")
         file.write("*NSET, NSET=HELD\n" + "".join(f"{node},\n" for node in held))
-        file.write(f"*MATERIAL, NAME=IRON\n*ELASTIC\n{CAST_IRON.E:.12e}, {CAST_IRON.nu}\n*DENSITY\n{CAST_IRON.rho}\n")
+        file.write(
+            f"*MATERIAL, NAME=IRON\n*ELASTIC\n{CAST_IRON.E:.12e}, {CAST_IRON.nu}\n*DENSITY\n{CAST_IRON.rho}\n"
+        )
         file.write("*SOLID SECTION, ELSET=EALL, MATERIAL=IRON\n*BOUNDARY\nHELD, 1, 3\n")
         file.write(f"*STEP\n*FREQUENCY\n{N_MODES}\n*END STEP\n")
 
 
 def calculix_omega(folder):
     environment = {**os.environ, "OMP_NUM_THREADS": str(os.cpu_count())}
-    subprocess.run(["ccx", "-i", "deck"], cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
-    table = re.findall(r"^ +\d+ +(\S+) +(\S+) +\S+ +\S+ *$", (folder / "deck.dat").read_text(), flags=re.MULTILINE)
+    subprocess.run(
+        ["ccx", "-i", "deck"], cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL
+    )
+    table = re.findall(
+        r"^ +\d+ +(\S+) +(\S+) +\S+ +\S+ *$", (folder / "deck.dat").read_text(), flags=re.MULTILINE
+    )
     return np.sqrt([float(row[0]) for row in table[:N_MODES]])
 
 
@@ -57,10 +65,15 @@ def our_rigid_omega(structure, mesh):
 def main(size=0.022):
     if shutil.which("ccx") is None:
         sys.exit("ccx is not installed; expected CalculiX, as in `apt-get install calculix-ccx`")
-    craig_bampton(fourteen_pilots.free_structure(fourteen_pilots.whole_mesh(fourteen_pilots.half_mesh(0.06))), 1)
+    craig_bampton(
+        fourteen_pilots.free_structure(fourteen_pilots.whole_mesh(fourteen_pilots.half_mesh(0.06))),
+        1,
+    )
     mesh = fourteen_pilots.whole_mesh(fourteen_pilots.half_mesh(size))
     names = tuple(fourteen_pilots.pilot_points())
-    ours = measured(lambda: craig_bampton(fourteen_pilots.free_structure(mesh), N_MODES).model.n_coordinates)
+    ours = measured(
+        lambda: craig_bampton(fourteen_pilots.free_structure(mesh), N_MODES).model.n_coordinates
+    )
     print(f"{3 * len(mesh.points)} unknowns, {len(names)} pilots, {N_MODES} modes")
     print(f"ours, mesh to reduced body  {ours}", flush=True)
     with tempfile.TemporaryDirectory() as folder:

@@ -1,10 +1,11 @@
 """Craig-Bampton reduction against Exudyn's scipy path on the same matrices, in one run.
 
-Run as `python benchmarks/reduction_against_exudyn.py [SIZE]`, SIZE the element edge length [m]; 0.045 makes 59 000 unknowns.
+Run as `python benchmarks/reduction_against_exudyn.py [SIZE]`, SIZE the element edge length [m];
+0.045 makes 59 000 unknowns.
 
-Exudyn's rigid couplings (RBE2) with ours: both give the same fixed-interface frequencies. Ours with distributing couplings
-(RBE3) is timed beside them, everything from assembled matrices to the reduced ones, fastest of three
-where Exudyn runs once.
+Exudyn's rigid couplings (RBE2) with ours: both give the same fixed-interface frequencies. Ours with
+distributing couplings (RBE3) is timed beside them, everything from assembled matrices to the
+reduced ones, fastest of three where Exudyn runs once.
 """
 
 import contextlib
@@ -16,8 +17,8 @@ import numpy as np
 from exudyn.FEM import FEMinterface, HCBstaticModeSelection
 from measured import fastest, measured, print_ratios
 
-from fe.rigid_couplings import rigidly_coupled
-from reduction.craig_bampton import craig_bampton
+from carrierflex.fe.rigid_couplings import rigidly_coupled
+from carrierflex.reduction.craig_bampton import craig_bampton
 
 N_MODES = 40
 
@@ -35,7 +36,10 @@ def exudyn_frequencies_hz(structure, mesh):
 
 
 def main(size=0.045):
-    craig_bampton(fourteen_pilots.free_structure(fourteen_pilots.whole_mesh(fourteen_pilots.half_mesh(0.06))), 1)
+    craig_bampton(
+        fourteen_pilots.free_structure(fourteen_pilots.whole_mesh(fourteen_pilots.half_mesh(0.06))),
+        1,
+    )
     mesh = fourteen_pilots.whole_mesh(fourteen_pilots.half_mesh(size))
     structure = fourteen_pilots.free_structure(mesh)
     print(f"{structure.n_dofs} unknowns, {len(structure.pilots)} pilots, {N_MODES} modes")
@@ -48,7 +52,11 @@ def main(size=0.045):
     difference = np.abs(rigid.result / (2.0 * np.pi * exudyn.result) - 1.0).max()
     print_ratios(
         [
-            ("Exudyn's time over ours, distributing", ">= 8", f"{exudyn.wall / distributing.wall:.1f}"),
+            (
+                "Exudyn's time over ours, distributing",
+                ">= 8",
+                f"{exudyn.wall / distributing.wall:.1f}",
+            ),
             ("Exudyn's time over ours, rigid", ">= 8", f"{exudyn.wall / rigid.wall:.1f}"),
             ("distributing over rigid", "<= 1", f"{distributing.wall / rigid.wall:.2f}"),
             ("largest difference of the rigid frequencies", "< 1e-8", f"{difference:.1e}"),

@@ -1,6 +1,9 @@
-"""Where a reduction's time goes: assembly, factorisation, constraint modes, 40 modes, projection; one body, free mesh.
+"""Where a reduction's time goes.
 
-Run as `python benchmarks/reduction_stages.py [SIZE]`: 0.045, 0.022 and 0.015 make 59 000, 262 000 and 683 000 unknowns.
+Assembly, factorisation, constraint modes, 40 modes, projection; one body, free mesh.
+
+Run as `python benchmarks/reduction_stages.py [SIZE]`: 0.045, 0.022 and 0.015 make 59 000, 262 000
+and 683 000 unknowns.
 """
 
 import sys
@@ -9,9 +12,9 @@ import fourteen_pilots
 import numpy as np
 from measured import measured, peak_gb, print_ratios
 
-from reduction.ffrf_data import ffrf_data
-from reduction.fixed_interface_modes import fixed_interface_modes
-from reduction.held_structure import GroundedBody, HeldStructure
+from carrierflex.reduction.ffrf_data import ffrf_data
+from carrierflex.reduction.fixed_interface_modes import fixed_interface_modes
+from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
 
 N_MODES = 40
 
@@ -22,9 +25,13 @@ def main(size=0.045):
         print(f"{name:44} {run}   peak {peak_gb():5.2f} GB", flush=True)
         return run.result
 
-    fourteen_pilots.free_structure(fourteen_pilots.whole_mesh(fourteen_pilots.half_mesh(0.06)))  # compiles the kernels
+    fourteen_pilots.free_structure(
+        fourteen_pilots.whole_mesh(fourteen_pilots.half_mesh(0.06))
+    )  # compiles the kernels
     mesh = stage("mesh", lambda: fourteen_pilots.whole_mesh(fourteen_pilots.half_mesh(size)))
-    structure = stage("assembly of K and M, couplings", lambda: fourteen_pilots.free_structure(mesh))
+    structure = stage(
+        "assembly of K and M, couplings", lambda: fourteen_pilots.free_structure(mesh)
+    )
     body: GroundedBody | None = GroundedBody(structure.K, structure.points)
     held: HeldStructure | None = HeldStructure(body, structure.pilots)
     stage("factorisation, one solve", lambda: body.displacement(np.ones(structure.n_dofs)))

@@ -1,10 +1,12 @@
 """Simulated seconds per wall second of the planetary stage, and scipy's solve_ivp beside it on the same equations.
 
-Run as `python benchmarks/stage_speed.py [SIZE]`, SIZE the element edge length [m]; one core: set OMP_NUM_THREADS and
-OPENBLAS_NUM_THREADS to 1. Flexible carrier, pins and shaft, three planets, twelve flanks with contact loss, mounting, weight;
-then with clearance in the carrier bearings, with planets on rollers, without and with clearance, and with pins that have play in
-their bores. Warm: everything is compiled and the body reduced before the clock starts. The error
-is that of the sensors' signals over two revolutions, relative to their largest swing, against a run of a sixteenth of the step.
+Run as `python benchmarks/stage_speed.py [SIZE]`, SIZE the element edge length [m]; one core: set
+OMP_NUM_THREADS and OPENBLAS_NUM_THREADS to 1. Flexible carrier, pins and shaft, three planets,
+twelve flanks with contact loss, mounting, weight; then with clearance in the carrier bearings, with
+planets on rollers, without and with clearance, and with pins that have play in their bores. Warm:
+everything is compiled and the body reduced before the clock starts. The error is that of the
+sensors' signals over two revolutions, relative to their largest swing, against a run of a sixteenth
+of the step.
 """
 
 import sys
@@ -14,17 +16,22 @@ from dataclasses import replace
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from simulation.run_cases import AXIAL, RADIAL, Sensor
-from simulation.stage.effects import StageEffects
-from simulation.stage.modal_form import modal_stage, step_matrices
-from simulation.stage.readings import sensor_signals
-from simulation.stage.response import joined_records, quasi_static_start, run_stage, steady_drive
-from simulation.stage.roller_bearing import RollerBearingData
-from simulation.stage.stage_data import BearingData, StageData
-from simulation.stage.stage_model import GRAVITY, stage_model
-from simulation.stage.stage_run import simulate_stage
-from simulation.stage.statics import SteadyLoad, channel_forces, frozen_stiffness
-from workflows.simulate_stage import default_stage_body
+from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL, Sensor
+from carrierflex.simulation.stage.effects import StageEffects
+from carrierflex.simulation.stage.modal_form import modal_stage, step_matrices
+from carrierflex.simulation.stage.readings import sensor_signals
+from carrierflex.simulation.stage.response import (
+    joined_records,
+    quasi_static_start,
+    run_stage,
+    steady_drive,
+)
+from carrierflex.simulation.stage.roller_bearing import RollerBearingData
+from carrierflex.simulation.stage.stage_data import BearingData, StageData
+from carrierflex.simulation.stage.stage_model import GRAVITY, stage_model
+from carrierflex.simulation.stage.stage_run import simulate_stage
+from carrierflex.simulation.stage.statics import SteadyLoad, channel_forces, frozen_stiffness
+from carrierflex.workflows.simulation.simulate_stage import default_stage_body
 
 SPEED = 22.1 * np.pi / 30.0
 LOAD = SteadyLoad(360e3, ntl_z=200e3)
@@ -38,7 +45,9 @@ SCIPY_DURATION = 0.02
 
 
 def signals(model, start, step, duration):
-    chunks = run_stage(model, steady_drive(model, LOAD), start, duration=duration, sample_rate=RATE, step=step)
+    chunks = run_stage(
+        model, steady_drive(model, LOAD), start, duration=duration, sample_rate=RATE, step=step
+    )
     return np.array(list(sensor_signals(model, joined_records(list(chunks)), SENSORS).values()))
 
 
@@ -47,9 +56,14 @@ def measured(name, model):
     turn = 2.0 * 2.0 * np.pi / SPEED
     reference = signals(model, start, STEPS[-1] / 16.0, turn)
     for step in STEPS:
-        error = np.abs(signals(model, start, step, turn) - reference).max() / np.ptp(reference, axis=1).max()
+        error = (
+            np.abs(signals(model, start, step, turn) - reference).max()
+            / np.ptp(reference, axis=1).max()
+        )
         began, busy = time.perf_counter(), time.process_time()
-        for piece in simulate_stage(model, LOAD, SENSORS, duration=DURATION, sample_rate=RATE, step=step):
+        for piece in simulate_stage(
+            model, LOAD, SENSORS, duration=DURATION, sample_rate=RATE, step=step
+        ):
             imbalance = np.abs(piece.record.imbalance[-1]) / piece.record.energy[-1, 0]
         seconds, busy = time.perf_counter() - began, time.process_time() - busy
         print(
@@ -73,7 +87,9 @@ def scipy_speed(model, method):
         delta = k.B @ q - model.channels.free
         angle = delta[0]
         c, s = np.cos(angle), np.sin(angle)
-        force, _ = channel_forces(model.channels, delta, angle, frozen_stiffness(model.channels, angle))
+        force, _ = channel_forces(
+            model.channels, delta, angle, frozen_stiffness(model.channels, angle)
+        )
         a = np.array([drive[0], k.generator_constant * drive[1], -GRAVITY * s, -GRAVITY * c,
                       c * drive[2] + s * drive[3], c * drive[3] - s * drive[2], 1.0])  # fmt: skip
         return np.concatenate([v, a @ k.P + force @ k.B - k.stiffness * q - stage.D @ v])
@@ -88,13 +104,18 @@ def scipy_speed(model, method):
 def main(size=0.045):
     body = default_stage_body(1e6, size)
     tight = stage_model(body, speed=SPEED)
-    loose_bearings = replace(BearingData(), upwind_clearance=0.1375e-3, downwind_clearance=0.1225e-3)
+    loose_bearings = replace(
+        BearingData(), upwind_clearance=0.1375e-3, downwind_clearance=0.1225e-3
+    )
     loose = stage_model(body, StageData(bearings=loose_bearings), speed=SPEED)
     signals(tight, quasi_static_start(tight, LOAD), 1e-3, 0.1)
     rollers = [
         stage_model(
             body,
-            StageData(planet_rollers=RollerBearingData(), bearings=replace(BearingData(), planet_clearance=clearance)),
+            StageData(
+                planet_rollers=RollerBearingData(),
+                bearings=replace(BearingData(), planet_clearance=clearance),
+            ),
             speed=SPEED,
         )
         for clearance in (0.0, 40e-6)
@@ -110,7 +131,9 @@ def main(size=0.045):
     for name, model in cases.items():
         measured(name, model)
     for method in ("RK45", "LSODA"):
-        print(f"scipy solve_ivp {method}, {SCIPY_DURATION} s simulated: {scipy_speed(tight, method):.4f} simulated s/s")
+        print(
+            f"scipy solve_ivp {method}, {SCIPY_DURATION} s simulated: {scipy_speed(tight, method):.4f} simulated s/s"
+        )
 
 
 if __name__ == "__main__":

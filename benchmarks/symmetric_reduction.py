@@ -1,7 +1,10 @@
-"""Reduction by the blocks of the dihedral symmetry against the free mesh of the same carrier: time, memory, agreement.
+"""Reduction by the blocks of the dihedral symmetry against the free mesh of the same carrier.
 
-Run as `python benchmarks/symmetric_reduction.py [SIZE] [blocks]`. Everything from the meshes to the reduced model is timed. With
-`blocks` the free mesh is left out, so that the peak memory is that of the blocks alone.
+Time, memory, agreement.
+
+Run as `python benchmarks/symmetric_reduction.py [SIZE] [blocks]`. Everything from the meshes to the
+reduced model is timed. With `blocks` the free mesh is left out, so that the peak memory is that of
+the blocks alone.
 """
 
 import sys
@@ -10,8 +13,8 @@ import fourteen_pilots
 import numpy as np
 from measured import measured, peak_gb, print_ratios
 
-from reduction.craig_bampton import craig_bampton
-from reduction.symmetric_craig_bampton import symmetric_craig_bampton
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampton
 
 N_MODES = 40
 
@@ -22,7 +25,9 @@ def by_blocks(half):
 
 
 def free(half):
-    return craig_bampton(fourteen_pilots.free_structure(fourteen_pilots.whole_mesh(half)), N_MODES).model
+    return craig_bampton(
+        fourteen_pilots.free_structure(fourteen_pilots.whole_mesh(half)), N_MODES
+    ).model
 
 
 def largest_difference(a, b):

@@ -1,27 +1,45 @@
-"""Diagnosis of a plant, of any kind: screen, ladder, selection, alias classes, shrinkage, verdict."""
+"""Diagnosis of a plant, of any kind.
+
+Screen, ladder, selection, alias classes, shrinkage, verdict.
+"""
 
 from collections.abc import Callable
 
-from diagnosis.alias_classes import alias_class, separating_measurement
-from diagnosis.gap_detail import Detailed, GapDetail, cell_validations, scalar_gaps
-from diagnosis.how_far import shrinkage_of
-from diagnosis.ladder import Ladder, climb, ladder_of
-from diagnosis.named_values import named_values
-from diagnosis.plants import Effects, Plant, Signatures
-from diagnosis.report_pictures import Picture, Pictured
-from diagnosis.results import ALIASED, NAMED, NAMED_WITH_REMAINDER, NOT_DIAGNOSABLE, Attribution, Diagnosis, Shrinkage
-from diagnosis.screening import Screen, learnable_share, screen
-from diagnosis.selection import Selection, selected
-from diagnosis.several_causes import climb_together
-from diagnosis.thresholds import Thresholds
-from diagnosis.verdict import verdict
+from carrierflex.diagnosis.comparison.pictures import Picture, Pictured
+from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, Signatures
+from carrierflex.diagnosis.gap.findings import Detailed, GapDetail, cell_validations, scalar_gaps
+from carrierflex.diagnosis.inference.alias_classes import (
+    alias_class,
+    discriminating_experiment_between,
+)
+from carrierflex.diagnosis.inference.forward_selection import (
+    ForwardSelection,
+    forward_selection,
+    select_forward,
+)
+from carrierflex.diagnosis.inference.gap_reduction import gap_reduction
+from carrierflex.diagnosis.inference.joint_selection import select_jointly
+from carrierflex.diagnosis.inference.named_values import named_values
+from carrierflex.diagnosis.inference.screening import Screen, explainable_fraction, screen
+from carrierflex.diagnosis.inference.selection import Selection, selected
+from carrierflex.diagnosis.inference.thresholds import Thresholds
+from carrierflex.diagnosis.inference.verdict import verdict
+from carrierflex.diagnosis.results import (
+    ALIASED,
+    NAMED,
+    NAMED_WITH_REMAINDER,
+    NOT_DIAGNOSABLE,
+    Attribution,
+    Diagnosis,
+    GapReduction,
+)
 
 #: Verdicts that name effects.
 _NAMING = (NAMED, NAMED_WITH_REMAINDER, ALIASED)
 
 
 def diagnose(
-    plant: Plant,
+    problem: ComparisonProblem,
     *,
     campaign: str,
     kind: str,
@@ -33,7 +51,7 @@ def diagnose(
 
     Parameters
     ----------
-    plant : Plant
+    problem : ComparisonProblem
         Records, simulator and library.
     campaign, kind : str
         Name and kind of the campaign.
@@ -50,107 +68,147 @@ def diagnose(
         Verdict with everything behind it.
     """
     limits = thresholds or Thresholds()
-    missing = _missing(plant, limits)
+    missing = _missing(problem, limits)
     if missing:
-        return _not_diagnosable(campaign, kind, plant.unit, missing)
+        return _not_diagnosable(campaign, kind, problem.unit, missing)
     note("screen")
-    signatures = plant.signatures()
-    screened, learnable = screen(signatures), learnable_share(signatures)
-    ladder = ladder_of(plant, limits, note)
-    selection = _searched(ladder, screened, signatures)
-    classes = tuple(alias_class(ladder, screened, selection.accepted, effect) for effect in selection.accepted)
-    note("intervals")
-    far = shrinkage_of(ladder, selection.accepted, learnable)
-    kind_of_verdict, reason = verdict(
-        ladder, screened, selection, classes, far, floor_is_measured=floor_is_measured, learnable=learnable
+    signatures = problem.signatures()
+    screened, explainable = screen(signatures), explainable_fraction(signatures)
+    search = forward_selection(problem, limits, note)
+    selection = _searched(search, screened, signatures)
+    classes = tuple(
+        alias_class(search, screened, selection.accepted, effect) for effect in selection.accepted
     )
-    gap = _gap_detail(ladder, selection, far)
-    where_text = plant.where_text((), ladder.score(()).fit.theta)
+    note("intervals")
+    far = gap_reduction(search, selection.accepted, explainable)
+    kind_of_verdict, reason = verdict(
+        search,
+        screened,
+        selection,
+        classes,
+        far,
+        floor_is_measured=floor_is_measured,
+        explainable=explainable,
+    )
+    gap = _gap_detail(search, selection, far)
+    where_text = problem.where_text((), search.score(()).fit.theta)
     return Diagnosis(
         campaign=campaign,
         kind=kind,
         verdict=kind_of_verdict,
         reason=reason,
-        unit=plant.unit,
-        where_text="; ".join(text for text in (where_text, gap.findings.text if gap else "") if text),
-        attribution=_attribution(ladder, screened, selection, classes, kind_of_verdict, learnable, far),
-        shrinkage=far,
-        pictures=_pictures(ladder, selection),
+        unit=problem.unit,
+        where_text="; ".join(
+            text for text in (where_text, gap.findings.text if gap else "") if text
+        ),
+        attribution=_attribution(
+            search, screened, selection, classes, kind_of_verdict, explainable, far
+        ),
+        reduction=far,
+        pictures=_pictures(search, selection),
         gap=gap,
     )
 
 
-def _searched(ladder: Ladder, screened: Screen, signatures: Signatures) -> Selection:
-    """Singles, pairs and triples that pay; where they explain too little, larger sets; then the one that predicts best."""
-    climb(ladder, screened, signatures)
-    climb_together(ladder, screened, signatures)
-    return selected(ladder)
+def _searched(search: ForwardSelection, screened: Screen, signatures: Signatures) -> Selection:
+    """Singles, pairs and triples that pay.
+
+    Where they explain too little, larger sets; then the one that predicts best.
+    """
+    select_forward(search, screened, signatures)
+    select_jointly(search, screened, signatures)
+    return selected(search)
 
 
-def _missing(plant: Plant, limits: Thresholds) -> str:
+def _missing(problem: ComparisonProblem, limits: Thresholds) -> str:
     """What the records lack for a diagnosis; empty where nothing."""
-    runs = dict.fromkeys(piece.run for piece in plant.pieces)
+    runs = dict.fromkeys(segment.run for segment in problem.segments)
     for run in runs:
-        samples = sum(piece.n_samples for piece in plant.pieces if piece.run == run)
+        samples = sum(segment.n_samples for segment in problem.segments if segment.run == run)
         if samples < limits.fewest_samples:
             return f"run {run} holds {samples} samples that count; expected at least {limits.fewest_samples}"
-    if len(plant.pieces) < limits.fewest_pieces:
+    if len(problem.segments) < limits.fewest_segments:
         return (
-            f"the records hold {len(plant.pieces)} blocks to fit and score; expected at least {limits.fewest_pieces}: "
+            f"the records hold {len(problem.segments)} blocks to fit and score; expected at least {limits.fewest_segments}: "
             "a longer record or another run"
         )
-    if not plant.cards:
+    if not problem.cards:
         return "the baseline contains every effect of the library; nothing is left to look for"
     return ""
 
 
 def _attribution(
-    ladder: Ladder,
+    search: ForwardSelection,
     screened: Screen,
     selection: Selection,
     classes: tuple[Effects, ...],
     kind_of_verdict: str,
-    learnable: float,
-    far: Shrinkage,
+    explainable: float,
+    far: GapReduction,
 ) -> Attribution:
-    fit = ladder.score(selection.accepted).fit
+    fit = search.score(selection.accepted).fit
     return Attribution(
-        effects=tuple(step.added for step in far.ladder[1:]) if kind_of_verdict in _NAMING else (),
+        effects=tuple(step.added for step in far.search[1:]) if kind_of_verdict in _NAMING else (),
         aliases=tuple(members for members in classes if len(members) > 1),
         parameters=named_values(fit),
         ranking=selection.ranking,
         screen=screened,
-        learnable=learnable,
-        separating_test=_separating_test(ladder, selection, classes),
+        explainable=explainable,
+        discriminating_experiment=_separating_test(search, selection, classes),
     )
 
 
-def _gap_detail(ladder: Ladder, selection: Selection, far: Shrinkage) -> GapDetail | None:
+def _gap_detail(
+    search: ForwardSelection, selection: Selection, far: GapReduction
+) -> GapDetail | None:
     """The baseline's gap beyond its map, with its uncertainty before and after, where the plant looks at it."""
-    plant, before, after = ladder.plant, ladder.score(()).fit, ladder.score(selection.accepted).fit
-    if not isinstance(plant, Detailed):
+    problem, before, after = (
+        search.problem,
+        search.score(()).fit,
+        search.score(selection.accepted).fit,
+    )
+    if not isinstance(problem, Detailed):
         return None
     return GapDetail(
-        plant.gap_findings((), before.theta),
-        cell_validations(far.cells_before, far.cells_after, plant.numerical_error((), before.theta)),
-        scalar_gaps(plant.scalars((), before.theta), plant.scalars(after.effects, after.theta)),
+        problem.gap_findings((), before.theta),
+        cell_validations(
+            far.cells_before, far.cells_after, problem.numerical_error((), before.theta)
+        ),
+        scalar_gaps(problem.scalars((), before.theta), problem.scalars(after.effects, after.theta)),
     )
 
 
-def _pictures(ladder: Ladder, selection: Selection) -> tuple[Picture, ...]:
+def _pictures(search: ForwardSelection, selection: Selection) -> tuple[Picture, ...]:
     """Gap along the motion with the accepted effects, where the plant draws it."""
-    fit = ladder.score(selection.accepted).fit
-    return ladder.plant.pictures(fit.effects, fit.theta) if isinstance(ladder.plant, Pictured) else ()
+    fit = search.score(selection.accepted).fit
+    return (
+        search.problem.pictures(fit.effects, fit.theta)
+        if isinstance(search.problem, Pictured)
+        else ()
+    )
 
 
-def _separating_test(ladder: Ladder, selection: Selection, classes: tuple[Effects, ...]) -> str:
-    """Text for the first class with more than one member: the computed trial, and what the card says."""
+def _separating_test(
+    search: ForwardSelection, selection: Selection, classes: tuple[Effects, ...]
+) -> str:
+    """Text for the first class with more than one member.
+
+    The computed trial, and what the card says.
+    """
     for members in classes:
         if len(members) < 2:
             continue
-        other = tuple(sorted((*(own for own in selection.accepted if own != members[0]), members[1])))
-        computed = separating_measurement(ladder, ladder.score(selection.accepted).fit, ladder.score(other).fit)
-        return "; ".join(text for text in (computed, ladder.plant.cards[members[0]].separating_test) if text)
+        other = tuple(
+            sorted((*(own for own in selection.accepted if own != members[0]), members[1]))
+        )
+        computed = discriminating_experiment_between(
+            search, search.score(selection.accepted).fit, search.score(other).fit
+        )
+        return "; ".join(
+            text
+            for text in (computed, search.problem.cards[members[0]].discriminating_experiment)
+            if text
+        )
     return ""
 
 
@@ -164,5 +222,7 @@ def _not_diagnosable(campaign: str, kind: str, unit: str, missing: str) -> Diagn
         unit=unit,
         where_text="not diagnosed",
         attribution=Attribution((), (), {}, (), None, nan, missing),
-        shrinkage=Shrinkage(nan, nan, nan, nan, none, nan, none, nan, nan, nan, nan, (), (), (), ()),
+        reduction=GapReduction(
+            nan, nan, nan, nan, none, nan, none, nan, nan, nan, nan, (), (), (), ()
+        ),
     )

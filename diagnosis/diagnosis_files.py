@@ -6,15 +6,22 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from diagnosis.gap_detail import SIGNIFICANCE, detail_document
-from diagnosis.plants import GapCell
-from diagnosis.results import Attribution, Diagnosis, Interval, Shrinkage, finite_or_none
-from geometry.whole_files import whole_file
-from identification.estimate_files import software_name
+from carrierflex.diagnosis.comparison.problem import GapCell
+from carrierflex.diagnosis.gap.findings import SIGNIFICANCE, detail_document
+from carrierflex.diagnosis.results import (
+    Attribution,
+    Diagnosis,
+    GapReduction,
+    Interval,
+    finite_or_none,
+)
+from carrierflex.files.whole_files import whole_file
+from carrierflex.identification.estimate_files import software_name
 
 FORMAT = "carrierflex-diagnosis"
 VERSION = 1
-#: Cells of the gap map that stand in the file, and the smallest share worth a row where chance could make it.
+#: Cells of the gap map that stand in the file, and the smallest share worth a row where chance
+#: could make it.
 _MOST_CELLS = 200
 _SMALLEST_SHARE = 1e-3
 
@@ -30,9 +37,10 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
     Returns
     -------
     dict
-        Keys of the contract, and beside them ``kind``, ``reason``, ``unit``, ``ladder``, ``screen``, ``validation``, ``gap``.
+        Keys of the contract, and beside them ``kind``, ``reason``, ``unit``, ``ladder``,
+        ``screen``, ``validation``, ``gap``.
     """
-    which, far = diagnosis.attribution, diagnosis.shrinkage
+    which, far = diagnosis.attribution, diagnosis.reduction
     return {
         "format": FORMAT,
         "version": VERSION,
@@ -51,17 +59,22 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "unit": diagnosis.unit,
         "remaining": _cells(far.cells_after),
         "ladder": [
-            {"added": step.added, "rms": step.rms, "rho": step.rho, "rho_ci95": _interval(step.rho_ci95)}
-            for step in far.ladder
+            {
+                "added": step.added,
+                "rms": step.rms,
+                "rho": step.rho,
+                "rho_ci95": _interval(step.rho_ci95),
+            }
+            for step in far.search
         ],
         "screen": [
             {"effect": own.id, "r_squared": own.r_squared, "surviving_share": own.surviving}
             for own in (which.screen.effects if which.screen else ())
         ],
-        "learnable_share": finite_or_none(which.learnable),
+        "learnable_share": finite_or_none(which.explainable),
         "validation": [asdict(own) for own in far.validation],
         "gap": detail_document(diagnosis.gap, most=_MOST_CELLS) if diagnosis.gap else None,
-        "separating_test": which.separating_test,
+        "separating_test": which.discriminating_experiment,
     }
 
 
@@ -75,7 +88,10 @@ def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
     diagnosis : Diagnosis
         What was found.
     """
-    text = json.dumps(diagnosis_document(diagnosis), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    text = (
+        json.dumps(diagnosis_document(diagnosis), indent=2, allow_nan=False, ensure_ascii=False)
+        + "\n"
+    )
     with whole_file(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
@@ -111,14 +127,20 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
     if not isinstance(version, int) or isinstance(version, bool) or version < 1:
         raise ValueError(f"{path}: key 'version' is {version!r}; expected {VERSION}")
     if version > VERSION:
-        raise ValueError(f"{path}: key 'version' is {version}, written by a newer version; expected {VERSION}")
+        raise ValueError(
+            f"{path}: key 'version' is {version}, written by a newer version; expected {VERSION}"
+        )
     return document
 
 
 def _parameters(which: Attribution) -> dict[str, Any]:
     return {
         effect: {
-            name: {"value": finite_or_none(own.value), "std": finite_or_none(own.std), "unit": own.unit}
+            name: {
+                "value": finite_or_none(own.value),
+                "std": finite_or_none(own.std),
+                "unit": own.unit,
+            }
             for name, own in values.items()
         }
         for effect, values in which.parameters.items()
@@ -137,7 +159,7 @@ def _ranking(which: Attribution) -> list[dict[str, Any]]:
     ]
 
 
-def _how_far(far: Shrinkage) -> dict[str, Any]:
+def _how_far(far: GapReduction) -> dict[str, Any]:
     numbers = {
         "rms_before": far.rms_before,
         "rms_after": far.rms_after,
@@ -145,12 +167,16 @@ def _how_far(far: Shrinkage) -> dict[str, Any]:
         "rho": far.rho,
         "phi": far.phi,
         "floor_multiple": far.floor_multiple,
-        "placebo_rho": far.placebo_rho,
-        "ceiling_rho": far.ceiling_rho,
+        "placebo_rho": far.negative_control_rho,
+        "ceiling_rho": far.black_box_rho,
         "extrapolation_rho": far.extrapolation_rho,
     }
     intervals = {"rho_ci95": _interval(far.rho_ci95), "phi_ci95": _interval(far.phi_ci95)}
-    return {name: finite_or_none(value) for name, value in numbers.items()} | intervals | {"held_out": True}
+    return (
+        {name: finite_or_none(value) for name, value in numbers.items()}
+        | intervals
+        | {"held_out": True}
+    )
 
 
 def _cells(cells: Sequence[GapCell]) -> list[dict[str, Any]]:

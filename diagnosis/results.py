@@ -1,17 +1,24 @@
-"""What a diagnosis says: where (gap cells), which (attribution), how far (shrinkage), and the verdict."""
+"""What a diagnosis says.
+
+Where (gap cells), which (attribution), how far (shrinkage), and the verdict.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.gap_detail import GapDetail
-from diagnosis.plants import Effects, GapCell
-from diagnosis.report_pictures import Picture
-from diagnosis.screening import Screen
+from carrierflex.diagnosis.comparison.pictures import Picture
+from carrierflex.diagnosis.comparison.problem import Effects, GapCell
+from carrierflex.diagnosis.gap.findings import GapDetail
+from carrierflex.diagnosis.inference.screening import Screen
 
 NAMED, NAMED_WITH_REMAINDER, ALIASED = "named", "named_with_remainder", "aliased"
-NONE_OF_THESE, AT_NOISE_FLOOR, NOT_DIAGNOSABLE = "none_of_these", "at_noise_floor", "not_diagnosable"
+NONE_OF_THESE, AT_NOISE_FLOOR, NOT_DIAGNOSABLE = (
+    "none_of_these",
+    "at_noise_floor",
+    "not_diagnosable",
+)
 VERDICTS = (NAMED, NAMED_WITH_REMAINDER, ALIASED, NONE_OF_THESE, AT_NOISE_FLOOR, NOT_DIAGNOSABLE)
 
 Interval = tuple[float, float]
@@ -29,7 +36,9 @@ class NamedValue:
 
 @dataclass(frozen=True, eq=False)
 class RankedSet:
-    """One set of effects that was tried: stacking weight, held-out RMS and log density, and why it was left out.
+    """One set of effects that was tried.
+
+    Stacking weight, held-out RMS and log density, and why it was left out.
 
     `refused` is empty for a set that passed every rule.
     """
@@ -48,7 +57,8 @@ class Attribution:
     Parameters
     ----------
     effects : tuple of str
-        Named effects, the one that explains most first; for the verdict "aliased" the best member of each class.
+        Named effects, the one that explains most first; for the verdict "aliased" the best member
+        of each class.
     aliases : tuple of tuple of str
         Classes of effects that these records cannot tell apart, the named one first.
     parameters : mapping of str to mapping of str to NamedValue
@@ -57,9 +67,10 @@ class Attribution:
         Sets tried, best first.
     screen : Screen, optional
         Force-space screen.
-    learnable : float
-        Share of the gap that a flexible model explains on held-out pieces, in the space of the screen.
-    separating_test : str
+    explainable : float
+        Share of the gap that a flexible model explains on held-out pieces, in the space of the
+        screen.
+    discriminating_experiment : str
         The measurement that would tell aliased effects apart or show a silent one.
     """
 
@@ -68,13 +79,16 @@ class Attribution:
     parameters: Mapping[str, Mapping[str, NamedValue]]
     ranking: tuple[RankedSet, ...]
     screen: Screen | None
-    learnable: float
-    separating_test: str
+    explainable: float
+    discriminating_experiment: str
 
 
 @dataclass(frozen=True, eq=False)
-class LadderStep:
-    """Held-out result after effects were added in turn: RMS, rho against the baseline with its interval."""
+class SelectionStep:
+    """Held-out result after effects were added in turn.
+
+    RMS, rho against the baseline with its interval.
+    """
 
     added: str
     rms: float
@@ -86,7 +100,8 @@ class LadderStep:
 class RunValidation:
     """Comparison error of a run, measured less simulated, and its uncertainty (ASME V&V 20).
 
-    `error_before` and `error_after` are the RMS of E; `u_val` is the root of the squares of the numerical and the noise part.
+    `error_before` and `error_after` are the RMS of E; `u_val` is the root of the squares of the
+    numerical and the noise part.
     """
 
     run: str
@@ -96,7 +111,7 @@ class RunValidation:
 
 
 @dataclass(frozen=True, eq=False)
-class Shrinkage:
+class GapReduction:
     """How far the gap shrinks on held-out records.
 
     Parameters
@@ -109,10 +124,10 @@ class Shrinkage:
         Share of the mean square above the floor that is explained.
     floor_multiple : float
         RMS after over the floor.
-    placebo_rho, ceiling_rho, extrapolation_rho : float
-        rho of the best placebo, of a flexible model, and in the condition with the largest gap predicted from the others
-        (NaN with one condition).
-    ladder : tuple of LadderStep
+    negative_control_rho, black_box_rho, extrapolation_rho : float
+        rho of the best placebo, of a flexible model, and in the condition with the largest gap
+        predicted from the others (NaN with one condition).
+    search : tuple of SelectionStep
         Accepted effects in turn.
     cells_before, cells_after : tuple of GapCell
         Gap map of the baseline and of the accepted model.
@@ -128,10 +143,10 @@ class Shrinkage:
     phi: float
     phi_ci95: Interval
     floor_multiple: float
-    placebo_rho: float
-    ceiling_rho: float
+    negative_control_rho: float
+    black_box_rho: float
     extrapolation_rho: float
-    ladder: tuple[LadderStep, ...]
+    search: tuple[SelectionStep, ...]
     cells_before: tuple[GapCell, ...]
     cells_after: tuple[GapCell, ...]
     validation: tuple[RunValidation, ...]
@@ -155,7 +170,7 @@ class Diagnosis:
         Where the gap lies.
     attribution : Attribution
         Which.
-    shrinkage : Shrinkage
+    reduction : GapReduction
         How far.
     pictures : tuple of Picture
         Gap along the motion, where the plant draws it.
@@ -170,7 +185,7 @@ class Diagnosis:
     unit: str
     where_text: str
     attribution: Attribution
-    shrinkage: Shrinkage
+    reduction: GapReduction
     pictures: tuple[Picture, ...] = ()
     gap: GapDetail | None = None
 

@@ -1,8 +1,8 @@
 """Stiffness and mass of linear elasticity on curved quadratic tetrahedra.
 
 Shape functions and quadrature rules are scikit-fem's; the loops over elements are compiled
-(:mod:`fe.element_kernels`) and write straight into the node graph's blocks. The mass of a vector element is a scalar
-matrix times the identity and is assembled as such.
+(:mod:`carrierflex.fe.element_kernels`) and write straight into the node graph's blocks. The mass of
+a vector element is a scalar matrix times the identity and is assembled as such.
 """
 
 import functools
@@ -16,9 +16,14 @@ from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet
 
-from fe.element_kernels import add_scalar_mass, add_stiffness, block_places, threefold_rows
-from fe.materials import Material
-from geometry.tet_mesh import TetMesh
+from carrierflex.fe.element_kernels import (
+    add_scalar_mass,
+    add_stiffness,
+    block_places,
+    threefold_rows,
+)
+from carrierflex.fe.materials import Material
+from carrierflex.geometry.tet_mesh import TetMesh
 
 #: Exact for straight elements: products of linear gradients.
 _STIFFNESS_ORDER = 2
@@ -39,7 +44,8 @@ def assemble_stiffness(mesh: TetMesh, materials: Mapping[str, Material]) -> sp.c
     Returns
     -------
     csr_array, shape (3 n, 3 n)
-        Symmetric to the last bit, six zero-energy modes [N/m]; degrees of freedom node by node, x y z within a node.
+        Symmetric to the last bit, six zero-energy modes [N/m]; degrees of freedom node by node, x y
+        z within a node.
 
     Raises
     ------
@@ -50,7 +56,9 @@ def assemble_stiffness(mesh: TetMesh, materials: Mapping[str, Material]) -> sp.c
 
 
 def assemble_mass(mesh: TetMesh, materials: Mapping[str, Material]) -> sp.csr_array:
-    """Consistent mass matrix M, shape (3 n, 3 n) [kg]; degrees of freedom as in :func:`assemble_stiffness`.
+    """Consistent mass matrix M, shape (3 n, 3 n) [kg].
+
+    Degrees of freedom as in :func:`assemble_stiffness`.
 
     Raises
     ------
@@ -60,7 +68,9 @@ def assemble_mass(mesh: TetMesh, materials: Mapping[str, Material]) -> sp.csr_ar
     return _mass(mesh, materials, _node_graph(mesh))
 
 
-def assemble_stiffness_and_mass(mesh: TetMesh, materials: Mapping[str, Material]) -> tuple[sp.csr_array, sp.csr_array]:
+def assemble_stiffness_and_mass(
+    mesh: TetMesh, materials: Mapping[str, Material]
+) -> tuple[sp.csr_array, sp.csr_array]:
     """K and M as :func:`assemble_stiffness` and :func:`assemble_mass` make them, the node graph built once for both."""
     graph = _node_graph(mesh)
     return _stiffness(mesh, materials, graph), _mass(mesh, materials, graph)
@@ -68,7 +78,10 @@ def assemble_stiffness_and_mass(mesh: TetMesh, materials: Mapping[str, Material]
 
 @dataclass(frozen=True, eq=False)
 class _NodeGraph:
-    """Which nodes share an element: row pointers, sorted columns, and where every element's pairs of nodes stand in them."""
+    """Which nodes share an element.
+
+    Row pointers, sorted columns, and where every element's pairs of nodes stand in them.
+    """
 
     indptr: NDArray[np.int32]
     indices: NDArray[np.int32]
@@ -106,7 +119,9 @@ def _repeated_for_three_axes(values: NDArray[np.float64], graph: _NodeGraph) -> 
 
 def _material(materials: Mapping[str, Material], body: str) -> Material:
     if body not in materials:
-        raise ValueError(f"body {body!r} has no material; materials are given for {', '.join(sorted(materials))}")
+        raise ValueError(
+            f"body {body!r} has no material; materials are given for {', '.join(sorted(materials))}"
+        )
     return materials[body]
 
 
@@ -128,11 +143,17 @@ def _node_graph(mesh: TetMesh) -> _NodeGraph:
 
 
 @functools.cache
-def _reference_element(order: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def _reference_element(
+    order: int,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Shape functions (q, 10), their gradients (q, 10, 3) and weights (q,) of the quadrature rule of that order."""
     points, weights = get_quadrature(RefTet, order)
     element = skfem.ElementTetP2()
     values = [element.lbasis(points, i) for i in range(10)]
     shapes = np.stack([value for value, _ in values], axis=-1)
     gradients = np.stack([gradient.T for _, gradient in values], axis=1)
-    return np.ascontiguousarray(shapes), np.ascontiguousarray(gradients), np.ascontiguousarray(weights)
+    return (
+        np.ascontiguousarray(shapes),
+        np.ascontiguousarray(gradients),
+        np.ascontiguousarray(weights),
+    )

@@ -6,18 +6,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.deflection_curves import DeflectionCurve
-from fe.load_cases import (
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.load_cases import (
     PilotLoad,
     bonded_pin_load,
     gear_forces,
     simply_supported_pin_load,
     together,
 )
-from fe.static import clamped_displacement
-from fe.structural_model import N_SENSOR_ANGLES, Sensors, StructuralModel
-from geometry.carrier_interface import CarrierInterface
-from geometry.parameters import N_PINS, CarrierParameters, GearData
+from carrierflex.fe.static import clamped_displacement
+from carrierflex.fe.structural_model import N_SENSOR_ANGLES, Sensors, StructuralModel
+from carrierflex.geometry.carrier_interface import CarrierInterface
+from carrierflex.geometry.parameters import N_PINS, CarrierParameters, GearData
 
 #: Drive torque of the unit load cases [N m], the paper's 1 kN m.
 UNIT_TORQUE = 1000.0
@@ -35,7 +35,8 @@ class CarrierDeflection:
     Parameters
     ----------
     curves : dict of str to DeflectionCurve
-        By load case: ``tangential``, ``tilting``, ``both`` (1 kN m), ``pin_1``, ``pin_2``, ``pin_3`` (1 N).
+        By load case: ``tangential``, ``tilting``, ``both`` (1 kN m), ``pin_1``, ``pin_2``,
+        ``pin_3`` (1 N).
     u : ndarray, shape (n, 3)
         Nodal displacement under ``both`` [m].
     reaction : ndarray, shape (6,)
@@ -50,9 +51,13 @@ class CarrierDeflection:
     imbalance: float
 
 
-def flexible_cases(carrier: CarrierParameters | CarrierInterface, gear: GearData) -> list[dict[str, PilotLoad]]:
+def flexible_cases(
+    carrier: CarrierParameters | CarrierInterface, gear: GearData
+) -> list[dict[str, PilotLoad]]:
     """Pilot loads of every case of `CASES` for the carrier without pins."""
-    return _cases(lambda pin, force, moment: simply_supported_pin_load(pin, force, moment, carrier), gear)
+    return _cases(
+        lambda pin, force, moment: simply_supported_pin_load(pin, force, moment, carrier), gear
+    )
 
 
 def stiff_cases(gear: GearData) -> list[dict[str, PilotLoad]]:
@@ -60,19 +65,27 @@ def stiff_cases(gear: GearData) -> list[dict[str, PilotLoad]]:
     return _cases(bonded_pin_load, gear)
 
 
-def _cases(pin_load: Callable[[int, float, float], dict[str, PilotLoad]], gear: GearData) -> list[dict[str, PilotLoad]]:
+def _cases(
+    pin_load: Callable[[int, float, float], dict[str, PilotLoad]], gear: GearData
+) -> list[dict[str, PilotLoad]]:
     forces = gear_forces(UNIT_TORQUE, gear)
     pins = range(1, N_PINS + 1)
 
     def all_pins(force: float, moment: float) -> dict[str, PilotLoad]:
         return together(*(pin_load(pin, force, moment) for pin in pins))
 
-    torque_cases = [all_pins(forces.F_PLC, 0.0), all_pins(0.0, forces.M_t), all_pins(forces.F_PLC, forces.M_t)]
+    torque_cases = [
+        all_pins(forces.F_PLC, 0.0),
+        all_pins(0.0, forces.M_t),
+        all_pins(forces.F_PLC, forces.M_t),
+    ]
     return torque_cases + [pin_load(pin, UNIT_PIN_FORCE, 0.0) for pin in pins]
 
 
 def carrier_deflection(
-    structure: StructuralModel, shaft_face: NDArray[np.int64], cases: Sequence[Mapping[str, PilotLoad]]
+    structure: StructuralModel,
+    shaft_face: NDArray[np.int64],
+    cases: Sequence[Mapping[str, PilotLoad]],
 ) -> CarrierDeflection:
     """Solve the unit load cases of one carrier variant, the upwind shaft face held (2012 paper, section 2.2).
 
@@ -88,7 +101,7 @@ def carrier_deflection(
     Raises
     ------
     SingularMatrixError, AccuracyError
-        From :func:`fe.static.clamped_displacement`.
+        From :func:`carrierflex.fe.static.clamped_displacement`.
     ValueError
         Where the structure has no sensors.
     """
@@ -96,26 +109,37 @@ def carrier_deflection(
     solution = clamped_displacement(structure, shaft_face, loads)
     both = CASES.index("both")
     return CarrierDeflection(
-        curves={case: _recovered(structure.sensors, solution.u[:, i], case) for i, case in enumerate(CASES)},
+        curves={
+            case: _recovered(structure.sensors, solution.u[:, i], case)
+            for i, case in enumerate(CASES)
+        },
         u=solution.u[:, both].reshape(-1, 3),
         reaction=solution.reaction[:, both],
         imbalance=solution.imbalance,
     )
 
 
-def sensor_curve(name: str, displacement: NDArray[np.float64], unit_load: float, radius: float) -> DeflectionCurve:
+def sensor_curve(
+    name: str, displacement: NDArray[np.float64], unit_load: float, radius: float
+) -> DeflectionCurve:
     """Deflection curve from the sensor circle's readings, axial ones first, shape (2 n,) [m]."""
-    return DeflectionCurve(name, radius, unit_load, displacement[:N_SENSOR_ANGLES], displacement[N_SENSOR_ANGLES:])
+    return DeflectionCurve(
+        name, radius, unit_load, displacement[:N_SENSOR_ANGLES], displacement[N_SENSOR_ANGLES:]
+    )
 
 
 def _recovered(sensors: Sensors | None, u: NDArray[np.float64], case: str) -> DeflectionCurve:
     if sensors is None:
-        raise ValueError("the body has no sensor circle; expected a carrier with the surface rim_face")
+        raise ValueError(
+            "the body has no sensor circle; expected a carrier with the surface rim_face"
+        )
     unit_load = UNIT_PIN_FORCE if case.startswith("pin") else UNIT_TORQUE
     return sensor_curve(case, sensors.rows @ u, unit_load, sensors.radius)
 
 
-def named_curves(stiff: CarrierDeflection, flexible: CarrierDeflection) -> dict[str, DeflectionCurve]:
+def named_curves(
+    stiff: CarrierDeflection, flexible: CarrierDeflection
+) -> dict[str, DeflectionCurve]:
     """The four curves of the chain, ``delta_s, delta_f`` (1 kN m) and ``g_s, g_f`` (1 N on pin 1), by name."""
     return {
         name: replace(deflection.curves[case], name=name)

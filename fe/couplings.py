@@ -1,10 +1,11 @@
 """Pilot nodes on surfaces: the distributing coupling (RBE3 type).
 
-A pilot's six coordinates are the rigid motion that fits the surface's displacement best in the mean square over
-its area, ``q = G u`` with ``G = Z⁻¹ B``, ``B = ∫ Rᵀ N dA`` and ``Z = ∫ Rᵀ R dA``. Its transpose spreads a force and
-moment F at the pilot as the traction ``R Z⁻¹ F``, linear over the surface; the surface stays free to deform. The pilot
-may stand anywhere, and may have fewer components than six. With weights of the user's own, node by node and direction by
-direction, sums take the integrals' place (:mod:`fe.point_couplings`).
+A pilot's six coordinates are the rigid motion that fits the surface's displacement best in the mean
+square over its area, ``q = G u`` with ``G = Z⁻¹ B``, ``B = ∫ Rᵀ N dA`` and ``Z = ∫ Rᵀ R dA``. Its
+transpose spreads a force and moment F at the pilot as the traction ``R Z⁻¹ F``, linear over the
+surface; the surface stays free to deform. The pilot may stand anywhere, and may have fewer
+components than six. With weights of the user's own, node by node and direction by direction, sums
+take the integrals' place (:mod:`carrierflex.fe.point_couplings`).
 """
 
 from dataclasses import dataclass
@@ -13,10 +14,10 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from fe.point_couplings import AveragedDofs, point_coupling
-from fe.rigid_fit import ALL_COMPONENTS, MOTIONS, fitted_motion
-from fe.surface_integrals import facet_moments
-from geometry.tet_mesh import TetMesh
+from carrierflex.fe.point_couplings import AveragedDofs, point_coupling
+from carrierflex.fe.rigid_fit import ALL_COMPONENTS, MOTIONS, fitted_motion
+from carrierflex.fe.surface_integrals import facet_moments
+from carrierflex.geometry.tet_mesh import TetMesh
 
 _SHOWN_NODES = 3
 
@@ -34,7 +35,8 @@ class Pilot:
     G : csr_array, shape (k, n_dofs)
         Coupling: pilot motion from nodal displacement, one row a component.
     components : tuple of int
-        The pilot's motions, numbered translations x y z, rotations x y z from 0 to 5; all six by default.
+        The pilot's motions, numbered translations x y z, rotations x y z from 0 to 5; all six by
+        default.
     """
 
     name: str
@@ -62,7 +64,11 @@ class Pilot:
 
 
 def distributing_pilot(
-    mesh: TetMesh, name: str, point: NDArray[np.float64], *, components: tuple[int, ...] = ALL_COMPONENTS
+    mesh: TetMesh,
+    name: str,
+    point: NDArray[np.float64],
+    *,
+    components: tuple[int, ...] = ALL_COMPONENTS,
 ) -> Pilot:
     """Couple a pilot at `point` to the surface `name` of `mesh`, every part of the surface counting by its area.
 
@@ -109,18 +115,20 @@ def weighted_pilot(
     mesh, name, point, components
         As in :func:`distributing_pilot`.
     weights : ndarray, shape (s,) or (s, 3)
-        Weight of each of the surface's s nodes, ascending by number as ``np.unique(mesh.surface(name))`` gives them, or of
-        each of its three directions; zero leaves the direction out. Only ratios count.
+        Weight of each of the surface's s nodes, ascending by number as
+        ``np.unique(mesh.surface(name))`` gives them, or of each of its three directions; zero
+        leaves the direction out. Only ratios count.
     frames : ndarray, shape (3, 3) or (s, 3, 3), optional
-        Directions at the nodes, unit vectors as rows; x y z by default. A bore that holds its pin by its radial motion alone
-        has the radial direction here and zero weight on the others.
+        Directions at the nodes, unit vectors as rows; x y z by default. A bore that holds its pin
+        by its radial motion alone has the radial direction here and zero weight on the others.
 
     Raises
     ------
     KeyError
         Where the mesh has no such surface.
     ValueError
-        Where weights or frames have the wrong shape, a weight is negative or not finite, or a component is not determined.
+        Where weights or frames have the wrong shape, a weight is negative or not finite, or a
+        component is not determined.
     """
     point = np.array(point, dtype=np.float64)
     nodes = np.unique(mesh.surface(name))
@@ -130,20 +138,35 @@ def weighted_pilot(
     held, row = np.unique(node, return_inverse=True)
     used = nodes[held]
     dofs = AveragedDofs(
-        mesh.points[used], row, directions[node, axis], np.zeros(len(node), dtype=np.bool_), each[node, axis]
+        mesh.points[used],
+        row,
+        directions[node, axis],
+        np.zeros(len(node), dtype=np.bool_),
+        each[node, axis],
     )
     subject = f"surface {name!r} with weights on {described_nodes(mesh.points, used)}"
     G = point_coupling(dofs, point, components, subject=subject)
     along = np.zeros((len(node), len(used), 3))
     along[np.arange(len(node)), row] = dofs.directions
-    return Pilot(name, point, _on_all_dofs(G @ along.reshape(len(node), -1), used, len(mesh.points)), tuple(components))
+    return Pilot(
+        name,
+        point,
+        _on_all_dofs(G @ along.reshape(len(node), -1), used, len(mesh.points)),
+        tuple(components),
+    )
 
 
 def described_nodes(points: NDArray[np.float64], nodes: NDArray[np.int64]) -> str:
-    """Count of `nodes`, and number and coordinates of the first few: ``2 nodes (0 at (0, 0, 0) m, 7 at (1, 1, 1) m)``."""
+    """Count of `nodes`, and number and coordinates of the first few.
+
+    ``2 nodes (0 at (0, 0, 0) m, 7 at (1, 1, 1) m)``.
+    """
     if not len(nodes):
         return "no nodes"
-    shown = [f"{node} at ({', '.join(f'{x:.4g}' for x in points[node])}) m" for node in nodes[:_SHOWN_NODES]]
+    shown = [
+        f"{node} at ({', '.join(f'{x:.4g}' for x in points[node])}) m"
+        for node in nodes[:_SHOWN_NODES]
+    ]
     more = ", ..." if len(nodes) > _SHOWN_NODES else ""
     return f"{len(nodes)} node{'s' if len(nodes) > 1 else ''} ({', '.join(shown)}{more})"
 
@@ -152,10 +175,14 @@ def _on_all_dofs(G: NDArray[np.float64], nodes: NDArray[np.int64], n_nodes: int)
     """Spread columns of the dofs of `nodes` over those of all nodes."""
     local = sp.csr_array(G)
     columns = (3 * nodes[:, None] + np.arange(3)).ravel()
-    return sp.csr_array((local.data, columns[local.indices], local.indptr), shape=(len(G), 3 * n_nodes))
+    return sp.csr_array(
+        (local.data, columns[local.indices], local.indptr), shape=(len(G), 3 * n_nodes)
+    )
 
 
-def _checked_weights(weights: NDArray[np.float64], nodes: NDArray[np.int64], name: str) -> NDArray[np.float64]:
+def _checked_weights(
+    weights: NDArray[np.float64], nodes: NDArray[np.int64], name: str
+) -> NDArray[np.float64]:
     if weights.shape not in ((len(nodes),), (len(nodes), 3)):
         raise ValueError(
             f"surface {name!r} has {len(nodes)} nodes, weights have shape {weights.shape}; expected one weight, or three, a node"
@@ -168,7 +195,9 @@ def _checked_weights(weights: NDArray[np.float64], nodes: NDArray[np.int64], nam
             f"surface {name!r}: weight of node {nodes[first]} is {weights[first]}; expected finite ones, zero or positive"
         )
     if not each.any():
-        raise ValueError(f"surface {name!r}: all weights are zero; expected positive ones on three nodes at least")
+        raise ValueError(
+            f"surface {name!r}: all weights are zero; expected positive ones on three nodes at least"
+        )
     return each
 
 
@@ -176,7 +205,9 @@ def _checked_frames(frames: NDArray[np.float64] | None, n: int, name: str) -> ND
     if frames is None:
         return np.broadcast_to(np.eye(3), (n, 3, 3))
     if frames.shape not in ((3, 3), (n, 3, 3)):
-        raise ValueError(f"surface {name!r}: frames have shape {frames.shape}; expected (3, 3) or ({n}, 3, 3)")
+        raise ValueError(
+            f"surface {name!r}: frames have shape {frames.shape}; expected (3, 3) or ({n}, 3, 3)"
+        )
     error = np.abs(frames @ np.swapaxes(frames, -1, -2) - np.eye(3)).max()
     if not error < 1e-9:
         raise ValueError(

@@ -1,4 +1,7 @@
-"""Deflection curves as CSV: ``deflection_curves.csv`` of the command line and of measurement campaigns."""
+"""Deflection curves as CSV.
+
+``deflection_curves.csv`` of the command line and of measurement campaigns.
+"""
 
 import csv
 import math
@@ -7,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fe.deflection_curves import DeflectionCurve
-from geometry.whole_files import whole_file
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.files.whole_files import whole_file
 
 #: Curve names and the unit load each column's values belong to [N m or N].
 UNIT_LOADS = {"delta_s": 1000.0, "delta_f": 1000.0, "g_s": 1.0, "g_f": 1.0}
@@ -21,8 +24,9 @@ _PAPER_RADIUS = 0.412
 def write_curves(path: Path, curves: Mapping[str, DeflectionCurve]) -> None:
     """Write curves side by side.
 
-    Columns: ``theta_deg`` (carrier frame, from pin 1), then by curve the axial displacement [m per kN m for delta_s and
-    delta_f, m per N for g_s and g_f], then the radial ones as ``<name>_radial``.
+    Columns: ``theta_deg`` (carrier frame, from pin 1), then by curve the axial displacement [m per
+    kN m for delta_s and delta_f, m per N for g_s and g_f], then the radial ones as
+    ``<name>_radial``.
 
     Raises
     ------
@@ -58,7 +62,8 @@ def read_curves(path: Path, *, radius: float = _PAPER_RADIUS) -> dict[str, Defle
     Raises
     ------
     ValueError
-        Where a column is missing or unknown, a value is not a finite number, or the angles are not equally spaced.
+        Where a column is missing or unknown, a value is not a finite number, or the angles are not
+        equally spaced.
     """
     columns = _read_columns(path)
     known = {"theta_deg", *UNIT_LOADS, *(name + _RADIAL for name in UNIT_LOADS)}
@@ -77,7 +82,11 @@ def read_curves(path: Path, *, radius: float = _PAPER_RADIUS) -> dict[str, Defle
         )
     return {
         name: DeflectionCurve(
-            name, radius, load, columns[name], columns.get(name + _RADIAL, np.zeros_like(columns[name]))
+            name,
+            radius,
+            load,
+            columns[name],
+            columns.get(name + _RADIAL, np.zeros_like(columns[name])),
         )
         for name, load in UNIT_LOADS.items()
     }
@@ -104,7 +113,9 @@ def _parsed(reader: Iterator[list[str]], path: Path) -> tuple[list[str], list[li
         if len(cells) != len(header):
             raise ValueError(f"{path}: line {line} has {len(cells)} cells; expected {len(header)}")
         if line > _MOST_ROWS:
-            raise ValueError(f"{path}: more than {_MOST_ROWS} rows; expected one turn of a deflection curve")
+            raise ValueError(
+                f"{path}: more than {_MOST_ROWS} rows; expected one turn of a deflection curve"
+            )
         rows.append([_number(cell, path, line) for cell in cells])
     return header, rows
 

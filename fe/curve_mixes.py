@@ -1,4 +1,7 @@
-"""How well a mix of the two extreme curves stands for a third: ``rho_s delta_s + rho_f delta_f`` (2012 paper, section 2.2)."""
+"""How well a mix of the two extreme curves stands for a third.
+
+``rho_s delta_s + rho_f delta_f`` (2012 paper, section 2.2).
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -7,7 +10,7 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
-from fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.deflection_curves import DeflectionCurve
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +31,9 @@ class CurveMix:
 MixRule = Callable[[DeflectionCurve, DeflectionCurve, DeflectionCurve], CurveMix]
 
 
-def least_squares_mix(curve: DeflectionCurve, stiff: DeflectionCurve, flexible: DeflectionCurve) -> CurveMix:
+def least_squares_mix(
+    curve: DeflectionCurve, stiff: DeflectionCurve, flexible: DeflectionCurve
+) -> CurveMix:
     """Shares of any size and sign that leave the smallest RMS, what identification finds of a long clean record.
 
     Raises
@@ -41,16 +46,26 @@ def least_squares_mix(curve: DeflectionCurve, stiff: DeflectionCurve, flexible: 
     return _mix(curve, stiff, flexible, shares)
 
 
-def nonnegative_mix(curve: DeflectionCurve, stiff: DeflectionCurve, flexible: DeflectionCurve) -> CurveMix:
-    """Shares that leave the smallest RMS with neither below zero; errors as in :func:`least_squares_mix`."""
+def nonnegative_mix(
+    curve: DeflectionCurve, stiff: DeflectionCurve, flexible: DeflectionCurve
+) -> CurveMix:
+    """Shares that leave the smallest RMS with neither below zero.
+
+    Errors as in :func:`least_squares_mix`.
+    """
     A = _columns(curve, stiff, flexible)
     # Curves are some 1e-7 m high: the solver's own tolerances are absolute.
     scale = float(np.linalg.norm(curve.axial))
     return _mix(curve, stiff, flexible, scipy.optimize.nnls(A / scale, curve.axial / scale)[0])
 
 
-def convex_mix(curve: DeflectionCurve, stiff: DeflectionCurve, flexible: DeflectionCurve) -> CurveMix:
-    """Shares that leave the smallest RMS with neither below zero and a sum of one; errors as in :func:`least_squares_mix`."""
+def convex_mix(
+    curve: DeflectionCurve, stiff: DeflectionCurve, flexible: DeflectionCurve
+) -> CurveMix:
+    """Shares that leave the smallest RMS with neither below zero and a sum of one.
+
+    Errors as in :func:`least_squares_mix`.
+    """
     _columns(curve, stiff, flexible)
     difference = stiff.axial - flexible.axial
     size = float(difference @ difference)
@@ -59,7 +74,9 @@ def convex_mix(curve: DeflectionCurve, stiff: DeflectionCurve, flexible: Deflect
     return _mix(curve, stiff, flexible, np.array([share, 1.0 - share]))
 
 
-def _columns(curve: DeflectionCurve, stiff: DeflectionCurve, flexible: DeflectionCurve) -> NDArray[np.float64]:
+def _columns(
+    curve: DeflectionCurve, stiff: DeflectionCurve, flexible: DeflectionCurve
+) -> NDArray[np.float64]:
     for other in (stiff, flexible):
         for name in ("radius", "unit_load"):
             if getattr(other, name) != getattr(curve, name):
@@ -77,7 +94,10 @@ def _columns(curve: DeflectionCurve, stiff: DeflectionCurve, flexible: Deflectio
 
 
 def _mix(
-    curve: DeflectionCurve, stiff: DeflectionCurve, flexible: DeflectionCurve, shares: NDArray[np.float64]
+    curve: DeflectionCurve,
+    stiff: DeflectionCurve,
+    flexible: DeflectionCurve,
+    shares: NDArray[np.float64],
 ) -> CurveMix:
     rho_s, rho_f = (float(share) for share in shares)
     mixed = replace(

@@ -1,8 +1,8 @@
 """Deflection curves of the carrier's rim: displacement over the carrier-frame angle, per unit load.
 
-``delta_s`` and ``delta_f`` of the 2012 paper (figures 7 and 8) are the axial curves of the carrier with
-bonded pins (stiff) and without pins (flexible) under a torque of 1 kN m; ``g_s`` and ``g_f`` are those of one
-pin force of 1 N on pin 1, in the direction that a positive torque loads the pins.
+``delta_s`` and ``delta_f`` of the 2012 paper (figures 7 and 8) are the axial curves of the carrier
+with bonded pins (stiff) and without pins (flexible) under a torque of 1 kN m; ``g_s`` and ``g_f``
+are those of one pin force of 1 N on pin 1, in the direction that a positive torque loads the pins.
 """
 
 from dataclasses import dataclass
@@ -33,12 +33,14 @@ class DeflectionCurve:
     unit_load : float
         The load the displacements belong to: 1000 N m for a torque curve, 1 N for a pin curve.
     axial, radial : ndarray, shape (n,)
-        Displacement along +x and along e(angle) [m] at the n carrier-frame angles ``2 pi k / n``, k = 0..n-1.
+        Displacement along +x and along e(angle) [m] at the n carrier-frame angles ``2 pi k / n``, k
+        = 0..n-1.
 
     Raises
     ------
     ValueError
-        Where the two arrays differ in length or hold fewer than eight samples or a value that is not finite.
+        Where the two arrays differ in length or hold fewer than eight samples or a value that is
+        not finite.
     """
 
     name: str
@@ -85,15 +87,19 @@ class DeflectionCurve:
             amplitude[1:] /= 2.0
             order = np.arange(amplitude.size)
             value, slope = (
-                np.fft.irfft(spectrum, _TABLE_SIZE) * _TABLE_SIZE for spectrum in (amplitude, 1j * order * amplitude)
+                np.fft.irfft(spectrum, _TABLE_SIZE) * _TABLE_SIZE
+                for spectrum in (amplitude, 1j * order * amplitude)
             )
-            tables[direction] = CubicHermiteSpline(grid, np.append(value, value[0]), np.append(slope, slope[0]))
+            tables[direction] = CubicHermiteSpline(
+                grid, np.append(value, value[0]), np.append(slope, slope[0])
+            )
         return tables
 
     def axial_order(self, order: int) -> complex:
         """Complex amplitude c of ``Re(c exp(j order angle))`` in the axial curve [m].
 
-        An odd curve (sines only) has negative imaginary amplitudes: ``b sin(n angle) = Re(-j b exp(j n angle))``.
+        An odd curve (sines only) has negative imaginary amplitudes: ``b sin(n angle) = Re(-j b
+        exp(j n angle))``.
         """
         return complex(_amplitudes(self.axial)[order])
 
@@ -111,7 +117,10 @@ class DeflectionCurve:
 
 
 def _amplitudes(samples: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """Complex amplitude of every order of equally spaced `samples` of one turn; orders 0 and n / 2 count once."""
+    """Complex amplitude of every order of equally spaced `samples` of one turn.
+
+    Orders 0 and n / 2 count once.
+    """
     amplitude = 2.0 * np.fft.rfft(samples) / samples.size
     amplitude[0] /= 2.0
     if samples.size % 2 == 0:
@@ -119,11 +128,13 @@ def _amplitudes(samples: NDArray[np.float64]) -> NDArray[np.complex128]:
     return amplitude
 
 
-def _fourier_series(samples: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
+def _fourier_series(
+    samples: NDArray[np.float64], angle: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Trigonometric interpolation of equally spaced `samples` of one turn, at `angle` [rad].
 
-    The series is a polynomial in ``exp(j angle)``: its powers are products, one exponential serves all orders. It ends
-    with the last order whose amplitude is above rounding.
+    The series is a polynomial in ``exp(j angle)``: its powers are products, one exponential serves
+    all orders. It ends with the last order whose amplitude is above rounding.
     """
     amplitude = _amplitudes(samples)
     kept = np.flatnonzero(np.abs(amplitude) > 1e-14 * np.abs(amplitude).max(initial=0.0))

@@ -10,8 +10,9 @@ from threadpoolctl import ThreadpoolController
 def one_dense_thread() -> Iterator[None]:
     """Keep numpy's and scipy's BLAS to one thread.
 
-    Its idle threads go on spinning for a while and take the cores that the next sparse solve needs: where the two take turns
-    many times, as in an eigenvalue iteration, the whole is slower with more threads (docs/performance.md).
+    Its idle threads go on spinning for a while and take the cores that the next sparse solve needs:
+    where the two take turns many times, as in an eigenvalue iteration, the whole is slower with
+    more threads (docs/performance.md).
     """
     with ThreadpoolController().select(internal_api="openblas").limit(limits=1):
         yield

@@ -1,7 +1,8 @@
 """Compiled loops over quadratic tetrahedra that fill stiffness and mass matrices block by block (numba).
 
-With the physical gradients ``g_i`` of the shape functions, a pair of nodes (i, j) of an element adds the 3 × 3 block
-``∫ λ g_i g_jᵀ + μ g_j g_iᵀ + μ (g_i · g_j) I dV`` to the stiffness, and ``∫ ρ N_i N_j dV`` to the scalar mass.
+With the physical gradients ``g_i`` of the shape functions, a pair of nodes (i, j) of an element
+adds the 3 × 3 block ``∫ λ g_i g_jᵀ + μ g_j g_iᵀ + μ (g_i · g_j) I dV`` to the stiffness, and ``∫ ρ
+N_i N_j dV`` to the scalar mass.
 """
 
 import numba
@@ -12,7 +13,9 @@ _jit = numba.njit(cache=True, fastmath=False)
 
 
 @_jit
-def block_places(tets: NDArray[np.int64], indptr: NDArray[np.int32], indices: NDArray[np.int32]) -> NDArray[np.int32]:
+def block_places(
+    tets: NDArray[np.int64], indptr: NDArray[np.int32], indices: NDArray[np.int32]
+) -> NDArray[np.int32]:
     """Place, shape (m, 100), of every element's 10 × 10 pairs of nodes among the blocks of the node graph.
 
     Parameters
@@ -40,7 +43,9 @@ def block_places(tets: NDArray[np.int64], indptr: NDArray[np.int32], indices: ND
 
 
 @_jit
-def _jacobian(x: NDArray[np.float64], reference: NDArray[np.float64], J: NDArray[np.float64]) -> float:
+def _jacobian(
+    x: NDArray[np.float64], reference: NDArray[np.float64], J: NDArray[np.float64]
+) -> float:
     """Fill `J` (3, 3) with ``∂x/∂ξ`` from reference gradients (10, 3); its determinant."""
     for a in range(3):
         for b in range(3):
@@ -57,7 +62,10 @@ def _jacobian(x: NDArray[np.float64], reference: NDArray[np.float64], J: NDArray
 
 @_jit
 def _physical_gradients(
-    J: NDArray[np.float64], determinant: float, reference: NDArray[np.float64], g: NDArray[np.float64]
+    J: NDArray[np.float64],
+    determinant: float,
+    reference: NDArray[np.float64],
+    g: NDArray[np.float64],
 ) -> None:
     """Fill `g` (30,), x y z of every node, with physical gradients from reference ones (10, 3)."""
     for a in range(3):
@@ -85,11 +93,13 @@ def _gradient_products(
         volume = weights[q] * abs(determinant)
         for row in range(30):
             weighted = volume * g[row]
-            # From the node's first direction on: one contiguous run, which the compiler turns into vector instructions.
+            # From the node's first direction on: one contiguous run, which the compiler turns into
+            # vector instructions.
             for column in range(3 * (row // 3), 30):
                 products[row, column] += weighted * g[column]
     for i in range(10):
-        # Rounding differs with the order of the factors; a node's own products are symmetric to the last bit.
+        # Rounding differs with the order of the factors; a node's own products are symmetric to the
+        # last bit.
         for a in range(3):
             for b in range(a):
                 products[3 * i + a, 3 * i + b] = products[3 * i + b, 3 * i + a]
@@ -113,7 +123,8 @@ def add_stiffness(
     material : tuple of float
         Lamé's λ and μ [Pa].
     rule : tuple of ndarray
-        Gradients of the shape functions at the q points of a quadrature rule (q, 10, 3), and its weights (q,).
+        Gradients of the shape functions at the q points of a quadrature rule (q, 10, 3), and its
+        weights (q,).
     places : ndarray, shape (m, 100)
         Where the elements' pairs of nodes stand among the blocks.
     blocks : ndarray, shape (n_blocks, 3, 3)
@@ -130,7 +141,8 @@ def add_stiffness(
         _gradient_products(x, gradients, weights, G)
         for i in range(10):
             for j in range(i, 10):
-                # The mirror block is the transpose, entry by entry: the matrix is symmetric to the last bit.
+                # The mirror block is the transpose, entry by entry: the matrix is symmetric to the
+                # last bit.
                 here, there = places[element, 10 * i + j], places[element, 10 * j + i]
                 shear = mu * (G[3 * i, 3 * j] + G[3 * i + 1, 3 * j + 1] + G[3 * i + 2, 3 * j + 2])
                 for a in range(3):
@@ -154,8 +166,9 @@ def add_scalar_mass(
 ) -> None:
     """Add the elements' scalar mass to `values` (n_blocks,) in place.
 
-    Parameters are those of :func:`add_stiffness`, with the density [kg/m^3] and, first in `rule`, the products of the shape
-    functions at the quadrature points (q, 100), all pairs of nodes in a row.
+    Parameters are those of :func:`add_stiffness`, with the density [kg/m^3] and, first in `rule`,
+    the products of the shape functions at the quadrature points (q, 100), all pairs of nodes in a
+    row.
     """
     shape_products, gradients, weights = rule
     J = np.empty((3, 3))

@@ -1,7 +1,8 @@
 """Cholesky factorisation of sparse symmetric positive definite matrices, and solves with many right-hand sides.
 
-Three libraries serve, the fastest that is installed first: MKL's PARDISO (x86-64), CHOLMOD through kvxopt, and
-scipy's SuperLU, which is always there. They give the same numbers to rounding; which one runs is logged once.
+Three libraries serve, the fastest that is installed first: MKL's PARDISO (x86-64), CHOLMOD through
+kvxopt, and scipy's SuperLU, which is always there. They give the same numbers to rounding; which
+one runs is logged once.
 """
 
 import ctypes
@@ -19,13 +20,15 @@ import scipy.sparse as sp
 import scipy.sparse.linalg
 from numpy.typing import NDArray
 
-from fe.upper_triangle import upper_triangle
+from carrierflex.fe.upper_triangle import upper_triangle
 
 log = logging.getLogger(__name__)
 
-#: Smallest pivot over the largest below which a matrix counts as singular; rounding leaves about 1e-16.
+#: Smallest pivot over the largest below which a matrix counts as singular; rounding leaves about
+#: 1e-16.
 _SINGULAR = 1e-13
-#: MKL's number for Intel's own OpenMP runtime, which stands beside it; the GNU one may clash with other wheels'.
+#: MKL's number for Intel's own OpenMP runtime, which stands beside it; the GNU one may clash with
+#: other wheels'.
 _INTEL_OPENMP = 0
 
 
@@ -49,7 +52,8 @@ def factorise(A: sp.csr_array, *, held: NDArray[np.int64] | None = None) -> Fact
     A : csr_array, shape (n, n)
         Symmetric, both triangles stored; positive definite without the rows and columns `held`.
     held : ndarray of int, optional
-        Degrees of freedom left out: whatever stands in their rows of b, their rows of the solution are zero.
+        Degrees of freedom left out: whatever stands in their rows of b, their rows of the solution
+        are zero.
 
     Returns
     -------
@@ -68,7 +72,10 @@ def factorise(A: sp.csr_array, *, held: NDArray[np.int64] | None = None) -> Fact
 
 @dataclass(frozen=True, eq=False)
 class _Partition:
-    """The factor of the free degrees of freedom; those held stand beside them as equations of their own."""
+    """The factor of the free degrees of freedom.
+
+    Those held stand beside them as equations of their own.
+    """
 
     factor: Factorisation
     held: NDArray[np.int64]
@@ -87,7 +94,9 @@ def _factoriser() -> Callable[[sp.csr_array], Factorisation]:
     try:
         import kvxopt.cholmod  # noqa: F401
     except ImportError:
-        log.warning("sparse factorisation: neither MKL nor kvxopt is installed, scipy's SuperLU serves (slower)")
+        log.warning(
+            "sparse factorisation: neither MKL nor kvxopt is installed, scipy's SuperLU serves (slower)"
+        )
         return _SuperLU
     log.info("sparse factorisation: CHOLMOD (MKL is not installed)")
     return _Cholmod
@@ -98,7 +107,10 @@ class _SuperLU:
         A = upper + sp.triu(upper, 1).T
         try:
             self._lu = scipy.sparse.linalg.splu(
-                sp.csc_array(A), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+                sp.csc_array(A),
+                permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=0.0,
+                options={"SymmetricMode": True},
             )
         except RuntimeError as error:
             raise SingularMatrixError(_not_definite(A.shape[0], "SuperLU", error)) from error
@@ -133,7 +145,9 @@ class _Cholmod:
 def _refuse_small_pivots(pivots: NDArray[np.float64], library: str) -> None:
     """Raise where a pivot is negative, or so small beside the largest that only rounding keeps it from zero."""
     if not pivots.min() > _SINGULAR * pivots.max():
-        raise SingularMatrixError(_not_definite(len(pivots), library, f"smallest pivot {pivots.min():.1e}"))
+        raise SingularMatrixError(
+            _not_definite(len(pivots), library, f"smallest pivot {pivots.min():.1e}")
+        )
 
 
 def _not_definite(order: int, library: str, cause: object) -> str:
@@ -144,7 +158,10 @@ def _not_definite(order: int, library: str, cause: object) -> str:
 
 
 class _Pardiso:
-    """MKL's PARDISO called through ctypes: upper triangle, METIS order, no refinement, all right-hand sides at once."""
+    """MKL's PARDISO called through ctypes.
+
+    Upper triangle, METIS order, no refinement, all right-hand sides at once.
+    """
 
     _REAL_SPD = 2
 
@@ -155,7 +172,8 @@ class _Pardiso:
         self._columns = np.ascontiguousarray(upper.indices, dtype=np.int32)
         self._handle = np.zeros(64, dtype=np.int64)
         self._iparm = np.zeros(64, dtype=np.int32)
-        # 1 no defaults; 2 METIS; 8 no iterative refinement; 24 two-level parallel factorisation; 35 zero-based.
+        # 1 no defaults; 2 METIS; 8 no iterative refinement; 24 two-level parallel factorisation; 35
+        # zero-based.
         for index, value in ((1, 1), (2, 2), (8, 0), (24, 1), (35, 1)):
             self._iparm[index - 1] = value
         empty = np.zeros(1)
@@ -172,7 +190,9 @@ class _Pardiso:
             raise ArithmeticError(f"PARDISO could not solve: error {error}")
         return x
 
-    def _call(self, phase: int, b: NDArray[np.float64], x: NDArray[np.float64], n_right: int) -> int:
+    def _call(
+        self, phase: int, b: NDArray[np.float64], x: NDArray[np.float64], n_right: int
+    ) -> int:
         library = _mkl_library()
         assert library is not None
         integer = lambda value: ctypes.byref(ctypes.c_int32(value))  # noqa: E731 (one word a line below)
@@ -195,7 +215,11 @@ class _Pardiso:
 
     def __del__(self) -> None:
         # While the interpreter shuts down ctypes is half gone; the memory goes with the process.
-        if not sys.is_finalizing() and getattr(self, "_handle", None) is not None and self._handle.any():
+        if (
+            not sys.is_finalizing()
+            and getattr(self, "_handle", None) is not None
+            and self._handle.any()
+        ):
             self._release()
 
 
@@ -213,7 +237,8 @@ def _mkl_library() -> ctypes.CDLL | None:
     library.MKL_Set_Threading_Layer(_INTEL_OPENMP)
     threads = _packaged_library("intel-openmp", "libiomp5.so")
     if threads is not None:
-        # Its threads would spin for 0.2 s after every solve, on the cores that the work between two solves needs.
+        # Its threads would spin for 0.2 s after every solve, on the cores that the work between two
+        # solves needs.
         ctypes.CDLL(str(threads)).kmp_set_blocktime(0)
     return library
 
@@ -224,4 +249,6 @@ def _packaged_library(package: str, name: str) -> Path | None:
         files = importlib.metadata.files(package) or []
     except importlib.metadata.PackageNotFoundError:
         return None
-    return next((Path(str(file.locate())).resolve() for file in files if file.name.startswith(name)), None)
+    return next(
+        (Path(str(file.locate())).resolve() for file in files if file.name.startswith(name)), None
+    )

@@ -1,31 +1,34 @@
 """Torque deflection curve from the half sector alone: a sixth of the unknowns, for mesh studies.
 
-Under equal tangential pin loads the carrier's displacement is antisymmetric about every pin's and every web's
-meridional plane, so on those planes the radial and axial displacement vanish. The shaft face is held.
+Under equal tangential pin loads the carrier's displacement is antisymmetric about every pin's and
+every web's meridional plane, so on those planes the radial and axial displacement vanish. The shaft
+face is held.
 """
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.assembly import assemble_stiffness
-from fe.carrier_curves import UNIT_TORQUE
-from fe.deflection_curves import DeflectionCurve
-from fe.factorisation import factorise
-from fe.load_cases import PilotLoad
-from fe.materials import BODY_MATERIALS
-from fe.rim_circle import rim_recovery
-from fe.structural_model import N_SENSOR_ANGLES, carrier_pilot_points
-from fe.surface_integrals import surface_moments
-from geometry.dihedral import cut_plane_nodes
-from geometry.parameters import HALF_SECTOR_ANGLE, CarrierParameters
-from geometry.tet_mesh import TetMesh
+from carrierflex.fe.assembly import assemble_stiffness
+from carrierflex.fe.carrier_curves import UNIT_TORQUE
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.factorisation import factorise
+from carrierflex.fe.load_cases import PilotLoad
+from carrierflex.fe.materials import BODY_MATERIALS
+from carrierflex.fe.rim_circle import rim_recovery
+from carrierflex.fe.structural_model import N_SENSOR_ANGLES, carrier_pilot_points
+from carrierflex.fe.surface_integrals import surface_moments
+from carrierflex.geometry.dihedral import cut_plane_nodes
+from carrierflex.geometry.parameters import HALF_SECTOR_ANGLE, CarrierParameters
+from carrierflex.geometry.tet_mesh import TetMesh
 
 #: Reflection of a rigid motion about the plane y = 0: translations keep x and z, rotations keep y.
 _MIRROR = np.diag([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 
 
-def half_sector_curve(half: TetMesh, carrier: CarrierParameters, pin_1_load: dict[str, PilotLoad]) -> DeflectionCurve:
+def half_sector_curve(
+    half: TetMesh, carrier: CarrierParameters, pin_1_load: dict[str, PilotLoad]
+) -> DeflectionCurve:
     """Deflection curve under a unit drive torque, computed on the half sector 0..60 deg.
 
     Parameters
@@ -35,7 +38,8 @@ def half_sector_curve(half: TetMesh, carrier: CarrierParameters, pin_1_load: dic
     carrier : CarrierParameters
         Dimensions [m].
     pin_1_load : mapping of str to ndarray, shape (6,)
-        Load of the whole pin 1 at its pilots for a torque of 1 kN m: a force along t and, optionally, a moment about t.
+        Load of the whole pin 1 at its pilots for a torque of 1 kN m: a force along t and,
+        optionally, a moment about t.
 
     Returns
     -------
@@ -44,7 +48,8 @@ def half_sector_curve(half: TetMesh, carrier: CarrierParameters, pin_1_load: dic
 
     Notes
     -----
-    A moment about t bends the carrier symmetrically and is left out of the half sector: it is refused.
+    A moment about t bends the carrier symmetrically and is left out of the half sector: it is
+    refused.
 
     Raises
     ------
@@ -85,10 +90,14 @@ def _held_directions(half: TetMesh) -> tuple[sp.csr_array, NDArray[np.int64]]:
 
 def _whole_circle(half: TetMesh, radius: float, u: NDArray[np.float64]) -> DeflectionCurve:
     n_half = N_SENSOR_ANGLES // 6
-    axial_rows, radial_rows = rim_recovery(half, radius, HALF_SECTOR_ANGLE * np.arange(n_half + 1) / n_half)
+    axial_rows, radial_rows = rim_recovery(
+        half, radius, HALF_SECTOR_ANGLE * np.arange(n_half + 1) / n_half
+    )
 
     def continued(values: NDArray[np.float64]) -> NDArray[np.float64]:
         third = np.concatenate([values, -values[-2:0:-1]])
         return np.tile(third, 3)
 
-    return DeflectionCurve("torque", radius, UNIT_TORQUE, continued(axial_rows @ u), continued(radial_rows @ u))
+    return DeflectionCurve(
+        "torque", radius, UNIT_TORQUE, continued(axial_rows @ u), continued(radial_rows @ u)
+    )

@@ -1,4 +1,7 @@
-"""The rim's sensor circle read from a sixth of it: every angle is an image of one between 0 and 60 degrees."""
+"""The rim's sensor circle read from a sixth of it.
+
+Every angle is an image of one between 0 and 60 degrees.
+"""
 
 from dataclasses import dataclass
 
@@ -6,10 +9,10 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.rim_circle import rim_recovery
-from fe.structural_model import N_SENSOR_ANGLES, sensor_names
-from geometry.parameters import HALF_SECTOR_ANGLE
-from geometry.tet_mesh import TetMesh
+from carrierflex.fe.rim_circle import rim_recovery
+from carrierflex.fe.structural_model import N_SENSOR_ANGLES, sensor_names
+from carrierflex.geometry.parameters import HALF_SECTOR_ANGLE
+from carrierflex.geometry.tet_mesh import TetMesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,9 +24,11 @@ class HalfSectorSensors:
     names : tuple of str
         Those of the whole body's sensors.
     rows : csr_array, shape (n_sensors, n_half)
-        Displacement [m] of the sensor's place on the half sector, along the direction that its image makes the sensor's.
+        Displacement [m] of the sensor's place on the half sector, along the direction that its
+        image makes the sensor's.
     images : ndarray of int, shape (n_sensors,)
-        Number of the image (:data:`geometry.dihedral_group.MOTIONS`) that carries this place to the sensor's.
+        Number of the image (:data:`carrierflex.geometry.dihedral_group.MOTIONS`) that carries this
+        place to the sensor's.
     """
 
     names: tuple[str, ...]
@@ -32,7 +37,7 @@ class HalfSectorSensors:
 
 
 def half_sector_sensors(half: TetMesh, radius: float) -> HalfSectorSensors:
-    """Sensor circle of :class:`fe.structural_model.Sensors` from the half sector 0..60 deg.
+    """Sensor circle of :class:`carrierflex.fe.structural_model.Sensors` from the half sector 0..60 deg.
 
     Parameters
     ----------

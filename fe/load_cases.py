@@ -1,9 +1,10 @@
 """Loads on the carrier from a drive torque: equations (4)-(6) of the 2012 paper and their pilots.
 
-A positive torque T drives the carrier towards increasing angle. The planets hold their pins back: the force on
-each pin is ``-F_PLC t`` (t tangential, towards increasing angle). The helix adds a moment ``+M_t t``: on the
-left-handed planet the sun's tooth force has an axial part along +x at the inner contact and the ring's one along
--x at the outer contact, and ``-r e × F_a x + r e × (-F_a x) = 2 r F_a t``.
+A positive torque T drives the carrier towards increasing angle. The planets hold their pins back:
+the force on each pin is ``-F_PLC t`` (t tangential, towards increasing angle). The helix adds a
+moment ``+M_t t``: on the left-handed planet the sun's tooth force has an axial part along +x at the
+inner contact and the ring's one along -x at the outer contact, and ``-r e × F_a x + r e × (-F_a x)
+= 2 r F_a t``.
 """
 
 import math
@@ -13,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.carrier_interface import CarrierInterface
-from geometry.parameters import N_PINS, CarrierParameters, GearData, pin_angles
+from carrierflex.geometry.carrier_interface import CarrierInterface
+from carrierflex.geometry.parameters import N_PINS, CarrierParameters, GearData, pin_angles
 
 #: Six components at a pilot: force x y z [N], moment x y z [N m].
 PilotLoad = NDArray[np.float64]
@@ -39,12 +40,13 @@ class GearForces:
 def gear_forces(torque: float, gear: GearData) -> GearForces:
     """Forces of one planet under the drive `torque` [N m], as the paper computes them.
 
-    ``F_n' = F_t / cos α`` (4), ``F_a = F_n' tan β`` (5), ``M_t = d F_a`` (6) with d the planet's working pitch
-    diameter. For 1 kN m this gives 30.36 N m; the paper prints 30.3.
+    ``F_n' = F_t / cos α`` (4), ``F_a = F_n' tan β`` (5), ``M_t = d F_a`` (6) with d the planet's
+    working pitch diameter. For 1 kN m this gives 30.36 N m; the paper prints 30.3.
 
     Notes
     -----
-    The usual axial force of a helical gear is ``F_t tan β``, 6 % smaller; :func:`standard_tilting_moment` has it.
+    The usual axial force of a helical gear is ``F_t tan β``, 6 % smaller;
+    :func:`standard_tilting_moment` has it.
     """
     F_PLC = torque / (N_PINS * gear.centre_distance)
     F_t = F_PLC / 2.0
@@ -69,7 +71,9 @@ def radial(angle: float) -> NDArray[np.float64]:
 
 
 def bonded_pin_load(pin: int, force: float, moment: float) -> dict[str, PilotLoad]:
-    """Load on a bonded pin's mid-span pilot: `force` [N] against increasing angle, `moment` [N m] about t.
+    """Load on a bonded pin's mid-span pilot.
+
+    `force` [N] against increasing angle, `moment` [N m] about t.
 
     Parameters
     ----------
@@ -85,10 +89,13 @@ def bonded_pin_load(pin: int, force: float, moment: float) -> dict[str, PilotLoa
 def simply_supported_pin_load(
     pin: int, force: float, moment: float, carrier: CarrierParameters | CarrierInterface
 ) -> dict[str, PilotLoad]:
-    """Forces of an absent, simply supported pin on its two bores: the pin's own equilibrium (lever rule).
+    """Forces of an absent, simply supported pin on its two bores.
 
-    The pin rests on the bores' middles x1 and x2 and carries `force` and `moment` at mid-span x_m, signs as in
-    :func:`bonded_pin_load`. A moment about t is held by a couple of radial forces, ``(x2 - x1) x × (M / (x2 - x1)) e = M t``.
+    The pin's own equilibrium (lever rule).
+
+    The pin rests on the bores' middles x1 and x2 and carries `force` and `moment` at mid-span x_m,
+    signs as in :func:`bonded_pin_load`. A moment about t is held by a couple of radial forces,
+    ``(x2 - x1) x × (M / (x2 - x1)) e = M t``.
     """
     angle = float(pin_angles()[pin - 1])
     t, e = tangential(angle), radial(angle)

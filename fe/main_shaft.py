@@ -3,23 +3,26 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.assembly import assemble_mass, assemble_stiffness
-from fe.couplings import distributing_pilot
-from fe.materials import BODY_MATERIALS
-from fe.pilot_overlaps import refuse_dependent_pilots
-from fe.structural_model import StructuralModel
-from geometry.main_shaft_parameters import MainShaftParameters
-from geometry.parameters import CarrierParameters
-from geometry.tet_mesh import TetMesh
+from carrierflex.fe.assembly import assemble_mass, assemble_stiffness
+from carrierflex.fe.couplings import distributing_pilot
+from carrierflex.fe.materials import BODY_MATERIALS
+from carrierflex.fe.pilot_overlaps import refuse_dependent_pilots
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.geometry.main_shaft_parameters import MainShaftParameters
+from carrierflex.geometry.parameters import CarrierParameters
+from carrierflex.geometry.tet_mesh import TetMesh
 
 #: Interface of the main shaft.
 MAIN_SHAFT_PILOTS = ("coupling_flange", "main_bearing_seat", "carrier_joint")
 
 
-def main_shaft_pilot_points(carrier: CarrierParameters, shaft: MainShaftParameters) -> dict[str, NDArray[np.float64]]:
+def main_shaft_pilot_points(
+    carrier: CarrierParameters, shaft: MainShaftParameters
+) -> dict[str, NDArray[np.float64]]:
     """Pilot positions [m] by surface name, in the carrier's frame.
 
-    The coupling's pilot stands at the hub, upwind of its flange: a force there loads the shaft as through a rigid hub.
+    The coupling's pilot stands at the hub, upwind of its flange: a force there loads the shaft as
+    through a rigid hub.
     """
     bearing = shaft.bearing_x(carrier)
     x = {
@@ -30,13 +33,15 @@ def main_shaft_pilot_points(carrier: CarrierParameters, shaft: MainShaftParamete
     return {name: np.array([x[name], 0.0, 0.0]) for name in MAIN_SHAFT_PILOTS}
 
 
-def main_shaft_structure(mesh: TetMesh, carrier: CarrierParameters, shaft: MainShaftParameters) -> StructuralModel:
+def main_shaft_structure(
+    mesh: TetMesh, carrier: CarrierParameters, shaft: MainShaftParameters
+) -> StructuralModel:
     """Assemble the main shaft and couple its three pilots, distributing.
 
     Parameters
     ----------
     mesh : TetMesh
-        From :func:`geometry.main_shaft_mesh.main_shaft_mesh`.
+        From :func:`carrierflex.geometry.main_shaft_mesh.main_shaft_mesh`.
     carrier, shaft : CarrierParameters, MainShaftParameters
         Dimensions that place the pilots [m].
 
@@ -51,7 +56,9 @@ def main_shaft_structure(mesh: TetMesh, carrier: CarrierParameters, shaft: MainS
         Where a surface is missing or cannot hold a pilot.
     """
     points = main_shaft_pilot_points(carrier, shaft)
-    pilots = tuple(distributing_pilot(mesh, surface, points[surface]) for surface in MAIN_SHAFT_PILOTS)
+    pilots = tuple(
+        distributing_pilot(mesh, surface, points[surface]) for surface in MAIN_SHAFT_PILOTS
+    )
     refuse_dependent_pilots(pilots, mesh.points)
     K, M = assemble_stiffness(mesh, BODY_MATERIALS), assemble_mass(mesh, BODY_MATERIALS)
     return StructuralModel("main_shaft", K, M, mesh.points, pilots)

@@ -23,11 +23,15 @@ class Material:
 
     def __post_init__(self) -> None:
         if not self.E > 0.0:
-            raise ValueError(f"material {self.name}: E is {self.E} Pa; expected a positive Young's modulus")
+            raise ValueError(
+                f"material {self.name}: E is {self.E} Pa; expected a positive Young's modulus"
+            )
         if not -1.0 < self.nu < 0.5:
             raise ValueError(f"material {self.name}: nu is {self.nu}; expected between -1 and 0.5")
         if not self.rho > 0.0:
-            raise ValueError(f"material {self.name}: rho is {self.rho} kg/m^3; expected a positive density")
+            raise ValueError(
+                f"material {self.name}: rho is {self.rho} kg/m^3; expected a positive density"
+            )
         if self.E < 1e9 or self.rho < 100.0:
             raise ValueError(
                 f"material {self.name}: E = {self.E} Pa and rho = {self.rho} kg/m^3; expected SI units (steel: 2.1e11 Pa, "
@@ -43,9 +47,11 @@ class Material:
         )
 
 
-#: Chosen: no grade of the carrier's cast iron is published; the usual one, data of EN 1563. Deflections go as 1/E only.
+#: Chosen: no grade of the carrier's cast iron is published; the usual one, data of EN 1563.
+#: Deflections go as 1/E only.
 CAST_IRON = Material("EN-GJS-700-2", E=176e9, nu=0.275, rho=7200.0)
 #: Pins and shafts.
 STEEL = Material("steel", E=210e9, nu=0.3, rho=7850.0)
-#: Material of each body of :mod:`geometry.carrier_mesh` and :mod:`geometry.main_shaft_mesh`.
+#: Material of each body of :mod:`carrierflex.geometry.carrier_mesh` and
+#: :mod:`carrierflex.geometry.main_shaft_mesh`.
 BODY_MATERIALS = {"carrier": CAST_IRON, "pins": STEEL, "main_shaft": STEEL}

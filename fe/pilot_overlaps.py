@@ -1,8 +1,9 @@
 """Pilots whose surfaces share nodes: refused where the body cannot tell their motions apart.
 
-Two distributing couplings on common nodes are still two averages; they are independent as long as their rows are. That is
-decided by rank: with orthonormal rows for every pilot, the smallest singular value of all rows together is 1 for pilots
-that share nothing and 0 where a motion of one is a combination of motions of the others.
+Two distributing couplings on common nodes are still two averages; they are independent as long as
+their rows are. That is decided by rank: with orthonormal rows for every pilot, the smallest
+singular value of all rows together is 1 for pilots that share nothing and 0 where a motion of one
+is a combination of motions of the others.
 """
 
 import logging
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from fe.couplings import Pilot, described_nodes
+from carrierflex.fe.couplings import Pilot, described_nodes
 
 log = logging.getLogger(__name__)
 
@@ -33,7 +34,8 @@ def refuse_dependent_pilots(pilots: tuple[Pilot, ...], points: NDArray[np.float6
     Raises
     ------
     ValueError
-        Where two pilots have one name, or a group of pilots on shared nodes is dependent; the message names pilots and nodes.
+        Where two pilots have one name, or a group of pilots on shared nodes is dependent; the
+        message names pilots and nodes.
     """
     names = [pilot.name for pilot in pilots]
     if len(set(names)) != len(names):
@@ -63,8 +65,13 @@ def independence(pilots: tuple[Pilot, ...]) -> tuple[int, float]:
     return int(np.count_nonzero(singular > _INDEPENDENCE_TOLERANCE)), smallest
 
 
-def shared_nodes(surfaces: dict[str, NDArray[np.int64]]) -> dict[tuple[str, str], NDArray[np.int64]]:
-    """Nodes that belong to two of `surfaces` (name to sorted node numbers), by pair of names; pairs without any left out."""
+def shared_nodes(
+    surfaces: dict[str, NDArray[np.int64]],
+) -> dict[tuple[str, str], NDArray[np.int64]]:
+    """Nodes that belong to two of `surfaces` (name to sorted node numbers), by pair of names.
+
+    Pairs without any left out.
+    """
     shared = {
         (first, second): np.intersect1d(surfaces[first], surfaces[second], assume_unique=True)
         for first, second in combinations(surfaces, 2)
@@ -73,7 +80,9 @@ def shared_nodes(surfaces: dict[str, NDArray[np.int64]]) -> dict[tuple[str, str]
 
 
 def _refuse_dependent_group(
-    pilots: tuple[Pilot, ...], shared: dict[tuple[str, str], NDArray[np.int64]], points: NDArray[np.float64]
+    pilots: tuple[Pilot, ...],
+    shared: dict[tuple[str, str], NDArray[np.int64]],
+    points: NDArray[np.float64],
 ) -> None:
     rank, smallest = independence(pilots)
     names = [pilot.name for pilot in pilots]
@@ -89,5 +98,7 @@ def _refuse_dependent_group(
             f"{rank}; {overlaps}; expected surfaces of their own, or fewer components"
         )
     log.info(
-        "%s; their couplings stay independent (smallest singular value %.2g, 0 would be dependent)", overlaps, smallest
+        "%s; their couplings stay independent (smallest singular value %.2g, 0 would be dependent)",
+        overlaps,
+        smallest,
     )

@@ -1,9 +1,9 @@
 """Distributing couplings of single nodes with the user's own weights, the RBE3 element of Nastran.
 
-Every averaged degree of freedom is a direction at a node, a translation or a rotation, with its weight; the pilot follows
-their weighted mean motion. Node frames, the choice of averaged components and that of the pilot's components are all
-free. A rotation counts at the coupling's mean arm L, its weight times ``L²``, as NX Nastran has it, so that the result
-does not depend on the unit of length.
+Every averaged degree of freedom is a direction at a node, a translation or a rotation, with its
+weight; the pilot follows their weighted mean motion. Node frames, the choice of averaged components
+and that of the pilot's components are all free. A rotation counts at the coupling's mean arm L, its
+weight times ``L²``, as NX Nastran has it, so that the result does not depend on the unit of length.
 """
 
 from dataclasses import dataclass
@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.rigid_fit import ALL_COMPONENTS, fitted_motion
-from fe.surface_integrals import rigid_motion
+from carrierflex.fe.rigid_fit import ALL_COMPONENTS, fitted_motion
+from carrierflex.fe.surface_integrals import rigid_motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,8 @@ class AveragedDofs:
     Raises
     ------
     ValueError
-        Where the arrays do not belong together, a weight is not positive, a direction is no unit vector or a node is left out.
+        Where the arrays do not belong together, a weight is not positive, a direction is no unit
+        vector or a node is left out.
     """
 
     points: NDArray[np.float64]
@@ -46,7 +47,11 @@ class AveragedDofs:
 
     def __post_init__(self) -> None:
         m = len(self.nodes)
-        if self.directions.shape != (m, 3) or self.is_rotation.shape != (m,) or self.weights.shape != (m,):
+        if (
+            self.directions.shape != (m, 3)
+            or self.is_rotation.shape != (m,)
+            or self.weights.shape != (m,)
+        ):
             raise ValueError(
                 f"averaged degrees of freedom: {m} nodes, directions {self.directions.shape}, is_rotation "
                 f"{self.is_rotation.shape}, weights {self.weights.shape}; expected one entry each"
@@ -79,14 +84,16 @@ def point_coupling(
     point : ndarray, shape (3,)
         Position of the pilot [m], anywhere.
     components : tuple of int
-        Motions of the pilot that follow, numbered as in :data:`fe.rigid_fit.MOTIONS`; the others stay free.
+        Motions of the pilot that follow, numbered as in :data:`carrierflex.fe.rigid_fit.MOTIONS`;
+        the others stay free.
     subject : str
         What is being coupled, to begin an error message with.
 
     Returns
     -------
     ndarray, shape (k, m)
-        One row a component, one column a degree of freedom; its transpose spreads a force or moment over these.
+        One row a component, one column a degree of freedom; its transpose spreads a force or moment
+        over these.
 
     Raises
     ------

@@ -1,9 +1,10 @@
 """Rigid couplings (RBE2 type): surfaces that follow their pilots, by a change of coordinates.
 
-Every node of a rigid surface moves as ``u = R(x) q`` with its pilot's six coordinates q. Put together, ``u = L û`` with û the
-free nodes' displacement followed by the pilots' coordinates, and the body becomes ``LᵀKL``, ``LᵀML``: no penalty, and force
-and moment at a pilot are exactly those of its surface. Where a distributing coupling leaves the surface free to deform, a rigid
-one forbids it: the truth of a fitted part lies between the two.
+Every node of a rigid surface moves as ``u = R(x) q`` with its pilot's six coordinates q. Put
+together, ``u = L û`` with û the free nodes' displacement followed by the pilots' coordinates, and
+the body becomes ``LᵀKL``, ``LᵀML``: no penalty, and force and moment at a pilot are exactly those
+of its surface. Where a distributing coupling leaves the surface free to deform, a rigid one forbids
+it: the truth of a fitted part lies between the two.
 """
 
 from dataclasses import replace
@@ -12,21 +13,24 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.couplings import Pilot, described_nodes
-from fe.pilot_overlaps import independence, shared_nodes
-from fe.rigid_fit import ALL_COMPONENTS, fitted_motion
-from fe.structural_model import StructuralModel
-from fe.surface_integrals import rigid_motion
-from geometry.tet_mesh import TetMesh
+from carrierflex.fe.couplings import Pilot, described_nodes
+from carrierflex.fe.pilot_overlaps import independence, shared_nodes
+from carrierflex.fe.rigid_fit import ALL_COMPONENTS, fitted_motion
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.fe.surface_integrals import rigid_motion
+from carrierflex.geometry.tet_mesh import TetMesh
 
 
-def rigidly_coupled(structure: StructuralModel, mesh: TetMesh, names: tuple[str, ...] | None = None) -> StructuralModel:
+def rigidly_coupled(
+    structure: StructuralModel, mesh: TetMesh, names: tuple[str, ...] | None = None
+) -> StructuralModel:
     """Copy of a body whose pilots hold their surfaces rigid instead of following their mean motion.
 
     Parameters
     ----------
     structure : StructuralModel
-        Body with distributing pilots, as :func:`fe.structural_model.structural_model` makes it.
+        Body with distributing pilots, as :func:`carrierflex.fe.structural_model.structural_model`
+        makes it.
     mesh : TetMesh
         Its mesh.
     names : tuple of str, optional
@@ -35,17 +39,18 @@ def rigidly_coupled(structure: StructuralModel, mesh: TetMesh, names: tuple[str,
     Returns
     -------
     StructuralModel
-        Same pilots and sensors; ``points`` are the nodes that kept their own degrees of freedom, ``rigid_points`` the pilots
-        that follow them, ``L`` gives the displacement of all nodes.
+        Same pilots and sensors; ``points`` are the nodes that kept their own degrees of freedom,
+        ``rigid_points`` the pilots that follow them, ``L`` gives the displacement of all nodes.
 
     Raises
     ------
     KeyError
         Where the body has no pilot of that name.
     ValueError
-        Where two rigid surfaces share nodes, which cannot follow two pilots, where a surface is a point or a line, which would
-        leave a rotation of its pilot to nothing, where a rigid pilot has fewer than six components, or where a rigid surface
-        takes the nodes that another pilot needs; the message says which nodes.
+        Where two rigid surfaces share nodes, which cannot follow two pilots, where a surface is a
+        point or a line, which would leave a rotation of its pilot to nothing, where a rigid pilot
+        has fewer than six components, or where a rigid surface takes the nodes that another pilot
+        needs; the message says which nodes.
     """
     rigid = _chosen(structure.pilots, names)
     surfaces = {pilot.name: np.unique(mesh.surface(pilot.name)) for pilot in rigid}
@@ -56,7 +61,10 @@ def rigidly_coupled(structure: StructuralModel, mesh: TetMesh, names: tuple[str,
         is_free[nodes] = False
     free = np.flatnonzero(is_free)
     L = _coordinates(mesh, free, rigid, surfaces)
-    own = {pilot.name: _selection(3 * len(free) + 6 * number, L.shape[1]) for number, pilot in enumerate(rigid)}
+    own = {
+        pilot.name: _selection(3 * len(free) + 6 * number, L.shape[1])
+        for number, pilot in enumerate(rigid)
+    }
     pilots = tuple(
         replace(pilot, G=own[pilot.name] if pilot.name in own else sp.csr_array(pilot.G @ L))
         for pilot in structure.pilots
@@ -93,9 +101,15 @@ def _refuse_robbed_pilots(
     points: NDArray[np.float64],
 ) -> None:
     """Refuse distributing pilots whose nodes are rigid ones' to such a part that they cannot move on their own."""
-    averaged = {pilot.name: np.unique(pilot.G.indices // 3) for pilot in before if pilot.name not in rigid_surfaces}
+    averaged = {
+        pilot.name: np.unique(pilot.G.indices // 3)
+        for pilot in before
+        if pilot.name not in rigid_surfaces
+    }
     shared = {
-        pair: nodes for pair, nodes in shared_nodes({**rigid_surfaces, **averaged}).items() if pair[1] in averaged
+        pair: nodes
+        for pair, nodes in shared_nodes({**rigid_surfaces, **averaged}).items()
+        if pair[1] in averaged
     }
     if not shared:
         return
@@ -111,7 +125,9 @@ def _refuse_robbed_pilots(
         )
 
 
-def _refuse_shared_nodes(surfaces: dict[str, NDArray[np.int64]], points: NDArray[np.float64]) -> None:
+def _refuse_shared_nodes(
+    surfaces: dict[str, NDArray[np.int64]], points: NDArray[np.float64]
+) -> None:
     for (first, second), nodes in shared_nodes(surfaces).items():
         raise ValueError(
             f"rigid surfaces {first!r} and {second!r} share {described_nodes(points, nodes)}, which cannot follow two pilots; "
@@ -152,7 +168,9 @@ def _coordinates(
         columns.append(np.tile(3 * len(free) + 6 * number + np.arange(6), len(R)))
         values.append(R.ravel())
     shape = (3 * len(mesh.points), 3 * len(free) + 6 * len(pilots))
-    L = sp.csr_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=shape)
+    L = sp.csr_array(
+        (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=shape
+    )
     L.eliminate_zeros()
     return L
 

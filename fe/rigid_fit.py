@@ -1,20 +1,29 @@
 """The rigid motion that fits displacements best: the algebra that all distributing couplings share.
 
-The motion q of a point that leaves the least weighted mean square between a rigid motion ``R q`` and displacements u is
-``q = Z⁻¹ B u`` with ``Z = ΣᵂRᵀR`` and ``B = ΣᵂRᵀ``. Z is formed about a reference point within the surface, wherever the
-pilot stands: about a far pilot, rotations and translations would be told apart by their last digits only. Where Z is
-singular some motions are not determined (the rotation about a line of nodes); those that are can be used all the same.
+The motion q of a point that leaves the least weighted mean square between a rigid motion ``R q``
+and displacements u is ``q = Z⁻¹ B u`` with ``Z = ΣᵂRᵀR`` and ``B = ΣᵂRᵀ``. Z is formed about a
+reference point within the surface, wherever the pilot stands: about a far pilot, rotations and
+translations would be told apart by their last digits only. Where Z is singular some motions are not
+determined (the rotation about a line of nodes); those that are can be used all the same.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
 #: A pilot's six motions, in the order of its coordinates.
-MOTIONS = ("translation x", "translation y", "translation z", "rotation x", "rotation y", "rotation z")
+MOTIONS = (
+    "translation x",
+    "translation y",
+    "translation z",
+    "rotation x",
+    "rotation y",
+    "rotation z",
+)
 ALL_COMPONENTS = (0, 1, 2, 3, 4, 5)
 #: Eigenvalue of Z, lengths scaled, over the largest one: below it a motion meets no displacement.
 _RANK_TOLERANCE = 1e-8
-#: Share of an undetermined motion in a component above which the component is not determined either.
+#: Share of an undetermined motion in a component above which the component is not determined
+#: either.
 _SHARE_TOLERANCE = 1e-6
 
 
@@ -72,7 +81,10 @@ def fitted_motion(
 def _scaled_eigenvectors(
     Z: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Scale s of each motion and eigenpairs, ascending, of ``Z / s sᵀ``: rotations measured at the radius of gyration."""
+    """Scale s of each motion and eigenpairs, ascending, of ``Z / s sᵀ``.
+
+    Rotations measured at the radius of gyration.
+    """
     masses, inertias = float(np.trace(Z[:3, :3])), float(np.trace(Z[3:, 3:]))
     length = np.sqrt(inertias / masses) if masses > 0.0 and inertias > 0.0 else 1.0
     scale = np.array([1.0, 1.0, 1.0, length, length, length])
@@ -88,7 +100,11 @@ def _moved(arm: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _refuse_odd_components(components: tuple[int, ...], subject: str) -> None:
-    if not components or len(set(components)) != len(components) or not set(components) <= set(ALL_COMPONENTS):
+    if (
+        not components
+        or len(set(components)) != len(components)
+        or not set(components) <= set(ALL_COMPONENTS)
+    ):
         raise ValueError(
             f"{subject}: components are {tuple(components)}; expected some of 0 to 5 ({', '.join(MOTIONS)}), each once"
         )

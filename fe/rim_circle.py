@@ -1,10 +1,13 @@
-"""The material circle of the rim that the proximity sensors face: displacement at any carrier-frame angle."""
+"""The material circle of the rim that the proximity sensors face.
+
+Displacement at any carrier-frame angle.
+"""
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from geometry.tet_mesh import TetMesh
+from carrierflex.geometry.tet_mesh import TetMesh
 
 #: Distance [m] at which a node counts as lying on the circle.
 _ON = 1e-7
@@ -12,11 +15,13 @@ _ON = 1e-7
 _EDGES = ((0, 1, 3), (1, 2, 4), (2, 0, 5))
 
 
-def rim_recovery(mesh: TetMesh, radius: float, angles: NDArray[np.float64]) -> tuple[sp.csr_array, sp.csr_array]:
+def rim_recovery(
+    mesh: TetMesh, radius: float, angles: NDArray[np.float64]
+) -> tuple[sp.csr_array, sp.csr_array]:
     """Recovery rows of the axial and radial displacement on the rim face's circle of the given radius.
 
-    The mesh has element edges on that circle (its CAD face is cut along it), so the displacement at an angle is the
-    quadratic interpolation along one edge.
+    The mesh has element edges on that circle (its CAD face is cut along it), so the displacement at
+    an angle is the quadratic interpolation along one edge.
 
     Parameters
     ----------
@@ -72,8 +77,13 @@ def _angle(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.arctan2(-points[..., 1], points[..., 2])
 
 
-def _edge_angles(mesh: TetMesh, edges: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Angle of each edge's first node and its width; edges are reversed in place to run towards increasing angle."""
+def _edge_angles(
+    mesh: TetMesh, edges: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Angle of each edge's first node and its width.
+
+    Edges are reversed in place to run towards increasing angle.
+    """
     first, last = _angle(mesh.points[edges[:, 0]]), _angle(mesh.points[edges[:, 1]])
     width = np.mod(last - first + np.pi, 2.0 * np.pi) - np.pi
     backward = width < 0.0
@@ -81,12 +91,15 @@ def _edge_angles(mesh: TetMesh, edges: NDArray[np.int64]) -> tuple[NDArray[np.fl
     return np.where(backward, last, first), np.abs(width)
 
 
-def _quadratic_shapes(mesh: TetMesh, edges: NDArray[np.int64], turned: NDArray[np.float64]) -> NDArray[np.float64]:
+def _quadratic_shapes(
+    mesh: TetMesh, edges: NDArray[np.int64], turned: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Shape functions of the edge's nodes (first, last, middle) where its angle from the first node is `turned`."""
     first, last, middle = (_angle(mesh.points[edges[:, i]]) for i in range(3))
     width = np.mod(last - first, 2.0 * np.pi)
     half = np.mod(middle - first, 2.0 * np.pi)
-    # angle(s) = 4 half s (1 - s) + width s (2 s - 1); its curvature is tiny, so the quadratic root is taken in stable form.
+    # angle(s) = 4 half s (1 - s) + width s (2 s - 1); its curvature is tiny, so the quadratic root
+    # is taken in stable form.
     b, c = 4.0 * half - width, 2.0 * width - 4.0 * half
     s = 2.0 * turned / (b + np.sqrt(np.maximum(b**2 + 4.0 * c * turned, 0.0)))
     return np.stack([(1.0 - s) * (1.0 - 2.0 * s), s * (2.0 * s - 1.0), 4.0 * s * (1.0 - s)], axis=1)

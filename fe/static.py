@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.factorisation import factorise
-from fe.structural_model import StructuralModel
-from fe.surface_integrals import rigid_motion
+from carrierflex.fe.factorisation import factorise
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.fe.surface_integrals import rigid_motion
 
 #: Largest imbalance of force or moment, relative to the sum of the magnitudes that enter it.
 _EQUILIBRIUM_TOLERANCE = 1e-9

@@ -7,18 +7,19 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.assembly import assemble_stiffness_and_mass
-from fe.couplings import Pilot, distributing_pilot
-from fe.load_cases import PilotLoad, midspan_x, radial
-from fe.materials import BODY_MATERIALS, Material
-from fe.pilot_overlaps import refuse_dependent_pilots
-from fe.rim_circle import rim_recovery
-from fe.surface_integrals import rigid_body_modes
-from geometry.carrier_interface import CarrierInterface
-from geometry.parameters import CarrierParameters, pin_angles
-from geometry.tet_mesh import TetMesh
+from carrierflex.fe.assembly import assemble_stiffness_and_mass
+from carrierflex.fe.couplings import Pilot, distributing_pilot
+from carrierflex.fe.load_cases import PilotLoad, midspan_x, radial
+from carrierflex.fe.materials import BODY_MATERIALS, Material
+from carrierflex.fe.pilot_overlaps import refuse_dependent_pilots
+from carrierflex.fe.rim_circle import rim_recovery
+from carrierflex.fe.surface_integrals import rigid_body_modes
+from carrierflex.geometry.carrier_interface import CarrierInterface
+from carrierflex.geometry.parameters import CarrierParameters, pin_angles
+from carrierflex.geometry.tet_mesh import TetMesh
 
-#: Angles of the sensor circle: one degree apart, a multiple of six so that the carrier's symmetry maps them on themselves.
+#: Angles of the sensor circle: one degree apart, a multiple of six so that the carrier's symmetry
+#: maps them on themselves.
 N_SENSOR_ANGLES = 360
 
 
@@ -29,8 +30,8 @@ class Sensors:
     Parameters
     ----------
     names : tuple of str
-        ``rim_axial_000`` ... ``rim_axial_359``, then ``rim_radial_000`` ...: displacement of the rim's material point at
-        that carrier-frame angle [deg].
+        ``rim_axial_000`` ... ``rim_axial_359``, then ``rim_radial_000`` ...: displacement of the
+        rim's material point at that carrier-frame angle [deg].
     radius : float
         Radius of the circle [m].
     rows : csr_array, shape (n_sensors, n_dofs)
@@ -59,9 +60,11 @@ class StructuralModel:
     sensors : Sensors or None
         Recovery rows; None for a body without sensors.
     rigid_points : ndarray, shape (p, 3)
-        Pilots of rigid couplings [m], whose six coordinates follow the nodes' among the degrees of freedom; none by default.
+        Pilots of rigid couplings [m], whose six coordinates follow the nodes' among the degrees of
+        freedom; none by default.
     L : csr_array or None, shape (3 n_all, n_dofs)
-        Displacement of all nodes of the mesh from the degrees of freedom; None where these are the nodes' own.
+        Displacement of all nodes of the mesh from the degrees of freedom; None where these are the
+        nodes' own.
     """
 
     name: str
@@ -93,7 +96,8 @@ class StructuralModel:
         Raises
         ------
         KeyError, ValueError
-            Where a load names a pilot that the body does not have, or acts on a motion that the pilot does not couple.
+            Where a load names a pilot that the body does not have, or acts on a motion that the
+            pilot does not couple.
         """
         f = np.zeros(self.n_dofs)
         pilots = {pilot.name: pilot for pilot in self.pilots}
@@ -104,7 +108,9 @@ class StructuralModel:
         return f
 
 
-def carrier_pilot_points(carrier: CarrierParameters | CarrierInterface) -> dict[str, NDArray[np.float64]]:
+def carrier_pilot_points(
+    carrier: CarrierParameters | CarrierInterface,
+) -> dict[str, NDArray[np.float64]]:
     """Pilot positions [m] by surface name: shaft face, bearing seats, bores, pin mid-spans."""
     if isinstance(carrier, CarrierInterface):
         return dict(carrier.points)
@@ -156,7 +162,8 @@ def structural_model(
     Raises
     ------
     KeyError, ValueError
-        Where a surface is missing or cannot hold a pilot, pilots on shared nodes are dependent, or a body has no material.
+        Where a surface is missing or cannot hold a pilot, pilots on shared nodes are dependent, or
+        a body has no material.
     """
     points = carrier_pilot_points(carrier)
     coupled = tuple(distributing_pilot(mesh, surface, points[surface]) for surface in pilots)
@@ -168,7 +175,11 @@ def structural_model(
 
 def sensor_names() -> tuple[str, ...]:
     """Names of the sensor circle's rows: axial, then radial displacement at every angle [deg]."""
-    return tuple(f"rim_{kind}_{degree:03d}" for kind in ("axial", "radial") for degree in range(N_SENSOR_ANGLES))
+    return tuple(
+        f"rim_{kind}_{degree:03d}"
+        for kind in ("axial", "radial")
+        for degree in range(N_SENSOR_ANGLES)
+    )
 
 
 def _rim_sensors(mesh: TetMesh, radius: float) -> Sensors:

@@ -1,11 +1,15 @@
-"""Integrals over curved quadratic triangles: the consistent weights of surfaces and their rigid motions."""
+"""Integrals over curved quadratic triangles.
+
+The consistent weights of surfaces and their rigid motions.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.tet_mesh import TetMesh
+from carrierflex.geometry.tet_mesh import TetMesh
 
-#: Six-point rule of degree 4 on the triangle (Strang and Fix 1973): barycentric a, a, 1 - 2 a and weight.
+#: Six-point rule of degree 4 on the triangle (Strang and Fix 1973): barycentric a, a, 1 - 2 a and
+#: weight.
 _RULE = ((0.445948490915965, 0.223381589678011), (0.091576213509771, 0.109951743655322))
 
 
@@ -25,7 +29,11 @@ def _shapes(L: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.flo
     d = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
     edges = ((0, 1), (1, 2), (2, 0))
     N = np.stack(
-        [*(L[:, i] * (2.0 * L[:, i] - 1.0) for i in range(3)), *(4.0 * L[:, i] * L[:, j] for i, j in edges)], 1
+        [
+            *(L[:, i] * (2.0 * L[:, i] - 1.0) for i in range(3)),
+            *(4.0 * L[:, i] * L[:, j] for i, j in edges),
+        ],
+        1,
     )
     dN = np.stack(
         [
@@ -87,7 +95,8 @@ def surface_moments(
     B : ndarray, shape (6, n, 3)
         ``B = ∫ Rᵀ N dA`` [m^2 and m^3]: its first three rows hold every node's share of the area.
     Z : ndarray, shape (6, 6)
-        ``Z = ∫ Rᵀ R dA``; equal to B times the nodes' rigid motion, the elements being isoparametric.
+        ``Z = ∫ Rᵀ R dA``; equal to B times the nodes' rigid motion, the elements being
+        isoparametric.
     """
     nodes, local = np.unique(facets, return_inverse=True)
     own, Z = facet_moments(mesh.points[nodes], local.reshape(-1, 6), origin)

@@ -1,14 +1,16 @@
 """The carrier's finite elements as three independent blocks, assembled from its half sector alone.
 
-A displacement that follows an irreducible representation of D3 (:mod:`geometry.dihedral_group`) is known everywhere from
-its d partners u_1 ... u_d on the half sector: ``u_j(g x) = ρ(g) Σ_k D_jk(g) u_k(x)``. Energies of different
-representations, and of different partners, do not mix, and with ``U_j = √(d/6) T_j z`` one partner's is
+A displacement that follows an irreducible representation of D3
+(:mod:`carrierflex.geometry.dihedral_group`) is known everywhere from its d partners u_1 ... u_d on
+the half sector: ``u_j(g x) = ρ(g) Σ_k D_jk(g) u_k(x)``. Energies of different representations, and
+of different partners, do not mix, and with ``U_j = √(d/6) T_j z`` one partner's is
 
     zᵀ K_b z,   K_b = Σ_j T_jᵀ K_half T_j,
 
-K_half the half sector's own matrix. T picks the displacements that the symmetry admits on the cut planes: a node that stays
-where it is under g has ``ρ(g) u_j = Σ_k D_kj(g) u_k``. There it ties the two partners of a pair to one another; elsewhere
-it is the identity. The blocks have N/6, N/6 and N/3 unknowns; the last serves both partners, which have equal matrices.
+K_half the half sector's own matrix. T picks the displacements that the symmetry admits on the cut
+planes: a node that stays where it is under g has ``ρ(g) u_j = Σ_k D_kj(g) u_k``. There it ties the
+two partners of a pair to one another; elsewhere it is the identity. The blocks have N/6, N/6 and
+N/3 unknowns; the last serves both partners, which have equal matrices.
 """
 
 from collections.abc import Mapping
@@ -18,12 +20,12 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.assembly import assemble_stiffness_and_mass
-from fe.materials import BODY_MATERIALS, Material
-from fe.structural_model import StructuralModel
-from fe.surface_integrals import rigid_motion, surface_moments
-from geometry.dihedral_group import MOTIONS, IrreducibleRepresentation, pilot_motions
-from geometry.tet_mesh import TetMesh
+from carrierflex.fe.assembly import assemble_stiffness_and_mass
+from carrierflex.fe.materials import BODY_MATERIALS, Material
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.fe.surface_integrals import rigid_motion, surface_moments
+from carrierflex.geometry.dihedral_group import MOTIONS, IrreducibleRepresentation, pilot_motions
+from carrierflex.geometry.tet_mesh import TetMesh
 
 #: Distance [m] within which a node counts as staying where it is under a motion of the group.
 _SAME_POINT = 1e-9
@@ -87,7 +89,9 @@ class SymmetryBlock:
     def partners(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
         """Displacement of each partner on the half sector, shape (d, n_half, c), from unknowns z (n, c)."""
         d = self.representation.dimension
-        return np.asarray(np.sqrt(d / 6.0) * (self.T @ z)).reshape(d, self.T.shape[0] // d, z.shape[1])
+        return np.asarray(np.sqrt(d / 6.0) * (self.T @ z)).reshape(
+            d, self.T.shape[0] // d, z.shape[1]
+        )
 
 
 def half_sector(
@@ -113,13 +117,16 @@ def half_sector(
     Raises
     ------
     ValueError
-        Where the pilots do not map onto one another, or neither a pilot nor an image of it has a surface in the half sector.
+        Where the pilots do not map onto one another, or neither a pilot nor an image of it has a
+        surface in the half sector.
     """
     points = np.array(list(pilots.values()), dtype=np.float64)
     Q = pilot_motions(points)
     shares, Z_half = [], np.zeros((6 * len(pilots), 6 * len(pilots)))
     for i, (pilot, point) in enumerate(pilots.items()):
-        B, Z = surface_moments(half, half.surfaces.get(pilot, np.zeros((0, 6), dtype=np.int64)), point)
+        B, Z = surface_moments(
+            half, half.surfaces.get(pilot, np.zeros((0, 6), dtype=np.int64)), point
+        )
         shares.append(sp.csr_array(B.reshape(6, -1)))
         Z_half[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = Z
     Z_whole = np.einsum("gab,bc,gdc->ad", Q, Z_half, Q, optimize=True)
@@ -131,19 +138,25 @@ def half_sector(
             )
     K, M = assemble_stiffness_and_mass(half, materials)
     return HalfSector(
-        StructuralModel(name, K, M, half.points, ()), dict(pilots), sp.csr_array(sp.vstack(shares)), Z_whole
+        StructuralModel(name, K, M, half.points, ()),
+        dict(pilots),
+        sp.csr_array(sp.vstack(shares)),
+        Z_whole,
     )
 
 
 def symmetry_block(half: HalfSector, representation: IrreducibleRepresentation) -> SymmetryBlock:
     """The body's problem for displacements that follow `representation`.
 
-    The coupling is the body's own: of the six images' shares only ``√(6/d) Σ_j X_jᵀ Z⁻¹ B T_j`` is left, X the pilots'
-    coordinates of this kind.
+    The coupling is the body's own: of the six images' shares only ``√(6/d) Σ_j X_jᵀ Z⁻¹ B T_j`` is
+    left, X the pilots' coordinates of this kind.
     """
     structure = half.structure
     T = _admitted_displacements(structure.points, representation)
-    parts = [T[j * structure.n_dofs : (j + 1) * structure.n_dofs] for j in range(representation.dimension)]
+    parts = [
+        T[j * structure.n_dofs : (j + 1) * structure.n_dofs]
+        for j in range(representation.dimension)
+    ]
     X = representation.adapted_coordinates(pilot_motions(half.pilot_points))
     scale, shape = np.sqrt(6.0 / representation.dimension), (X.shape[2], T.shape[1])
     mean = np.linalg.inv(half.Z)
@@ -175,13 +188,19 @@ def _rigid_modes(
     centre = np.array([[points[:, 0].mean(), 0.0, 0.0]])
     X = representation.adapted_coordinates(pilot_motions(centre))
     R = rigid_motion(points, centre[0]).reshape(-1, 6)
-    return np.asarray(np.sqrt(6.0 / representation.dimension) * (T.T @ np.concatenate([R @ X_j for X_j in X])))
+    return np.asarray(
+        np.sqrt(6.0 / representation.dimension) * (T.T @ np.concatenate([R @ X_j for X_j in X]))
+    )
 
 
-def _admitted_displacements(points: NDArray[np.float64], representation: IrreducibleRepresentation) -> sp.csr_array:
+def _admitted_displacements(
+    points: NDArray[np.float64], representation: IrreducibleRepresentation
+) -> sp.csr_array:
     """Orthonormal basis T, shape (3 d n, n_unknowns), of the partners' displacements that the symmetry admits."""
     n, d = len(points), representation.dimension
-    stays = np.stack([np.linalg.norm(points @ rho.T - points, axis=1) < _SAME_POINT for rho in MOTIONS], axis=1)
+    stays = np.stack(
+        [np.linalg.norm(points @ rho.T - points, axis=1) < _SAME_POINT for rho in MOTIONS], axis=1
+    )
     kinds, kind = np.unique(stays, axis=0, return_inverse=True)
     bases = [_fixed_space(representation, stabiliser) for stabiliser in kinds]
     first = np.concatenate([[0], np.cumsum(np.array([basis.shape[1] for basis in bases])[kind])])
@@ -197,7 +216,9 @@ def _admitted_displacements(points: NDArray[np.float64], representation: Irreduc
     return sp.csr_array(entries, shape=(3 * n * d, int(first[-1])))
 
 
-def _fixed_space(representation: IrreducibleRepresentation, stabiliser: NDArray[np.bool_]) -> NDArray[np.float64]:
+def _fixed_space(
+    representation: IrreducibleRepresentation, stabiliser: NDArray[np.bool_]
+) -> NDArray[np.float64]:
     """Orthonormal basis, shape (3 d, k), of the partners' values at a node that the motions of `stabiliser` leave in place."""
     images = [np.kron(representation.matrices[g], MOTIONS[g]) for g in np.flatnonzero(stabiliser)]
     P = np.mean(images, axis=0)

@@ -19,7 +19,8 @@ def upper_triangle(A: sp.csr_array, held: NDArray[np.int64]) -> sp.csr_array:
     Returns
     -------
     csr_array, shape (n, n)
-        Sorted, with a diagonal entry in every row, be it zero: one pass over A, no other copy of it.
+        Sorted, with a diagonal entry in every row, be it zero: one pass over A, no other copy of
+        it.
     """
     A = A if A.has_sorted_indices else A.sorted_indices()
     is_held = np.zeros(A.shape[0], dtype=np.bool_)
@@ -33,7 +34,9 @@ def upper_triangle(A: sp.csr_array, held: NDArray[np.int64]) -> sp.csr_array:
 
 
 @numba.njit(cache=True)
-def _row_starts(indptr: NDArray[np.int32], indices: NDArray[np.int32], held: NDArray[np.bool_]) -> NDArray[np.int32]:
+def _row_starts(
+    indptr: NDArray[np.int32], indices: NDArray[np.int32], held: NDArray[np.bool_]
+) -> NDArray[np.int32]:
     starts = np.zeros(len(indptr), dtype=np.int32)
     for row in range(len(held)):
         count = 1

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.deflection_curves import DeflectionCurve
-from geometry.tet_mesh import TetMesh
-from geometry.view import LIGHTING, new_plotter, skin, taken
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.geometry.view import LIGHTING, new_plotter, skin, taken
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,12 +35,17 @@ def deformed_picture(mesh: TetMesh, u: NDArray[np.float64], title: str) -> NDArr
     return taken(plotter)
 
 
-def add_deformed(plotter: Any, mesh: TetMesh, u: NDArray[np.float64], title: str, *, free_scale: bool = False) -> None:
+def add_deformed(
+    plotter: Any, mesh: TetMesh, u: NDArray[np.float64], title: str, *, free_scale: bool = False
+) -> None:
     """Add one deformed body to the plotter's current sub-picture.
 
-    With `free_scale` (a vibration mode) the colours run over the mode's own range and there is no colour bar.
+    With `free_scale` (a vibration mode) the colours run over the mode's own range and there is no
+    colour bar.
     """
-    factor = _DRAWN_DEFLECTION * float(np.ptp(mesh.points, axis=0).max() / np.linalg.norm(u, axis=1).max())
+    factor = _DRAWN_DEFLECTION * float(
+        np.ptp(mesh.points, axis=0).max() / np.linalg.norm(u, axis=1).max()
+    )
     surface = skin(mesh, displacement=u, axial=u[:, 0] * 1e6)
     surface.points = surface.points + factor * surface.point_data["displacement"]
     limit = float(np.abs(u[:, 0]).max()) * 1e6
@@ -82,7 +87,14 @@ def curves_figure(delta_s: DeflectionCurve, delta_f: DeflectionCurve) -> "Figure
         angle = np.append(np.rad2deg(curve.angle), 360.0)
         axis.plot(angle, np.append(curve.axial, curve.axial[0]) * 1e6, color=colour, lw=1.6)
         peaks = curve.peak_angles()
-        axis.plot(np.rad2deg(peaks), curve.axial_at(peaks) * 1e6, "v", color="black", ms=7, label=f"{len(peaks)} peaks")
+        axis.plot(
+            np.rad2deg(peaks),
+            curve.axial_at(peaks) * 1e6,
+            "v",
+            color="black",
+            ms=7,
+            label=f"{len(peaks)} peaks",
+        )
         for pin in (0, 120, 240, 360):
             axis.axvline(pin, color="0.75", lw=0.8, zorder=0)
         axis.set_title(f"{curve.name}, {title}", loc="left")
@@ -106,7 +118,12 @@ def order_content_figure(labels: Sequence[str], curves: Sequence[DeflectionCurve
     width = 0.8 / len(curves)
     for number, (label, curve) in enumerate(zip(labels, curves, strict=True)):
         heights = curve.axial_order_content()[orders] * 1e6
-        axis.bar(np.arange(len(orders)) + (number - (len(curves) - 1) / 2.0) * width, heights, width, label=label)
+        axis.bar(
+            np.arange(len(orders)) + (number - (len(curves) - 1) / 2.0) * width,
+            heights,
+            width,
+            label=label,
+        )
     axis.set_xticks(np.arange(len(orders)), [str(order) for order in orders])
     axis.set_xlabel("order of carrier rotation")
     axis.set_ylabel("amplitude [µm per kN m]")

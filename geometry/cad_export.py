@@ -4,11 +4,11 @@ from pathlib import Path
 
 import gmsh
 
-from geometry.carrier_solid import carrier_solid
-from geometry.half_sector import MeshingError, quiet_geometry
-from geometry.parameters import CarrierParameters, pin_angles
-from geometry.silent_output import silent_stdout
-from geometry.whole_files import whole_file
+from carrierflex.files.whole_files import whole_file
+from carrierflex.geometry.carrier_solid import carrier_solid
+from carrierflex.geometry.half_sector import MeshingError, quiet_geometry
+from carrierflex.geometry.parameters import CarrierParameters, pin_angles
+from carrierflex.geometry.silent_output import silent_stdout
 
 
 def write_step(carrier: CarrierParameters, path: Path) -> None:
@@ -39,4 +39,6 @@ def write_step(carrier: CarrierParameters, path: Path) -> None:
             with silent_stdout():
                 gmsh.write(str(temporary))
         except Exception as error:
-            raise MeshingError(f"{path}: OpenCASCADE could not write the carrier ({error})") from error
+            raise MeshingError(
+                f"{path}: OpenCASCADE could not write the carrier ({error})"
+            ) from error

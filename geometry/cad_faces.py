@@ -1,7 +1,9 @@
-"""Faces of a CAD solid, measured: which are planes and cylinders, about which axis, of which radius, at which station.
+"""Faces of a CAD solid, measured.
 
-The kind is found from points and normals on the face, not from the name that its writer gave it: some programs write
-cylinders as B-spline surfaces.
+Which are planes and cylinders, about which axis, of which radius, at which station.
+
+The kind is found from points and normals on the face, not from the name that its writer gave it:
+some programs write cylinders as B-spline surfaces.
 """
 
 from dataclasses import dataclass
@@ -80,7 +82,9 @@ def cad_faces() -> tuple[CadFace, ...]:
 
 def _measured(tag: int) -> CadFace:
     points, normals = _samples(tag)
-    edges = frozenset(abs(edge) for _, edge in gmsh.model.getBoundary([(2, tag)], combined=False, oriented=False))
+    edges = frozenset(
+        abs(edge) for _, edge in gmsh.model.getBoundary([(2, tag)], combined=False, oriented=False)
+    )
     outline = np.concatenate([_edge_points(edge) for edge in sorted(edges)]) if edges else points
     kind, direction, point, radius = _fitted(points, normals)
     area = float(gmsh.model.occ.getMass(2, tag))
@@ -98,7 +102,9 @@ def _samples(tag: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 def _edge_points(edge: int) -> NDArray[np.float64]:
     low, high = gmsh.model.getParametrizationBounds(1, edge)
-    return np.array(gmsh.model.getValue(1, edge, np.linspace(low[0], high[0], _ON_EDGE))).reshape(-1, 3)
+    return np.array(gmsh.model.getValue(1, edge, np.linspace(low[0], high[0], _ON_EDGE))).reshape(
+        -1, 3
+    )
 
 
 def _fitted(
@@ -107,9 +113,13 @@ def _fitted(
     """Kind, direction, point and radius of the plane or cylinder through the samples."""
     centre = points.mean(axis=0)
     mean = normals.mean(axis=0)
-    if np.abs(normals - mean).max() < _SAME_NORMAL and np.abs((points - centre) @ mean).max() < _SAME_POINT:
+    if (
+        np.abs(normals - mean).max() < _SAME_NORMAL
+        and np.abs((points - centre) @ mean).max() < _SAME_POINT
+    ):
         return "plane", _signed(mean / np.linalg.norm(mean)), centre, 0.0
-    # Normals of a cylinder are perpendicular to its axis: the direction of their smallest second moment.
+    # Normals of a cylinder are perpendicular to its axis: the direction of their smallest second
+    # moment.
     moments, directions = np.linalg.eigh(normals.T @ normals / len(normals))
     if moments[1] > _SAME_NORMAL and np.abs(normals @ directions[:, 0]).max() < _SAME_NORMAL:
         axis = _signed(directions[:, 0])
@@ -128,7 +138,8 @@ def _signed(direction: NDArray[np.float64]) -> NDArray[np.float64]:
 def circle_through(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], float, float]:
     """Centre (3,) [m], radius [m] and largest deviation [m] of the circle through coplanar `points`, shape (n, 3).
 
-    Least squares of ``2 c·p + (R² - c²) = p²``, linear in the centre c and exact for points on a circle (Kåsa 1976).
+    Least squares of ``2 c·p + (R² - c²) = p²``, linear in the centre c and exact for points on a
+    circle (Kåsa 1976).
     """
     middle = points.mean(axis=0)
     _, _, axes = np.linalg.svd(points - middle, full_matrices=False)

@@ -1,4 +1,7 @@
-"""The mesh of a carrier that comes as a STEP file: free quadratic tetrahedra, surfaces found as stated."""
+"""The mesh of a carrier that comes as a STEP file.
+
+Free quadratic tetrahedra, surfaces found as stated.
+"""
 
 import logging
 import re
@@ -14,14 +17,19 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from geometry.cad_faces import CadFace, cad_faces
-from geometry.cad_surface_files import CadFrame, CadStatements
-from geometry.cad_surfaces import Circle, SurfaceStatement
-from geometry.half_sector import MeshingError, extracted, quiet_geometry, refuse_useless_size
-from geometry.mesh_checks import check_mesh, refuse_wrong_unit
-from geometry.parameters import N_PINS
-from geometry.silent_output import silent_stdout
-from geometry.tet_mesh import TetMesh, boundary_facets
+from carrierflex.geometry.cad_faces import CadFace, cad_faces
+from carrierflex.geometry.cad_surface_files import CadFrame, CadStatements
+from carrierflex.geometry.cad_surfaces import Circle, SurfaceStatement
+from carrierflex.geometry.half_sector import (
+    MeshingError,
+    extracted,
+    quiet_geometry,
+    refuse_useless_size,
+)
+from carrierflex.geometry.mesh_checks import check_mesh, refuse_wrong_unit
+from carrierflex.geometry.parameters import N_PINS
+from carrierflex.geometry.silent_output import silent_stdout
+from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
 
 log = logging.getLogger(__name__)
 
@@ -48,13 +56,21 @@ class CadPins:
 
 
 def step_faces(path: Path, frame: CadFrame) -> tuple[CadFace, ...]:
-    """Measure the faces of the solid in a STEP file, in the carrier's frame; errors as in :func:`step_carrier_mesh`."""
+    """Measure the faces of the solid in a STEP file, in the carrier's frame.
+
+    Errors as in :func:`step_carrier_mesh`.
+    """
     with _step_solid(path, frame):
         return cad_faces()
 
 
-def step_volume_and_area(path: Path, statements: CadStatements, *, pins: bool) -> tuple[float, float]:
-    """Volume [m^3] and surface [m^2] of the solid in a STEP file, with its pins; errors as in :func:`step_carrier_mesh`."""
+def step_volume_and_area(
+    path: Path, statements: CadStatements, *, pins: bool
+) -> tuple[float, float]:
+    """Volume [m^3] and surface [m^2] of the solid in a STEP file, with its pins.
+
+    Errors as in :func:`step_carrier_mesh`.
+    """
     with _step_solid(path, statements.frame) as solid:
         faces = cad_faces()
         volume, area = float(gmsh.model.occ.getMass(3, solid)), sum(face.area for face in faces)
@@ -70,13 +86,15 @@ def step_carrier_mesh(path: Path, statements: CadStatements, size: float, *, pin
     Parameters
     ----------
     path : Path
-        STEP file with one solid, in any length unit: OpenCASCADE reads the unit that the file declares and converts.
+        STEP file with one solid, in any length unit: OpenCASCADE reads the unit that the file
+        declares and converts.
     statements : CadStatements
         Surfaces to find.
     size : float
         Edge length of the elements [m].
     pins : bool
-        Bond pins into the bores (the stiff variant); a second body ``pins`` and the surfaces ``pin_i_midspan``.
+        Bond pins into the bores (the stiff variant); a second body ``pins`` and the surfaces
+        ``pin_i_midspan``.
 
     Returns
     -------
@@ -86,7 +104,8 @@ def step_carrier_mesh(path: Path, statements: CadStatements, size: float, *, pin
     Raises
     ------
     FileNotFoundError, ValueError
-        Where the file is no STEP file with one solid, its size is no carrier's, or a surface has no or several matches.
+        Where the file is no STEP file with one solid, its size is no carrier's, or a surface has no
+        or several matches.
     KeyError
         Where pins are asked for and a bore is not stated.
     MeshingError, InvertedElementError
@@ -104,17 +123,24 @@ def step_carrier_mesh(path: Path, statements: CadStatements, size: float, *, pin
             )
         cut = cad_faces()
         wanted = statements.surfaces + bonded.seats
-        chosen = {s.name: [face.tag for face in s.chosen(cut, statements.tolerance)] for s in wanted}
+        chosen = {
+            s.name: [face.tag for face in s.chosen(cut, statements.tolerance)] for s in wanted
+        }
         _mesh(path, size)
         mesh = extracted(lambda volume: "carrier" if volume in carrier_volume else "pins")
-        mesh = replace(mesh, surfaces={name: _facets(mesh, name, tags) for name, tags in chosen.items()})
+        mesh = replace(
+            mesh, surfaces={name: _facets(mesh, name, tags) for name, tags in chosen.items()}
+        )
     check_mesh(mesh, str(path))
     return mesh
 
 
 @contextmanager
 def _step_solid(path: Path, frame: CadFrame) -> Iterator[int]:
-    """Open the file's solid in the carrier's frame, in metres, inside a gmsh session; gives its number."""
+    """Open the file's solid in the carrier's frame, in metres, inside a gmsh session.
+
+    Gives its number.
+    """
     unit = declared_unit(path)
     with quiet_geometry():
         gmsh.option.setString("Geometry.OCCTargetUnit", "M")
@@ -128,7 +154,9 @@ def _step_solid(path: Path, frame: CadFrame) -> Iterator[int]:
             ) from error
         solids = [tag for _, tag in gmsh.model.getEntities(3)]
         if len(solids) != 1:
-            raise ValueError(f"{path}: holds {len(solids)} solids; expected one, the carrier without pins and planets")
+            raise ValueError(
+                f"{path}: holds {len(solids)} solids; expected one, the carrier without pins and planets"
+            )
         low, high = np.split(np.array(gmsh.model.getBoundingBox(3, solids[0])), 2)
         refuse_wrong_unit(high - low, f"{path} (declared unit: {unit})")
         log.info("%s: unit %s, converted to metres", path, unit)
@@ -152,19 +180,30 @@ def declared_unit(path: Path) -> str:
     if not text.lstrip().startswith("ISO-10303-21"):
         raise ValueError(f"{path}: not a STEP file; expected one that begins with ISO-10303-21")
     if "END-ISO-10303-21" not in text[-1000:]:
-        raise ValueError(f"{path}: cut short, the line END-ISO-10303-21 is missing; expected a whole STEP file")
-    converted = re.search(r"CONVERSION_BASED_UNIT\s*\(\s*'(INCH|FOOT|[A-Z]*METRE)'", text, re.IGNORECASE)
+        raise ValueError(
+            f"{path}: cut short, the line END-ISO-10303-21 is missing; expected a whole STEP file"
+        )
+    converted = re.search(
+        r"CONVERSION_BASED_UNIT\s*\(\s*'(INCH|FOOT|[A-Z]*METRE)'", text, re.IGNORECASE
+    )
     if converted:
         return converted.group(1).lower()
-    metric = re.search(r"LENGTH_UNIT\s*\(\s*\)[^;]*?SI_UNIT\s*\(\s*(?:\$|\.(\w+)\.)\s*,\s*\.METRE\.\s*\)", text)
+    metric = re.search(
+        r"LENGTH_UNIT\s*\(\s*\)[^;]*?SI_UNIT\s*\(\s*(?:\$|\.(\w+)\.)\s*,\s*\.METRE\.\s*\)", text
+    )
     metric = metric or re.search(r"SI_UNIT\s*\(\s*(?:\$|\.(\w+)\.)\s*,\s*\.METRE\.\s*\)", text)
     if not metric:
-        raise ValueError(f"{path}: declares no length unit; expected a LENGTH_UNIT, such as SI_UNIT(.MILLI.,.METRE.)")
+        raise ValueError(
+            f"{path}: declares no length unit; expected a LENGTH_UNIT, such as SI_UNIT(.MILLI.,.METRE.)"
+        )
     return f"{(metric.group(1) or '').lower()}metre"
 
 
 def _move(solid: int, frame: CadFrame) -> None:
-    """Move the solid into the carrier's frame by rotation and translation: an affine map would make B-splines of cylinders."""
+    """Move the solid into the carrier's frame by rotation and translation.
+
+    An affine map would make B-splines of cylinders.
+    """
     turn = Rotation.from_matrix(frame.rotation).as_rotvec()
     angle = float(np.linalg.norm(turn))
     shift = -frame.origin
@@ -179,7 +218,9 @@ def _move(solid: int, frame: CadFrame) -> None:
 def _pins(statements: CadStatements, faces: tuple[CadFace, ...]) -> CadPins:
     """Pins as thick as the bores found in the solid, from the first bore's start to the last one's end."""
     if statements.bearing_width is None:
-        raise ValueError("the surfaces file has no [pin] bearing_width; expected one for the carrier with bonded pins")
+        raise ValueError(
+            "the surfaces file has no [pin] bearing_width; expected one for the carrier with bonded pins"
+        )
     solids, seats = [], []
     for number in range(1, N_PINS + 1):
         bores = [statements.named(f"pin_{number}_{side}") for side in ("upwind", "downwind")]
@@ -197,7 +238,12 @@ def _pins(statements: CadStatements, faces: tuple[CadFace, ...]) -> CadPins:
             )
         seats.append(
             SurfaceStatement(
-                f"pin_{number}_midspan", "cylinder", foot, axis, face.radius, (middle - half, middle + half)
+                f"pin_{number}_midspan",
+                "cylinder",
+                foot,
+                axis,
+                face.radius,
+                (middle - half, middle + half),
             )
         )
     return CadPins(tuple(solids), tuple(seats))
@@ -206,13 +252,17 @@ def _pins(statements: CadStatements, faces: tuple[CadFace, ...]) -> CadPins:
 def _reach(bore: SurfaceStatement, faces: list[CadFace]) -> tuple[float, float]:
     """Least and greatest station of the bore, within its window."""
     extents = np.array([bore.extent(face) for face in faces])
-    return max(bore.window[0], float(extents[:, 0].min())), min(bore.window[1], float(extents[:, 1].max()))
+    return max(bore.window[0], float(extents[:, 0].min())), min(
+        bore.window[1], float(extents[:, 1].max())
+    )
 
 
 def _circles(statements: CadStatements, faces: tuple[CadFace, ...], pins: CadPins) -> list[Circle]:
     circles = []
     for surface in statements.surfaces:
-        circles += surface.circles(surface.touched(faces, statements.tolerance), statements.tolerance)
+        circles += surface.circles(
+            surface.touched(faces, statements.tolerance), statements.tolerance
+        )
     for seat in pins.seats:
         foot = seat.point - (seat.point @ seat.direction) * seat.direction
         circles += [(foot + end * seat.direction, seat.direction, seat.size) for end in seat.window]
@@ -220,15 +270,24 @@ def _circles(statements: CadStatements, faces: tuple[CadFace, ...], pins: CadPin
 
 
 def _cut(solid: int, circles: list[Circle], pins: CadPins) -> tuple[set[int], int]:
-    """Cut faces along circles, and carrier and pins along the faces they share; the carrier's volumes, and overlaps."""
+    """Cut faces along circles, and carrier and pins along the faces they share.
+
+    The carrier's volumes, and overlaps.
+    """
     occ: Any = gmsh.model.occ
-    cylinders = [(3, occ.addCylinder(*start, *along, radius)) for start, along, radius in pins.solids]
-    rings = [(1, occ.addCircle(*centre, radius, zAxis=list(axis))) for centre, axis, radius in circles]
+    cylinders = [
+        (3, occ.addCylinder(*start, *along, radius)) for start, along, radius in pins.solids
+    ]
+    rings = [
+        (1, occ.addCircle(*centre, radius, zAxis=list(axis))) for centre, axis, radius in circles
+    ]
     carrier, n_overlaps = {solid}, 0
     if cylinders or rings:
         _, pieces = occ.fragment([(3, solid), *cylinders], rings)
         carrier = {tag for dimension, tag in pieces[0] if dimension == 3}
-        n_overlaps = sum(bool(carrier & {tag for _, tag in piece}) for piece in pieces[1 : 1 + len(cylinders)])
+        n_overlaps = sum(
+            bool(carrier & {tag for _, tag in piece}) for piece in pieces[1 : 1 + len(cylinders)]
+        )
     occ.synchronize()
     return carrier, n_overlaps
 
@@ -255,10 +314,14 @@ def _facets(mesh: TetMesh, name: str, tags: list[int]) -> NDArray[np.int64]:
                 f"surface {name!r}: a node of face {tag} is not in the mesh; expected a face of the solid"
             )
         row = dict(zip(numbers.tolist(), nearest.tolist(), strict=True))
-        corners = np.array(gmsh.model.mesh.getElementsByType(_TRIANGLE6, tag)[1]).reshape(-1, 6)[:, :3]
+        corners = np.array(gmsh.model.mesh.getElementsByType(_TRIANGLE6, tag)[1]).reshape(-1, 6)[
+            :, :3
+        ]
         rows.append(np.vectorize(row.__getitem__)(corners))
     wanted = np.sort(np.concatenate(rows), axis=1)
-    outside = boundary_facets(mesh.tets[mesh.bodies["pins" if name.endswith("_midspan") else "carrier"]])
+    outside = boundary_facets(
+        mesh.tets[mesh.bodies["pins" if name.endswith("_midspan") else "carrier"]]
+    )
     sorted_outside = np.sort(outside[:, :3], axis=1)
     key = np.array([len(mesh.points) ** 2, len(mesh.points), 1], dtype=np.int64)
     return outside[np.isin(sorted_outside @ key, wanted @ key)]

@@ -1,4 +1,7 @@
-"""The file surfaces.toml: which surfaces of a CAD model carry which name, stated by axis, radius and station."""
+"""The file surfaces.toml.
+
+Which surfaces of a CAD model carry which name, stated by axis, radius and station.
+"""
 
 import math
 import tomllib
@@ -9,15 +12,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.cad_surfaces import SurfaceStatement
-from geometry.parameters import CarrierParameters, PinParameters, pin_angles
-from geometry.whole_files import whole_file
+from carrierflex.files.whole_files import whole_file
+from carrierflex.geometry.cad_surfaces import SurfaceStatement
+from carrierflex.geometry.parameters import CarrierParameters, PinParameters, pin_angles
 
 FORMAT = "carrierflex-surfaces"
 VERSION = 1
 #: A statements file larger than this [bytes] is not one.
 _MOST_BYTES = 100_000
-#: Deviation [m] within which a face counts as the stated one where the file does not say: two digits of a drawing in mm.
+#: Deviation [m] within which a face counts as the stated one where the file does not say: two
+#: digits of a drawing in mm.
 _TOLERANCE = 1e-5
 _TOP = ("format", "version", "tolerance", "frame", "pin", "surfaces")
 _KEYS = {
@@ -28,7 +32,10 @@ _KEYS = {
 
 @dataclass(frozen=True, eq=False)
 class CadFrame:
-    """Where the carrier's frame lies in the CAD model's: origin [m], x axis (downwind) and z axis (towards pin 1)."""
+    """Where the carrier's frame lies in the CAD model's.
+
+    Origin [m], x axis (downwind) and z axis (towards pin 1).
+    """
 
     origin: NDArray[np.float64]
     axis: NDArray[np.float64]
@@ -71,7 +78,9 @@ class CadStatements:
         for surface in self.surfaces:
             if surface.name == name:
                 return surface
-        raise KeyError(f"no surface {name!r} is stated; stated are {', '.join(s.name for s in self.surfaces)}")
+        raise KeyError(
+            f"no surface {name!r} is stated; stated are {', '.join(s.name for s in self.surfaces)}"
+        )
 
 
 def read_cad_statements(path: Path) -> CadStatements:
@@ -82,12 +91,17 @@ def read_cad_statements(path: Path) -> CadStatements:
     FileNotFoundError
         Where there is no such file.
     ValueError
-        Where it is no TOML, of a newer version, or an entry is unknown, missing or impossible; the message names it.
+        Where it is no TOML, of a newer version, or an entry is unknown, missing or impossible; the
+        message names it.
     """
     if not path.is_file():
-        raise FileNotFoundError(f"{path}: no such file; expected a TOML file with the table [surfaces]")
+        raise FileNotFoundError(
+            f"{path}: no such file; expected a TOML file with the table [surfaces]"
+        )
     if path.stat().st_size > _MOST_BYTES:
-        raise ValueError(f"{path}: {path.stat().st_size} bytes; expected a surfaces file below {_MOST_BYTES} bytes")
+        raise ValueError(
+            f"{path}: {path.stat().st_size} bytes; expected a surfaces file below {_MOST_BYTES} bytes"
+        )
     try:
         document = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -95,17 +109,28 @@ def read_cad_statements(path: Path) -> CadStatements:
     _check_header(document, path)
     tables = document.get("surfaces")
     if not isinstance(tables, dict) or not tables:
-        raise ValueError(f"{path}: no table [surfaces.<name>]; expected one for every surface to be found")
+        raise ValueError(
+            f"{path}: no table [surfaces.<name>]; expected one for every surface to be found"
+        )
     tolerance = _number(document, "tolerance", f"{path}", default=_TOLERANCE)
     if not 0.0 < tolerance <= 1e-3:
-        raise ValueError(f"{path}: tolerance is {tolerance} m; expected more than 0 and at most 0.001 m")
+        raise ValueError(
+            f"{path}: tolerance is {tolerance} m; expected more than 0 and at most 0.001 m"
+        )
     pin = _table(document, "pin", ("bearing_width",), path)
     width = _number(pin, "bearing_width", f"{path}, [pin]") if pin else None
     if width is not None and not 0.0 < width < 5.0:
-        raise ValueError(f"{path}, [pin]: bearing_width is {width} m; expected a positive width in metres")
-    statements = tuple(_statement(name, table, f"{path}, [surfaces.{name}]") for name, table in tables.items())
+        raise ValueError(
+            f"{path}, [pin]: bearing_width is {width} m; expected a positive width in metres"
+        )
+    statements = tuple(
+        _statement(name, table, f"{path}, [surfaces.{name}]") for name, table in tables.items()
+    )
     return CadStatements(
-        statements, _frame(_table(document, "frame", ("origin", "axis", "pin_1"), path), path), tolerance, width
+        statements,
+        _frame(_table(document, "frame", ("origin", "axis", "pin_1"), path), path),
+        tolerance,
+        width,
     )
 
 
@@ -152,7 +177,9 @@ def _plane_text(name: str, station: float, radii: tuple[float, float]) -> str:
     )
 
 
-def _cylinder_text(name: str, at: NDArray[np.float64] | float, radius: float, x: tuple[float, float]) -> str:
+def _cylinder_text(
+    name: str, at: NDArray[np.float64] | float, radius: float, x: tuple[float, float]
+) -> str:
     y, z = (float(value) for value in np.broadcast_to(at, 2))
     return (
         f'\n[surfaces.{name}]\ntype = "cylinder"\npoint = [0.0, {y!r}, {z!r}]\ndirection = [1.0, 0.0, 0.0]\n'
@@ -167,13 +194,17 @@ def _check_header(document: dict[str, Any], path: Path) -> None:
     if isinstance(version, bool) or not isinstance(version, int) or not 1 <= version:
         raise ValueError(f"{path}: version is {version!r}; expected {VERSION}")
     if version > VERSION:
-        raise ValueError(f"{path}: written for a newer version ({version}); expected {VERSION}: update carrierflex")
+        raise ValueError(
+            f"{path}: written for a newer version ({version}); expected {VERSION}: update carrierflex"
+        )
     for key in document:
         if key not in _TOP:
             raise ValueError(f"{path}: unknown entry {key!r}; expected {', '.join(_TOP)}")
 
 
-def _table(document: dict[str, Any], name: str, keys: tuple[str, ...], path: Path) -> dict[str, Any]:
+def _table(
+    document: dict[str, Any], name: str, keys: tuple[str, ...], path: Path
+) -> dict[str, Any]:
     table = document.get(name, {})
     if not isinstance(table, dict) or not set(table) <= set(keys):
         raise ValueError(f"{path}, [{name}]: found {table!r}; expected the keys {', '.join(keys)}")
@@ -205,12 +236,16 @@ def _statement(name: str, table: Any, where: str) -> SurfaceStatement:
         raise ValueError(f"{where}: parts is {parts!r}; expected a whole number from 1")
     if kind == "plane":
         normal, station = _unit(table, "normal", where), _number(table, "station", where)
-        return SurfaceStatement(name, kind, point, normal, station, _window(table, "radial_range", where), parts)
+        return SurfaceStatement(
+            name, kind, point, normal, station, _window(table, "radial_range", where), parts
+        )
     radius = _number(table, "radius", where)
     if not radius > 0.0:
         raise ValueError(f"{where}: radius is {radius}; expected a positive radius in metres")
     direction = _unit(table, "direction", where)
-    return SurfaceStatement(name, kind, point, direction, radius, _window(table, "axial_range", where), parts)
+    return SurfaceStatement(
+        name, kind, point, direction, radius, _window(table, "axial_range", where), parts
+    )
 
 
 def _window(table: dict[str, Any], key: str, where: str) -> tuple[float, float]:
@@ -246,7 +281,9 @@ def _unit(
 
 def _numbers(value: Any, count: int, what: str) -> list[float]:
     values = value if isinstance(value, (list, tuple)) else [value]
-    numeric = all(isinstance(x, (int, float)) and not isinstance(x, bool) and math.isfinite(x) for x in values)
+    numeric = all(
+        isinstance(x, (int, float)) and not isinstance(x, bool) and math.isfinite(x) for x in values
+    )
     if len(values) != count or not numeric:
         expected = "a number" if count == 1 else f"{count} numbers"
         raise ValueError(f"{what} is {value!r}; expected {expected}")

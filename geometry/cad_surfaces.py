@@ -1,4 +1,7 @@
-"""Statements of surfaces by axis, radius and station: which faces of a CAD solid they mean, and where they cut them."""
+"""Statements of surfaces by axis, radius and station.
+
+Which faces of a CAD solid they mean, and where they cut them.
+"""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -6,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.cad_faces import CadFace
+from carrierflex.geometry.cad_faces import CadFace
 
 #: Deviation of directions [rad] that still counts as parallel.
 _PARALLEL = 1e-4
@@ -18,7 +21,9 @@ Circle = tuple[NDArray[np.float64], NDArray[np.float64], float]
 
 @dataclass(frozen=True, eq=False)
 class SurfaceStatement:
-    """A part of a plane or cylinder, as a user states it; lengths in metres, in the carrier's frame.
+    """A part of a plane or cylinder, as a user states it.
+
+    Lengths in metres, in the carrier's frame.
 
     Parameters
     ----------
@@ -33,10 +38,12 @@ class SurfaceStatement:
     size : float
         Radius of the cylinder, or station of the plane: ``direction · x`` of its points.
     window : tuple of float
-        Least and greatest station of a cylinder's part, radius of a plane's part; faces are cut at both.
+        Least and greatest station of a cylinder's part, radius of a plane's part; faces are cut at
+        both.
     parts : int
-        Number of bands the surface has along the axis (a plane: of radii), 2 for a bore with a groove. Faces side by side
-        around the axis are one band, as those of a seat that is notched by bores.
+        Number of bands the surface has along the axis (a plane: of radii), 2 for a bore with a
+        groove. Faces side by side around the axis are one band, as those of a seat that is notched
+        by bores.
     """
 
     name: str
@@ -57,7 +64,10 @@ class SurfaceStatement:
 
     def deviation(self, face: CadFace) -> float:
         """Distance [m] of the face's plane or cylinder from the stated one, infinite where kind or direction differ."""
-        if face.kind != self.kind or np.linalg.norm(np.cross(face.direction, self.direction)) > _PARALLEL:
+        if (
+            face.kind != self.kind
+            or np.linalg.norm(np.cross(face.direction, self.direction)) > _PARALLEL
+        ):
             return float("inf")
         if self.kind == "plane":
             return abs(float(face.point @ self.direction) - self.size)
@@ -89,26 +99,35 @@ class SurfaceStatement:
         cuts = []
         for end in self.window:
             across = [
-                face for face in faces if self.extent(face)[0] + tolerance < end < self.extent(face)[1] - tolerance
+                face
+                for face in faces
+                if self.extent(face)[0] + tolerance < end < self.extent(face)[1] - tolerance
             ]
             if not across:
                 continue
             if self.kind == "plane":
                 station = (
                     self.point
-                    + (float(across[0].point @ self.direction) - self.point @ self.direction) * self.direction
+                    + (float(across[0].point @ self.direction) - self.point @ self.direction)
+                    * self.direction
                 )
                 cuts.append((station, self.direction, end))
             else:
                 # The CAD model's own axis and radius: the cut has to lie on its face.
                 centre, axis = across[0].point, across[0].direction
                 cuts.append(
-                    (centre + (end - centre @ self.direction) / (axis @ self.direction) * axis, axis, across[0].radius)
+                    (
+                        centre + (end - centre @ self.direction) / (axis @ self.direction) * axis,
+                        axis,
+                        across[0].radius,
+                    )
                 )
         return cuts
 
     def chosen(self, faces: tuple[CadFace, ...], tolerance: float) -> list[CadFace]:
-        """Faces of a model cut by :meth:`circles` that make up the surface: inside the window, in as many bands as stated.
+        """Faces of a model cut by :meth:`circles` that make up the surface.
+
+        Inside the window, in as many bands as stated.
 
         Raises
         ------
@@ -163,11 +182,17 @@ class SurfaceStatement:
 
     def __str__(self) -> str:
         axis = tuple(float(f"{x:.6g}") for x in self.direction + 0.0)
-        window = "" if np.isinf(self.window).all() else f" between {self.window[0]:.6g} and {self.window[1]:.6g} m"
+        window = (
+            ""
+            if np.isinf(self.window).all()
+            else f" between {self.window[0]:.6g} and {self.window[1]:.6g} m"
+        )
         if self.kind == "plane":
             return f"plane of normal {axis} at station {self.size:.6g} m, radii{window or ' all'}"
         through = tuple(float(f"{x:.6g}") for x in self.point + 0.0)
-        return f"cylinder of radius {self.size:.6g} m about the axis {axis} through {through}{window}"
+        return (
+            f"cylinder of radius {self.size:.6g} m about the axis {axis} through {through}{window}"
+        )
 
 
 def _listed(faces: list[CadFace]) -> str:

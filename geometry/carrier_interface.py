@@ -1,4 +1,7 @@
-"""Where a carrier is held, loaded and measured, read from the named surfaces of its mesh: for carriers without parameters."""
+"""Where a carrier is held, loaded and measured, read from the named surfaces of its mesh.
+
+For carriers without parameters.
+"""
 
 import math
 from collections.abc import Mapping
@@ -7,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.cad_faces import circle_through
-from geometry.parameters import N_PINS, pin_angles
-from geometry.tet_mesh import TetMesh
+from carrierflex.geometry.cad_faces import circle_through
+from carrierflex.geometry.parameters import N_PINS, pin_angles
+from carrierflex.geometry.tet_mesh import TetMesh
 
 #: Pins stand at 0, 120 and 240 deg to this angle [rad] ...
 _PIN_ANGLE = 1e-3
@@ -54,7 +57,8 @@ def carrier_interface(mesh: TetMesh) -> CarrierInterface:
     KeyError
         Where a surface is missing.
     ValueError
-        Where a bore is no cylinder along x, or the pins do not stand at 0, 120 and 240 deg at one distance and station.
+        Where a bore is no cylinder along x, or the pins do not stand at 0, 120 and 240 deg at one
+        distance and station.
     """
     points = {}
     for name in ("shaft_face", "upwind_seat", "downwind_seat"):
@@ -78,7 +82,10 @@ def carrier_interface(mesh: TetMesh) -> CarrierInterface:
     rim = mesh.points[np.unique(mesh.surface("rim_face"))]
     radius = float(np.hypot(rim[:, 1], rim[:, 2]).min())
     return CarrierInterface(
-        points, (float(first_station), float(midspan), float(last_station)), float(np.mean(distances)), radius
+        points,
+        (float(first_station), float(midspan), float(last_station)),
+        float(np.mean(distances)),
+        radius,
     )
 
 
@@ -103,7 +110,10 @@ def _on_axis(mesh: TetMesh, name: str) -> NDArray[np.float64]:
 
 
 def _distance(name: str, point: NDArray[np.float64], angle: float) -> float:
-    """Distance of the bore from the carrier's axis [m]; ValueError where it does not stand at `angle` [rad]."""
+    """Distance of the bore from the carrier's axis [m].
+
+    ValueError where it does not stand at `angle` [rad].
+    """
     found = math.atan2(-point[1], point[2])
     off = math.remainder(found - angle, 2.0 * math.pi)
     if abs(off) > _PIN_ANGLE:

@@ -1,13 +1,14 @@
 """The meshes the chain starts from: carrier without pins, carrier with bonded pins, one pin."""
 
-from geometry.dihedral import completed, mirrored_pin
-from geometry.half_sector import carrier_half_sector, pin_half
-from geometry.named_surfaces import with_carrier_surfaces, with_pin_surfaces
-from geometry.parameters import CarrierParameters, PinParameters
-from geometry.quality import check_quality
-from geometry.tet_mesh import TetMesh
+from carrierflex.geometry.dihedral import completed, mirrored_pin
+from carrierflex.geometry.half_sector import carrier_half_sector, pin_half
+from carrierflex.geometry.named_surfaces import with_carrier_surfaces, with_pin_surfaces
+from carrierflex.geometry.parameters import CarrierParameters, PinParameters
+from carrierflex.geometry.quality import check_quality
+from carrierflex.geometry.tet_mesh import TetMesh
 
-#: Element edge length [m]; order 3 of delta_f is then 4 % below its limit, order 6 of delta_s 3 % (docs/mesh_study.md).
+#: Element edge length [m]; order 3 of delta_f is then 4 % below its limit, order 6 of delta_s 3 %
+#: (docs/mesh_study.md).
 DEFAULT_SIZE = 0.03
 
 
@@ -25,7 +26,7 @@ def flexible_carrier_mesh(carrier: CarrierParameters, size: float = DEFAULT_SIZE
     -------
     TetMesh
         The whole carrier with dihedral symmetry; body ``carrier`` and the surfaces of
-        :func:`geometry.named_surfaces.with_carrier_surfaces`.
+        :func:`carrierflex.geometry.named_surfaces.with_carrier_surfaces`.
 
     Raises
     ------
@@ -37,11 +38,13 @@ def flexible_carrier_mesh(carrier: CarrierParameters, size: float = DEFAULT_SIZE
     return with_carrier_surfaces(completed(half), carrier)
 
 
-def stiff_carrier_mesh(carrier: CarrierParameters, pin: PinParameters, size: float = DEFAULT_SIZE) -> TetMesh:
+def stiff_carrier_mesh(
+    carrier: CarrierParameters, pin: PinParameters, size: float = DEFAULT_SIZE
+) -> TetMesh:
     """Mesh the carrier with its three pins bonded into the bores, the paper's stiff variant.
 
-    Parameters, errors and result as in :func:`flexible_carrier_mesh`; with a second body ``pins`` and the surfaces
-    ``pin_i_midspan``.
+    Parameters, errors and result as in :func:`flexible_carrier_mesh`; with a second body ``pins``
+    and the surfaces ``pin_i_midspan``.
     """
     half = carrier_half_sector(carrier, size, pin=pin)
     check_quality(half)
@@ -55,7 +58,9 @@ def flexible_half_sector(carrier: CarrierParameters, size: float = DEFAULT_SIZE)
     return with_carrier_surfaces(half, carrier)
 
 
-def stiff_half_sector(carrier: CarrierParameters, pin: PinParameters, size: float = DEFAULT_SIZE) -> TetMesh:
+def stiff_half_sector(
+    carrier: CarrierParameters, pin: PinParameters, size: float = DEFAULT_SIZE
+) -> TetMesh:
     """Mesh the half sector 0..60 deg of :func:`stiff_carrier_mesh`, with the parts of the surfaces it holds."""
     half = carrier_half_sector(carrier, size, pin=pin)
     check_quality(half)
@@ -63,7 +68,10 @@ def stiff_half_sector(carrier: CarrierParameters, pin: PinParameters, size: floa
 
 
 def pin_mesh(carrier: CarrierParameters, pin: PinParameters, size: float = DEFAULT_SIZE) -> TetMesh:
-    """Mesh pin 1 alone, in the carrier's frame; body ``pins``, surfaces ``pin_1_upwind``, ``_midspan``, ``_downwind``."""
+    """Mesh pin 1 alone, in the carrier's frame.
+
+    Body ``pins``, surfaces ``pin_1_upwind``, ``_midspan``, ``_downwind``.
+    """
     half = pin_half(carrier, pin, size)
     check_quality(half)
     return with_pin_surfaces(mirrored_pin(half), carrier, pin)

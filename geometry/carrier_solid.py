@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from geometry.parameters import CarrierParameters
+from carrierflex.geometry.parameters import CarrierParameters
 
 
 def carrier_solid(geometry: Any, p: CarrierParameters, pin_angles: Sequence[float]) -> list[Any]:
@@ -17,7 +17,8 @@ def carrier_solid(geometry: Any, p: CarrierParameters, pin_angles: Sequence[floa
     p : CarrierParameters
         Dimensions [m].
     pin_angles : sequence of float
-        Carrier-frame angles [rad]: all three for the whole carrier, the first alone where only its sector is used.
+        Carrier-frame angles [rad]: all three for the whole carrier, the first alone where only its
+        sector is used.
 
     Returns
     -------
@@ -27,7 +28,10 @@ def carrier_solid(geometry: Any, p: CarrierParameters, pin_angles: Sequence[floa
     end_a, start_b, end_b = p.upwind_bore_x[1], *p.downwind_bore_x
     seat_end = end_b + p.seat_length
     middle = (end_a + start_b) / 2.0
-    pockets = [solid_cylinder(geometry, (end_a, start_b), p.planet_clearance_radius, _off(p, v)) for v in pin_angles]
+    pockets = [
+        solid_cylinder(geometry, (end_a, start_b), p.planet_clearance_radius, _off(p, v))
+        for v in pin_angles
+    ]
     webs = geometry.boolean_difference(
         solid_cylinder(geometry, (end_a, start_b), p.outer_radius),
         [solid_cylinder(geometry, (end_a, start_b), p.web_inner_radius), *pockets],

@@ -1,4 +1,7 @@
-"""The whole carrier from its half sector: one reflection and two rotations, the dihedral group D3."""
+"""The whole carrier from its half sector.
+
+One reflection and two rotations, the dihedral group D3.
+"""
 
 import math
 from collections.abc import Mapping
@@ -6,10 +9,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.parameters import HALF_SECTOR_ANGLE
-from geometry.tet_mesh import TetMesh
+from carrierflex.geometry.parameters import HALF_SECTOR_ANGLE
+from carrierflex.geometry.tet_mesh import TetMesh
 
-#: A reflection turns a tetrahedron inside out; exchanging corners 0 and 1 (and the edges that follow) rights it.
+#: A reflection turns a tetrahedron inside out; exchanging corners 0 and 1 (and the edges that
+#: follow) rights it.
 _RIGHTED = [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]
 
 
@@ -46,7 +50,9 @@ def completed(half: TetMesh) -> TetMesh:
         number[2 * ((k + 1) % 3) + 1, on_web_plane] = number[2 * k, on_web_plane]
     for k in range(3):
         tets += [number[2 * k][half.tets], number[2 * k + 1][half.tets][:, _RIGHTED]]
-    return _compact(np.concatenate(points), np.concatenate(tets), _repeated(half.bodies, len(half.tets), 6), 3)
+    return _compact(
+        np.concatenate(points), np.concatenate(tets), _repeated(half.bodies, len(half.tets), 6), 3
+    )
 
 
 def mirrored_pin(half: TetMesh) -> TetMesh:
@@ -66,14 +72,20 @@ def cut_plane_nodes(half: TetMesh) -> tuple[NDArray[np.bool_], NDArray[np.bool_]
     return np.abs(y) < 1e-12, np.abs(c * y + s * z) < 1e-12
 
 
-def _repeated(bodies: Mapping[str, NDArray[np.int64]], n_tets: int, copies: int) -> dict[str, NDArray[np.int64]]:
+def _repeated(
+    bodies: Mapping[str, NDArray[np.int64]], n_tets: int, copies: int
+) -> dict[str, NDArray[np.int64]]:
     return {
-        name: (elements[None, :] + n_tets * np.arange(copies)[:, None]).ravel() for name, elements in bodies.items()
+        name: (elements[None, :] + n_tets * np.arange(copies)[:, None]).ravel()
+        for name, elements in bodies.items()
     }
 
 
 def _compact(
-    points: NDArray[np.float64], tets: NDArray[np.int64], bodies: dict[str, NDArray[np.int64]], symmetry_order: int
+    points: NDArray[np.float64],
+    tets: NDArray[np.int64],
+    bodies: dict[str, NDArray[np.int64]],
+    symmetry_order: int,
 ) -> TetMesh:
     used, numbers = np.unique(tets, return_inverse=True)
     return TetMesh(points[used], numbers.reshape(tets.shape), {}, bodies, symmetry_order)

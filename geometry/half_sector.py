@@ -1,7 +1,8 @@
 """One 60-degree half sector of the carrier, from a pin's meridional plane to a web's, meshed with gmsh.
 
-The half sector is the carrier's smallest part under its dihedral symmetry: mirrored and rotated five times it
-gives the whole (:mod:`geometry.dihedral`), with cut faces that match because they are their own mirror images.
+The half sector is the carrier's smallest part under its dihedral symmetry: mirrored and rotated
+five times it gives the whole (:mod:`carrierflex.geometry.dihedral`), with cut faces that match
+because they are their own mirror images.
 """
 
 import math
@@ -16,14 +17,15 @@ import numpy as np
 import pygmsh
 from numpy.typing import NDArray
 
-from geometry.carrier_solid import carrier_solid, solid_cylinder
-from geometry.parameters import HALF_SECTOR_ANGLE, CarrierParameters, PinParameters
-from geometry.tet_mesh import TetMesh
+from carrierflex.geometry.carrier_solid import carrier_solid, solid_cylinder
+from carrierflex.geometry.parameters import HALF_SECTOR_ANGLE, CarrierParameters, PinParameters
+from carrierflex.geometry.tet_mesh import TetMesh
 
 #: gmsh numbers the last two mid-side nodes of a quadratic tetrahedron the other way round.
 _FROM_GMSH_TET10 = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 _GMSH_TET10 = 11
-#: HXT: the fastest of gmsh's algorithms on this geometry; the frontal one gave inverted curved elements.
+#: HXT: the fastest of gmsh's algorithms on this geometry; the frontal one gave inverted curved
+#: elements.
 _HXT = 10
 #: A wedge that reaches past every carrier [m].
 _FAR = 10.0
@@ -33,7 +35,9 @@ class MeshingError(RuntimeError):
     """gmsh could not build or mesh the geometry."""
 
 
-def carrier_half_sector(carrier: CarrierParameters, size: float, *, pin: PinParameters | None = None) -> TetMesh:
+def carrier_half_sector(
+    carrier: CarrierParameters, size: float, *, pin: PinParameters | None = None
+) -> TetMesh:
     """Mesh the half sector 0..60 deg of the carrier, with half a bonded pin where `pin` is given.
 
     Parameters
@@ -43,8 +47,8 @@ def carrier_half_sector(carrier: CarrierParameters, size: float, *, pin: PinPara
     size : float
         Edge length of the elements [m].
     pin : PinParameters, optional
-        With it, half of pin 1 is part of the mesh and shares the nodes of its bores (the paper's stiff variant);
-        without it the bores are empty (the flexible variant).
+        With it, half of pin 1 is part of the mesh and shares the nodes of its bores (the paper's
+        stiff variant); without it the bores are empty (the flexible variant).
 
     Returns
     -------
@@ -85,14 +89,17 @@ def pin_half(carrier: CarrierParameters, pin: PinParameters, size: float) -> Tet
     for x in (carrier.upwind_bore_x[1], carrier.downwind_bore_x[0]):
         circles.append((x, carrier.centre_distance, pin.diameter / 2.0))
     with quiet_geometry() as geometry:
-        return _meshed(geometry, carrier, [_pin_solid(geometry, carrier, pin)], circles=circles, size=size)
+        return _meshed(
+            geometry, carrier, [_pin_solid(geometry, carrier, pin)], circles=circles, size=size
+        )
 
 
 @contextmanager
 def quiet_geometry() -> Iterator[Any]:
     """Open pygmsh's OpenCASCADE session without gmsh's messages and with Python's own handling of interrupts.
 
-    gmsh replaces the interrupt handler by the system's, which ends the process on the spot, and does not put it back.
+    gmsh replaces the interrupt handler by the system's, which ends the process on the spot, and
+    does not put it back.
     """
     in_main_thread = threading.current_thread() is threading.main_thread()
     handler = signal.getsignal(signal.SIGINT)
@@ -107,10 +114,14 @@ def quiet_geometry() -> Iterator[Any]:
 def refuse_useless_size(size: float) -> None:
     """Raise ValueError where `size` [m] is no element edge length that a part of a gearbox can be meshed with."""
     if not (math.isfinite(size) and 0.002 <= size <= 0.2):
-        raise ValueError(f"mesh size is {size!r} m; expected an edge length between 0.002 and 0.2 m")
+        raise ValueError(
+            f"mesh size is {size!r} m; expected an edge length between 0.002 and 0.2 m"
+        )
 
 
-def _bearing_circles(carrier: CarrierParameters, pin: PinParameters) -> list[tuple[float, float, float]]:
+def _bearing_circles(
+    carrier: CarrierParameters, pin: PinParameters
+) -> list[tuple[float, float, float]]:
     """Circles (x, distance of the centre from the axis, radius) that bound the planet bearings' seat on the pin."""
     middle = carrier.upwind_plate_thickness + carrier.plate_gap / 2.0
     ends = (middle - pin.bearing_width / 2.0, middle + pin.bearing_width / 2.0)
@@ -131,16 +142,21 @@ def _pin_solid(geometry: Any, carrier: CarrierParameters, pin: PinParameters) ->
 
 
 def _imprint(
-    solids: list[Any], circles: list[tuple[float, float, float]], angle_from_axis: float = HALF_SECTOR_ANGLE
+    solids: list[Any],
+    circles: list[tuple[float, float, float]],
+    angle_from_axis: float = HALF_SECTOR_ANGLE,
 ) -> None:
     """Cut the solids' faces along circles, and the solids along the faces they share."""
     occ = gmsh.model.occ
     arcs = []
     for x, centre, radius in circles:
-        # A circle about the pin is cut in half by the plane at 0 deg; one about the axis ends at 60 deg.
+        # A circle about the pin is cut in half by the plane at 0 deg; one about the axis ends at 60
+        # deg.
         angle = math.pi if centre else angle_from_axis
         start = occ.addPoint(x, 0.0, centre + radius)
-        half = occ.addPoint(x, -radius * math.sin(angle / 2.0), centre + radius * math.cos(angle / 2.0))
+        half = occ.addPoint(
+            x, -radius * math.sin(angle / 2.0), centre + radius * math.cos(angle / 2.0)
+        )
         end = occ.addPoint(x, -radius * math.sin(angle), centre + radius * math.cos(angle))
         arcs.append((1, occ.addCircleArc(start, half, end, center=False)))
     occ.fragment([(3, solid._id) for solid in solids], arcs)
@@ -165,7 +181,9 @@ def _meshed(
         gmsh.model.mesh.setOrder(2)
         return extracted(lambda volume: "pins" if _is_pin(volume, carrier) else "carrier")
     except Exception as error:
-        raise MeshingError(f"gmsh could not mesh the half sector at size {size} m: {error}") from error
+        raise MeshingError(
+            f"gmsh could not mesh the half sector at size {size} m: {error}"
+        ) from error
 
 
 def extracted(body_of: Callable[[int], str]) -> TetMesh:
@@ -185,7 +203,9 @@ def extracted(body_of: Callable[[int], str]) -> TetMesh:
         types, _, nodes = gmsh.model.mesh.getElements(3, volume)
         for kind, numbers in zip(types, nodes, strict=True):
             if kind != _GMSH_TET10:
-                raise MeshingError(f"gmsh returned element type {kind}; expected quadratic tetrahedra ({_GMSH_TET10})")
+                raise MeshingError(
+                    f"gmsh returned element type {kind}; expected quadratic tetrahedra ({_GMSH_TET10})"
+                )
             tets = row[numbers.astype(np.int64)].reshape(-1, 10)[:, _FROM_GMSH_TET10]
             blocks.setdefault(body_of(volume), []).append(tets)
     # In the order of their names, whatever the order of gmsh's volumes.

@@ -1,13 +1,15 @@
-"""Involute geometry of one gear pair: radii, working pressure angle, path of contact, contact ratios.
+"""Involute geometry of one gear pair.
 
-Signed tooth numbers as in DIN 3960 and ISO 21771: a ring gear has a negative number of teeth, and with it negative
-radii, so one set of equations serves both meshes of a planetary stage.
+Radii, working pressure angle, path of contact, contact ratios.
+
+Signed tooth numbers as in DIN 3960 and ISO 21771: a ring gear has a negative number of teeth, and
+with it negative radii, so one set of equations serves both meshes of a planetary stage.
 """
 
 import math
 from dataclasses import dataclass
 
-from geometry.parameters import GearData
+from carrierflex.geometry.parameters import GearData
 
 
 @dataclass(frozen=True)
@@ -69,14 +71,21 @@ class InvolutePair:
     def base_radii(self) -> tuple[float, float]:
         """Base radii of planet and mate [m]; negative for a ring."""
         first, second = (
-            0.5 * z * self.module / math.cos(self.helix_angle) * math.cos(self.transverse_pressure_angle)
+            0.5
+            * z
+            * self.module
+            / math.cos(self.helix_angle)
+            * math.cos(self.transverse_pressure_angle)
             for z in self.teeth
         )
         return first, second
 
     @property
     def working_pressure_angle(self) -> float:
-        """In the transverse plane at the given centre distance [rad]: ``cos alpha_wt = (r_b1 + r_b2) / a``."""
+        """In the transverse plane at the given centre distance [rad].
+
+        ``cos alpha_wt = (r_b1 + r_b2) / a``.
+        """
         return math.acos(abs(sum(self.base_radii)) / self.centre_distance)
 
     @property
@@ -91,7 +100,10 @@ class InvolutePair:
 
     @property
     def tangent_lengths(self) -> tuple[float, float]:
-        """Distance of the pitch point from the base circles' tangent points [m]: the radii of curvature there."""
+        """Distance of the pitch point from the base circles' tangent points [m].
+
+        The radii of curvature there.
+        """
         sine = math.sin(self.working_pressure_angle)
         working = (self.centre_distance * z / abs(sum(self.teeth)) for z in self.teeth)
         first, second = (radius * sine for radius in working)
@@ -101,12 +113,16 @@ class InvolutePair:
     def path_of_contact(self) -> tuple[float, float]:
         """Ends of the path of contact, measured from the pitch point along it [m].
 
-        At `s` the planet's flank has the radius of curvature ``rho_1 + s``, the mate's ``rho_2 - s``; the tip of a
-        wheel is where its radius of curvature is ``sqrt(r_a^2 - r_b^2)``.
+        At `s` the planet's flank has the radius of curvature ``rho_1 + s``, the mate's ``rho_2 -
+        s``; the tip of a wheel is where its radius of curvature is ``sqrt(r_a^2 - r_b^2)``.
         """
         first, second = self.tangent_lengths
-        tip_1, tip_2 = (math.sqrt(tip**2 - base**2) for tip, base in zip(self.tip_radii, self.base_radii, strict=True))
-        # A ring's tip is its smallest radius: there its (negative) radius of curvature is the largest.
+        tip_1, tip_2 = (
+            math.sqrt(tip**2 - base**2)
+            for tip, base in zip(self.tip_radii, self.base_radii, strict=True)
+        )
+        # A ring's tip is its smallest radius: there its (negative) radius of curvature is the
+        # largest.
         return second - math.copysign(tip_2, self.teeth[1]), tip_1 - first
 
     @property
@@ -123,7 +139,8 @@ class InvolutePair:
 
 #: Normal module of the planetary stage (2012 paper, table 3) [m].
 _MODULE = 0.010
-#: Tip radii derived from the paper's table 3, and face widths of the GRC gearbox (NREL/TP-500-58190) [m].
+#: Tip radii derived from the paper's table 3, and face widths of the GRC gearbox
+#: (NREL/TP-500-58190) [m].
 _SUN_TIP, _PLANET_TIP, _RING_TIP = 0.2356 / 2.0, 0.4212 / 2.0, 0.998 / 2.0
 _SUN_WIDTH, _PLANET_WIDTH = 0.220, 0.2275
 

@@ -1,17 +1,25 @@
-"""The main shaft's mesh: a tube with the carrier's dihedral symmetry, layer by layer along its axis."""
+"""The main shaft's mesh.
+
+A tube with the carrier's dihedral symmetry, layer by layer along its axis.
+"""
 
 import math
 from typing import Any
 
 import gmsh
 
-from geometry.dihedral import completed
-from geometry.half_sector import MeshingError, extracted, quiet_geometry, refuse_useless_size
-from geometry.main_shaft_parameters import MainShaftParameters
-from geometry.named_surfaces import with_main_shaft_surfaces
-from geometry.parameters import HALF_SECTOR_ANGLE, CarrierParameters
-from geometry.quality import check_quality
-from geometry.tet_mesh import TetMesh
+from carrierflex.geometry.dihedral import completed
+from carrierflex.geometry.half_sector import (
+    MeshingError,
+    extracted,
+    quiet_geometry,
+    refuse_useless_size,
+)
+from carrierflex.geometry.main_shaft_parameters import MainShaftParameters
+from carrierflex.geometry.named_surfaces import with_main_shaft_surfaces
+from carrierflex.geometry.parameters import HALF_SECTOR_ANGLE, CarrierParameters
+from carrierflex.geometry.quality import check_quality
+from carrierflex.geometry.tet_mesh import TetMesh
 
 #: Layers are this many element edges long: nothing changes quickly along a plain shaft.
 _LAYER_OVER_SIZE = 2.0
@@ -29,13 +37,14 @@ def main_shaft_mesh(carrier: CarrierParameters, shaft: MainShaftParameters, size
     shaft : MainShaftParameters
         Dimensions [m].
     size : float
-        Edge length of the elements in the cross-section [m]; along the axis they are at most twice as long.
+        Edge length of the elements in the cross-section [m]; along the axis they are at most twice
+        as long.
 
     Returns
     -------
     TetMesh
-        Body ``main_shaft`` with dihedral symmetry, so that torsion and bending do not couple; surfaces
-        ``coupling_flange``, ``main_bearing_seat`` and ``carrier_joint``.
+        Body ``main_shaft`` with dihedral symmetry, so that torsion and bending do not couple;
+        surfaces ``coupling_flange``, ``main_bearing_seat`` and ``carrier_joint``.
 
     Raises
     ------
@@ -52,13 +61,20 @@ def main_shaft_mesh(carrier: CarrierParameters, shaft: MainShaftParameters, size
         except MeshingError:
             raise
         except Exception as error:
-            raise MeshingError(f"gmsh could not mesh the main shaft at size {size} m: {error}") from error
+            raise MeshingError(
+                f"gmsh could not mesh the main shaft at size {size} m: {error}"
+            ) from error
     check_quality(half)
     return with_main_shaft_surfaces(completed(half), carrier, shaft)
 
 
-def _half_sector(geometry: Any, carrier: CarrierParameters, shaft: MainShaftParameters, size: float) -> TetMesh:
-    """Mesh the shaft's sector from 0 to 60 deg: its flange's face, swept to the seat, along it and on to the joint."""
+def _half_sector(
+    geometry: Any, carrier: CarrierParameters, shaft: MainShaftParameters, size: float
+) -> TetMesh:
+    """Mesh the shaft's sector from 0 to 60 deg.
+
+    Its flange's face, swept to the seat, along it and on to the joint.
+    """
     occ = gmsh.model.occ
     start = shaft.flange_x(carrier)
     section = [(2, _section(start, shaft.inner_diameter / 2.0, shaft.outer_diameter / 2.0))]
@@ -82,7 +98,12 @@ def _section(x: float, inner: float, outer: float) -> int:
     centre = occ.addPoint(x, 0.0, 0.0)
     a, b = (occ.addPoint(x, 0.0, r) for r in (inner, outer))
     d, e = (occ.addPoint(x, -r * s, r * c) for r in (outer, inner))
-    lines = [occ.addLine(a, b), occ.addCircleArc(b, centre, d), occ.addLine(d, e), occ.addCircleArc(e, centre, a)]
+    lines = [
+        occ.addLine(a, b),
+        occ.addCircleArc(b, centre, d),
+        occ.addLine(d, e),
+        occ.addCircleArc(e, centre, a),
+    ]
     face = occ.addPlaneSurface([occ.addCurveLoop(lines)])
     occ.remove([(0, centre)])
     return int(face)

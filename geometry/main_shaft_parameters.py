@@ -1,22 +1,25 @@
-"""Dimensions of the main shaft, each default with its source (tags as in :mod:`geometry.parameters`)."""
+"""Dimensions of the main shaft, each default with its source (tags as in :mod:`carrierflex.geometry.parameters`)."""
 
 from dataclasses import dataclass
 
-from geometry.parameters import CarrierParameters, refuse_non_positive
+from carrierflex.geometry.parameters import CarrierParameters, refuse_non_positive
 
 
 @dataclass(frozen=True)
 class MainShaftParameters:
-    """Dimensions of the main shaft [m]: a uniform tube from the coupling's flange to the carrier's hub.
+    """Dimensions of the main shaft [m].
 
-    The elastic shaft ends just upwind of the main bearing; the hub with its coupling, far stiffer, is the rigid arm from
-    there to the point where loads enter. The downwind end butts against the upwind face of the carrier's hub: the
-    shrink fit inside the hub counts as part of the joint.
+    A uniform tube from the coupling's flange to the carrier's hub.
+
+    The elastic shaft ends just upwind of the main bearing; the hub with its coupling, far stiffer,
+    is the rigid arm from there to the point where loads enter. The downwind end butts against the
+    upwind face of the carrier's hub: the shrink fit inside the hub counts as part of the joint.
 
     Raises
     ------
     ValueError
-        Where a dimension is not positive or two of them contradict each other; the message names the parameter.
+        Where a dimension is not positive or two of them contradict each other; the message names
+        the parameter.
     """
 
     outer_diameter: float = 0.341
@@ -78,7 +81,10 @@ class MainShaftParameters:
         return self.joint_x(carrier) - self.length
 
     def check_fits(self, carrier: CarrierParameters) -> None:
-        """Raise ValueError where the shaft does not fit `carrier`; the message names the parameter."""
+        """Raise ValueError where the shaft does not fit `carrier`.
+
+        The message names the parameter.
+        """
         if not carrier.hub_inner_diameter < self.outer_diameter <= carrier.hub_outer_diameter:
             raise ValueError(
                 f"MainShaftParameters.outer_diameter is {self.outer_diameter} m; expected between the hub_inner_diameter "

@@ -1,14 +1,18 @@
-"""Checks of a mesh that came from outside: unit, nodes without element, separate pieces, inverted elements."""
+"""Checks of a mesh that came from outside.
+
+Unit, nodes without element, separate pieces, inverted elements.
+"""
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from geometry.quality import MeshQuality, check_quality
-from geometry.tet_mesh import TetMesh
+from carrierflex.geometry.quality import MeshQuality, check_quality
+from carrierflex.geometry.tet_mesh import TetMesh
 
-#: Sizes of a part of a wind turbine's gearbox [m]: one of ten metres is in millimetres, one of two centimetres in kilometres.
+#: Sizes of a part of a wind turbine's gearbox [m]: one of ten metres is in millimetres, one of two
+#: centimetres in kilometres.
 _LARGEST, _SMALLEST = 10.0, 0.02
 _SHOWN = 4
 
@@ -26,7 +30,8 @@ def check_mesh(mesh: TetMesh, where: str) -> MeshQuality:
     Raises
     ------
     ValueError
-        Where it has no elements, is not in metres, has nodes that no element uses, or falls into separate pieces.
+        Where it has no elements, is not in metres, has nodes that no element uses, or falls into
+        separate pieces.
     InvertedElementError
         Where an element is inverted.
     """
@@ -68,7 +73,9 @@ def _refuse_pieces(mesh: TetMesh, where: str) -> None:
     n = len(mesh.points)
     corners = mesh.tets[:, :4]
     rows = np.repeat(corners[:, 0], 9)
-    graph = sp.coo_array((np.ones(rows.size, dtype=np.int8), (rows, mesh.tets[:, 1:].ravel())), shape=(n, n))
+    graph = sp.coo_array(
+        (np.ones(rows.size, dtype=np.int8), (rows, mesh.tets[:, 1:].ravel())), shape=(n, n)
+    )
     n_pieces, piece = connected_components(graph, directed=False)
     if n_pieces == 1:
         return

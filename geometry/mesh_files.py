@@ -1,4 +1,7 @@
-"""Mesh files through meshio: gmsh .msh, VTK .vtu and Abaqus .inp, named surfaces as sets; .msh is read back."""
+"""Mesh files through meshio.
+
+Gmsh .msh, VTK .vtu and Abaqus .inp, named surfaces as sets; .msh is read back.
+"""
 
 import re
 import struct
@@ -9,9 +12,9 @@ import meshio.gmsh
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.mesh_checks import check_mesh
-from geometry.tet_mesh import TetMesh, boundary_facets
-from geometry.whole_files import whole_file
+from carrierflex.files.whole_files import whole_file
+from carrierflex.geometry.mesh_checks import check_mesh
+from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
 
 #: Format of meshio's writer by suffix.
 _FORMATS = {".msh": "gmsh22", ".vtu": "vtu", ".inp": "abaqus"}
@@ -21,8 +24,8 @@ _ABAQUS_WIDTH = 20
 def write_mesh(mesh: TetMesh, path: Path) -> None:
     """Write `mesh` in the format of the file's suffix; coordinates in metres.
 
-    ``.msh``: bodies and surfaces as physical groups. ``.vtu``: cell data ``body``, point data ``surface: <name>``.
-    ``.inp``: C3D10 elements, element sets for bodies, node sets for surfaces.
+    ``.msh``: bodies and surfaces as physical groups. ``.vtu``: cell data ``body``, point data
+    ``surface: <name>``. ``.inp``: C3D10 elements, element sets for bodies, node sets for surfaces.
 
     Raises
     ------
@@ -35,7 +38,9 @@ def write_mesh(mesh: TetMesh, path: Path) -> None:
     builders = {".msh": _for_gmsh, ".vtu": _for_vtk, ".inp": _for_abaqus}
     with whole_file(path) as temporary:
         options = {"float_fmt": _abaqus_number(mesh)} if path.suffix == ".inp" else {}
-        meshio.write(temporary, builders[path.suffix](mesh), file_format=_FORMATS[path.suffix], **options)
+        meshio.write(
+            temporary, builders[path.suffix](mesh), file_format=_FORMATS[path.suffix], **options
+        )
         if path.suffix == ".inp":
             _name_plain_element(temporary)
 
@@ -56,7 +61,10 @@ def _abaqus_number(mesh: TetMesh) -> str:
 
 
 def _name_plain_element(path: Path) -> None:
-    """Name the plain quadratic tetrahedron: meshio writes C3D10MH, a modified hybrid formulation, for ten nodes."""
+    """Name the plain quadratic tetrahedron.
+
+    Meshio writes C3D10MH, a modified hybrid formulation, for ten nodes.
+    """
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("TYPE=C3D10MH", "TYPE=C3D10", 1), encoding="utf-8")
 
@@ -85,7 +93,10 @@ def _for_vtk(mesh: TetMesh) -> meshio.Mesh:
     for name, facets in mesh.surfaces.items():
         marks[f"surface: {name}"] = np.isin(np.arange(len(mesh.points)), facets).astype(np.uint8)
     return meshio.Mesh(
-        mesh.points, [("tetra10", mesh.tets)], point_data=marks, cell_data={"body": [_body_numbers(mesh)]}
+        mesh.points,
+        [("tetra10", mesh.tets)],
+        point_data=marks,
+        cell_data={"body": [_body_numbers(mesh)]},
     )
 
 
@@ -99,23 +110,29 @@ def _for_abaqus(mesh: TetMesh) -> meshio.Mesh:
 
 
 def read_mesh(path: Path) -> TetMesh:
-    """Read a gmsh file of quadratic tetrahedra: bodies from its physical volumes, surfaces from its physical surfaces.
+    """Read a gmsh file of quadratic tetrahedra.
+
+    Bodies from its physical volumes, surfaces from its physical surfaces.
 
     Returns
     -------
     TetMesh
-        Checked by :func:`geometry.mesh_checks.check_mesh`; ``symmetry_order`` 1, whatever symmetry the mesh has.
+        Checked by :func:`carrierflex.geometry.mesh_checks.check_mesh`; ``symmetry_order`` 1,
+        whatever symmetry the mesh has.
 
     Raises
     ------
     FileNotFoundError
         Where there is no such file.
     ValueError
-        Where it is no gmsh file, is cut short, holds other elements or unnamed bodies, or a surface is not on the boundary;
-        and from the checks: unit, unused nodes, detached pieces, inverted elements.
+        Where it is no gmsh file, is cut short, holds other elements or unnamed bodies, or a surface
+        is not on the boundary; and from the checks: unit, unused nodes, detached pieces, inverted
+        elements.
     """
     if path.suffix != ".msh":
-        raise ValueError(f"{path}: suffix {path.suffix!r}; expected .msh, the format that holds bodies and surfaces")
+        raise ValueError(
+            f"{path}: suffix {path.suffix!r}; expected .msh, the format that holds bodies and surfaces"
+        )
     if not path.is_file():
         raise FileNotFoundError(f"{path}: no such file; expected a gmsh mesh (.msh)")
     try:
@@ -142,7 +159,10 @@ def read_mesh(path: Path) -> TetMesh:
 
 
 def _refuse_cut_short(path: Path) -> None:
-    """Raise ValueError where the file's last section is not closed; meshio only warns of that, on the screen."""
+    """Raise ValueError where the file's last section is not closed.
+
+    Meshio only warns of that, on the screen.
+    """
     content = path.read_bytes()
     closed = re.search(rb"\$End(\w+)\s*\Z", content)
     if closed is None or not re.search(rb"^\$" + closed.group(1) + rb"\s*$", content, re.MULTILINE):
@@ -151,8 +171,13 @@ def _refuse_cut_short(path: Path) -> None:
 
 def _named_blocks(found: meshio.Mesh) -> list[tuple[str, str, NDArray[np.int64]]]:
     """Element type, physical group's name (empty where it has none) and node numbers of the parts of the mesh."""
-    names = {(int(dimension), int(number)): name for name, (number, dimension) in found.field_data.items()}
-    tags = found.cell_data.get("gmsh:physical", [np.zeros(len(block.data), dtype=np.int64) for block in found.cells])
+    names = {
+        (int(dimension), int(number)): name
+        for name, (number, dimension) in found.field_data.items()
+    }
+    tags = found.cell_data.get(
+        "gmsh:physical", [np.zeros(len(block.data), dtype=np.int64) for block in found.cells]
+    )
     blocks = []
     for block, numbers in zip(found.cells, tags, strict=True):
         for number in np.unique(numbers):
@@ -161,7 +186,9 @@ def _named_blocks(found: meshio.Mesh) -> list[tuple[str, str, NDArray[np.int64]]
     return blocks
 
 
-def _from_blocks(points: NDArray[np.float64], blocks: list[tuple[str, str, NDArray[np.int64]]], path: Path) -> TetMesh:
+def _from_blocks(
+    points: NDArray[np.float64], blocks: list[tuple[str, str, NDArray[np.int64]]], path: Path
+) -> TetMesh:
     solids: dict[str, list[NDArray[np.int64]]] = {}
     faces: dict[str, list[NDArray[np.int64]]] = {}
     for kind, name, nodes in blocks:
@@ -174,22 +201,35 @@ def _from_blocks(points: NDArray[np.float64], blocks: list[tuple[str, str, NDArr
                 f"{path}: {len(nodes)} elements of type {kind}; expected quadratic tetrahedra (tetra10) only"
             )
     if not solids or "" in solids:
-        what = "no quadratic tetrahedra" if not solids else "tetrahedra without a physical volume's name"
-        raise ValueError(f"{path}: {what}; expected all of them in physical volumes such as 'carrier' and 'pins'")
+        what = (
+            "no quadratic tetrahedra"
+            if not solids
+            else "tetrahedra without a physical volume's name"
+        )
+        raise ValueError(
+            f"{path}: {what}; expected all of them in physical volumes such as 'carrier' and 'pins'"
+        )
     parts = {name: np.concatenate(nodes) for name, nodes in solids.items()}
     edges = np.cumsum([0, *(len(part) for part in parts.values())])
     bodies = {name: np.arange(edges[i], edges[i + 1]) for i, name in enumerate(parts)}
     outside = [boundary_facets(part) for part in parts.values()]
     surfaces = {
-        name: _outward(np.concatenate(nodes), outside, f"{path}: surface {name!r}") for name, nodes in faces.items()
+        name: _outward(np.concatenate(nodes), outside, f"{path}: surface {name!r}")
+        for name, nodes in faces.items()
     }
-    return TetMesh(np.asarray(points, dtype=np.float64), np.concatenate(list(parts.values())), surfaces, bodies)
+    return TetMesh(
+        np.asarray(points, dtype=np.float64), np.concatenate(list(parts.values())), surfaces, bodies
+    )
 
 
-def _outward(facets: NDArray[np.int64], outside: list[NDArray[np.int64]], what: str) -> NDArray[np.int64]:
+def _outward(
+    facets: NDArray[np.int64], outside: list[NDArray[np.int64]], what: str
+) -> NDArray[np.int64]:
     """The same facets as the first body has them that all of them bound, normals outward."""
     for of_body in outside:
-        row = {tuple(corners): i for i, corners in enumerate(np.sort(of_body[:, :3], axis=1).tolist())}
+        row = {
+            tuple(corners): i for i, corners in enumerate(np.sort(of_body[:, :3], axis=1).tolist())
+        }
         found = [row.get(tuple(corners), -1) for corners in np.sort(facets[:, :3], axis=1).tolist()]
         if min(found) >= 0:
             return of_body[found]

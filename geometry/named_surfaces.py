@@ -1,7 +1,7 @@
 """Named surfaces of carrier, pin and main shaft, found from the node coordinates of their boundary facets.
 
-Every surface is stated by its equation (a cylinder of given axis and radius, or a plane) and an axial extent; a
-facet belongs to it when all six nodes satisfy the equation.
+Every surface is stated by its equation (a cylinder of given axis and radius, or a plane) and an
+axial extent; a facet belongs to it when all six nodes satisfy the equation.
 """
 
 import math
@@ -11,44 +11,58 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.main_shaft_parameters import MainShaftParameters
-from geometry.parameters import CarrierParameters, PinParameters, pin_angles
-from geometry.tet_mesh import TetMesh, boundary_facets
+from carrierflex.geometry.main_shaft_parameters import MainShaftParameters
+from carrierflex.geometry.parameters import CarrierParameters, PinParameters, pin_angles
+from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
 
-#: Distance [m] at which a node counts as lying on a surface: far above gmsh's rounding, far below any dimension.
+#: Distance [m] at which a node counts as lying on a surface: far above gmsh's rounding, far below
+#: any dimension.
 _ON = 1e-7
 
 Surface = Callable[[NDArray[np.float64]], NDArray[np.bool_]]
 
 
-def with_carrier_surfaces(mesh: TetMesh, carrier: CarrierParameters, pin: PinParameters | None = None) -> TetMesh:
+def with_carrier_surfaces(
+    mesh: TetMesh, carrier: CarrierParameters, pin: PinParameters | None = None
+) -> TetMesh:
     """Copy of `mesh` with the carrier's named surfaces (and those of the bonded pins, where it has them).
 
-    ``shaft_face``, ``rim_face`` (outside the sensor circle), ``upwind_seat``, ``downwind_seat``, ``pin_i_upwind`` and
-    ``pin_i_downwind`` (bores), ``pin_i_midspan`` (planet bearings' seat, bonded pins only), i = 1, 2, 3. A half sector
-    keeps those that it holds a part of.
+    ``shaft_face``, ``rim_face`` (outside the sensor circle), ``upwind_seat``, ``downwind_seat``,
+    ``pin_i_upwind`` and ``pin_i_downwind`` (bores), ``pin_i_midspan`` (planet bearings' seat,
+    bonded pins only), i = 1, 2, 3. A half sector keeps those that it holds a part of.
 
     Raises
     ------
     ValueError
-        Where a surface of the whole carrier has no facet: the mesh does not belong to these parameters.
+        Where a surface of the whole carrier has no facet: the mesh does not belong to these
+        parameters.
     """
     facets = boundary_facets(mesh.tets[mesh.bodies["carrier"]])
     found = _matching(mesh, facets, carrier_surface_equations(carrier))
     if pin is not None:
         pin_facets = boundary_facets(mesh.tets[mesh.bodies["pins"]])
-        equations = {name: eq for name, eq in pin_surface_equations(carrier, pin).items() if "midspan" in name}
+        equations = {
+            name: eq
+            for name, eq in pin_surface_equations(carrier, pin).items()
+            if "midspan" in name
+        }
         found |= _matching(mesh, pin_facets, equations)
     return _checked(mesh, found)
 
 
 def with_pin_surfaces(mesh: TetMesh, carrier: CarrierParameters, pin: PinParameters) -> TetMesh:
     """Copy of the mesh of pin 1 alone with ``pin_1_upwind``, ``pin_1_downwind`` (its ends in the bores) and ``pin_1_midspan``."""
-    equations = {name: eq for name, eq in pin_surface_equations(carrier, pin).items() if name.startswith("pin_1")}
+    equations = {
+        name: eq
+        for name, eq in pin_surface_equations(carrier, pin).items()
+        if name.startswith("pin_1")
+    }
     return _checked(mesh, _matching(mesh, boundary_facets(mesh.tets), equations), whole=True)
 
 
-def with_main_shaft_surfaces(mesh: TetMesh, carrier: CarrierParameters, shaft: MainShaftParameters) -> TetMesh:
+def with_main_shaft_surfaces(
+    mesh: TetMesh, carrier: CarrierParameters, shaft: MainShaftParameters
+) -> TetMesh:
     """Copy of the main shaft's mesh with its ends ``coupling_flange`` and ``carrier_joint``, and ``main_bearing_seat``."""
     inner, outer = shaft.inner_diameter / 2.0, shaft.outer_diameter / 2.0
     equations = {
@@ -60,18 +74,24 @@ def with_main_shaft_surfaces(mesh: TetMesh, carrier: CarrierParameters, shaft: M
 
 
 def carrier_surface_equations(p: CarrierParameters) -> dict[str, Surface]:
-    """Equation of each named surface of the carrier: takes points (..., 3), tells which lie on it."""
+    """Equation of each named surface of the carrier.
+
+    Takes points (..., 3), tells which lie on it.
+    """
     surfaces: dict[str, Surface] = {
         "shaft_face": _plane(-p.hub_length, p.hub_inner_diameter / 2.0, p.hub_outer_diameter / 2.0),
         "rim_face": _plane(0.0, p.sensor_radius, p.outer_radius),
         "upwind_seat": _cylinder(p.upwind_bearing_x, p.hub_outer_diameter / 2.0),
         "downwind_seat": _cylinder(
-            (p.length_between_faces, p.length_between_faces + p.seat_length), p.seat_outer_diameter / 2.0
+            (p.length_between_faces, p.length_between_faces + p.seat_length),
+            p.seat_outer_diameter / 2.0,
         ),
     }
     for number, angle in enumerate(pin_angles(), start=1):
         for side, x in (("upwind", p.upwind_bore_x), ("downwind", p.downwind_bore_x)):
-            surfaces[f"pin_{number}_{side}"] = _cylinder(x, p.pin_hole_radius, (p.centre_distance, float(angle)))
+            surfaces[f"pin_{number}_{side}"] = _cylinder(
+                x, p.pin_hole_radius, (p.centre_distance, float(angle))
+            )
     return surfaces
 
 
@@ -81,8 +101,14 @@ def pin_surface_equations(p: CarrierParameters, pin: PinParameters) -> dict[str,
     seat = (middle - pin.bearing_width / 2.0, middle + pin.bearing_width / 2.0)
     surfaces: dict[str, Surface] = {}
     for number, angle in enumerate(pin_angles(), start=1):
-        for part, x in (("upwind", p.upwind_bore_x), ("downwind", p.downwind_bore_x), ("midspan", seat)):
-            surfaces[f"pin_{number}_{part}"] = _cylinder(x, pin.diameter / 2.0, (p.centre_distance, float(angle)))
+        for part, x in (
+            ("upwind", p.upwind_bore_x),
+            ("downwind", p.downwind_bore_x),
+            ("midspan", seat),
+        ):
+            surfaces[f"pin_{number}_{part}"] = _cylinder(
+                x, pin.diameter / 2.0, (p.centre_distance, float(angle))
+            )
     return surfaces
 
 
@@ -94,7 +120,9 @@ def _plane(x: float, inner: float, outer: float) -> Surface:
     return lies_on
 
 
-def _cylinder(x: tuple[float, float], radius: float, centre: tuple[float, float] = (0.0, 0.0)) -> Surface:
+def _cylinder(
+    x: tuple[float, float], radius: float, centre: tuple[float, float] = (0.0, 0.0)
+) -> Surface:
     """Cylinder about the line at distance centre[0] from the axis, at angle centre[1] [rad]."""
     y0, z0 = -centre[0] * math.sin(centre[1]), centre[0] * math.cos(centre[1])
 
@@ -106,13 +134,19 @@ def _cylinder(x: tuple[float, float], radius: float, centre: tuple[float, float]
     return lies_on
 
 
-def _matching(mesh: TetMesh, facets: NDArray[np.int64], equations: dict[str, Surface]) -> dict[str, NDArray[np.int64]]:
+def _matching(
+    mesh: TetMesh, facets: NDArray[np.int64], equations: dict[str, Surface]
+) -> dict[str, NDArray[np.int64]]:
     coordinates = mesh.points[facets]
     return {name: facets[lies_on(coordinates).all(axis=1)] for name, lies_on in equations.items()}
 
 
-def _checked(mesh: TetMesh, found: dict[str, NDArray[np.int64]], *, whole: bool | None = None) -> TetMesh:
+def _checked(
+    mesh: TetMesh, found: dict[str, NDArray[np.int64]], *, whole: bool | None = None
+) -> TetMesh:
     empty = [name for name, facets in found.items() if not len(facets)]
     if empty and (mesh.symmetry_order == 3 if whole is None else whole):
-        raise ValueError(f"the mesh has no facet on {', '.join(empty)}: it does not belong to these parameters")
+        raise ValueError(
+            f"the mesh has no facet on {', '.join(empty)}: it does not belong to these parameters"
+        )
     return replace(mesh, surfaces={name: facets for name, facets in found.items() if len(facets)})

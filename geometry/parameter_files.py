@@ -1,12 +1,15 @@
-"""Dimensions from a TOML file: tables [carrier], [pin], [gear] and [main_shaft], every key a field of the parameter classes."""
+"""Dimensions from a TOML file.
+
+Tables [carrier], [pin], [gear] and [main_shaft], every key a field of the parameter classes.
+"""
 
 import tomllib
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from geometry.main_shaft_parameters import MainShaftParameters
-from geometry.parameters import CarrierParameters, GearData, PinParameters
+from carrierflex.geometry.main_shaft_parameters import MainShaftParameters
+from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters
 
 #: A parameter file larger than this [bytes] is not one.
 _MOST_BYTES = 100_000
@@ -57,9 +60,13 @@ def read_parameters(path: Path | None) -> StageParameters:
     if path is None:
         return StageParameters()
     if not path.is_file():
-        raise FileNotFoundError(f"{path}: no such file; expected a TOML file with the tables {', '.join(_TABLES)}")
+        raise FileNotFoundError(
+            f"{path}: no such file; expected a TOML file with the tables {', '.join(_TABLES)}"
+        )
     if path.stat().st_size > _MOST_BYTES:
-        raise ValueError(f"{path}: {path.stat().st_size} bytes; expected a parameter file below {_MOST_BYTES} bytes")
+        raise ValueError(
+            f"{path}: {path.stat().st_size} bytes; expected a parameter file below {_MOST_BYTES} bytes"
+        )
     try:
         document = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -67,7 +74,9 @@ def read_parameters(path: Path | None) -> StageParameters:
     parts = {}
     for name, table in document.items():
         if name not in _TABLES or not isinstance(table, dict):
-            raise ValueError(f"{path}: unknown entry {name!r}; expected the tables {', '.join(_TABLES)}")
+            raise ValueError(
+                f"{path}: unknown entry {name!r}; expected the tables {', '.join(_TABLES)}"
+            )
         parts[name] = _filled(_TABLES[name], table, f"{path}, [{name}]")
     try:
         return StageParameters(**parts)

@@ -1,8 +1,8 @@
 """Parameters of the planet carrier, its pins and the planetary gears, each default with its source.
 
-Source tags, as in the project's data sheet: *paper* is Haastrup, Hansen and Ebbesen (2012); *GRC* is public
-material on the Gearbox Reliability Collaborative's 750 kW gearbox; *derived* follows from those by a calculation;
-*chosen* is an assumption of this project, with its reason.
+Source tags, as in the project's data sheet: *paper* is Haastrup, Hansen and Ebbesen (2012); *GRC*
+is public material on the Gearbox Reliability Collaborative's 750 kW gearbox; *derived* follows from
+those by a calculation; *chosen* is an assumption of this project, with its reason.
 """
 
 import math
@@ -11,7 +11,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-#: Half the angle between two pins: a half sector of the carrier runs from a pin's plane to a web's plane.
+#: Half the angle between two pins: a half sector of the carrier runs from a pin's plane to a web's
+#: plane.
 HALF_SECTOR_ANGLE = math.pi / 3.0
 N_PINS = 3
 #: No planet carrier is larger [m]; a value in millimetres is.
@@ -30,20 +31,23 @@ def refuse_non_positive(parameters: object) -> None:
     for field in fields(parameters):  # type: ignore[arg-type]
         value = getattr(parameters, field.name)
         if not (isinstance(value, (int, float)) and math.isfinite(value) and value > 0.0):
-            raise ValueError(f"{type(parameters).__name__}.{field.name} is {value!r}; expected a positive number")
+            raise ValueError(
+                f"{type(parameters).__name__}.{field.name} is {value!r}; expected a positive number"
+            )
 
 
 @dataclass(frozen=True)
 class CarrierParameters:
     """Dimensions of the planet carrier [m], checked for consistency.
 
-    Two plates joined by three webs midway between the pins; a hub upwind, shrunk onto the main shaft; a seat for
-    the downwind bearing. All fillets are left out, as in the paper's mesh.
+    Two plates joined by three webs midway between the pins; a hub upwind, shrunk onto the main
+    shaft; a seat for the downwind bearing. All fillets are left out, as in the paper's mesh.
 
     Raises
     ------
     ValueError
-        Where a dimension is not positive or two of them contradict each other; the message names the parameter.
+        Where a dimension is not positive or two of them contradict each other; the message names
+        the parameter.
     """
 
     outer_radius: float = 0.435
@@ -130,10 +134,17 @@ class CarrierParameters:
     def pin_stations(self) -> tuple[float, float, float]:
         """Stations of the middle of the pins' upwind bores, their mid-spans and the middle of their downwind bores [m]."""
         upwind, downwind = self.upwind_bore_x, self.downwind_bore_x
-        return sum(upwind) / 2.0, self.upwind_plate_thickness + self.plate_gap / 2.0, sum(downwind) / 2.0
+        return (
+            sum(upwind) / 2.0,
+            self.upwind_plate_thickness + self.plate_gap / 2.0,
+            sum(downwind) / 2.0,
+        )
 
     def _refuse_pin_hole_outside_plate(self) -> None:
-        outer, inner = self.centre_distance + self.pin_hole_radius, self.centre_distance - self.pin_hole_radius
+        outer, inner = (
+            self.centre_distance + self.pin_hole_radius,
+            self.centre_distance - self.pin_hole_radius,
+        )
         if outer >= self.outer_radius:
             raise ValueError(
                 f"CarrierParameters.pin_hole_diameter is {self.pin_hole_diameter} m: the hole reaches radius {outer:.4g} m "
@@ -153,8 +164,11 @@ class CarrierParameters:
                 f"CarrierParameters.web_inner_radius is {self.web_inner_radius} m; expected less than outer_radius "
                 f"{self.outer_radius} m"
             )
-        # Nearest distance of the web's middle plane (60 deg from the pin) to the pin axis, within the web's radii.
-        r_nearest = min(max(a * math.cos(HALF_SECTOR_ANGLE), self.web_inner_radius), self.outer_radius)
+        # Nearest distance of the web's middle plane (60 deg from the pin) to the pin axis, within
+        # the web's radii.
+        r_nearest = min(
+            max(a * math.cos(HALF_SECTOR_ANGLE), self.web_inner_radius), self.outer_radius
+        )
         nearest = math.sqrt(r_nearest**2 + a**2 - 2.0 * r_nearest * a * math.cos(HALF_SECTOR_ANGLE))
         if nearest <= clearance:
             raise ValueError(
@@ -196,7 +210,9 @@ class CarrierParameters:
 
 @dataclass(frozen=True)
 class PinParameters:
-    """Dimensions of a planet pin [m]: a plain cylinder from the carrier's upwind to its downwind face.
+    """Dimensions of a planet pin [m].
+
+    A plain cylinder from the carrier's upwind to its downwind face.
 
     Raises
     ------
@@ -213,7 +229,10 @@ class PinParameters:
         refuse_non_positive(self)
 
     def check_fits(self, carrier: CarrierParameters) -> None:
-        """Raise ValueError where the pin does not fit `carrier`; the message names the parameter."""
+        """Raise ValueError where the pin does not fit `carrier`.
+
+        The message names the parameter.
+        """
         if not math.isclose(self.diameter, carrier.pin_hole_diameter, rel_tol=1e-12):
             raise ValueError(
                 f"PinParameters.diameter is {self.diameter} m; expected the carrier's pin_hole_diameter "
@@ -253,7 +272,9 @@ class GearData:
         refuse_non_positive(self)
         for name in ("ring_teeth", "planet_teeth", "sun_teeth"):
             if getattr(self, name) != int(getattr(self, name)):
-                raise ValueError(f"GearData.{name} is {getattr(self, name)}; expected a whole number")
+                raise ValueError(
+                    f"GearData.{name} is {getattr(self, name)}; expected a whole number"
+                )
         for name in ("pressure_angle", "helix_angle"):
             if getattr(self, name) >= math.pi / 4.0:
                 raise ValueError(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.tet_mesh import TET_EDGES, TetMesh
+from carrierflex.geometry.tet_mesh import TET_EDGES, TetMesh
 
 
 class InvertedElementError(ValueError):
@@ -31,7 +31,13 @@ def mesh_quality(mesh: TetMesh) -> MeshQuality:
     determinants = _jacobian_determinants(mesh, _SAMPLES)
     scaled = determinants.min(axis=1) / determinants.max(axis=1)
     volume = float(_jacobian_determinants(mesh, _QUADRATURE).mean(axis=1).sum() / 6.0)
-    return MeshQuality(len(mesh.points), len(mesh.tets), volume, float(scaled.min()), float(_mean_ratio(mesh).min()))
+    return MeshQuality(
+        len(mesh.points),
+        len(mesh.tets),
+        volume,
+        float(scaled.min()),
+        float(_mean_ratio(mesh).min()),
+    )
 
 
 def check_quality(mesh: TetMesh) -> MeshQuality:
@@ -40,7 +46,8 @@ def check_quality(mesh: TetMesh) -> MeshQuality:
     Raises
     ------
     InvertedElementError
-        Where a Jacobian determinant is zero or negative at a corner, a mid-side node or the centre of an element.
+        Where a Jacobian determinant is zero or negative at a corner, a mid-side node or the centre
+        of an element.
     """
     determinants = _jacobian_determinants(mesh, _SAMPLES).min(axis=1)
     n_bad = int(np.count_nonzero(determinants <= 0.0))
@@ -56,10 +63,13 @@ def check_quality(mesh: TetMesh) -> MeshQuality:
 
 def _shape_gradients(barycentric: NDArray[np.float64]) -> NDArray[np.float64]:
     """Gradients of the ten quadratic shape functions at points given by barycentric coordinates, shape (q, 10, 3)."""
-    d_barycentric = np.array([[-1.0, -1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    d_barycentric = np.array(
+        [[-1.0, -1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    )
     corners = [(4.0 * barycentric[:, i, None] - 1.0) * d_barycentric[i] for i in range(4)]
     edges = [
-        4.0 * (barycentric[:, i, None] * d_barycentric[j] + barycentric[:, j, None] * d_barycentric[i])
+        4.0
+        * (barycentric[:, i, None] * d_barycentric[j] + barycentric[:, j, None] * d_barycentric[i])
         for i, j in TET_EDGES
     ]
     return np.stack([*corners, *edges], axis=1)
@@ -73,7 +83,9 @@ def _sample_points() -> NDArray[np.float64]:
 
 _SAMPLES = _sample_points()
 #: Four-point rule of degree 2 (Hammer, Marlowe and Stroud 1956).
-_QUADRATURE = np.full((4, 4), 0.1381966011250105) + np.eye(4) * (0.5854101966249685 - 0.1381966011250105)
+_QUADRATURE = np.full((4, 4), 0.1381966011250105) + np.eye(4) * (
+    0.5854101966249685 - 0.1381966011250105
+)
 
 
 def _jacobian_determinants(mesh: TetMesh, barycentric: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,4 +1,7 @@
-"""The mesh that crosses from geometry to finite elements: quadratic tetrahedra with named surfaces and bodies."""
+"""The mesh that crosses from geometry to finite elements.
+
+Quadratic tetrahedra with named surfaces and bodies.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,10 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-#: Corner pairs whose edges carry nodes 4..9 of a quadratic tetrahedron (VTK, Abaqus C3D10 and scikit-fem order).
+#: Corner pairs whose edges carry nodes 4..9 of a quadratic tetrahedron (VTK, Abaqus C3D10 and
+#: scikit-fem order).
 TET_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 #: Local nodes of the four faces: three corners seen from outside, then their mid-side nodes.
-TET_FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 3, 2, 7, 9, 6]])
+TET_FACES = np.array(
+    [[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 3, 2, 7, 9, 6]]
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +27,8 @@ class TetMesh:
     points : ndarray, shape (n, 3)
         Node coordinates [m], corner and mid-side nodes alike.
     tets : ndarray of int, shape (m, 10)
-        Node numbers of each element: four corners, then the mid-side nodes in the order of `TET_EDGES`.
+        Node numbers of each element: four corners, then the mid-side nodes in the order of
+        `TET_EDGES`.
     surfaces : mapping of str to ndarray of int, shape (k, 6)
         Quadratic triangles of each named surface, normals pointing out of the body they bound.
     bodies : mapping of str to ndarray of int
@@ -43,22 +50,35 @@ class TetMesh:
 
     def __post_init__(self) -> None:
         if self.points.ndim != 2 or self.points.shape[1] != 3 or not np.isfinite(self.points).all():
-            raise ValueError(f"mesh points have shape {self.points.shape}; expected (n, 3), every coordinate finite")
+            raise ValueError(
+                f"mesh points have shape {self.points.shape}; expected (n, 3), every coordinate finite"
+            )
         if self.tets.ndim != 2 or self.tets.shape[1] != 10:
-            raise ValueError(f"tetrahedra have shape {self.tets.shape}; expected (m, 10): quadratic elements")
+            raise ValueError(
+                f"tetrahedra have shape {self.tets.shape}; expected (m, 10): quadratic elements"
+            )
         for name, nodes in {"tetrahedra": self.tets, **self.surfaces}.items():
             if nodes.size and not (0 <= nodes.min() and nodes.max() < len(self.points)):
-                raise ValueError(f"{name} refer to node {nodes.max()}; expected numbers below {len(self.points)}")
+                raise ValueError(
+                    f"{name} refer to node {nodes.max()}; expected numbers below {len(self.points)}"
+                )
 
     def surface(self, name: str) -> NDArray[np.int64]:
-        """Quadratic triangles of the surface `name`, shape (k, 6); KeyError names the surfaces there are."""
+        """Quadratic triangles of the surface `name`, shape (k, 6).
+
+        KeyError names the surfaces there are.
+        """
         if name not in self.surfaces:
-            raise KeyError(f"the mesh has no surface {name!r}; it has {', '.join(sorted(self.surfaces))}")
+            raise KeyError(
+                f"the mesh has no surface {name!r}; it has {', '.join(sorted(self.surfaces))}"
+            )
         return self.surfaces[name]
 
 
 def boundary_facets(tets: NDArray[np.int64]) -> NDArray[np.int64]:
     """Faces that belong to one of `tets` only, shape (k, 6), normals pointing out of the element."""
     faces = tets[:, TET_FACES].reshape(-1, 6)
-    _, first, count = np.unique(np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True)
+    _, first, count = np.unique(
+        np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True
+    )
     return faces[first[count == 1]]

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.tet_mesh import TetMesh
+from carrierflex.geometry.tet_mesh import TetMesh
 
 #: Pixels of a picture.
 PICTURE_SIZE = (1200, 900)
@@ -29,11 +29,19 @@ def mesh_picture(mesh: TetMesh, title: str) -> NDArray[np.uint8]:
     for (name, elements), colour in zip(mesh.bodies.items(), _BODY_COLOURS, strict=False):
         surface = skin(mesh, elements, subdivision=0)
         plotter.add_mesh(
-            surface, color=colour, show_edges=True, edge_color=_EDGE_LINES, line_width=0.6, label=name, **LIGHTING
+            surface,
+            color=colour,
+            show_edges=True,
+            edge_color=_EDGE_LINES,
+            line_width=0.6,
+            label=name,
+            **LIGHTING,
         )
     plotter.add_text(title, font_size=13, color="black")
     if len(mesh.bodies) > 1:
-        plotter.add_legend(bcolor="white", border=False, size=(0.16, 0.09), loc="lower right", face="rectangle")
+        plotter.add_legend(
+            bcolor="white", border=False, size=(0.16, 0.09), loc="lower right", face="rectangle"
+        )
     return taken(plotter)
 
 
@@ -42,13 +50,19 @@ def new_plotter(shape: tuple[int, int] = (1, 1)) -> Any:
     import pyvista
     import vtk
 
-    # Without a display VTK warns about the missing X server before it falls back to an off-screen context.
+    # Without a display VTK warns about the missing X server before it falls back to an off-screen
+    # context.
     vtk.vtkObject.GlobalWarningDisplayOff()
-    return pyvista.Plotter(off_screen=True, window_size=list(PICTURE_SIZE), shape=shape, border=False)
+    return pyvista.Plotter(
+        off_screen=True, window_size=list(PICTURE_SIZE), shape=shape, border=False
+    )
 
 
 def taken(plotter: Any) -> NDArray[np.uint8]:
-    """Picture of the plotter's scene, all sub-pictures from the project's viewpoint; closes the plotter."""
+    """Picture of the plotter's scene, all sub-pictures from the project's viewpoint.
+
+    Closes the plotter.
+    """
     rows, columns = plotter.shape
     for row in range(rows):
         for column in range(columns):
@@ -71,13 +85,16 @@ def skin(
 ) -> Any:
     """Boundary of `elements` (all by default) as a pyvista surface carrying `point_data`, arrays over the nodes.
 
-    Curved faces are drawn by `subdivision` levels of flat triangles; 0 draws the corner triangles alone.
+    Curved faces are drawn by `subdivision` levels of flat triangles; 0 draws the corner triangles
+    alone.
     """
     import pyvista
 
     tets = mesh.tets if elements is None else mesh.tets[elements]
     cells = np.concatenate([np.full((len(tets), 1), 10), tets], axis=1)
-    grid = pyvista.UnstructuredGrid(cells.ravel(), np.full(len(tets), pyvista.CellType.QUADRATIC_TETRA), mesh.points)
+    grid = pyvista.UnstructuredGrid(
+        cells.ravel(), np.full(len(tets), pyvista.CellType.QUADRATIC_TETRA), mesh.points
+    )
     for name, values in point_data.items():
         grid.point_data[name] = values
     return grid.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=subdivision)

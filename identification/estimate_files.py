@@ -8,9 +8,9 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from geometry.whole_files import whole_file
-from identification.parameter_estimate import SHARED, ParameterEstimate
-from identification.robust_loss import Outliers
+from carrierflex.files.whole_files import whole_file
+from carrierflex.identification.carrier.parameter_estimate import SHARED, ParameterEstimate
+from carrierflex.identification.carrier.robust_loss import Outliers
 
 FORMAT = "carrierflex-identification"
 VERSION = 1
@@ -53,10 +53,16 @@ def identification_document(
         Ready for a JSON writer; what is not finite is null.
     """
     joint = isinstance(estimates, ParameterEstimate)
-    by_run = dict.fromkeys(estimates.rms_by_run, estimates) if isinstance(estimates, ParameterEstimate) else estimates
+    by_run = (
+        dict.fromkeys(estimates.rms_by_run, estimates)
+        if isinstance(estimates, ParameterEstimate)
+        else estimates
+    )
     first = next(iter(by_run.values()))
     texts = (
-        first.undetermined if joint else [f"{run}: {text}" for run, one in by_run.items() for text in one.undetermined]
+        first.undetermined
+        if joint
+        else [f"{run}: {text}" for run, one in by_run.items() for text in one.undetermined]
     )
     return {
         "format": FORMAT,
@@ -69,7 +75,9 @@ def identification_document(
         "undetermined": list(texts),
         "outliers": [dataclasses.asdict(flag) for flag in outliers],
         "covariance_source": first.covariance_source,
-        "correlation": {key: _correlation(one) for key, one in ({"": first} if joint else by_run).items()},
+        "correlation": {
+            key: _correlation(one) for key, one in ({"": first} if joint else by_run).items()
+        },
         "model_runs": model_runs,
         "seconds": seconds,
     }
@@ -86,13 +94,21 @@ def write_identification(path: Path, document: Mapping[str, Any]) -> None:
         Result of :func:`identification_document`.
     """
     with whole_file(path) as temporary:
-        temporary.write_text(json.dumps(document, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        temporary.write_text(
+            json.dumps(document, indent=2, allow_nan=False) + "\n", encoding="utf-8"
+        )
 
 
 def _correlation(estimate: ParameterEstimate) -> dict[str, Any]:
     """Parameters, those of one run as ``LC1.d_x``, and the rows of their correlation matrix."""
-    labels = [f"{scope}.{name}".lstrip(".") for name, scope in zip(estimate.names, estimate.scopes, strict=True)]
-    return {"parameters": labels, "matrix": [[_finite(value) for value in row] for row in estimate.correlation]}
+    labels = [
+        f"{scope}.{name}".lstrip(".")
+        for name, scope in zip(estimate.names, estimate.scopes, strict=True)
+    ]
+    return {
+        "parameters": labels,
+        "matrix": [[_finite(value) for value in row] for row in estimate.correlation],
+    }
 
 
 def _run(estimate: ParameterEstimate, run: str) -> dict[str, Any]:
@@ -100,7 +116,9 @@ def _run(estimate: ParameterEstimate, run: str) -> dict[str, Any]:
     return {
         "parameters": _parameters(estimate, run),
         "rms": _finite(estimate.rms_by_run[run]),
-        "rms_by_channel": {name: _finite(value) for name, value in estimate.rms_by_channel[run].items()},
+        "rms_by_channel": {
+            name: _finite(value) for name, value in estimate.rms_by_channel[run].items()
+        },
     }
 
 

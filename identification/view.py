@@ -1,4 +1,7 @@
-"""Figures of the identification, after figures 9 to 11 of the 2012 paper. Matplotlib is imported late."""
+"""Figures of the identification, after figures 9 to 11 of the 2012 paper.
+
+Matplotlib is imported late.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -6,17 +9,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.bushing_identification import BushingEstimate
-from identification.campaign import Campaign, Channel
-from identification.carrier_identification import fitted_signal, two_revolutions
-from identification.carrier_models import CarrierModel
-from identification.parameter_estimate import ParameterEstimate
-from identification.printed_tables import FULL_TORQUE, LOAD_CASES, TABLE_4, DerivedFacts, Printed
-from identification.records import Run
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.parameters import parameter_array
-from simulation.mounting.rig import MountingRig
-from simulation.mounting.simulate import simulate
+from carrierflex.identification.campaign.campaign import Campaign, Channel
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.carrier.carrier_identification import fitted_signal, two_revolutions
+from carrierflex.identification.carrier.models import CarrierModel
+from carrierflex.identification.carrier.parameter_estimate import ParameterEstimate
+from carrierflex.identification.carrier.printed_tables import (
+    FULL_TORQUE,
+    LOAD_CASES,
+    TABLE_4,
+    DerivedFacts,
+    Printed,
+)
+from carrierflex.identification.mounting.bushing_identification import BushingEstimate
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.simulate import simulate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,15 +67,32 @@ def signals_figure(
     from matplotlib.figure import Figure
 
     shown = two_revolutions(run)
-    turns = (run.inputs["carrier_angle"][shown] - run.inputs["carrier_angle"][shown[0]]) / (2.0 * np.pi)
+    turns = (run.inputs["carrier_angle"][shown] - run.inputs["carrier_angle"][shown[0]]) / (
+        2.0 * np.pi
+    )
     figure = Figure(figsize=(9.0, 7.5), layout="constrained")
     panels = figure.subplots((len(channels) + 1) // 2, 2, sharex=True, squeeze=False).ravel()
     for panel, channel in zip(panels, channels, strict=False):
-        panel.plot(turns, 1e3 * run.signals[channel.name][shown], ".", color="0.6", markersize=2.5, label="measured")
+        panel.plot(
+            turns,
+            1e3 * run.signals[channel.name][shown],
+            ".",
+            color="0.6",
+            markersize=2.5,
+            label="measured",
+        )
         for model, estimate in fits:
             signal = 1e3 * fitted_signal(run, channel, model, estimate)[shown]
-            panel.plot(turns, signal, color=_COLOURS.get(model.name), linewidth=1.4, label=model.name.upper())
-        panel.set_title(f"{channel.name}, sensor at {np.rad2deg(channel.angle or 0.0):.0f}°", fontsize=10)
+            panel.plot(
+                turns,
+                signal,
+                color=_COLOURS.get(model.name),
+                linewidth=1.4,
+                label=model.name.upper(),
+            )
+        panel.set_title(
+            f"{channel.name}, sensor at {np.rad2deg(channel.angle or 0.0):.0f}°", fontsize=10
+        )
         panel.set_ylabel("axial displacement [mm]")
         panel.grid(alpha=0.3)
     for unused in panels[len(channels) :]:
@@ -75,7 +101,9 @@ def signals_figure(
         panel.set_xlabel("carrier angle [revolutions]")
         panel.tick_params(labelbottom=True)
     figure.suptitle(f"{run.name} ({run.condition}): measured and identified")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=1 + len(fits))
+    figure.legend(
+        *panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=1 + len(fits)
+    )
     return figure
 
 
@@ -117,7 +145,8 @@ def parameters_figure(estimates: Mapping[str, Mapping[str, ParameterEstimate]]) 
     Parameters
     ----------
     estimates : mapping of str to mapping of str to ParameterEstimate
-        Estimate by model name and run, as :func:`~identification.carrier_identification.identify_each_run` gives
+        Estimate by model name and run, as
+        :func:`~carrierflex.identification.carrier.carrier_identification.identify_each_run` gives
         them; a joint estimate may stand under every run.
 
     Returns
@@ -127,12 +156,18 @@ def parameters_figure(estimates: Mapping[str, Mapping[str, ParameterEstimate]]) 
     """
     from matplotlib.figure import Figure
 
-    names = list(dict.fromkeys(name for runs in estimates.values() for one in runs.values() for name in one.names))
+    names = list(
+        dict.fromkeys(
+            name for runs in estimates.values() for one in runs.values() for name in one.names
+        )
+    )
     figure = Figure(figsize=(10.0, 2.4 * ((len(names) + 2) // 3)), layout="constrained")
     panels = figure.subplots((len(names) + 2) // 3, 3, squeeze=False).ravel()
     for panel, name in zip(panels, names, strict=False):
         for k, (model, by_run) in enumerate(estimates.items()):
-            _draw_parameter(panel, name, model, by_run, shift=0.2 * (k - (len(estimates) - 1) / 2.0))
+            _draw_parameter(
+                panel, name, model, by_run, shift=0.2 * (k - (len(estimates) - 1) / 2.0)
+            )
     for unused in panels[len(names) :]:
         unused.remove()
     handles = {
@@ -140,7 +175,9 @@ def parameters_figure(estimates: Mapping[str, Mapping[str, ParameterEstimate]]) 
         for p in panels[: len(names)]
         for handle, label in zip(*p.get_legend_handles_labels(), strict=True)
     }
-    figure.legend(list(handles.values()), list(handles), loc="outside upper center", ncols=len(handles))
+    figure.legend(
+        list(handles.values()), list(handles), loc="outside upper center", ncols=len(handles)
+    )
     return figure
 
 
@@ -148,7 +185,11 @@ def _draw_parameter(
     panel: "Axes", name: str, model: str, by_run: Mapping[str, ParameterEstimate], *, shift: float
 ) -> None:
     """Draw one parameter of one model over the runs."""
-    found = [(k, run, estimate) for k, (run, estimate) in enumerate(by_run.items()) if name in estimate.names]
+    found = [
+        (k, run, estimate)
+        for k, (run, estimate) in enumerate(by_run.items())
+        if name in estimate.names
+    ]
     if not found:
         return
     places = [estimate.index(name, run) for _, run, estimate in found]
@@ -197,18 +238,28 @@ def printed_tables_figure(facts: DerivedFacts) -> "Figure":
     deflection.set(title="rim deflection over torque, RMS", ylabel="um per kN m")
     if facts.common_deflection_per_torque is not None:
         common = facts.common_deflection_per_torque
-        deflection.axhspan(common.low * 1e9, common.high * 1e9, color="tab:green", alpha=0.25, label="in common")
+        deflection.axhspan(
+            common.low * 1e9, common.high * 1e9, color="tab:green", alpha=0.25, label="in common"
+        )
         deflection.legend()
     _draw_intervals(tilt, facts.phi_PLC, 1e3)
     tilt.set(title=r"$\phi_{PLC}$", ylabel="mrad")
     loads = np.array([-200e3, 260e3])
     at_rest, slope = (part.value for part in facts.saddle_line)
-    saddle.plot(loads / 1e3, (at_rest + slope * loads) * 1e3, color="tab:blue", label="line at full torque")
+    saddle.plot(
+        loads / 1e3, (at_rest + slope * loads) * 1e3, color="tab:blue", label="line at full torque"
+    )
     for case, (share, load) in LOAD_CASES.items():
         saddle.plot(
-            load / 1e3, TABLE_4[case][1] * 1e3, "o", color="tab:blue", mfc="tab:blue" if share == 1.0 else "none"
+            load / 1e3,
+            TABLE_4[case][1] * 1e3,
+            "o",
+            color="tab:blue",
+            mfc="tab:blue" if share == 1.0 else "none",
         )
-        saddle.annotate(case, (load / 1e3, TABLE_4[case][1] * 1e3), xytext=(6, 4), textcoords="offset points")
+        saddle.annotate(
+            case, (load / 1e3, TABLE_4[case][1] * 1e3), xytext=(6, 4), textcoords="offset points"
+        )
     saddle.axhline(0.0, color="0.7", linewidth=0.8)
     saddle.set(title="what M2 leaves", xlabel="radial load, kN", ylabel="RMS, mm")
     saddle.legend()
@@ -222,12 +273,19 @@ def _draw_intervals(axes: "Axes", by_case: Mapping[str, Printed], factor: float)
     for k, quantity in enumerate(by_case.values()):
         below, above = quantity.value - quantity.low, quantity.high - quantity.value
         axes.errorbar(
-            k, quantity.value * factor, [[below * factor], [above * factor]], fmt="o", color="tab:blue", capsize=4
+            k,
+            quantity.value * factor,
+            [[below * factor], [above * factor]],
+            fmt="o",
+            color="tab:blue",
+            capsize=4,
         )
     axes.set_xticks(range(len(by_case)), list(by_case))
 
 
-def bushing_signals_figure(campaign: Campaign, estimates: Mapping[str, BushingEstimate]) -> "Figure":
+def bushing_signals_figure(
+    campaign: Campaign, estimates: Mapping[str, BushingEstimate]
+) -> "Figure":
     """Measured and simulated motion sensors of the housing, one column a run (figure 10 of the 2011 paper).
 
     Parameters
@@ -245,7 +303,9 @@ def bushing_signals_figure(campaign: Campaign, estimates: Mapping[str, BushingEs
     from matplotlib.figure import Figure
 
     channels, runs = campaign.channels, campaign.runs
-    figure = Figure(figsize=(5.5 * len(runs) + 1.0, 1.7 * len(channels) + 0.8), layout="constrained")
+    figure = Figure(
+        figsize=(5.5 * len(runs) + 1.0, 1.7 * len(channels) + 0.8), layout="constrained"
+    )
     panels = figure.subplots(len(channels), len(runs), sharex="col", squeeze=False)
     rig = MountingRig.from_table(campaign.rig)
     for column, run in enumerate(runs):
@@ -255,7 +315,13 @@ def bushing_signals_figure(campaign: Campaign, estimates: Mapping[str, BushingEs
         simulated = simulate(rig, parameter_array(rig, values), inputs).by_sensor()
         for row, channel in enumerate(channels):
             axes = panels[row, column]
-            axes.plot(run.time, run.signals[channel.name] * 1e3, color="0.6", linewidth=1.2, label="measured")
+            axes.plot(
+                run.time,
+                run.signals[channel.name] * 1e3,
+                color="0.6",
+                linewidth=1.2,
+                label="measured",
+            )
             axes.plot(
                 run.time,
                 simulated[str(channel.sensor)] * 1e3,
@@ -264,13 +330,17 @@ def bushing_signals_figure(campaign: Campaign, estimates: Mapping[str, BushingEs
                 label=estimate.model.name,
             )
             axes.set_ylabel(f"{channel.name}, mm")
-        panels[0, column].set_title(f"{run.name}, RMS of the gap {estimate.rms * 1e6:.3g} um over all sensors")
+        panels[0, column].set_title(
+            f"{run.name}, RMS of the gap {estimate.rms * 1e6:.3g} um over all sensors"
+        )
         panels[-1, column].set_xlabel("time, s")
     panels[0, 0].legend(loc="lower right")
     return figure
 
 
-def profile_figure(profiles: Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]]) -> "Figure":
+def profile_figure(
+    profiles: Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]],
+) -> "Figure":
     """Cost over one parameter at a time, the others fitted again.
 
     Parameters

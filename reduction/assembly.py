@@ -1,8 +1,11 @@
-"""Reduced bodies joined at coinciding pilots: translations tied, rotations sprung or tied (2012 paper, section 3.1).
+"""Reduced bodies joined at coinciding pilots.
 
-The coordinates q of the assembly give those of all bodies, ``x = L q``. A joint may also hold its second pilot at a given
-small motion relative to its first, ``x = L q + x0`` with x0 on that pilot's coordinates alone: the bodies' statics
-``K x = f`` then read ``Lᵀ K L q = Lᵀ f - Lᵀ K x0``, and a sensor reads ``S x = S L q + S x0``.
+Translations tied, rotations sprung or tied (2012 paper, section 3.1).
+
+The coordinates q of the assembly give those of all bodies, ``x = L q``. A joint may also hold its
+second pilot at a given small motion relative to its first, ``x = L q + x0`` with x0 on that pilot's
+coordinates alone: the bodies' statics ``K x = f`` then read ``Lᵀ K L q = Lᵀ f - Lᵀ K x0``, and a
+sensor reads ``S x = S L q + S x0``.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,7 +15,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from reduction.reduced_model import MassProperties, ReducedModel
+from carrierflex.reduction.reduced_model import MassProperties, ReducedModel
 
 #: Pilots farther apart than this [m] are not one joint.
 _SAME_POINT = 1e-6
@@ -20,7 +23,9 @@ _SAME_POINT = 1e-6
 
 @dataclass(frozen=True)
 class Joint:
-    """A tie of two pilots at one point: translations equal, relative rotations against springs or tied as well.
+    """A tie of two pilots at one point.
+
+    Translations equal, relative rotations against springs or tied as well.
 
     Raises
     ------
@@ -98,7 +103,8 @@ def assembled(name: str, bodies: Sequence[ReducedModel], joints: Sequence[Joint]
     Returns
     -------
     ReducedModel
-        Coordinates of all bodies in their order, less the tied ones; every pilot keeps six coordinates.
+        Coordinates of all bodies in their order, less the tied ones; every pilot keeps six
+        coordinates.
 
     Raises
     ------
@@ -128,12 +134,18 @@ def assembled(name: str, bodies: Sequence[ReducedModel], joints: Sequence[Joint]
         sensor_names=tuple(sensor for body in bodies for sensor in body.sensor_names),
         sensor_rows=scipy.linalg.block_diag(*sensor_rows) @ L,
         mass_properties=_together([body.mass_properties for body in bodies]),
-        provenance={f"{body.name}: {key}": value for body in bodies for key, value in body.provenance.items()},
+        provenance={
+            f"{body.name}: {key}": value
+            for body in bodies
+            for key, value in body.provenance.items()
+        },
     )
 
 
 def imposed_motion(
-    bodies: Sequence[ReducedModel], joints: Sequence[Joint], motions: Mapping[str, NDArray[np.float64]]
+    bodies: Sequence[ReducedModel],
+    joints: Sequence[Joint],
+    motions: Mapping[str, NDArray[np.float64]],
 ) -> ImposedMotion:
     """Load and sensor offset of given relative motions in the joints of an assembly, exact to first order.
 
@@ -142,12 +154,14 @@ def imposed_motion(
     bodies, joints
         Those of :func:`assembled`.
     motions : mapping of str to ndarray, shape (6,)
-        By the joint's second pilot: its translation [m] and rotation [rad] relative to the first, in the bodies' frame.
+        By the joint's second pilot: its translation [m] and rotation [rad] relative to the first,
+        in the bodies' frame.
 
     Raises
     ------
     ValueError
-        Where no joint has that second pilot, or the motion is along a coordinate that the joint does not tie.
+        Where no joint has that second pilot, or the motion is along a coordinate that the joint
+        does not tie.
     """
     pilots = _merged([body.pilots for body in bodies], "pilot")
     n = sum(body.n_coordinates for body in bodies)
@@ -157,7 +171,9 @@ def imposed_motion(
     for pilot, motion in motions.items():
         joint = next((joint for joint in joints if joint.second == pilot), None)
         if joint is None:
-            raise ValueError(f"no joint has {pilot!r} as its second pilot; expected one that holds the motion")
+            raise ValueError(
+                f"no joint has {pilot!r} as its second pilot; expected one that holds the motion"
+            )
         if any(other.first == pilot for other in joints):
             raise ValueError(
                 f"pilot {pilot} carries a further joint, which would have to follow; expected the last of a chain"
@@ -168,7 +184,8 @@ def imposed_motion(
                 "zero there, or an infinite stiffness"
             )
         x0[rows[pilot]] = motion
-    # No springs here: a spring acts on coordinates that are not tied, and those carry no imposed motion.
+    # No springs here: a spring acts on coordinates that are not tied, and those carry no imposed
+    # motion.
     K_x0 = scipy.linalg.block_diag(*(body.K for body in bodies)) @ x0
     S = scipy.linalg.block_diag(*(body.sensor_rows for body in bodies))
     offsets = {pilot: x0[rows[pilot]] for pilot in motions}
@@ -180,17 +197,23 @@ def _rows(bodies: Sequence[ReducedModel]) -> dict[str, NDArray[np.int64]]:
     rows: dict[str, NDArray[np.int64]] = {}
     offset = 0
     for body in bodies:
-        rows |= {pilot: coordinates + offset for pilot, coordinates in body.pilot_coordinates.items()}
+        rows |= {
+            pilot: coordinates + offset for pilot, coordinates in body.pilot_coordinates.items()
+        }
         offset += body.n_coordinates
     return rows
 
 
-def _merged(parts: Sequence[Mapping[str, NDArray[np.float64]]], kind: str) -> dict[str, NDArray[np.float64]]:
+def _merged(
+    parts: Sequence[Mapping[str, NDArray[np.float64]]], kind: str
+) -> dict[str, NDArray[np.float64]]:
     merged: dict[str, NDArray[np.float64]] = {}
     for part in parts:
         repeated = merged.keys() & part.keys()
         if repeated:
-            raise ValueError(f"two bodies have a {kind} named {sorted(repeated)[0]!r}; expected different names")
+            raise ValueError(
+                f"two bodies have a {kind} named {sorted(repeated)[0]!r}; expected different names"
+            )
         merged.update(part)
     return merged
 
@@ -209,7 +232,9 @@ def _tie_matrix(
                 raise KeyError(f"no body has a pilot {pilot!r}; there are {', '.join(rows)}")
         gap = float(np.linalg.norm(pilots[joint.first] - pilots[joint.second]))
         if gap > _SAME_POINT:
-            raise ValueError(f"pilots {joint.first} and {joint.second} are {gap:.3g} m apart; expected one point")
+            raise ValueError(
+                f"pilots {joint.first} and {joint.second} are {gap:.3g} m apart; expected one point"
+            )
         tied = rows[joint.second][joint.tied]
         if (representative[tied] != tied).any():
             raise ValueError(f"pilot {joint.second} is tied twice; expected one joint a pilot")
@@ -223,7 +248,9 @@ def _tie_matrix(
     return L, row_of
 
 
-def _add_springs(K: NDArray[np.float64], a: NDArray[np.int64], b: NDArray[np.int64], joint: Joint) -> None:
+def _add_springs(
+    K: NDArray[np.float64], a: NDArray[np.int64], b: NDArray[np.int64], joint: Joint
+) -> None:
     # Tied rotations need no spring.
     stiffness = np.where(np.isinf(joint.stiffness), 0.0, joint.stiffness)
     K[a, a] += stiffness

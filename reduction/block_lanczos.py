@@ -1,8 +1,9 @@
 """Block Lanczos iteration with full reorthogonalisation for the lowest modes of a symmetric problem.
 
-The operator is the body's answer to inertia forces, ``A x = K⁻¹ M x``, self-adjoint in the inner product of M; its largest
-eigenvalues are ``1 / ω²``. A block finds degenerate pairs, of which symmetric carriers are full, and one solve with several
-right-hand sides costs little more than one with a single.
+The operator is the body's answer to inertia forces, ``A x = K⁻¹ M x``, self-adjoint in the inner
+product of M; its largest eigenvalues are ``1 / ω²``. A block finds degenerate pairs, of which
+symmetric carriers are full, and one solve with several right-hand sides costs little more than one
+with a single.
 """
 
 from collections.abc import Callable
@@ -12,8 +13,8 @@ import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.dense_threads import one_dense_thread
-from fe.static import AccuracyError
+from carrierflex.fe.dense_threads import one_dense_thread
+from carrierflex.fe.static import AccuracyError
 
 #: Relative residual of an eigenvalue 1 / ω² at which it counts as found.
 _TOLERANCE = 1e-10
@@ -71,7 +72,8 @@ def lowest_modes(
         W = answer(MQ)
         MW = M @ W
         size = float(np.sqrt(np.einsum("ij,ij->j", W, MW).max()))
-        # In exact arithmetic the last two blocks are the only ones met; what rounding brings back of all of them follows.
+        # In exact arithmetic the last two blocks are the only ones met; what rounding brings back
+        # of all of them follows.
         met = recent.T @ MW
         W -= recent @ met
         MW -= M_recent @ met
@@ -83,17 +85,27 @@ def lowest_modes(
         Q, MQ, B = _orthonormal(W, M, size)
         theta, S = np.linalg.eigh(T)
         wanted = np.argsort(theta)[::-1][:n_modes]
-        residual = np.linalg.norm(B @ S[-projection.shape[1] :, wanted], axis=0) / np.abs(theta[wanted])
+        residual = np.linalg.norm(B @ S[-projection.shape[1] :, wanted], axis=0) / np.abs(
+            theta[wanted]
+        )
         if len(wanted) == n_modes and (Q.shape[1] == 0 or residual.max() < _TOLERANCE):
             return 1.0 / theta[wanted], basis.combined(S[:, wanted])
         if Q.shape[1] == 0:
             break
-        recent, M_recent = np.concatenate([Q_before, Q], axis=1), np.concatenate([MQ_before, MQ], axis=1)
-    raise AccuracyError(f"block Lanczos found fewer than {n_modes} modes in {len(T)} vectors of blocks of {block_size}")
+        recent, M_recent = (
+            np.concatenate([Q_before, Q], axis=1),
+            np.concatenate([MQ_before, MQ], axis=1),
+        )
+    raise AccuracyError(
+        f"block Lanczos found fewer than {n_modes} modes in {len(T)} vectors of blocks of {block_size}"
+    )
 
 
 class _Basis:
-    """Orthonormal columns that grow block by block: in pieces, so that none is ever copied, large enough for fast products."""
+    """Orthonormal columns that grow block by block.
+
+    In pieces, so that none is ever copied, large enough for fast products.
+    """
 
     def __init__(self, n: int) -> None:
         self._n = n
@@ -140,16 +152,21 @@ def _bordered(T: NDArray[np.float64], projection: NDArray[np.float64]) -> NDArra
 def _orthonormal(
     W: NDArray[np.float64], M: sp.csr_array, size_before: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """M-orthonormal basis Q of the columns of W, ``M Q``, and B with ``W = Q B``; dependent columns are left out.
+    """M-orthonormal basis Q of the columns of W, ``M Q``, and B with ``W = Q B``.
 
-    `size_before` is the length of the columns before they were orthogonalised: what is small beside it is rounding.
+    Dependent columns are left out.
+
+    `size_before` is the length of the columns before they were orthogonalised: what is small beside
+    it is rounding.
     """
     Q, B = W, np.eye(W.shape[1])
     for floor in (size_before, 0.0):
         MQ = M @ Q
         gram = Q.T @ MQ
         weights, V = scipy.linalg.eigh((gram + gram.T) / 2.0)
-        kept = weights > _NEW_SHARE**2 * max(weights.max(initial=0.0), floor**2, np.finfo(float).tiny)
+        kept = weights > _NEW_SHARE**2 * max(
+            weights.max(initial=0.0), floor**2, np.finfo(float).tiny
+        )
         root = np.sqrt(weights[kept])
         Q, MQ = Q @ (V[:, kept] / root), MQ @ (V[:, kept] / root)
         B = (root[:, None] * V[:, kept].T) @ B

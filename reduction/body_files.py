@@ -1,4 +1,7 @@
-"""The project's body file: one HDF5 file a reduced body, self-describing, versioned, read back defensively."""
+"""The project's body file.
+
+One HDF5 file a reduced body, self-describing, versioned, read back defensively.
+"""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -8,12 +11,12 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.whole_files import whole_file
-from reduction.certificate import Certificate, Check
-from reduction.ffrf_data import FfrfData
-from reduction.interface_mass import effective_interface_mass
-from reduction.orthonormal_form import orthonormal_form
-from reduction.reduced_model import MassProperties, ReducedModel
+from carrierflex.files.whole_files import whole_file
+from carrierflex.reduction.certificate import Certificate, Check
+from carrierflex.reduction.ffrf_data import FfrfData
+from carrierflex.reduction.interface_mass import effective_interface_mass
+from carrierflex.reduction.orthonormal_form import orthonormal_form
+from carrierflex.reduction.reduced_model import MassProperties, ReducedModel
 
 T = TypeVar("T")
 
@@ -32,13 +35,14 @@ _FFRF_MEANING = (
     "Q = int rho T_a^T T_b for xx yy zz xy yz xz; T is the displacement field of each coordinate"
 )
 
-_ORTHONORMAL_MEANING = (
-    "q = X p: mass identity, stiffness diag(omega^2) [rad^2/s^2], rigid-body modes first; damping is D"
-)
+_ORTHONORMAL_MEANING = "q = X p: mass identity, stiffness diag(omega^2) [rad^2/s^2], rigid-body modes first; damping is D"
 
 
 class BodyFileError(ValueError):
-    """A body file is not what it should be; the message names the file, what was found and what is expected."""
+    """A body file is not what it should be.
+
+    The message names the file, what was found and what is expected.
+    """
 
 
 def write_body(model: ReducedModel, path: Path, certificate: Certificate | None = None) -> None:
@@ -72,7 +76,9 @@ def _fill(file: h5py.File, model: ReducedModel) -> None:
     pilots = file.create_group("pilots")
     pilots["names"] = list(model.pilots)
     pilots["points"] = np.array([model.pilots[name] for name in model.pilots]).reshape(-1, 3)
-    pilots["coordinates"] = np.array([model.pilot_coordinates[name] for name in model.pilots]).reshape(-1, 6)
+    pilots["coordinates"] = np.array(
+        [model.pilot_coordinates[name] for name in model.pilots]
+    ).reshape(-1, 6)
     sensors = file.create_group("sensors")
     sensors.create_dataset("names", data=list(model.sensor_names), dtype=h5py.string_dtype())
     sensors["rows"] = model.sensor_rows
@@ -83,7 +89,8 @@ def _fill(file: h5py.File, model: ReducedModel) -> None:
         model.mass_properties.inertia,
     )
     if model.ffrf is not None:
-        # One free body: the form that floating-frame codes of the Adams type take, and what each mode carries along.
+        # One free body: the form that floating-frame codes of the Adams type take, and what each
+        # mode carries along.
         orthonormal = orthonormal_form(model)
         group = file.create_group("orthonormal_form")
         group["X"], group["omega"] = orthonormal.X, orthonormal.omega
@@ -118,7 +125,10 @@ def read_body(path: Path) -> ReducedModel:
 
 
 def read_certificate(path: Path) -> Certificate | None:
-    """Read the certificate that a body file holds, None where it has none; errors as in :func:`read_body`."""
+    """Read the certificate that a body file holds, None where it has none.
+
+    Errors as in :func:`read_body`.
+    """
     return _read(path, _certificate)
 
 
@@ -164,9 +174,13 @@ def _model(file: h5py.File, path: Path) -> ReducedModel:
     points = _array(file["pilots/points"], (n_pilots, 3), path)
     coordinates = _array(file["pilots/coordinates"], (n_pilots, 6), path).astype(np.int64)
     if coordinates.size and not (0 <= coordinates.min() and coordinates.max() < n):
-        raise BodyFileError(f"{path}: a pilot refers to coordinate {coordinates.max()}; expected numbers below {n}")
+        raise BodyFileError(
+            f"{path}: a pilot refers to coordinate {coordinates.max()}; expected numbers below {n}"
+        )
     if len(set(names)) != len(names):
-        raise BodyFileError(f"{path}: pilots are named {', '.join(names)}; expected different names")
+        raise BodyFileError(
+            f"{path}: pilots are named {', '.join(names)}; expected different names"
+        )
     mass = file["mass_properties"]
     return ReducedModel(
         name=str(file.attrs["name"]),
@@ -205,7 +219,9 @@ def _certificate(file: h5py.File, path: Path) -> Certificate | None:
     group = file["certificate"]
     n = group["names"].shape[0]
     if n > _MOST_COORDINATES:
-        raise BodyFileError(f"{path}: {n} checks in the certificate; expected at most {_MOST_COORDINATES}")
+        raise BodyFileError(
+            f"{path}: {n} checks in the certificate; expected at most {_MOST_COORDINATES}"
+        )
     columns = (
         _strings(group["names"]),
         _strings(group["wanted"]),
@@ -213,7 +229,8 @@ def _certificate(file: h5py.File, path: Path) -> Certificate | None:
         _array(group["met"], (n,), path),
     )
     checks = tuple(
-        Check(name, wanted, float(reached), bool(met)) for name, wanted, reached, met in zip(*columns, strict=True)
+        Check(name, wanted, float(reached), bool(met))
+        for name, wanted, reached, met in zip(*columns, strict=True)
     )
     return Certificate(float(group.attrs["cut_off_hz"]), checks)
 

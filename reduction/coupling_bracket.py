@@ -1,6 +1,7 @@
 """Pilot stiffness and rim deflection of a carrier between distributing and rigid couplings.
 
-A distributing coupling (RBE3) lets the surface deform, a rigid one (RBE2) forbids it: the truth of a fitted part lies between.
+A distributing coupling (RBE3) lets the surface deform, a rigid one (RBE2) forbids it: the truth of
+a fitted part lies between.
 """
 
 from collections.abc import Mapping
@@ -9,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.carrier_curves import UNIT_TORQUE, sensor_curve
-from fe.deflection_curves import DeflectionCurve
-from fe.load_cases import PilotLoad
-from fe.rigid_couplings import rigidly_coupled
-from fe.structural_model import StructuralModel
-from geometry.tet_mesh import TetMesh
-from reduction.held_structure import GroundedBody, HeldStructure
+from carrierflex.fe.carrier_curves import UNIT_TORQUE, sensor_curve
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.load_cases import PilotLoad
+from carrierflex.fe.rigid_couplings import rigidly_coupled
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
 
 #: Pilots that are made rigid one group at a time, by a part of their names.
 _GROUPS = {"shaft face": "shaft_face", "bearing seats": "_seat", "pins": "pin_"}
@@ -36,7 +37,8 @@ class CouplingBracket:
     curves : tuple of DeflectionCurve
         Torque curve: distributing, rigid.
     rigid_groups : dict of str to DeflectionCurve
-        Torque curve with one group of pilots rigid, the others distributing: shaft face, bearing seats, pins.
+        Torque curve with one group of pilots rigid, the others distributing: shaft face, bearing
+        seats, pins.
     """
 
     curve_name: str
@@ -82,10 +84,16 @@ def coupling_bracket(
     curve_soft, curve_rigid = (_curve(curve_name, *pair, load) for pair in held)
     names = [pilot.name for pilot in soft.pilots]
     groups = {
-        group: _curve(curve_name, *_held(rigidly_coupled(soft, mesh, tuple(n for n in names if part in n))), load)
+        group: _curve(
+            curve_name,
+            *_held(rigidly_coupled(soft, mesh, tuple(n for n in names if part in n))),
+            load,
+        )
         for group, part in _GROUPS.items()
     }
-    return CouplingBracket(curve_name, tuple(names[1:]), stiffness, (curve_soft, curve_rigid), groups)
+    return CouplingBracket(
+        curve_name, tuple(names[1:]), stiffness, (curve_soft, curve_rigid), groups
+    )
 
 
 def _held(structure: StructuralModel) -> tuple[StructuralModel, HeldStructure]:
@@ -99,7 +107,9 @@ def _own_stiffness(structure: StructuralModel, held: HeldStructure) -> NDArray[n
     pilots = structure.pilots[1:]
     forces = np.concatenate([pilot.G.T.toarray() for pilot in pilots], axis=1)
     u = held.solve(forces, np.zeros((6, forces.shape[1])))[0]
-    return np.array([1.0 / (pilot.G @ u[:, 6 * i : 6 * i + 6]).diagonal() for i, pilot in enumerate(pilots)])
+    return np.array(
+        [1.0 / (pilot.G @ u[:, 6 * i : 6 * i + 6]).diagonal() for i, pilot in enumerate(pilots)]
+    )
 
 
 def _curve(
@@ -108,4 +118,6 @@ def _curve(
     """Rim deflection under the torque's load."""
     u = held.solve(structure.load_vector(load)[:, None], np.zeros((6, 1)))[0]
     assert structure.sensors is not None
-    return sensor_curve(name, structure.sensors.rows @ u[:, 0], UNIT_TORQUE, structure.sensors.radius)
+    return sensor_curve(
+        name, structure.sensors.rows @ u[:, 0], UNIT_TORQUE, structure.sensors.radius
+    )

@@ -6,17 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.dense_threads import one_dense_thread
-from fe.rigid_fit import ALL_COMPONENTS
-from fe.structural_model import StructuralModel
-from reduction.ffrf_data import ffrf_data
-from reduction.fixed_interface_modes import FixedInterfaceModes, fixed_interface_modes
-from reduction.held_structure import GroundedBody, HeldStructure
-from reduction.reduced_model import PILOT_COORDINATES, MassProperties, ReducedModel
-from reduction.residual_vectors import residual_vectors
-from reduction.rigid_body_checks import rigid_mass_properties
+from carrierflex.fe.dense_threads import one_dense_thread
+from carrierflex.fe.rigid_fit import ALL_COMPONENTS
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.reduction.ffrf_data import ffrf_data
+from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes, fixed_interface_modes
+from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
+from carrierflex.reduction.reduced_model import PILOT_COORDINATES, MassProperties, ReducedModel
+from carrierflex.reduction.residual_vectors import residual_vectors
+from carrierflex.reduction.rigid_body_checks import rigid_mass_properties
 
-#: Chosen, no damping being published for these parts: 2 % of critical on every fixed-interface mode.
+#: Chosen, no damping being published for these parts: 2 % of critical on every fixed-interface
+#: mode.
 MODAL_DAMPING_RATIO = 0.02
 
 
@@ -63,8 +64,8 @@ def craig_bampton(
 ) -> Reduction:
     """Reduce a body to its pilots and `n_modes` fixed-interface modes.
 
-    With ``T = [Ψ Φ]``: ``K_r = Tᵀ K T = diag(Ψᵀ K Ψ, Ω²)`` (constraint modes do no work on fixed-interface modes),
-    ``M_r = Tᵀ M T`` and ``D_r = diag(0, 2 ζ Ω)``.
+    With ``T = [Ψ Φ]``: ``K_r = Tᵀ K T = diag(Ψᵀ K Ψ, Ω²)`` (constraint modes do no work on
+    fixed-interface modes), ``M_r = Tᵀ M T`` and ``D_r = diag(0, 2 ζ Ω)``.
 
     Parameters
     ----------
@@ -79,7 +80,8 @@ def craig_bampton(
     seed : int
         Seed of the Lanczos iteration's starting vector.
     residual_loads : ndarray, shape (n_dofs, k), optional
-        Nodal forces whose static answer the basis is to hold exactly (:mod:`reduction.residual_vectors`).
+        Nodal forces whose static answer the basis is to hold exactly
+        (:mod:`carrierflex.reduction.residual_vectors`).
     body : GroundedBody, optional
         The same body, factorised before.
 
@@ -117,9 +119,13 @@ def craig_bampton(
         K=K_r,
         M=(M_r + M_r.T) / 2.0,
         D=D_r,
-        labels=coordinate_labels((pilot.name for pilot in structure.pilots), modes.omega, residuals.omega),
+        labels=coordinate_labels(
+            (pilot.name for pilot in structure.pilots), modes.omega, residuals.omega
+        ),
         pilots={pilot.name: pilot.point for pilot in structure.pilots},
-        pilot_coordinates={p.name: np.arange(6 * i, 6 * i + 6) for i, p in enumerate(structure.pilots)},
+        pilot_coordinates={
+            p.name: np.arange(6 * i, 6 * i + 6) for i, p in enumerate(structure.pilots)
+        },
         sensor_names=sensors.names if sensors else (),
         sensor_rows=sensors.rows @ T if sensors else np.zeros((0, n)),
         mass_properties=mass_properties(structure),
@@ -145,11 +151,18 @@ def mass_properties(structure: StructuralModel) -> MassProperties:
 
 
 def coordinate_labels(
-    pilots: Iterable[str], omega: NDArray[np.float64], residual_omega: NDArray[np.float64] | None = None
+    pilots: Iterable[str],
+    omega: NDArray[np.float64],
+    residual_omega: NDArray[np.float64] | None = None,
 ) -> tuple[str, ...]:
-    """Every coordinate of a reduced body in words: its pilots' six each, its modes and residual vectors with frequency [Hz]."""
+    """Every coordinate of a reduced body in words.
+
+    Its pilots' six each, its modes and residual vectors with frequency [Hz].
+    """
     moved = [f"{pilot} {coordinate}" for pilot in pilots for coordinate in PILOT_COORDINATES]
     modes = [f"mode {i} ({w / (2.0 * np.pi):.1f} Hz)" for i, w in enumerate(omega, start=1)]
     residual = np.zeros(0) if residual_omega is None else residual_omega
-    vectors = [f"residual vector {i} ({w / (2.0 * np.pi):.1f} Hz)" for i, w in enumerate(residual, start=1)]
+    vectors = [
+        f"residual vector {i} ({w / (2.0 * np.pi):.1f} Hz)" for i, w in enumerate(residual, start=1)
+    ]
     return (*moved, *modes, *vectors)

@@ -1,18 +1,23 @@
-"""How far a reduced body is from the symmetry of its part: reduced matrices under the rotation by 120 degrees."""
+"""How far a reduced body is from the symmetry of its part.
+
+Reduced matrices under the rotation by 120 degrees.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.dihedral import rotation_about_x
-from geometry.parameters import N_PINS
-from reduction.reduced_model import ReducedModel
+from carrierflex.geometry.dihedral import rotation_about_x
+from carrierflex.geometry.parameters import N_PINS
+from carrierflex.reduction.reduced_model import ReducedModel
 
 #: Distance [m] within which a rotated pilot counts as lying on another.
 _SAME_POINT = 1e-6
 
 
 def pilot_rotation(model: ReducedModel) -> NDArray[np.float64] | None:
-    """Permutation and rotation of the pilots' coordinates under +120 deg about x; None where the pilots do not map.
+    """Permutation and rotation of the pilots' coordinates under +120 deg about x.
+
+    None where the pilots do not map.
 
     Returns
     -------
@@ -36,8 +41,8 @@ def pilot_rotation(model: ReducedModel) -> NDArray[np.float64] | None:
 def asymmetry_ppm(model: ReducedModel) -> float | None:
     """Largest change of the pilots' static stiffness and mass under the rotation, in parts per million.
 
-    Every entry is compared over the geometric mean of its two diagonal entries. None where the pilots do not map onto
-    one another.
+    Every entry is compared over the geometric mean of its two diagonal entries. None where the
+    pilots do not map onto one another.
     """
     Q = pilot_rotation(model)
     if Q is None:

@@ -1,12 +1,14 @@
 """Frequency response of the full body at its pilots and sensors, from the reduction and what it leaves out.
 
-With hysteretic damping, ``K (1 + i η)``, and ``L_i = φ_iᵀ M Ψ`` the full body's dynamic stiffness at the pilots is
+With hysteretic damping, ``K (1 + i η)``, and ``L_i = φ_iᵀ M Ψ`` the full body's dynamic stiffness
+at the pilots is
 
     D(ω) = (1 + i η) Ψᵀ K Ψ - ω² Ψᵀ M Ψ - ω⁴ Σ_i L_iᵀ L_i / ((1 + i η) ω_i² - ω²)
 
-over all fixed-interface modes. The kept modes are summed as they are. The rest answers far below resonance and is a geometric
-series in (ω / ω_i)², whose moments are found by repeated static solves; every term gains the square of the ratio between the
-frequency and the first mode that was left out.
+over all fixed-interface modes. The kept modes are summed as they are. The rest answers far below
+resonance and is a geometric series in (ω / ω_i)², whose moments are found by repeated static
+solves; every term gains the square of the ratio between the frequency and the first mode that was
+left out.
 """
 
 from dataclasses import dataclass
@@ -15,13 +17,14 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.structural_model import StructuralModel
-from reduction.craig_bampton import Reduction
-from reduction.held_structure import HeldStructure
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.reduction.craig_bampton import Reduction
+from carrierflex.reduction.held_structure import HeldStructure
 
 #: Loss factor η of the comparison: twice the 2 % of critical damping that the bodies have.
 LOSS_FACTOR = 0.04
-#: Terms of the series; at half the first left-out frequency they leave a share of (1/4)^8 = 1.5e-5 of the rest.
+#: Terms of the series; at half the first left-out frequency they leave a share of (1/4)^8 = 1.5e-5
+#: of the rest.
 _TERMS = 8
 
 
@@ -80,16 +83,22 @@ class FullResponse:
         D = loss * self.K_bb - omega**2 * self.M_bb - omega**4 * (self.L[:n_modes].T @ own)
         S = self.sensors_static + omega**2 * (self.sensors_modal[:, :n_modes] @ own)
         if with_rest:
-            weights = omega ** (2 * np.arange(len(self.moments))) / loss ** (np.arange(len(self.moments)) + 1)
+            weights = omega ** (2 * np.arange(len(self.moments))) / loss ** (
+                np.arange(len(self.moments)) + 1
+            )
             D = D - omega**4 * np.tensordot(weights, self.moments, axes=1)
             S = S + omega**2 * np.tensordot(weights, self.sensor_moments, axes=1)
         scale = 1.0 / np.sqrt(self.K_bb.diagonal())
-        H = np.asarray(np.linalg.inv(D * np.outer(scale, scale)) * np.outer(scale, scale), dtype=np.complex128)
+        H = np.asarray(
+            np.linalg.inv(D * np.outer(scale, scale)) * np.outer(scale, scale), dtype=np.complex128
+        )
         return H, np.asarray(S @ H, dtype=np.complex128)
 
 
 def full_response(structure: StructuralModel, reduction: Reduction) -> FullResponse:
-    """Collect the full body's frequency response: `_TERMS` block solves with the reduction's factor.
+    """Collect the full body's frequency response.
+
+    `_TERMS` block solves with the reduction's factor.
 
     Parameters
     ----------
@@ -140,14 +149,17 @@ def response_error(response: FullResponse, omega: float, n_modes: int) -> tuple[
     Returns
     -------
     pilots, sensors : float
-        ``|W (H_reduced - H) W| / |W H W|`` and ``|(Y_reduced - Y) W| / |Y W|`` in Frobenius norms. W, the square root of the
-        pilots' static stiffness, makes translations and rotations comparable, and a norm over all pilots does not blow up
-        at the antiresonances of single entries.
+        ``|W (H_reduced - H) W| / |W H W|`` and ``|(Y_reduced - Y) W| / |Y W|`` in Frobenius norms.
+        W, the square root of the pilots' static stiffness, makes translations and rotations
+        comparable, and a norm over all pilots does not blow up at the antiresonances of single
+        entries.
     """
     H, Y = response.at(omega, len(response.omega), with_rest=True)
     H_reduced, Y_reduced = response.at(omega, n_modes, with_rest=False)
     W = np.sqrt(response.K_bb.diagonal())
-    pilots = float(np.linalg.norm((H_reduced - H) * np.outer(W, W)) / np.linalg.norm(H * np.outer(W, W)))
+    pilots = float(
+        np.linalg.norm((H_reduced - H) * np.outer(W, W)) / np.linalg.norm(H * np.outer(W, W))
+    )
     sensors = float(np.linalg.norm((Y_reduced - Y) * W) / np.linalg.norm(Y * W)) if len(Y) else 0.0
     return pilots, sensors
 
@@ -182,8 +194,8 @@ def modes_needed(response: FullResponse, frequency_hz: float, tolerance: float) 
             f"{tolerance:g}: reduce with more modes"
         )
     low, high = 0, most
-    # The error falls with the mode count, up to steps where half of a degenerate pair is kept: bisection finds a count from
-    # which on one more mode never makes it necessary to go back.
+    # The error falls with the mode count, up to steps where half of a degenerate pair is kept:
+    # bisection finds a count from which on one more mode never makes it necessary to go back.
     while low < high:
         middle = (low + high) // 2
         if worst(middle) <= tolerance:

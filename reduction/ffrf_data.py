@@ -1,13 +1,16 @@
 # ruff: noqa: N802 - the names are the letters of the standard input data
 """Inertia invariants of a reduced body for codes with a floating frame of reference.
 
-A point x of the body moves as ``x + T(x) q`` in a frame that itself moves. Everything that the frame's motion meets of the
-body's mass lies in six integrals, of which all terms of the equations of motion are combinations:
+A point x of the body moves as ``x + T(x) q`` in a frame that itself moves. Everything that the
+frame's motion meets of the body's mass lies in six integrals, of which all terms of the equations
+of motion are combinations:
 
-``m = ∫ ρ``, ``∫ ρ x``, ``∫ ρ x xᵀ``, ``N = ∫ ρ T``, ``P_ab = ∫ ρ x_a T_b``, ``Q_ab = ∫ ρ T_aᵀ T_b``.
+``m = ∫ ρ``, ``∫ ρ x``, ``∫ ρ x xᵀ``, ``N = ∫ ρ T``, ``P_ab = ∫ ρ x_a T_b``, ``Q_ab = ∫ ρ T_aᵀ
+T_b``.
 
-The element mass is one scalar matrix for x, y and z, so the sums over nodes with it are these integrals, not approximations.
-The letters of the combinations are those of Wallrapp's standard input data; frame and origin are the body's own.
+The element mass is one scalar matrix for x, y and z, so the sums over nodes with it are these
+integrals, not approximations. The letters of the combinations are those of Wallrapp's standard
+input data; frame and origin are the body's own.
 """
 
 from dataclasses import dataclass
@@ -16,8 +19,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.structural_model import StructuralModel
-from reduction.scalar_mass import displacements, positions, scalar_mass, uniform
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.reduction.scalar_mass import displacements, positions, scalar_mass, uniform
 
 #: Pairs of axes in the order in which symmetric quantities are kept: xx yy zz xy yz xz.
 AXIS_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
@@ -44,7 +47,8 @@ class FfrfData:
     P : ndarray, shape (3, 3, r)
         ``P[a, b] = ∫ ρ x_a T_b`` [kg m].
     Q : ndarray, shape (6, r, r)
-        ``∫ ρ T_aᵀ T_b`` [kg] for the axes of :data:`AXIS_PAIRS`; the other three are transposes, see :meth:`block`.
+        ``∫ ρ T_aᵀ T_b`` [kg] for the axes of :data:`AXIS_PAIRS`; the other three are transposes,
+        see :meth:`block`.
 
     Raises
     ------
@@ -53,8 +57,9 @@ class FfrfData:
 
     References
     ----------
-    Shabana (2020), Dynamics of Multibody Systems, 5th ed., chapter 5. Wallrapp (1994), Mechanics of Structures and
-    Machines 22(3), 315-337. Schwertassek and Wallrapp (1999), Dynamik flexibler Mehrkörpersysteme, chapter 6.
+    Shabana (2020), Dynamics of Multibody Systems, 5th ed., chapter 5. Wallrapp (1994), Mechanics of
+    Structures and Machines 22(3), 315-337. Schwertassek and Wallrapp (1999), Dynamik flexibler
+    Mehrkörpersysteme, chapter 6.
     """
 
     mass: float
@@ -66,7 +71,13 @@ class FfrfData:
 
     def __post_init__(self) -> None:
         r = self.N.shape[-1]
-        expected = {"first_moment": (3,), "second_moment": (3, 3), "N": (3, r), "P": (3, 3, r), "Q": (6, r, r)}
+        expected = {
+            "first_moment": (3,),
+            "second_moment": (3, 3),
+            "N": (3, r),
+            "P": (3, 3, r),
+            "Q": (6, r, r),
+        }
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
                 raise ValueError(
@@ -80,7 +91,11 @@ class FfrfData:
 
     def block(self, a: int, b: int) -> NDArray[np.float64]:
         """``Q_ab = ∫ ρ T_aᵀ T_b`` [kg] for any two axes, shape (r, r)."""
-        return self.Q[AXIS_PAIRS.index((a, b))] if (a, b) in AXIS_PAIRS else self.Q[AXIS_PAIRS.index((b, a))].T
+        return (
+            self.Q[AXIS_PAIRS.index((a, b))]
+            if (a, b) in AXIS_PAIRS
+            else self.Q[AXIS_PAIRS.index((b, a))].T
+        )
 
     @cached_property
     def blocks(self) -> NDArray[np.float64]:
@@ -99,7 +114,10 @@ class FfrfData:
 
     @property
     def Ct(self) -> NDArray[np.float64]:
-        """Coupling with the frame's translation ``∫ ρ Tᵀ``, shape (r, 3); also the first order of m c."""
+        """Coupling with the frame's translation ``∫ ρ Tᵀ``, shape (r, 3).
+
+        Also the first order of m c.
+        """
         return self.N.T
 
     @property
@@ -109,7 +127,10 @@ class FfrfData:
 
     @cached_property
     def Cr1(self) -> NDArray[np.float64]:
-        """Change of Cr with the deformation: ``[j, k] = ∫ ρ (T_k × T_j)``, shape (r, r, 3): row j, coordinate k."""
+        """Change of Cr with the deformation.
+
+        ``[j, k] = ∫ ρ (T_k × T_j)``, shape (r, r, 3): row j, coordinate k.
+        """
         return np.einsum("abc,bckj->jka", _EPSILON, self.blocks)
 
     @property
@@ -124,18 +145,27 @@ class FfrfData:
 
     @property
     def Gr(self) -> NDArray[np.float64]:
-        """Gyroscopic moments ``Gr_j = -2 ∫ ρ x~ T~_j``, shape (3, 3, r): the moment is ``Σ_j Gr_j q̇_j ω``."""
+        """Gyroscopic moments ``Gr_j = -2 ∫ ρ x~ T~_j``, shape (3, 3, r).
+
+        The moment is ``Σ_j Gr_j q̇_j ω``.
+        """
         # Of two cross products, x × (T × ω) = (T xᵀ - x·T I) ω.
         return 2.0 * _inertia(self.P).transpose(1, 0, 2)
 
     @property
     def Ge(self) -> NDArray[np.float64]:
-        """Gyroscopic forces ``Ge_j = -2 ∫ ρ Tᵀ T~_j``, shape (r, 3, r): the force is ``Σ_j Ge_j q̇_j ω``."""
+        """Gyroscopic forces ``Ge_j = -2 ∫ ρ Tᵀ T~_j``, shape (r, 3, r).
+
+        The force is ``Σ_j Ge_j q̇_j ω``.
+        """
         return 2.0 * self.Cr1.transpose(0, 2, 1)
 
     @property
     def Oe(self) -> NDArray[np.float64]:
-        """Centrifugal forces ``∫ ρ Tᵀ ω~ ω~ x = Oe ω_q``, shape (r, 6); ω_q are the products of :data:`AXIS_PAIRS`."""
+        """Centrifugal forces ``∫ ρ Tᵀ ω~ ω~ x = Oe ω_q``, shape (r, 6).
+
+        Ω_q are the products of :data:`AXIS_PAIRS`.
+        """
         return _centrifugal(self.P).T
 
     @property
@@ -146,10 +176,18 @@ class FfrfData:
     def second_moment_at(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """``∫ ρ (x + T q) (x + T q)ᵀ`` [kg m^2] of the deformed body."""
         mixed = self.P @ q
-        return self.second_moment + mixed + mixed.T + np.einsum("abjk,j,k->ab", self.blocks, q, q, optimize=True)
+        return (
+            self.second_moment
+            + mixed
+            + mixed.T
+            + np.einsum("abjk,j,k->ab", self.blocks, q, q, optimize=True)
+        )
 
     def inertia(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Inertia of the deformed body about the origin [kg m^2], exact: constant, linear and quadratic in q."""
+        """Inertia of the deformed body about the origin [kg m^2], exact.
+
+        Constant, linear and quadratic in q.
+        """
         return _inertia(self.second_moment_at(q))
 
     def kinetic_energy(
@@ -185,7 +223,10 @@ class FfrfData:
         return FfrfData(self.mass, self.first_moment, self.second_moment, self.N @ V, self.P @ V, Q)
 
     def turned(self, R: NDArray[np.float64]) -> "FfrfData":
-        """Invariants of the body turned by the rotation R, in the frame that stays; coordinates kept."""
+        """Invariants of the body turned by the rotation R, in the frame that stays.
+
+        Coordinates kept.
+        """
         blocks = np.einsum("ai,bj,ijkl->abkl", R, R, self.blocks, optimize=True)
         return FfrfData(
             self.mass,
@@ -206,7 +247,9 @@ def _inertia(second: NDArray[np.float64]) -> NDArray[np.float64]:
 def _centrifugal(moment: NDArray[np.float64]) -> NDArray[np.float64]:
     """Factors of ω_a ω_b in ``∫ ρ Tᵀ ω~ ω~ x`` from ``∫ ρ x_a T_b``, the six pairs first."""
     trace = np.trace(moment)
-    return np.array([moment[a, a] - trace if a == b else moment[a, b] + moment[b, a] for a, b in AXIS_PAIRS])
+    return np.array(
+        [moment[a, a] - trace if a == b else moment[a, b] + moment[b, a] for a, b in AXIS_PAIRS]
+    )
 
 
 def ffrf_data(structure: StructuralModel, T: NDArray[np.float64]) -> FfrfData:

@@ -6,9 +6,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.static import AccuracyError
-from reduction.block_lanczos import lowest_modes
-from reduction.held_structure import HeldStructure
+from carrierflex.fe.static import AccuracyError
+from carrierflex.reduction.block_lanczos import lowest_modes
+from carrierflex.reduction.held_structure import HeldStructure
 
 #: Largest residual of an eigenpair, relative to its elastic force.
 _RESIDUAL_TOLERANCE = 1e-6
@@ -20,7 +20,10 @@ _MOST_MODES = 800
 
 @dataclass(frozen=True, eq=False)
 class FixedInterfaceModes:
-    """Modes with ``G φ = 0``: shapes, shape (n, k), mass-normalised, and angular frequencies [rad/s], ascending."""
+    """Modes with ``G φ = 0``.
+
+    Shapes, shape (n, k), mass-normalised, and angular frequencies [rad/s], ascending.
+    """
 
     Phi: NDArray[np.float64]
     omega: NDArray[np.float64]
@@ -51,7 +54,9 @@ def fixed_interface_modes(
     """
     n = M.shape[0]
     if not 0 <= n_modes < n // 10:
-        raise ValueError(f"number of modes is {n_modes}; expected 0 to {n // 10 - 1} for {n} degrees of freedom")
+        raise ValueError(
+            f"number of modes is {n_modes}; expected 0 to {n // 10 - 1} for {n} degrees of freedom"
+        )
     if n_modes == 0:
         return FixedInterfaceModes(np.zeros((n, 0)), np.zeros(0))
     start = held.answer(M @ rng.standard_normal((n, _BLOCK_SIZE)))
@@ -60,13 +65,16 @@ def fixed_interface_modes(
     return FixedInterfaceModes(Phi, np.sqrt(eigenvalues))
 
 
-def count_below(held: HeldStructure, M: sp.csr_array, frequency_hz: float, *, rng: np.random.Generator) -> int:
+def count_below(
+    held: HeldStructure, M: sp.csr_array, frequency_hz: float, *, rng: np.random.Generator
+) -> int:
     """Number of fixed-interface modes below `frequency_hz` [Hz], found by asking for more until one lies above.
 
     Raises
     ------
     ValueError
-        Where the frequency is not positive, or so high that the body would need more than 400 modes.
+        Where the frequency is not positive, or so high that the body would need more than 400
+        modes.
     """
     if not frequency_hz > 0.0:
         raise ValueError(f"cut-off frequency is {frequency_hz} Hz; expected a positive frequency")

@@ -1,7 +1,10 @@
-"""A second basis with the same interface: free modes and residual flexibility (Rubin; Craig and Chang).
+"""A second basis with the same interface.
 
-Modes of the free body take the place of those with the pilots held; what the left-out ones would answer to forces at the
-pilots is kept as residual attachment modes. Statics at the pilots are exact, as in the Craig-Bampton basis.
+Free modes and residual flexibility (Rubin; Craig and Chang).
+
+Modes of the free body take the place of those with the pilots held; what the left-out ones would
+answer to forces at the pilots is kept as residual attachment modes. Statics at the pilots are
+exact, as in the Craig-Bampton basis.
 """
 
 from collections.abc import Mapping
@@ -12,19 +15,26 @@ import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.structural_model import StructuralModel
-from reduction.craig_bampton import MODAL_DAMPING_RATIO, coordinate_labels, mass_properties
-from reduction.ffrf_data import ffrf_data
-from reduction.free_modes import full_free_modes
-from reduction.held_structure import GroundedBody
-from reduction.reduced_model import ReducedModel
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.reduction.craig_bampton import (
+    MODAL_DAMPING_RATIO,
+    coordinate_labels,
+    mass_properties,
+)
+from carrierflex.reduction.ffrf_data import ffrf_data
+from carrierflex.reduction.free_modes import full_free_modes
+from carrierflex.reduction.held_structure import GroundedBody
+from carrierflex.reduction.reduced_model import ReducedModel
 
 _N_RIGID = 6
 
 
 @dataclass(frozen=True, eq=False)
 class FreeInterfaceReduction:
-    """A reduced body with its basis, shape (n_dofs, n): pilots, rigid-body modes, free elastic modes."""
+    """A reduced body with its basis, shape (n_dofs, n).
+
+    Pilots, rigid-body modes, free elastic modes.
+    """
 
     model: ReducedModel
     basis: NDArray[np.float64]
@@ -41,9 +51,10 @@ def free_interface_reduction(
 ) -> FreeInterfaceReduction:
     """Reduce a body to its pilots, six rigid-body modes and `n_modes` free elastic modes.
 
-    With rigid modes R, free modes Φ and ``Ψ = A_e Gᵀ - Φ Ω⁻² Φᵀ Gᵀ``, the answer to pilot forces under inertia relief less
-    the kept modes' share: ``u = R a + Φ q + Ψ p``. Pilot motions ``d = G u`` take the place of p through ``S = G Ψ``:
-    ``u = Ψ S⁻¹ d + (R - Ψ S⁻¹ G R) a + (Φ - Ψ S⁻¹ G Φ) q``. Stiffness and mass are projected in full.
+    With rigid modes R, free modes Φ and ``Ψ = A_e Gᵀ - Φ Ω⁻² Φᵀ Gᵀ``, the answer to pilot forces
+    under inertia relief less the kept modes' share: ``u = R a + Φ q + Ψ p``. Pilot motions ``d = G
+    u`` take the place of p through ``S = G Ψ``: ``u = Ψ S⁻¹ d + (R - Ψ S⁻¹ G R) a + (Φ - Ψ S⁻¹ G Φ)
+    q``. Stiffness and mass are projected in full.
 
     Parameters
     ----------
@@ -72,15 +83,18 @@ def free_interface_reduction(
 
     References
     ----------
-    .. [1] S. Rubin, "Improved component-mode representation for structural dynamic analysis", AIAA Journal 13 (1975).
-    .. [2] R. R. Craig, C.-J. Chang, "On the use of attachment modes in substructure coupling for dynamic analysis" (1977).
+    .. [1] S. Rubin, "Improved component-mode representation for structural dynamic analysis", AIAA
+    Journal 13 (1975). .. [2] R. R. Craig, C.-J. Chang, "On the use of attachment modes in
+    substructure coupling for dynamic analysis" (1977).
     """
     body = body or GroundedBody(structure.K, structure.points, structure.rigid_points)
     M, G = structure.M, sp.csr_array(sp.vstack([pilot.G for pilot in structure.pilots]))
     free = full_free_modes(structure, body, n_modes, rng=np.random.default_rng(seed))
     R = body.rigid_modes @ _mass_orthonormal(body.rigid_modes, M)
     forces = G.T.toarray()
-    Psi = _relieved(body, M @ R, R, forces) - free.Phi @ ((free.Phi.T @ forces) / free.omega[:, None] ** 2)
+    Psi = _relieved(body, M @ R, R, forces) - free.Phi @ (
+        (free.Phi.T @ forces) / free.omega[:, None] ** 2
+    )
     modes = np.concatenate([R, free.Phi], axis=1)
     attached = np.linalg.solve((G @ Psi).T, Psi.T).T
     T = np.concatenate([attached, modes - attached @ (G @ modes)], axis=1)
@@ -95,7 +109,9 @@ def free_interface_reduction(
         D=(damped * (2.0 * damping_ratio * free.omega)) @ damped.T,
         labels=coordinate_labels((pilot.name for pilot in structure.pilots), omega),
         pilots={pilot.name: pilot.point for pilot in structure.pilots},
-        pilot_coordinates={p.name: np.arange(6 * i, 6 * i + 6) for i, p in enumerate(structure.pilots)},
+        pilot_coordinates={
+            p.name: np.arange(6 * i, 6 * i + 6) for i, p in enumerate(structure.pilots)
+        },
         sensor_names=sensors.names if sensors else (),
         sensor_rows=sensors.rows @ T if sensors else np.zeros((0, T.shape[1])),
         mass_properties=mass_properties(structure),

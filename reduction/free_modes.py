@@ -6,13 +6,14 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from fe.structural_model import StructuralModel
-from reduction.block_lanczos import lowest_modes
-from reduction.craig_bampton import Reduction
-from reduction.held_structure import GroundedBody
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.reduction.block_lanczos import lowest_modes
+from carrierflex.reduction.craig_bampton import Reduction
+from carrierflex.reduction.held_structure import GroundedBody
 
 _BLOCK_SIZE = 8
-#: Frequencies within this share of one another are compared as one group: degenerate pairs mix freely.
+#: Frequencies within this share of one another are compared as one group: degenerate pairs mix
+#: freely.
 _SAME_FREQUENCY = 0.01
 _N_RIGID = 6
 
@@ -59,23 +60,30 @@ def reduced_free_modes(reduction: Reduction, n_modes: int) -> FreeModes:
     """Lowest elastic free modes of the reduced body, expanded to the full body's degrees of freedom."""
     model = reduction.model
     scale = 1.0 / np.sqrt(model.M.diagonal())
-    omega_squared, q = scipy.linalg.eigh(model.K * np.outer(scale, scale), model.M * np.outer(scale, scale))
+    omega_squared, q = scipy.linalg.eigh(
+        model.K * np.outer(scale, scale), model.M * np.outer(scale, scale)
+    )
     elastic = slice(_N_RIGID, _N_RIGID + n_modes)
     T = reduction.basis
     return FreeModes(T @ (scale[:, None] * q[:, elastic]), np.sqrt(omega_squared[elastic]))
 
 
 def frequency_errors(full: FreeModes, reduced: FreeModes) -> NDArray[np.float64]:
-    """Relative error of every reduced frequency; not negative but for rounding, since a reduction only stiffens."""
+    """Relative error of every reduced frequency.
+
+    Not negative but for rounding, since a reduction only stiffens.
+    """
     k = min(len(full.omega), len(reduced.omega))
     return reduced.omega[:k] / full.omega[:k] - 1.0
 
 
-def group_mac(structure: StructuralModel, full: FreeModes, reduced: FreeModes) -> NDArray[np.float64]:
+def group_mac(
+    structure: StructuralModel, full: FreeModes, reduced: FreeModes
+) -> NDArray[np.float64]:
     """Modal assurance of every full mode with the group of reduced modes of about its frequency.
 
-    ``Σ_j (φᵀ M φ_j)²`` over the reduced modes within 1 % of its frequency: 1 where the group contains the mode. Masses
-    weight it, so that it is an energy and not a count of nodes.
+    ``Σ_j (φᵀ M φ_j)²`` over the reduced modes within 1 % of its frequency: 1 where the group
+    contains the mode. Masses weight it, so that it is an energy and not a count of nodes.
     """
     products = full.Phi.T @ (structure.M @ reduced.Phi)
     near = np.abs(reduced.omega[None, :] / full.omega[:, None] - 1.0) < _SAME_FREQUENCY

@@ -1,16 +1,19 @@
-"""A free elastic body whose pilots are held or moved: the saddle point behind every Craig-Bampton mode.
+"""A free elastic body whose pilots are held or moved.
 
-The problem is ``K u + Gᵀ λ = f``, ``G u = d`` with K of a free body (six rigid-body modes R) and G the distributing
-couplings. Holding six degrees of freedom of three nodes makes K positive definite without changing any
-self-equilibrated solution: their reactions are zero. So
+The saddle point behind every Craig-Bampton mode.
+
+The problem is ``K u + Gᵀ λ = f``, ``G u = d`` with K of a free body (six rigid-body modes R) and G
+the distributing couplings. Holding six degrees of freedom of three nodes makes K positive definite
+without changing any self-equilibrated solution: their reactions are zero. So
 
     u = A (f - Gᵀ λ) + R a,   A = K_heldⁿ⁻⁶ inverse padded with zeros,
     S λ - H a = G A f - d,    S = G A Gᵀ,  H = G R,
     Hᵀ λ = Rᵀ f,
 
-one sparse Cholesky factorisation, one block solve, and a dense system of 6 (pilots + 1) unknowns. No penalty and no
-dense null space enters; docs/decisions/0003 compares it with factorising the saddle point itself. Where symmetry splits the
-body (:mod:`fe.symmetry_blocks`), every block is such a problem, with one or two rigid-body modes of its own.
+one sparse Cholesky factorisation, one block solve, and a dense system of 6 (pilots + 1) unknowns.
+No penalty and no dense null space enters; docs/decisions/0003 compares it with factorising the
+saddle point itself. Where symmetry splits the body (:mod:`carrierflex.fe.symmetry_blocks`), every
+block is such a problem, with one or two rigid-body modes of its own.
 """
 
 from collections.abc import Sequence
@@ -23,9 +26,9 @@ import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.factorisation import Factorisation, factorise
-from fe.surface_integrals import rigid_body_modes
-from fe.symmetry_blocks import SymmetryBlock
+from carrierflex.fe.factorisation import Factorisation, factorise
+from carrierflex.fe.surface_integrals import rigid_body_modes
+from carrierflex.fe.symmetry_blocks import SymmetryBlock
 
 
 class Grounded(Protocol):
@@ -61,7 +64,8 @@ class GroundedBody:
     points : ndarray, shape (n_nodes, 3)
         Node coordinates [m].
     rigid_points : ndarray, shape (p, 3)
-        Pilots of rigid couplings, whose six coordinates follow the nodes' among the n degrees of freedom.
+        Pilots of rigid couplings, whose six coordinates follow the nodes' among the n degrees of
+        freedom.
 
     Raises
     ------
@@ -131,7 +135,9 @@ class HeldStructure:
     body: Grounded
     pilots: Sequence[Coupling]
 
-    def solve(self, f: NDArray[np.float64], d: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def solve(
+        self, f: NDArray[np.float64], d: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Displacement u, shape (n, k), and reactions λ, shape (m, k), under nodal forces `f` and pilot motions `d`.
 
         ``-λ`` are the forces and moments that hold the pilots.
@@ -150,7 +156,9 @@ class HeldStructure:
     def constraint_modes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Constraint modes Ψ, shape (n, m), and the pilots' static stiffness ``Ψᵀ K Ψ = -λ``, shape (m, m)."""
         m = self._couplings.shape[0]
-        lagrange, a = self._split(np.concatenate([-np.eye(m), np.zeros((self.body.rigid_modes.shape[1], m))]))
+        lagrange, a = self._split(
+            np.concatenate([-np.eye(m), np.zeros((self.body.rigid_modes.shape[1], m))])
+        )
         stiffness = -(lagrange + lagrange.T) / 2.0
         return self.body.rigid_modes @ a - self._answer_to_couplings @ lagrange, stiffness
 
@@ -183,8 +191,8 @@ class HeldStructure:
 def statically_determinate_dofs(points: NDArray[np.float64]) -> NDArray[np.int64]:
     """Six degrees of freedom of three far-apart nodes that hold a body against rigid motion without constraining it.
 
-    The first node is held in x y z, the second across the line to it, the third across their plane; directions are the
-    coordinate axes that serve best.
+    The first node is held in x y z, the second across the line to it, the third across their plane;
+    directions are the coordinate axes that serve best.
     """
     first = int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))
     along = points - points[first]

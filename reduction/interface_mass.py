@@ -1,9 +1,12 @@
-"""Effective interface mass: how much of a body each fixed-interface mode carries along when its interface moves rigidly."""
+"""Effective interface mass.
+
+How much of a body each fixed-interface mode carries along when its interface moves rigidly.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from reduction.reduced_model import ReducedModel
+from carrierflex.reduction.reduced_model import ReducedModel
 
 #: Directions of the columns.
 DIRECTIONS = ("x", "y", "z", "about x", "about y", "about z")
@@ -12,8 +15,9 @@ DIRECTIONS = ("x", "y", "z", "about x", "about y", "about z")
 def effective_interface_mass(model: ReducedModel) -> NDArray[np.float64]:
     """Share of the body's mass and inertia that each mode takes part in, by direction.
 
-    With the interface moving as a rigid body about the centre of mass, ``L = Φᵀ M Ψ R_b``; mode i carries ``L_ij²`` (modes
-    mass-normalised) in direction j. Over all modes the shares add up to what moves relative to the interface.
+    With the interface moving as a rigid body about the centre of mass, ``L = Φᵀ M Ψ R_b``; mode i
+    carries ``L_ij²`` (modes mass-normalised) in direction j. Over all modes the shares add up to
+    what moves relative to the interface.
 
     Parameters
     ----------
@@ -32,7 +36,8 @@ def effective_interface_mass(model: ReducedModel) -> NDArray[np.float64]:
 
     References
     ----------
-    .. [1] D. C. Kammer, M. J. Triller, "Selection of component modes for Craig-Bampton substructure representations",
+    .. [1] D. C. Kammer, M. J. Triller, "Selection of component modes for Craig-Bampton substructure
+    representations",
        Journal of Vibration and Acoustics 118 (1996).
     """
     if not model.pilots:
@@ -47,7 +52,10 @@ def effective_interface_mass(model: ReducedModel) -> NDArray[np.float64]:
 
 
 def rigid_motion_of_interface(model: ReducedModel) -> NDArray[np.float64]:
-    """Reduced coordinates of six unit rigid motions about the centre of mass, shape (n, 6); modes stay at rest."""
+    """Reduced coordinates of six unit rigid motions about the centre of mass, shape (n, 6).
+
+    Modes stay at rest.
+    """
     R = np.zeros((model.n_coordinates, 6))
     for name, rows in model.pilot_coordinates.items():
         x, y, z = model.pilots[name] - model.mass_properties.centre

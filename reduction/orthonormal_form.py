@@ -1,4 +1,6 @@
-"""The eigen-orthonormalised form of a reduced body: uncoupled modes of the free body, as Adams-type codes want it.
+"""The eigen-orthonormalised form of a reduced body.
+
+Uncoupled modes of the free body, as Adams-type codes want it.
 
 The same space as the physical form; what is lost is that a coordinate is a pilot's motion.
 """
@@ -9,7 +11,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from reduction.reduced_model import ReducedModel
+from carrierflex.reduction.reduced_model import ReducedModel
 
 #: A free body has six modes without stiffness.
 _N_RIGID = 6
@@ -22,7 +24,8 @@ class OrthonormalForm:
     Parameters
     ----------
     X : ndarray, shape (n, n)
-        Modes of the free reduced body in its physical coordinates, mass-normalised, rigid-body modes first.
+        Modes of the free reduced body in its physical coordinates, mass-normalised, rigid-body
+        modes first.
     omega : ndarray, shape (n,)
         Angular frequencies [rad/s], ascending; exactly zero for the rigid-body modes.
     n_rigid : int
@@ -58,9 +61,13 @@ def orthonormal_form(model: ReducedModel) -> OrthonormalForm:
         Where the body is not free: a seventh mode without stiffness, or fewer than six.
     """
     scale = 1.0 / np.sqrt(np.diag(model.M))
-    squared, q = scipy.linalg.eigh(model.K * np.outer(scale, scale), model.M * np.outer(scale, scale))
+    squared, q = scipy.linalg.eigh(
+        model.K * np.outer(scale, scale), model.M * np.outer(scale, scale)
+    )
     # Rounding of the stiffest modes hides a stiffness below this share of theirs.
     rigid = squared < max(1e-13 * squared[-1], 1e-6 * squared[min(_N_RIGID, squared.size - 1)])
     if int(rigid.sum()) != _N_RIGID:
-        raise ValueError(f"{model.name}: {int(rigid.sum())} modes without stiffness; expected {_N_RIGID}, a free body")
+        raise ValueError(
+            f"{model.name}: {int(rigid.sum())} modes without stiffness; expected {_N_RIGID}, a free body"
+        )
     return OrthonormalForm(scale[:, None] * q, np.sqrt(np.where(rigid, 0.0, squared)), _N_RIGID)

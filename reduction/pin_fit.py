@@ -1,4 +1,7 @@
-"""The torque curve over the pin fit, from reduced bodies alone: one small solve a stiffness; and its mixes of two extremes."""
+"""The torque curve over the pin fit, from reduced bodies alone.
+
+One small solve a stiffness; and its mixes of two extremes.
+"""
 
 import math
 from collections.abc import Callable
@@ -7,13 +10,13 @@ from functools import cached_property
 
 import numpy as np
 
-from fe.carrier_curves import UNIT_TORQUE, sensor_curve
-from fe.curve_mixes import convex_mix, least_squares_mix, nonnegative_mix
-from fe.deflection_curves import DeflectionCurve
-from fe.load_cases import GearForces, PilotLoad
-from reduction.pin_joints import carrier_with_pins, drive_torque_load
-from reduction.reduced_model import ReducedModel
-from reduction.reduced_static import static_coordinates
+from carrierflex.fe.carrier_curves import UNIT_TORQUE, sensor_curve
+from carrierflex.fe.curve_mixes import convex_mix, least_squares_mix, nonnegative_mix
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.load_cases import GearForces, PilotLoad
+from carrierflex.reduction.pin_joints import carrier_with_pins, drive_torque_load
+from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.reduction.reduced_static import static_coordinates
 
 #: Pilot through which the carrier is held.
 HELD = "shaft_face"
@@ -21,7 +24,9 @@ HELD = "shaft_face"
 _ACCURACY = 1e-4
 
 
-def torque_curve(name: str, model: ReducedModel, loads: dict[str, PilotLoad], radius: float) -> DeflectionCurve:
+def torque_curve(
+    name: str, model: ReducedModel, loads: dict[str, PilotLoad], radius: float
+) -> DeflectionCurve:
     """Static rim curve of a reduced carrier under loads that belong to 1 kN m, its shaft face held through the pilot.
 
     Parameters
@@ -38,7 +43,7 @@ def torque_curve(name: str, model: ReducedModel, loads: dict[str, PilotLoad], ra
     Raises
     ------
     KeyError, LinAlgError
-        From :func:`reduction.reduced_static.static_coordinates`.
+        From :func:`carrierflex.reduction.reduced_static.static_coordinates`.
     """
     q = static_coordinates(model, [HELD], loads)
     return sensor_curve(name, model.sensor_rows @ q, UNIT_TORQUE, radius)
@@ -77,7 +82,9 @@ class PinFitFamily:
         """Curves of infinite and of no stiffness."""
         return self.curve(math.inf), self.curve(0.0)
 
-    def stiffness_where(self, reached: Callable[[DeflectionCurve], bool], low: float, high: float) -> float:
+    def stiffness_where(
+        self, reached: Callable[[DeflectionCurve], bool], low: float, high: float
+    ) -> float:
         """Lowest stiffness between `low` and `high` [N m/rad], by bisection, from which on `reached` holds of the curve.
 
         Raises
@@ -97,7 +104,10 @@ class PinFitFamily:
 
 @dataclass(frozen=True)
 class PinFitRow:
-    """Figures of one pin fit; every residual is the RMS that a mix leaves over the RMS of the curve."""
+    """Figures of one pin fit.
+
+    Every residual is the RMS that a mix leaves over the RMS of the curve.
+    """
 
     axial: str
     """``tied``: pins tied along x at both ends, as in the paper; ``sliding``: free along x downwind."""
@@ -133,7 +143,10 @@ class PinFitRow:
 
 @dataclass(frozen=True, eq=False)
 class ExtremeCurves:
-    """Stiff and flexible curve: shaft face held through its pilot, and held node by node (``clamped``)."""
+    """Stiff and flexible curve.
+
+    Shaft face held through its pilot, and held node by node (``clamped``).
+    """
 
     stiff: DeflectionCurve
     flexible: DeflectionCurve
@@ -142,7 +155,10 @@ class ExtremeCurves:
 
 
 def rms(curve: DeflectionCurve) -> float:
-    """RMS of the axial curve [m per unit load]; of a curve of orders 3, 6, 9 ... its mean is zero."""
+    """RMS of the axial curve [m per unit load].
+
+    Of a curve of orders 3, 6, 9 ... its mean is zero.
+    """
     return float(np.sqrt(np.mean(curve.axial**2)))
 
 

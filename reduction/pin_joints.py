@@ -5,30 +5,40 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.load_cases import bonded_pin_load, together
-from geometry.parameters import N_PINS, pin_angles
-from reduction.assembly import Joint, assembled
-from reduction.reduced_model import ReducedModel, turned
+from carrierflex.fe.load_cases import bonded_pin_load, together
+from carrierflex.geometry.parameters import N_PINS, pin_angles
+from carrierflex.reduction.assembly import Joint, assembled
+from carrierflex.reduction.reduced_model import ReducedModel, turned
 
 #: Paper, section 3.1: bending and torsional stiffness of each pin interface [N m/rad].
 PAPER_STIFFNESS = 1e6
-#: Derived with beams for pins: gives the rim deflection of the paper's Table 4 (this chain's own figure: docs/pin_fit.md).
+#: Derived with beams for pins: gives the rim deflection of the paper's Table 4 (this chain's own
+#: figure: docs/pin_fit.md).
 TABLE_4_STIFFNESS = 1.4e7
-#: Pin fits by name [N m/rad]: pins that pivot freely, the paper's, the one of Table 4, pins clamped into rigid bores.
+#: Pin fits by name [N m/rad]: pins that pivot freely, the paper's, the one of Table 4, pins clamped
+#: into rigid bores.
 PIN_FITS = {"free": 0.0, "paper": PAPER_STIFFNESS, "table_4": TABLE_4_STIFFNESS, "rigid": math.inf}
-#: A free pin would spin about its own axis; this holds it at one end, where no load makes it turn [N m/rad].
+#: A free pin would spin about its own axis; this holds it at one end, where no load makes it turn
+#: [N m/rad].
 _SPIN_HOLD = 1.0
 
 _PARTS = ("upwind", "midspan", "downwind")
 
 
 def pin_pilot(pin: int, part: str) -> str:
-    """Name of a pilot on pin 1, 2 or 3 in the assembly: its carrier counterpart's name and ``_of_pin``."""
+    """Name of a pilot on pin 1, 2 or 3 in the assembly.
+
+    Its carrier counterpart's name and ``_of_pin``.
+    """
     return f"pin_{pin}_{part}_of_pin"
 
 
 def carrier_with_pins(
-    carrier: ReducedModel, pin: ReducedModel, stiffness: float = PAPER_STIFFNESS, *, sliding: bool = False
+    carrier: ReducedModel,
+    pin: ReducedModel,
+    stiffness: float = PAPER_STIFFNESS,
+    *,
+    sliding: bool = False,
 ) -> ReducedModel:
     """Join the flexible carrier and three copies of pin 1 at six interfaces.
 
@@ -39,12 +49,12 @@ def carrier_with_pins(
     pin : ReducedModel
         Pin 1 in the carrier's frame.
     stiffness : float
-        Bending and torsional stiffness of every interface [N m/rad], the paper's by default; `PIN_FITS` names others.
-        0 is a simply supported pin: each is kept from spinning by a spring at its upwind end alone, which transmits no
-        moment. Infinite ties the rotations.
+        Bending and torsional stiffness of every interface [N m/rad], the paper's by default;
+        `PIN_FITS` names others. 0 is a simply supported pin: each is kept from spinning by a spring
+        at its upwind end alone, which transmits no moment. Infinite ties the rotations.
     sliding : bool
-        Whether the pins' downwind ends are free to slide along x. The paper ties all translations; then even a pin of
-        stiffness 0 keeps the plates' bores at its own length.
+        Whether the pins' downwind ends are free to slide along x. The paper ties all translations;
+        then even a pin of stiffness 0 keeps the plates' bores at its own length.
 
     Returns
     -------
@@ -64,11 +74,13 @@ def carrier_with_pins(
         for side in ("upwind", "downwind"):
             torsional = stiffness if stiffness != 0.0 or side == "downwind" else _SPIN_HOLD
             slides = sliding and side == "downwind"
-            joints.append(Joint(f"pin_{number}_{side}", pin_pilot(number, side), stiffness, torsional, slides))
+            joints.append(
+                Joint(f"pin_{number}_{side}", pin_pilot(number, side), stiffness, torsional, slides)
+            )
     return assembled("carrier_with_pins", bodies, joints)
 
 
 def drive_torque_load(force: float, moment: float) -> dict[str, NDArray[np.float64]]:
-    """Loads at the three pins' mid-spans in the assembly, signs as in :func:`fe.load_cases.bonded_pin_load`."""
+    """Loads at the three pins' mid-spans in the assembly, signs as in :func:`carrierflex.fe.load_cases.bonded_pin_load`."""
     loads = together(*(bonded_pin_load(pin, force, moment) for pin in range(1, N_PINS + 1)))
     return {f"{name}_of_pin": load for name, load in loads.items()}

@@ -1,4 +1,7 @@
-"""The reduced body that simulation works with: matrices, names of every coordinate, pilots, sensors, mass."""
+"""The reduced body that simulation works with.
+
+Matrices, names of every coordinate, pilots, sensors, mass.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -6,8 +9,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.dihedral import rotation_about_x
-from reduction.ffrf_data import FfrfData
+from carrierflex.geometry.dihedral import rotation_about_x
+from carrierflex.reduction.ffrf_data import FfrfData
 
 #: Names and units of a pilot's six coordinates.
 PILOT_COORDINATES = ("Tx [m]", "Ty [m]", "Tz [m]", "Rx [rad]", "Ry [rad]", "Rz [rad]")
@@ -50,8 +53,8 @@ class ReducedModel:
     provenance : mapping of str to str
         Inputs and versions that made it.
     ffrf : FfrfData or None
-        Inertia invariants in the order of the coordinates; None for an assembly, whose parts tie coordinates of bodies that
-        have frames of their own.
+        Inertia invariants in the order of the coordinates; None for an assembly, whose parts tie
+        coordinates of bodies that have frames of their own.
 
     Raises
     ------
@@ -84,7 +87,9 @@ class ReducedModel:
                 f"{self.name}: sensor rows have shape {self.sensor_rows.shape}; expected ({len(self.sensor_names)}, {n})"
             )
         if set(self.pilots) != set(self.pilot_coordinates):
-            raise ValueError(f"{self.name}: pilots and pilot coordinates do not name the same pilots")
+            raise ValueError(
+                f"{self.name}: pilots and pilot coordinates do not name the same pilots"
+            )
 
     @property
     def n_coordinates(self) -> int:
@@ -94,12 +99,16 @@ class ReducedModel:
     def coordinates_of(self, pilot: str) -> NDArray[np.int64]:
         """Rows of a pilot's six coordinates; KeyError names the pilots there are."""
         if pilot not in self.pilot_coordinates:
-            raise KeyError(f"{self.name} has no pilot {pilot!r}; it has {', '.join(self.pilot_coordinates)}")
+            raise KeyError(
+                f"{self.name} has no pilot {pilot!r}; it has {', '.join(self.pilot_coordinates)}"
+            )
         return self.pilot_coordinates[pilot]
 
 
 def turned(model: ReducedModel, angle: float, rename: Mapping[str, str]) -> ReducedModel:
-    """Copy of a body turned about +x by `angle` [rad], its pilots renamed; modal coordinates stay as they are.
+    """Copy of a body turned about +x by `angle` [rad], its pilots renamed.
+
+    Modal coordinates stay as they are.
 
     Parameters
     ----------
@@ -111,7 +120,9 @@ def turned(model: ReducedModel, angle: float, rename: Mapping[str, str]) -> Redu
         New name of each pilot.
     """
     if model.sensor_names:
-        raise ValueError(f"{model.name} has sensors and cannot be turned; expected a body without sensor rows")
+        raise ValueError(
+            f"{model.name} has sensors and cannot be turned; expected a body without sensor rows"
+        )
     missing = model.pilots.keys() - rename.keys()
     if missing:
         raise ValueError(

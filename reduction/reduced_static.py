@@ -6,9 +6,10 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from reduction.reduced_model import ReducedModel
+from carrierflex.reduction.reduced_model import ReducedModel
 
-#: Pivot of a stiffness scaled to unit diagonal below which a motion counts as free: rounding leaves about 1e-15.
+#: Pivot of a stiffness scaled to unit diagonal below which a motion counts as free: rounding leaves
+#: about 1e-15.
 _SINGULAR = 1e-13
 
 
@@ -42,7 +43,9 @@ def static_coordinates(
     for pilot, load in loads.items():
         # Tied pilots share rows: add, never assign.
         np.add.at(f, model.coordinates_of(pilot), load)
-    fixed = np.concatenate([np.zeros(0, dtype=np.int64), *(model.coordinates_of(pilot) for pilot in held)])
+    fixed = np.concatenate(
+        [np.zeros(0, dtype=np.int64), *(model.coordinates_of(pilot) for pilot in held)]
+    )
     return held_solution(model, fixed, f, f"holding {', '.join(held)}")
 
 
@@ -56,7 +59,8 @@ def held_solution(
     model : ReducedModel
         Body or assembly.
     fixed : ndarray of int
-        Coordinates held at zero; an axial, radial or rotational support holds some of a pilot's six.
+        Coordinates held at zero; an axial, radial or rotational support holds some of a pilot's
+        six.
     f : ndarray, shape (n,) or (n, k)
         Right-hand sides [N, N m].
     holding : str
@@ -69,7 +73,8 @@ def held_solution(
     """
     free = np.setdiff1d(np.arange(model.n_coordinates), fixed)
     q = np.zeros_like(f, dtype=np.float64)
-    # Coordinates are translations, rotations and modal amplitudes: scale each to unit stiffness before factorising.
+    # Coordinates are translations, rotations and modal amplitudes: scale each to unit stiffness
+    # before factorising.
     scale = 1.0 / np.sqrt(model.K.diagonal()[free])
     K = model.K[np.ix_(free, free)] * np.outer(scale, scale)
     column = scale.reshape(-1, *[1] * (f.ndim - 1))
@@ -78,7 +83,10 @@ def held_solution(
 
 
 def _factor(K: NDArray[np.float64], name: str, holding: str) -> tuple[NDArray[np.float64], bool]:
-    """Cholesky factor of a stiffness with unit diagonal; refused where a motion meets no more than rounding."""
+    """Cholesky factor of a stiffness with unit diagonal.
+
+    Refused where a motion meets no more than rounding.
+    """
     try:
         factor = scipy.linalg.cho_factor(K)
     except scipy.linalg.LinAlgError:
@@ -93,14 +101,18 @@ def _factor(K: NDArray[np.float64], name: str, holding: str) -> tuple[NDArray[np
 
 
 def pilot_compliance(model: ReducedModel, held: Sequence[str]) -> NDArray[np.float64]:
-    """Static compliance of all pilot coordinates not held: inverse stiffness with the modal coordinates free.
+    """Static compliance of all pilot coordinates not held.
+
+    Inverse stiffness with the modal coordinates free.
 
     Returns
     -------
     ndarray, shape (m, m)
         Pilots in the model's order, six rows each, without the held ones.
     """
-    rows = np.concatenate([model.coordinates_of(pilot) for pilot in model.pilots if pilot not in held])
+    rows = np.concatenate(
+        [model.coordinates_of(pilot) for pilot in model.pilots if pilot not in held]
+    )
     fixed = np.concatenate([model.coordinates_of(pilot) for pilot in held])
     unit = np.zeros((model.n_coordinates, len(rows)))
     unit[rows, np.arange(len(rows))] = 1.0

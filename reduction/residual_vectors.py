@@ -1,19 +1,21 @@
 """Residual vectors: what the kept modes lack of a known static answer, added as modes of their own.
 
-Loads at pilots are answered exactly by the constraint modes, unit torque and tilting moment among them. Loads on the
-interior, weight and centrifugal force, are not: with the pilots held their answer is a sum over all fixed-interface modes.
+Loads at pilots are answered exactly by the constraint modes, unit torque and tilting moment among
+them. Loads on the interior, weight and centrifugal force, are not: with the pilots held their
+answer is a sum over all fixed-interface modes.
 """
 
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from fe.structural_model import StructuralModel
-from fe.surface_integrals import rigid_body_modes
-from reduction.fixed_interface_modes import FixedInterfaceModes
-from reduction.held_structure import HeldStructure
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.fe.surface_integrals import rigid_body_modes
+from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes
+from carrierflex.reduction.held_structure import HeldStructure
 
-#: A vector that is this small beside the answer it is what is left of holds nothing new [share of strain energy].
+#: A vector that is this small beside the answer it is what is left of holds nothing new [share of
+#: strain energy].
 _NEGLIGIBLE = 1e-10
 
 
@@ -28,10 +30,12 @@ def body_loads(structure: StructuralModel) -> NDArray[np.float64]:
     Returns
     -------
     ndarray, shape (n_dofs, 4)
-        Weight along x, y and z for 1 m/s^2 [N], and centrifugal force about the x axis for 1 rad/s [N].
+        Weight along x, y and z for 1 m/s^2 [N], and centrifugal force about the x axis for 1 rad/s
+        [N].
     """
     R = rigid_body_modes(structure.points, structure.rigid_points, np.zeros(3))
-    # Acceleration of a turning body: the distance from the axis, a field that is linear in the coordinates.
+    # Acceleration of a turning body: the distance from the axis, a field that is linear in the
+    # coordinates.
     outward = np.zeros(structure.n_dofs)
     n = 3 * len(structure.points)
     outward[1:n:3], outward[2:n:3] = structure.points[:, 1], structure.points[:, 2]
@@ -41,12 +45,16 @@ def body_loads(structure: StructuralModel) -> NDArray[np.float64]:
 
 
 def residual_vectors(
-    held: HeldStructure, structure: StructuralModel, modes: FixedInterfaceModes, loads: NDArray[np.float64] | None
+    held: HeldStructure,
+    structure: StructuralModel,
+    modes: FixedInterfaceModes,
+    loads: NDArray[np.float64] | None,
 ) -> FixedInterfaceModes:
     """Pseudo-modes that complete the kept modes to the exact static answer to some loads.
 
-    ``U = K_held⁻¹ F``, less its part in the kept modes, ``U - Φ Φᵀ M U``, is orthonormalised by its own small eigenvalue
-    problem: mass-normalised, stiffness diagonal, orthogonal to every kept mode in mass and stiffness.
+    ``U = K_held⁻¹ F``, less its part in the kept modes, ``U - Φ Φᵀ M U``, is orthonormalised by its
+    own small eigenvalue problem: mass-normalised, stiffness diagonal, orthogonal to every kept mode
+    in mass and stiffness.
 
     Parameters
     ----------
@@ -62,11 +70,13 @@ def residual_vectors(
     Returns
     -------
     FixedInterfaceModes
-        At most k pseudo-modes with their pseudo-frequencies; loads that the kept modes answer already add none.
+        At most k pseudo-modes with their pseudo-frequencies; loads that the kept modes answer
+        already add none.
 
     References
     ----------
-    .. [1] R. R. Craig, A. J. Kurdila, "Fundamentals of Structural Dynamics", 2nd ed. (2006), section 17.
+    .. [1] R. R. Craig, A. J. Kurdila, "Fundamentals of Structural Dynamics", 2nd ed. (2006),
+    section 17.
     """
     if loads is None or loads.shape[1] == 0:
         return FixedInterfaceModes(np.zeros((structure.n_dofs, 0)), np.zeros(0))

@@ -1,17 +1,19 @@
 """The consistent mass matrix of one axis, with the positions and displacements that belong to its rows.
 
-On a body of solid elements the mass is one scalar matrix repeated for x, y and z. Where surfaces follow rigid pilots, the
-degrees of freedom are the pilots' own; their surfaces then enter by four shape functions a pilot, 1 and the three components
-of ``r = x - x_0``, of which every rigid motion is a combination.
+On a body of solid elements the mass is one scalar matrix repeated for x, y and z. Where surfaces
+follow rigid pilots, the degrees of freedom are the pilots' own; their surfaces then enter by four
+shape functions a pilot, 1 and the three components of ``r = x - x_0``, of which every rigid motion
+is a combination.
 """
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.structural_model import StructuralModel
+from carrierflex.fe.structural_model import StructuralModel
 
-#: Largest difference between the masses of two axes, over the largest entry: rounding of the assembly.
+#: Largest difference between the masses of two axes, over the largest entry: rounding of the
+#: assembly.
 _SCALAR_TOLERANCE = 1e-9
 #: Cross products, ``(a × b)_i = ε_ijk a_j b_k``.
 _EPSILON = np.zeros((3, 3, 3))
@@ -21,17 +23,25 @@ _EPSILON[[0, 2, 1], [2, 1, 0], [1, 0, 2]] = -1.0
 
 def uniform(structure: StructuralModel) -> NDArray[np.float64]:
     """Coefficients of a displacement of one everywhere, rows as in :func:`positions`."""
-    return np.concatenate([np.ones(len(structure.points)), np.tile([1.0, 0.0, 0.0, 0.0], len(structure.rigid_points))])
+    return np.concatenate(
+        [np.ones(len(structure.points)), np.tile([1.0, 0.0, 0.0, 0.0], len(structure.rigid_points))]
+    )
 
 
 def positions(structure: StructuralModel) -> NDArray[np.float64]:
-    """Nodes, then for every rigid pilot its point and the three unit vectors: ``x = x_0 + Σ r_k e_k`` on its surface."""
+    """Nodes, then for every rigid pilot its point and the three unit vectors.
+
+    ``x = x_0 + Σ r_k e_k`` on its surface.
+    """
     rigid = [np.concatenate([point[None], np.eye(3)]) for point in structure.rigid_points]
     return np.concatenate([structure.points, *rigid])
 
 
 def displacements(structure: StructuralModel, T: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """Displacement along x, y and z of the rows of :func:`positions`: ``u = t + Σ r_k (ω × e_k)`` on rigid surfaces."""
+    """Displacement along x, y and z of the rows of :func:`positions`.
+
+    ``u = t + Σ r_k (ω × e_k)`` on rigid surfaces.
+    """
     n = 3 * len(structure.points)
     parts = [T[:n].reshape(-1, 3, T.shape[1])]
     for motion in T[n:].reshape(-1, 6, T.shape[1]):
@@ -44,8 +54,8 @@ def displacements(structure: StructuralModel, T: NDArray[np.float64]) -> list[ND
 def scalar_mass(structure: StructuralModel) -> sp.csr_array:
     """Mass matrix [kg] of one axis, rows as in :func:`positions`.
 
-    A rigid surface's share of the reduced mass, ``Σ m Rᵀ R'`` with ``R = [1, -r~]``, holds the sums ``Σ m``, ``Σ m r`` and
-    ``Σ m r r'ᵀ``, which are the masses of the shape functions 1 and r_k.
+    A rigid surface's share of the reduced mass, ``Σ m Rᵀ R'`` with ``R = [1, -r~]``, holds the sums
+    ``Σ m``, ``Σ m r`` and ``Σ m r r'ᵀ``, which are the masses of the shape functions 1 and r_k.
 
     Raises
     ------
@@ -67,7 +77,9 @@ def scalar_mass(structure: StructuralModel) -> sp.csr_array:
     if not n_rigid:
         return sp.csr_array(S)
     mixed = M[:n, n:].toarray().reshape(-1, 3, n_rigid, 6)
-    zeroth_first = np.stack([mixed[:, 0, :, 0], mixed[:, 1, :, 5], mixed[:, 2, :, 3], mixed[:, 0, :, 4]], axis=-1)
+    zeroth_first = np.stack(
+        [mixed[:, 0, :, 0], mixed[:, 1, :, 5], mixed[:, 2, :, 3], mixed[:, 0, :, 4]], axis=-1
+    )
     S_fp = sp.csr_array(zeroth_first.reshape(-1, 4 * n_rigid))
     pairs = M[n:, n:].toarray().reshape(n_rigid, 6, n_rigid, 6).transpose(0, 2, 1, 3)
     S_pp = np.block([[_rigid_pair(pairs[i, j]) for j in range(n_rigid)] for i in range(n_rigid)])

@@ -1,10 +1,11 @@
 """Main shaft and carrier joined with the misalignment that the 2012 paper imposes, and the whole rotating group.
 
-The shrink fit holds the carrier rigidly to the shaft, tilted by a small angle ``phi_PLC`` about the axis at ``theta_PLC`` of
-the carrier's frame (paper, sections 2.1 and 3.1). The paper counts negative rotation about ``e(theta_PLC)``
-(:mod:`simulation`): the rim's point at the carrier-frame angle v moves by ``R phi_PLC sin(theta_PLC - v)`` along +x, its
-equation (1). To first order the tilt is a given relative motion in the joint: a constant load and a constant offset of the
-carrier's pilot and sensors (:mod:`reduction.assembly`); the matrices do not know of it.
+The shrink fit holds the carrier rigidly to the shaft, tilted by a small angle ``phi_PLC`` about the
+axis at ``theta_PLC`` of the carrier's frame (paper, sections 2.1 and 3.1). The paper counts
+negative rotation about ``e(theta_PLC)`` (:mod:`carrierflex.simulation`): the rim's point at the
+carrier-frame angle v moves by ``R phi_PLC sin(theta_PLC - v)`` along +x, its equation (1). To first
+order the tilt is a given relative motion in the joint: a constant load and a constant offset of the
+carrier's pilot and sensors (:mod:`carrierflex.reduction.assembly`); the matrices do not know of it.
 """
 
 import math
@@ -13,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.load_cases import radial
-from geometry.parameters import N_PINS
-from reduction.assembly import ImposedMotion, Joint, assembled, imposed_motion
-from reduction.pin_joints import PAPER_STIFFNESS, carrier_with_pins, pin_pilot
-from reduction.reduced_model import ReducedModel
+from carrierflex.fe.load_cases import radial
+from carrierflex.geometry.parameters import N_PINS
+from carrierflex.reduction.assembly import ImposedMotion, Joint, assembled, imposed_motion
+from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, carrier_with_pins, pin_pilot
+from carrierflex.reduction.reduced_model import ReducedModel
 
 #: Pilot at the hub's end of the main shaft, where torque and rotor loads enter.
 COUPLING = "coupling_flange"
@@ -52,7 +53,9 @@ class Misalignment:
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(value) for value in (self.phi, self.theta, *self.offset)):
-            raise ValueError(f"misalignment {self} holds a value that is not finite; expected numbers")
+            raise ValueError(
+                f"misalignment {self} holds a value that is not finite; expected numbers"
+            )
         if abs(self.phi) > _LARGEST_TILT:
             raise ValueError(
                 f"misalignment phi is {self.phi} rad; expected a small angle, at most {_LARGEST_TILT} rad in size "
@@ -72,8 +75,9 @@ class RotatingGroup:
     Parameters
     ----------
     model : ReducedModel
-        Assembly in the carrier's frame. Its pilot ``shaft_face`` has the coordinates of ``carrier_joint``: the carrier's
-        own motion there is larger by ``imposed.pilot_offset["shaft_face"]``. All other pilots are where they read.
+        Assembly in the carrier's frame. Its pilot ``shaft_face`` has the coordinates of
+        ``carrier_joint``: the carrier's own motion there is larger by
+        ``imposed.pilot_offset["shaft_face"]``. All other pilots are where they read.
     imposed : ImposedMotion
         Load on the right-hand side and offset of the sensors.
     misalignment : Misalignment
@@ -146,14 +150,15 @@ def rotating_group(
         Main shaft.
     pin_fit : float
         Bending and torsional stiffness of each pin interface [N m/rad], as in
-        :func:`reduction.pin_joints.carrier_with_pins`.
+        :func:`carrierflex.reduction.pin_joints.carrier_with_pins`.
     misalignment : Misalignment, optional
         Of the carrier on the shaft; none by default.
 
     Returns
     -------
     RotatingGroup
-        With the pilots `COUPLING`, `MAIN_BEARING`, `CARRIER_BEARINGS`, `PLANETS` and the carrier's rim sensors.
+        With the pilots `COUPLING`, `MAIN_BEARING`, `CARRIER_BEARINGS`, `PLANETS` and the carrier's
+        rim sensors.
 
     Raises
     ------

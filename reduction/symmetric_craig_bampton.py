@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.dense_threads import one_dense_thread
-from fe.half_sector_sensors import HalfSectorSensors
-from fe.symmetry_blocks import HalfSector
-from reduction.craig_bampton import MODAL_DAMPING_RATIO, coordinate_labels
-from reduction.ffrf_data import FfrfData
-from reduction.reduced_model import MassProperties, ReducedModel
-from reduction.symmetric_reduction import SymmetricBasis, symmetric_basis
+from carrierflex.fe.dense_threads import one_dense_thread
+from carrierflex.fe.half_sector_sensors import HalfSectorSensors
+from carrierflex.fe.symmetry_blocks import HalfSector
+from carrierflex.reduction.craig_bampton import MODAL_DAMPING_RATIO, coordinate_labels
+from carrierflex.reduction.ffrf_data import FfrfData
+from carrierflex.reduction.reduced_model import MassProperties, ReducedModel
+from carrierflex.reduction.symmetric_reduction import SymmetricBasis, symmetric_basis
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,10 +41,12 @@ def symmetric_craig_bampton(
     damping_ratio: float = MODAL_DAMPING_RATIO,
     seed: int = 0,
 ) -> SymmetricReduction:
-    """Reduce a body with dihedral symmetry; the result is that of :func:`reduction.craig_bampton.craig_bampton`.
+    """Reduce a body with dihedral symmetry.
 
-    Modes of one frequency are the partners of a pair, even and odd about pin 1's meridional plane; elsewhere signs and
-    turns within a pair are as arbitrary as they always are.
+    The result is that of :func:`carrierflex.reduction.craig_bampton.craig_bampton`.
+
+    Modes of one frequency are the partners of a pair, even and odd about pin 1's meridional plane;
+    elsewhere signs and turns within a pair are as arbitrary as they always are.
 
     Parameters
     ----------
@@ -69,7 +71,8 @@ def symmetric_craig_bampton(
     basis = symmetric_basis(half, n_modes, seed=seed)
     m = len(basis.K_bb)
     n = m + n_modes
-    # A pair that the number of modes cuts is complete in the basis, because its partners turn into one another.
+    # A pair that the number of modes cuts is complete in the basis, because its partners turn into
+    # one another.
     kept = np.eye(basis.T.shape[1])[:, :n]
     ffrf = basis.inertia_invariants().transformed(kept)
     omega = basis.omega[:n_modes]

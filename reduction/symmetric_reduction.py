@@ -1,13 +1,16 @@
-"""Craig-Bampton reduction of a body with dihedral symmetry from its half sector: three small problems for one large.
+"""Craig-Bampton reduction of a body with dihedral symmetry from its half sector.
 
-Every block of :mod:`fe.symmetry_blocks` gives constraint modes in its own pilot coordinates, and fixed-interface modes; pairs of
-equal frequency are the partners of one mode of the block E, so none can be missed. The pilots' own coordinates come back with
-the orthonormal X of each block, ``K_bb = Σ X_j K_b X_jᵀ``. On image g of the half sector the basis is
+Three small problems for one large.
+
+Every block of :mod:`carrierflex.fe.symmetry_blocks` gives constraint modes in its own pilot
+coordinates, and fixed-interface modes; pairs of equal frequency are the partners of one mode of the
+block E, so none can be missed. The pilots' own coordinates come back with the orthonormal X of each
+block, ``K_bb = Σ X_j K_b X_jᵀ``. On image g of the half sector the basis is
 
     T(g x) = ρ(g) T(x) Q(g)ᵀ,
 
-Q the motion of the reduced coordinates under the group, so that mass, inertia invariants and sensor rows are sums over six
-images of integrals over one. Nothing of the whole body's size is ever made.
+Q the motion of the reduced coordinates under the group, so that mass, inertia invariants and sensor
+rows are sums over six images of integrals over one. Nothing of the whole body's size is ever made.
 """
 
 from dataclasses import dataclass
@@ -17,11 +20,16 @@ import scipy.linalg
 import scipy.spatial
 from numpy.typing import NDArray
 
-from fe.symmetry_blocks import HalfSector, symmetry_block
-from geometry.dihedral_group import IRREDUCIBLE_REPRESENTATIONS, MOTIONS, IrreducibleRepresentation, pilot_motions
-from reduction.ffrf_data import FfrfData, ffrf_data
-from reduction.fixed_interface_modes import fixed_interface_modes
-from reduction.held_structure import GroundedBlock, HeldStructure
+from carrierflex.fe.symmetry_blocks import HalfSector, symmetry_block
+from carrierflex.geometry.dihedral_group import (
+    IRREDUCIBLE_REPRESENTATIONS,
+    MOTIONS,
+    IrreducibleRepresentation,
+    pilot_motions,
+)
+from carrierflex.reduction.ffrf_data import FfrfData, ffrf_data
+from carrierflex.reduction.fixed_interface_modes import fixed_interface_modes
+from carrierflex.reduction.held_structure import GroundedBlock, HeldStructure
 
 #: Distance [m] within which a node counts as the image of another.
 _SAME_POINT = 1e-8
@@ -54,13 +62,18 @@ class SymmetricBasis:
     motions: NDArray[np.float64]
 
     def on_image(self, number: int, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Turn `rows` (..., m + k), read from the half sector, into those of its image; directions turn with the image."""
+        """Turn `rows` (..., m + k), read from the half sector, into those of its image.
+
+        Directions turn with the image.
+        """
         return np.asarray(rows @ self.motions[number].T)
 
     def inertia_invariants(self) -> FfrfData:
         """Inertia invariants of the whole body: those of six images of the half sector."""
         own = ffrf_data(self.half.structure, self.T)
-        images = [own.turned(rho).transformed(Q.T) for rho, Q in zip(MOTIONS, self.motions, strict=True)]
+        images = [
+            own.turned(rho).transformed(Q.T) for rho, Q in zip(MOTIONS, self.motions, strict=True)
+        ]
         return FfrfData(
             mass=sum(image.mass for image in images),
             first_moment=np.sum([image.first_moment for image in images], axis=0),
@@ -71,7 +84,9 @@ class SymmetricBasis:
         )
 
     def whole_body(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Basis at the nodes of the whole body, shape (3 n, m + k): for pictures and comparisons, as large as it says.
+        """Basis at the nodes of the whole body, shape (3 n, m + k).
+
+        For pictures and comparisons, as large as it says.
 
         Parameters
         ----------
@@ -95,7 +110,9 @@ class SymmetricBasis:
                 )
             field[node] = np.einsum("ab,nbc->nac", rho, self.on_image(number, own))
         if np.isnan(field).any():
-            raise ValueError("the body has nodes that are no images of the half sector's; expected six images of it")
+            raise ValueError(
+                "the body has nodes that are no images of the half sector's; expected six images of it"
+            )
         return field.reshape(-1, self.T.shape[1])
 
 
@@ -103,7 +120,8 @@ class SymmetricBasis:
 class _SolvedBlock:
     """What is left of a block once its factor is gone: fields of its d partners on the half sector.
 
-    Constraint modes Psi (d, n_half, m) of the pilot coordinates X (d, 6 p, m), their stiffness, and modes Phi (d, n_half, k).
+    Constraint modes Psi (d, n_half, m) of the pilot coordinates X (d, 6 p, m), their stiffness, and
+    modes Phi (d, n_half, k).
     """
 
     kind: IrreducibleRepresentation
@@ -122,7 +140,8 @@ def symmetric_basis(half: HalfSector, n_modes: int, *, seed: int = 0) -> Symmetr
     half : HalfSector
         The body's half sector with its share of the couplings.
     n_modes : int
-        Number of fixed-interface modes; the second partner of a pair that this number cuts is kept as well.
+        Number of fixed-interface modes; the second partner of a pair that this number cuts is kept
+        as well.
     seed : int
         Seed of the Lanczos iterations' starting blocks.
 
@@ -150,37 +169,58 @@ def symmetric_basis(half: HalfSector, n_modes: int, *, seed: int = 0) -> Symmetr
     return SymmetricBasis(
         half=half,
         K_bb=(K_bb + K_bb.T) / 2.0,
-        omega=np.array([solved[b].omega[i] for b, i in chosen for _ in range(solved[b].kind.dimension)]),
+        omega=np.array(
+            [solved[b].omega[i] for b, i in chosen for _ in range(solved[b].kind.dimension)]
+        ),
         T=np.concatenate([T_pilots, *T_modes], axis=1),
         motions=np.array(
-            [scipy.linalg.block_diag(Q, *(kind.matrices[number] for kind in kinds)) for number, Q in enumerate(pilots)]
+            [
+                scipy.linalg.block_diag(Q, *(kind.matrices[number] for kind in kinds))
+                for number, Q in enumerate(pilots)
+            ]
         ),
     )
 
 
-def _solved(half: HalfSector, kind: IrreducibleRepresentation, n_modes: int, seed: int) -> _SolvedBlock:
+def _solved(
+    half: HalfSector, kind: IrreducibleRepresentation, n_modes: int, seed: int
+) -> _SolvedBlock:
     """Static and dynamic solution of one block; nothing of its own size outlives the call."""
     block = symmetry_block(half, kind)
     held = HeldStructure(GroundedBlock(block), (block,))
     Psi, K_bb = held.constraint_modes()
     modes = fixed_interface_modes(held, block.M, n_modes, rng=np.random.default_rng(seed))
     return _SolvedBlock(
-        kind, block.pilot_coordinates, K_bb, block.partners(Psi), modes.omega, block.partners(modes.Phi)
+        kind,
+        block.pilot_coordinates,
+        K_bb,
+        block.partners(Psi),
+        modes.omega,
+        block.partners(modes.Phi),
     )
 
 
 def _with_enough_modes(half: HalfSector, n_modes: int, seed: int) -> list[_SolvedBlock]:
     """All blocks, each with a mode at or above the highest of the lowest `n_modes` of the body."""
-    shares = [-(-n_modes * kind.dimension // 6) + _SPARE_MODES for kind in IRREDUCIBLE_REPRESENTATIONS]
+    shares = [
+        -(-n_modes * kind.dimension // 6) + _SPARE_MODES for kind in IRREDUCIBLE_REPRESENTATIONS
+    ]
     counts = shares if n_modes else [0, 0, 0]
-    solved = [_solved(half, kind, n, seed) for kind, n in zip(IRREDUCIBLE_REPRESENTATIONS, counts, strict=True)]
+    solved = [
+        _solved(half, kind, n, seed)
+        for kind, n in zip(IRREDUCIBLE_REPRESENTATIONS, counts, strict=True)
+    ]
     while n_modes:
-        have = np.sort(np.concatenate([np.repeat(part.omega, part.kind.dimension) for part in solved]))
+        have = np.sort(
+            np.concatenate([np.repeat(part.omega, part.kind.dimension) for part in solved])
+        )
         highest = have[n_modes - 1] if len(have) >= n_modes else np.inf
         if all(part.omega[-1] >= highest for part in solved):
             break
         solved = [
-            part if part.omega[-1] >= highest else _solved(half, part.kind, 2 * len(part.omega), seed)
+            part
+            if part.omega[-1] >= highest
+            else _solved(half, part.kind, 2 * len(part.omega), seed)
             for part in solved
         ]
     return solved
@@ -188,6 +228,12 @@ def _with_enough_modes(half: HalfSector, n_modes: int, seed: int) -> list[_Solve
 
 def _lowest(solved: list[_SolvedBlock], n_modes: int) -> list[tuple[int, int]]:
     """Block and number of the modes that make up the lowest `n_modes`, a pair counting as two, ascending."""
-    modes = sorted((omega, b, i) for b, part in enumerate(solved) for i, omega in enumerate(part.omega))
+    modes = sorted(
+        (omega, b, i) for b, part in enumerate(solved) for i, omega in enumerate(part.omega)
+    )
     counts = np.cumsum([solved[b].kind.dimension for _, b, _ in modes])
-    return [(b, i) for _, b, i in modes[: int(np.searchsorted(counts, n_modes)) + 1]] if n_modes else []
+    return (
+        [(b, i) for _, b, i in modes[: int(np.searchsorted(counts, n_modes)) + 1]]
+        if n_modes
+        else []
+    )

@@ -3,18 +3,22 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.view import add_deformed
-from geometry.tet_mesh import TetMesh
-from geometry.view import new_plotter, taken
-from reduction.fixed_interface_modes import FixedInterfaceModes
+from carrierflex.fe.view import add_deformed
+from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.geometry.view import new_plotter, taken
+from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes
 
 
-def modes_picture(mesh: TetMesh, modes: FixedInterfaceModes, *, rows: int = 2, columns: int = 2) -> NDArray[np.uint8]:
+def modes_picture(
+    mesh: TetMesh, modes: FixedInterfaceModes, *, rows: int = 2, columns: int = 2
+) -> NDArray[np.uint8]:
     """Render the first ``rows × columns`` fixed-interface modes in a grid, coloured by axial displacement."""
     plotter = new_plotter((rows, columns))
     for number in range(rows * columns):
         plotter.subplot(number // columns, number % columns)
         frequency_hz = modes.omega[number] / (2.0 * np.pi)
         shape = modes.Phi[:, number].reshape(-1, 3)
-        add_deformed(plotter, mesh, shape, f"mode {number + 1}, {frequency_hz:.0f} Hz", free_scale=True)
+        add_deformed(
+            plotter, mesh, shape, f"mode {number + 1}, {frequency_hz:.0f} Hz", free_scale=True
+        )
     return taken(plotter)

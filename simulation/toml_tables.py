@@ -59,7 +59,9 @@ TABLES = Value(
 
 def one_of(*choices: str) -> Value:
     """Accept one of a few strings."""
-    return Value("one of " + ", ".join(choices), lambda value: isinstance(value, str) and value in choices)
+    return Value(
+        "one of " + ", ".join(choices), lambda value: isinstance(value, str) and value in choices
+    )
 
 
 def checked_table(
@@ -101,7 +103,9 @@ def checked_table(
     for key, value in table.items():
         expected = required.get(key) or optional[key]
         if not expected.accepts(value):
-            raise ValueError(f"{where}: key '{key}' is {_short(value)}; expected {expected.description}")
+            raise ValueError(
+                f"{where}: key '{key}' is {_short(value)}; expected {expected.description}"
+            )
     return dict(table)
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.tooth_contact import MeshContact
+from carrierflex.simulation.stage.tooth_contact import MeshContact
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -55,7 +55,9 @@ def mesh_contact_figure(
     for name, ratio in pressure_ratio.items():
         increase.plot(misalignment * 1e6, (ratio - 1.0) * 100.0, label=f"planet and {name}")
     increase.axhline(1.5, color="0.5", linestyle="--", label="2012 paper, sun: 1.5 %")
-    increase.set(xlabel="misalignment of the mesh, urad", ylabel="increase of the largest pressure, %")
+    increase.set(
+        xlabel="misalignment of the mesh, urad", ylabel="increase of the largest pressure, %"
+    )
     increase.legend()
     increase.grid(alpha=0.3)
     return figure

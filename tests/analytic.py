@@ -15,7 +15,10 @@ def covered_angle(r, radius, distance):
 
 
 def ring_section(inner, outer, hole, distance):
-    """Area and polar second moment [m^2, m^4] of an annulus less three circular holes: elementary geometry, exact."""
+    """Area and polar second moment [m^2, m^4] of an annulus less three circular holes.
+
+    Elementary geometry, exact.
+    """
 
     def integral(power):
         breaks = [r for r in (distance - hole, distance + hole) if inner < r < outer]
@@ -28,7 +31,10 @@ def ring_section(inner, outer, hole, distance):
 
 
 def carrier_slabs(p):
-    """Axial extent and section of each slab of the carrier: hub, plate A, webs, plate B, seat, straight from its drawing."""
+    """Axial extent and section of each slab of the carrier.
+
+    Hub, plate A, webs, plate B, seat, straight from its drawing.
+    """
     x1 = p.upwind_plate_thickness
     x2 = x1 + p.plate_gap
     x3 = x2 + p.downwind_plate_thickness
@@ -72,43 +78,59 @@ def pin_inertia(mass, radius, length):
 
 
 def torsion_twist(torque, length, radius, shear_modulus):
-    """Relative twist [rad] of a round bar, T L / (G J): Saint-Venant, exact where the end shear grows with the radius."""
+    """Relative twist [rad] of a round bar, T L / (G J).
+
+    Saint-Venant, exact where the end shear grows with the radius.
+    """
     return torque * length / (shear_modulus * math.pi / 2.0 * radius**4)
 
 
 def bending_rotation(moment, length, width, height, E):
-    """Relative rotation [rad] of the ends of a bar bent by end moments, M L / (E I): exact for linear end stress."""
+    """Relative rotation [rad] of the ends of a bar bent by end moments, M L / (E I).
+
+    Exact for linear end stress.
+    """
     return moment * length / (E * width * height**3 / 12.0)
 
 
 def cantilever_work(force, length, width, height, E):
     """Work F·u [J] of the end tractions of a bar under end shear, nu = 0.
 
-    Saint-Venant's flexure: bending and parabolic shear stress (Timoshenko and Goodier, Theory of Elasticity, art. 21);
-    exact in three dimensions for nu = 0 only. ``F² L³ / (3 E I) + 6/5 F² L / (G A)``, with G = E / 2.
+    Saint-Venant's flexure: bending and parabolic shear stress (Timoshenko and Goodier, Theory of
+    Elasticity, art. 21); exact in three dimensions for nu = 0 only. ``F² L³ / (3 E I) + 6/5 F² L /
+    (G A)``, with G = E / 2.
     """
     area, second = width * height, width * height**3 / 12.0
     return force**2 * (length**3 / (3.0 * E * second) + 1.2 * length / (E / 2.0 * area))
 
 
 def longitudinal_frequency(length, E, rho):
-    """First free-free longitudinal angular frequency [rad/s], (pi / L) sqrt(E / rho): exact in 3-D for nu = 0."""
+    """First free-free longitudinal angular frequency [rad/s], (pi / L) sqrt(E / rho).
+
+    Exact in 3-D for nu = 0.
+    """
     return math.pi / length * math.sqrt(E / rho)
 
 
 def torsional_frequency(length, shear_modulus, rho):
-    """First free-free torsional angular frequency [rad/s] of a round bar, (pi / L) sqrt(G / rho): exact in three dimensions."""
+    """First free-free torsional angular frequency [rad/s] of a round bar, (pi / L) sqrt(G / rho).
+
+    Exact in three dimensions.
+    """
     return math.pi / length * math.sqrt(shear_modulus / rho)
 
 
 def pressed_ring(x, radii, pressure, material, middle):
     """Displacement [m] at points x (3, ...) of a ring about the x axis under pressure in its bore, ends free.
 
-    Lamé's thick cylinder (Timoshenko and Goodier, Theory of Elasticity, art. 28): stresses ``A ± B / r²`` with
-    ``A = p a² / (b² - a²)``, ``B = A b²``, no axial stress, so that it contracts evenly along x about `middle`. Exact.
+    Lamé's thick cylinder (Timoshenko and Goodier, Theory of Elasticity, art. 28): stresses ``A ± B
+    / r²`` with ``A = p a² / (b² - a²)``, ``B = A b²``, no axial stress, so that it contracts evenly
+    along x about `middle`. Exact.
     """
     inner, outer = radii
     A = pressure * inner**2 / (outer**2 - inner**2)
     nu, r_squared = material.nu, x[1] ** 2 + x[2] ** 2
     radial_over_r = A / material.E * (1.0 - nu + (1.0 + nu) * outer**2 / r_squared)
-    return np.array([-2.0 * nu * A / material.E * (x[0] - middle), radial_over_r * x[1], radial_over_r * x[2]])
+    return np.array(
+        [-2.0 * nu * A / material.E * (x[0] - middle), radial_over_r * x[1], radial_over_r * x[2]]
+    )

@@ -10,21 +10,27 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from fe.carrier_curves import carrier_deflection, flexible_cases, stiff_cases
-from fe.structural_model import FLEXIBLE_CARRIER_PILOTS, PIN_PILOTS, STIFF_CARRIER_PILOTS, structural_model
-from geometry.carrier_mesh import (
+from carrierflex.fe.carrier_curves import carrier_deflection, flexible_cases, stiff_cases
+from carrierflex.fe.structural_model import (
+    FLEXIBLE_CARRIER_PILOTS,
+    PIN_PILOTS,
+    STIFF_CARRIER_PILOTS,
+    structural_model,
+)
+from carrierflex.geometry.carrier_mesh import (
     flexible_carrier_mesh,
     flexible_half_sector,
     pin_mesh,
     stiff_carrier_mesh,
     stiff_half_sector,
 )
-from geometry.parameters import CarrierParameters, GearData, PinParameters
-from reduction.craig_bampton import craig_bampton
-from workflows import command_line
-from workflows.cache_store import FOLDER_VARIABLE
+from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.workflows import command_line
+from carrierflex.workflows.support.cache_store import FOLDER_VARIABLE
 
-#: Coarse [m]: identities of the method hold on any mesh, and the curves' orders are within a few per cent already.
+#: Coarse [m]: identities of the method hold on any mesh, and the curves' orders are within a few
+#: per cent already.
 SIZE = 0.06
 
 COMPILES_STAGE = "test_response.py"
@@ -33,12 +39,19 @@ EVERY_CHECK_RUNS = os.environ.get("CI") == "true"
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config, items):
-    """Where processes share the files out, those with slow tests go first: so all end at about the same time.
+    """Where processes share the files out, those with slow tests go first.
 
-    So does the file that compiles the stage: the others then find the compiled code and none compiles it a second time.
+    So all end at about the same time.
+
+    So does the file that compiles the stage: the others then find the compiled code and none
+    compiles it a second time.
     """
     if hasattr(config, "workerinput"):
-        first = {item.path for item in items if item.get_closest_marker("slow") or item.path.name == COMPILES_STAGE}
+        first = {
+            item.path
+            for item in items
+            if item.get_closest_marker("slow") or item.path.name == COMPILES_STAGE
+        }
         items.sort(key=lambda item: item.path not in first)
 
 
@@ -68,7 +81,10 @@ def fail_skipped(report):
 
 @pytest.fixture(scope="session", autouse=True)
 def own_cache(tmp_path_factory):
-    """A cache of the test run's own: no result of another run is taken, none is left with the user."""
+    """A cache of the test run's own.
+
+    No result of another run is taken, none is left with the user.
+    """
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(FOLDER_VARIABLE, str(tmp_path_factory.mktemp("cache")))
         yield
@@ -84,7 +100,10 @@ class Ended(NamedTuple):
 
 @pytest.fixture
 def command(monkeypatch, capfd, tmp_path):
-    """Function that runs the command in the test's folder, in this process: another one would import for seconds."""
+    """Function that runs the command in the test's folder, in this process.
+
+    Another one would import for seconds.
+    """
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "200")
 
@@ -164,7 +183,9 @@ def flexible_deflection(flexible_structure, flexible_mesh, carrier, gear):
 
 @pytest.fixture(scope="session")
 def stiff_deflection(stiff_structure, stiff_mesh, gear):
-    return carrier_deflection(stiff_structure, np.unique(stiff_mesh.surface("shaft_face")), stiff_cases(gear))
+    return carrier_deflection(
+        stiff_structure, np.unique(stiff_mesh.surface("shaft_face")), stiff_cases(gear)
+    )
 
 
 @pytest.fixture(scope="session")

@@ -1,6 +1,9 @@
-"""The deliberate-fault suite: broken input ends with one plain line and exit code 2, and leaves nothing behind.
+"""The deliberate-fault suite.
 
-Each fault goes through the command line where a user can reach it, and through the library where only a program can.
+Broken input ends with one plain line and exit code 2, and leaves nothing behind.
+
+Each fault goes through the command line where a user can reach it, and through the library where
+only a program can.
 """
 
 import sys
@@ -10,15 +13,15 @@ import h5py
 import numpy as np
 import pytest
 
-from fe.couplings import distributing_pilot
-from fe.materials import CAST_IRON, Material
-from fe.structural_model import structural_model
-from geometry.cad_export import write_step
-from geometry.cad_surface_files import write_cad_statements
-from geometry.mesh_files import write_mesh
-from geometry.tet_mesh import TetMesh
-from reduction.body_files import write_body
-from workflows import command_line
+from carrierflex.fe.couplings import distributing_pilot
+from carrierflex.fe.materials import CAST_IRON, Material
+from carrierflex.fe.structural_model import structural_model
+from carrierflex.geometry.cad_export import write_step
+from carrierflex.geometry.cad_surface_files import write_cad_statements
+from carrierflex.geometry.mesh_files import write_mesh
+from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.reduction.body_files import write_body
+from carrierflex.workflows import command_line
 
 
 @pytest.fixture
@@ -44,7 +47,12 @@ def refused(monkeypatch, capfd, tmp_path):
 def twins(mesh):
     n, m = len(mesh.points), len(mesh.tets)
     points = np.concatenate([mesh.points, mesh.points + np.array([0.0, 2.0, 0.0])])
-    return TetMesh(points, np.concatenate([mesh.tets, mesh.tets + n]), mesh.surfaces, {"carrier": np.arange(2 * m)})
+    return TetMesh(
+        points,
+        np.concatenate([mesh.tets, mesh.tets + n]),
+        mesh.surfaces,
+        {"carrier": np.arange(2 * m)},
+    )
 
 
 def with_unused_nodes(mesh):
@@ -71,7 +79,10 @@ def with_a_lost_node(mesh):
 
 
 def without_bore(mesh):
-    return replace(mesh, surfaces={name: facets for name, facets in mesh.surfaces.items() if name != "pin_2_upwind"})
+    return replace(
+        mesh,
+        surfaces={name: facets for name, facets in mesh.surfaces.items() if name != "pin_2_upwind"},
+    )
 
 
 def with_overlapping_pilots(mesh):
@@ -98,7 +109,9 @@ MESHES = [
 ]
 
 
-@pytest.mark.parametrize(("broken", "message"), MESHES, ids=[broken.__name__ for broken, _ in MESHES])
+@pytest.mark.parametrize(
+    ("broken", "message"), MESHES, ids=[broken.__name__ for broken, _ in MESHES]
+)
 def test_a_broken_mesh_is_refused(refused, tmp_path, flexible_mesh, broken, message):
     write_mesh(broken(flexible_mesh), tmp_path / "carrier.msh")
     line = refused("reduce", "--body", "carrier", "--mesh", "carrier.msh", "--out", "body.h5")
@@ -107,7 +120,9 @@ def test_a_broken_mesh_is_refused(refused, tmp_path, flexible_mesh, broken, mess
 
 def test_the_same_faults_are_refused_by_the_curves(refused, tmp_path, flexible_mesh):
     write_mesh(in_millimetres(flexible_mesh), tmp_path / "a.msh")
-    line = refused("curves", "--flexible-mesh", "a.msh", "--stiff-mesh", "a.msh", "--out", ".", "--no-cache")
+    line = refused(
+        "curves", "--flexible-mesh", "a.msh", "--stiff-mesh", "a.msh", "--out", ".", "--no-cache"
+    )
     assert "870 m across" in line
 
 
@@ -123,7 +138,17 @@ def test_a_truncated_mesh_is_refused(refused, tmp_path, flexible_mesh):
 
 def test_a_mesh_of_the_other_variant_is_refused(refused, tmp_path, flexible_mesh):
     write_mesh(flexible_mesh, tmp_path / "carrier.msh")
-    line = refused("reduce", "--body", "carrier", "--variant", "stiff", "--mesh", "carrier.msh", "--out", "b.h5")
+    line = refused(
+        "reduce",
+        "--body",
+        "carrier",
+        "--variant",
+        "stiff",
+        "--mesh",
+        "carrier.msh",
+        "--out",
+        "b.h5",
+    )
     assert "has no body 'pins', a flexible carrier; expected the stiff one" in line
     line = refused("reduce", "--body", "pin", "--mesh", "carrier.msh", "--out", "b.h5")
     assert "--body is pin, a STEP or mesh file is given; expected --body carrier" in line
@@ -151,7 +176,10 @@ CAD = ("mesh", "--step", "carrier.step", "--surfaces", "surfaces.toml", "--out",
 def test_a_cad_model_in_millimetres_that_says_metres_is_refused(refused, cad):
     path = cad / "carrier.step"
     path.write_text(path.read_text().replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT($,.METRE.)"))
-    assert "carrier.step (declared unit: metre): 870 m across, as if millimetres were taken for metres" in refused(*CAD)
+    assert (
+        "carrier.step (declared unit: metre): 870 m across, as if millimetres were taken for metres"
+        in refused(*CAD)
+    )
 
 
 def test_a_truncated_cad_model_is_refused(refused, cad):
@@ -159,7 +187,9 @@ def test_a_truncated_cad_model_is_refused(refused, cad):
     (cad / "carrier.step").write_text(text[: len(text) // 2])
     assert "carrier.step: cut short, the line END-ISO-10303-21 is missing" in refused(*CAD)
     (cad / "carrier.step").write_text(
-        text[: len(text) // 2] + "\nENDSEC;\nEND-ISO-10303-21;\n" + "LENGTH_UNIT SI_UNIT(.MILLI.,.METRE.)"
+        text[: len(text) // 2]
+        + "\nENDSEC;\nEND-ISO-10303-21;\n"
+        + "LENGTH_UNIT SI_UNIT(.MILLI.,.METRE.)"
     )
     assert "carrier.step: " in refused(*CAD)
     (cad / "carrier.step").write_text("solid carrier\n")
@@ -178,13 +208,18 @@ def test_a_pilot_on_a_surface_that_the_cad_model_lacks_is_refused(refused, cad):
 
 def test_a_surface_with_several_matches_is_refused(refused, cad):
     changed(cad, "axial_range = [0.0, 0.065]\n", "", 1)
-    assert "surface 'pin_1_upwind': 2 separate surfaces match the cylinder of radius 0.08 m" in refused(*CAD)
+    assert (
+        "surface 'pin_1_upwind': 2 separate surfaces match the cylinder of radius 0.08 m"
+        in refused(*CAD)
+    )
 
 
 def test_a_cad_model_without_statements_is_refused(refused, cad):
     line = refused("curves", "--step", "carrier.step", "--out", ".", "--no-cache")
     assert "--step is given without --surfaces" in line
-    assert "no such file" in refused("mesh", "--step", "carrier.step", "--surfaces", "absent.toml", "--out", "a.msh")
+    assert "no such file" in refused(
+        "mesh", "--step", "carrier.step", "--surfaces", "absent.toml", "--out", "a.msh"
+    )
     changed(cad, "version = 1", "version = 2")
     assert "written for a newer version (2)" in refused(*CAD)
 
@@ -212,7 +247,9 @@ def test_a_truncated_body_file_is_refused(refused, body, share):
 
 
 def test_negative_density_is_refused():
-    with pytest.raises(ValueError, match=r"material cast: rho is -7200\.0 kg/m\^3; expected a positive density"):
+    with pytest.raises(
+        ValueError, match=r"material cast: rho is -7200\.0 kg/m\^3; expected a positive density"
+    ):
         Material("cast", E=CAST_IRON.E, nu=CAST_IRON.nu, rho=-CAST_IRON.rho)
 
 
@@ -223,6 +260,12 @@ def test_a_pilot_on_an_empty_surface_is_refused_by_name(flexible_mesh):
 
 def test_overlapping_pilots_are_refused_with_the_nodes_they_share(flexible_mesh, carrier):
     with pytest.raises(
-        ValueError, match=r"cannot move independently: .* rank 6; 'shaft_face' and 'upwind_seat' share \d+ nodes \("
+        ValueError,
+        match=r"cannot move independently: .* rank 6; 'shaft_face' and 'upwind_seat' share \d+ nodes \(",
     ):
-        structural_model("carrier", with_overlapping_pilots(flexible_mesh), carrier, ("shaft_face", "upwind_seat"))
+        structural_model(
+            "carrier",
+            with_overlapping_pilots(flexible_mesh),
+            carrier,
+            ("shaft_face", "upwind_seat"),
+        )

@@ -7,7 +7,9 @@ from tests.conftest import fail_skipped
 
 def report(outcome, **more):
     place = ("tests/test_page.py", 7, "Skipped: chromium is not installed")
-    return pytest.TestReport("tests/test_page.py::test_page", ("", 7, ""), {}, outcome, place, "call", **more)
+    return pytest.TestReport(
+        "tests/test_page.py::test_page", ("", 7, ""), {}, outcome, place, "call", **more
+    )
 
 
 def test_a_skipped_test_fails_with_its_reason():

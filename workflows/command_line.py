@@ -1,4 +1,7 @@
-"""The ``carrierflex`` command: one sub-command a workflow; errors in one line, exit codes for scripts."""
+"""The ``carrierflex`` command.
+
+One sub-command a workflow; errors in one line, exit codes for scripts.
+"""
 
 import functools
 import importlib
@@ -38,32 +41,45 @@ All quantities are in SI units (m, kg, s, N, rad) unless a name says otherwise."
 
 
 def main() -> None:
-    """Run the command line; the process ends with 0, 1 (a check failed), 2 (refused input) or 130 (interrupted)."""
+    """Run the command line.
+
+    The process ends with 0, 1 (a check failed), 2 (refused input) or 130 (interrupted).
+    """
     logging.basicConfig(level=logging.ERROR, format="%(name)s: %(message)s")
     try:
         _application()(sys.argv[1:], exit_on_error=False, print_error=False)
     except KeyboardInterrupt:
         _end("interrupted; files that were finished are whole and stay", EXIT_INTERRUPTED)
     except ImportError as error:
-        _end(f"a library is missing or does not load: {_one_line(error)}; `make` installs what is needed", EXIT_REFUSED)
+        _end(
+            f"a library is missing or does not load: {_one_line(error)}; `make` installs what is needed",
+            EXIT_REFUSED,
+        )
     except Exception as error:
         if type(error).__module__.startswith("cyclopts"):
             _end(f"{_one_line(error)} (carrierflex --help tells what is expected)", EXIT_REFUSED)
-        if not isinstance(error, (ValueError, OSError, KeyError, ArithmeticError, RuntimeError, MemoryError)):
+        if not isinstance(
+            error, (ValueError, OSError, KeyError, ArithmeticError, RuntimeError, MemoryError)
+        ):
             raise
         _end(_one_line(error), EXIT_REFUSED)
 
 
 def _application() -> Any:
-    """Import the workflows and register them: late, so that a library that does not load is told in one line."""
+    """Import the workflows and register them.
+
+    Late, so that a library that does not load is told in one line.
+    """
     import cyclopts
 
-    from identification.estimate_files import software_name
-    from workflows import tables
+    from carrierflex.identification.estimate_files import software_name
+    from carrierflex.workflows.screen import tables
 
-    app = cyclopts.App(name="carrierflex", help=_HELP, version=software_name, suppress_keyboard_interrupt=False)
+    app = cyclopts.App(
+        name="carrierflex", help=_HELP, version=software_name, suppress_keyboard_interrupt=False
+    )
     for name, (module, table) in _COMMANDS.items():
-        workflow = importlib.import_module(f"workflows.{module}").main
+        workflow = importlib.import_module(f"carrierflex.workflows.{module}").main
         app.command(_shown_by(getattr(tables, table), workflow), name=name)
     return app
 
@@ -77,7 +93,8 @@ def _shown_by(table: Callable[[Any], Any], workflow: Callable[..., Any]) -> Call
 
         result = workflow(*arguments, **options)
         Console(highlight=False).print(table(result))
-        # A certificate knows whether its checks are met; a result without such knowledge counts as met.
+        # A certificate knows whether its checks are met; a result without such knowledge counts as
+        # met.
         if not getattr(result, "met", True):
             sys.exit(EXIT_FAILED)
 

@@ -1,7 +1,8 @@
 """The main job: from the carrier's parameters to a first report on the gap between simulation and measurement.
 
-Meshes, deflection curves, reduced bodies, the load cases LC1 to LC4 of the 2012 paper simulated at the rim sensors,
-the motion identified from those signals, and the gap of a model without misalignment and flexibility diagnosed.
+Meshes, deflection curves, reduced bodies, the load cases LC1 to LC4 of the 2012 paper simulated at
+the rim sensors, the motion identified from those signals, and the gap of a model without
+misalignment and flexibility diagnosed.
 """
 
 import resource
@@ -10,26 +11,28 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from fe.carrier_curves import named_curves
-from fe.curve_files import write_curves
-from fe.deflection_curves import DeflectionCurve
-from geometry.carrier_mesh import DEFAULT_SIZE
-from geometry.mesh_files import write_mesh
-from geometry.parameter_files import StageParameters, read_parameters
-from reduction.body_files import write_body
-from simulation.case_files import shipped_case
-from workflows import (
-    check_mesh_convergence,
-    diagnose_load_cases,
-    identify_parameters,
-    reduce_carrier,
-    simulate_load_case,
+from carrierflex.fe.carrier_curves import named_curves
+from carrierflex.fe.curve_files import write_curves
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.geometry.mesh_files import write_mesh
+from carrierflex.geometry.parameter_files import StageParameters, read_parameters
+from carrierflex.reduction.body_files import write_body
+from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.workflows.diagnosis import diagnose_load_cases
+from carrierflex.workflows.fe import check_mesh_convergence
+from carrierflex.workflows.identification import identify_parameters
+from carrierflex.workflows.pictures import draw_carriers
+from carrierflex.workflows.reduction import reduce_carrier
+from carrierflex.workflows.simulation import simulate_load_case
+from carrierflex.workflows.summary import job_summary
+from carrierflex.workflows.support.carrier_variants import (
+    CarrierVariant,
+    flexible_variant,
+    stiff_variant,
 )
-from workflows.carrier_variants import CarrierVariant, flexible_variant, stiff_variant
-from workflows.outputs import prepared_folder, provenance, save_json, versions
-from workflows.pictures import draw_carriers
-from workflows.progress import Stages
-from workflows.summary import job_summary
+from carrierflex.workflows.support.outputs import prepared_folder, provenance, save_json, versions
+from carrierflex.workflows.support.progress import Stages
 
 _MESH_SUFFIXES = (".msh", ".vtu", ".inp")
 
@@ -62,11 +65,13 @@ def main(
     Parameters
     ----------
     out
-        Output folder: meshes, deflection_curves.csv, bodies, campaign, identification, gap, pictures, summary.json.
+        Output folder: meshes, deflection_curves.csv, bodies, campaign, identification, gap,
+        pictures, summary.json.
     size
         Element edge length [m].
     parameters
-        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out keeps its default.
+        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
+        keeps its default.
     study_sizes
         Element edge lengths of the mesh study [m], descending.
     quiet
@@ -94,7 +99,9 @@ def main(
         mesh_study = check_mesh_convergence.main(stage, study_sizes)
     with stages.stage("reduction of both carriers and a pin"):
         record = provenance(parameters=stage, size=size)
-        reduced = reduce_carrier.main(stage, variants["flexible"].structure, variants["stiff"].structure, size, record)
+        reduced = reduce_carrier.main(
+            stage, variants["flexible"].structure, variants["stiff"].structure, size, record
+        )
         for body in (reduced.flexible, reduced.stiff, reduced.pin):
             write_body(body.model, out / "bodies" / f"{body.model.name}.h5")
     with stages.stage("pictures of the carriers"):
@@ -118,7 +125,11 @@ def _write_meshes(folder: Path, variants: Mapping[str, CarrierVariant]) -> None:
 
 def _signals(
     out: Path, curves: Mapping[str, DeflectionCurve], stages: Stages
-) -> tuple[simulate_load_case.SimulatedLoadCases, identify_parameters.Identification, diagnose_load_cases.Gap]:
+) -> tuple[
+    simulate_load_case.SimulatedLoadCases,
+    identify_parameters.Identification,
+    diagnose_load_cases.Gap,
+]:
     """Simulate the load cases, identify the motion from their signals, diagnose the gap of the simplest model."""
     campaign = out / "campaign"
     with stages.stage("load cases LC1 to LC4 simulated"):

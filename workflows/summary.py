@@ -4,16 +4,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fe.carrier_curves import UNIT_TORQUE
-from fe.deflection_curves import DeflectionCurve
-from fe.load_cases import gear_forces
-from fe.surface_integrals import rigid_motion
-from geometry.quality import MeshQuality, mesh_quality
-from identification.parameter_estimate import ParameterEstimate
-from workflows.check_mesh_convergence import STUDY_ORDERS
+from carrierflex.fe.carrier_curves import UNIT_TORQUE
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.load_cases import gear_forces
+from carrierflex.fe.surface_integrals import rigid_motion
+from carrierflex.geometry.quality import MeshQuality, mesh_quality
+from carrierflex.identification.carrier.parameter_estimate import ParameterEstimate
+from carrierflex.workflows.fe.check_mesh_convergence import STUDY_ORDERS
 
 if TYPE_CHECKING:
-    from workflows.run import Job
+    from carrierflex.workflows.run import Job
 
 #: Micrometres per metre: deflections are shown in um per kN m.
 _UM = 1e6
@@ -22,7 +22,10 @@ _TRUTHS = ("d_x", "phi_H", "theta_H", "phi_PLC", "theta_PLC", "rho_s", "rho_f")
 
 
 def job_summary(job: "Job", size: float) -> dict[str, Any]:
-    """Collect inputs, figures and checks of the main job; amplitudes in um per kN m where the key says so."""
+    """Collect inputs, figures and checks of the main job.
+
+    Amplitudes in um per kN m where the key says so.
+    """
     forces = gear_forces(UNIT_TORQUE, job.stage.gear)
     truth, pin_fit = _truth_table(job), _pin_fit(job)
     quality = {name: mesh_quality(variant.mesh) for name, variant in job.variants.items()}
@@ -31,7 +34,9 @@ def job_summary(job: "Job", size: float) -> dict[str, Any]:
         "gear_forces_per_knm": forces,
         "tilting_moment_nm": {"computed": forces.M_t, "paper": 30.3},
         "mesh": quality,
-        "deflection_um_per_knm": {name: _curve(job.curves[name]) for name in ("delta_s", "delta_f")},
+        "deflection_um_per_knm": {
+            name: _curve(job.curves[name]) for name in ("delta_s", "delta_f")
+        },
         "mesh_study": {
             "sizes": job.mesh_study.sizes,
             "n_dofs": job.mesh_study.n_dofs,
@@ -117,12 +122,15 @@ def _truth_table(job: "Job") -> dict[str, dict[str, dict[str, float | bool]]]:
     for case in job.simulated.case.runs:
         estimate = job.identified.estimates["m2"][case.name]
         table[case.name] = {
-            name: _against_truth(estimate, name, case.name, getattr(case.motion, name)) for name in _TRUTHS
+            name: _against_truth(estimate, name, case.name, getattr(case.motion, name))
+            for name in _TRUTHS
         }
     return table
 
 
-def _against_truth(estimate: ParameterEstimate, name: str, run: str, truth: float) -> dict[str, float | bool]:
+def _against_truth(
+    estimate: ParameterEstimate, name: str, run: str, truth: float
+) -> dict[str, float | bool]:
     k = estimate.index(name, run)
     difference = estimate.values[k] - truth
     if name.startswith("theta"):
@@ -141,22 +149,50 @@ def _checks(
 ) -> list[dict[str, Any]]:
     flexible, stiff = (job.variants[name] for name in ("flexible", "stiff"))
     tilting, tangential = (
-        flexible.deflection.curves[case].axial_order_content().max() for case in ("tilting", "tangential")
+        flexible.deflection.curves[case].axial_order_content().max()
+        for case in ("tilting", "tangential")
     )
     mass = job.reduced.flexible.model.mass_properties.mass
     inside = [entry["inside_95_percent"] for run in truth.values() for entry in run.values()]
-    compliance = max(body.compliance_error for body in (job.reduced.flexible, job.reduced.stiff, job.reduced.pin))
+    compliance = max(
+        body.compliance_error for body in (job.reduced.flexible, job.reduced.stiff, job.reduced.pin)
+    )
     others = max(_largest_other(v.deflection.curves["tangential"]) for v in (flexible, stiff))
     rows: list[tuple[str, str, float, bool]] = [
         ("peaks of delta_s", "6", n := len(job.curves["delta_s"].peak_angles()), n == 6),
         ("peaks of delta_f", "3", n := len(job.curves["delta_f"].peak_angles()), n == 3),
         ("orders other than 3, 6, 9 ... over the largest", "< 1e-8", others, others < 1e-8),
-        ("change of orders 3 and 6, two finest meshes", "< 2 %", c := job.mesh_study.last_change, c < 0.02),
-        ("tilting moment over tangential load, flexible", "< 1 %", t := tilting / tangential, t < 0.01),
+        (
+            "change of orders 3 and 6, two finest meshes",
+            "< 2 %",
+            c := job.mesh_study.last_change,
+            c < 0.02,
+        ),
+        (
+            "tilting moment over tangential load, flexible",
+            "< 1 %",
+            t := tilting / tangential,
+            t < 0.01,
+        ),
         ("carrier mass, kg", "690-740", mass, 690.0 <= mass <= 740.0),
-        ("worst scaled Jacobian of both meshes", "> 0.2", w := min(q.worst_scaled_jacobian for q in quality), w > 0.2),
-        ("worst shape of both meshes, 1 is regular", "> 0.2", w := min(q.worst_shape for q in quality), w > 0.2),
-        ("rigid-body forces of the free K, relative", "< 1e-9", r := _rigid_body_error(job), r < 1e-9),
+        (
+            "worst scaled Jacobian of both meshes",
+            "> 0.2",
+            w := min(q.worst_scaled_jacobian for q in quality),
+            w > 0.2,
+        ),
+        (
+            "worst shape of both meshes, 1 is regular",
+            "> 0.2",
+            w := min(q.worst_shape for q in quality),
+            w > 0.2,
+        ),
+        (
+            "rigid-body forces of the free K, relative",
+            "< 1e-9",
+            r := _rigid_body_error(job),
+            r < 1e-9,
+        ),
         (
             "load against reaction, relative",
             "< 1e-9",
@@ -170,7 +206,12 @@ def _checks(
             p := pin_fit["sliding_free_pin_against_full_model"],
             p < 1e-9,
         ),
-        ("share of true parameters inside their 95 % interval", ">= 0.85", s := float(np.mean(inside)), s >= 0.85),
+        (
+            "share of true parameters inside their 95 % interval",
+            ">= 0.85",
+            s := float(np.mean(inside)),
+            s >= 0.85,
+        ),
     ]
     return [
         {"check": name, "wanted": wanted, "reached": float(value), "met": bool(met)}

@@ -8,11 +8,11 @@ import pandas as pd
 from numpy.typing import NDArray
 from pyyeti.nastran import bulk
 
-from geometry.whole_files import whole_file
-from reduction.exports.op4_files import FIRST_SPOINT, grid_numbers
-from reduction.exports.ordered_body import OrderedBody, comments, header, ordered_body
-from reduction.reduced_model import ReducedModel
-from reduction.rigid_body_checks import geometric_rigid_modes
+from carrierflex.files.whole_files import whole_file
+from carrierflex.reduction.exports.op4_files import FIRST_SPOINT, grid_numbers
+from carrierflex.reduction.exports.ordered_body import OrderedBody, comments, header, ordered_body
+from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.reduction.rigid_body_checks import geometric_rigid_modes
 
 
 def write_dmig(model: ReducedModel, path: Path) -> float:
@@ -23,13 +23,15 @@ def write_dmig(model: ReducedModel, path: Path) -> float:
     model : ReducedModel
         A single body.
     path : Path
-        File to include in the bulk data; ``K2GG = KAAX``, ``M2GG = MAAX``, ``B2GG = BAAX`` in the case control.
+        File to include in the bulk data; ``K2GG = KAAX``, ``M2GG = MAAX``, ``B2GG = BAAX`` in the
+        case control.
 
     Returns
     -------
     float
-        Grounding of the stiffness as written: ``max |K R| / max |K|`` with R the six rigid motions about the origin, unit
-        translations and rotations. The format keeps ten digits; in double precision it is about 1e-16.
+        Grounding of the stiffness as written: ``max |K R| / max |K|`` with R the six rigid motions
+        about the origin, unit translations and rotations. The format keeps ten digits; in double
+        precision it is about 1e-16.
 
     Raises
     ------
@@ -53,7 +55,10 @@ def write_dmig(model: ReducedModel, path: Path) -> float:
         f"Grounding before writing: {grounding_of(body.K, R):.2e}",
         "Case control: K2GG = KAAX, M2GG = MAAX, B2GG = BAAX",
         *(f"Grid {grid}: pilot {name}" for grid, name in enumerate(body.pilots, start=1)),
-        *(f"Spoint {FIRST_SPOINT + i}: {label}" for i, label in enumerate(body.labels[6 * len(body.pilots) :])),
+        *(
+            f"Spoint {FIRST_SPOINT + i}: {label}"
+            for i, label in enumerate(body.labels[6 * len(body.pilots) :])
+        ),
     ]
     points = io.StringIO()
     bulk.wtgrids(points, grid_numbers(len(body.pilots)), 0, body.points, 0, form="{:16.9E}")
@@ -67,13 +72,18 @@ def write_dmig(model: ReducedModel, path: Path) -> float:
 
 def coordinate_index(body: OrderedBody) -> pd.MultiIndex:
     """Grid or scalar point and component of every coordinate; scalar points have component 0."""
-    pilots = [(grid, component) for grid in grid_numbers(len(body.pilots)) for component in range(1, 7)]
+    pilots = [
+        (grid, component) for grid in grid_numbers(len(body.pilots)) for component in range(1, 7)
+    ]
     modal = [(FIRST_SPOINT + i, 0) for i in range(body.n_modal)]
     return pd.MultiIndex.from_tuples(pilots + modal, names=["id", "dof"])
 
 
 def written_matrix(cards: str, name: str, index: pd.MultiIndex) -> NDArray[np.float64]:
-    """Matrix as a reader of the cards gets it; columns and rows that are zero are not in the file."""
+    """Matrix as a reader of the cards gets it.
+
+    Columns and rows that are zero are not in the file.
+    """
     found = bulk.rddmig(io.StringIO(cards))[name.lower()]
     full = found.reindex(index=index, columns=index, fill_value=0.0).to_numpy(dtype=np.float64)
     return full

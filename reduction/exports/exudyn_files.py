@@ -1,8 +1,9 @@
 """Finite elements and reduction basis for Exudyn's FEMinterface, HDF5 of its file version 4.
 
-Exudyn reduces itself: it wants nodes, full matrices and the basis on all nodes, which a reduced body does not hold. So this
-export starts from the structure and its reduction. The basis leaves one pilot out, because Exudyn's floating frame already
-has the six rigid motions; the frame then follows that pilot.
+Exudyn reduces itself: it wants nodes, full matrices and the basis on all nodes, which a reduced
+body does not hold. So this export starts from the structure and its reduction. The basis leaves one
+pilot out, because Exudyn's floating frame already has the six rigid motions; the frame then follows
+that pilot.
 """
 
 from pathlib import Path
@@ -12,11 +13,11 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.structural_model import StructuralModel
-from geometry.tet_mesh import TetMesh, boundary_facets
-from geometry.whole_files import whole_file
-from reduction.craig_bampton import Reduction
-from reduction.exports.ordered_body import FRAME, UNITS, header
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.files.whole_files import whole_file
+from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
+from carrierflex.reduction.craig_bampton import Reduction
+from carrierflex.reduction.exports.ordered_body import FRAME, UNITS, header
 
 _FILE_VERSION = 4
 
@@ -47,7 +48,8 @@ def write_exudyn(
     Raises
     ------
     ValueError
-        Where the suffix is another or surfaces follow rigid pilots, whose nodes have no rows in the matrices.
+        Where the suffix is another or surfaces follow rigid pilots, whose nodes have no rows in the
+        matrices.
     KeyError
         Where the body has no such pilot.
     """
@@ -132,6 +134,11 @@ def _matrix(parent: h5py.Group, name: str, A: sp.csr_array) -> None:
     csr = sp.csr_matrix(A)
     group = parent.create_group(name)
     group.attrs["datatype"] = "csr_matrix"
-    parts = {"data": csr.data, "indices": csr.indices, "indptr": csr.indptr, "shape": np.array(csr.shape)}
+    parts = {
+        "data": csr.data,
+        "indices": csr.indices,
+        "indptr": csr.indptr,
+        "shape": np.array(csr.shape),
+    }
     for key, value in parts.items():
         group[key] = value

@@ -1,4 +1,7 @@
-"""Modal data of MBDyn (``.fem``): modes, matrices and inertia invariants in the frame of one held pilot."""
+"""Modal data of MBDyn (``.fem``).
+
+Modes, matrices and inertia invariants in the frame of one held pilot.
+"""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -6,18 +9,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.whole_files import whole_file
-from reduction.exports.ordered_body import HeldBody, comments, header, held_body
-from reduction.reduced_model import ReducedModel
+from carrierflex.files.whole_files import whole_file
+from carrierflex.reduction.exports.ordered_body import HeldBody, comments, header, held_body
+from carrierflex.reduction.reduced_model import ReducedModel
 
 
 def write_mbdyn(model: ReducedModel, path: Path, *, pilot: str | None = None) -> None:
     """Write a body for MBDyn's modal joint.
 
-    The basis is free of rigid motion: `pilot` is held and is the modal node, coordinates count from its point, axes are the
-    body frame's. Nodes are the pilots, numbered from 1; modes are the other pilots' unit motions, then the fixed-interface
-    modes, with full mass, stiffness and damping matrices. Instead of nodal masses (group 11) the file holds the invariants
-    3, 4, 8, 5 and 9 (groups 14 to 18) of the consistent mass.
+    The basis is free of rigid motion: `pilot` is held and is the modal node, coordinates count from
+    its point, axes are the body frame's. Nodes are the pilots, numbered from 1; modes are the other
+    pilots' unit motions, then the fixed-interface modes, with full mass, stiffness and damping
+    matrices. Instead of nodal masses (group 11) the file holds the invariants 3, 4, 8, 5 and 9
+    (groups 14 to 18) of the consistent mass.
 
     Parameters
     ----------
@@ -38,7 +42,12 @@ def write_mbdyn(model: ReducedModel, path: Path, *, pilot: str | None = None) ->
     body = held_body(model, pilot)
     lines = [
         *comments("**", header(model)),
-        *comments("**", [f"Modal node: pilot {body.pilot}, held; coordinates from its point, axes of the body frame"]),
+        *comments(
+            "**",
+            [
+                f"Modal node: pilot {body.pilot}, held; coordinates from its point, axes of the body frame"
+            ],
+        ),
         *(f"** Node {number}: pilot {name}" for number, name in enumerate(model.pilots, start=1)),
         *_groups(model, body),
         "** END OF FILE",
@@ -82,8 +91,8 @@ def _groups(model: ReducedModel, body: HeldBody) -> Iterator[str]:
 def invariant_rows(body: HeldBody, origin: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
     """Groups 14 to 18, three rows each, about `origin` [m]; columns run mode by mode.
 
-    ``Inv3 = ∫ ρ φ_j``, ``Inv4 = ∫ ρ x × φ_j``, ``Inv8_j = -∫ ρ x~ φ_j~``, ``Inv5_jk = ∫ ρ φ_j × φ_k``,
-    ``Inv9_jk = ∫ ρ φ_j~ φ_k~``; of two mode numbers the second runs faster.
+    ``Inv3 = ∫ ρ φ_j``, ``Inv4 = ∫ ρ x × φ_j``, ``Inv8_j = -∫ ρ x~ φ_j~``, ``Inv5_jk = ∫ ρ φ_j ×
+    φ_k``, ``Inv9_jk = ∫ ρ φ_j~ φ_k~``; of two mode numbers the second runs faster.
 
     References
     ----------

@@ -1,4 +1,7 @@
-"""Nastran external superelement: matrices in OP4, assembly and punch files, and a text that says what they hold."""
+"""Nastran external superelement.
+
+Matrices in OP4, assembly and punch files, and a text that says what they hold.
+"""
 
 from contextlib import ExitStack
 from pathlib import Path
@@ -7,9 +10,9 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from pyyeti.nastran import bulk, n2p
 
-from geometry.whole_files import whole_file
-from reduction.exports.ordered_body import comments, header, ordered_body
-from reduction.reduced_model import ReducedModel
+from carrierflex.files.whole_files import whole_file
+from carrierflex.reduction.exports.ordered_body import comments, header, ordered_body
+from carrierflex.reduction.reduced_model import ReducedModel
 
 #: Superelement number, also its Fortran unit; and the number of the first scalar point.
 SUPERELEMENT = 100
@@ -52,7 +55,10 @@ def write_op4(model: ReducedModel, path: Path) -> tuple[Path, ...]:
         *header(model),
         *(f"Grid {grid}: pilot {name}" for grid, name in zip(grids, body.pilots, strict=True)),
         f"Matrices kaa, maa, baa; superelement {SUPERELEMENT}; scalar points from {FIRST_SPOINT}, one a modal coordinate:",
-        *(f"Spoint {FIRST_SPOINT + i}: {label}" for i, label in enumerate(body.labels[6 * len(grids) :])),
+        *(
+            f"Spoint {FIRST_SPOINT + i}: {label}"
+            for i, label in enumerate(body.labels[6 * len(grids) :])
+        ),
     ]
     files = tuple(path.with_suffix(suffix) for suffix in (".op4", ".asm", ".pch", ".txt"))
     for file in files:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from reduction.ffrf_data import FfrfData
-from reduction.reduced_model import ReducedModel
+from carrierflex.reduction.ffrf_data import FfrfData
+from carrierflex.reduction.reduced_model import ReducedModel
 
 #: Statement of units and frame in every header.
 UNITS = "SI units: m, kg, s, N, rad"
@@ -79,7 +79,8 @@ def ordered_body(model: ReducedModel) -> OrderedBody:
     Raises
     ------
     ValueError
-        Where pilots share coordinates, as tied ones in an assembly do: other codes tie nodes themselves.
+        Where pilots share coordinates, as tied ones in an assembly do: other codes tie nodes
+        themselves.
     """
     pilot_rows = np.concatenate([model.coordinates_of(name) for name in model.pilots])
     if len(np.unique(pilot_rows)) != len(pilot_rows):
@@ -89,7 +90,9 @@ def ordered_body(model: ReducedModel) -> OrderedBody:
     rows = np.concatenate([pilot_rows, np.setdiff1d(np.arange(model.n_coordinates), pilot_rows)])
     K, M, D = ((A + A.T)[np.ix_(rows, rows)] / 2.0 for A in (model.K, model.M, model.D))
     labels = tuple(model.labels[row] for row in rows)
-    return OrderedBody(K, M, D, labels, tuple(model.pilots), np.array(list(model.pilots.values())), rows)
+    return OrderedBody(
+        K, M, D, labels, tuple(model.pilots), np.array(list(model.pilots.values())), rows
+    )
 
 
 def held_body(model: ReducedModel, pilot: str | None = None) -> HeldBody:
@@ -137,5 +140,7 @@ def header(model: ReducedModel) -> tuple[str, ...]:
 def comments(mark: str, lines: Iterable[str]) -> tuple[str, ...]:
     """Comment lines that begin with `mark`, long ones broken."""
     return tuple(
-        f"{mark} {part}" for line in lines for part in textwrap.wrap(line, _COMMENT_WIDTH, subsequent_indent="    ")
+        f"{mark} {part}"
+        for line in lines
+        for part in textwrap.wrap(line, _COMMENT_WIDTH, subsequent_indent="    ")
     )

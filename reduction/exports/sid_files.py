@@ -1,7 +1,8 @@
 """Standard input data of a flexible body (SID_FEM, Wallrapp) for Simpack, Modelica and their like.
 
-Conventions of the file, easily mistaken: the first order ``m1(i, j, k)`` counts row, mode, column; the inertia J is a
-column of six, xx yy zz xy xz yz, with the tensor's signs (xy is ``-∫ ρ x y``); the columns of Oe are xx yy zz xy yz xz.
+Conventions of the file, easily mistaken: the first order ``m1(i, j, k)`` counts row, mode, column;
+the inertia J is a column of six, xx yy zz xy xz yz, with the tensor's signs (xy is ``-∫ ρ x y``);
+the columns of Oe are xx yy zz xy yz xz.
 """
 
 from collections.abc import Iterator
@@ -11,10 +12,10 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from geometry.whole_files import whole_file
-from reduction.exports.ordered_body import FRAME, UNITS, HeldBody, held_body
-from reduction.ffrf_data import FfrfData
-from reduction.reduced_model import ReducedModel
+from carrierflex.files.whole_files import whole_file
+from carrierflex.reduction.exports.ordered_body import FRAME, UNITS, HeldBody, held_body
+from carrierflex.reduction.ffrf_data import FfrfData
+from carrierflex.reduction.reduced_model import ReducedModel
 
 #: Numbers of the structure entry.
 _ZERO, _DIAGONAL, _FULL, _IDENTITY = 0, 1, 3, 4
@@ -25,10 +26,10 @@ _J_ROWS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 def write_sid(model: ReducedModel, path: Path, *, pilot: str | None = None) -> NDArray[np.float64]:
     """Write a body's standard input data.
 
-    One pilot is held and the floating frame moves with it (tangent frame), its origin where the body frame's is. The modes
-    are the eigenvectors of the body held so, mass-normalised: as many as coordinates are left, so that the file spans the
-    same motion as the body. Nodes are the pilots, numbered from 1, the held one among them. Geometric stiffening is not
-    included.
+    One pilot is held and the floating frame moves with it (tangent frame), its origin where the
+    body frame's is. The modes are the eigenvectors of the body held so, mass-normalised: as many as
+    coordinates are left, so that the file spans the same motion as the body. Nodes are the pilots,
+    numbered from 1, the held one among them. Geometric stiffening is not included.
 
     Parameters
     ----------
@@ -65,25 +66,28 @@ def write_sid(model: ReducedModel, path: Path, *, pilot: str | None = None) -> N
 
 def held_modes(body: HeldBody) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Squared angular frequencies [1/s^2] and modes ``Vᵀ M V = I`` of the held body, ascending."""
-    # Translations, rotations and modal amplitudes: scaled to unit mass before the eigenvalue problem.
+    # Translations, rotations and modal amplitudes: scaled to unit mass before the eigenvalue
+    # problem.
     scale = 1.0 / np.sqrt(body.M.diagonal())
     squares, V = scipy.linalg.eigh(body.K * np.outer(scale, scale), body.M * np.outer(scale, scale))
     return squares, scale[:, None] * V
 
 
-def _lines(model: ReducedModel, body: HeldBody, squares: NDArray[np.float64], V: NDArray[np.float64]) -> Iterator[str]:
+def _lines(
+    model: ReducedModel, body: HeldBody, squares: NDArray[np.float64], V: NDArray[np.float64]
+) -> Iterator[str]:
     n = len(squares)
     pilots = ", ".join(f"{i} {name}" for i, name in enumerate(model.pilots, start=1))
-    comment = (
-        f"{model.name}, written by carrierflex; {UNITS}; {FRAME}; floating frame moves with held pilot {body.pilot}"
-    )
+    comment = f"{model.name}, written by carrierflex; {UNITS}; {FRAME}; floating frame moves with held pilot {body.pilot}"
     yield f"{len(model.pilots):5d}{n:5d}    :{comment}; nodes {pilots}; no geometric stiffening"
     yield from ("part", " new modal")
     yield "  refmod"
     yield _entry("mass", _number(model.mass_properties.mass))
     yield _entry("nelastq", str(n))
     for i, square in enumerate(squares, start=1):
-        yield _entry(f"ielastq ({i:4d})", f"Eigen Mode {i:4d} : {np.sqrt(square) / (2.0 * np.pi):14.6f} Hz")
+        yield _entry(
+            f"ielastq ({i:4d})", f"Eigen Mode {i:4d} : {np.sqrt(square) / (2.0 * np.pi):14.6f} Hz"
+        )
     yield from ("  end refmod", "  frame")
     for i, (name, point) in enumerate(model.pilots.items(), start=1):
         motion = body.motion[list(model.pilots).index(name)] @ V
@@ -107,7 +111,9 @@ def _node(point: NDArray[np.float64], motion: NDArray[np.float64]) -> Iterator[s
     yield from _block("AP", np.eye(3), turned, n)
 
 
-def _integrals(data: FfrfData, squares: NDArray[np.float64], damping: NDArray[np.float64]) -> Iterator[str]:
+def _integrals(
+    data: FfrfData, squares: NDArray[np.float64], damping: NDArray[np.float64]
+) -> Iterator[str]:
     n = data.n_coordinates
     J0 = np.array([[data.J[a, b]] for a, b in _J_ROWS])
     J1 = np.array([data.J1[a, b] for a, b in _J_ROWS])[:, :, None]
@@ -131,18 +137,31 @@ def _block(
     n: int,
     structure: int = _FULL,
 ) -> Iterator[str]:
-    """One matrix expanded in the modes: m0 (rows, columns) and m1 (rows, n, columns), entries that are not zero."""
+    """One matrix expanded in the modes.
+
+    M0 (rows, columns) and m1 (rows, n, columns), entries that are not zero.
+    """
     if not m0.any() and (m1 is None or not m1.any()):
         structure = _ZERO
     yield f"  {name}"
-    counts = {"order": 0 if m1 is None else 1, "nrow": m0.shape[0], "ncol": m0.shape[1], "nq": n, "nqn": 0}
-    yield from (_entry(key, str(count)) for key, count in (counts | {"structure": structure}).items())
+    counts = {
+        "order": 0 if m1 is None else 1,
+        "nrow": m0.shape[0],
+        "ncol": m0.shape[1],
+        "nq": n,
+        "nqn": 0,
+    }
+    yield from (
+        _entry(key, str(count)) for key, count in (counts | {"structure": structure}).items()
+    )
     if structure != _IDENTITY:
         for row, column in np.argwhere(m0):
             yield _entry(f"m0({row + 1:3d},{column + 1:3d})", _number(m0[row, column]))
         for row, mode, column in np.argwhere(m1) if m1 is not None else ():
             assert m1 is not None
-            yield _entry(f"m1({row + 1:3d},{mode + 1:3d},{column + 1:3d})", _number(m1[row, mode, column]))
+            yield _entry(
+                f"m1({row + 1:3d},{mode + 1:3d},{column + 1:3d})", _number(m1[row, mode, column])
+            )
     yield f"  end {name}"
 
 

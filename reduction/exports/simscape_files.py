@@ -5,17 +5,17 @@ from pathlib import Path
 import numpy as np
 import scipy.io
 
-from geometry.whole_files import whole_file
-from reduction.exports.ordered_body import FRAME, UNITS, ordered_body
-from reduction.reduced_model import ReducedModel
+from carrierflex.files.whole_files import whole_file
+from carrierflex.reduction.exports.ordered_body import FRAME, UNITS, ordered_body
+from carrierflex.reduction.reduced_model import ReducedModel
 
 
 def write_simscape(model: ReducedModel, path: Path) -> None:
     """Write the structure ``body`` with P, K, M, C, and names in words.
 
-    ``P`` (n_pilots, 3) holds the interface frames' origins [m], axes as the body's; ``K``, ``M``, ``C`` (n, n) are exactly
-    symmetric, six rows a frame (Tx Ty Tz Rx Ry Rz) in the order of P, then the modal coordinates. No frame is held: the
-    six rigid motions remain, as the block expects.
+    ``P`` (n_pilots, 3) holds the interface frames' origins [m], axes as the body's; ``K``, ``M``,
+    ``C`` (n, n) are exactly symmetric, six rows a frame (Tx Ty Tz Rx Ry Rz) in the order of P, then
+    the modal coordinates. No frame is held: the six rigid motions remain, as the block expects.
 
     Parameters
     ----------

@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.parameters import check_parameters
-from simulation.mounting.rig import MountingRig
-from simulation.mounting.simulate import DivergedError, MountingResponse, simulate
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.parameters import check_parameters
+from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.simulate import DivergedError, MountingResponse, simulate
 
-#: Parameter sets sent in one piece of work: the inputs (2 MB for 520 s) travel once for all of them.
+#: Parameter sets sent in one piece of work: the inputs (2 MB for 520 s) travel once for all of
+#: them.
 _SETS_A_PIECE = 25
 
 
@@ -35,16 +36,16 @@ def simulate_batch(
     inputs : MountingInputs
         Loads of the run.
     summary : callable
-        What is kept of a response (an objective, RMS values); importable by name where the executor has other processes. A
-        thousand whole responses of 520 s would need 2.5 GB.
+        What is kept of a response (an objective, RMS values); importable by name where the executor
+        has other processes. A thousand whole responses of 520 s would need 2.5 GB.
     executor : concurrent.futures.Executor
         Threads serve well (the march holds no interpreter lock), processes and a cluster too.
 
     Yields
     ------
     object
-        Summaries, in the order of the parameter sets. A set whose run diverges gives its ``DivergedError`` in the place of
-        the summary: a search goes on without it.
+        Summaries, in the order of the parameter sets. A set whose run diverges gives its
+        ``DivergedError`` in the place of the summary: a search goes on without it.
 
     Raises
     ------
@@ -56,7 +57,9 @@ def simulate_batch(
             check_parameters(parameters)
         except ValueError as error:
             raise ValueError(f"parameter set {number}: {error}") from error
-    pieces = [parameter_sets[i : i + _SETS_A_PIECE] for i in range(0, len(parameter_sets), _SETS_A_PIECE)]
+    pieces = [
+        parameter_sets[i : i + _SETS_A_PIECE] for i in range(0, len(parameter_sets), _SETS_A_PIECE)
+    ]
     futures = [executor.submit(_summaries, rig, piece, inputs, summary) for piece in pieces]
     for future in futures:
         yield from future.result()

@@ -1,7 +1,10 @@
-"""A nonlinear block as one record: what the compiled march reads and changes, with sizes that the compiler knows.
+"""A nonlinear block as one record.
 
-The loops of a step have two to twelve turns. With their lengths in the record's type they are unrolled into vector
-operations; and one record is handed over at no cost, where every array would be counted in and out at each call.
+What the compiled march reads and changes, with sizes that the compiler knows.
+
+The loops of a step have two to twelve turns. With their lengths in the record's type they are
+unrolled into vector operations; and one record is handed over at no cost, where every array would
+be counted in and out at each call.
 """
 
 from typing import Protocol, cast
@@ -9,12 +12,13 @@ from typing import Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.mounting.equations import Block
-from simulation.mounting.propagators import Propagator
+from carrierflex.simulation.mounting.equations import Block
+from carrierflex.simulation.mounting.propagators import Propagator
 
 Array = NDArray[np.float64]
 
-#: Numbers in a vector register; states and probes are filled up with zeros to a multiple, so that few sizes have to be compiled.
+#: Numbers in a vector register; states and probes are filled up with zeros to a multiple, so that
+#: few sizes have to be compiled.
 _TOGETHER = 4
 
 
@@ -23,8 +27,10 @@ class BlockRecord(Protocol):
 
     Parameters
     ----------
-    by_state, by_load, by_first_force, by_force : ndarray, shape (N, P + N), (6, P + N), (n_e, P + N), (2 n_e, P + N)
-        Probes, then the state after the step, over the state, loads at both ends, ``phi_0`` and ``[phi_mid, phi_1]``.
+    by_state, by_load, by_first_force, by_force : ndarray, shape (N, P + N), (6, P + N), (n_e, P +
+    N), (2 n_e, P + N)
+        Probes, then the state after the step, over the state, loads at both ends, ``phi_0`` and
+        ``[phi_mid, phi_1]``.
     law, preload : ndarray, shape (5,), (n_e,)
         Of the block.
     state : ndarray, shape (N,)
@@ -34,8 +40,8 @@ class BlockRecord(Protocol):
     last : ndarray, shape (3, n_e)
         Nonlinear forces at the beginning, the middle and the end of the last step [N].
     loads, known, probe, force, friction, work : ndarray
-        Of the present step: loads at both ends; what is known of probes and end before it; probes; ``[phi_mid, phi_1]`` and
-        the elasto-plastic part; residual and Jacobian.
+        Of the present step: loads at both ends; what is known of probes and end before it; probes;
+        ``[phi_mid, phi_1]`` and the elasto-plastic part; residual and Jacobian.
     """
 
     by_state: Array
@@ -68,8 +74,8 @@ def block_record(block: Block, matrices: Propagator, state: Array, memory: Array
     state : ndarray, shape (n,)
         Linear states.
     memory : ndarray, shape (5, n_elements)
-        Elasto-plastic force and deflection where the step begins; nonlinear force there, at the middle of the last step and
-        where that began.
+        Elasto-plastic force and deflection where the step begins; nonlinear force there, at the
+        middle of the last step and where that began.
 
     Returns
     -------

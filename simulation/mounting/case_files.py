@@ -5,11 +5,11 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from simulation.case_files import read_case_document
-from simulation.mounting.load_history import LoadHistory
-from simulation.mounting.parameters import PARAMETERS, ParameterArray, parameter_array
-from simulation.mounting.rig import MountingRig
-from simulation.toml_tables import (
+from carrierflex.simulation.carrier.case_files import read_case_document
+from carrierflex.simulation.mounting.load_history import LoadHistory
+from carrierflex.simulation.mounting.parameters import PARAMETERS, ParameterArray, parameter_array
+from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.simulation.toml_tables import (
     COUNT,
     NOT_NEGATIVE,
     NUMBER,
@@ -34,7 +34,9 @@ _CASE_KEYS = {
     "truth": TABLE,
     "runs": TABLES,
 }
-_RIG_KEYS = {field.name: NUMBER for field in fields(MountingRig) if field.name != "axial_motion"} | {
+_RIG_KEYS = {
+    field.name: NUMBER for field in fields(MountingRig) if field.name != "axial_motion"
+} | {
     "housing_inertia": THREE_POSITIVE,
     "zeroing_samples": POSITIVE_COUNT,
 }
@@ -89,8 +91,8 @@ def read_mounting_case(path: Path) -> MountingCase:
     Parameters
     ----------
     path : Path
-        TOML file; ``cases/mounting_2011.toml`` shows its keys. Keys of the rig and of a history that are left out have the
-        defaults of :class:`MountingRig` and :class:`LoadHistory`.
+        TOML file; ``cases/mounting_2011.toml`` shows its keys. Keys of the rig and of a history
+        that are left out have the defaults of :class:`MountingRig` and :class:`LoadHistory`.
 
     Returns
     -------
@@ -102,25 +104,44 @@ def read_mounting_case(path: Path) -> MountingCase:
     ValueError
         Where the file is missing, not TOML, or a key is unknown, missing or wrong.
     """
-    document = checked_table(read_case_document(path), path.name, required=_CASE_KEYS, optional={"step": POSITIVE})
+    document = checked_table(
+        read_case_document(path), path.name, required=_CASE_KEYS, optional={"step": POSITIVE}
+    )
     if document["version"] > 1:
-        raise ValueError(f"{path.name}: version is {document['version']}, written by a newer version; expected 1")
-    rig_table = checked_table(document["rig"], f"{path.name}, [rig]", required={}, optional=_RIG_KEYS)
+        raise ValueError(
+            f"{path.name}: version is {document['version']}, written by a newer version; expected 1"
+        )
+    rig_table = checked_table(
+        document["rig"], f"{path.name}, [rig]", required={}, optional=_RIG_KEYS
+    )
     if "housing_inertia" in rig_table:
         rig_table["housing_inertia"] = tuple(rig_table["housing_inertia"])
-    truth = checked_table(document["truth"], f"{path.name}, [truth]", required={}, optional=_TRUTH_KEYS)
+    truth = checked_table(
+        document["truth"], f"{path.name}, [truth]", required={}, optional=_TRUTH_KEYS
+    )
     try:
         rig = MountingRig(**rig_table)
-        runs = tuple(_run(table, f"[[runs]] {number}") for number, table in enumerate(document["runs"], start=1))
+        runs = tuple(
+            _run(table, f"[[runs]] {number}")
+            for number, table in enumerate(document["runs"], start=1)
+        )
         values = parameter_array(rig, truth)
     except ValueError as error:
         raise ValueError(f"{path.name}: {error}") from error
     return MountingCase(
-        document["name"], document["seed"], float(document["noise_std"]), rig, values, runs, document.get("step")
+        document["name"],
+        document["seed"],
+        float(document["noise_std"]),
+        rig,
+        values,
+        runs,
+        document.get("step"),
     )
 
 
 def _run(table: Mapping[str, Any], where: str) -> MountingRun:
     run = checked_table(table, where, required=_RUN_KEYS)
-    history = checked_table(run["history"], f"{where}, [history]", required={}, optional=_HISTORY_KEYS)
+    history = checked_table(
+        run["history"], f"{where}, [history]", required={}, optional=_HISTORY_KEYS
+    )
     return MountingRun(run["name"], run["condition"], LoadHistory(**history))

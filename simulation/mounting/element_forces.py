@@ -3,14 +3,18 @@
 import numba
 import numpy as np
 
-from simulation.bushings import elasto_plastic_force, hardening_force, hardening_stiffness
-from simulation.mounting.block_records import BlockRecord
+from carrierflex.simulation.mounting.block_records import BlockRecord
+from carrierflex.simulation.mounting.bushings import (
+    elasto_plastic_force,
+    hardening_force,
+    hardening_stiffness,
+)
 
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy")
 _inline = numba.njit(cache=True, nogil=True, error_model="numpy", inline="always")
 
-#: Iterations for the element forces within one time step (two or three serve nearly always), and the gain in each below
-#: which Newton's method takes over.
+#: Iterations for the element forces within one time step (two or three serve nearly always), and
+#: the gain in each below which Newton's method takes over.
 _ITERATIONS, _GAIN = 40, 0.1
 
 
@@ -18,8 +22,8 @@ _ITERATIONS, _GAIN = 40, 0.1
 def solve_forces(block: BlockRecord, tolerance: float) -> bool:
     """Solve ``y = phi(known + y by_force)`` for the element forces at the middle and the end of a step.
 
-    The step is short against the stiffness that phi adds, so putting phi back in mostly converges at once; where it does
-    not gain a digit a time, Newton's method takes over.
+    The step is short against the stiffness that phi adds, so putting phi back in mostly converges
+    at once; where it does not gain a digit a time, Newton's method takes over.
     """
     size, last, newton = block.force.shape[0], np.inf, False
     for _ in range(_ITERATIONS):
@@ -33,7 +37,8 @@ def solve_forces(block: BlockRecord, tolerance: float) -> bool:
         newton = newton or error > _GAIN * last
         if newton and not converged and not _newton_step(block):
             return False
-        # Converged or put back: the law's own value, one order better than the iterate it was made from.
+        # Converged or put back: the law's own value, one order better than the iterate it was made
+        # from.
         for row in range(size):
             block.force[row] -= block.work[row, size]
         if converged:
@@ -44,7 +49,10 @@ def solve_forces(block: BlockRecord, tolerance: float) -> bool:
 
 @_inline
 def _laws(block: BlockRecord) -> tuple[float, float]:
-    """Fill the last column of `work` with ``y - phi`` and `friction`; return the largest entry and the scale."""
+    """Fill the last column of `work` with ``y - phi`` and `friction`.
+
+    Return the largest entry and the scale.
+    """
     n_e, size = block.preload.shape[0], block.force.shape[0]
     K3, K5, C3, Kp, Fy = block.law[0], block.law[1], block.law[2], block.law[3], block.law[4]
     error, scale = 0.0, 1.0
@@ -67,7 +75,10 @@ def _laws(block: BlockRecord) -> tuple[float, float]:
 
 @_jit
 def _newton_step(block: BlockRecord) -> bool:
-    """Replace the residual in the last column of `work` by Newton's correction; rarely called, so not woven into the march."""
+    """Replace the residual in the last column of `work` by Newton's correction.
+
+    Rarely called, so not woven into the march.
+    """
     _fill_jacobian(block)
     return _eliminate(block)
 
@@ -91,7 +102,9 @@ def _fill_jacobian(block: BlockRecord) -> None:
                 slope += 2.0 * C3 * u * block.probe[size + row]
                 rate_slope = C3 * u * u
             for column in range(size):
-                derivative = slope * block.by_force[column, row] + over_middle * block.by_force[column, e]
+                derivative = (
+                    slope * block.by_force[column, row] + over_middle * block.by_force[column, e]
+                )
                 if C3 > 0.0:
                     derivative += rate_slope * block.by_force[column, size + row]
                 block.work[row, column] = -derivative
@@ -101,7 +114,10 @@ def _fill_jacobian(block: BlockRecord) -> None:
 
 @_inline
 def _eliminate(block: BlockRecord) -> bool:
-    """Solve the linear system in `work` by elimination with row exchange; the solution replaces the last column."""
+    """Solve the linear system in `work` by elimination with row exchange.
+
+    The solution replaces the last column.
+    """
     work = block.work
     size = work.shape[0]
     for pivot in range(size):

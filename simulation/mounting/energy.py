@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.mounting.equations import Block
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.march import marched, mounting_model, state_at_rest
-from simulation.mounting.parameters import ParameterArray
-from simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.equations import Block
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.parameters import ParameterArray
+from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.time_integration import marched, mounting_model, state_at_rest
 
 Array = NDArray[np.float64]
 
@@ -38,22 +38,28 @@ class EnergyBalance:
     @property
     def error(self) -> float:
         """Largest ``|work - dissipated - stored|`` over the largest work done [-]."""
-        return float(np.abs(self.work - self.dissipated - self.stored).max() / np.abs(self.work).max())
+        return float(
+            np.abs(self.work - self.dissipated - self.stored).max() / np.abs(self.work).max()
+        )
 
 
 def energy_balance(
-    rig: MountingRig, parameters: ParameterArray, inputs: MountingInputs, *, step: float | None = None
+    rig: MountingRig,
+    parameters: ParameterArray,
+    inputs: MountingInputs,
+    *,
+    step: float | None = None,
 ) -> EnergyBalance:
     """Simulate a run and add up its energies, each from its own formula.
 
-    Powers are integrated by Simpson's rule over pairs of samples, so the samples must resolve the motion: refine
-    the inputs where the balance is to be exact. Friction's loss is its force times the slip, exact within a step of one
-    direction.
+    Powers are integrated by Simpson's rule over pairs of samples, so the samples must resolve the
+    motion: refine the inputs where the balance is to be exact. Friction's loss is its force times
+    the slip, exact within a step of one direction.
 
     Parameters
     ----------
     rig, parameters, inputs, step
-        As for :func:`simulation.mounting.simulate.simulate`.
+        As for :func:`carrierflex.simulation.mounting.simulate.simulate`.
 
     Returns
     -------
@@ -83,7 +89,11 @@ def energy_balance(
 def _simpson(power: Array, step: float) -> Array:
     """Cumulative integral at every second sample."""
     pairs = (len(power) - 1) // 2
-    before, middle, after = power[: 2 * pairs : 2], power[1 : 2 * pairs : 2], power[2 : 2 * pairs + 1 : 2]
+    before, middle, after = (
+        power[: 2 * pairs : 2],
+        power[1 : 2 * pairs : 2],
+        power[2 : 2 * pairs + 1 : 2],
+    )
     return np.concatenate([[0.0], np.cumsum(step / 3.0 * (before + 4.0 * middle + after))])
 
 

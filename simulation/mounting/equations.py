@@ -1,8 +1,8 @@
 """Equations of motion of the mounting in two uncoupled blocks, ready for the exact propagator.
 
-``M q̈ + C q̇ + K q + Σ w_e r_e (F_fl,e + phi_e) = G (T, F_y, F_z)``, one row ``r_e`` and weight ``w_e`` for each bushing element;
-``phi_e`` is all of a bushing's force that is not linear. With the fluid branch's coordinate ``u_m``
-the linear part is ``ẋ = A x + B loads + N phi``.
+``M q̈ + C q̇ + K q + Σ w_e r_e (F_fl,e + phi_e) = G (T, F_y, F_z)``, one row ``r_e`` and weight
+``w_e`` for each bushing element; ``phi_e`` is all of a bushing's force that is not linear. With the
+fluid branch's coordinate ``u_m`` the linear part is ``ẋ = A x + B loads + N phi``.
 """
 
 from dataclasses import dataclass
@@ -10,9 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.bushings import elasto_plastic_force, hardening_force, hardening_stiffness
-from simulation.mounting.parameters import INDEX, ParameterArray
-from simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.bushings import (
+    elasto_plastic_force,
+    hardening_force,
+    hardening_stiffness,
+)
+from carrierflex.simulation.mounting.parameters import INDEX, ParameterArray
+from carrierflex.simulation.mounting.rig import MountingRig
 
 #: Damping ratio of the main bearing's compliance; assumed, as for the other structural parts (2 %).
 _BEARING_DAMPING_RATIO = 0.02
@@ -66,7 +70,10 @@ class Block:
         return bool(K3 == K5 == C3 == 0.0 and (Kp == 0.0 or Fy == 0.0))
 
     def state_matrices(self) -> tuple[Array, Array, Array]:
-        """A, B, N of ``ẋ = A x + B loads + N phi``; states ``q, q̇, u_m`` and, with a fluid mass, ``u̇_m``."""
+        """A, B, N of ``ẋ = A x + B loads + N phi``.
+
+        States ``q, q̇, u_m`` and, with a fluid mass, ``u̇_m``.
+        """
         n_q, n_e = len(self.names), len(self.weights)
         k, c, m = self.fluid
         branches = (n_e if m == 0.0 else 2 * n_e) if k > 0.0 and c > 0.0 else 0
@@ -86,7 +93,11 @@ class Block:
         elif branches:
             # Equation (6) with the sign of c put right; F_fl = c (u̇ - u̇_m), equation (5).
             A[u_m, v_m] = np.eye(n_e)
-            A[v_m, u_m], A[v_m, v_m], A[v_m, v] = -np.eye(n_e) * k / m, -np.eye(n_e) * c / m, self.rows * c / m
+            A[v_m, u_m], A[v_m, v_m], A[v_m, v] = (
+                -np.eye(n_e) * k / m,
+                -np.eye(n_e) * c / m,
+                self.rows * c / m,
+            )
             A[v, v] += c * push @ self.rows
             A[v, v_m] = -c * push
         return A, B, N
@@ -109,15 +120,21 @@ class Block:
         scale = np.abs(force) + np.abs(self.K).max() * 1e-9
         for _ in range(_STATIC_ITERATIONS):
             u = self.preload + self.rows @ q
-            friction = np.array([elasto_plastic_force.py_func(0.0, deflection, Kp, Fy) for deflection in u])
+            friction = np.array(
+                [elasto_plastic_force.py_func(0.0, deflection, Kp, Fy) for deflection in u]
+            )
             phi = hardening_force.py_func(u, K3, K5) + friction
             residual = force - self.K @ q - self.rows.T @ (self.weights * phi)
             if (np.abs(residual) <= _STATIC_TOLERANCE * scale.max()).all():
                 return q, friction
-            slope = hardening_stiffness.py_func(u, K3, K5) + np.where(np.abs(friction) < Fy, Kp, 0.0)
+            slope = hardening_stiffness.py_func(u, K3, K5) + np.where(
+                np.abs(friction) < Fy, Kp, 0.0
+            )
             tangent = self.K + (self.rows.T * (self.weights * slope)) @ self.rows
             q = q + np.linalg.solve(tangent, residual)
-        raise ArithmeticError(f"no static equilibrium under torque, ntl_y, ntl_z = {loads}; residual {residual}")
+        raise ArithmeticError(
+            f"no static equilibrium under torque, ntl_y, ntl_z = {loads}; residual {residual}"
+        )
 
     def tangent_stiffness(self, loads: Array) -> Array:
         """Stiffness at rest under `loads` [N/m, N m/rad], elasto-plastic springs not yielded."""
@@ -147,7 +164,13 @@ def mounting_blocks(rig: MountingRig, parameters: ParameterArray) -> tuple[Block
 
 def _masses(rig: MountingRig) -> tuple[float, float, float]:
     """Total mass, its first and its second moment about the main bearing."""
-    arms = np.array([rig.housing_cg_x + rig.main_bearing_x, rig.shaft_cg_x + rig.main_bearing_x, -rig.coupling_arm])
+    arms = np.array(
+        [
+            rig.housing_cg_x + rig.main_bearing_x,
+            rig.shaft_cg_x + rig.main_bearing_x,
+            -rig.coupling_arm,
+        ]
+    )
     masses = np.array([rig.housing_mass, rig.shaft_mass, rig.coupling_mass])
     return float(masses.sum()), float(masses @ arms), float(masses @ arms**2)
 
@@ -155,7 +178,13 @@ def _masses(rig: MountingRig) -> tuple[float, float, float]:
 def _vertical(rig: MountingRig, p: ParameterArray) -> Block:
     total, first, second = _masses(rig)
     L, angle = rig.main_bearing_x, p[INDEX["ntl_angle"]]
-    M = np.array([[rig.housing_inertia[0], 0, 0], [0, rig.housing_inertia[1] + second, -first], [0, -first, total]])
+    M = np.array(
+        [
+            [rig.housing_inertia[0], 0, 0],
+            [0, rig.housing_inertia[1] + second, -first],
+            [0, -first, total],
+        ]
+    )
     rows = np.array([[rig.R_x, -L, 1.0], [-rig.R_x, -L, 1.0]])
     excess = p[INDEX["starboard_excess"]]
     lift = np.array([0.0, np.sin(angle), np.cos(angle)])  # F_z of a radial load turned about x
@@ -180,7 +209,9 @@ def _vertical(rig: MountingRig, p: ParameterArray) -> Block:
 def _horizontal(rig: MountingRig, p: ParameterArray) -> Block:
     total, first, second = _masses(rig)
     L, angle = rig.main_bearing_x, p[INDEX["ntl_angle"]]
-    M = np.array([[rig.housing_inertia[2] + second, first, 0], [first, total, 0], [0, 0, rig.housing_mass]])
+    M = np.array(
+        [[rig.housing_inertia[2] + second, first, 0], [first, total, 0], [0, 0, rig.housing_mass]]
+    )
     excess = p[INDEX["starboard_excess"]]
     side = np.array([0.0, np.cos(angle), -np.sin(angle)])
     to_motion = np.zeros((6, 3))
@@ -191,7 +222,10 @@ def _horizontal(rig: MountingRig, p: ParameterArray) -> Block:
         names=("theta_z", "b_y", "d_x"),
         masses=(M, total),
         bushings=(np.array([[L, 1.0, 0.0]]), np.array([2.0])),
-        axial=(np.array([[-rig.R_x, 0.0, 1.0], [rig.R_x, 0.0, 1.0]]), np.array([1.0 + excess, 1.0 - excess])),
+        axial=(
+            np.array([[-rig.R_x, 0.0, 1.0], [rig.R_x, 0.0, 1.0]]),
+            np.array([1.0 + excess, 1.0 - excess]),
+        ),
         loads=(np.array([-rig.coupling_arm * side, side, np.zeros(3)]), np.zeros(3)),
         to_motion=to_motion,
     )
@@ -212,8 +246,14 @@ def _block(
     compliance = p[INDEX["main_bearing_compliance"]]
     free = [i for i, name in enumerate(names) if _is_free(name, rig, compliance)]
     (M, total), (rows, weights), (axial_rows, axial_weights) = masses, bushings, axial
-    K = p[INDEX["K1"]] * (rows.T * weights) @ rows + p[INDEX["k_x"]] * (axial_rows.T * axial_weights) @ axial_rows
-    C = p[INDEX["C1"]] * (rows.T * weights) @ rows + p[INDEX["c_x"]] * (axial_rows.T * axial_weights) @ axial_rows
+    K = (
+        p[INDEX["K1"]] * (rows.T * weights) @ rows
+        + p[INDEX["k_x"]] * (axial_rows.T * axial_weights) @ axial_rows
+    )
+    C = (
+        p[INDEX["C1"]] * (rows.T * weights) @ rows
+        + p[INDEX["c_x"]] * (axial_rows.T * axial_weights) @ axial_rows
+    )
     for i, name in enumerate(names):
         if name in ("b_y", "b_z") and compliance > 0.0:
             K[i, i] += 1.0 / compliance

@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-#: Relative deviation of the time steps from their mean below which a grid counts as uniform: time printed with
-#: nine digits over a thousand seconds stays far below.
+#: Relative deviation of the time steps from their mean below which a grid counts as uniform: time
+#: printed with nine digits over a thousand seconds stays far below.
 _UNIFORM = 1e-4
 
 
@@ -23,7 +23,8 @@ class MountingInputs:
     torque : ndarray, shape (n,)
         Torque on the main shaft about +x [N m].
     speed, carrier_angle : ndarray, shape (n,)
-        Speed [rad/s] and angle [rad] of the main shaft; the motion of the housing does not depend on them.
+        Speed [rad/s] and angle [rad] of the main shaft; the motion of the housing does not depend
+        on them.
     ntl_y, ntl_z : ndarray, shape (n,)
         Radial load at the dynamometer coupling [N].
 
@@ -42,10 +43,14 @@ class MountingInputs:
 
     def __post_init__(self) -> None:
         if self.time.ndim != 1 or self.time.size < 2:
-            raise ValueError(f"inputs: time has shape {self.time.shape}; expected at least two samples in one row")
+            raise ValueError(
+                f"inputs: time has shape {self.time.shape}; expected at least two samples in one row"
+            )
         for name, values in self.columns().items():
             if values.shape != self.time.shape:
-                raise ValueError(f"inputs: {name} has shape {values.shape}; expected {self.time.shape} as time")
+                raise ValueError(
+                    f"inputs: {name} has shape {values.shape}; expected {self.time.shape} as time"
+                )
             if not np.isfinite(values).all():
                 sample = int(np.argmin(np.isfinite(values)))
                 raise ValueError(
@@ -59,9 +64,14 @@ class MountingInputs:
             )
 
     @classmethod
-    def from_columns(cls, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]]) -> "MountingInputs":
+    def from_columns(
+        cls, time: NDArray[np.float64], columns: Mapping[str, NDArray[np.float64]]
+    ) -> "MountingInputs":
         """Inputs from a run's columns by name."""
-        return cls(time, *(columns[name] for name in ("torque", "speed", "carrier_angle", "ntl_y", "ntl_z")))
+        return cls(
+            time,
+            *(columns[name] for name in ("torque", "speed", "carrier_angle", "ntl_y", "ntl_z")),
+        )
 
     def columns(self) -> dict[str, NDArray[np.float64]]:
         """Every column by name, time first."""
@@ -78,7 +88,9 @@ class MountingInputs:
     def step(self) -> float:
         """Sampling interval [s]: the median one where samples are missing or unevenly spaced."""
         return float(
-            (self.time[-1] - self.time[0]) / (self.time.size - 1) if self.uniform else np.median(np.diff(self.time))
+            (self.time[-1] - self.time[0]) / (self.time.size - 1)
+            if self.uniform
+            else np.median(np.diff(self.time))
         )
 
     @cached_property
@@ -109,7 +121,14 @@ class MountingInputs:
 
     def refined(self, factor: int) -> "MountingInputs":
         """Inputs on a grid `factor` times finer, on the same straight lines between samples."""
-        fine = np.interp(np.arange((self.time.size - 1) * factor + 1) / factor, np.arange(self.time.size), self.time)
+        fine = np.interp(
+            np.arange((self.time.size - 1) * factor + 1) / factor,
+            np.arange(self.time.size),
+            self.time,
+        )
         return MountingInputs(
-            *(fine if name == "time" else np.interp(fine, self.time, values) for name, values in self.columns().items())
+            *(
+                fine if name == "time" else np.interp(fine, self.time, values)
+                for name, values in self.columns().items()
+            )
         )

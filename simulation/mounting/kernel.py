@@ -1,14 +1,15 @@
 """The inner loops: one block marched over the samples of a record, compiled.
 
-The compiled code is kept by the date of this file: after a change in a module that it inlines, touch it.
+The compiled code is kept by the date of this file: after a change in a module that it inlines,
+touch it.
 """
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.mounting.block_records import BlockRecord
-from simulation.mounting.element_forces import solve_forces
+from carrierflex.simulation.mounting.block_records import BlockRecord
+from carrierflex.simulation.mounting.element_forces import solve_forces
 
 Array = NDArray[np.float64]
 
@@ -17,7 +18,8 @@ _jit = numba.njit(cache=True, nogil=True, error_model="numpy")
 _inline = numba.njit(cache=True, nogil=True, error_model="numpy", inline="always")
 
 
-#: A small rotation or displacement [rad, m] above this has left the model, which is linear in its kinematics.
+#: A small rotation or displacement [rad, m] above this has left the model, which is linear in its
+#: kinematics.
 LARGEST_MOTION = 0.3
 
 #: What ended the march.
@@ -25,7 +27,9 @@ DONE, DIVERGED, NOT_CONVERGED = 0, 1, 2
 
 
 @_jit
-def march_linear(end: Array, output: Array, state: Array, loads: Array, signals: Array) -> tuple[int, int]:
+def march_linear(
+    end: Array, output: Array, state: Array, loads: Array, signals: Array
+) -> tuple[int, int]:
     """March a linear block; add its share to ``signals[1:]`` and leave its last state in `state`.
 
     Returns
@@ -124,8 +128,15 @@ def _remember(block: BlockRecord) -> None:
     n_e = block.preload.shape[0]
     for e in range(n_e):
         end = n_e + e
-        block.friction_before[e], block.u_before[e] = block.friction[end], block.preload[e] + block.probe[end]
-        block.last[0, e], block.last[1, e], block.last[2, e] = block.last[2, e], block.force[e], block.force[end]
+        block.friction_before[e], block.u_before[e] = (
+            block.friction[end],
+            block.preload[e] + block.probe[end],
+        )
+        block.last[0, e], block.last[1, e], block.last[2, e] = (
+            block.last[2, e],
+            block.force[e],
+            block.force[end],
+        )
 
 
 @_inline

@@ -1,12 +1,16 @@
-"""The mounting about an operating point: roots, frequency response of the sensors, frequencies over speed and torque.
+"""The mounting about an operating point.
 
-Small motions about the rest under constant loads. A bushing shows its tangent stiffness ``K1 + 3 K3 u² + 5 K5 u⁴`` and its
-damping ``C1 + C3 u²`` at the deflection u that the loads (and gravity, where it is set) give it; the fluid branch keeps its
-states; the elasto-plastic spring sticks, as it does for motions below ``2 Fy / Kp`` from peak to peak.
+Roots, frequency response of the sensors, frequencies over speed and torque.
 
-What changes with the speed: only pitch and yaw, by the gyroscopic moment of the turning shaft. It is left out of the simulation
-in time (docs/mounting_model.md gives its size); the Campbell diagram holds it, so that the reader sees how little it does. Roll
-stands apart from it, and no stiffness of this model depends on speed or angle of the shaft.
+Small motions about the rest under constant loads. A bushing shows its tangent stiffness ``K1 + 3 K3
+u² + 5 K5 u⁴`` and its damping ``C1 + C3 u²`` at the deflection u that the loads (and gravity, where
+it is set) give it; the fluid branch keeps its states; the elasto-plastic spring sticks, as it does
+for motions below ``2 Fy / Kp`` from peak to peak.
+
+What changes with the speed: only pitch and yaw, by the gyroscopic moment of the turning shaft. It
+is left out of the simulation in time (docs/mounting_model.md gives its size); the Campbell diagram
+holds it, so that the reader sees how little it does. Roll stands apart from it, and no stiffness of
+this model depends on speed or angle of the shaft.
 """
 
 from collections.abc import Sequence
@@ -15,33 +19,38 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.mounting.equations import Block, mounting_blocks
-from simulation.mounting.parameters import INDEX, ParameterArray, check_parameters
-from simulation.mounting.rig import SENSORS, MountingRig
-from simulation.stage.linearised import CampbellDiagram
-from simulation.stage.stage_data import StageData
+from carrierflex.simulation.mounting.equations import Block, mounting_blocks
+from carrierflex.simulation.mounting.parameters import INDEX, ParameterArray, check_parameters
+from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
+from carrierflex.simulation.stage.linearised import CampbellDiagram
+from carrierflex.simulation.stage.stage_data import StageData
 
 Array = NDArray[np.float64]
 
 #: Polar inertia of main shaft and planet carrier [kg m²]: figure 12 of the 2011 paper.
 SHAFT_POLAR_INERTIA = 108.0
 
-#: A root turns if its imaginary part exceeds this share of its size; below, rounding splits a double real root.
+#: A root turns if its imaginary part exceeds this share of its size; below, rounding splits a
+#: double real root.
 _TURNS = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
 class MountingModes:
-    """Roots of the mounting about an operating point: oscillating modes first, then those that creep.
+    """Roots of the mounting about an operating point.
+
+    Oscillating modes first, then those that creep.
 
     Parameters
     ----------
     names : tuple of str
         Coordinates, length n.
     roots : ndarray of complex, shape (k,)
-        One root [1/s] of each oscillating pair, by ascending frequency, then the real ones from the slowest to the fastest.
+        One root [1/s] of each oscillating pair, by ascending frequency, then the real ones from the
+        slowest to the fastest.
     shape : ndarray of complex, shape (n, k)
-        Coordinates of each mode, largest entry 1; in a mode of the fluid branch alone they are small beside it.
+        Coordinates of each mode, largest entry 1; in a mode of the fluid branch alone they are
+        small beside it.
     """
 
     names: tuple[str, ...]
@@ -55,7 +64,10 @@ class MountingModes:
 
     @property
     def damping_ratio(self) -> Array:
-        """Share of critical damping, shape (k,); 1 where the mode creeps, negative where it grows."""
+        """Share of critical damping, shape (k,).
+
+        1 where the mode creeps, negative where it grows.
+        """
         return np.asarray(-self.roots.real / np.abs(self.roots), dtype=np.float64)
 
     @property
@@ -90,7 +102,9 @@ def linearised_block(block: Block, loads: Array) -> Block:
     """
     u = block.preload + block.rows @ block.static_solution(loads)[0]
     C = block.C + (block.rows.T * (block.weights * block.law[2] * u**2)) @ block.rows
-    return replace(block, K=block.tangent_stiffness(loads), C=C, law=np.zeros(5), preload=np.zeros(len(u)))
+    return replace(
+        block, K=block.tangent_stiffness(loads), C=C, law=np.zeros(5), preload=np.zeros(len(u))
+    )
 
 
 def mounting_modes(
@@ -133,7 +147,9 @@ def mounting_modes(
     turning = np.abs(roots.imag) > _TURNS * np.abs(roots)
     roots = np.where(turning, roots, roots.real)
     pairs, real = np.flatnonzero(turning & (roots.imag > 0.0)), np.flatnonzero(~turning)
-    order = np.concatenate([pairs[np.argsort(roots[pairs].imag)], real[np.argsort(np.abs(roots[real]))]])
+    order = np.concatenate(
+        [pairs[np.argsort(roots[pairs].imag)], real[np.argsort(np.abs(roots[real]))]]
+    )
     shape = vectors[_coordinates(blocks)][:, order]
     shape = shape / shape[np.abs(shape).argmax(axis=0), np.arange(len(order))]
     return MountingModes(blocks[0].names + blocks[1].names, roots[order], shape)
@@ -154,7 +170,8 @@ def frequency_response(
     Returns
     -------
     ndarray of complex, shape (k, 6, 3)
-        Sensors in the order of ``SENSORS`` over torque [m/(N m)], ntl_y and ntl_z [m/N], with gain g and delay τ of the sensors.
+        Sensors in the order of ``SENSORS`` over torque [m/(N m)], ntl_y and ntl_z [m/N], with gain
+        g and delay τ of the sensors.
 
     Raises
     ------
@@ -165,7 +182,9 @@ def frequency_response(
     """
     frequency_hz = np.asarray(frequency_hz, dtype=np.float64)
     if not (np.isfinite(frequency_hz) & (frequency_hz >= 0.0)).all():
-        raise ValueError(f"frequency response: smallest frequency is {frequency_hz.min()} Hz; expected numbers >= 0")
+        raise ValueError(
+            f"frequency response: smallest frequency is {frequency_hz.min()} Hz; expected numbers >= 0"
+        )
     s = 2j * np.pi * frequency_hz
     response = np.zeros((len(s), 6, 3), dtype=np.complex128)
     for block in _linearised_blocks(rig, parameters, loads):
@@ -173,7 +192,9 @@ def frequency_response(
         states = np.linalg.solve(s[:, None, None] * np.eye(len(A)) - A, B)
         response += block.output @ states[:, : len(block.names)]
     gains = np.array([parameters[INDEX[f"gain_{sensor}"]] for sensor in SENSORS])
-    return np.asarray(response * gains[:, None] * np.exp(-s * parameters[INDEX["delay"]])[:, None, None])
+    return np.asarray(
+        response * gains[:, None] * np.exp(-s * parameters[INDEX["delay"]])[:, None, None]
+    )
 
 
 def campbell_diagram(
@@ -186,8 +207,9 @@ def campbell_diagram(
 ) -> CampbellDiagram:
     """Frequencies over the speed of the main shaft [rad/s], beside the lines of excitation.
 
-    The gyroscopic moment ``J Ω`` couples pitch and yaw and drives their frequencies apart; roll, bearing and axial motion
-    stay where they are. A mode that creeps at a speed has frequency 0 there.
+    The gyroscopic moment ``J Ω`` couples pitch and yaw and drives their frequencies apart; roll,
+    bearing and axial motion stay where they are. A mode that creeps at a speed has frequency 0
+    there.
 
     Parameters
     ----------
@@ -201,7 +223,9 @@ def campbell_diagram(
     CampbellDiagram
         All oscillating modes; orders ``1P``, ``3P`` and ``mesh``.
     """
-    found = [mounting_modes(rig, parameters, loads, speed=w, polar_inertia=polar_inertia) for w in speeds]
+    found = [
+        mounting_modes(rig, parameters, loads, speed=w, polar_inertia=polar_inertia) for w in speeds
+    ]
     turning = [modes.frequency_hz[modes.frequency_hz > 0.0] for modes in found]
     most = max(len(row) for row in turning)
     rows = [np.concatenate([np.zeros(most - len(row)), row]) for row in turning]
@@ -210,11 +234,15 @@ def campbell_diagram(
     return CampbellDiagram(np.asarray(speeds, dtype=np.float64), np.array(rows), orders)
 
 
-def _linearised_blocks(rig: MountingRig, parameters: ParameterArray, loads: Array) -> tuple[Block, Block]:
+def _linearised_blocks(
+    rig: MountingRig, parameters: ParameterArray, loads: Array
+) -> tuple[Block, Block]:
     check_parameters(parameters)
     loads = np.asarray(loads, dtype=np.float64)
     if loads.shape != (3,) or not np.isfinite(loads).all():
-        raise ValueError(f"operating point: torque, ntl_y, ntl_z are {loads}; expected three finite numbers")
+        raise ValueError(
+            f"operating point: torque, ntl_y, ntl_z are {loads}; expected three finite numbers"
+        )
     vertical, horizontal = mounting_blocks(rig, parameters)
     return linearised_block(vertical, loads), linearised_block(horizontal, loads)
 
@@ -222,14 +250,16 @@ def _linearised_blocks(rig: MountingRig, parameters: ParameterArray, loads: Arra
 def _coordinates(blocks: tuple[Block, Block]) -> NDArray[np.intp]:
     """Places of the coordinates of both blocks in the joint state."""
     second = len(blocks[0].state_matrices()[0])
-    return np.concatenate([np.arange(len(blocks[0].names)), second + np.arange(len(blocks[1].names))])
+    return np.concatenate(
+        [np.arange(len(blocks[0].names)), second + np.arange(len(blocks[1].names))]
+    )
 
 
 def _state_matrix(blocks: tuple[Block, Block], spin: float) -> Array:
     """A of both blocks, joined by the gyroscopic moment of an angular momentum `spin` = J Ω [N m s] about +x.
 
-    The spin follows the tilted shaft, ``H = J Ω (1, theta_z, -theta_y)``: its rate adds ``J Ω θ̇_z`` to the inertia in pitch and
-    ``-J Ω θ̇_y`` to that in yaw.
+    The spin follows the tilted shaft, ``H = J Ω (1, theta_z, -theta_y)``: its rate adds ``J Ω
+    θ̇_z`` to the inertia in pitch and ``-J Ω θ̇_y`` to that in yaw.
     """
     parts = [block.state_matrices()[0] for block in blocks]
     n = len(parts[0])

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.inputs import MountingInputs
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,8 @@ class LoadHistory:
     torque : float
         Torque reached [N m].
     torque_ripple, load_ripple : float
-        Amplitude of the once-per-revolution part of torque and radial load, relative to the present value [-].
+        Amplitude of the once-per-revolution part of torque and radial load, relative to the present
+        value [-].
 
     Raises
     ------
@@ -64,15 +65,29 @@ class LoadHistory:
     def __post_init__(self) -> None:
         for field in fields(self):
             if not np.isfinite(getattr(self, field.name)):
-                raise ValueError(f"load history: {field.name} is {getattr(self, field.name)}; expected a finite number")
-        order = ("radial_load_from", "radial_load_to", "start", "stop_from", "stop_to", "full_speed", "torque_from")
+                raise ValueError(
+                    f"load history: {field.name} is {getattr(self, field.name)}; expected a finite number"
+                )
+        order = (
+            "radial_load_from",
+            "radial_load_to",
+            "start",
+            "stop_from",
+            "stop_to",
+            "full_speed",
+            "torque_from",
+        )
         for before, after in pairwise(order):
             if not getattr(self, before) < getattr(self, after):
                 raise ValueError(
                     f"load history: {before} is {getattr(self, before)} s and {after} {getattr(self, after)} s; "
                     "expected them in that order"
                 )
-        if not (self.duration * self.sample_rate >= 2.0 and self.torque_rise > 0.0 and self.radial_load_from >= 0.0):
+        if not (
+            self.duration * self.sample_rate >= 2.0
+            and self.torque_rise > 0.0
+            and self.radial_load_from >= 0.0
+        ):
             raise ValueError(
                 f"load history: duration {self.duration} s, sample_rate {self.sample_rate} 1/s, torque_rise "
                 f"{self.torque_rise} s, radial_load_from {self.radial_load_from} s; expected two samples or more and "
@@ -85,7 +100,8 @@ class LoadHistory:
         Parameters
         ----------
         first, last : float
-            Part of the record [s]; the paper leaves out the first and the last part of it and simulates 520 s.
+            Part of the record [s]; the paper leaves out the first and the last part of it and
+            simulates 520 s.
 
         Returns
         -------
@@ -101,7 +117,9 @@ class LoadHistory:
         angle = self._angle(time)
         radial = _smooth_rise(time, self.radial_load_from, self.radial_load_to)
         radial = radial * (1.0 + self.load_ripple * np.sin(angle))
-        torque = self.torque * _smooth_rise(time, self.torque_from, self.torque_from + self.torque_rise)
+        torque = self.torque * _smooth_rise(
+            time, self.torque_from, self.torque_from + self.torque_rise
+        )
         torque = torque * (1.0 + self.torque_ripple * np.sin(angle))
         return MountingInputs(time, torque, speed, angle, self.ntl_y * radial, self.ntl_z * radial)
 
@@ -119,12 +137,19 @@ class LoadHistory:
     def _angle(self, time: Array) -> Array:
         """Angle of the shaft [rad]: the exact integral of the piecewise linear speed."""
         times, speeds = self._knots()
-        turned = np.concatenate([[0.0], np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times))])
+        turned = np.concatenate(
+            [[0.0], np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times))]
+        )
         piece = np.clip(np.searchsorted(times, time) - 1, 0, len(times) - 2)
         inside = np.clip(time, times[0], times[-1]) - times[piece]
         slope = np.diff(speeds) / np.diff(times)
         after = np.maximum(time - times[-1], 0.0)
-        return turned[piece] + speeds[piece] * inside + 0.5 * slope[piece] * inside**2 + self.speed * after
+        return (
+            turned[piece]
+            + speeds[piece] * inside
+            + 0.5 * slope[piece] * inside**2
+            + self.speed * after
+        )
 
 
 def _smooth_rise(time: Array, begin: float, end: float) -> Array:

@@ -1,6 +1,9 @@
-"""What a fit may change in the mounting model: names, units, bounds, and which effect each belongs to.
+"""What a fit may change in the mounting model.
 
-A parameter set is a flat array in the order of :data:`PARAMETERS`, so that another effect needs no other code.
+Names, units, bounds, and which effect each belongs to.
+
+A parameter set is a flat array in the order of :data:`PARAMETERS`, so that another effect needs no
+other code.
 """
 
 from collections.abc import Iterable, Mapping
@@ -9,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.mounting.rig import SENSORS, MountingRig
+from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 
 ParameterArray = NDArray[np.float64]
 
@@ -23,7 +26,8 @@ class Parameter:
     name, unit : str
         Symbol of the paper where it has one; SI unit.
     neutral : float
-        Value at which the baseline is left as it is; K1, C1 and the axial constants take theirs from the rig.
+        Value at which the baseline is left as it is; K1, C1 and the axial constants take theirs
+        from the rig.
     lower, upper : float
         Bounds within which a fit may search.
     effect : str
@@ -65,9 +69,10 @@ _SENSORS = (
     Parameter("delay", "s", 0.0, -5.0, 5.0, "sensor_delay"),
 )
 
-#: Every parameter in the order of the flat array. ``starboard_excess`` e scales all radial and axial forces of the
-#: starboard bushing by 1 + e and of the port bushing by 1 - e. ``gravity`` is 0 because weight leaves with the zero; with
-#: 9.81 the nonlinear bushings work about their loaded position, as in the paper.
+#: Every parameter in the order of the flat array. ``starboard_excess`` e scales all radial and
+#: axial forces of the starboard bushing by 1 + e and of the port bushing by 1 - e. ``gravity`` is 0
+#: because weight leaves with the zero; with 9.81 the nonlinear bushings work about their loaded
+#: position, as in the paper.
 PARAMETERS: tuple[Parameter, ...] = (*_BUSHING, *_MOUNTING, *_SENSORS)
 
 #: Place of each parameter in the flat array.
@@ -127,7 +132,9 @@ def check_parameters(parameters: ParameterArray) -> None:
         Where the array has another length, or a value is not finite or out of bounds.
     """
     if parameters.shape != (len(PARAMETERS),):
-        raise ValueError(f"parameter set of shape {parameters.shape}; expected ({len(PARAMETERS)},)")
+        raise ValueError(
+            f"parameter set of shape {parameters.shape}; expected ({len(PARAMETERS)},)"
+        )
     inside = (parameters >= _LOWER) & (parameters <= _UPPER)
     if not inside.all():
         place = int(np.argmin(inside))
@@ -149,7 +156,9 @@ def parameters_of(effects: Iterable[str]) -> tuple[Parameter, ...]:
     effects = tuple(effects)
     for effect in effects:
         if effect not in EFFECT_PARAMETERS:
-            raise ValueError(f"unknown effect '{effect}'; expected one of {', '.join(EFFECT_PARAMETERS)}")
+            raise ValueError(
+                f"unknown effect '{effect}'; expected one of {', '.join(EFFECT_PARAMETERS)}"
+            )
     return tuple(parameter for parameter in PARAMETERS if parameter.effect in effects)
 
 

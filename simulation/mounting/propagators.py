@@ -1,9 +1,9 @@
 """Exact propagation of a block over one step, for loads linear and bushing forces quadratic in time.
 
-Over one step of length h the linear part is solved exactly:
-``x(h) = E x(0) + Σ_j ∫ e^{A(h-s)} c_j(s) ds``. The loads are linear in time between samples (first-order hold); the
-nonlinear bushing force is the parabola through its values at 0, h/2 and h (an exponential Lobatto method of
-order four). All integrals come from one matrix exponential of the augmented system.
+Over one step of length h the linear part is solved exactly: ``x(h) = E x(0) + Σ_j ∫ e^{A(h-s)}
+c_j(s) ds``. The loads are linear in time between samples (first-order hold); the nonlinear bushing
+force is the parabola through its values at 0, h/2 and h (an exponential Lobatto method of order
+four). All integrals come from one matrix exponential of the augmented system.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from simulation.mounting.equations import Block
+from carrierflex.simulation.mounting.equations import Block
 
 Array = NDArray[np.float64]
 
@@ -26,8 +26,8 @@ class Propagator:
     end : ndarray, shape (n, n + 6 + 3 n_elements)
         State after the step over ``[x, loads_0, loads_1, phi_0, phi_mid, phi_1]``.
     probes : ndarray, shape (n_probes, n + 6 + n_elements)
-        Deflections of the elements at the middle and at the end of the step, and their rates where the damping depends on the
-        deflection, over ``[x, loads_0, loads_1, phi_0]``.
+        Deflections of the elements at the middle and at the end of the step, and their rates where
+        the damping depends on the deflection, over ``[x, loads_0, loads_1, phi_0]``.
     feedback : ndarray, shape (n_probes, 2 n_elements)
         The same over ``[phi_mid, phi_1]``.
     """
@@ -54,7 +54,8 @@ def propagator(block: Block, step: float) -> Propagator:
 
     References
     ----------
-    .. [1] C. F. Van Loan, "Computing integrals involving the matrix exponential", IEEE Transactions on Automatic
+    .. [1] C. F. Van Loan, "Computing integrals involving the matrix exponential", IEEE Transactions
+    on Automatic
        Control 23(3), 1978.
     """
     A, B, N = block.state_matrices()
@@ -71,7 +72,9 @@ def propagator(block: Block, step: float) -> Propagator:
         parts += [rate @ middle, rate @ end]
     probes = np.vstack(parts)
     known = n + 6 + n_e
-    return Propagator(end, np.ascontiguousarray(probes[:, :known]), np.ascontiguousarray(probes[:, known:]))
+    return Propagator(
+        end, np.ascontiguousarray(probes[:, :known]), np.ascontiguousarray(probes[:, known:])
+    )
 
 
 def _augmented(A: Array, channels: Array, step: float) -> Array:
@@ -92,7 +95,10 @@ def _augmented(A: Array, channels: Array, step: float) -> Array:
 def _over_values(matrix: Array, n: int, n_e: int) -> Array:
     """From value and derivatives at the start to loads at both ends and forces at start, middle and end."""
     n_c = 3 + n_e
-    x, value, first, second = matrix[:, :n], *(matrix[:, n + i * n_c : n + (i + 1) * n_c] for i in range(3))
+    x, value, first, second = (
+        matrix[:, :n],
+        *(matrix[:, n + i * n_c : n + (i + 1) * n_c] for i in range(3)),
+    )
     loads, forces = slice(0, 3), slice(3, n_c)
     columns = [
         x,

@@ -9,11 +9,16 @@ import pyarrow as pa
 import pyarrow.parquet as pa_parquet
 from numpy.typing import NDArray
 
-from geometry.whole_files import whole_file
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.march import DivergedError, marched, mounting_model, state_at_rest
-from simulation.mounting.parameters import INDEX, ParameterArray
-from simulation.mounting.rig import SENSORS, MountingRig
+from carrierflex.files.whole_files import whole_file
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.parameters import INDEX, ParameterArray
+from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
+from carrierflex.simulation.mounting.time_integration import (
+    DivergedError,
+    marched,
+    mounting_model,
+    state_at_rest,
+)
 
 Array = NDArray[np.float64]
 
@@ -22,9 +27,15 @@ Piece = tuple[MountingInputs, Array]
 
 
 def marched_pieces(
-    rig: MountingRig, parameters: ParameterArray, pieces: Iterable[MountingInputs], *, largest_loads: Array
+    rig: MountingRig,
+    parameters: ParameterArray,
+    pieces: Iterable[MountingInputs],
+    *,
+    largest_loads: Array,
 ) -> Iterator[Piece]:
-    """Inputs and zeroed signals of a record that is given in pieces; equal to those of the whole record.
+    """Inputs and zeroed signals of a record that is given in pieces.
+
+    Equal to those of the whole record.
 
     Parameters
     ----------
@@ -35,7 +46,8 @@ def marched_pieces(
     pieces : iterable of MountingInputs
         Consecutive pieces on one even grid; the first holds the zeroing samples.
     largest_loads : ndarray, shape (n, 3)
-        Extremes of torque, ntl_y, ntl_z in the whole record: they decide the step of nonlinear bushings.
+        Extremes of torque, ntl_y, ntl_z in the whole record: they decide the step of nonlinear
+        bushings.
 
     Yields
     ------
@@ -51,7 +63,10 @@ def marched_pieces(
     """
     if parameters[INDEX["delay"]] != 0.0:
         raise ValueError("a sensor delay is not possible piece by piece; expected delay 0")
-    gains, zeros = (np.array([parameters[INDEX[f"{kind}_{name}"]] for name in SENSORS]) for kind in ("gain", "zero"))
+    gains, zeros = (
+        np.array([parameters[INDEX[f"{kind}_{name}"]] for name in SENSORS])
+        for kind in ("gain", "zero")
+    )
     model = state = last = None
     zero = np.zeros(6)
     for piece in pieces:
@@ -84,7 +99,9 @@ def _check_piece(piece: MountingInputs, largest_loads: Array, last: MountingInpu
             f"loads from {piece.time[0]:g} s reach {found} (torque, ntl_y, ntl_z); expected at most {limits} as announced"
         )
     if not piece.uniform:
-        raise ValueError(f"the piece from {piece.time[0]:g} s is not evenly sampled; expected an even grid")
+        raise ValueError(
+            f"the piece from {piece.time[0]:g} s is not evenly sampled; expected an even grid"
+        )
     if last is not None and not np.isclose(piece.time[0] - last.time[-1], last.step, rtol=1e-3):
         raise ValueError(
             f"a piece begins at {piece.time[0]:g} s after one that ended at {last.time[-1]:g} s; expected one interval between"
@@ -92,7 +109,9 @@ def _check_piece(piece: MountingInputs, largest_loads: Array, last: MountingInpu
 
 
 def write_record(pieces: Iterable[Piece], path: Path) -> int:
-    """Write pieces to a Parquet file with the columns of a campaign run; a diverging run keeps what was good.
+    """Write pieces to a Parquet file with the columns of a campaign run.
+
+    A diverging run keeps what was good.
 
     Parameters
     ----------
@@ -113,8 +132,11 @@ def write_record(pieces: Iterable[Piece], path: Path) -> int:
     """
     samples, diverged = 0, None
     with whole_file(path) as temporary, ThreadPoolExecutor(1) as thread:
-        # Numbers of a simulation hardly repeat: a dictionary and compression cost time and save nothing.
-        writer = pa_parquet.ParquetWriter(temporary, _schema(), compression="none", use_dictionary=False)
+        # Numbers of a simulation hardly repeat: a dictionary and compression cost time and save
+        # nothing.
+        writer = pa_parquet.ParquetWriter(
+            temporary, _schema(), compression="none", use_dictionary=False
+        )
         try:
             pending: Future[None] | None = None
             for inputs, signals in pieces:

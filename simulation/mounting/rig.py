@@ -13,7 +13,14 @@ SENSORS = ("ssx", "spx", "ssz", "spz", "spy", "sbx")
 #: Components of the housing's motion at the origin, equation (9).
 HOUSING_MOTION = ("d_x", "d_y", "d_z", "theta_x", "theta_y", "theta_z")
 
-_POSITIVE = ("R_x", "bushing_radial_stiffness", "housing_mass", "main_bearing_x", "gear_ratio", "zeroing_samples")
+_POSITIVE = (
+    "R_x",
+    "bushing_radial_stiffness",
+    "housing_mass",
+    "main_bearing_x",
+    "gear_ratio",
+    "zeroing_samples",
+)
 _NOT_NEGATIVE = (
     "bushing_radial_damping",
     "bushing_axial_stiffness",
@@ -30,29 +37,33 @@ class MountingRig:
     Parameters
     ----------
     R_x, R_y, R_z, R_b, R_yz : float
-        Positions of the sensors and of the bushings, figure 5 [m]. R_x, R_y, R_z are the paper's; R_b and R_yz are not
-        printed: assumed, cond(T) is about 3.
+        Positions of the sensors and of the bushings, figure 5 [m]. R_x, R_y, R_z are the paper's;
+        R_b and R_yz are not printed: assumed, cond(T) is about 3.
     bushing_radial_stiffness, bushing_radial_damping : float
-        Of each bushing in y and z [N/m, N s/m]; stiffness of table 3 (Lin). The damping of table 3, 4.83e6, would nearly
-        lock the roll at its frequency; the default is 2 % of it, about a tenth of critical.
+        Of each bushing in y and z [N/m, N s/m]; stiffness of table 3 (Lin). The damping of table 3,
+        4.83e6, would nearly lock the roll at its frequency; the default is 2 % of it, about a tenth
+        of critical.
     bushing_axial_stiffness, bushing_axial_damping : float
         Of each bushing in x [N/m, N s/m]; assumed: the trunnion pins slide axially.
     housing_mass, housing_inertia, housing_cg_x : float, tuple of 3 float, float
-        Mass [kg], inertia about its own centre [kg m²] and the centre's x [m]. Housing parts of 2.37 t with the shafts
-        of the parallel stages (GRC parts list); inertia and centre assumed.
+        Mass [kg], inertia about its own centre [kg m²] and the centre's x [m]. Housing parts of
+        2.37 t with the shafts of the parallel stages (GRC parts list); inertia and centre assumed.
     shaft_mass, shaft_cg_x : float
-        Main shaft with carrier and planets [kg], centre [m]: 1460 + 1232 kg (GRC parts list); centre assumed.
+        Main shaft with carrier and planets [kg], centre [m]: 1460 + 1232 kg (GRC parts list);
+        centre assumed.
     coupling_mass, coupling_arm : float
-        Equivalent mass of the dynamometer's coupling [kg] and its distance upwind of the main bearing [m]: section 3.
+        Equivalent mass of the dynamometer's coupling [kg] and its distance upwind of the main
+        bearing [m]: section 3.
     main_bearing_x : float
-        Distance of the main bearing upwind of the bushings [m]: shaft length of 2.1 m and half a gearbox flange; assumed.
+        Distance of the main bearing upwind of the bushings [m]: shaft length of 2.1 m and half a
+        gearbox flange; assumed.
     gear_ratio : float
         Speed of the generator over that of the main shaft: 120/21 · 82/23 · 88/22.
     zeroing_samples : int
         Samples at rest whose mean is the zero of every sensor (equation 14).
     axial_motion : bool
-        Whether the housing may move along x on its axial bushing stiffness, as in the paper's model. Not a key of a
-        campaign, whose baseline has no axial motion.
+        Whether the housing may move along x on its axial bushing stiffness, as in the paper's
+        model. Not a key of a campaign, whose baseline has no axial motion.
 
     Raises
     ------
@@ -92,9 +103,13 @@ class MountingRig:
             ):
                 what = "a positive number" if positive else "a finite number"
                 what = "a number >= 0" if field.name in _NOT_NEGATIVE else what
-                raise ValueError(f"rig: {field.name} is {getattr(self, field.name)}; expected {what}")
+                raise ValueError(
+                    f"rig: {field.name} is {getattr(self, field.name)}; expected {what}"
+                )
         if len(self.housing_inertia) != 3:
-            raise ValueError(f"rig: housing_inertia holds {len(self.housing_inertia)} numbers; expected 3")
+            raise ValueError(
+                f"rig: housing_inertia holds {len(self.housing_inertia)} numbers; expected 3"
+            )
 
     @classmethod
     def from_table(cls, table: Mapping[str, Any]) -> "MountingRig":
@@ -103,14 +118,19 @@ class MountingRig:
 
     def table(self) -> dict[str, Any]:
         """Rig as the ``[rig]`` table of a campaign."""
-        table = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "axial_motion"}
+        table = {
+            field.name: getattr(self, field.name)
+            for field in fields(self)
+            if field.name != "axial_motion"
+        }
         return {**table, "housing_inertia": list(self.housing_inertia)}
 
     @property
     def sensor_matrix(self) -> NDArray[np.float64]:
         """Matrix T of equation (8), shape (6, 6): sensors over the housing's motion at the origin.
 
-        The row of spy leaves out the motion ``-z theta_x`` of its point, as printed: the sensor sits at the height of the axis.
+        The row of spy leaves out the motion ``-z theta_x`` of its point, as printed: the sensor
+        sits at the height of the axis.
         """
         R_x, R_y, R_z, R_b, R_yz = self.R_x, self.R_y, self.R_z, self.R_b, self.R_yz
         return np.array(

@@ -6,10 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.march import DivergedError, first_signals, marched, mounting_model, state_at_rest
-from simulation.mounting.parameters import INDEX, ParameterArray
-from simulation.mounting.rig import SENSORS, MountingRig
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.parameters import INDEX, ParameterArray
+from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
+from carrierflex.simulation.mounting.time_integration import (
+    DivergedError,
+    first_signals,
+    marched,
+    mounting_model,
+    state_at_rest,
+)
 
 Array = NDArray[np.float64]
 
@@ -41,19 +47,24 @@ class MountingResponse:
 
 
 def simulate(
-    rig: MountingRig, parameters: ParameterArray, inputs: MountingInputs, *, step: float | None = None
+    rig: MountingRig,
+    parameters: ParameterArray,
+    inputs: MountingInputs,
+    *,
+    step: float | None = None,
 ) -> MountingResponse:
     """Six motion sensors of the housing under measured torque and radial load.
 
-    The run begins in the static equilibrium under its first loads. The linear part of the model is solved
-    exactly for loads that are linear between samples; nonlinear bushing forces by an exponential Lobatto method of order four.
+    The run begins in the static equilibrium under its first loads. The linear part of the model is
+    solved exactly for loads that are linear between samples; nonlinear bushing forces by an
+    exponential Lobatto method of order four.
 
     Parameters
     ----------
     rig : MountingRig
         Geometry, masses and the number of zeroing samples.
     parameters : ndarray
-        Flat parameter set, see :func:`simulation.mounting.parameters.parameter_array`.
+        Flat parameter set, see :func:`carrierflex.simulation.mounting.parameters.parameter_array`.
     inputs : MountingInputs
         Loads of the run.
     step : float, optional
@@ -82,9 +93,15 @@ def simulate(
 
 
 def signal_pieces(
-    rig: MountingRig, parameters: ParameterArray, inputs: MountingInputs, *, step: float | None = None
+    rig: MountingRig,
+    parameters: ParameterArray,
+    inputs: MountingInputs,
+    *,
+    step: float | None = None,
 ) -> Iterator[Array]:
-    """Signals of a run piece by piece, not zeroed: what came before a stop or an interruption is not lost.
+    """Signals of a run piece by piece, not zeroed.
+
+    What came before a stop or an interruption is not lost.
 
     Parameters
     ----------
@@ -170,7 +187,9 @@ def sensed(signals: Array, parameters: ParameterArray, time: Array) -> Array:
     return signals * gains + zeros
 
 
-def with_noise(response: MountingResponse, noise_std: float, rng: np.random.Generator) -> MountingResponse:
+def with_noise(
+    response: MountingResponse, noise_std: float, rng: np.random.Generator
+) -> MountingResponse:
     """Response with white noise of a standard deviation [m] on every sensor."""
     noise = noise_std * rng.standard_normal(response.signals.shape)
     return MountingResponse(response.time, response.signals + noise)

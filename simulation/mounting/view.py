@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.mounting.rig import SENSORS
-from simulation.stage.linearised import CampbellDiagram
+from carrierflex.simulation.mounting.rig import SENSORS
+from carrierflex.simulation.stage.linearised import CampbellDiagram
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,7 +20,10 @@ _LOADS = (("torque", 1e6, "mm per kN m"), ("ntl_y", 1e6, "mm per kN"), ("ntl_z",
 
 
 def linearised_figure(
-    title: str, frequency_hz: NDArray[np.float64], response: NDArray[np.complex128], campbell: CampbellDiagram
+    title: str,
+    frequency_hz: NDArray[np.float64],
+    response: NDArray[np.complex128],
+    campbell: CampbellDiagram,
 ) -> "Figure":
     """Amplitude of the sensors over frequency, one panel a load, and the Campbell diagram.
 
@@ -50,7 +53,9 @@ def linearised_figure(
         for number, (sensor, values) in enumerate(zip(SENSORS, amplitude.T, strict=True)):
             if values.max() > _SILENT * amplitude.max():
                 # Twin sensors read alike: dashes let the one beneath be seen.
-                axis.loglog(frequency_hz, values * factor, "--" if number % 2 else "-", label=sensor)
+                axis.loglog(
+                    frequency_hz, values * factor, "--" if number % 2 else "-", label=sensor
+                )
         axis.set(title=f"sensors over {load}", xlabel="frequency, Hz", ylabel=unit)
         axis.legend()
         axis.grid(True, which="both", alpha=0.3)
@@ -65,6 +70,8 @@ def _draw_campbell(axis: "Axes", campbell: CampbellDiagram) -> None:
     for order, values in campbell.order_hz.items():
         axis.plot(rpm, values, "--", label=order)
     top = max(1.0, 1.3 * float(campbell.frequency_hz.max(initial=0.0)))
-    axis.set(title="Campbell diagram", xlabel="main shaft, rpm", ylabel="frequency, Hz", ylim=(0.0, top))
+    axis.set(
+        title="Campbell diagram", xlabel="main shaft, rpm", ylabel="frequency, Hz", ylim=(0.0, top)
+    )
     axis.legend()
     axis.grid(True, alpha=0.3)

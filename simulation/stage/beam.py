@@ -1,4 +1,7 @@
-"""Matrices of a uniform round shaft: tension, torsion and bending with shear, twelve coordinates."""
+"""Matrices of a uniform round shaft.
+
+Tension, torsion and bending with shear, twelve coordinates.
+"""
 
 import math
 
@@ -11,8 +14,8 @@ def beam_matrices(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Stiffness and consistent mass of a Timoshenko beam along x.
 
-    With ``Phi = 12 E I / (kappa G A l^2)`` the bending stiffness is ``E I / (l^3 (1 + Phi)) [[12, 6 l, ...], ...]``; the
-    bending mass is that of the slender beam's cubic with its rotary inertia.
+    With ``Phi = 12 E I / (kappa G A l^2)`` the bending stiffness is ``E I / (l^3 (1 + Phi)) [[12, 6
+    l, ...], ...]``; the bending mass is that of the slender beam's cubic with its rotary inertia.
 
     Parameters
     ----------
@@ -38,7 +41,10 @@ def beam_matrices(
     K, M = np.zeros((12, 12)), np.zeros((12, 12))
     bar = np.array([[1.0, -1.0], [-1.0, 1.0]])
     bar_mass = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0
-    for row, stiffness, mass in ((0, E * area, density * area), (3, 2.0 * G * second, 2.0 * density * second)):
+    for row, stiffness, mass in (
+        (0, E * area, density * area),
+        (3, 2.0 * G * second, 2.0 * density * second),
+    ):
         own = np.ix_([row, row + 6], [row, row + 6])
         K[own] += stiffness / length * bar
         M[own] += mass * length * bar_mass
@@ -46,7 +52,10 @@ def beam_matrices(
     Phi = 12.0 * E * second / (0.89 * G * area * length**2)
     bending, bending_mass = _bending(length, E * second, Phi, density * area, density * second)
     # In the plane x-y the slope is +rz, in x-z it is -ry.
-    for rows, signs in (([1, 5, 7, 11], [1.0, 1.0, 1.0, 1.0]), ([2, 4, 8, 10], [1.0, -1.0, 1.0, -1.0])):
+    for rows, signs in (
+        ([1, 5, 7, 11], [1.0, 1.0, 1.0, 1.0]),
+        ([2, 4, 8, 10], [1.0, -1.0, 1.0, -1.0]),
+    ):
         S = np.diag(signs)
         K[np.ix_(rows, rows)] += S @ bending @ S
         M[np.ix_(rows, rows)] += S @ bending_mass @ S
@@ -76,4 +85,6 @@ def _bending(
         [-36.0, -3.0 * a, 36.0, -3.0 * a],
         [3.0 * a, -a * a, -3.0 * a, 4.0 * a * a],
     ])  # fmt: skip
-    return flexural / (a**3 * (1.0 + Phi)) * K, line_mass * a / 420.0 * M + line_inertia / (30.0 * a) * rotary
+    return flexural / (a**3 * (1.0 + Phi)) * K, line_mass * a / 420.0 * M + line_inertia / (
+        30.0 * a
+    ) * rotary

@@ -6,13 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.parameters import N_PINS
-from simulation.stage.effects import StageEffects
-from simulation.stage.gear_meshes import FlankLine, MeshStiffness, flank_line, mesh_stiffness
-from simulation.stage.places import Places
-from simulation.stage.roller_bearing import no_rollers, roller_set
-from simulation.stage.roller_contact import RollerSet
-from simulation.stage.springs import Spring
+from carrierflex.geometry.parameters import N_PINS
+from carrierflex.simulation.stage.coordinate_layout import Places
+from carrierflex.simulation.stage.effects import StageEffects
+from carrierflex.simulation.stage.gear_meshes import (
+    FlankLine,
+    MeshStiffness,
+    flank_line,
+    mesh_stiffness,
+)
+from carrierflex.simulation.stage.roller_bearing import no_rollers, roller_set
+from carrierflex.simulation.stage.roller_contact import RollerSet
+from carrierflex.simulation.stage.springs import Spring
 
 #: Channel 0 is the carrier angle: the mesh stiffness depends on it, and answers with a torque.
 ANGLE = 0
@@ -24,8 +29,9 @@ ROLLING_ROWS = [1, 2, 4, 5]
 class Channels:
     """Columns ``B`` of the channels, ``delta = Bᵀ c - free``, and what each needs.
 
-    Order: carrier angle; six drive flanks (sun 1-3, ring 1-3); six back flanks; six motions of the housing; two a bearing
-    with clearance; four a roller bearing: y, z, ry, rz of planet 1, 2, 3 against its pin.
+    Order: carrier angle; six drive flanks (sun 1-3, ring 1-3); six back flanks; six motions of the
+    housing; two a bearing with clearance; four a roller bearing: y, z, ry, rz of planet 1, 2, 3
+    against its pin.
 
     Parameters
     ----------
@@ -73,7 +79,8 @@ class Channels:
             for i, line in enumerate(self.lines)
         ]
         housing = [
-            f"housing {coordinate}" for coordinate in ("Tx [m]", "Ty [m]", "Tz [m]", "Rx [rad]", "Ry [rad]", "Rz [rad]")
+            f"housing {coordinate}"
+            for coordinate in ("Tx [m]", "Ty [m]", "Tz [m]", "Rx [rad]", "Ry [rad]", "Rz [rad]")
         ]
         plays = [f"play of {name}, {axis}" for name in self.bearings for axis in "yz"]
         rollers = [
@@ -128,25 +135,39 @@ def stage_channels(
     first = 1 + n_lines + 6
     for spring, own_rows in taken:
         own = first + np.arange(len(own_rows))
-        rows[own], free[own], reference[own] = spring.G[own_rows], spring.free[own_rows], spring.stiffness[own_rows]
+        rows[own], free[own], reference[own] = (
+            spring.G[own_rows],
+            spring.free[own_rows],
+            spring.stiffness[own_rows],
+        )
         first += len(own_rows)
     B = L.T @ rows.T
-    # Flanks and clearances do not see the drive motion; what rounding leaves of it would grow with the angle.
+    # Flanks and clearances do not see the drive motion; what rounding leaves of it would grow with
+    # the angle.
     B[0] = 0.0
     B[0, ANGLE] = 1.0
     clearance = np.array([springs[name].clearance for name in loose])
     teeth = places.data.gear.ring_teeth
-    return Channels(B, free, reference, lines, stiffness, *mount, *mean_mount, clearance, loose, rollers, teeth)
+    return Channels(
+        B, free, reference, lines, stiffness, *mount, *mean_mount, clearance, loose, rollers, teeth
+    )
 
 
 def _rollers(places: Places, effects: StageEffects) -> RollerSet:
     data = places.data
     if data.planet_rollers is None:
         return no_rollers()
-    return roller_set(data.planet_rollers, data.gear, data.bearings.planet_clearance, effects.planet_bearing_factor)
+    return roller_set(
+        data.planet_rollers,
+        data.gear,
+        data.bearings.planet_clearance,
+        effects.planet_bearing_factor,
+    )
 
 
-def _meshes(places: Places, effects: StageEffects) -> tuple[tuple[FlankLine, ...], tuple[MeshStiffness, ...]]:
+def _meshes(
+    places: Places, effects: StageEffects
+) -> tuple[tuple[FlankLine, ...], tuple[MeshStiffness, ...]]:
     gear, data, x = places.data.gear, places.data.mesh, places.data.planet.x
     order = [(mate, planet) for mate in ("sun", "ring") for planet in range(1, N_PINS + 1)]
     lines = tuple(
@@ -156,7 +177,9 @@ def _meshes(places: Places, effects: StageEffects) -> tuple[tuple[FlankLine, ...
     )
     factors = {"sun": effects.sun_mesh_factor, "ring": effects.ring_mesh_factor}
     stiffness = tuple(
-        MeshStiffness(mesh_stiffness(mate, planet, gear, data).amplitudes * factors[mate][planet - 1])
+        MeshStiffness(
+            mesh_stiffness(mate, planet, gear, data).amplitudes * factors[mate][planet - 1]
+        )
         for mate, planet in order
     )
     return lines, stiffness
@@ -164,5 +187,8 @@ def _meshes(places: Places, effects: StageEffects) -> tuple[tuple[FlankLine, ...
 
 def _approach_row(places: Places, line: FlankLine) -> NDArray[np.float64]:
     """Approach ``n · (u_mate - u_planet)`` at the pitch point, shape (n,)."""
-    mate, planet = places.part_motion(line.mate, line.point), places.part_motion(f"planet_{line.planet}", line.point)
+    mate, planet = (
+        places.part_motion(line.mate, line.point),
+        places.part_motion(f"planet_{line.planet}", line.point),
+    )
     return line.normal @ (mate[:3] - planet[:3])

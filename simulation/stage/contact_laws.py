@@ -1,25 +1,33 @@
-"""Contact laws of teeth and of round parts with play: force, tangent, energy, and their discrete gradients (compiled).
+"""Contact laws of teeth and of round parts with play.
 
-A discrete gradient is a force whose work over a step is the change of the energy. Numba's cache of a compiled caller
-(:mod:`simulation.stage.time_step`) does not see changes here: touch that file after one.
+Force, tangent, energy, and their discrete gradients (compiled).
+
+A discrete gradient is a force whose work over a step is the change of the energy. Numba's cache of
+a compiled caller (:mod:`carrierflex.simulation.stage.time_step`) does not see changes here: touch
+that file after one.
 """
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-#: Motions over a step smaller than this [m] count as none: the difference quotient would be rounding.
+#: Motions over a step smaller than this [m] count as none: the difference quotient would be
+#: rounding.
 _STILL = 1e-13
 
 
 @numba.njit(cache=True)
-def mesh_stiffness_at(real: NDArray[np.float64], imag: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
-    """Stiffness [N/m] of every mesh at the mesh angle [rad]: ``Σ_h real cos(h angle) - imag sin(h angle)``.
+def mesh_stiffness_at(
+    real: NDArray[np.float64], imag: NDArray[np.float64], angle: float
+) -> NDArray[np.float64]:
+    """Stiffness [N/m] of every mesh at the mesh angle [rad].
+
+    ``Σ_h real cos(h angle) - imag sin(h angle)``.
 
     Parameters
     ----------
     real, imag : ndarray, shape (n_meshes, n_harmonics + 1)
-        Amplitudes of :class:`simulation.stage.gear_meshes.MeshStiffness`.
+        Amplitudes of :class:`carrierflex.simulation.stage.gear_meshes.MeshStiffness`.
     angle : float
         Mesh angle [rad].
     """
@@ -33,7 +41,10 @@ def mesh_stiffness_at(real: NDArray[np.float64], imag: NDArray[np.float64], angl
 
 @numba.njit(cache=True)
 def squeeze_gradient(old: float, new: float) -> tuple[float, float]:
-    """Mean of ``max(d, 0)`` from `old` to `new` and its derivative by `new`: discrete gradient of ``max(d, 0)^2 / 2``."""
+    """Mean of ``max(d, 0)`` from `old` to `new` and its derivative by `new`.
+
+    Discrete gradient of ``max(d, 0)^2 / 2``.
+    """
     if old >= 0.0 and new >= 0.0:
         return 0.5 * (old + new), 0.5
     if old <= 0.0 and new <= 0.0:
@@ -45,7 +56,10 @@ def squeeze_gradient(old: float, new: float) -> tuple[float, float]:
 
 @numba.njit(cache=True)
 def play_force(y: float, z: float, clearance: float) -> tuple[float, float, float]:
-    """Radial contact per stiffness: force y and z [m], and the energy per stiffness [m^2] of ``max(|r| - c, 0)^2 / 2``."""
+    """Radial contact per stiffness.
+
+    Force y and z [m], and the energy per stiffness [m^2] of ``max(|r| - c, 0)^2 / 2``.
+    """
     r = np.sqrt(y * y + z * z)
     if r <= clearance:
         return 0.0, 0.0, 0.0
@@ -67,15 +81,18 @@ def play_stiffness(y: float, z: float, clearance: float) -> tuple[float, float, 
 def play_gradient(
     old_y: float, old_z: float, new_y: float, new_z: float, clearance: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Discrete gradient of the radial contact's energy over a step (Gonzalez 1996, eq. 3.8), per stiffness.
+    """Discrete gradient of the radial contact's energy over a step (Gonzalez 1996, eq.
 
-    With d the step, g and H gradient and tangent at its middle: ``f = g + r d``, ``r = (E_1 - E_0 - g · d) / |d|^2``.
+    3.8), per stiffness.
+
+    With d the step, g and H gradient and tangent at its middle: ``f = g + r d``, ``r = (E_1 - E_0 -
+    g · d) / |d|^2``.
 
     Returns
     -------
     tuple of float
-        f along y and z [m], then its derivative by the new place, yy, yz, zy, zz. Newton's method needs all of it: with half of H
-        alone it jumps to and fro over the edge of the clearance.
+        f along y and z [m], then its derivative by the new place, yy, yz, zy, zz. Newton's method
+        needs all of it: with half of H alone it jumps to and fro over the edge of the clearance.
     """
     mid_y, mid_z, _ = play_force(0.5 * (old_y + new_y), 0.5 * (old_z + new_z), clearance)
     yy, yz, zz = play_stiffness(0.5 * (old_y + new_y), 0.5 * (old_z + new_z), clearance)

@@ -1,4 +1,7 @@
-"""Effects inside the stage that can be switched on one by one; each carries the id that diagnosis knows."""
+"""Effects inside the stage that can be switched on one by one.
+
+Each carries the id that diagnosis knows.
+"""
 
 import math
 from dataclasses import dataclass
@@ -6,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.parameters import N_PINS
+from carrierflex.geometry.parameters import N_PINS
 
 _ONE_EACH = (1.0,) * N_PINS
 _NONE_EACH = (0.0,) * N_PINS
@@ -16,9 +19,10 @@ _NONE_EACH = (0.0,) * N_PINS
 class StageEffects:
     """What departs from the symmetric, aligned stage; the default is none of it.
 
-    Bearing clearance (id ``bearing_clearance``) is a property of the bearings: :class:`simulation.stage.stage_data.BearingData`.
-    Effects of what the sensors read: :class:`simulation.stage.readings.ReadingEffects`. ``ntl_tilt`` and ``load_sharing_ntl`` are
-    answers of the model to the radial load and cannot be switched.
+    Bearing clearance (id ``bearing_clearance``) is a property of the bearings:
+    :class:`carrierflex.simulation.stage.stage_data.BearingData`. Effects of what the sensors read:
+    :class:`carrierflex.simulation.stage.readings.ReadingEffects`. ``ntl_tilt`` and
+    ``load_sharing_ntl`` are answers of the model to the radial load and cannot be switched.
 
     Raises
     ------
@@ -50,22 +54,30 @@ class StageEffects:
     angle [m/N m]."""
     ring_pass_tilt: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     """``ring_pass``: tilt of the flange per torque, about the housing angle 0 as cos and sin, then about 90 deg [rad/N m]; its
-    sign is that of the housing's tilt (:mod:`simulation`)."""
+    sign is that of the housing's tilt (:mod:`carrierflex.simulation`)."""
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.phi_PLC) and math.isfinite(self.theta_PLC)):
-            raise ValueError(f"StageEffects: phi_PLC {self.phi_PLC} and theta_PLC {self.theta_PLC} must be finite")
+            raise ValueError(
+                f"StageEffects: phi_PLC {self.phi_PLC} and theta_PLC {self.theta_PLC} must be finite"
+            )
         for name in ("pin_offset", "sun_mesh_factor", "ring_mesh_factor", "planet_bearing_factor"):
             values = getattr(self, name)
             if len(values) != N_PINS or not all(math.isfinite(value) for value in values):
-                raise ValueError(f"StageEffects.{name} is {values}; expected {N_PINS} finite numbers, one a planet")
+                raise ValueError(
+                    f"StageEffects.{name} is {values}; expected {N_PINS} finite numbers, one a planet"
+                )
             if name.endswith("factor") and not min(values) > 0.0:
                 raise ValueError(f"StageEffects.{name} is {values}; expected positive factors")
         for name, n in (("ring_pass_offset", 2), ("ring_pass_tilt", 4)):
             values = getattr(self, name)
             if len(values) != n or not all(math.isfinite(value) for value in values):
                 raise ValueError(f"StageEffects.{name} is {values}; expected {n} finite numbers")
-        if not (self.pin_fit_play >= 0.0 and self.pin_fit_closed > 0.0 and math.isfinite(self.pin_fit_closed)):
+        if not (
+            self.pin_fit_play >= 0.0
+            and self.pin_fit_closed > 0.0
+            and math.isfinite(self.pin_fit_closed)
+        ):
             raise ValueError(
                 f"StageEffects: pin_fit_play {self.pin_fit_play} rad and pin_fit_closed {self.pin_fit_closed} N m/rad; expected "
                 "a play >= 0 and a positive stiffness"
@@ -73,7 +85,10 @@ class StageEffects:
 
     @property
     def misalignment(self) -> NDArray[np.float64]:
-        """Rotation of the carrier about y and z of its frame [rad], shape (2,); sign of the paper's eq. 1 (:mod:`simulation`)."""
+        """Rotation of the carrier about y and z of its frame [rad], shape (2,).
+
+        Sign of the paper's eq. 1 (:mod:`carrierflex.simulation`).
+        """
         return self.phi_PLC * np.array([math.sin(self.theta_PLC), -math.cos(self.theta_PLC)])
 
     @property
@@ -85,7 +100,12 @@ class StageEffects:
         nominal = StageEffects()
         if any(
             getattr(self, name) != getattr(nominal, name)
-            for name in ("pin_offset", "sun_mesh_factor", "ring_mesh_factor", "planet_bearing_factor")
+            for name in (
+                "pin_offset",
+                "sun_mesh_factor",
+                "ring_mesh_factor",
+                "planet_bearing_factor",
+            )
         ):
             found.append("unequal_load_sharing")
         if self.pin_fit_play > 0.0:

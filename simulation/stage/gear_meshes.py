@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.involute_pair import InvolutePair, ring_planet_pair, sun_planet_pair
-from geometry.parameters import N_PINS, GearData, pin_angles
-from simulation.stage.stage_data import MeshData
+from carrierflex.geometry.involute_pair import InvolutePair, ring_planet_pair, sun_planet_pair
+from carrierflex.geometry.parameters import N_PINS, GearData, pin_angles
+from carrierflex.simulation.stage.stage_data import MeshData
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,12 +63,15 @@ def _pair(mate: str, gear: GearData) -> InvolutePair:
     return sun_planet_pair(gear) if mate == "sun" else ring_planet_pair(gear)
 
 
-def flank_line(mate: str, planet: int, gear: GearData, *, x: float, back: bool, gap: float) -> FlankLine:
+def flank_line(
+    mate: str, planet: int, gear: GearData, *, x: float, back: bool, gap: float
+) -> FlankLine:
     """Line of action of one flank pair through the pitch point.
 
-    Drive flanks: the sun pushes the planet out and against the rotation, the ring in and against the rotation, as a positive
-    torque asks; the helix adds +x at the sun and -x at the ring (left-handed planets, :mod:`fe.load_cases`). Back flanks: the
-    mirror image about the radial direction.
+    Drive flanks: the sun pushes the planet out and against the rotation, the ring in and against
+    the rotation, as a positive torque asks; the helix adds +x at the sun and -x at the ring
+    (left-handed planets, :mod:`carrierflex.fe.load_cases`). Back flanks: the mirror image about the
+    radial direction.
 
     Parameters
     ----------
@@ -93,7 +96,8 @@ def flank_line(mate: str, planet: int, gear: GearData, *, x: float, back: bool, 
     outward = 1.0 if mate == "sun" else -1.0
     side = 1.0 if back else -1.0
     transverse = side * math.cos(alpha) * t + outward * math.sin(alpha) * e
-    # The axial part turns with the tangential one: both change sign between the flanks of a helical tooth.
+    # The axial part turns with the tangential one: both change sign between the flanks of a helical
+    # tooth.
     axial = -side * outward * math.sin(beta) * np.array([1.0, 0.0, 0.0])
     radius = gear.centre_distance - outward * gear.planet_pitch_diameter / 2.0
     normal = math.cos(beta) * transverse + axial
@@ -101,10 +105,13 @@ def flank_line(mate: str, planet: int, gear: GearData, *, x: float, back: bool, 
 
 
 def mesh_stiffness(mate: str, planet: int, gear: GearData, data: MeshData) -> MeshStiffness:
-    """Stiffness of one mesh: tooth pairs in contact, averaged over the face width, its first harmonics.
+    """Stiffness of one mesh.
 
-    A spur slice has ``N(s)`` pairs in contact, a box train of mean ``eps_alpha``; the helix averages it over ``eps_beta`` base
-    pitches: ``c_h = 2 k sin(pi h eps_alpha) / (pi h eps_alpha) sinc(h eps_beta) exp(-j h phase)``.
+    Tooth pairs in contact, averaged over the face width, its first harmonics.
+
+    A spur slice has ``N(s)`` pairs in contact, a box train of mean ``eps_alpha``; the helix
+    averages it over ``eps_beta`` base pitches: ``c_h = 2 k sin(pi h eps_alpha) / (pi h eps_alpha)
+    sinc(h eps_beta) exp(-j h phase)``.
 
     Notes
     -----
@@ -122,8 +129,9 @@ def mesh_stiffness(mate: str, planet: int, gear: GearData, data: MeshData) -> Me
 def mesh_phase(mate: str, planet: int, gear: GearData) -> float:
     """Phase of a mesh against that of planet 1 with the ring, in base pitches.
 
-    Planet i is ahead by ``z_r psi_i / 2 pi`` at the ring and behind by ``z_s psi_i / 2 pi`` at the sun (whose teeth come the
-    other way in the carrier frame); on one planet sun and ring meet opposite flanks half a turn apart.
+    Planet i is ahead by ``z_r psi_i / 2 pi`` at the ring and behind by ``z_s psi_i / 2 pi`` at the
+    sun (whose teeth come the other way in the carrier frame); on one planet sun and ring meet
+    opposite flanks half a turn apart.
 
     References
     ----------
@@ -144,9 +152,14 @@ def _middle_of_contact(mate: str, gear: GearData) -> float:
 
 
 def _tooth_thickness_in_pitches(gear: GearData, profile_shift: float = 0.39) -> float:
-    """Planet's tooth thickness at its working pitch circle over the pitch there; profile shift from the paper's table 3."""
+    """Planet's tooth thickness at its working pitch circle over the pitch there.
+
+    Profile shift from the paper's table 3.
+    """
     pair = sun_planet_pair(gear)
     reference, working = pair.transverse_pressure_angle, pair.working_pressure_angle
-    half_angle = (math.pi / 2.0 + 2.0 * profile_shift * math.tan(gear.pressure_angle)) / gear.planet_teeth
+    half_angle = (
+        math.pi / 2.0 + 2.0 * profile_shift * math.tan(gear.pressure_angle)
+    ) / gear.planet_teeth
     half_angle += (math.tan(reference) - reference) - (math.tan(working) - working)
     return half_angle * gear.planet_teeth / math.pi

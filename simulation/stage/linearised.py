@@ -1,4 +1,7 @@
-"""The stage about an operating point: frequencies, frequency response, Campbell diagram; meshes frozen in contact."""
+"""The stage about an operating point.
+
+Frequencies, frequency response, Campbell diagram; meshes frozen in contact.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.stage.effects import StageEffects
-from simulation.stage.modal_form import ModalStage, modal_stage
-from simulation.stage.stage_body import StageBody
-from simulation.stage.stage_data import StageData
-from simulation.stage.stage_model import stage_model
+from carrierflex.simulation.stage.effects import StageEffects
+from carrierflex.simulation.stage.modal_form import ModalStage, modal_stage
+from carrierflex.simulation.stage.stage_body import StageBody
+from carrierflex.simulation.stage.stage_data import StageData
+from carrierflex.simulation.stage.stage_model import stage_model
 
 #: Roots slower than this share of the fastest are drive and generator motions, not vibrations.
 _RIGID_HZ = 1e-3
@@ -36,8 +39,8 @@ class LinearisedModes:
 def linearised_modes(stage: ModalStage) -> LinearisedModes:
     """Eigenvalues of ``q'' + D q' + omega^2 q = 0`` with Coriolis forces, generator and mount, mean mesh stiffness.
 
-    Frequencies are those of the carrier frame: a motion that stands still or whirls in the fixed frame appears one carrier
-    frequency away.
+    Frequencies are those of the carrier frame: a motion that stands still or whirls in the fixed
+    frame appears one carrier frequency away.
     """
     n = len(stage.omega)
     roots, vectors = np.linalg.eig(_first_order(stage))
@@ -45,17 +48,25 @@ def linearised_modes(stage: ModalStage) -> LinearisedModes:
     kept = kept[np.argsort(roots[kept].imag)]
     shape = stage.Phi @ (vectors[n:, kept] / roots[kept])
     shape = shape / shape[np.abs(shape).argmax(axis=0), np.arange(len(kept))]
-    return LinearisedModes(roots[kept].imag / (2.0 * np.pi), -roots[kept].real / np.abs(roots[kept]), shape)
+    return LinearisedModes(
+        roots[kept].imag / (2.0 * np.pi), -roots[kept].real / np.abs(roots[kept]), shape
+    )
 
 
 def _first_order(stage: ModalStage) -> NDArray[np.float64]:
-    """Matrix of ``(omega q, q')``, nearly skew, so that its eigenvectors are nearly orthogonal; shape (2 n, 2 n)."""
+    """Matrix of ``(omega q, q')``, nearly skew, so that its eigenvectors are nearly orthogonal.
+
+    Shape (2 n, 2 n).
+    """
     n = len(stage.omega)
     return np.block([[np.zeros((n, n)), np.diag(stage.omega)], [-np.diag(stage.omega), -stage.D]])
 
 
 def frequency_response(
-    stage: ModalStage, frequency_hz: NDArray[np.float64], force: NDArray[np.float64], reading: NDArray[np.float64]
+    stage: ModalStage,
+    frequency_hz: NDArray[np.float64],
+    force: NDArray[np.float64],
+    reading: NDArray[np.float64],
 ) -> NDArray[np.complex128]:
     """Response of a reading to a harmonic force, ``r (-w^2 + j w D + omega^2)^-1 f``.
 
@@ -84,7 +95,9 @@ def frequency_response(
         )
     f, r = stage.Phi.T @ force, reading @ stage.Phi
     w = 2.0 * np.pi * frequency_hz
-    return np.array([r @ np.linalg.solve(np.diag(stage.omega**2 - x * x) + 1j * x * stage.D, f) for x in w])
+    return np.array(
+        [r @ np.linalg.solve(np.diag(stage.omega**2 - x * x) + 1j * x * stage.D, f) for x in w]
+    )
 
 
 @dataclass(frozen=True, eq=False)

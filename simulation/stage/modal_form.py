@@ -1,4 +1,7 @@
-"""The stage in the modes of its linear part: diagonal mass and stiffness, the form that a time step works with."""
+"""The stage in the modes of its linear part.
+
+Diagonal mass and stiffness, the form that a time step works with.
+"""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -7,8 +10,8 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from simulation.stage.roller_contact import RollerSet
-from simulation.stage.stage_model import StageModel
+from carrierflex.simulation.stage.roller_contact import RollerSet
+from carrierflex.simulation.stage.stage_model import StageModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +44,9 @@ class ModalStage:
 def modal_stage(model: StageModel) -> ModalStage:
     """Normal modes of the stage.
 
-    The free drive motion is split off exactly, ``x_0 = e_0 / sqrt(M_00)``; the others solve ``K_yy x = omega^2 M' x`` with
-    ``M' = M_yy - M_y0 M_0y / M_00``, as the inverse problem ``M' x = mu K_yy x``, which keeps the low frequencies accurate.
+    The free drive motion is split off exactly, ``x_0 = e_0 / sqrt(M_00)``; the others solve ``K_yy
+    x = omega^2 M' x`` with ``M' = M_yy - M_y0 M_0y / M_00``, as the inverse problem ``M' x = mu
+    K_yy x``, which keeps the low frequencies accurate.
 
     Raises
     ------
@@ -55,7 +59,9 @@ def modal_stage(model: StageModel) -> ModalStage:
     try:
         factor = scipy.linalg.cholesky(K * np.outer(scale, scale), lower=True)
     except scipy.linalg.LinAlgError as error:
-        raise ValueError("the stage has a motion besides the drive's that meets no stiffness; expected none") from error
+        raise ValueError(
+            "the stage has a motion besides the drive's that meets no stiffness; expected none"
+        ) from error
     inner = scipy.linalg.solve_triangular(factor, scale[:, None] * reduced * scale, lower=True)
     inner = scipy.linalg.solve_triangular(factor, inner.T, lower=True)
     mu, V = scipy.linalg.eigh((inner + inner.T) / 2.0)
@@ -64,7 +70,11 @@ def modal_stage(model: StageModel) -> ModalStage:
             f"the stage's mass has an eigenvalue of {mu[0]:.2e} relative to its stiffness; expected positive ones"
         )
     mu, V = mu[::-1], V[:, ::-1]
-    modes = scale[:, None] * scipy.linalg.solve_triangular(factor, V, lower=True, trans="T") / np.sqrt(mu)
+    modes = (
+        scale[:, None]
+        * scipy.linalg.solve_triangular(factor, V, lower=True, trans="T")
+        / np.sqrt(mu)
+    )
     n = len(M)
     Phi = np.zeros((n, n))
     Phi[0, 0] = 1.0 / np.sqrt(M[0, 0])

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.parameters import N_PINS, pin_angles
-from simulation.stage.channels import ROLLING_ROWS, Channels
-from simulation.stage.contact_laws import mesh_stiffness_at
-from simulation.stage.roller_bearing import EXPONENT
-from simulation.stage.roller_contact import roller_load
-from simulation.stage.stage_model import StageModel
-from simulation.stage.statics import mesh_amplitudes
+from carrierflex.geometry.parameters import N_PINS, pin_angles
+from carrierflex.simulation.stage.channels import ROLLING_ROWS, Channels
+from carrierflex.simulation.stage.contact_laws import mesh_stiffness_at
+from carrierflex.simulation.stage.roller_bearing import EXPONENT
+from carrierflex.simulation.stage.roller_contact import roller_load
+from carrierflex.simulation.stage.stage_model import StageModel
+from carrierflex.simulation.stage.statics import mesh_amplitudes
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,8 @@ class PartLoads:
     mesh_force : ndarray, shape (N, 12)
         Force along the normal [N]: drive flanks sun 1-3, ring 1-3, then back flanks.
     pin_force : ndarray, shape (N, 3, 3)
-        Force of each planet on its pin [N]: x, radial (away from the axis), tangential (along increasing angle).
+        Force of each planet on its pin [N]: x, radial (away from the axis), tangential (along
+        increasing angle).
     pin_moment : ndarray, shape (N, 3, 3)
         Moment on the pin [N m] about the same directions.
     """
@@ -56,11 +57,19 @@ def part_loads(model: StageModel, c: NDArray[np.float64]) -> PartLoads:
         stretch = c[:, 1:] @ (spring.G @ small).T - spring.free
         if name in channels.bearings:
             r = np.linalg.norm(stretch[:, 1:3], axis=1, keepdims=True)
-            stretch[:, 1:3] *= np.maximum(1.0 - spring.clearance / np.maximum(r, spring.clearance), 0.0)
+            stretch[:, 1:3] *= np.maximum(
+                1.0 - spring.clearance / np.maximum(r, spring.clearance), 0.0
+            )
         load = stretch * spring.stiffness
         if len(channels.rollers.directions):
             load[:, ROLLING_ROWS] = _bearing_loads(channels, i, delta)
-        axes = np.array([[1.0, 0.0, 0.0], [0.0, -np.sin(angle), np.cos(angle)], [0.0, -np.cos(angle), -np.sin(angle)]])
+        axes = np.array(
+            [
+                [1.0, 0.0, 0.0],
+                [0.0, -np.sin(angle), np.cos(angle)],
+                [0.0, -np.cos(angle), -np.sin(angle)],
+            ]
+        )
         force[:, i], moment[:, i] = load[:, :3] @ axes.T, load[:, 3:] @ axes.T
     return PartLoads(mesh, force, moment)
 
@@ -77,7 +86,8 @@ def _bearing_loads(channels: Channels, b: int, delta: NDArray[np.float64]) -> ND
 def roller_forces(model: StageModel, c: NDArray[np.float64]) -> NDArray[np.float64]:
     """Force of every roller on its races over N instants [N], shape (N, 3, n_rollers, rows * slices).
 
-    Slices of each roller stand in the order of :attr:`simulation.stage.roller_bearing.RollerBearingData.slices`, row by row; a
+    Slices of each roller stand in the order of
+    :attr:`carrierflex.simulation.stage.roller_bearing.RollerBearingData.slices`, row by row; a
     model with springs for bearings has none and gives shape (N, 0, 1, 1).
     """
     channels, rollers = model.channels, model.channels.rollers

@@ -1,4 +1,7 @@
-"""What the proximity sensors read: the rim's material point under them against the housing, and the sensors' own errors."""
+"""What the proximity sensors read.
+
+The rim's material point under them against the housing, and the sensors' own errors.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -6,13 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.parameters import N_PINS
-from simulation.carrier_effects import delayed_values
-from simulation.carrier_kinematics import carrier_tilt_pattern, housing_tilt_pattern, saddle_pattern
-from simulation.run_cases import AXIAL, Sensor
-from simulation.stage.response import StageRecord
-from simulation.stage.stage_body import RIM_AXIAL, RIM_RADIAL
-from simulation.stage.stage_model import StageModel
+from carrierflex.geometry.parameters import N_PINS
+from carrierflex.simulation.carrier.effects import delayed_values
+from carrierflex.simulation.carrier.kinematics import (
+    carrier_tilt_pattern,
+    housing_tilt_pattern,
+    saddle_pattern,
+)
+from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
+from carrierflex.simulation.stage.response import StageRecord
+from carrierflex.simulation.stage.stage_body import RIM_AXIAL, RIM_RADIAL
+from carrierflex.simulation.stage.stage_model import StageModel
 
 #: Orders below this share of the largest are rounding and are left out.
 _NEGLIGIBLE = 1e-12
@@ -32,7 +39,9 @@ class SensorError:
 
 @dataclass(frozen=True, eq=False)
 class ReadingEffects:
-    """Effects between the stage's motion and the record, each with its id; the default is none of them.
+    """Effects between the stage's motion and the record, each with its id.
+
+    The default is none of them.
 
     Raises
     ------
@@ -68,7 +77,9 @@ class ReadingEffects:
             raise ValueError(f"noise_std is {self.noise_std} m; expected a value >= 0")
         for order in self.runout or {}:
             if order < 2:
-                raise ValueError(f"face_runout has order {order}; expected 2 or more, order 1 is a tilt of the face")
+                raise ValueError(
+                    f"face_runout has order {order}; expected 2 or more, order 1 is a tilt of the face"
+                )
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,11 +111,14 @@ def rim_reader(model: StageModel) -> RimReader:
     for prefix in (RIM_AXIAL, RIM_RADIAL):
         rows = [i for i, name in enumerate(body.model.sensor_names) if name.startswith(prefix)]
         own = body.model.sensor_rows[rows] @ model.L[: body.model.n_coordinates]
-        # A turn about the axis moves no rim point axially or radially; rounding of it would grow with the angle.
+        # A turn about the axis moves no rim point axially or radially; rounding of it would grow
+        # with the angle.
         own[:, 0] = 0.0
         parts.append((_series(own), _series(tilt[rows][:, None])[:, 0]))
     (axial, axial_tilt), (radial, radial_tilt) = parts
-    size = np.abs(np.concatenate([axial, radial, axial_tilt[:, None], radial_tilt[:, None]], axis=1)).max(axis=1)
+    size = np.abs(
+        np.concatenate([axial, radial, axial_tilt[:, None], radial_tilt[:, None]], axis=1)
+    ).max(axis=1)
     kept = np.flatnonzero(size > _NEGLIGIBLE * size.max())
     return RimReader(kept, axial[kept], radial[kept], axial_tilt[kept], radial_tilt[kept])
 
@@ -130,7 +144,8 @@ def sensor_signals(
 ) -> dict[str, NDArray[np.float64]]:
     """Signals of sensors on the housing, shape (N,) each [m].
 
-    A sensor at v reads the rim's material point at ``phi = v - theta`` less the housing's own motion there, axial or along e(v).
+    A sensor at v reads the rim's material point at ``phi = v - theta`` less the housing's own
+    motion there, axial or along e(v).
 
     Parameters
     ----------
@@ -160,7 +175,9 @@ def sensor_signals(
     errors = dict(effects.sensors or {})
     unknown = errors.keys() - {sensor.name for sensor in sensors}
     if unknown:
-        raise ValueError(f"an error is given for sensor {min(unknown)!r}; expected one of the sensors")
+        raise ValueError(
+            f"an error is given for sensor {min(unknown)!r}; expected one of the sensors"
+        )
     signals = {}
     for sensor in sensors:
         error = errors.get(sensor.name, SensorError())
@@ -169,7 +186,9 @@ def sensor_signals(
             time = record.time
             if before is not None:
                 time = np.concatenate([before.time, time])
-                signal = np.concatenate([_read(model, before, reader, sensor, effects, error), signal])
+                signal = np.concatenate(
+                    [_read(model, before, reader, sensor, effects, error), signal]
+                )
             signal = delayed_values(time, signal, effects.delay)[-len(record.time) :]
         if rng is not None:
             signal = signal + effects.noise_std * rng.standard_normal(len(signal))
@@ -198,7 +217,11 @@ def _clean(
     """Rim less housing at one sensor."""
     phi = angle - record.c[:, 0]
     axial = sensor.quantity == AXIAL
-    rows, tilt = (reader.axial, reader.misaligned_axial) if axial else (reader.radial, reader.misaligned_radial)
+    rows, tilt = (
+        (reader.axial, reader.misaligned_axial)
+        if axial
+        else (reader.radial, reader.misaligned_radial)
+    )
     amplitude = record.c @ rows.T + tilt
     rim = (amplitude * np.exp(1j * np.outer(phi, reader.orders))).sum(axis=1).real
     tx, ty, tz, _, wy, wz = (record.c @ model.channels.B[:, model.channels.housing]).T
@@ -210,23 +233,36 @@ def _clean(
     return np.asarray(rim - (-np.sin(phi) * (ty + wz * x) + np.cos(phi) * (tz - wy * x)))
 
 
-def _patterns(record: StageRecord, sensor: Sensor, angle: float, effects: ReadingEffects) -> NDArray[np.float64]:
+def _patterns(
+    record: StageRecord, sensor: Sensor, angle: float, effects: ReadingEffects
+) -> NDArray[np.float64]:
     """Static and face patterns of an axial sensor; zero on a radial one."""
     theta, torque, vertical = record.c[:, 0], record.drive[:, 0], record.drive[:, 3]
     if sensor.quantity != AXIAL:
         return np.zeros(len(theta))
     at_rest, per_torque, per_load = effects.saddle
     signal = effects.axial_offset + effects.drift_rate * record.time
-    signal = signal + effects.phi_H * housing_tilt_pattern(theta, angle, sensor.radius, effects.theta_H)
-    signal = signal + effects.phi_face * carrier_tilt_pattern(theta, angle, sensor.radius, effects.theta_face)
-    signal = signal + (at_rest + per_torque * torque + per_load * vertical) * saddle_pattern(theta, angle)
+    signal = signal + effects.phi_H * housing_tilt_pattern(
+        theta, angle, sensor.radius, effects.theta_H
+    )
+    signal = signal + effects.phi_face * carrier_tilt_pattern(
+        theta, angle, sensor.radius, effects.theta_face
+    )
+    signal = signal + (at_rest + per_torque * torque + per_load * vertical) * saddle_pattern(
+        theta, angle
+    )
     for order, (amplitude, phase) in (effects.runout or {}).items():
         signal = signal + amplitude * np.cos(order * (angle - theta) - phase)
     return np.asarray(signal)
 
 
-def _ring_pass(model: StageModel, record: StageRecord, sensor: Sensor, angle: float) -> NDArray[np.float64] | float:
-    """Motion of the flange under an axial sensor as the planets press the ring: three waves a turn."""
+def _ring_pass(
+    model: StageModel, record: StageRecord, sensor: Sensor, angle: float
+) -> NDArray[np.float64] | float:
+    """Motion of the flange under an axial sensor as the planets press the ring.
+
+    Three waves a turn.
+    """
     offset, tilt = model.effects.ring_pass_offset, model.effects.ring_pass_tilt
     if sensor.quantity != AXIAL or not any(offset + tilt):
         return 0.0

@@ -1,4 +1,7 @@
-"""The stage run through time: chunks of steps, what is kept, the energy balance, and what happens when it runs away."""
+"""The stage run through time.
+
+Chunks of steps, what is kept, the energy balance, and what happens when it runs away.
+"""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -6,21 +9,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.stage.contact_laws import mesh_stiffness_at, play_force
-from simulation.stage.modal_form import ModalStage, modal_stage, step_matrices
-from simulation.stage.roller_contact import roller_energy
-from simulation.stage.stage_model import StageModel
-from simulation.stage.statics import SteadyLoad, mesh_amplitudes, static_coordinates
-from simulation.stage.time_step import advance
+from carrierflex.simulation.stage.contact_laws import mesh_stiffness_at, play_force
+from carrierflex.simulation.stage.modal_form import ModalStage, modal_stage, step_matrices
+from carrierflex.simulation.stage.roller_contact import roller_energy
+from carrierflex.simulation.stage.stage_model import StageModel
+from carrierflex.simulation.stage.statics import SteadyLoad, mesh_amplitudes, static_coordinates
+from carrierflex.simulation.stage.time_step import advance
 
-#: Steps a mesh period that resolve it: below this the midpoint rule is 1 % off at the mesh frequency.
+#: Steps a mesh period that resolve it: below this the midpoint rule is 1 % off at the mesh
+#: frequency.
 FEWEST_STEPS_PER_MESH = 18.0
 #: Kept states a chunk: progress is shown and memory bounded in between.
 CHUNK = 500
 #: Coordinates beyond this [m or rad] are not small motions; windings of shafts reach a few rad.
 _RUN_AWAY = 1e3
 
-#: Loads over time: time [s], shape (k,) to (k, 4): torque [N m], wanted generator speed [rad/s], radial y and z [N].
+#: Loads over time: time [s], shape (k,) to (k, 4): torque [N m], wanted generator speed [rad/s],
+#: radial y and z [N].
 Drive = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
@@ -37,8 +42,8 @@ class StageRecord:
     drive : ndarray, shape (N, 4)
         Loads at those instants.
     energy : ndarray, shape (N, 6)
-        Since the start [J]: from torque, from generator, from weight, radial load and constant forces, from the mount beyond its
-        turning mean, dissipated, stored.
+        Since the start [J]: from torque, from generator, from weight, radial load and constant
+        forces, from the mount beyond its turning mean, dissipated, stored.
     """
 
     time: NDArray[np.float64]
@@ -63,24 +68,38 @@ class StageDivergedError(RuntimeError):
     coordinate : str
         The coordinate that did, in words.
     settled : bool
-        False where the contact forces of a step found no balance while the motions were still small.
+        False where the contact forces of a step found no balance while the motions were still
+        small.
     """
 
     def __init__(self, time: float, coordinate: str, *, settled: bool = True) -> None:
-        what = "the run left the range of small motions" if settled else "the contact forces found no balance"
-        super().__init__(f"{what} at t = {time:.6g} s in '{coordinate}'; use a smaller step, or smaller loads")
+        what = (
+            "the run left the range of small motions"
+            if settled
+            else "the contact forces found no balance"
+        )
+        super().__init__(
+            f"{what} at t = {time:.6g} s in '{coordinate}'; use a smaller step, or smaller loads"
+        )
         self.time, self.coordinate, self.settled = time, coordinate, settled
 
 
 def steady_drive(model: StageModel, load: SteadyLoad) -> Drive:
     """Drive of a steady load whose mean speed is the model's, the generator's wanted speed after the paper's eq. 9."""
-    wanted = model.data.ratio * model.speed - load.torque / (model.data.ratio * model.data.chain.generator_constant)
+    wanted = model.data.ratio * model.speed - load.torque / (
+        model.data.ratio * model.data.chain.generator_constant
+    )
     row = np.array([load.torque, wanted, load.ntl_y, load.ntl_z])
     return lambda time: np.tile(row, (len(time), 1))
 
 
-def quasi_static_start(model: StageModel, load: SteadyLoad) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Coordinates and rates of the static answer as the carrier turns: little is left to ring down, shapes (n,)."""
+def quasi_static_start(
+    model: StageModel, load: SteadyLoad
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Coordinates and rates of the static answer as the carrier turns.
+
+    Little is left to ring down, shapes (n,).
+    """
     turn = 1e-4
     before, here, after = (static_coordinates(model, load, angle) for angle in (-turn, 0.0, turn))
     rate = (after - before) / (2.0 * turn) * model.speed
@@ -129,7 +148,9 @@ def run_stage(
     StageDivergedError
         Where a coordinate runs away; the records until then have been yielded.
     """
-    every = steps_per_sample(model.speed, model.channels.mesh_teeth, sample_rate=sample_rate, step=step)
+    every = steps_per_sample(
+        model.speed, model.channels.mesh_teeth, sample_rate=sample_rate, step=step
+    )
     h = 1.0 / (sample_rate * every)
     n_kept = _n_kept(duration, sample_rate)
     stage = modal_stage(model)
@@ -142,7 +163,9 @@ def run_stage(
         count = min(CHUNK, n_kept - first)
         middles = (first * every + np.arange(count * every) + 0.5) * h
         loads = _checked(drive(np.asarray(middles, np.float64)))
-        q_kept, v_kept, work, done, unsettled = advance(matrices, q, v, model.channels.free, loads, every)
+        q_kept, v_kept, work, done, unsettled = advance(
+            matrices, q, v, model.channels.free, loads, every
+        )
         time = (first + 1 + np.arange(len(q_kept))) / sample_rate
         stored = stored_energy(stage, q_kept, v_kept) - reference
         energy = np.concatenate([spent + work, stored[:, None]], axis=1)
@@ -151,7 +174,9 @@ def run_stage(
         kept = runaway[0] if len(runaway) else len(c)
         if kept:
             instants = _checked(drive(time[:kept]))
-            yield StageRecord(time[:kept], c[:kept], v_kept[:kept] @ stage.Phi.T, instants, energy[:kept])
+            yield StageRecord(
+                time[:kept], c[:kept], v_kept[:kept] @ stage.Phi.T, instants, energy[:kept]
+            )
         if kept < count:
             if kept < len(c):
                 raise StageDivergedError(time[kept], _largest(model, c[kept]))
@@ -174,7 +199,8 @@ def steps_per_sample(speed: float, mesh_teeth: int, *, sample_rate: float, step:
     Raises
     ------
     ValueError
-        Where the step does not resolve the mesh frequency of a carrier at `speed` [rad/s] with `mesh_teeth` meshes a turn.
+        Where the step does not resolve the mesh frequency of a carrier at `speed` [rad/s] with
+        `mesh_teeth` meshes a turn.
     """
     if not (sample_rate > 0.0 and step > 0.0):
         raise ValueError(f"sample rate {sample_rate} 1/s and step {step} s must be positive")
@@ -195,8 +221,13 @@ def _checked(drive: NDArray[np.float64]) -> NDArray[np.float64]:
     return drive
 
 
-def _diverged(model: StageModel, c: NDArray[np.float64], time: float, unsettled: int) -> StageDivergedError:
-    """Error of a step that failed: the coordinate that is far off, or the channel whose force found no balance."""
+def _diverged(
+    model: StageModel, c: NDArray[np.float64], time: float, unsettled: int
+) -> StageDivergedError:
+    """Error of a step that failed.
+
+    The coordinate that is far off, or the channel whose force found no balance.
+    """
     if unsettled < 0 or not (np.abs(c[1:]) < _RUN_AWAY).all():
         return StageDivergedError(time, _largest(model, c))
     return StageDivergedError(time, model.channels.labels[unsettled], settled=False)
@@ -207,7 +238,9 @@ def _largest(model: StageModel, c: NDArray[np.float64]) -> str:
     return model.labels[1 + int(np.argmax(np.where(np.isfinite(size), size, np.inf)))]
 
 
-def stored_energy(stage: ModalStage, q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
+def stored_energy(
+    stage: ModalStage, q: NDArray[np.float64], v: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Kinetic and elastic energy in the carrier frame [J], shape (N,), of modal states of shape (N, n)."""
     channels = stage.model.channels
     energy = 0.5 * (v**2).sum(axis=1) + 0.5 * ((stage.omega * q) ** 2).sum(axis=1)
@@ -230,11 +263,15 @@ def stored_energy(stage: ModalStage, q: NDArray[np.float64], v: NDArray[np.float
     energy -= 0.5 * (channels.reference[channels.rolling] * rolling**2).sum(axis=1)
     for b in range(len(channels.rollers.directions)):
         for instant, angle in enumerate(delta[:, 0]):
-            energy[instant] += roller_energy(channels.rollers, b, rolling[instant, 4 * b : 4 * b + 4], angle)
+            energy[instant] += roller_energy(
+                channels.rollers, b, rolling[instant, 4 * b : 4 * b + 4], angle
+            )
     return energy
 
 
 def joined_records(records: list[StageRecord]) -> StageRecord:
     """One record from consecutive ones."""
     names = ("time", "c", "c_rate", "drive", "energy")
-    return StageRecord(*(np.concatenate([getattr(record, name) for record in records]) for name in names))
+    return StageRecord(
+        *(np.concatenate([getattr(record, name) for record in records]) for name in names)
+    )

@@ -1,13 +1,17 @@
-"""Planet bearings roller by roller: line contacts with clearance, each roller at its place, cut into slices along its length.
+"""Planet bearings roller by roller.
+
+Line contacts with clearance, each roller at its place, cut into slices along its length.
 
 A slice at x of the roller at the angle phi, about the bearing's axis from z, is pressed by
 
 ``delta = sin(phi) (y + x rz) - cos(phi) (z - x ry) - c - 2 P(x)``
 
-with the motion (y, z, ry, rz) of the planet against its pin, the radial clearance c (half the diametral one) and the roller's
-profile P. It pushes with ``k delta^(10/9)``, its share of ``c_L = 35948 L^(8/9)`` (N and mm). The cage turns with the planet:
+with the motion (y, z, ry, rz) of the planet against its pin, the radial clearance c (half the
+diametral one) and the roller's profile P. It pushes with ``k delta^(10/9)``, its share of ``c_L =
+35948 L^(8/9)`` (N and mm). The cage turns with the planet:
 
-``phi = phi_0 - z_r/z_p (1 + D_we/D_pw)/2 theta``, pure rolling on the standing inner race, in the carrier's frame.
+``phi = phi_0 - z_r/z_p (1 + D_we/D_pw)/2 theta``, pure rolling on the standing inner race, in the
+carrier's frame.
 
 References
 ----------
@@ -22,10 +26,11 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
-from geometry.parameters import N_PINS, GearData, pin_angles
-from simulation.stage.roller_contact import RollerSet, roller_load
+from carrierflex.geometry.parameters import N_PINS, GearData, pin_angles
+from carrierflex.simulation.stage.roller_contact import RollerSet, roller_load
 
-#: ISO/TS 16281: spring constant of a roller between both races, steel on steel [N/mm^(10/9)] times L^(8/9) in mm.
+#: ISO/TS 16281: spring constant of a roller between both races, steel on steel [N/mm^(10/9)] times
+#: L^(8/9) in mm.
 _LINE_CONTACT = 35948.0
 #: Exponent of the line contact's law.
 EXPONENT = 10.0 / 9.0
@@ -67,8 +72,12 @@ class RollerBearingData:
     def __post_init__(self) -> None:
         for entry in fields(self):
             value = getattr(self, entry.name)
-            if not (math.isfinite(value) and (value > 0.0 or (value == 0.0 and entry.name == "profile"))):
-                raise ValueError(f"RollerBearingData.{entry.name} is {value!r}; expected a positive number")
+            if not (
+                math.isfinite(value) and (value > 0.0 or (value == 0.0 and entry.name == "profile"))
+            ):
+                raise ValueError(
+                    f"RollerBearingData.{entry.name} is {value!r}; expected a positive number"
+                )
         if self.n_rollers * math.asin(self.roller_diameter / self.pitch_diameter) > math.pi:
             raise ValueError(
                 f"RollerBearingData: {self.n_rollers} rollers of {self.roller_diameter} m overlap on a pitch circle of "
@@ -87,13 +96,19 @@ class RollerBearingData:
         return 44.0 * (1.0 - self.roller_diameter / self.pitch_diameter) * self.n_rollers * L * D
 
     def cage_ratio(self, gear: GearData) -> float:
-        """Turn of the cage in the carrier's frame over the carrier's turn: the planet's by -z_r/z_p, half of it rolls off."""
+        """Turn of the cage in the carrier's frame over the carrier's turn.
+
+        The planet's by -z_r/z_p, half of it rolls off.
+        """
         rolling = 0.5 * (1.0 + self.roller_diameter / self.pitch_diameter)
         return -gear.ring_teeth / gear.planet_teeth * rolling
 
     @cached_property
     def slices(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Axial place [m] from the bearing's middle, share of a roller, profile on both races [m]; shapes (rows * slices,)."""
+        """Axial place [m] from the bearing's middle, share of a roller, profile on both races [m].
+
+        Shapes (rows * slices,).
+        """
         point, weight = np.polynomial.legendre.leggauss(self.n_slices)
         middles = self.row_spacing * (np.arange(self.n_rows) - 0.5 * (self.n_rows - 1))
         x = (middles[:, None] + 0.5 * self.roller_length * point).ravel()
@@ -102,12 +117,16 @@ class RollerBearingData:
 
 
 def roller_set(
-    data: RollerBearingData, gear: GearData, clearance: float, factors: tuple[float, ...] = (1.0,) * N_PINS
+    data: RollerBearingData,
+    gear: GearData,
+    clearance: float,
+    factors: tuple[float, ...] = (1.0,) * N_PINS,
 ) -> RollerSet:
     """Rollers of the three planets.
 
-    The first roller of every planet stands on the line from the carrier's axis at the carrier angle 0, both rows in step: the
-    symmetric stage stays symmetric, and the rollers' passing shows at its strongest.
+    The first roller of every planet stands on the line from the carrier's axis at the carrier angle
+    0, both rows in step: the symmetric stage stays symmetric, and the rollers' passing shows at its
+    strongest.
 
     Parameters
     ----------
@@ -152,7 +171,13 @@ def stiffness_at(rollers: RollerSet, load: float) -> tuple[float, float]:
     ValueError
         Where the load is not positive, or larger than such a bearing can carry.
     """
-    angles = 2.0 * np.pi / (rollers.directions.shape[1] * rollers.cage) * np.arange(_SET_ANGLES) / _SET_ANGLES
+    angles = (
+        2.0
+        * np.pi
+        / (rollers.directions.shape[1] * rollers.cage)
+        * np.arange(_SET_ANGLES)
+        / _SET_ANGLES
+    )
 
     def answer(approach: float) -> NDArray[np.float64]:
         force, tangent, motion = np.zeros(4), np.zeros((4, 4)), np.array([0.0, -approach, 0.0, 0.0])
@@ -163,7 +188,11 @@ def stiffness_at(rollers: RollerSet, load: float) -> tuple[float, float]:
         return total
 
     if not (load > 0.0 and answer(_LARGEST_APPROACH)[0] > load):
-        raise ValueError(f"load on the planet bearing is {load} N; expected a positive one that its rollers can carry")
-    approach = scipy.optimize.brentq(lambda x: answer(x)[0] - load, 0.0, _LARGEST_APPROACH, xtol=1e-15)
+        raise ValueError(
+            f"load on the planet bearing is {load} N; expected a positive one that its rollers can carry"
+        )
+    approach = scipy.optimize.brentq(
+        lambda x: answer(x)[0] - load, 0.0, _LARGEST_APPROACH, xtol=1e-15
+    )
     _, radial, tilt = answer(float(approach))
     return float(radial), float(tilt)

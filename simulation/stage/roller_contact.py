@@ -1,6 +1,7 @@
 """Force, tangent and energy of a bearing's line contacts, and their discrete gradient over a time step (compiled).
 
-Numba's cache of :mod:`simulation.stage.time_step` does not see changes here: touch that file after one.
+Numba's cache of :mod:`carrierflex.simulation.stage.time_step` does not see changes here: touch that
+file after one.
 """
 
 from typing import NamedTuple
@@ -11,10 +12,11 @@ from numpy.typing import NDArray
 
 #: The law's exponent less one.
 _NINTH = 1.0 / 9.0
-#: Motions over a step smaller than this [m] count as none: the difference quotient would be rounding.
+#: Motions over a step smaller than this [m] count as none: the difference quotient would be
+#: rounding.
 _STILL = 1e-13
-#: Lever arms [m] that make lengths of tilts and of the carrier angle in the discrete gradient; the last takes nearly all of the
-#: correction, third order in the step, as a torque on the drive.
+#: Lever arms [m] that make lengths of tilts and of the carrier angle in the discrete gradient; the
+#: last takes nearly all of the correction, third order in the step, as a torque on the drive.
 _TILT_ARM, _ANGLE_ARM = 0.1, 1.0
 
 
@@ -51,7 +53,9 @@ def roller_energy(rollers: RollerSet, b: int, motion: NDArray[np.float64], angle
 
 
 @numba.njit(cache=True)
-def _pressed(rollers: RollerSet, b: int, middle: float, slope: float) -> tuple[float, float, float, float, float]:
+def _pressed(
+    rollers: RollerSet, b: int, middle: float, slope: float
+) -> tuple[float, float, float, float, float]:
     """Force and moment of one roller whose ends differ by `slope`, and its secant stiffness with moments of order 0, 1, 2."""
     Q, M, k, kx, kxx = 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(len(rollers.x)):
@@ -76,7 +80,9 @@ def roller_load(
     force: NDArray[np.float64],
     tangent: NDArray[np.float64],
 ) -> float:
-    """Gradient of the energy by the motion (`force`, shape (4,)) and its tangent (shape (4, 4)); returned: by the carrier angle.
+    """Gradient of the energy by the motion (`force`, shape (4,)) and its tangent (shape (4, 4)).
+
+    Returned: by the carrier angle.
 
     Parameters
     ----------
@@ -135,10 +141,12 @@ def roller_gradient(
     force: NDArray[np.float64],
     tangent: NDArray[np.float64],
 ) -> float:
-    """Discrete gradient of the energy over a step in motion and carrier angle; returned: by the carrier angle.
+    """Discrete gradient of the energy over a step in motion and carrier angle.
 
-    Gradient at the middle plus ``(V_1 - V_0 - grad V · d) d / |d|^2`` (Gonzalez 1996, eq. 3.8): the forces' work over the step is
-    the change of the energy.
+    Returned: by the carrier angle.
+
+    Gradient at the middle plus ``(V_1 - V_0 - grad V · d) d / |d|^2`` (Gonzalez 1996, eq. 3.8): the
+    forces' work over the step is the change of the energy.
 
     Parameters
     ----------
@@ -154,7 +162,9 @@ def roller_gradient(
         Take gradient and tangent at the middle.
     """
     old, new = ends
-    by_angle = roller_load(rollers, b, 0.5 * (old + new), 0.5 * (angles[0] + angles[1]), force, tangent)
+    by_angle = roller_load(
+        rollers, b, 0.5 * (old + new), 0.5 * (angles[0] + angles[1]), force, tangent
+    )
     d, turned = new - old, angles[1] - angles[0]
     tilt, arm = _TILT_ARM * _TILT_ARM, _ANGLE_ARM * _ANGLE_ARM
     square = d[0] * d[0] + d[1] * d[1] + tilt * (d[2] * d[2] + d[3] * d[3]) + arm * turned * turned

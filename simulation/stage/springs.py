@@ -1,4 +1,7 @@
-"""Springs of the stage: planet, carrier, sun and main bearings, ring bolts, pins in bores, the chain's shafts and meshes."""
+"""Springs of the stage.
+
+Planet, carrier, sun and main bearings, ring bolts, pins in bores, the chain's shafts and meshes.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.parameters import N_PINS, pin_angles
-from simulation.stage.effects import StageEffects
-from simulation.stage.places import Places, motion_at
-from simulation.stage.roller_bearing import roller_set, stiffness_at
-from simulation.stage.stage_data import MountingData
+from carrierflex.geometry.parameters import N_PINS, pin_angles
+from carrierflex.simulation.stage.coordinate_layout import Places, motion_at
+from carrierflex.simulation.stage.effects import StageEffects
+from carrierflex.simulation.stage.roller_bearing import roller_set, stiffness_at
+from carrierflex.simulation.stage.stage_data import MountingData
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,15 +39,22 @@ class Spring:
 
 
 def stage_springs(places: Places, effects: StageEffects) -> dict[str, Spring]:
-    """Every connection by name; mount and planetary meshes stand elsewhere, they change with the carrier angle."""
+    """Every connection by name.
+
+    Mount and planetary meshes stand elsewhere, they change with the carrier angle.
+    """
     bearings, points = places.data.bearings, places.body.model.pilots
     springs = {f"planet_{i}": _planet_bearing(places, effects, i) for i in range(1, N_PINS + 1)}
 
     def bearing(
-        G: NDArray[np.float64], stiffness: tuple[float, float, float, float, float], clearance: float = 0.0
+        G: NDArray[np.float64],
+        stiffness: tuple[float, float, float, float, float],
+        clearance: float = 0.0,
     ) -> Spring:
         axial, radial, _, tilt, torsion = stiffness
-        return Spring(G, np.array([axial, radial, radial, torsion, tilt, tilt]), np.zeros(6), clearance)
+        return Spring(
+            G, np.array([axial, radial, radial, torsion, tilt, tilt]), np.zeros(6), clearance
+        )
 
     for side, radial, axial, clearance in (
         ("upwind_seat", bearings.upwind_radial, bearings.carrier_axial, bearings.upwind_clearance),
@@ -56,16 +66,23 @@ def stage_springs(places: Places, effects: StageEffects) -> dict[str, Spring]:
     springs["main_bearing"] = bearing(places.pilot_motion("main_bearing_seat"), main)
     centre = places.centre("sun")
     sun = (bearings.sun_axial, bearings.sun_radial, bearings.sun_radial, bearings.sun_tilt, 0.0)
-    springs["sun"] = bearing(places.part_motion("sun", centre) - places.part_motion("housing", centre), sun)
+    springs["sun"] = bearing(
+        places.part_motion("sun", centre) - places.part_motion("housing", centre), sun
+    )
     centre, bolted = places.centre("ring"), bearings.ring_to_housing
     at_radius = bolted * (places.data.gear.centre_distance * 1.65) ** 2
     ring = (bolted, bolted, bolted, at_radius, at_radius)
-    springs["ring"] = bearing(places.part_motion("ring", centre) - places.part_motion("housing", centre), ring)
+    springs["ring"] = bearing(
+        places.part_motion("ring", centre) - places.part_motion("housing", centre), ring
+    )
     return springs | _chain(places) | _pin_fits(places, effects)
 
 
 def _pin_fits(places: Places, effects: StageEffects) -> dict[str, Spring]:
-    """Bearing of every pin on the edges of its two bores, where there is a play: relative rotation about y and z."""
+    """Bearing of every pin on the edges of its two bores, where there is a play.
+
+    Relative rotation about y and z.
+    """
     if effects.pin_fit_play == 0.0:
         return {}
     stiffness, springs = np.array([0.0, effects.pin_fit_closed, effects.pin_fit_closed]), {}
@@ -95,7 +112,8 @@ def _planet_bearing(places: Places, effects: StageEffects, planet: int) -> Sprin
     if data.planet_rollers is not None:
         # The rollers take over; the linear part keeps what they answer at their reference load.
         radial, tilt = stiffness_at(
-            roller_set(data.planet_rollers, data.gear, clearance), data.planet_rollers.reference_load
+            roller_set(data.planet_rollers, data.gear, clearance),
+            data.planet_rollers.reference_load,
         )
         clearance = 0.0
     stiffness = np.array([bearings.planet_axial, radial, radial, 0.0, tilt, tilt])
@@ -103,7 +121,10 @@ def _planet_bearing(places: Places, effects: StageEffects, planet: int) -> Sprin
 
 
 def _chain(places: Places) -> dict[str, Spring]:
-    """Torsion of the sun shaft and the generator's coupling; the parallel meshes, whose centres the housing carries."""
+    """Torsion of the sun shaft and the generator's coupling.
+
+    The parallel meshes, whose centres the housing carries.
+    """
     chain, rows, n = places.data.chain, places.rows, places.n
     low_ratio = chain.low_teeth[1] / chain.low_teeth[0]
     high_ratio = chain.high_teeth[1] / chain.high_teeth[0]
@@ -123,7 +144,10 @@ def _chain(places: Places) -> dict[str, Spring]:
         ("sun_shaft", {"sun": 1.0, "low_speed": -1.0}, chain.sun_shaft_torsion),
         ("coupling", {"high_speed": 1.0, "generator": -1.0}, chain.coupling_torsion),
     )  # fmt: skip
-    return {name: Spring(row(parts), np.array([stiffness]), np.zeros(1)) for name, parts, stiffness in meshes}
+    return {
+        name: Spring(row(parts), np.array([stiffness]), np.zeros(1))
+        for name, parts, stiffness in meshes
+    }
 
 
 def mount_matrices(

@@ -1,4 +1,7 @@
-"""The elastic body of the stage: carrier with pins and main shaft as one reduced body, with an imposed misalignment."""
+"""The elastic body of the stage.
+
+Carrier with pins and main shaft as one reduced body, with an imposed misalignment.
+"""
 
 import math
 from collections.abc import Sequence
@@ -7,10 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.parameters import N_PINS, GearData, pin_angles
-from reduction.assembly import Joint, assembled, imposed_motion
-from reduction.reduced_model import PILOT_COORDINATES, MassProperties, ReducedModel
-from simulation.stage.beam import beam_matrices
+from carrierflex.geometry.parameters import N_PINS, GearData, pin_angles
+from carrierflex.reduction.assembly import Joint, assembled, imposed_motion
+from carrierflex.reduction.reduced_model import PILOT_COORDINATES, MassProperties, ReducedModel
+from carrierflex.simulation.stage.beam import beam_matrices
 
 #: Where the stage takes hold of its elastic body.
 FIXED_PILOTS = ("main_bearing_seat", "upwind_seat", "downwind_seat")
@@ -27,11 +30,13 @@ class StageBody:
     Parameters
     ----------
     model : ReducedModel
-        Body with the pilots ``main_bearing_seat``, ``upwind_seat``, ``downwind_seat`` and one pilot a planet.
+        Body with the pilots ``main_bearing_seat``, ``upwind_seat``, ``downwind_seat`` and one pilot
+        a planet.
     planet_pilots : tuple of str
         Where planets 1, 2 and 3 sit.
     misalignment_load : ndarray, shape (n, 2)
-        Force of a carrier tilted against the shaft by 1 rad about y and z of the carrier frame, held unbent.
+        Force of a carrier tilted against the shaft by 1 rad about y and z of the carrier frame,
+        held unbent.
     misalignment_reading : ndarray, shape (n_sensors, 2)
         What that tilt adds to the sensors' displacement [m/rad].
 
@@ -63,7 +68,9 @@ def refuse_missing_pilots(model: ReducedModel, pilots: Sequence[str]) -> None:
 
 def _refuse_blind(model: ReducedModel) -> None:
     if not any(name.startswith(RIM_AXIAL) for name in model.sensor_names):
-        raise ValueError(f"{model.name} has no sensor rows {RIM_AXIAL}...; expected the rim's recovery rows")
+        raise ValueError(
+            f"{model.name} has no sensor rows {RIM_AXIAL}...; expected the rim's recovery rows"
+        )
 
 
 def holds_pins(carrier: ReducedModel) -> bool:
@@ -77,14 +84,17 @@ def refuse_unfit_carrier(carrier: ReducedModel, gear: GearData) -> None:
     Raises
     ------
     ValueError
-        Where a pilot or the rim's sensor rows are missing, or a planet would sit elsewhere than its gears' centre distance says.
+        Where a pilot or the rim's sensor rows are missing, or a planet would sit elsewhere than its
+        gears' centre distance says.
     """
     refuse_missing_pilots(carrier, ("shaft_face", *FIXED_PILOTS[1:]))
     _refuse_blind(carrier)
     if holds_pins(carrier):
         places = _planet_pilots(carrier)
     else:
-        places = tuple(f"pin_{pin}_{side}" for pin in range(1, N_PINS + 1) for side in ("upwind", "downwind"))
+        places = tuple(
+            f"pin_{pin}_{side}" for pin in range(1, N_PINS + 1) for side in ("upwind", "downwind")
+        )
     refuse_missing_pilots(carrier, places)
     for pilot in places:
         angle = float(pin_angles()[int(pilot[4]) - 1])
@@ -123,7 +133,9 @@ class ShaftData:
     def __post_init__(self) -> None:
         for name in ("length", "outer_diameter", "youngs_modulus", "shear_modulus", "density"):
             if not getattr(self, name) > 0.0:
-                raise ValueError(f"ShaftData.{name} is {getattr(self, name)}; expected a positive number")
+                raise ValueError(
+                    f"ShaftData.{name} is {getattr(self, name)}; expected a positive number"
+                )
         if not 0.0 <= self.inner_diameter < self.outer_diameter:
             raise ValueError(
                 f"ShaftData.inner_diameter is {self.inner_diameter} m; expected less than {self.outer_diameter} m"
@@ -149,7 +161,9 @@ def beam_shaft(shaft: ShaftData, end: NDArray[np.float64]) -> ReducedModel:
         K=K,
         M=M,
         D=np.zeros((12, 12)),
-        labels=tuple(f"{pilot} {coordinate}" for pilot in pilots for coordinate in PILOT_COORDINATES),
+        labels=tuple(
+            f"{pilot} {coordinate}" for pilot in pilots for coordinate in PILOT_COORDINATES
+        ),
         pilots=pilots,
         pilot_coordinates={"main_bearing_seat": np.arange(6), "carrier_joint": np.arange(6, 12)},
         sensor_names=(),
@@ -159,14 +173,16 @@ def beam_shaft(shaft: ShaftData, end: NDArray[np.float64]) -> ReducedModel:
 
 
 def joined_to_shaft(carrier: ReducedModel, shaft: ReducedModel) -> StageBody:
-    """Tie the carrier's ``shaft_face`` to the shaft's ``carrier_joint``, all six coordinates (:mod:`reduction.shaft_joint`).
+    """Tie the carrier's ``shaft_face`` to the shaft's ``carrier_joint``, all six coordinates (:mod:`carrierflex.reduction.shaft_joint`).
 
     Parameters
     ----------
     carrier : ReducedModel
-        Carrier with its pins: pilots ``pin_i_midspan`` or, joined in the reduced space, ``pin_i_midspan_of_pin``.
+        Carrier with its pins: pilots ``pin_i_midspan`` or, joined in the reduced space,
+        ``pin_i_midspan_of_pin``.
     shaft : ReducedModel
-        Main shaft with the pilots ``main_bearing_seat`` and ``carrier_joint``, finite elements or :func:`beam_shaft`.
+        Main shaft with the pilots ``main_bearing_seat`` and ``carrier_joint``, finite elements or
+        :func:`beam_shaft`.
 
     Returns
     -------
@@ -188,7 +204,10 @@ def joined_to_shaft(carrier: ReducedModel, shaft: ReducedModel) -> StageBody:
 
 
 def _planet_pilots(carrier: ReducedModel) -> tuple[str, ...]:
-    """Pilot of each planet: on the pin where pins are bodies of their own, else at the bonded pin's mid-span."""
+    """Pilot of each planet.
+
+    On the pin where pins are bodies of their own, else at the bonded pin's mid-span.
+    """
     names = []
     for pin in range(1, N_PINS + 1):
         own = f"pin_{pin}_midspan_of_pin"
@@ -197,7 +216,10 @@ def _planet_pilots(carrier: ReducedModel) -> tuple[str, ...]:
 
 
 def rigid_body(body: StageBody, factor: float = 1e4) -> StageBody:
-    """Copy whose carrier and shaft are `factor` times as stiff: the paper's rigid carrier, without a second model."""
+    """Copy whose carrier and shaft are `factor` times as stiff.
+
+    The paper's rigid carrier, without a second model.
+    """
     return replace(
         body,
         model=replace(body.model, K=body.model.K * factor, D=body.model.D * np.sqrt(factor)),

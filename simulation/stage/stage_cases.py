@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from simulation.run_cases import AXIAL, RADIAL, Sensor
-from simulation.stage.effects import StageEffects
-from simulation.stage.readings import ReadingEffects, SensorError
-from simulation.stage.roller_bearing import RollerBearingData
-from simulation.stage.stage_data import StageData
-from simulation.stage.statics import SteadyLoad
-from simulation.toml_tables import (
+from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL, Sensor
+from carrierflex.simulation.stage.effects import StageEffects
+from carrierflex.simulation.stage.readings import ReadingEffects, SensorError
+from carrierflex.simulation.stage.roller_bearing import RollerBearingData
+from carrierflex.simulation.stage.stage_data import StageData
+from carrierflex.simulation.stage.statics import SteadyLoad
+from carrierflex.simulation.toml_tables import (
     COUNT,
     NOT_NEGATIVE,
     NUMBER,
@@ -35,7 +35,11 @@ _LARGEST_CASE_FILE = 1_000_000
 
 def _numbers(count: str, n: int) -> Value:
     def accepts(value: Any) -> bool:
-        return isinstance(value, list) and len(value) == n and all(NUMBER.accepts(item) for item in value)
+        return (
+            isinstance(value, list)
+            and len(value) == n
+            and all(NUMBER.accepts(item) for item in value)
+        )
 
     return Value(f"{count} finite numbers", accepts)
 
@@ -109,7 +113,8 @@ class StageCase:
     bodies : mapping of str to Path
         Body files in place of the default carrier, pin or main shaft.
     rest_angle : float or None
-        Carrier angle [rad] of the rest reading that the signals count from; None where they count from the unloaded model.
+        Carrier angle [rad] of the rest reading that the signals count from; None where they count
+        from the unloaded model.
     """
 
     name: str
@@ -129,10 +134,15 @@ class StageCase:
     rest_angle: float | None = None
 
     def __post_init__(self) -> None:
-        for what, names in (("sensor", [s.name for s in self.sensors]), ("run", [r.name for r in self.runs])):
+        for what, names in (
+            ("sensor", [s.name for s in self.sensors]),
+            ("run", [r.name for r in self.runs]),
+        ):
             repeated = {name for name in names if names.count(name) > 1}
             if repeated:
-                raise ValueError(f"{what} name '{min(repeated)}' stands twice; expected different names")
+                raise ValueError(
+                    f"{what} name '{min(repeated)}' stands twice; expected different names"
+                )
 
 
 def _parsed(path: Path) -> dict[str, Any]:
@@ -151,11 +161,17 @@ def read_stage_case(path: Path) -> StageCase:
         Where the file is missing or too large, not TOML, or a key is unknown, missing or wrong.
     """
     if not path.is_file() or path.stat().st_size > _LARGEST_CASE_FILE:
-        raise ValueError(f"{path}: expected a case file (TOML) of at most {_LARGEST_CASE_FILE} bytes")
-    tables = dict.fromkeys((*_DATA_TABLES, _ROLLERS, "effects", "reading", "bodies", "zeroing"), TABLE)
+        raise ValueError(
+            f"{path}: expected a case file (TOML) of at most {_LARGEST_CASE_FILE} bytes"
+        )
+    tables = dict.fromkeys(
+        (*_DATA_TABLES, _ROLLERS, "effects", "reading", "bodies", "zeroing"), TABLE
+    )
     document = checked_table(_parsed(path), path.name, required=_CASE_KEYS, optional=tables)
     if document["version"] > 1:
-        raise ValueError(f"{path.name}: version is {document['version']}, written by a newer version; expected 1")
+        raise ValueError(
+            f"{path.name}: version is {document['version']}, written by a newer version; expected 1"
+        )
     rig = checked_table(document["rig"], f"{path.name}, [rig]", required=_RIG_KEYS)
     try:
         sensors, errors = _sensors(document, path.name, float(rig["sensor_radius"]))
@@ -174,20 +190,30 @@ def _data(document: Mapping[str, Any], where: str) -> StageData:
     data = StageData()
     for table in _DATA_TABLES:
         part = getattr(data, table)
-        known = {own.name: NUMBER for own in fields(part) if isinstance(getattr(part, own.name), int | float)}
-        given = checked_table(document.get(table, {}), f"{where}, [{table}]", required={}, optional=known)
+        known = {
+            own.name: NUMBER
+            for own in fields(part)
+            if isinstance(getattr(part, own.name), int | float)
+        }
+        given = checked_table(
+            document.get(table, {}), f"{where}, [{table}]", required={}, optional=known
+        )
         data = replace(data, **{table: replace(part, **given)})
     if _ROLLERS not in document:
         return data
     known = dict.fromkeys((entry.name for entry in fields(RollerBearingData)), NUMBER)
     counts = {name: POSITIVE_COUNT for name in known if name.startswith("n_")}
-    given = checked_table(document[_ROLLERS], f"{where}, [{_ROLLERS}]", required={}, optional=known | counts)
+    given = checked_table(
+        document[_ROLLERS], f"{where}, [{_ROLLERS}]", required={}, optional=known | counts
+    )
     return replace(data, planet_rollers=RollerBearingData(**given))
 
 
 def _bodies(document: Mapping[str, Any], path: Path) -> dict[str, Path]:
     where = f"{path.name}, [bodies]"
-    given = checked_table(document.get("bodies", {}), where, required={}, optional=dict.fromkeys(BODIES, TEXT))
+    given = checked_table(
+        document.get("bodies", {}), where, required={}, optional=dict.fromkeys(BODIES, TEXT)
+    )
     return {name: path.parent / file for name, file in given.items()}
 
 
@@ -199,8 +225,12 @@ def _rest_angle(document: Mapping[str, Any], where: str) -> float | None:
 
 
 def _stage_effects(document: Mapping[str, Any], where: str) -> StageEffects:
-    given = checked_table(document.get("effects", {}), f"{where}, [effects]", required={}, optional=_STAGE_EFFECTS)
-    values: dict[str, Any] = {n: tuple(v) if isinstance(v, list) else v for n, v in _radians(given).items()}
+    given = checked_table(
+        document.get("effects", {}), f"{where}, [effects]", required={}, optional=_STAGE_EFFECTS
+    )
+    values: dict[str, Any] = {
+        n: tuple(v) if isinstance(v, list) else v for n, v in _radians(given).items()
+    }
     return StageEffects(**values)
 
 
@@ -212,12 +242,18 @@ def _radians(table: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _reading(document: Mapping[str, Any], where: str, errors: Mapping[str, SensorError]) -> ReadingEffects:
-    given = checked_table(document.get("reading", {}), f"{where}, [reading]", required={}, optional=_READING_EFFECTS)
+def _reading(
+    document: Mapping[str, Any], where: str, errors: Mapping[str, SensorError]
+) -> ReadingEffects:
+    given = checked_table(
+        document.get("reading", {}), f"{where}, [reading]", required={}, optional=_READING_EFFECTS
+    )
     values = _radians(given)
     runout = {}
     for table in values.pop("runout", []):
-        entry = _radians(checked_table(table, f"{where}, [[reading.runout]]", required=_RUNOUT_KEYS))
+        entry = _radians(
+            checked_table(table, f"{where}, [[reading.runout]]", required=_RUNOUT_KEYS)
+        )
         runout[entry["order"]] = (float(entry["amplitude"]), entry["phase"])
     values["saddle"] = tuple(values.get("saddle", (0.0, 0.0, 0.0)))
     return ReadingEffects(**values, runout=runout, sensors=errors)
@@ -228,8 +264,12 @@ def _sensors(
 ) -> tuple[tuple[Sensor, ...], dict[str, SensorError]]:
     sensors, errors = [], {}
     for number, table in enumerate(document["sensors"], start=1):
-        keys = checked_table(table, f"{where}, [[sensors]] {number}", required=_SENSOR_KEYS, optional=_SENSOR_ERRORS)
-        sensors.append(Sensor(keys["name"], keys["quantity"], float(np.deg2rad(keys["angle_deg"])), radius))
+        keys = checked_table(
+            table, f"{where}, [[sensors]] {number}", required=_SENSOR_KEYS, optional=_SENSOR_ERRORS
+        )
+        sensors.append(
+            Sensor(keys["name"], keys["quantity"], float(np.deg2rad(keys["angle_deg"])), radius)
+        )
         angle = float(np.deg2rad(keys.get("angle_error_deg", 0.0)))
         errors[keys["name"]] = SensorError(keys.get("gain", 0.0), angle, keys.get("zero", 0.0))
     return tuple(sensors), errors

@@ -1,14 +1,15 @@
 """Masses, springs and gear data of the planetary stage outside its elastic body, each default with its source.
 
-Source tags as in :mod:`geometry.parameters`: *paper*, *GRC*, *derived*, *chosen*. Published bearing and mesh
-stiffnesses of this gearbox do not exist: those here follow from line contact and tooth stiffness formulas.
+Source tags as in :mod:`carrierflex.geometry.parameters`: *paper*, *GRC*, *derived*, *chosen*.
+Published bearing and mesh stiffnesses of this gearbox do not exist: those here follow from line
+contact and tooth stiffness formulas.
 """
 
 import math
 from dataclasses import dataclass, field, fields
 
-from geometry.parameters import GearData
-from simulation.stage.roller_bearing import RollerBearingData
+from carrierflex.geometry.parameters import GearData
+from carrierflex.simulation.stage.roller_bearing import RollerBearingData
 
 
 def _refuse_negative(data: object) -> None:
@@ -16,7 +17,9 @@ def _refuse_negative(data: object) -> None:
     for entry in fields(data):  # type: ignore[arg-type]
         value = getattr(data, entry.name)
         if isinstance(value, int | float) and not (math.isfinite(value) and value >= 0.0):
-            raise ValueError(f"{type(data).__name__}.{entry.name} is {value!r}; expected a finite number >= 0")
+            raise ValueError(
+                f"{type(data).__name__}.{entry.name} is {value!r}; expected a finite number >= 0"
+            )
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,9 @@ class RigidPart:
     def __post_init__(self) -> None:
         for name in ("mass", "polar_inertia", "transverse_inertia"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
-                raise ValueError(f"RigidPart.{name} is {getattr(self, name)!r}; expected a positive number")
+                raise ValueError(
+                    f"RigidPart.{name} is {getattr(self, name)!r}; expected a positive number"
+                )
 
 
 @dataclass(frozen=True)
@@ -219,7 +224,9 @@ class StageData:
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.damping_ratio < 1.0:
-            raise ValueError(f"StageData.damping_ratio is {self.damping_ratio}; expected 0 <= ratio < 1")
+            raise ValueError(
+                f"StageData.damping_ratio is {self.damping_ratio}; expected 0 <= ratio < 1"
+            )
 
     @property
     def ratio(self) -> float:

@@ -1,4 +1,7 @@
-"""The planetary stage's equations of motion in the carrier frame: constant matrices, turning loads, contact channels."""
+"""The planetary stage's equations of motion in the carrier frame.
+
+Constant matrices, turning loads, contact channels.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -6,17 +9,18 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.dihedral import rotation_about_x
-from simulation.stage.channels import Channels, stage_channels
-from simulation.stage.effects import StageEffects
-from simulation.stage.places import Places
-from simulation.stage.springs import Spring, mount_matrices, stage_springs
-from simulation.stage.stage_body import StageBody
-from simulation.stage.stage_data import StageData
+from carrierflex.geometry.dihedral import rotation_about_x
+from carrierflex.simulation.stage.channels import Channels, stage_channels
+from carrierflex.simulation.stage.coordinate_layout import Places
+from carrierflex.simulation.stage.effects import StageEffects
+from carrierflex.simulation.stage.springs import Spring, mount_matrices, stage_springs
+from carrierflex.simulation.stage.stage_body import StageBody
+from carrierflex.simulation.stage.stage_data import StageData
 
 #: Standard gravity [m/s^2].
 GRAVITY = 9.81
-#: Force that the rigid drive motion may meet, over the largest stiffness on its way: rounding leaves 1e-13.
+#: Force that the rigid drive motion may meet, over the largest stiffness on its way: rounding
+#: leaves 1e-13.
 _GROUNDED = 1e-9
 #: Angles that average a function of orders up to two exactly.
 _AVERAGE = 2.0 * np.pi * np.arange(8) / 8
@@ -37,8 +41,8 @@ class Loads:
     radial_y, radial_z : ndarray
         Of 1 N along y or z at the dynamometer coupling.
     constant : ndarray
-        Misalignment, free elongations, and ``Omega^2 J M r_0``, which with the Coriolis force of the drive's speed,
-        ``-2 Omega^2 J M r_0``, is the centrifugal force.
+        Misalignment, free elongations, and ``Omega^2 J M r_0``, which with the Coriolis force of
+        the drive's speed, ``-2 Omega^2 J M r_0``, is the centrifugal force.
     """
 
     torque: NDArray[np.float64]
@@ -65,8 +69,8 @@ class StageModel:
     L : ndarray, shape (n, n)
         All coordinates q from c: first column the rigid drive motion, the others a unit each.
     K, M, C, G : ndarray, shape (n, n)
-        Stiffness with mean mesh stiffness, mass, damping of generator and mount (modal damping comes on top), and the
-        antisymmetric matrix of Coriolis forces at `speed`.
+        Stiffness with mean mesh stiffness, mass, damping of generator and mount (modal damping
+        comes on top), and the antisymmetric matrix of Coriolis forces at `speed`.
     loads : Loads
         Load vectors.
     channels : Channels
@@ -94,13 +98,23 @@ class StageModel:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Coordinates c in words: the carrier angle, then those of q without the rotation it replaces."""
+        """Coordinates c in words.
+
+        The carrier angle, then those of q without the rotation it replaces.
+        """
         dropped = _seat_rotation(self.places)
-        return ("carrier angle [rad]", *(label for i, label in enumerate(self.places.labels) if i != dropped))
+        return (
+            "carrier angle [rad]",
+            *(label for i, label in enumerate(self.places.labels) if i != dropped),
+        )
 
 
 def stage_model(
-    body: StageBody, data: StageData | None = None, *, effects: StageEffects | None = None, speed: float
+    body: StageBody,
+    data: StageData | None = None,
+    *,
+    effects: StageEffects | None = None,
+    speed: float,
 ) -> StageModel:
     """Assemble the stage.
 
@@ -123,7 +137,8 @@ def stage_model(
     Raises
     ------
     ValueError
-        Where the body is bound to the ground or to a part that the drive motion moves against it, or the speed is not finite.
+        Where the body is bound to the ground or to a part that the drive motion moves against it,
+        or the speed is not finite.
     """
     if not np.isfinite(speed):
         raise ValueError(f"carrier speed is {speed} rad/s; expected a finite number")
@@ -135,7 +150,9 @@ def stage_model(
     H = places.rows["housing"]
     K[np.ix_(H, H)] += _averaged(K_mount)
     L = _split(places)
-    channels = stage_channels(places, effects, springs, (K_mount, C_mount), (_averaged(K_mount), _averaged(C_mount)), L)
+    channels = stage_channels(
+        places, effects, springs, (K_mount, C_mount), (_averaged(K_mount), _averaged(C_mount)), L
+    )
     _refuse_grounded(K, places.drive_motion)
     C = np.zeros_like(K)
     C[np.ix_(H, H)] += _averaged(C_mount)
@@ -146,7 +163,9 @@ def stage_model(
     K_c = L.T @ K @ L + drum + (mesh * channels.reference[channels.meshes]) @ mesh.T
     K_c[0], K_c[:, 0] = 0.0, 0.0
     loads = _loads(places, M, L, L.T @ constant + centrifugal)
-    return StageModel(places, effects, speed, L, K_c, L.T @ M @ L, L.T @ C @ L, Coriolis, loads, channels, springs)
+    return StageModel(
+        places, effects, speed, L, K_c, L.T @ M @ L, L.T @ C @ L, Coriolis, loads, channels, springs
+    )
 
 
 def _elastic(
@@ -226,7 +245,9 @@ def _rotating_terms(
     return drum, Coriolis, force
 
 
-def _loads(places: Places, M: NDArray[np.float64], L: NDArray[np.float64], constant: NDArray[np.float64]) -> Loads:
+def _loads(
+    places: Places, M: NDArray[np.float64], L: NDArray[np.float64], constant: NDArray[np.float64]
+) -> Loads:
     hub, arm = places.body.model.coordinates_of(places.hub), places.hub_arm
 
     def unit(*parts: tuple[int, float]) -> NDArray[np.float64]:

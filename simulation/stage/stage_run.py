@@ -6,13 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.run_cases import Sensor
-from simulation.stage.part_loads import PartLoads, part_loads
-from simulation.stage.readings import ReadingEffects, rim_reader, sensor_signals
-from simulation.stage.response import StageRecord, quasi_static_start, run_stage, steady_drive
-from simulation.stage.stage_model import StageModel
-from simulation.stage.statics import SteadyLoad
-from simulation.stage.zeroing import rest_readings
+from carrierflex.simulation.carrier.run_cases import Sensor
+from carrierflex.simulation.stage.part_loads import PartLoads, part_loads
+from carrierflex.simulation.stage.readings import ReadingEffects, rim_reader, sensor_signals
+from carrierflex.simulation.stage.response import (
+    StageRecord,
+    quasi_static_start,
+    run_stage,
+    steady_drive,
+)
+from carrierflex.simulation.stage.stage_model import StageModel
+from carrierflex.simulation.stage.statics import SteadyLoad
+from carrierflex.simulation.stage.zeroing import rest_readings
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +68,8 @@ def simulate_stage(
     rng : numpy.random.Generator, optional
         Source of the noise.
     rest_angle : float, optional
-        Count every signal from its reading at rest at this carrier angle [rad]; from nothing where it is missing.
+        Count every signal from its reading at rest at this carrier angle [rad]; from nothing where
+        it is missing.
 
     Yields
     ------
@@ -73,7 +79,7 @@ def simulate_stage(
     Raises
     ------
     ValueError, StageDivergedError
-        As :func:`simulation.stage.response.run_stage`.
+        As :func:`carrierflex.simulation.stage.response.run_stage`.
     """
     reader, start = rim_reader(model), quasi_static_start(model, load)
     zero = dict.fromkeys((sensor.name for sensor in sensors), 0.0)
@@ -90,7 +96,9 @@ def simulate_stage(
     )
     before = None
     for record in records:
-        signals = sensor_signals(model, record, sensors, effects=effects, reader=reader, rng=rng, before=before)
+        signals = sensor_signals(
+            model, record, sensors, effects=effects, reader=reader, rng=rng, before=before
+        )
         before = record
         signals = {name: signal - zero[name] for name, signal in signals.items()}
         yield StageResponse(record, signals, part_loads(model, record.c))

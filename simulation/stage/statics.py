@@ -9,15 +9,16 @@ import scipy.linalg
 import scipy.optimize
 from numpy.typing import NDArray
 
-from geometry.dihedral import rotation_about_x
-from simulation.stage.channels import Channels
-from simulation.stage.contact_laws import mesh_stiffness_at, play_force, play_stiffness
-from simulation.stage.roller_contact import roller_load
-from simulation.stage.stage_model import GRAVITY, StageModel
+from carrierflex.geometry.dihedral import rotation_about_x
+from carrierflex.simulation.stage.channels import Channels
+from carrierflex.simulation.stage.contact_laws import mesh_stiffness_at, play_force, play_stiffness
+from carrierflex.simulation.stage.roller_contact import roller_load
+from carrierflex.simulation.stage.stage_model import GRAVITY, StageModel
 
 #: Newton steps; meshes alone need three or four, bearings that float in their clearance some tens.
 _MOST_ITERATIONS = 200
-#: Residual that ends the iteration, over the largest load, each scaled by its coordinate's stiffness.
+#: Residual that ends the iteration, over the largest load, each scaled by its coordinate's
+#: stiffness.
 _CONVERGED = 1e-11
 #: Share of the stiffness of closed contacts that the first step adds to the true one.
 _FLOATING = 1e-3
@@ -103,7 +104,9 @@ def channel_forces(
         own = 1 + j
         stiffness, squeeze = k[j % n_meshes], delta[own] - line.gap
         touching = squeeze > 0.0
-        force[own] = channels.reference[own] * delta[own] - (stiffness * squeeze if touching else 0.0)
+        force[own] = channels.reference[own] * delta[own] - (
+            stiffness * squeeze if touching else 0.0
+        )
         tangent[own, own] = channels.reference[own] - (stiffness if touching else 0.0)
     house = channels.housing
     R = np.kron(np.eye(2), rotation_about_x(angle))
@@ -116,7 +119,9 @@ def channel_forces(
         fy, fz, _ = play_force(y, z, clearance)
         yy, yz, zz = play_stiffness(y, z, clearance)
         force[first : first + 2] = stiffness * np.array([y - fy, z - fz])
-        tangent[first : first + 2, first : first + 2] = stiffness * np.array([[1.0 - yy, -yz], [-yz, 1.0 - zz]])
+        tangent[first : first + 2, first : first + 2] = stiffness * np.array(
+            [[1.0 - yy, -yz], [-yz, 1.0 - zz]]
+        )
     own_force, own_tangent = np.zeros(4), np.zeros((4, 4))
     for b in range(len(channels.rollers.directions)):
         rolling = slice(channels.rolling.start + 4 * b, channels.rolling.start + 4 * b + 4)
@@ -132,12 +137,19 @@ def turning_force(model: StageModel, load: SteadyLoad, angle: float) -> NDArray[
     # Of the rotating terms the Coriolis force of the drive's own speed is there at rest.
     force = load.torque * f.torque + f.constant - model.speed * model.G[:, 0]
     force = force - load.gravity * (s * f.weight_y + c * f.weight_z)
-    force = force + (c * load.ntl_y + s * load.ntl_z) * f.radial_y + (c * load.ntl_z - s * load.ntl_y) * f.radial_z
+    force = (
+        force
+        + (c * load.ntl_y + s * load.ntl_z) * f.radial_y
+        + (c * load.ntl_z - s * load.ntl_y) * f.radial_z
+    )
     return force - force[0] / f.generator[0] * f.generator
 
 
 def _closed_stiffness(channels: Channels) -> NDArray[np.float64]:
-    """Stiffness of every channel with its contact closed [N/m], shape (m,): the linear part's, on both flanks of a tooth."""
+    """Stiffness of every channel with its contact closed [N/m], shape (m,).
+
+    The linear part's, on both flanks of a tooth.
+    """
     stiffness = channels.reference.copy()
     n_meshes = len(channels.stiffness)
     drive = channels.meshes.start + np.arange(n_meshes)
@@ -158,14 +170,21 @@ def _slope(
 
 
 def _lowest(slope: Callable[[float], float]) -> float:
-    """Length of a Newton step at which the energy along it is lowest; the energy is convex, its `slope` rises."""
+    """Length of a Newton step at which the energy along it is lowest.
+
+    The energy is convex, its `slope` rises.
+    """
     start, end = slope(0.0), slope(1.0)
     if abs(end) <= 0.1 * abs(start):
         return 1.0
     far = 1.0
     while slope(far) < 0.0 and far < _LONGEST_STEP:
         far *= 2.0
-    return float(scipy.optimize.brentq(slope, 0.0, far, xtol=1e-12)) if slope(far) > 0.0 > start else 1.0
+    return (
+        float(scipy.optimize.brentq(slope, 0.0, far, xtol=1e-12))
+        if slope(far) > 0.0 > start
+        else 1.0
+    )
 
 
 def static_coordinates(
@@ -214,11 +233,14 @@ def static_coordinates(
         residual = K @ y - f - B @ force
         if np.abs(scale * residual).max() <= _CONVERGED * size:
             return np.concatenate([[angle], y])
-        # A part that floats in its clearances meets no stiffness; what is added of the linear one moves it into contact.
+        # A part that floats in its clearances meets no stiffness; what is added of the linear one
+        # moves it into contact.
         stiffness = (K + B @ (kept * closed - tangent) @ B.T) * np.outer(scale, scale)
         change = -scale * scipy.linalg.solve(stiffness, scale * residual, assume_a="sym")
         linear = float(change @ (residual + B @ force)), float(change @ K @ change)
-        slope = partial(_slope, channels, (B.T @ y - channels.free, B.T @ change), linear, (angle, k))
+        slope = partial(
+            _slope, channels, (B.T @ y - channels.free, B.T @ change), linear, (angle, k)
+        )
         length = _lowest(slope)
         y = y + length * change
         # A step cut short had too little stiffness added; any other may do with less.

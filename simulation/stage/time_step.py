@@ -1,36 +1,49 @@
-"""One step of the stage: implicit midpoint rule in modal coordinates, contact by discrete gradients (compiled).
+"""One step of the stage.
+
+Implicit midpoint rule in modal coordinates, contact by discrete gradients (compiled).
 
 With the mid-step velocity ``w = (v_0 + v_1)/2``: ``q_1 = q_0 + h w``, ``v_1 = 2 w - v_0`` and
 
 ``(2/h + D + h/2 omega^2) w = (2/h) v_0 - omega^2 q_0 + P a + Bᵀ lambda``.
 
-The matrix is constant; the channels' forces ``lambda`` depend on their mid-step velocities ``s = B w`` alone, a small system
-``s = s_free + W lambda(s)`` for Newton's method. Discrete gradients make work and stored energy balance to rounding.
+The matrix is constant; the channels' forces ``lambda`` depend on their mid-step velocities ``s = B
+w`` alone, a small system ``s = s_free + W lambda(s)`` for Newton's method. Discrete gradients make
+work and stored energy balance to rounding.
 
-Numba's cache of a compiled caller does not see changes in another file: touch this one after a change of
-:mod:`simulation.stage.contact_laws` or :mod:`simulation.stage.roller_contact`.
+Numba's cache of a compiled caller does not see changes in another file: touch this one after a
+change of :mod:`carrierflex.simulation.stage.contact_laws` or
+:mod:`carrierflex.simulation.stage.roller_contact`.
 """
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from simulation.stage.contact_laws import mesh_stiffness_at, play_gradient, squeeze_gradient
-from simulation.stage.modal_form import StepMatrices
-from simulation.stage.roller_contact import roller_energy, roller_gradient
+from carrierflex.simulation.stage.contact_laws import (
+    mesh_stiffness_at,
+    play_gradient,
+    squeeze_gradient,
+)
+from carrierflex.simulation.stage.modal_form import StepMatrices
+from carrierflex.simulation.stage.roller_contact import roller_energy, roller_gradient
 
-#: Change of the channels' motion over a step that ends Newton's method [m]: 1e-9 of a loaded mesh's approach.
+#: Change of the channels' motion over a step that ends Newton's method [m]: 1e-9 of a loaded mesh's
+#: approach.
 _CONVERGED = 1e-13
 #: The same for a step of Newton's method, which leaves less than a thousandth of it.
 _CONVERGED_NEWTON = 1e-9
-#: Share of the largest motion over a step that rounding may leave; matters where a run is about to run away.
+#: Share of the largest motion over a step that rounding may leave; matters where a run is about to
+#: run away.
 _ROUNDING = 1e-11
 _MOST_ITERATIONS = 60
-#: Newton's steps are halved from here on: whoever has not arrived by now goes to and fro between pieces of a contact law.
+#: Newton's steps are halved from here on: whoever has not arrived by now goes to and fro between
+#: pieces of a contact law.
 _HALVED_FROM = 16
-#: Plain iterations before Newton's: in steady contact the forces beyond the linear part are a few per cent of it.
+#: Plain iterations before Newton's: in steady contact the forces beyond the linear part are a few
+#: per cent of it.
 _PLAIN = 8
-#: Rollers coming into contact change the tangent at once; plain iterations would cost more than they save.
+#: Rollers coming into contact change the tangent at once; plain iterations would cost more than
+#: they save.
 _PLAIN_ROLLERS = 2
 #: First channels: the carrier angle, then the flanks.
 _FLANKS = 1
@@ -39,7 +52,9 @@ _HOUSING = 6
 
 
 @numba.njit(cache=True)
-def _mount_tangent(k: StepMatrices, angle: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _mount_tangent(
+    k: StepMatrices, angle: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Stiffness and damping of the mount beyond the linear part, carrier frame, shape (6, 6)."""
     c, s = np.cos(angle), np.sin(angle)
     R = np.zeros((6, 6))
@@ -73,7 +88,9 @@ def _flanks(
         force[own] = k.reference[own] * (delta[own] + 0.5 * k.h * s[own]) - stiffness * mean
         tangent[own, own] = k.h * (0.5 * k.reference[own] - stiffness * slope)
         i = j % len(mid_k)
-        work += 0.5 * ((new_k[i] - mid_k[i]) * max(new, 0.0) ** 2 + (mid_k[i] - old_k[i]) * max(old, 0.0) ** 2)
+        work += 0.5 * (
+            (new_k[i] - mid_k[i]) * max(new, 0.0) ** 2 + (mid_k[i] - old_k[i]) * max(old, 0.0) ** 2
+        )
     turned = k.h * s[0]
     force[0] = -work / turned if abs(turned) > 1e-12 else 0.0
 
@@ -133,9 +150,17 @@ def _roller_energies(k: StepMatrices, delta: NDArray[np.float64]) -> NDArray[np.
 
 @numba.njit(cache=True)
 def _newton_matrix(k: StepMatrices, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
-    """``1 - W tangent``, shape (m, m); the tangent has blocks of one flank, the housing, a play (2) or a bearing (4)."""
+    """``1 - W tangent``, shape (m, m).
+
+    The tangent has blocks of one flank, the housing, a play (2) or a bearing (4).
+    """
     matrix, first = np.eye(len(tangent)), _FLANKS
-    for size, count in ((1, len(k.gaps)), (_HOUSING, 1), (2, len(k.clearance)), (4, len(k.rollers.directions))):
+    for size, count in (
+        (1, len(k.gaps)),
+        (_HOUSING, 1),
+        (2, len(k.clearance)),
+        (4, len(k.rollers.directions)),
+    ):
         for _ in range(count):
             for i in range(first, first + size):
                 for j in range(first, first + size):
@@ -180,7 +205,8 @@ def solve_channels(
             change[:] = np.linalg.solve(_newton_matrix(k, tangent), change)
             if iteration >= _HALVED_FROM and np.abs(change).max() * k.h > _CONVERGED_NEWTON:
                 change *= 0.5
-            # Forces of the new velocities but for a second-order rest, and in balance with them to rounding.
+            # Forces of the new velocities but for a second-order rest, and in balance with them to
+            # rounding.
             force -= tangent @ change
             enough = _CONVERGED_NEWTON
         s = s - change
@@ -211,7 +237,8 @@ def advance(
     free : ndarray, shape (m,)
         Offsets of the channels.
     drive : ndarray, shape (n_steps, 4)
-        Torque [N m], wanted generator speed [rad/s], radial load y and z [N] in the fixed frame, at mid-step.
+        Torque [N m], wanted generator speed [rad/s], radial load y and z [N] in the fixed frame, at
+        mid-step.
     every : int
         Steps between kept states.
 
@@ -220,17 +247,26 @@ def advance(
     q_kept, v_kept : ndarray, shape (n_kept, n)
         States.
     work : ndarray, shape (n_kept, 5)
-        Energy since the first state [J]: from torque, from generator, from weight and radial load and constant forces, from the
-        mount beyond its turning mean, and dissipated.
+        Energy since the first state [J]: from torque, from generator, from weight and radial load
+        and constant forces, from the mount beyond its turning mean, and dissipated.
     done : int
         Steps done; fewer than asked for where the state ran away.
     unsettled : int
         Channel whose force found no balance then, -1 where all did.
     """
     n_kept = len(drive) // every
-    q_kept, v_kept, work = np.zeros((n_kept, len(q))), np.zeros((n_kept, len(q))), np.zeros((n_kept, 5))
+    q_kept, v_kept, work = (
+        np.zeros((n_kept, len(q))),
+        np.zeros((n_kept, len(q))),
+        np.zeros((n_kept, 5)),
+    )
     delta = k.B @ q - free
-    total, a, force, before = np.zeros(5), np.ones(len(k.P)), np.zeros(len(delta)), np.zeros(len(delta))
+    total, a, force, before = (
+        np.zeros(5),
+        np.ones(len(k.P)),
+        np.zeros(len(delta)),
+        np.zeros(len(delta)),
+    )
     house = slice(_FLANKS + len(k.gaps), _FLANKS + len(k.gaps) + _HOUSING)
     stiffness = mesh_stiffness_at(k.real, k.imag, k.mesh_teeth * delta[0])
     for step in range(len(drive)):
@@ -245,7 +281,13 @@ def advance(
         s, stiffness, unsettled = solve_channels(k, k.B @ free_w, delta, stiffness, force)
         w = free_w + force @ k.A_inverse_B
         if unsettled >= 0 or not np.isfinite(w).all():
-            return q_kept[: step // every], v_kept[: step // every], work[: step // every], step, unsettled
+            return (
+                q_kept[: step // every],
+                v_kept[: step // every],
+                work[: step // every],
+                step,
+                unsettled,
+            )
         rates = k.P @ w
         total[0] += k.h * a[0] * rates[0]
         total[1] += k.h * (a[1] - k.generator_constant * rates[1]) * rates[1]

@@ -1,15 +1,18 @@
-"""What the sensors read at rest, without torque and radial load: the zero that a campaign counts from (2011 paper, section 2)."""
+"""What the sensors read at rest, without torque and radial load.
+
+The zero that a campaign counts from (2011 paper, section 2).
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from simulation.run_cases import Sensor
-from simulation.stage.readings import ReadingEffects, rim_reader, sensor_signals
-from simulation.stage.response import StageRecord
-from simulation.stage.stage_model import StageModel, stage_model
-from simulation.stage.statics import SteadyLoad, static_coordinates
+from carrierflex.simulation.carrier.run_cases import Sensor
+from carrierflex.simulation.stage.readings import ReadingEffects, rim_reader, sensor_signals
+from carrierflex.simulation.stage.response import StageRecord
+from carrierflex.simulation.stage.stage_model import StageModel, stage_model
+from carrierflex.simulation.stage.statics import SteadyLoad, static_coordinates
 
 
 def rest_readings(

@@ -5,63 +5,89 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.bounded_fit import fit_effects
-from diagnosis.diagnose import diagnose
-from diagnosis.element_plant import element_plant
-from diagnosis.folds import held_out_folds
-from diagnosis.ladder import Ladder
-from diagnosis.mounting_plant import mounting_plant
-from diagnosis.thresholds import Thresholds
-from tests.diagnosis.carrier_twin import CHANNELS, KNOWN, twin_plant
-from tests.diagnosis.element_campaigns import displacement_campaign
-from tests.diagnosis.mounting_campaigns import CONDITIONS, NOISE, mounting_campaign
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.inference.bounded_fit import fit_effects
+from carrierflex.diagnosis.inference.folds import held_out_folds
+from carrierflex.diagnosis.inference.forward_selection import ForwardSelection
+from carrierflex.diagnosis.inference.thresholds import Thresholds
+from carrierflex.diagnosis.mounting.problem import mounting_problem
+from tests.diagnosis.carrier.carrier_twin import CHANNELS, KNOWN, twin_problem
+from tests.diagnosis.element.element_campaigns import displacement_campaign
+from tests.diagnosis.mounting.mounting_campaigns import CONDITIONS, NOISE, mounting_campaign
 
 FLUID = {"k": 1e7, "c": 5e6}
 
 
 def without(campaign, *sensors):
     kept = tuple(channel for channel in campaign.channels if channel.name not in sensors)
-    runs = tuple(replace(run, signals={c.name: run.signals[c.name] for c in kept}) for run in campaign.runs)
+    runs = tuple(
+        replace(run, signals={c.name: run.signals[c.name] for c in kept}) for run in campaign.runs
+    )
     return replace(campaign, channels=kept, runs=runs)
 
 
 def test_a_mounting_whose_baseline_contains_the_fluid_is_at_the_noise_floor():
     campaign = mounting_campaign(FLUID, conditions=CONDITIONS[:3], effects=("fluid_branch",))
-    fit = fit_effects(mounting_plant(campaign), ())
+    fit = fit_effects(mounting_problem(campaign), ())
     assert fit.known["fluid_branch", "k"] == pytest.approx(FLUID["k"], rel=0.01)
     assert fit.known["fluid_branch", "c"] == pytest.approx(FLUID["c"], rel=0.01)
-    found = diagnose(mounting_plant(without(campaign, "spx")), campaign="twin", kind="mounting")
+    found = diagnose(mounting_problem(without(campaign, "spx")), campaign="twin", kind="mounting")
     assert found.verdict == "at_noise_floor", found.reason
 
 
 def test_a_baseline_with_a_sensors_gain_beside_a_stiff_spring_starts_from_a_motion_within_the_model():
-    plant = mounting_plant(mounting_campaign({"K5": 1e17}, conditions=CONDITIONS[:2], effects=("sensor_gain",)))
-    fit = fit_effects(plant, ())
-    assert np.sqrt(fit.cost / plant.cell_counts.sum()) < 100.0 * NOISE
+    problem = mounting_problem(
+        mounting_campaign({"K5": 1e17}, conditions=CONDITIONS[:2], effects=("sensor_gain",))
+    )
+    fit = fit_effects(problem, ())
+    assert np.sqrt(fit.cost / problem.cell_counts.sum()) < 100.0 * NOISE
 
 
 def test_with_two_conditions_what_explains_the_whole_gap_is_named_whatever_a_placebo_does():
-    campaign = without(mounting_campaign({"K5": 1e17}, conditions=(CONDITIONS[2], CONDITIONS[0])), "spz", "sbx")
-    found = diagnose(mounting_plant(campaign), campaign="twin", kind="mounting")
+    campaign = without(
+        mounting_campaign({"K5": 1e17}, conditions=(CONDITIONS[2], CONDITIONS[0])), "spz", "sbx"
+    )
+    found = diagnose(mounting_problem(campaign), campaign="twin", kind="mounting")
     assert found.attribution.effects == ("quintic_stiffness",), found.reason
     assert found.verdict == "named"
 
 
 def test_a_set_whose_search_stuck_is_refused_and_ends_no_diagnosis():
-    plant = twin_plant(contained=tuple(KNOWN)[1:3], loads=((0.75, 0, 5e4),), turns=6, channels=CHANNELS[:3], seed=23)
-    ladder = Ladder(plant, held_out_folds(plant.pieces, runs_have_own=False), Thresholds(), lambda text: None)
-    good = ladder.score(("sensor_zero",)).fit
+    problem = twin_problem(
+        contained=tuple(KNOWN)[1:3],
+        loads=((0.75, 0, 5e4),),
+        turns=6,
+        channels=CHANNELS[:3],
+        seed=23,
+    )
+    search = ForwardSelection(
+        problem,
+        held_out_folds(problem.segments, runs_have_own=False),
+        Thresholds(),
+        lambda text: None,
+    )
+    good = search.score(("sensor_zero",)).fit
     # A baseline that claims an impossible fit: every larger set is then stuck above it.
-    ladder.fits[()] = replace(ladder.fit(()), cost=0.5 * good.cost)
-    ladder.fits.pop(("flexible_pins", "sensor_zero"), None)
-    assert "the search stuck" in ladder.refusal(("flexible_pins", "sensor_zero"))
-    assert diagnose(plant, campaign="twin", kind="carrier").verdict in ("named", "aliased", "named_with_remainder")
+    search.fits[()] = replace(search.fit(()), cost=0.5 * good.cost)
+    search.fits.pop(("flexible_pins", "sensor_zero"), None)
+    assert "the search stuck" in search.rejection(("flexible_pins", "sensor_zero"))
+    assert diagnose(problem, campaign="twin", kind="carrier").verdict in (
+        "named",
+        "aliased",
+        "named_with_remainder",
+    )
 
 
 def test_three_springs_of_one_kind_are_no_explanation():
-    plant = element_plant(displacement_campaign(lambda q, v: 4e9 * q**3))
-    ladder = Ladder(plant, held_out_folds(plant.pieces, runs_have_own=False), Thresholds(), lambda text: None)
-    ladder.score(())
+    problem = element_problem(displacement_campaign(lambda q, v: 4e9 * q**3))
+    search = ForwardSelection(
+        problem,
+        held_out_folds(problem.segments, runs_have_own=False),
+        Thresholds(),
+        lambda text: None,
+    )
+    search.score(())
     springs = ("cubic_stiffness", "quadratic_stiffness", "quintic_stiffness")
-    assert "together they fit any curve" in ladder.refusal(springs)
-    assert "together they fit any curve" not in ladder.refusal(("coulomb_friction", *springs[:2]))
+    assert "together they fit any curve" in search.rejection(springs)
+    assert "together they fit any curve" not in search.rejection(("coulomb_friction", *springs[:2]))

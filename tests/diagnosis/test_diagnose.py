@@ -1,4 +1,7 @@
-"""Verdicts on simulated elements: named, at the floor, none of these, aliased, and what cannot be diagnosed."""
+"""Verdicts on simulated elements.
+
+Named, at the floor, none of these, aliased, and what cannot be diagnosed.
+"""
 
 from dataclasses import replace
 
@@ -6,20 +9,20 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from diagnosis.diagnose import diagnose
-from diagnosis.element_plant import element_plant
-from diagnosis.folds import held_out_folds
-from diagnosis.ladder import Ladder, explained_share
-from diagnosis.plant_kinds import plant_of
-from diagnosis.screening import screen
-from diagnosis.thresholds import Thresholds
-from tests.diagnosis.element_campaigns import displacement_campaign, force_campaign
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.inference.folds import held_out_folds
+from carrierflex.diagnosis.inference.forward_selection import ForwardSelection, explained_share
+from carrierflex.diagnosis.inference.screening import screen
+from carrierflex.diagnosis.inference.thresholds import Thresholds
+from carrierflex.diagnosis.kinds import problem_of
+from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign
 from tests.identification.synthetic_campaigns import carrier_campaign
 
 
 def found(campaign):
-    plant, measured = plant_of(campaign)
-    return diagnose(plant, campaign=campaign.name, kind=campaign.kind, floor_is_measured=measured)
+    problem, measured = problem_of(campaign)
+    return diagnose(problem, campaign=campaign.name, kind=campaign.kind, floor_is_measured=measured)
 
 
 def cubic(q, v):
@@ -37,12 +40,12 @@ def test_a_cubic_spring_is_named_and_its_size_found(cubic_diagnosis):
     own = cubic_diagnosis.attribution.parameters["cubic_stiffness"]["K3"]
     assert_allclose(own.value, 8e8, rtol=5e-3)
     assert own.unit == "N/m^3"
-    far = cubic_diagnosis.shrinkage
+    far = cubic_diagnosis.reduction
     assert far.rho < 0.02
     assert far.rho_ci95[0] <= far.rho <= far.rho_ci95[1]
     assert 0.97 < far.floor_multiple < 1.05
     assert far.phi > 0.999
-    assert [step.added for step in far.ladder] == ["baseline", "cubic_stiffness"]
+    assert [step.added for step in far.search] == ["baseline", "cubic_stiffness"]
 
 
 def test_the_gap_map_tells_growth_and_parity_of_the_law(cubic_diagnosis):
@@ -51,27 +54,37 @@ def test_the_gap_map_tells_growth_and_parity_of_the_law(cubic_diagnosis):
     assert "in R2" in text or "in every run" in text
     exponent = float(text.split("deflection^")[1].split(" ")[0])
     assert_allclose(exponent, 3.0, atol=0.3)
-    shares = sum(cell.share for cell in cubic_diagnosis.shrinkage.cells_before)
+    shares = sum(cell.share for cell in cubic_diagnosis.reduction.cells_before)
     assert_allclose(shares, 1.0, rtol=1e-9)
 
 
 @pytest.mark.slow
 def test_an_even_law_stands_on_even_lines():
-    assert "on even lines: the missing law is even" in found(force_campaign(lambda q, v: 2e5 * q**2)).where_text
+    assert (
+        "on even lines: the missing law is even"
+        in found(force_campaign(lambda q, v: 2e5 * q**2)).where_text
+    )
 
 
 def test_nothing_missing_is_at_the_noise_floor_and_a_placebo_is_worth_nothing():
     own = found(force_campaign(lambda q, v: 0.0 * q))
     assert own.verdict == "at_noise_floor"
     assert own.attribution.effects == ()
-    assert 0.98 < own.shrinkage.placebo_rho < 1.02
+    assert 0.98 < own.reduction.negative_control_rho < 1.02
 
 
 def test_interval_of_a_placebo_contains_one():
-    plant = element_plant(displacement_campaign(lambda q, v: 20.0 * v * np.abs(v) * 100.0, n=2000))
-    ladder = Ladder(plant, held_out_folds(plant.pieces, runs_have_own=False), Thresholds(), lambda text: None)
-    for placebo in plant.placebos:
-        draws = ladder.shrink_draws(ladder.score(()), ladder.score((placebo,)))
+    problem = element_problem(
+        displacement_campaign(lambda q, v: 20.0 * v * np.abs(v) * 100.0, n=2000)
+    )
+    search = ForwardSelection(
+        problem,
+        held_out_folds(problem.segments, runs_have_own=False),
+        Thresholds(),
+        lambda text: None,
+    )
+    for negative_control in problem.negative_controls:
+        draws = search.shrink_draws(search.score(()), search.score((negative_control,)))
         low, high = np.quantile(draws, (0.025, 0.975))
         assert low <= 1.0 <= high
 
@@ -82,7 +95,7 @@ def test_dry_friction_is_named_with_its_class():
     assert own.attribution.effects == ("coulomb_friction",)
     (members,) = own.attribution.aliases
     assert set(members) == {"coulomb_friction", "stribeck_friction", "friction_asymmetry"}
-    assert "triangular drive" in own.attribution.separating_test
+    assert "triangular drive" in own.attribution.discriminating_experiment
     assert_allclose(own.attribution.parameters["coulomb_friction"]["Fc"].value, 0.4, rtol=0.05)
 
 
@@ -91,8 +104,8 @@ def test_two_effects_are_both_named():
     own = found(displacement_campaign(lambda q, v: 5e8 * q**3 + 0.4 * np.sign(v), n=2000))
     assert own.verdict in ("named", "named_with_remainder")
     assert set(own.attribution.effects) == {"cubic_stiffness", "coulomb_friction"}
-    assert len(own.shrinkage.ladder) == 3
-    assert own.shrinkage.ladder[2].rms < own.shrinkage.ladder[1].rms
+    assert len(own.reduction.search) == 3
+    assert own.reduction.search[2].rms < own.reduction.search[1].rms
 
 
 def test_a_law_outside_the_library_is_none_of_these():
@@ -127,7 +140,7 @@ def test_one_condition_is_scored_by_blocks():
     own = found(force_campaign(cubic, amplitudes=(4.0,)))
     assert own.verdict == "named"
     assert own.attribution.effects == ("cubic_stiffness",)
-    assert np.isnan(own.shrinkage.extrapolation_rho)
+    assert np.isnan(own.reduction.extrapolation_rho)
 
 
 def test_too_short_a_record_says_what_is_missing():
@@ -137,7 +150,10 @@ def test_too_short_a_record_says_what_is_missing():
         rig={"drive": "force"},
         runs=tuple(
             replace(
-                r, time=r.time[:180], inputs={"force": r.inputs["force"][:180]}, signals={"q": r.signals["q"][:180]}
+                r,
+                time=r.time[:180],
+                inputs={"force": r.inputs["force"][:180]},
+                signals={"q": r.signals["q"][:180]},
             )
             for r in campaign.runs
         ),
@@ -145,7 +161,10 @@ def test_too_short_a_record_says_what_is_missing():
     own = found(short)
     assert own.verdict == "not_diagnosable"
     # A tenth at either end carries no derivatives.
-    assert own.attribution.separating_test == "run R0 holds 144 samples that count; expected at least 200"
+    assert (
+        own.attribution.discriminating_experiment
+        == "run R0 holds 144 samples that count; expected at least 200"
+    )
 
 
 def test_signals_that_say_nothing_are_refused():
@@ -155,27 +174,33 @@ def test_signals_that_say_nothing_are_refused():
     def with_signal(values):
         return replace(campaign, runs=(replace(run, signals={"q": values}),))
 
-    with pytest.raises(ValueError, match=r"run R0: column 'q' holds 0 measured samples; expected a signal"):
-        plant_of(with_signal(np.full(run.time.size, np.nan)))
-    with pytest.raises(ValueError, match=r"run R0: column 'q' is 0.25 throughout; expected a signal that changes"):
-        plant_of(with_signal(np.full(run.time.size, 0.25)))
+    with pytest.raises(
+        ValueError, match=r"run R0: column 'q' holds 0 measured samples; expected a signal"
+    ):
+        problem_of(with_signal(np.full(run.time.size, np.nan)))
+    with pytest.raises(
+        ValueError, match=r"run R0: column 'q' is 0.25 throughout; expected a signal that changes"
+    ):
+        problem_of(with_signal(np.full(run.time.size, 0.25)))
     idle = replace(campaign, runs=(replace(run, inputs={"force": np.zeros(run.time.size)}),))
     with pytest.raises(ValueError, match=r"run R0: column 'force' is 0.0 throughout"):
-        plant_of(idle)
+        problem_of(idle)
     volts = replace(campaign, channels=(replace(campaign.channels[0], unit="V"),))
-    with pytest.raises(ValueError, match=r"unit of 'q' is V and that of the input 'force' is N; expected both"):
-        plant_of(volts)
+    with pytest.raises(
+        ValueError, match=r"unit of 'q' is V and that of the input 'force' is N; expected both"
+    ):
+        problem_of(volts)
 
 
 def test_a_kind_without_a_plant_is_refused(monkeypatch):
-    monkeypatch.setattr("diagnosis.plant_kinds.PLANT_BUILDERS", {"element": element_plant})
+    monkeypatch.setattr("carrierflex.diagnosis.kinds.PLANT_BUILDERS", {"element": element_problem})
     with pytest.raises(ValueError, match=r"is of kind carrier; diagnose knows the kinds element"):
-        plant_of(carrier_campaign())
+        problem_of(carrier_campaign())
 
 
 def test_force_space_finds_the_power_that_output_space_hides():
-    plant = element_plant(force_campaign(cubic))
-    ranked = screen(plant.signatures())
+    problem = element_problem(force_campaign(cubic))
+    ranked = screen(problem.signatures())
     assert ranked.effects[0].id == "cubic_stiffness"
     assert ranked.effects[0].r_squared > 0.9
     assert ranked.of("quadratic_damping").r_squared < 0.05

@@ -3,12 +3,17 @@ import json
 import numpy as np
 import pytest
 
-from diagnosis.diagnose import diagnose
-from diagnosis.diagnosis_files import FORMAT, diagnosis_document, read_diagnosis, write_diagnosis
-from diagnosis.element_plant import element_plant
-from diagnosis.results import VERDICTS
-from identification.campaign_files import write_campaign
-from tests.diagnosis.element_campaigns import displacement_campaign
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.diagnosis_files import (
+    FORMAT,
+    diagnosis_document,
+    read_diagnosis,
+    write_diagnosis,
+)
+from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.results import VERDICTS
+from carrierflex.identification.campaign.campaign_files import write_campaign
+from tests.diagnosis.element.element_campaigns import displacement_campaign
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +23,7 @@ def campaign():
 
 @pytest.fixture(scope="module")
 def diagnosis(campaign):
-    return diagnose(element_plant(campaign), campaign="twin", kind="element")
+    return diagnose(element_problem(campaign), campaign="twin", kind="element")
 
 
 def test_file_holds_the_contract(tmp_path, diagnosis):
@@ -29,7 +34,14 @@ def test_file_holds_the_contract(tmp_path, diagnosis):
     assert document["effects"] == ["cubic_stiffness"]
     assert set(document["parameters"]["cubic_stiffness"]["K3"]) == {"value", "std", "unit"}
     assert set(document["ranking"][0]) >= {"effects", "weight", "held_out_rms"}
-    assert set(document["where"][0]) >= {"channel_pattern", "order", "run", "share", "share_ci95", "p_value"}
+    assert set(document["where"][0]) >= {
+        "channel_pattern",
+        "order",
+        "run",
+        "share",
+        "share_ci95",
+        "p_value",
+    }
     contract = (
         "rms_before",
         "rms_after",
@@ -58,7 +70,10 @@ def test_other_and_newer_files_are_refused(tmp_path):
             '{"format": "carrierflex-gap-map"}',
             "key 'format' is 'carrierflex-gap-map'; expected 'carrierflex-diagnosis'",
         ),
-        (f'{{"format": "{FORMAT}", "version": 2}}', "key 'version' is 2, written by a newer version; expected 1"),
+        (
+            f'{{"format": "{FORMAT}", "version": 2}}',
+            "key 'version' is 2, written by a newer version; expected 1",
+        ),
         (f'{{"format": "{FORMAT}", "version": true}}', "key 'version' is True; expected 1"),
     ):
         path.write_text(text, encoding="utf-8")
@@ -78,7 +93,9 @@ def test_the_command_writes_the_file_and_ends_with_zero(tmp_path, campaign, comm
 def test_an_unknown_effect_in_the_baseline_gets_one_line(tmp_path, campaign, command):
     write_campaign(campaign, tmp_path / "campaign")
     document = tmp_path / "campaign" / "campaign.toml"
-    document.write_text(document.read_text().replace("effects = []", 'effects = ["cubic_stifness"]'))
+    document.write_text(
+        document.read_text().replace("effects = []", 'effects = ["cubic_stifness"]')
+    )
     done = command("diagnose", "campaign", "--out", "out")
     assert done.returncode == 2
     assert "unknown effect 'cubic_stifness'" in done.stderr

@@ -1,10 +1,13 @@
-"""Small meshes with exact answers: structured boxes, bars of circular section and rings, straight or curved."""
+"""Small meshes with exact answers.
+
+Structured boxes, bars of circular section and rings, straight or curved.
+"""
 
 from itertools import permutations
 
 import numpy as np
 
-from geometry.tet_mesh import TET_EDGES, TetMesh, boundary_facets
+from carrierflex.geometry.tet_mesh import TET_EDGES, TetMesh, boundary_facets
 
 #: Corners of a cube's six tetrahedra about its diagonal (Kuhn 1960), as paths along the axes.
 _PATHS = tuple(permutations(range(3)))
@@ -12,15 +15,27 @@ _PATHS = tuple(permutations(range(3)))
 
 def box_mesh(lengths, cells, body="carrier"):
     """Straight-sided box from the origin, surfaces ``start`` (x = 0) and ``end`` (x = lengths[0])."""
-    corners = np.stack(np.meshgrid(*(np.arange(n + 1) for n in cells), indexing="ij"), axis=-1).reshape(-1, 3)
-    return _quadratic(corners * np.array(lengths) / np.array(cells), _kuhn_tetrahedra(cells), lengths[0], body)
+    corners = np.stack(
+        np.meshgrid(*(np.arange(n + 1) for n in cells), indexing="ij"), axis=-1
+    ).reshape(-1, 3)
+    return _quadratic(
+        corners * np.array(lengths) / np.array(cells), _kuhn_tetrahedra(cells), lengths[0], body
+    )
 
 
 def round_bar(radius, length, n, body="carrier", n_long=None):
-    """Bar of circular section along x: a square of 2 n by 2 n cells, each of its rings moved onto a circle."""
+    """Bar of circular section along x.
+
+    A square of 2 n by 2 n cells, each of its rings moved onto a circle.
+    """
     n_long = n_long or max(1, round(n * length / (2.0 * radius)))
     cells = (n_long, n, n)
-    quarter = np.stack(np.meshgrid(*(np.arange(k + 1) for k in cells), indexing="ij"), axis=-1).reshape(-1, 3) / cells
+    quarter = (
+        np.stack(np.meshgrid(*(np.arange(k + 1) for k in cells), indexing="ij"), axis=-1).reshape(
+            -1, 3
+        )
+        / cells
+    )
     parts, tets = [], []
     # Mirrored quarters, so that the rings' corners always lie on element edges.
     for quadrant, (sign_y, sign_z) in enumerate(((1, 1), (-1, 1), (1, -1), (-1, -1))):
@@ -35,14 +50,18 @@ def round_bar(radius, length, n, body="carrier", n_long=None):
 
 
 def ring_mesh(radius, thickness, length, cells, body="carrier"):
-    """Ring about the x axis, a box of `cells` (around, radial, axial) bent until its ends meet; surfaces by where they face.
+    """Ring about the x axis, a box of `cells` (around, radial, axial) bent until its ends meet.
+
+    Surfaces by where they face.
 
     Mid-side nodes lie on the circles: ``radius`` is the mean one.
     """
     box = box_mesh((1.0, 1.0, 1.0), cells)
     angle, r = 2.0 * np.pi * box.points[:, 0], radius + thickness * (box.points[:, 1] - 0.5)
     bent = np.stack([length * box.points[:, 2], -r * np.sin(angle), r * np.cos(angle)], axis=1)
-    _, first, number = np.unique(np.round(bent, 9) + 0.0, axis=0, return_index=True, return_inverse=True)
+    _, first, number = np.unique(
+        np.round(bent, 9) + 0.0, axis=0, return_index=True, return_inverse=True
+    )
     points, tets = bent[first], number.ravel()[box.tets]
     facets = boundary_facets(tets)
     distance = np.hypot(points[:, 1], points[:, 2])[facets]
@@ -56,7 +75,10 @@ def ring_mesh(radius, thickness, length, cells, body="carrier"):
 
 def _kuhn_tetrahedra(cells):
     strides = np.array([(cells[1] + 1) * (cells[2] + 1), cells[2] + 1, 1])
-    starts = np.stack(np.meshgrid(*(np.arange(n) for n in cells), indexing="ij"), axis=-1).reshape(-1, 3) @ strides
+    starts = (
+        np.stack(np.meshgrid(*(np.arange(n) for n in cells), indexing="ij"), axis=-1).reshape(-1, 3)
+        @ strides
+    )
     paths = [np.concatenate([[0], np.cumsum(strides[list(path)])]) for path in _PATHS]
     return np.concatenate([starts[:, None] + path for path in paths])
 

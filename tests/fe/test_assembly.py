@@ -6,15 +6,17 @@ import skfem
 from numpy.testing import assert_allclose
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from fe.assembly import assemble_mass, assemble_stiffness, assemble_stiffness_and_mass
-from fe.materials import BODY_MATERIALS, CAST_IRON, STEEL
-from fe.surface_integrals import rigid_motion
-from geometry.quality import mesh_quality
+from carrierflex.fe.assembly import assemble_mass, assemble_stiffness, assemble_stiffness_and_mass
+from carrierflex.fe.materials import BODY_MATERIALS, CAST_IRON, STEEL
+from carrierflex.fe.surface_integrals import rigid_motion
+from carrierflex.geometry.quality import mesh_quality
 from tests.analytic import box_inertia
 from tests.fe.box_meshes import box_mesh, round_bar
 
 MATERIALS = {"carrier": CAST_IRON}
-STRUCTURES = pytest.mark.parametrize("body", ["flexible_structure", "stiff_structure", "pin_structure"])
+STRUCTURES = pytest.mark.parametrize(
+    "body", ["flexible_structure", "stiff_structure", "pin_structure"]
+)
 
 
 @STRUCTURES
@@ -53,9 +55,12 @@ def test_mass_properties_of_a_box_are_exact():
 
 
 @pytest.mark.parametrize(
-    ("variant", "body"), [("flexible_mesh", "flexible_structure"), ("stiff_mesh", "stiff_structure")]
+    ("variant", "body"),
+    [("flexible_mesh", "flexible_structure"), ("stiff_mesh", "stiff_structure")],
 )
-def test_total_mass_is_density_times_the_volume_of_each_body(variant, body, request, one_pin_mesh, flexible_mesh):
+def test_total_mass_is_density_times_the_volume_of_each_body(
+    variant, body, request, one_pin_mesh, flexible_mesh
+):
     mesh, M = request.getfixturevalue(variant), request.getfixturevalue(body).M
     pins = mesh_quality(mesh).volume - mesh_quality(flexible_mesh).volume
     expected = CAST_IRON.rho * mesh_quality(flexible_mesh).volume + STEEL.rho * pins
@@ -83,8 +88,11 @@ def test_stiffness_equals_scikit_fems_own_linear_elasticity_on_a_curved_mesh():
     mesh = round_bar(0.05, 0.1, 1)
     own = skfem.MeshTet2(np.ascontiguousarray(mesh.points.T), np.ascontiguousarray(mesh.tets.T))
     basis = skfem.Basis(own, skfem.ElementVector(skfem.ElementTetP2()), intorder=2)
-    reference = linear_elasticity(*lame_parameters(CAST_IRON.E, CAST_IRON.nu)).assemble(basis).tocsr()
-    # Node and direction of every vector degree of freedom, read from where it lies and what it moves.
+    reference = (
+        linear_elasticity(*lame_parameters(CAST_IRON.E, CAST_IRON.nu)).assemble(basis).tocsr()
+    )
+    # Node and direction of every vector degree of freedom, read from where it lies and what it
+    # moves.
     distance = np.linalg.norm(basis.doflocs.T[:, None] - mesh.points[None], axis=2)
     assert distance.min(axis=1).max() < 1e-12
     direction = np.zeros(basis.N, dtype=np.int64)
@@ -93,15 +101,21 @@ def test_stiffness_equals_scikit_fems_own_linear_elasticity_on_a_curved_mesh():
         direction[basis.edge_dofs[axis]] = axis
     place = 3 * distance.argmin(axis=1) + direction
     K = assemble_stiffness(mesh, MATERIALS)[place][:, place]
-    assert abs(K - reference).max() < 1e-12 * abs(reference).max()  # rounding of another order of summation
+    assert (
+        abs(K - reference).max() < 1e-12 * abs(reference).max()
+    )  # rounding of another order of summation
 
 
 def test_stiffness_and_mass_scale_with_the_material_of_each_body(stiff_half):
     K = assemble_stiffness(stiff_half, BODY_MATERIALS)
     only = {"carrier": CAST_IRON, "pins": CAST_IRON}
-    pin_nodes = np.setdiff1d(np.arange(len(stiff_half.points)), stiff_half.tets[stiff_half.bodies["carrier"]])
+    pin_nodes = np.setdiff1d(
+        np.arange(len(stiff_half.points)), stiff_half.tets[stiff_half.bodies["carrier"]]
+    )
     other = assemble_stiffness(stiff_half, only)
-    carrier_nodes = np.setdiff1d(np.arange(len(stiff_half.points)), stiff_half.tets[stiff_half.bodies["pins"]])
+    carrier_nodes = np.setdiff1d(
+        np.arange(len(stiff_half.points)), stiff_half.tets[stiff_half.bodies["pins"]]
+    )
     assert abs(K[3 * carrier_nodes] - other[3 * carrier_nodes]).max() == 0.0
     assert abs(K[3 * pin_nodes] - other[3 * pin_nodes]).max() > 0.01 * abs(K).max()
 

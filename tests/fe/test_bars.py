@@ -1,4 +1,7 @@
-"""Bars with exact three-dimensional solutions: the elements give them exactly, or converge at their own order."""
+"""Bars with exact three-dimensional solutions.
+
+The elements give them exactly, or converge at their own order.
+"""
 
 import numpy as np
 import pytest
@@ -7,10 +10,10 @@ from numpy.testing import assert_allclose
 from scipy.sparse.linalg import eigsh
 from scipy.spatial import cKDTree
 
-from fe.assembly import assemble_mass, assemble_stiffness
-from fe.couplings import distributing_pilot
-from fe.materials import STEEL, Material
-from reduction.held_structure import GroundedBody
+from carrierflex.fe.assembly import assemble_mass, assemble_stiffness
+from carrierflex.fe.couplings import distributing_pilot
+from carrierflex.fe.materials import STEEL, Material
+from carrierflex.reduction.held_structure import GroundedBody
 from tests.analytic import bending_rotation, cantilever_work, longitudinal_frequency, torsion_twist
 from tests.fe.box_meshes import box_mesh, round_bar
 
@@ -33,21 +36,27 @@ def test_torsion_of_a_round_bar_converges_to_saint_venants_twist():
     refinements = np.array([3, 4, 6])
     exact = torsion_twist(1.0, length, radius, STEEL.lame[1])
     meshes = [round_bar(radius, length, n) for n in refinements]
-    errors = np.array([twisted_ends(mesh, length, torque, STEEL)[3] / exact - 1.0 for mesh in meshes])
+    errors = np.array(
+        [twisted_ends(mesh, length, torque, STEEL)[3] / exact - 1.0 for mesh in meshes]
+    )
     assert (np.abs(errors) < [1e-3, 5e-4, 1.5e-4]).all(), errors
     slope = -np.polyfit(np.log(refinements), np.log(np.abs(errors)), 1)[0]
-    # Fourth order for the circle, a little less near the axis, where this mesh's rings turn into squares.
+    # Fourth order for the circle, a little less near the axis, where this mesh's rings turn into
+    # squares.
     assert 2.8 < slope < 4.2, errors
 
 
 @pytest.mark.parametrize(("axis", "width", "height"), [(4, 0.02, 0.03), (5, 0.03, 0.02)])
 def test_a_bar_bent_by_end_moments_has_exactly_the_beams_rotation(axis, width, height):
-    # Pure bending is quadratic in the coordinates, and a pilot's traction is linear: nothing is left to converge.
+    # Pure bending is quadratic in the coordinates, and a pilot's traction is linear: nothing is
+    # left to converge.
     mesh = box_mesh((0.2, 0.02, 0.03), (4, 1, 2))
     moment = np.eye(6)[axis] * 10.0
     mesh.points[:, 1:] -= [0.01, 0.015]
     rotation = twisted_ends(mesh, 0.2, moment, STEEL)[axis]
-    assert_allclose(rotation, bending_rotation(10.0, 0.2, width, height, STEEL.E), rtol=1e-9)  # rounding
+    assert_allclose(
+        rotation, bending_rotation(10.0, 0.2, width, height, STEEL.E), rtol=1e-9
+    )  # rounding
 
 
 def test_a_stretched_bar_has_exactly_hookes_elongation():
@@ -58,7 +67,10 @@ def test_a_stretched_bar_has_exactly_hookes_elongation():
 
 
 def flexure_load(mesh, lengths):
-    """Consistent nodal forces of unit end shear: parabolic shear at both ends, linear bending stress at x = 0."""
+    """Consistent nodal forces of unit end shear.
+
+    Parabolic shear at both ends, linear bending stress at x = 0.
+    """
     length, width, height = lengths
     second = width * height**3 / 12.0
     own = skfem.MeshTet2(np.ascontiguousarray(mesh.points.T), np.ascontiguousarray(mesh.tets.T))
@@ -68,9 +80,13 @@ def flexure_load(mesh, lengths):
     f = np.zeros((len(mesh.points), 3))
 
     def add(x_end, axis, traction):
-        facets = basis.mesh.facets_satisfying(lambda x: np.abs(x[0] - x_end) < 1e-9, boundaries_only=True)
+        facets = basis.mesh.facets_satisfying(
+            lambda x: np.abs(x[0] - x_end) < 1e-9, boundaries_only=True
+        )
         end = skfem.FacetBasis(basis.mesh, basis.elem, facets=facets, intorder=4)
-        f[nodes, axis] += skfem.LinearForm(lambda v, w: traction(w.x[2] - height / 2.0) * v).assemble(end)
+        f[nodes, axis] += skfem.LinearForm(
+            lambda v, w: traction(w.x[2] - height / 2.0) * v
+        ).assemble(end)
 
     add(length, 2, lambda z: (height**2 / 4.0 - z**2) / (2.0 * second))
     add(0.0, 2, lambda z: -(height**2 / 4.0 - z**2) / (2.0 * second))
@@ -88,7 +104,8 @@ def test_cantilever_converges_to_saint_venants_flexure_at_fourth_order():
         f = flexure_load(mesh, lengths)
         body = GroundedBody(assemble_stiffness(mesh, {"carrier": NO_CONTRACTION}), mesh.points)
         errors.append(1.0 - f @ body.displacement(f) / exact)
-    # Too stiff on every mesh (an energy minimum over fewer shapes), and fourth order in the element size.
+    # Too stiff on every mesh (an energy minimum over fewer shapes), and fourth order in the element
+    # size.
     assert (np.array(errors) > 0.0).all()
     assert errors[-1] < 1e-4
     slope = -np.polyfit(np.log(cells), np.log(errors), 1)[0]

@@ -1,8 +1,8 @@
 """Orders of convergence of the quadratic tetrahedra on curved bodies with exact three-dimensional solutions.
 
-Beside the straight bars of test_bars.py (work and frequency at fourth order): displacement in the mean square at third
-order, work and frequency at fourth, the geometry converging with them; every rate is bounded from both sides, one too good
-being as suspect as one too low.
+Beside the straight bars of test_bars.py (work and frequency at fourth order): displacement in the
+mean square at third order, work and frequency at fourth, the geometry converging with them; every
+rate is bounded from both sides, one too good being as suspect as one too low.
 """
 
 import numpy as np
@@ -12,9 +12,9 @@ from numpy.testing import assert_allclose
 from scipy.sparse.linalg import eigsh
 from scipy.spatial import cKDTree
 
-from fe.assembly import assemble_mass, assemble_stiffness
-from fe.materials import STEEL
-from reduction.held_structure import GroundedBody
+from carrierflex.fe.assembly import assemble_mass, assemble_stiffness
+from carrierflex.fe.materials import STEEL
+from carrierflex.reduction.held_structure import GroundedBody
 from tests.analytic import pressed_ring, torsional_frequency
 from tests.fe.box_meshes import ring_mesh, round_bar
 
@@ -68,7 +68,9 @@ def pressed_rings():
         materials = {"carrier": STEEL}
         body = GroundedBody(assemble_stiffness(mesh, materials), mesh.points)
         f = PRESSURE * bore_pressure(mesh)
-        u = without_rigid_motion(body.displacement(f), assemble_mass(mesh, materials), body.rigid_modes)
+        u = without_rigid_motion(
+            body.displacement(f), assemble_mass(mesh, materials), body.rigid_modes
+        )
         at_bore = pressed_ring(np.array([0.0, 0.0, RADII[0]]), RADII, PRESSURE, STEEL, 0.0)[2]
         work = PRESSURE * 2.0 * np.pi * RADII[0] * LENGTH * at_bore
         errors.append((mean_square_error(mesh, u), f @ u / work - 1.0))
@@ -99,7 +101,9 @@ def test_torsional_frequency_of_a_round_bar_converges_at_fourth_order():
         materials = {"carrier": STEEL}
         K, M = assemble_stiffness(mesh, materials), assemble_mass(mesh, materials)
         squares, shapes = eigsh(K.tocsc(), k=6, M=M.tocsc(), sigma=exact**2)
-        twist = np.cos(np.pi * mesh.points[:, 0] / length)[:, None] * np.cross([1.0, 0.0, 0.0], mesh.points)
+        twist = np.cos(np.pi * mesh.points[:, 0] / length)[:, None] * np.cross(
+            [1.0, 0.0, 0.0], mesh.points
+        )
         share = (twist.ravel() @ (M @ shapes)) ** 2 / (twist.ravel() @ (M @ twist.ravel()))
         assert_allclose(share.max(), 1.0, rtol=0.0, atol=1e-3)
         errors.append(squares[share.argmax()] / exact**2 - 1.0)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fe.curve_mixes import convex_mix, least_squares_mix, nonnegative_mix
-from fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.curve_mixes import convex_mix, least_squares_mix, nonnegative_mix
+from carrierflex.fe.deflection_curves import DeflectionCurve
 
 ANGLE = 2.0 * np.pi * np.arange(360) / 360
 KINDS = (least_squares_mix, nonnegative_mix, convex_mix)
@@ -13,7 +13,9 @@ KINDS = (least_squares_mix, nonnegative_mix, convex_mix)
 
 def curve(order_3, order_6, order_9=0.0, *, name="curve", radius=0.412, samples=360):
     angle = ANGLE[:samples]
-    axial = 1e-7 * (order_3 * np.sin(3 * angle) + order_6 * np.sin(6 * angle) + order_9 * np.sin(9 * angle))
+    axial = 1e-7 * (
+        order_3 * np.sin(3 * angle) + order_6 * np.sin(6 * angle) + order_9 * np.sin(9 * angle)
+    )
     return DeflectionCurve(name, radius, 1000.0, axial, 2.0 * axial)
 
 
@@ -71,9 +73,15 @@ def test_freer_mixes_never_leave_more():
 
 
 def test_curves_that_cannot_be_compared_are_refused():
-    with pytest.raises(ValueError, match=r"curve and flexible have radius 0.4 and 0.412; expected the same"):
-        least_squares_mix(curve(1.0, 0.0, radius=0.4), curve(1.0, 0.0, name="stiff", radius=0.4), FLEXIBLE)
-    with pytest.raises(ValueError, match="curve and stiff have 180 and 360 samples; expected as many"):
+    with pytest.raises(
+        ValueError, match=r"curve and flexible have radius 0.4 and 0.412; expected the same"
+    ):
+        least_squares_mix(
+            curve(1.0, 0.0, radius=0.4), curve(1.0, 0.0, name="stiff", radius=0.4), FLEXIBLE
+        )
+    with pytest.raises(
+        ValueError, match="curve and stiff have 180 and 360 samples; expected as many"
+    ):
         nonnegative_mix(curve(1.0, 0.0, samples=180), STIFF, FLEXIBLE)
     with pytest.raises(ValueError, match="curve curve is zero everywhere"):
         convex_mix(curve(0.0, 0.0), STIFF, FLEXIBLE)

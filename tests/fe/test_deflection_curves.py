@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.deflection_curves import DeflectionCurve
 
 ANGLE = 2.0 * np.pi * np.arange(360) / 360
 
 
 def curve(axial, radial=None):
-    return DeflectionCurve("delta_f", 0.412, 1000.0, axial, np.zeros_like(axial) if radial is None else radial)
+    return DeflectionCurve(
+        "delta_f", 0.412, 1000.0, axial, np.zeros_like(axial) if radial is None else radial
+    )
 
 
 def shape(v):
@@ -52,7 +54,12 @@ def test_the_highest_order_of_an_even_number_of_samples_counts_once():
 
 def test_peaks_lie_at_the_maxima():
     # -sin 3v is largest at 90, 210 and 330 deg; the search grid is 1/16 deg fine.
-    assert_allclose(np.rad2deg(curve(-np.sin(3 * ANGLE)).peak_angles()), [90.0, 210.0, 330.0], rtol=0.0, atol=0.07)
+    assert_allclose(
+        np.rad2deg(curve(-np.sin(3 * ANGLE)).peak_angles()),
+        [90.0, 210.0, 330.0],
+        rtol=0.0,
+        atol=0.07,
+    )
 
 
 def test_a_peak_at_angle_zero_counts_once():
@@ -61,7 +68,11 @@ def test_a_peak_at_angle_zero_counts_once():
 
 WRONG = [
     (np.zeros(7), np.zeros(7), "hold at least eight samples"),
-    (np.zeros(9), np.zeros(8), r"axial \(9,\) and radial \(8,\) must be one-dimensional, equally long"),
+    (
+        np.zeros(9),
+        np.zeros(8),
+        r"axial \(9,\) and radial \(8,\) must be one-dimensional, equally long",
+    ),
     (np.zeros((3, 3)), np.zeros((3, 3)), "one-dimensional"),
     (np.full(8, np.nan), np.zeros(8), "every displacement must be finite"),
     (np.zeros(8), np.full(8, np.inf), "every displacement must be finite"),

@@ -1,4 +1,7 @@
-"""Three libraries, one answer; each refuses a matrix that is not positive definite in the project's own words."""
+"""Three libraries, one answer.
+
+Each refuses a matrix that is not positive definite in the project's own words.
+"""
 
 import importlib.util
 
@@ -7,22 +10,26 @@ import pytest
 import scipy.sparse as sp
 from numpy.testing import assert_allclose
 
-from fe import factorisation
-from fe.assembly import assemble_stiffness
-from fe.factorisation import SingularMatrixError, factorise
-from fe.materials import STEEL
-from fe.upper_triangle import upper_triangle
-from reduction.held_structure import statically_determinate_dofs
+from carrierflex.fe import factorisation
+from carrierflex.fe.assembly import assemble_stiffness
+from carrierflex.fe.factorisation import SingularMatrixError, factorise
+from carrierflex.fe.materials import STEEL
+from carrierflex.fe.upper_triangle import upper_triangle
+from carrierflex.reduction.held_structure import statically_determinate_dofs
 from tests.fe.box_meshes import box_mesh
 
 LIBRARIES = [
     pytest.param(
         factorisation._Pardiso,
-        marks=pytest.mark.skipif(factorisation._mkl_library() is None, reason="MKL is not installed"),
+        marks=pytest.mark.skipif(
+            factorisation._mkl_library() is None, reason="MKL is not installed"
+        ),
     ),
     pytest.param(
         factorisation._Cholmod,
-        marks=pytest.mark.skipif(importlib.util.find_spec("kvxopt") is None, reason="kvxopt is not installed"),
+        marks=pytest.mark.skipif(
+            importlib.util.find_spec("kvxopt") is None, reason="kvxopt is not installed"
+        ),
     ),
     factorisation._SuperLU,
 ]
@@ -61,12 +68,16 @@ def test_each_library_agrees_with_a_dense_solution(library):
     A = held_stiffness()
     b = np.random.default_rng(3).standard_normal(A.shape[0])
     reference = np.linalg.solve(A.toarray(), b)
-    assert_allclose(factor_of(library, A).solve(b), reference, rtol=0.0, atol=1e-10 * np.abs(reference).max())
+    assert_allclose(
+        factor_of(library, A).solve(b), reference, rtol=0.0, atol=1e-10 * np.abs(reference).max()
+    )
 
 
 NOT_DEFINITE = {
     "a free body": free_stiffness,
-    "a held body beside a free one": lambda: sp.csr_array(sp.block_diag([held_stiffness(), free_stiffness()])),
+    "a held body beside a free one": lambda: sp.csr_array(
+        sp.block_diag([held_stiffness(), free_stiffness()])
+    ),
     "a zero on the diagonal": lambda: sp.csr_array(np.diag([1.0, 2.0, 0.0])),
     "a negative stiffness": lambda: sp.csr_array(np.array([[1.0, 2.0], [2.0, 1.0]])),
 }
@@ -91,8 +102,14 @@ def test_matrix_and_right_hand_side_stay_unchanged(library):
 
 def test_the_fastest_installed_library_serves():
     kind = type(factorise(held_stiffness()))
-    expected = factorisation._SuperLU if importlib.util.find_spec("kvxopt") is None else factorisation._Cholmod
-    assert kind is (factorisation._Pardiso if factorisation._mkl_library() is not None else expected)
+    expected = (
+        factorisation._SuperLU
+        if importlib.util.find_spec("kvxopt") is None
+        else factorisation._Cholmod
+    )
+    assert kind is (
+        factorisation._Pardiso if factorisation._mkl_library() is not None else expected
+    )
 
 
 @pytest.fixture
@@ -122,7 +139,9 @@ def test_without_mkl_and_kvxopt_scipy_serves_and_says_so_once(first_use, caplog)
         factor = factorise(A)
     assert isinstance(factor, factorisation._SuperLU)
     said = [record.getMessage() for record in caplog.records]
-    assert said == ["sparse factorisation: neither MKL nor kvxopt is installed, scipy's SuperLU serves (slower)"]
+    assert said == [
+        "sparse factorisation: neither MKL nor kvxopt is installed, scipy's SuperLU serves (slower)"
+    ]
     b = np.ones(A.shape[0])
     assert_allclose(A @ factor.solve(b), b, rtol=0.0, atol=1e-9)
 

@@ -1,7 +1,7 @@
 import numpy as np
 from numpy.testing import assert_allclose
 
-from fe.view import curves_figure, deformed_picture, order_content_figure
+from carrierflex.fe.view import curves_figure, deformed_picture, order_content_figure
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fe.load_cases import (
+from carrierflex.fe.load_cases import (
     bonded_pin_load,
     gear_forces,
     midspan_x,
@@ -16,7 +16,7 @@ from fe.load_cases import (
     tangential,
     together,
 )
-from fe.structural_model import carrier_pilot_points
+from carrierflex.fe.structural_model import carrier_pilot_points
 
 X = np.array([1.0, 0.0, 0.0])
 PINS = (1, 2, 3)
@@ -36,7 +36,8 @@ def test_forces_of_1_kn_m_are_those_of_the_paper(gear):
     assert_allclose(forces.F_t, 541.13, rtol=1e-5)  # five printed digits, the four below too
     assert_allclose(forces.F_n, 575.85, rtol=1e-5)
     assert_allclose(forces.F_a, 75.813, rtol=1e-5)
-    # The paper prints 30.3 (30.36 cut, not rounded) and uses eq. (5); the usual axial force gives 6 % less.
+    # The paper prints 30.3 (30.36 cut, not rounded) and uses eq. (5); the usual axial force gives 6
+    # % less.
     assert_allclose(forces.M_t, 30.36, rtol=0.0, atol=5e-3)
     assert_allclose(standard_tilting_moment(1000.0, gear), 28.5, rtol=0.0, atol=5e-2)
 
@@ -69,7 +70,9 @@ def test_a_simply_supported_pin_hands_over_the_load_of_a_bonded_one(pin, about, 
     points = carrier_pilot_points(carrier)
     bonded = bonded_pin_load(pin, 900.0, 30.0)
     supported = simply_supported_pin_load(pin, 900.0, 30.0, carrier)
-    assert_allclose(resultant(supported, points, about), resultant(bonded, points, about), rtol=0.0, atol=1e-10)
+    assert_allclose(
+        resultant(supported, points, about), resultant(bonded, points, about), rtol=0.0, atol=1e-10
+    )
     # A simply supported end cannot take a moment.
     assert all((load[3:] == 0.0).all() for load in supported.values())
 
@@ -120,5 +123,9 @@ def test_loads_on_one_pilot_add_up_and_leave_their_parts_unchanged():
     one, two = bonded_pin_load(1, 100.0, 0.0), bonded_pin_load(1, 50.0, 3.0)
     total = together(one, two, bonded_pin_load(2, 1.0, 0.0))
     assert set(total) == {"pin_1_midspan", "pin_2_midspan"}
-    assert_allclose(total["pin_1_midspan"], bonded_pin_load(1, 150.0, 3.0)["pin_1_midspan"], rtol=1e-14)
-    assert_allclose(one["pin_1_midspan"], bonded_pin_load(1, 100.0, 0.0)["pin_1_midspan"], rtol=0.0, atol=0.0)
+    assert_allclose(
+        total["pin_1_midspan"], bonded_pin_load(1, 150.0, 3.0)["pin_1_midspan"], rtol=1e-14
+    )
+    assert_allclose(
+        one["pin_1_midspan"], bonded_pin_load(1, 100.0, 0.0)["pin_1_midspan"], rtol=0.0, atol=0.0
+    )

@@ -1,8 +1,8 @@
 """RBE3 matrices of NX Nastran 9, and those of pyyeti on random elements, against our weighted coupling.
 
-The data sets (bulk data beside the matrices that NX Nastran made of it) come with pyyeti's own tests, BSD-3-Clause; they are
-read where pyyeti is installed, none of its coupling code takes part. 18 nodes stand in rectangular, cylindrical and
-spherical frames that refer to one another.
+The data sets (bulk data beside the matrices that NX Nastran made of it) come with pyyeti's own
+tests, BSD-3-Clause; they are read where pyyeti is installed, none of its coupling code takes part.
+18 nodes stand in rectangular, cylindrical and spherical frames that refer to one another.
 """
 
 from pathlib import Path
@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 from pyyeti import nastran
 from scipy.io import loadmat
 
-from fe.point_couplings import AveragedDofs, point_coupling
+from carrierflex.fe.point_couplings import AveragedDofs, point_coupling
 
 DATA = Path(pyyeti.__file__).parent / "tests" / "nastran_gm_data"
 PILOT = 124
@@ -30,7 +30,8 @@ LARGE = (
     (0.05, "25", (121, 122, 123)),
 )
 SMALL = ((2.6, "123", (100,)), (1.8, "456", (200,)))
-#: Data set: averaged degrees of freedom, components of the pilot. The um sets make other degrees of freedom the dependent ones.
+#: Data set: averaged degrees of freedom, components of the pilot. The um sets make other degrees of
+#: freedom the dependent ones.
 CASES = {
     "1": (LARGE, "123456"),
     "2": (LARGE, "123456"),
@@ -53,7 +54,8 @@ def nastran_table(name):
     uset, rigid = data["uset"].k0, data["drg"].k0.T
     dofs = uset[:, :2].astype(int)
     dependent = uset[:, 2].astype(int) & 1 == 1
-    # Rows 1, 4 of a node's own rigid motions are its first axis: translations first, rotations in the last three columns.
+    # Rows 1, 4 of a node's own rigid motions are its first axis: translations first, rotations in
+    # the last three columns.
     rotation = dofs[:, 1] > 3
     direction = np.where(rotation[:, None], rigid[:, 3:], rigid[:, :3])
     location = np.repeat(uset[::6, 3:], 6, axis=0)
@@ -68,7 +70,8 @@ def our_constraint(table, averaged, components):
     for weight, which, nodes in averaged:
         for node in nodes:
             columns += [number[node, int(c)] for c in which]
-            # NX Nastran keeps weights in single precision: with 2.3 in double, entries would differ by 3e-8.
+            # NX Nastran keeps weights in single precision: with 2.3 in double, entries would differ
+            # by 3e-8.
             weights += [float(np.float32(weight))] * len(which)
     node_rows, nodes = np.unique(dofs[columns, 0], return_inverse=True)
     points = np.array([location[number[node, 1]] for node in node_rows])
@@ -91,20 +94,30 @@ def test_matrices_of_nx_nastran_are_reproduced(name):
     dependent, theirs = table[1], table[4]
     assert np.count_nonzero(dependent) == len(C)
     ours = -np.linalg.solve(C[:, dependent], C[:, ~dependent])
-    # Rounding, a little more where the um set's matrix has a condition number of 8e4; 5e-14 measured.
+    # Rounding, a little more where the um set's matrix has a condition number of 8e4; 5e-14
+    # measured.
     assert_allclose(ours, theirs, rtol=0.0, atol=1e-12 * np.abs(theirs).max())
 
 
 def test_the_published_square_of_four_nodes():
-    # Example of pyyeti's formrbe3: a moment about x is carried by the nodes at +-y, one about z by all four.
+    # Example of pyyeti's formrbe3: a moment about x is carried by the nodes at +-y, one about z by
+    # all four.
     square = np.array([[1.0, 0, 0], [0, 1.0, 0], [-1.0, 0, 0], [0, -1.0, 0]])
-    dofs = AveragedDofs(square, np.repeat(np.arange(4), 3), np.tile(np.eye(3), (4, 1)), np.zeros(12, bool), np.ones(12))
+    dofs = AveragedDofs(
+        square,
+        np.repeat(np.arange(4), 3),
+        np.tile(np.eye(3), (4, 1)),
+        np.zeros(12, bool),
+        np.ones(12),
+    )
     expected = np.zeros((6, 4, 3))
     expected[[0, 1, 2], :, [0, 1, 2]] = 0.25
     expected[3, [1, 3], 2] = 0.5, -0.5
     expected[4, [0, 2], 2] = -0.5, 0.5
     expected[5, [0, 1, 2, 3], [1, 0, 1, 0]] = 0.25, -0.25, -0.25, 0.25
-    assert_allclose(point_coupling(dofs, np.zeros(3)), expected.reshape(6, 12), rtol=0.0, atol=1e-15)
+    assert_allclose(
+        point_coupling(dofs, np.zeros(3)), expected.reshape(6, 12), rtol=0.0, atol=1e-15
+    )
 
 
 @pytest.mark.parametrize("seed", range(4))

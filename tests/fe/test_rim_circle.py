@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fe.rim_circle import rim_recovery
-from fe.surface_integrals import rigid_motion
+from carrierflex.fe.rim_circle import rim_recovery
+from carrierflex.fe.surface_integrals import rigid_motion
 from tests.fe.box_meshes import box_mesh
 
 ANGLES = 2.0 * np.pi * np.arange(360) / 360
@@ -34,9 +34,14 @@ def test_translations_are_recovered_exactly(rows, flexible_mesh):
 def test_rotations_are_recovered_to_the_interpolation_error_of_an_arc(rows, flexible_mesh, carrier):
     R = rigid_motion(flexible_mesh.points, np.zeros(3)).reshape(-1, 6)
     at_circle = rigid_motion(carrier.sensor_radius * direction(ANGLES), np.zeros(3))
-    on_rim = np.abs(np.hypot(*flexible_mesh.points[:, 1:].T) - 0.412) + np.abs(flexible_mesh.points[:, 0]) < 1e-7
+    on_rim = (
+        np.abs(np.hypot(*flexible_mesh.points[:, 1:].T) - 0.412)
+        + np.abs(flexible_mesh.points[:, 0])
+        < 1e-7
+    )
     width = 4.0 * np.pi / on_rim.sum()
-    # Quadratic interpolation of a sine over an arc: (half its width)^3 / 9 sqrt 3; a third more, the arcs being unequal.
+    # Quadratic interpolation of a sine over an arc: (half its width)^3 / 9 sqrt 3; a third more,
+    # the arcs being unequal.
     bound = 1.33 * carrier.sensor_radius * (width / 2.0) ** 3 / (9.0 * np.sqrt(3.0))
     for rotation in (3, 4, 5):
         assert_allclose(rows[0] @ R[:, rotation], at_circle[:, 0, rotation], rtol=0.0, atol=bound)
@@ -53,12 +58,16 @@ def test_a_displacement_quadratic_in_the_angle_is_recovered_exactly(flexible_hal
     angle = np.arctan2(-flexible_half.points[:, 1], flexible_half.points[:, 2])
     u = np.zeros_like(flexible_half.points)
     u[:, 0] = field(angle)
-    assert_allclose(axial @ u.ravel(), field(inside), rtol=1e-10)  # middle nodes halve their arcs to gmsh's rounding
+    assert_allclose(
+        axial @ u.ravel(), field(inside), rtol=1e-10
+    )  # middle nodes halve their arcs to gmsh's rounding
     assert_allclose(radial @ u.ravel(), 0.0, rtol=0.0, atol=1e-14)
 
 
 def test_an_angle_outside_a_half_sector_is_refused(flexible_half, carrier):
-    with pytest.raises(ValueError, match=r"no element edge of the rim circle covers the angle 61 deg"):
+    with pytest.raises(
+        ValueError, match=r"no element edge of the rim circle covers the angle 61 deg"
+    ):
         rim_recovery(flexible_half, carrier.sensor_radius, np.deg2rad([30.0, 61.0]))
 
 

@@ -5,10 +5,10 @@ import pytest
 import scipy.sparse as sp
 from numpy.testing import assert_allclose
 
-from fe.factorisation import SingularMatrixError
-from fe.materials import BODY_MATERIALS, Material
-from fe.static import AccuracyError, clamped_displacement
-from fe.structural_model import structural_model
+from carrierflex.fe.factorisation import SingularMatrixError
+from carrierflex.fe.materials import BODY_MATERIALS, Material
+from carrierflex.fe.static import AccuracyError, clamped_displacement
+from carrierflex.fe.structural_model import structural_model
 from tests.fe.box_meshes import box_mesh
 
 
@@ -17,36 +17,47 @@ def shaft_face(flexible_mesh):
     return np.unique(flexible_mesh.surface("shaft_face"))
 
 
-def test_clamped_nodes_stay_and_the_reaction_balances_force_and_moment(flexible_structure, shaft_face):
+def test_clamped_nodes_stay_and_the_reaction_balances_force_and_moment(
+    flexible_structure, shaft_face
+):
     load = np.array([1.0, 20.0, -3.0, 4.0, -5.0, 6.0])
     f = flexible_structure.load_vector({"downwind_seat": load})[:, None]
     solution = clamped_displacement(flexible_structure, shaft_face, f)
     assert not solution.u.reshape(-1, 3)[shaft_face].any()
     # The pilot stands at x = 0.38 m: a force there has a moment about the origin.
     moment = load[3:] + np.cross([0.38, 0.0, 0.0], load[:3])
-    assert_allclose(solution.reaction[:, 0], -np.concatenate([load[:3], moment]), rtol=0.0, atol=1e-8)
+    assert_allclose(
+        solution.reaction[:, 0], -np.concatenate([load[:3], moment]), rtol=0.0, atol=1e-8
+    )
     assert solution.imbalance < 1e-10
 
 
 def test_a_spring_to_ground_that_no_clamp_knows_is_found_out(flexible_structure, shaft_face):
-    spring = sp.csr_array((np.array([1e6]), ([3 * 5000], [3 * 5000])), shape=flexible_structure.K.shape)
+    spring = sp.csr_array(
+        (np.array([1e6]), ([3 * 5000], [3 * 5000])), shape=flexible_structure.K.shape
+    )
     grounded = replace(flexible_structure, K=(flexible_structure.K + spring).tocsr())
     f = grounded.load_vector({"downwind_seat": np.array([1e3, 0.0, 0.0, 0.0, 0.0, 0.0])})[:, None]
     with pytest.raises(
-        AccuracyError, match=r"flexible_carrier: load and reaction differ by .* expected less than 1e-09"
+        AccuracyError,
+        match=r"flexible_carrier: load and reaction differ by .* expected less than 1e-09",
     ):
         clamped_displacement(grounded, shaft_face, f)
 
 
 def test_a_body_held_at_one_node_is_refused(pin_structure):
-    f = pin_structure.load_vector({"pin_1_midspan": np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])})[:, None]
+    f = pin_structure.load_vector({"pin_1_midspan": np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])})[
+        :, None
+    ]
     with pytest.raises(SingularMatrixError, match="held against rigid motion"):
         clamped_displacement(pin_structure, np.array([0]), f)
 
 
 def test_input_arrays_stay_unchanged(pin_structure, one_pin_mesh):
     clamp = np.unique(one_pin_mesh.surface("pin_1_upwind"))
-    f = pin_structure.load_vector({"pin_1_midspan": np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])})[:, None]
+    f = pin_structure.load_vector({"pin_1_midspan": np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])})[
+        :, None
+    ]
     before = f.copy(), clamp.copy(), pin_structure.K.data.copy()
     clamped_displacement(pin_structure, clamp, f)
     for now, then in zip((f, clamp, pin_structure.K.data), before, strict=True):
@@ -54,20 +65,31 @@ def test_input_arrays_stay_unchanged(pin_structure, one_pin_mesh):
 
 
 def test_a_load_at_an_unknown_pilot_is_refused(pin_structure):
-    with pytest.raises(KeyError, match=r"pin has no pilot 'pin_2_midspan'; it has pin_1_upwind, pin_1_midspan"):
+    with pytest.raises(
+        KeyError, match=r"pin has no pilot 'pin_2_midspan'; it has pin_1_upwind, pin_1_midspan"
+    ):
         pin_structure.load_vector({"pin_2_midspan": np.zeros(6)})
 
 
-def test_a_body_without_rim_has_no_sensors_and_a_carrier_has_two_rows_a_degree(pin_structure, flexible_structure):
+def test_a_body_without_rim_has_no_sensors_and_a_carrier_has_two_rows_a_degree(
+    pin_structure, flexible_structure
+):
     assert pin_structure.sensors is None
     names = flexible_structure.sensors.names
-    assert (len(names), names[0], names[359], names[360]) == (720, "rim_axial_000", "rim_axial_359", "rim_radial_000")
+    assert (len(names), names[0], names[359], names[360]) == (
+        720,
+        "rim_axial_000",
+        "rim_axial_359",
+        "rim_radial_000",
+    )
     assert flexible_structure.sensors.rows.shape == (720, flexible_structure.n_dofs)
 
 
 def test_a_structure_without_material_or_surface_is_refused(carrier, one_pin_mesh):
     with pytest.raises(ValueError, match="body 'pins' has no material"):
-        structural_model("pin", one_pin_mesh, carrier, (), materials={"carrier": BODY_MATERIALS["carrier"]})
+        structural_model(
+            "pin", one_pin_mesh, carrier, (), materials={"carrier": BODY_MATERIALS["carrier"]}
+        )
     with pytest.raises(KeyError, match="no surface 'shaft_face'"):
         structural_model("box", box_mesh((1, 1, 1), (1, 1, 1)), carrier, ("shaft_face",))
 

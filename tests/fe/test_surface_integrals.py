@@ -3,9 +3,9 @@ import math
 import numpy as np
 from numpy.testing import assert_allclose
 
-from fe.surface_integrals import rigid_motion, surface_area, surface_moments
-from geometry.carrier_mesh import pin_mesh
-from geometry.dihedral import rotation_about_x
+from carrierflex.fe.surface_integrals import rigid_motion, surface_area, surface_moments
+from carrierflex.geometry.carrier_mesh import pin_mesh
+from carrierflex.geometry.dihedral import rotation_about_x
 from tests.fe.box_meshes import box_mesh
 
 
@@ -19,7 +19,9 @@ def test_rigid_motion_is_translation_beside_the_cross_product():
 def test_a_small_rotation_about_x_moves_points_towards_increasing_angle():
     points = np.array([[0.1, 0.0, 0.3], [0.0, -0.2, 0.1]])
     turned = (points @ rotation_about_x(1e-7).T - points) / 1e-7
-    assert_allclose(rigid_motion(points, np.zeros(3))[..., 3], turned, rtol=0.0, atol=1e-7)  # second order of the angle
+    assert_allclose(
+        rigid_motion(points, np.zeros(3))[..., 3], turned, rtol=0.0, atol=1e-7
+    )  # second order of the angle
 
 
 def test_moments_of_a_flat_face_are_exact():
@@ -56,4 +58,6 @@ def test_area_and_second_moments_of_a_cylinder_converge_at_fourth_order(carrier,
         assert_allclose(Z - np.diag(np.diag(Z)), 0.0, rtol=0.0, atol=1e-3 * area * radius)
     assert errors[0] < 3e-4
     slope = np.polyfit(np.log(sizes), np.log(errors), 1)[0]
-    assert 3.3 < slope < 4.7, errors  # fourth order in theory; the number of arcs jumps by whole ones
+    assert 3.3 < slope < 4.7, (
+        errors
+    )  # fourth order in theory; the number of arcs jumps by whole ones

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fe.assembly import assemble_mass, assemble_stiffness
-from fe.couplings import distributing_pilot, weighted_pilot
-from fe.materials import STEEL
-from fe.structural_model import StructuralModel
-from fe.surface_integrals import rigid_motion, surface_moments
-from reduction.craig_bampton import craig_bampton
-from reduction.held_structure import GroundedBody, HeldStructure
+from carrierflex.fe.assembly import assemble_mass, assemble_stiffness
+from carrierflex.fe.couplings import distributing_pilot, weighted_pilot
+from carrierflex.fe.materials import STEEL
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.fe.surface_integrals import rigid_motion, surface_moments
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
 from tests.fe.box_meshes import box_mesh
 
 #: Off the face, off its normal and off its middle.
@@ -39,7 +39,9 @@ def radial_frames(points, centre):
 def resultant(pilot, mesh, load):
     """Force and moment about the pilot that its nodal forces add up to."""
     forces = pilot.nodal_forces(load).reshape(-1, 3)
-    return np.concatenate([forces.sum(axis=0), np.cross(mesh.points - pilot.point, forces).sum(axis=0)])
+    return np.concatenate(
+        [forces.sum(axis=0), np.cross(mesh.points - pilot.point, forces).sum(axis=0)]
+    )
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -61,14 +63,22 @@ def test_a_force_is_shared_in_proportion_to_the_weights(mesh, nodes):
     pilot = weighted_pilot(mesh, "end", centre, weights)
     forces = pilot.nodal_forces([0.0, 2.0, 0.0, 0.0, 0.0, 0.0]).reshape(-1, 3)[nodes]
     assert_allclose(forces[:, 1], 2.0 * weights / weights.sum(), rtol=1e-12)
-    assert_allclose(weighted_pilot(mesh, "end", centre, 7.0 * weights).G.toarray(), pilot.G.toarray(), atol=1e-14)
+    assert_allclose(
+        weighted_pilot(mesh, "end", centre, 7.0 * weights).G.toarray(),
+        pilot.G.toarray(),
+        atol=1e-14,
+    )
 
 
 def test_the_areas_own_shares_as_weights_give_the_areas_mean_translation(mesh, nodes):
-    # Only the translation: moments need the integral of the square of the arm, which is not a sum over nodes.
+    # Only the translation: moments need the integral of the square of the arm, which is not a sum
+    # over nodes.
     centre = np.array([1.0, 0.4, 0.3])
     shares = np.maximum(surface_moments(mesh, mesh.surface("end"), centre)[0][0, nodes, 0], 0.0)
-    summed, integrated = weighted_pilot(mesh, "end", centre, shares), distributing_pilot(mesh, "end", centre)
+    summed, integrated = (
+        weighted_pilot(mesh, "end", centre, shares),
+        distributing_pilot(mesh, "end", centre),
+    )
     assert_allclose(summed.G[:3].toarray(), integrated.G[:3].toarray(), rtol=0.0, atol=1e-13)
     assert np.abs(summed.G[3:].toarray() - integrated.G[3:].toarray()).max() > 1e-3
 
@@ -84,7 +94,8 @@ def test_directions_without_weight_carry_nothing(mesh, nodes):
 
 
 def test_a_radial_hold_has_four_motions_and_is_refused_six(mesh):
-    # The cube's skin held along the radius about the x axis only: nothing resists sliding along x or turning about it.
+    # The cube's skin held along the radius about the x axis only: nothing resists sliding along x
+    # or turning about it.
     skin, axis = np.unique(mesh.surface("skin")), np.array([0.5, 0.4, 0.3])
     off_axis = np.linalg.norm((mesh.points[skin] - axis)[:, 1:], axis=1) > 1e-9
     frames = np.tile(np.eye(3), (len(skin), 1, 1))
@@ -97,7 +108,8 @@ def test_a_radial_hold_has_four_motions_and_is_refused_six(mesh):
     with pytest.raises(ValueError, match=message):
         weighted_pilot(mesh, "skin", axis, weights, frames=frames)
     with pytest.raises(
-        ValueError, match=r"pilot 'skin' is loaded along its translation x, rotation x, which is not coupled"
+        ValueError,
+        match=r"pilot 'skin' is loaded along its translation x, rotation x, which is not coupled",
     ):
         pilot.nodal_forces(np.ones(6))
 
@@ -109,9 +121,13 @@ def on_nodes(nodes, chosen):
 def test_nodes_in_line_hold_all_but_the_rotation_about_it(mesh, nodes):
     line = nodes[(mesh.points[nodes, 1] == 0.0)]
     weights = on_nodes(nodes, line)
-    with pytest.raises(ValueError, match=rf"weights on {len(line)} nodes \(.* cannot hold a pilot's rotation z: "):
+    with pytest.raises(
+        ValueError, match=rf"weights on {len(line)} nodes \(.* cannot hold a pilot's rotation z: "
+    ):
         weighted_pilot(mesh, "end", mesh.points[line].mean(axis=0), weights)
-    pilot = weighted_pilot(mesh, "end", mesh.points[line].mean(axis=0), weights, components=(0, 1, 2, 3, 4))
+    pilot = weighted_pilot(
+        mesh, "end", mesh.points[line].mean(axis=0), weights, components=(0, 1, 2, 3, 4)
+    )
     load = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 0.0])
     assert_allclose(resultant(pilot, mesh, load), load, rtol=0.0, atol=1e-12)
     # Off the line, the motion along x depends on the lost rotation as well.
@@ -126,7 +142,9 @@ def test_a_single_node_holds_translations_only(mesh, nodes):
     with pytest.raises(ValueError, match=message):
         weighted_pilot(mesh, "end", mesh.points[nodes[4]], weights)
     pilot = weighted_pilot(mesh, "end", mesh.points[nodes[4]], weights, components=(0, 1, 2))
-    assert_allclose(pilot.nodal_forces([1.0, 2.0, 3.0, 0.0, 0.0, 0.0]).reshape(-1, 3)[nodes[4]], [1.0, 2.0, 3.0])
+    assert_allclose(
+        pilot.nodal_forces([1.0, 2.0, 3.0, 0.0, 0.0, 0.0]).reshape(-1, 3)[nodes[4]], [1.0, 2.0, 3.0]
+    )
 
 
 def test_components_are_rows_of_the_full_coupling_in_the_order_asked_for(mesh):
@@ -158,7 +176,9 @@ def test_wrong_weights_are_refused_with_the_node(mesh, nodes):
     with pytest.raises(ValueError, match=r"frames have shape \(2, 3, 3\)"):
         weighted_pilot(mesh, "end", POINT, np.ones(len(nodes)), frames=np.ones((2, 3, 3)))
     with pytest.raises(ValueError, match=r"frames deviate from orthonormal rows by 1.0e\+00"):
-        weighted_pilot(mesh, "end", POINT, np.ones(len(nodes)), frames=2.0 * np.eye(3)[[0, 1, 1]] / 2.0)
+        weighted_pilot(
+            mesh, "end", POINT, np.ones(len(nodes)), frames=2.0 * np.eye(3)[[0, 1, 1]] / 2.0
+        )
 
 
 def test_a_pilot_with_few_components_is_not_reduced():
@@ -166,9 +186,16 @@ def test_a_pilot_with_few_components_is_not_reduced():
     pilot = distributing_pilot(mesh, "end", POINT, components=(0, 1, 2))
     materials = {"carrier": STEEL}
     box = StructuralModel(
-        "box", assemble_stiffness(mesh, materials), assemble_mass(mesh, materials), mesh.points, (pilot,)
+        "box",
+        assemble_stiffness(mesh, materials),
+        assemble_mass(mesh, materials),
+        mesh.points,
+        (pilot,),
     )
-    with pytest.raises(ValueError, match=r"box: pilot 'end' has components \(0, 1, 2\) only; a reduced body keeps six"):
+    with pytest.raises(
+        ValueError,
+        match=r"box: pilot 'end' has components \(0, 1, 2\) only; a reduced body keeps six",
+    ):
         craig_bampton(box, 1)
     # Held, it holds what it couples: translations of the face's mean, not its turning.
     whole = distributing_pilot(mesh, "start", np.zeros(3))

@@ -1,4 +1,7 @@
-"""The parametric carrier written as STEP and found again: faces, surfaces, volumes, frames and units."""
+"""The parametric carrier written as STEP and found again.
+
+Faces, surfaces, volumes, frames and units.
+"""
 
 import math
 from dataclasses import replace
@@ -8,14 +11,23 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from geometry.cad_export import write_step
-from geometry.cad_faces import cad_faces, circle_through
-from geometry.cad_mesh import declared_unit, step_carrier_mesh, step_faces, step_volume_and_area
-from geometry.cad_surface_files import CadFrame, read_cad_statements, write_cad_statements
-from geometry.carrier_solid import carrier_solid
-from geometry.half_sector import quiet_geometry
-from geometry.quality import check_quality
-from geometry.tet_mesh import boundary_facets
+from carrierflex.geometry.cad_export import write_step
+from carrierflex.geometry.cad_faces import cad_faces, circle_through
+from carrierflex.geometry.cad_mesh import (
+    declared_unit,
+    step_carrier_mesh,
+    step_faces,
+    step_volume_and_area,
+)
+from carrierflex.geometry.cad_surface_files import (
+    CadFrame,
+    read_cad_statements,
+    write_cad_statements,
+)
+from carrierflex.geometry.carrier_solid import carrier_solid
+from carrierflex.geometry.half_sector import quiet_geometry
+from carrierflex.geometry.quality import check_quality
+from carrierflex.geometry.tet_mesh import boundary_facets
 
 #: Coarser than anything useful [m]: what is looked at here does not depend on it.
 COARSE = 0.08
@@ -36,7 +48,10 @@ def statements(folder):
 
 @pytest.fixture(scope="module")
 def cad_meshes(folder, statements):
-    return {pins: step_carrier_mesh(folder / "carrier.step", statements, COARSE, pins=pins) for pins in (False, True)}
+    return {
+        pins: step_carrier_mesh(folder / "carrier.step", statements, COARSE, pins=pins)
+        for pins in (False, True)
+    }
 
 
 def exact_volume(carrier):
@@ -48,7 +63,9 @@ def exact_volume(carrier):
 
 def test_the_exported_file_is_in_millimetres_and_nothing_is_left_beside_it(folder, carrier):
     assert declared_unit(folder / "carrier.step") == "millimetre"
-    assert f",{carrier.hub_outer_diameter / 2.0 * 1e3:.0f}.)" in (folder / "carrier.step").read_text()
+    assert (
+        f",{carrier.hub_outer_diameter / 2.0 * 1e3:.0f}.)" in (folder / "carrier.step").read_text()
+    )
     assert sorted(path.name for path in folder.iterdir()) == ["carrier.step", "surfaces.toml"]
 
 
@@ -61,7 +78,11 @@ def test_export_prints_nothing(tmp_path, carrier, capfd):
 
 def test_faces_are_measured_in_metres(folder, carrier):
     faces = step_faces(folder / "carrier.step", CadFrame.of_the_file())
-    bores = [face for face in faces if face.kind == "cylinder" and abs(face.radius - carrier.pin_hole_radius) < 1e-9]
+    bores = [
+        face
+        for face in faces
+        if face.kind == "cylinder" and abs(face.radius - carrier.pin_hole_radius) < 1e-9
+    ]
     assert len(bores) == 6
     for bore in bores:
         assert_allclose(bore.direction, [1.0, 0.0, 0.0], atol=1e-9)  # OpenCASCADE's rounding
@@ -71,7 +92,9 @@ def test_faces_are_measured_in_metres(folder, carrier):
     volume, area = step_volume_and_area(
         folder / "carrier.step", read_cad_statements(folder / "surfaces.toml"), pins=False
     )
-    assert_allclose(volume, exact_volume(carrier), rtol=1e-6)  # STEP keeps 15 digits, the mass integral 7
+    assert_allclose(
+        volume, exact_volume(carrier), rtol=1e-6
+    )  # STEP keeps 15 digits, the mass integral 7
     assert_allclose(area, sum(face.area for face in faces), rtol=1e-9)
 
 
@@ -88,15 +111,21 @@ def test_kinds_are_found_by_shape_not_by_name():
     assert names == {"BSpline surface"}
     assert sorted(face.kind for face in faces) == ["cylinder", "other", "plane", "plane"]
     tube = next(face for face in faces if face.kind == "cylinder")
-    assert str(tube).startswith("cylinder, axis (0, 1, 0) through (0.1, 0, 0.3), radius 0.05 m, stations 0.2 to 0.7 m")
-    assert str(next(face for face in faces if face.kind == "other")).startswith("other surface about (0.989")
+    assert str(tube).startswith(
+        "cylinder, axis (0, 1, 0) through (0.1, 0, 0.3), radius 0.05 m, stations 0.2 to 0.7 m"
+    )
+    assert str(next(face for face in faces if face.kind == "other")).startswith(
+        "other surface about (0.989"
+    )
 
 
 def test_circle_through_points_of_a_short_arc():
     angle = np.linspace(0.3, 0.6, 9)
     centre, normal = np.array([1.0, 2.0, 3.0]), np.array([1.0, 1.0, 0.0]) / math.sqrt(2.0)
     u = np.array([0.0, 0.0, 1.0])
-    points = centre + 0.25 * (np.cos(angle)[:, None] * u + np.sin(angle)[:, None] * np.cross(normal, u))
+    points = centre + 0.25 * (
+        np.cos(angle)[:, None] * u + np.sin(angle)[:, None] * np.cross(normal, u)
+    )
     found, radius, deviation = circle_through(points)
     # An arc of 17 deg leaves twelve digits of sixteen.
     assert_allclose(found, centre, atol=1e-11)
@@ -104,24 +133,37 @@ def test_circle_through_points_of_a_short_arc():
     assert deviation < 1e-13
 
 
-def test_mesh_has_the_bodies_and_surfaces_of_the_parametric_one(cad_meshes, flexible_mesh, stiff_mesh):
+def test_mesh_has_the_bodies_and_surfaces_of_the_parametric_one(
+    cad_meshes, flexible_mesh, stiff_mesh
+):
     for pins, parametric in ((False, flexible_mesh), (True, stiff_mesh)):
         mesh = cad_meshes[pins]
         assert list(mesh.bodies) == list(parametric.bodies)
         assert set(mesh.surfaces) == set(parametric.surfaces)
         assert mesh.symmetry_order == 1
         for name in parametric.surfaces:
-            assert_allclose(area(mesh, name), area(parametric, name), rtol=0.01)  # chords of 8 and 6 cm
-            low, high = (np.ptp(m.points[np.unique(m.surface(name)), 0]) for m in (mesh, parametric))
+            assert_allclose(
+                area(mesh, name), area(parametric, name), rtol=0.01
+            )  # chords of 8 and 6 cm
+            low, high = (
+                np.ptp(m.points[np.unique(m.surface(name)), 0]) for m in (mesh, parametric)
+            )
             assert_allclose(low, high, atol=1e-9)
-    assert_allclose(check_quality(cad_meshes[True]).volume, check_quality(stiff_mesh).volume, rtol=1e-3)
+    assert_allclose(
+        check_quality(cad_meshes[True]).volume, check_quality(stiff_mesh).volume, rtol=1e-3
+    )
 
 
 def area(mesh, name):
     """Area of the four flat triangles that a quadratic one's nodes span."""
     parts = mesh.surface(name)[:, [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]]].reshape(-1, 3)
     corners = mesh.points[parts]
-    return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2.0
+    return (
+        np.linalg.norm(
+            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+        ).sum()
+        / 2.0
+    )
 
 
 def test_facets_are_seen_from_outside_the_carrier_also_where_pins_fill_the_bores(cad_meshes):
@@ -131,7 +173,9 @@ def test_facets_are_seen_from_outside_the_carrier_also_where_pins_fill_the_bores
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         outward = corners.mean(axis=1) - np.array([0.0, 0.0, 0.308])
         assert (sign * (normals[:, 1:] * outward[:, 1:]).sum(axis=1) > 0.0).all(), name
-    carrier_outside = {tuple(row) for row in boundary_facets(mesh.tets[mesh.bodies["carrier"]])[:, :3].tolist()}
+    carrier_outside = {
+        tuple(row) for row in boundary_facets(mesh.tets[mesh.bodies["carrier"]])[:, :3].tolist()
+    }
     assert {tuple(row) for row in mesh.surface("pin_2_downwind")[:, :3].tolist()} <= carrier_outside
 
 
@@ -153,13 +197,18 @@ def turned_step(folder):
 
 
 def test_a_carrier_in_another_frame_is_brought_into_its_own(turned_step, statements, cad_meshes):
-    frame = CadFrame(np.array([0.1, 0.2, 0.3]), np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0]))
+    frame = CadFrame(
+        np.array([0.1, 0.2, 0.3]), np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0])
+    )
     assert_allclose(np.linalg.det(frame.rotation), 1.0, atol=1e-12)
     mesh = step_carrier_mesh(turned_step, replace(statements, frame=frame), COARSE, pins=False)
-    assert_allclose(np.ptp(mesh.points, axis=0), np.ptp(cad_meshes[False].points, axis=0), atol=1e-9)
+    assert_allclose(
+        np.ptp(mesh.points, axis=0), np.ptp(cad_meshes[False].points, axis=0), atol=1e-9
+    )
     assert_allclose(mesh.points.min(axis=0), cad_meshes[False].points.min(axis=0), atol=1e-9)
     with pytest.raises(
-        ValueError, match=r"surface 'shaft_face': the CAD model has no plane .*; candidates: \[1\] plane"
+        ValueError,
+        match=r"surface 'shaft_face': the CAD model has no plane .*; candidates: \[1\] plane",
     ):
         step_carrier_mesh(turned_step, statements, COARSE, pins=False)
 
@@ -170,7 +219,8 @@ def test_the_unit_that_the_file_declares_counts(folder, tmp_path):
     path.write_text(text.replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT(.CENTI.,.METRE.)"))
     assert declared_unit(path) == "centimetre"
     radii = [
-        max(face.radius for face in step_faces(p, CadFrame.of_the_file())) for p in (path, folder / "carrier.step")
+        max(face.radius for face in step_faces(p, CadFrame.of_the_file()))
+        for p in (path, folder / "carrier.step")
     ]
     assert_allclose(radii[0] / radii[1], 10.0, rtol=1e-9)
     inches = tmp_path / "inches.step"
@@ -182,14 +232,23 @@ def test_the_unit_that_the_file_declares_counts(folder, tmp_path):
 
 def test_pins_that_do_not_fit_between_the_plates_are_refused(folder, statements):
     with pytest.raises(
-        ValueError, match=r"bearing_width is 0\.25 m; expected less than the 0\.24 m between the bores of pin 1"
+        ValueError,
+        match=r"bearing_width is 0\.25 m; expected less than the 0\.24 m between the bores of pin 1",
     ):
-        step_carrier_mesh(folder / "carrier.step", replace(statements, bearing_width=0.25), COARSE, pins=True)
+        step_carrier_mesh(
+            folder / "carrier.step", replace(statements, bearing_width=0.25), COARSE, pins=True
+        )
     with pytest.raises(ValueError, match=r"no \[pin\] bearing_width"):
-        step_carrier_mesh(folder / "carrier.step", replace(statements, bearing_width=None), COARSE, pins=True)
+        step_carrier_mesh(
+            folder / "carrier.step", replace(statements, bearing_width=None), COARSE, pins=True
+        )
     short = tuple(s for s in statements.surfaces if s.name != "pin_3_downwind")
-    with pytest.raises(KeyError, match="no surface 'pin_3_downwind' is stated; stated are shaft_face"):
-        step_carrier_mesh(folder / "carrier.step", replace(statements, surfaces=short), COARSE, pins=True)
+    with pytest.raises(
+        KeyError, match="no surface 'pin_3_downwind' is stated; stated are shaft_face"
+    ):
+        step_carrier_mesh(
+            folder / "carrier.step", replace(statements, surfaces=short), COARSE, pins=True
+        )
 
 
 def test_two_solids_are_refused(tmp_path, statements):

@@ -7,11 +7,15 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from geometry.cad_export import write_step
-from geometry.cad_faces import CadFace
-from geometry.cad_mesh import step_carrier_mesh, step_faces
-from geometry.cad_surface_files import CadFrame, read_cad_statements, write_cad_statements
-from geometry.cad_surfaces import SurfaceStatement
+from carrierflex.geometry.cad_export import write_step
+from carrierflex.geometry.cad_faces import CadFace
+from carrierflex.geometry.cad_mesh import step_carrier_mesh, step_faces
+from carrierflex.geometry.cad_surface_files import (
+    CadFrame,
+    read_cad_statements,
+    write_cad_statements,
+)
+from carrierflex.geometry.cad_surfaces import SurfaceStatement
 
 X = np.array([1.0, 0.0, 0.0])
 TOLERANCE = 1e-5
@@ -20,10 +24,14 @@ TOLERANCE = 1e-5
 def tube(x, radius=0.1, centre=(0.0, 0.0), tag=1, edges=()):
     """Face of a cylinder along x between two stations, its outline two circles."""
     v = np.linspace(0.0, 2.0 * math.pi, 17)
-    ring = np.stack([np.zeros_like(v), centre[0] - radius * np.sin(v), centre[1] + radius * np.cos(v)], axis=1)
+    ring = np.stack(
+        [np.zeros_like(v), centre[0] - radius * np.sin(v), centre[1] + radius * np.cos(v)], axis=1
+    )
     outline = np.concatenate([ring + np.array([end, 0.0, 0.0]) for end in x])
     area = 2.0 * math.pi * radius * (x[1] - x[0])
-    return CadFace(tag, "cylinder", -X, np.array([0.0, *centre]), radius, outline, frozenset(edges), area)
+    return CadFace(
+        tag, "cylinder", -X, np.array([0.0, *centre]), radius, outline, frozenset(edges), area
+    )
 
 
 def ring(x, inner, outer, tag=1, edges=()):
@@ -39,7 +47,12 @@ def bore(**changes):
 
 
 def test_a_cylinder_is_matched_by_axis_radius_and_station():
-    faces = (tube((0.0, 0.1)), tube((0.3, 0.4), tag=2), tube((0.0, 0.1), radius=0.2, tag=3), ring(0.0, 0.1, 0.2, tag=4))
+    faces = (
+        tube((0.0, 0.1)),
+        tube((0.3, 0.4), tag=2),
+        tube((0.0, 0.1), radius=0.2, tag=3),
+        ring(0.0, 0.1, 0.2, tag=4),
+    )
     assert [face.tag for face in bore(window=(0.25, 0.45)).chosen(faces, TOLERANCE)] == [2]
     assert [face.tag for face in bore(size=0.2).chosen(faces, TOLERANCE)] == [3]
     # Half a tolerance off in radius and off the axis still counts, more does not.
@@ -55,7 +68,11 @@ def test_a_cylinder_is_matched_by_axis_radius_and_station():
 
 
 def test_none_lists_the_nearest_candidates_of_its_kind():
-    faces = (tube((0.3, 0.4), radius=0.12), tube((0.0, 0.1), radius=0.101, tag=2), ring(0.0, 0.1, 0.2, tag=3))
+    faces = (
+        tube((0.3, 0.4), radius=0.12),
+        tube((0.0, 0.1), radius=0.101, tag=2),
+        ring(0.0, 0.1, 0.2, tag=3),
+    )
     with pytest.raises(ValueError, match="candidates") as refusal:
         bore(window=(0.0, 0.1)).touched(faces, TOLERANCE)
     assert str(refusal.value) == (
@@ -69,14 +86,23 @@ def test_none_lists_the_nearest_candidates_of_its_kind():
 def test_several_are_refused_unless_they_are_one_surface_or_stated():
     apart = (tube((0.0, 0.1)), tube((0.3, 0.4), tag=2))
     with pytest.raises(
-        ValueError, match=r"'bore': 2 separate surfaces .*; expected 1, choose by axial_range or say parts = 2; can"
+        ValueError,
+        match=r"'bore': 2 separate surfaces .*; expected 1, choose by axial_range or say parts = 2; can",
     ):
         bore().chosen(apart, TOLERANCE)
     assert len(bore(parts=2).chosen(apart, TOLERANCE)) == 2
     with pytest.raises(ValueError, match=r"1 separate surfaces .*; expected 2"):
         bore(parts=2, window=(0.2, 0.5)).chosen(apart, TOLERANCE)
-    # Halves of one cylinder share an edge; what a notch separates lies side by side around the axis.
-    assert len(bore().chosen((tube((0.0, 0.1), edges=(1, 2)), tube((0.1, 0.2), tag=2, edges=(2, 3))), TOLERANCE)) == 2
+    # Halves of one cylinder share an edge; what a notch separates lies side by side around the
+    # axis.
+    assert (
+        len(
+            bore().chosen(
+                (tube((0.0, 0.1), edges=(1, 2)), tube((0.1, 0.2), tag=2, edges=(2, 3))), TOLERANCE
+            )
+        )
+        == 2
+    )
     assert len(bore().chosen((tube((0.0, 0.1)), tube((0.02, 0.12), tag=2)), TOLERANCE)) == 2
 
 
@@ -85,7 +111,8 @@ def test_a_plane_is_matched_by_station_and_radii_and_many_candidates_are_cut_sho
     plane = SurfaceStatement("rim", "plane", np.zeros(3), -X, -0.3, (0.05, 0.25))
     assert [face.tag for face in plane.chosen(faces, TOLERANCE)] == [3]
     with pytest.raises(
-        ValueError, match=r"no plane of normal \(-1.0, 0.0, 0.0\) at station 0.31 m, radii between 0.05 .*; and 3 more"
+        ValueError,
+        match=r"no plane of normal \(-1.0, 0.0, 0.0\) at station 0.31 m, radii between 0.05 .*; and 3 more",
     ):
         replace(plane, size=0.31).chosen(faces, TOLERANCE)
     with pytest.raises(ValueError, match="no face of the CAD model lies inside the window"):
@@ -113,17 +140,26 @@ def folder(tmp_path_factory, carrier, pin):
 
 def test_a_wrong_radius_in_the_file_is_answered_with_the_right_one(folder):
     statements = read_cad_statements(folder / "surfaces.toml")
-    wrong = tuple(replace(s, size=0.079) if s.name == "pin_2_upwind" else s for s in statements.surfaces)
+    wrong = tuple(
+        replace(s, size=0.079) if s.name == "pin_2_upwind" else s for s in statements.surfaces
+    )
     with pytest.raises(
         ValueError,
         match=r"'pin_2_upwind': .*candidates: \[1\] cylinder, axis \(1, 0, 0\) through \(0, -0.26674, -0.154\), radius 0.08 m",
     ):
-        step_carrier_mesh(folder / "carrier.step", replace(statements, surfaces=wrong), 0.08, pins=False)
+        step_carrier_mesh(
+            folder / "carrier.step", replace(statements, surfaces=wrong), 0.08, pins=False
+        )
     whole = tuple(
-        replace(s, window=(-math.inf, math.inf)) if s.name == "pin_2_upwind" else s for s in statements.surfaces
+        replace(s, window=(-math.inf, math.inf)) if s.name == "pin_2_upwind" else s
+        for s in statements.surfaces
     )
-    with pytest.raises(ValueError, match=r"'pin_2_upwind': 2 separate surfaces match the cylinder of radius 0.08 m"):
-        step_carrier_mesh(folder / "carrier.step", replace(statements, surfaces=whole), 0.08, pins=False)
+    with pytest.raises(
+        ValueError, match=r"'pin_2_upwind': 2 separate surfaces match the cylinder of radius 0.08 m"
+    ):
+        step_carrier_mesh(
+            folder / "carrier.step", replace(statements, surfaces=whole), 0.08, pins=False
+        )
 
 
 def test_written_statements_match_every_face_they_name_and_come_back(folder, carrier, pin):
@@ -146,12 +182,24 @@ WRONG_FILES = [
     (HEAD.replace("1", "true") + RIM, "version is True"),
     (HEAD, r"no table \[surfaces.<name>\]"),
     (HEAD + "surface = 1\n" + RIM, "unknown entry 'surface'"),
-    (HEAD + "tolerance = 0.1\n" + RIM, "tolerance is 0.1 m; expected more than 0 and at most 0.001 m"),
+    (
+        HEAD + "tolerance = 0.1\n" + RIM,
+        "tolerance is 0.1 m; expected more than 0 and at most 0.001 m",
+    ),
     (HEAD + RIM + "[pin]\nbearing_width = -1\n", "bearing_width is -1.0 m"),
-    (HEAD + RIM + "[pin]\nwidth = 1\n", r"\[pin\]: found {'width': 1}; expected the keys bearing_width"),
+    (
+        HEAD + RIM + "[pin]\nwidth = 1\n",
+        r"\[pin\]: found {'width': 1}; expected the keys bearing_width",
+    ),
     (HEAD + RIM + "[frame]\naxis = [1, 0, 0]\npin_1 = [1, 0, 1]\n", "expected a right angle"),
-    (HEAD + RIM + "[frame]\naxis = [0, 0, 0]\n", r"axis is \[0.0, 0.0, 0.0\]; expected a direction"),
-    (HEAD + RIM.replace("plane", "cone"), r"\[surfaces.rim_face\]: type is 'cone'; expected 'cylinder' or 'plane'"),
+    (
+        HEAD + RIM + "[frame]\naxis = [0, 0, 0]\n",
+        r"axis is \[0.0, 0.0, 0.0\]; expected a direction",
+    ),
+    (
+        HEAD + RIM.replace("plane", "cone"),
+        r"\[surfaces.rim_face\]: type is 'cone'; expected 'cylinder' or 'plane'",
+    ),
     (HEAD + RIM + "radius = 1\n", "unknown key 'radius'; expected type, normal, station"),
     (HEAD + RIM.replace("station = 0", ""), "station is None; expected a number"),
     (HEAD + RIM.replace("station = 0", "station = nan"), "station is nan; expected a number"),
@@ -159,7 +207,8 @@ WRONG_FILES = [
     (HEAD + RIM + "radial_range = [2, 1]\n", "expected the smaller value first"),
     (HEAD + RIM + "parts = 0\n", "parts is 0; expected a whole number from 1"),
     (
-        HEAD + '[surfaces.bore]\ntype = "cylinder"\npoint = [0, 0, 0]\ndirection = [1, 0, 0]\nradius = -1\n',
+        HEAD
+        + '[surfaces.bore]\ntype = "cylinder"\npoint = [0, 0, 0]\ndirection = [1, 0, 0]\nradius = -1\n',
         "radius is -1.0",
     ),
     (

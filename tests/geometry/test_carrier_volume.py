@@ -1,6 +1,7 @@
 """Volumes and named areas of the meshes against integrals over the drawing's circles, which know no mesh.
 
-Curved quadratic facets miss a circle by the fourth power of their angle: some 1e-4 of an area at the tests' size.
+Curved quadratic facets miss a circle by the fourth power of their angle: some 1e-4 of an area at
+the tests' size.
 """
 
 import math
@@ -9,9 +10,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fe.surface_integrals import surface_area
-from geometry.carrier_mesh import flexible_half_sector
-from geometry.quality import mesh_quality
+from carrierflex.fe.surface_integrals import surface_area
+from carrierflex.geometry.carrier_mesh import flexible_half_sector
+from carrierflex.geometry.quality import mesh_quality
 from tests.analytic import carrier_volume, covered_angle, ring_section
 
 #: Area error of a full bore, eight quadratic arcs: 1.03e-4 measured.
@@ -31,7 +32,10 @@ def test_bonded_pins_add_their_own_volume(stiff_mesh, carrier, pin):
 def test_volume_converges_with_the_fourth_power_of_the_mesh_size(carrier):
     sizes = np.array([0.08, 0.04, 0.02])
     exact = carrier_volume(carrier) / 6.0
-    errors = [abs(mesh_quality(flexible_half_sector(carrier, size)).volume / exact - 1.0) for size in sizes]
+    errors = [
+        abs(mesh_quality(flexible_half_sector(carrier, size)).volume / exact - 1.0)
+        for size in sizes
+    ]
     slope = np.polyfit(np.log(sizes), np.log(errors), 1)[0]
     assert 3.3 < slope < 4.7, errors  # fourth order in theory; unstructured meshes scatter about it
 
@@ -63,7 +67,9 @@ def test_named_surfaces_have_the_areas_of_the_drawing(variant, request, carrier,
         assert_allclose(surface_area(mesh, mesh.surface(name)), area, rtol=ARCS, err_msg=name)
 
 
-def test_a_half_sector_holds_a_sixth_of_carrier_surfaces_and_half_of_pin_1(flexible_half, carrier, pin):
+def test_a_half_sector_holds_a_sixth_of_carrier_surfaces_and_half_of_pin_1(
+    flexible_half, carrier, pin
+):
     expected = expected_areas(carrier, pin)
     shares = dict.fromkeys(("shaft_face", "rim_face", "upwind_seat", "downwind_seat"), 1.0 / 6.0)
     shares |= {"pin_1_upwind": 0.5, "pin_1_downwind": 0.5}
@@ -74,7 +80,13 @@ def test_a_half_sector_holds_a_sixth_of_carrier_surfaces_and_half_of_pin_1(flexi
 
 
 def test_the_single_pin_has_its_seats_and_nothing_else(one_pin_mesh, carrier, pin):
-    expected = {name: area for name, area in expected_areas(carrier, pin).items() if name.startswith("pin_1")}
+    expected = {
+        name: area
+        for name, area in expected_areas(carrier, pin).items()
+        if name.startswith("pin_1")
+    }
     assert set(one_pin_mesh.surfaces) == set(expected)
     for name, area in expected.items():
-        assert_allclose(surface_area(one_pin_mesh, one_pin_mesh.surface(name)), area, rtol=ARCS, err_msg=name)
+        assert_allclose(
+            surface_area(one_pin_mesh, one_pin_mesh.surface(name)), area, rtol=ARCS, err_msg=name
+        )

@@ -1,4 +1,7 @@
-"""The whole carrier has the symmetry of its drawing exactly: rotation by 120 deg and mirroring map mesh onto mesh."""
+"""The whole carrier has the symmetry of its drawing exactly.
+
+Rotation by 120 deg and mirroring map mesh onto mesh.
+"""
 
 import math
 
@@ -7,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.spatial import cKDTree
 
-from geometry.dihedral import rotation_about_x
+from carrierflex.geometry.dihedral import rotation_about_x
 
 #: Rounding of a rotation at the carrier's size [m]; the nearest other node is more than 1 mm away.
 ROUNDING = 1e-12
@@ -57,14 +60,21 @@ def test_pins_are_numbered_along_increasing_angle(stiff_mesh, carrier):
     for number, (y, z) in expected.items():
         for part, x in (("upwind", 0.0325), ("midspan", 0.185), ("downwind", 0.3275)):
             points = stiff_mesh.points[np.unique(stiff_mesh.surface(f"pin_{number}_{part}"))]
-            # Mid-range: the nodes of a ring are symmetric about its axis, whatever their spacing. Arcs of 22 deg leave
-            # up to 0.02 radii of the extent uncovered.
-            assert_allclose((points.min(axis=0) + points.max(axis=0)) / 2.0, [x, y, z], rtol=0.0, atol=2e-3)
+            # Mid-range: the nodes of a ring are symmetric about its axis, whatever their spacing.
+            # Arcs of 22 deg leave up to 0.02 radii of the extent uncovered.
+            assert_allclose(
+                (points.min(axis=0) + points.max(axis=0)) / 2.0, [x, y, z], rtol=0.0, atol=2e-3
+            )
 
 
 def test_rotation_about_x_takes_z_towards_increasing_angle():
     v = 0.3
-    assert_allclose(rotation_about_x(v) @ [0.0, 0.0, 1.0], [0.0, -math.sin(v), math.cos(v)], rtol=0.0, atol=1e-16)
+    assert_allclose(
+        rotation_about_x(v) @ [0.0, 0.0, 1.0],
+        [0.0, -math.sin(v), math.cos(v)],
+        rtol=0.0,
+        atol=1e-16,
+    )
 
 
 def test_the_single_pin_is_its_own_mirror_image(one_pin_mesh):
@@ -73,4 +83,8 @@ def test_the_single_pin_is_its_own_mirror_image(one_pin_mesh):
 
 
 def test_meshes_state_their_rotational_symmetry(flexible_mesh, flexible_half, one_pin_mesh):
-    assert (flexible_mesh.symmetry_order, flexible_half.symmetry_order, one_pin_mesh.symmetry_order) == (3, 1, 1)
+    assert (
+        flexible_mesh.symmetry_order,
+        flexible_half.symmetry_order,
+        one_pin_mesh.symmetry_order,
+    ) == (3, 1, 1)

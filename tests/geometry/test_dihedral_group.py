@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from geometry.dihedral import completed
-from geometry.dihedral_group import IRREDUCIBLE_REPRESENTATIONS, MOTIONS, pilot_motions
-from geometry.tet_mesh import TetMesh
+from carrierflex.geometry.dihedral import completed
+from carrierflex.geometry.dihedral_group import IRREDUCIBLE_REPRESENTATIONS, MOTIONS, pilot_motions
+from carrierflex.geometry.tet_mesh import TetMesh
 
 KINDS = pytest.mark.parametrize("kind", IRREDUCIBLE_REPRESENTATIONS, ids=lambda kind: kind.name)
-POINTS = np.array([[0.1, 0.0, 0.0], [0.2, 0.0, 0.3], *(MOTIONS[2 * k] @ [0.2, 0.0, 0.3] for k in (1, 2))])
+POINTS = np.array(
+    [[0.1, 0.0, 0.0], [0.2, 0.0, 0.3], *(MOTIONS[2 * k] @ [0.2, 0.0, 0.3] for k in (1, 2))]
+)
 
 
 def product(a, b):
@@ -21,11 +23,15 @@ def product(a, b):
 def test_matrices_of_a_representation_multiply_as_the_motions_do(kind):
     for a in range(6):
         for b in range(6):
-            assert_allclose(kind.matrices[a] @ kind.matrices[b], kind.matrices[product(a, b)], atol=1e-14)
+            assert_allclose(
+                kind.matrices[a] @ kind.matrices[b], kind.matrices[product(a, b)], atol=1e-14
+            )
 
 
 def test_representations_are_different_and_irreducible():
-    characters = np.array([np.trace(kind.matrices, axis1=1, axis2=2) for kind in IRREDUCIBLE_REPRESENTATIONS])
+    characters = np.array(
+        [np.trace(kind.matrices, axis1=1, axis2=2) for kind in IRREDUCIBLE_REPRESENTATIONS]
+    )
     assert_allclose(characters @ characters.T / 6.0, np.eye(3), atol=1e-14)
 
 
@@ -38,7 +44,8 @@ def test_pilots_follow_the_group():
 
 
 def test_a_rigid_motion_of_the_pilots_turns_as_a_whole():
-    # Rigid rotation about y, seen from the rotated pilots, is the rigid rotation about the rotated axis.
+    # Rigid rotation about y, seen from the rotated pilots, is the rigid rotation about the rotated
+    # axis.
     Q, omega = pilot_motions(POINTS), np.array([0.0, 1.0, 0.5])
     for rho, Q_g in zip(MOTIONS, Q, strict=True):
         turned = np.linalg.det(rho) * rho @ omega
@@ -63,7 +70,8 @@ def test_adapted_coordinates_are_orthonormal_complete_and_turn_as_their_represen
 
 def test_a_pilot_without_an_image_is_refused():
     with pytest.raises(
-        ValueError, match=r"pilot 3 at \[0.2, -0.259808, -0.15\] m has no image at \[0.2, 0.259808, -0.15\] m"
+        ValueError,
+        match=r"pilot 3 at \[0.2, -0.259808, -0.15\] m has no image at \[0.2, 0.259808, -0.15\] m",
     ):
         pilot_motions(POINTS[:3])
 

@@ -1,14 +1,16 @@
 import numpy as np
 from numpy.testing import assert_allclose
 
-from geometry.tet_mesh import boundary_facets
-from geometry.view import PICTURE_SIZE, mesh_picture, skin
+from carrierflex.geometry.tet_mesh import boundary_facets
+from carrierflex.geometry.view import PICTURE_SIZE, mesh_picture, skin
 
 
 def test_the_skin_holds_the_boundary_facets_and_their_data(one_pin_mesh):
     surface = skin(one_pin_mesh, subdivision=0, x=one_pin_mesh.points[:, 0])
     assert surface.n_cells == len(boundary_facets(one_pin_mesh.tets))
-    assert_allclose(surface.point_data["x"], surface.points[:, 0], rtol=0.0, atol=1e-7)  # VTK may keep single precision
+    assert_allclose(
+        surface.point_data["x"], surface.points[:, 0], rtol=0.0, atol=1e-7
+    )  # VTK may keep single precision
 
 
 def test_a_mesh_picture_shows_the_mesh(stiff_mesh):

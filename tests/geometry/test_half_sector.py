@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from geometry.carrier_mesh import flexible_half_sector, pin_mesh, stiff_carrier_mesh
-from geometry.dihedral import cut_plane_nodes
-from geometry.half_sector import MeshingError, carrier_half_sector, pin_half
-from geometry.named_surfaces import with_carrier_surfaces
-from geometry.parameters import PinParameters
+from carrierflex.geometry.carrier_mesh import flexible_half_sector, pin_mesh, stiff_carrier_mesh
+from carrierflex.geometry.dihedral import cut_plane_nodes
+from carrierflex.geometry.half_sector import MeshingError, carrier_half_sector, pin_half
+from carrierflex.geometry.named_surfaces import with_carrier_surfaces
+from carrierflex.geometry.parameters import PinParameters
 
 
 @pytest.mark.parametrize("size", [0.0, -0.05, 0.0019, 0.21, math.nan, math.inf])
@@ -26,7 +26,9 @@ def test_a_failure_of_the_mesher_is_reported_with_its_cause(carrier, monkeypatch
         raise RuntimeError("Could not recover boundary mesh")
 
     monkeypatch.setattr("gmsh.model.mesh.generate", fail)
-    with pytest.raises(MeshingError, match=r"gmsh could not mesh the half sector at size 0.06 m: Could not recover"):
+    with pytest.raises(
+        MeshingError, match=r"gmsh could not mesh the half sector at size 0.06 m: Could not recover"
+    ):
         carrier_half_sector(carrier, 0.06)
 
 
@@ -36,13 +38,17 @@ def test_meshing_works_again_after_a_failure(carrier, monkeypatch, flexible_half
         with pytest.raises(MeshingError, match="division by zero"):
             carrier_half_sector(carrier, 0.06)
     again = flexible_half_sector(carrier, 0.06)
-    assert_allclose(again.points, flexible_half.points, rtol=0.0, atol=0.0)  # the mesh does not depend on chance
+    assert_allclose(
+        again.points, flexible_half.points, rtol=0.0, atol=0.0
+    )  # the mesh does not depend on chance
     assert (again.tets == flexible_half.tets).all()
 
 
 def test_linear_elements_are_refused(carrier, monkeypatch):
     monkeypatch.setattr("gmsh.model.mesh.setOrder", lambda order: None)
-    with pytest.raises(MeshingError, match=r"gmsh returned element type 4; expected quadratic tetrahedra \(11\)"):
+    with pytest.raises(
+        MeshingError, match=r"gmsh returned element type 4; expected quadratic tetrahedra \(11\)"
+    ):
         carrier_half_sector(carrier, 0.06)
 
 
@@ -69,7 +75,9 @@ def test_half_sector_lies_between_0_and_60_deg_with_nodes_on_both_planes(variant
 def test_bodies_of_the_stiff_half_sector_share_the_nodes_of_the_bores(stiff_half):
     in_carrier = set(stiff_half.tets[stiff_half.bodies["carrier"]].ravel())
     in_pins = set(stiff_half.tets[stiff_half.bodies["pins"]].ravel())
-    bores = {n for part in ("upwind", "downwind") for n in stiff_half.surface(f"pin_1_{part}").ravel()}
+    bores = {
+        n for part in ("upwind", "downwind") for n in stiff_half.surface(f"pin_1_{part}").ravel()
+    }
     assert bores == in_carrier & in_pins
 
 
@@ -79,10 +87,15 @@ def test_sensor_circle_and_bearing_seat_are_marked_by_element_edges(flexible_mes
     assert (on_face & (np.abs(r - carrier.sensor_radius) < 1e-9)).sum() > 36
     rim = flexible_mesh.points[np.unique(flexible_mesh.surface("rim_face"))]
     rim_r = np.hypot(rim[:, 1], rim[:, 2])
-    assert_allclose([rim_r.min(), rim_r.max()], [carrier.sensor_radius, carrier.outer_radius], rtol=1e-9)
+    assert_allclose(
+        [rim_r.min(), rim_r.max()], [carrier.sensor_radius, carrier.outer_radius], rtol=1e-9
+    )
 
 
 def test_surfaces_of_other_parameters_are_refused(flexible_mesh, carrier):
     other = replace(carrier, sensor_radius=0.42)
-    with pytest.raises(ValueError, match="the mesh has no facet on rim_face: it does not belong to these parameters"):
+    with pytest.raises(
+        ValueError,
+        match="the mesh has no facet on rim_face: it does not belong to these parameters",
+    ):
         with_carrier_surfaces(flexible_mesh, other)

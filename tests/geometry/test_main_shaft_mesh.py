@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from geometry.main_shaft_mesh import main_shaft_mesh
-from geometry.main_shaft_parameters import MainShaftParameters
-from geometry.parameter_files import StageParameters, read_parameters
-from geometry.parameters import CarrierParameters
-from geometry.quality import mesh_quality
+from carrierflex.geometry.main_shaft_mesh import main_shaft_mesh
+from carrierflex.geometry.main_shaft_parameters import MainShaftParameters
+from carrierflex.geometry.parameter_files import StageParameters, read_parameters
+from carrierflex.geometry.parameters import CarrierParameters
+from carrierflex.geometry.quality import mesh_quality
 
 SHAFT = MainShaftParameters()
 
@@ -35,10 +35,16 @@ def test_volume_is_that_of_the_tube(mesh):
 
 def test_named_surfaces_are_where_the_drawing_has_them(mesh):
     x = {name: mesh.points[np.unique(facets)][:, 0] for name, facets in mesh.surfaces.items()}
-    # The hub's upwind face is at -0.12 m, the main bearing 2.1 m upwind of it, the flange 0.12 m further.
+    # The hub's upwind face is at -0.12 m, the main bearing 2.1 m upwind of it, the flange 0.12 m
+    # further.
     assert_allclose(x["carrier_joint"], -0.12, rtol=0.0, atol=1e-9)
     assert_allclose(x["coupling_flange"], -2.34, rtol=0.0, atol=1e-9)
-    assert_allclose([x["main_bearing_seat"].min(), x["main_bearing_seat"].max()], [-2.31, -2.13], rtol=0.0, atol=1e-9)
+    assert_allclose(
+        [x["main_bearing_seat"].min(), x["main_bearing_seat"].max()],
+        [-2.31, -2.13],
+        rtol=0.0,
+        atol=1e-9,
+    )
     # Flat facets on the cylinder: a few per cent less than the curved area.
     assert_allclose(area(mesh, "main_bearing_seat"), math.pi * 0.341 * 0.18, rtol=0.03)
     assert_allclose(area(mesh, "carrier_joint"), area(mesh, "coupling_flange"), rtol=1e-9)
@@ -67,7 +73,9 @@ def test_any_allowed_size_gives_sound_elements(carrier, size):
 
 
 def test_useless_sizes_are_refused(carrier):
-    with pytest.raises(ValueError, match=r"mesh size is 30 m; expected an edge length between 0\.002 and 0\.2 m"):
+    with pytest.raises(
+        ValueError, match=r"mesh size is 30 m; expected an edge length between 0\.002 and 0\.2 m"
+    ):
         main_shaft_mesh(carrier, SHAFT, 30)
 
 
@@ -75,13 +83,22 @@ def test_useless_sizes_are_refused(carrier):
     ("change", "message"),
     [
         ({"outer_diameter": -0.3}, "outer_diameter is -0.3; expected a positive number"),
-        ({"inner_diameter": 0.341}, "inner_diameter is 0.341 m; expected less than outer_diameter 0.341 m"),
-        ({"bearing_to_joint": 2100.0}, "bearing_to_joint is 2100.0 m; expected dimensions in metres, at most 20 m"),
+        (
+            {"inner_diameter": 0.341},
+            "inner_diameter is 0.341 m; expected less than outer_diameter 0.341 m",
+        ),
+        (
+            {"bearing_to_joint": 2100.0},
+            "bearing_to_joint is 2100.0 m; expected dimensions in metres, at most 20 m",
+        ),
         (
             {"bearing_width": 0.3},
             "bearing_width is 0.3 m: the bearing reaches an end of the shaft; expected less than 0.24 m",
         ),
-        ({"hub_to_bearing": 0.1}, "hub_to_bearing is 0.1 m; expected at least bearing_to_flange 0.12 m"),
+        (
+            {"hub_to_bearing": 0.1},
+            "hub_to_bearing is 0.1 m; expected at least bearing_to_flange 0.12 m",
+        ),
     ],
 )
 def test_contradicting_dimensions_are_refused(change, message):

@@ -6,10 +6,10 @@ import meshio
 import numpy as np
 import pytest
 
-from geometry.mesh_checks import check_mesh
-from geometry.mesh_files import read_mesh, write_mesh
-from geometry.quality import mesh_quality
-from geometry.tet_mesh import TetMesh
+from carrierflex.geometry.mesh_checks import check_mesh
+from carrierflex.geometry.mesh_files import read_mesh, write_mesh
+from carrierflex.geometry.quality import mesh_quality
+from carrierflex.geometry.tet_mesh import TetMesh
 
 
 def test_a_written_mesh_is_read_back_whole(tmp_path, stiff_mesh):
@@ -64,7 +64,8 @@ def test_unused_nodes_are_numbered(one_pin_mesh):
     n = len(one_pin_mesh.points)
     more = replace(one_pin_mesh, points=np.concatenate([one_pin_mesh.points, np.zeros((5, 3))]))
     with pytest.raises(
-        ValueError, match=rf"5 of {n + 5} nodes belong to no element \(numbers {n}, .*, \.\.\., from 0\)"
+        ValueError,
+        match=rf"5 of {n + 5} nodes belong to no element \(numbers {n}, .*, \.\.\., from 0\)",
     ):
         check_mesh(more, "pin")
 
@@ -92,10 +93,16 @@ def test_files_without_names_or_with_other_elements_are_refused(tmp_path, one_pi
     points, tets = one_pin_mesh.points, one_pin_mesh.tets
     with pytest.raises(ValueError, match="tetrahedra without a physical volume's name"):
         read_mesh(written(tmp_path / "a.msh", points, [("tetra10", tets)]))
-    with pytest.raises(ValueError, match=rf"{len(tets)} elements of type tetra; expected quadratic tetrahedra"):
+    with pytest.raises(
+        ValueError, match=rf"{len(tets)} elements of type tetra; expected quadratic tetrahedra"
+    ):
         read_mesh(written(tmp_path / "b.msh", points, [("tetra", tets[:, :4])]))
     with pytest.raises(ValueError, match="no quadratic tetrahedra"):
-        read_mesh(written(tmp_path / "c.msh", points, [("triangle6", one_pin_mesh.surface("pin_1_upwind"))]))
+        read_mesh(
+            written(
+                tmp_path / "c.msh", points, [("triangle6", one_pin_mesh.surface("pin_1_upwind"))]
+            )
+        )
     with pytest.raises(ValueError, match=r"suffix '\.vtu'; expected \.msh"):
         read_mesh(tmp_path / "a.vtu")
     with pytest.raises(FileNotFoundError, match=r"absent\.msh: no such file"):
@@ -106,7 +113,9 @@ def test_a_surface_inside_the_body_is_refused(tmp_path, one_pin_mesh):
     inner = one_pin_mesh.tets[:, [0, 1, 2, 4, 5, 6]][:3]
     surfaces = {"pin_1_upwind": np.concatenate([one_pin_mesh.surface("pin_1_upwind"), inner])}
     write_mesh(replace(one_pin_mesh, surfaces=surfaces), tmp_path / "pin.msh")
-    with pytest.raises(ValueError, match=r"surface 'pin_1_upwind': .* not all of them on the boundary of one body"):
+    with pytest.raises(
+        ValueError, match=r"surface 'pin_1_upwind': .* not all of them on the boundary of one body"
+    ):
         read_mesh(tmp_path / "pin.msh")
 
 

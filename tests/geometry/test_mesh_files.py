@@ -1,4 +1,7 @@
-"""Every mesh file is read back: nodes, elements, bodies and surfaces come home; gmsh itself finds no element inverted."""
+"""Every mesh file is read back.
+
+Nodes, elements, bodies and surfaces come home; gmsh itself finds no element inverted.
+"""
 
 from dataclasses import replace
 
@@ -8,8 +11,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from geometry.mesh_files import check_mesh_path, write_mesh
-from geometry.quality import mesh_quality
+from carrierflex.geometry.mesh_files import check_mesh_path, write_mesh
+from carrierflex.geometry.quality import mesh_quality
 
 
 @pytest.fixture(scope="module", params=[".msh", ".vtu", ".inp"])
@@ -36,7 +39,9 @@ def test_bodies_come_back(round_trip, stiff_half):
         else:
             blocks = [i for i, block in enumerate(found.cells) if block.type == "tetra10"]
             key = "gmsh:physical" if suffix == ".msh" else "body"
-            back = np.flatnonzero(np.concatenate([found.cell_data[key][i] for i in blocks]) == number)
+            back = np.flatnonzero(
+                np.concatenate([found.cell_data[key][i] for i in blocks]) == number
+            )
         assert (np.sort(back) == elements).all()
 
 
@@ -51,7 +56,9 @@ def test_surfaces_come_back(round_trip, stiff_half):
             number, dimension = found.field_data[name]
             assert dimension == 2
             blocks = zip(found.cells, found.cell_data["gmsh:physical"], strict=True)
-            back = np.concatenate([block.data[tags == number] for block, tags in blocks if block.type == "triangle6"])
+            back = np.concatenate(
+                [block.data[tags == number] for block, tags in blocks if block.type == "triangle6"]
+            )
             assert (back == facets).all()
         assert set(np.ravel(back)) == set(facets.ravel())
 
@@ -83,7 +90,9 @@ def test_gmsh_finds_the_same_volume_and_no_inverted_element(tmp_path, one_pin_me
 
 
 def test_an_unknown_suffix_is_refused(tmp_path, one_pin_mesh):
-    with pytest.raises(ValueError, match=r"pin\.stl: suffix '\.stl'; expected one of \.msh, \.vtu, \.inp"):
+    with pytest.raises(
+        ValueError, match=r"pin\.stl: suffix '\.stl'; expected one of \.msh, \.vtu, \.inp"
+    ):
         write_mesh(one_pin_mesh, tmp_path / "pin.stl")
     with pytest.raises(ValueError, match="suffix ''"):
         check_mesh_path(tmp_path / "pin")
@@ -119,4 +128,6 @@ def test_numbers_of_abaqus_files_are_narrow_enough_to_be_read(tmp_path, one_pin_
     assert len(numbers) == 3 * len(moved.points)
     assert max(map(len, numbers)) <= 20
     read = np.array(numbers, dtype=float).reshape(-1, 3)
-    assert_allclose(read, moved.points, rtol=0.0, atol=1e-17 * max(1.0, 10.0 ** len(str(int(abs(offset))))))
+    assert_allclose(
+        read, moved.points, rtol=0.0, atol=1e-17 * max(1.0, 10.0 ** len(str(int(abs(offset)))))
+    )

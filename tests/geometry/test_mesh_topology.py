@@ -1,4 +1,7 @@
-"""The meshes are one closed solid with the holes of the drawing; nodes of round faces lie on their cylinders."""
+"""The meshes are one closed solid with the holes of the drawing.
+
+Nodes of round faces lie on their cylinders.
+"""
 
 import numpy as np
 import pytest
@@ -6,10 +9,10 @@ import scipy.sparse as sp
 from numpy.testing import assert_allclose
 from scipy.sparse.csgraph import connected_components
 
-from geometry.tet_mesh import TET_EDGES, boundary_facets
+from carrierflex.geometry.tet_mesh import TET_EDGES, boundary_facets
 
-#: Genus of each solid, counted on the drawing. A plate without pins has four holes; the webs join two plates once and close
-#: two more loops. Bonded pins fill six holes and close three loops more.
+#: Genus of each solid, counted on the drawing. A plate without pins has four holes; the webs join
+#: two plates once and close two more loops. Bonded pins fill six holes and close three loops more.
 GENUS = {"flexible_mesh": 4 + 4 + 2, "stiff_mesh": 1 + 1 + 5, "one_pin_mesh": 0}
 VARIANTS = pytest.mark.parametrize("variant", GENUS)
 
@@ -66,11 +69,19 @@ def test_mid_side_nodes_of_round_faces_lie_on_their_cylinders(variant, request, 
     points = request.getfixturevalue(variant).points
     facets = boundary_facets(request.getfixturevalue(variant).tets)
     a, clearance = carrier.centre_distance, carrier.planet_clearance_radius
-    for radius, offset in ((carrier.outer_radius, 0.0), (carrier.pin_hole_radius, a), (clearance, a)):
+    for radius, offset in (
+        (carrier.outer_radius, 0.0),
+        (carrier.pin_hole_radius, a),
+        (clearance, a),
+    ):
         r = np.hypot(points[facets][..., 1], points[facets][..., 2] - offset)
-        on = (np.abs(r[:, :3] - radius) < 1e-9).all(axis=1) & (np.ptp(points[facets][:, :3, 0], axis=1) > 1e-3)
+        on = (np.abs(r[:, :3] - radius) < 1e-9).all(axis=1) & (
+            np.ptp(points[facets][:, :3, 0], axis=1) > 1e-3
+        )
         assert on.sum() >= 8
-        assert_allclose(r[on], radius, rtol=0.0, atol=1e-9)  # gmsh's own tolerance is 1e-8 of the size
+        assert_allclose(
+            r[on], radius, rtol=0.0, atol=1e-9
+        )  # gmsh's own tolerance is 1e-8 of the size
 
 
 def test_mid_side_nodes_of_straight_edges_lie_half_way(one_pin_mesh):
@@ -79,4 +90,6 @@ def test_mid_side_nodes_of_straight_edges_lie_half_way(one_pin_mesh):
     for number, (i, j) in enumerate(TET_EDGES):
         inside = ~(on_skin[:, i] & on_skin[:, j])
         middles = points[tets[inside, 4 + number]]
-        assert_allclose(middles, (points[tets[inside, i]] + points[tets[inside, j]]) / 2.0, rtol=0.0, atol=1e-9)
+        assert_allclose(
+            middles, (points[tets[inside, i]] + points[tets[inside, j]]) / 2.0, rtol=0.0, atol=1e-9
+        )

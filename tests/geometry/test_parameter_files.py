@@ -1,24 +1,33 @@
 import pytest
 
-from geometry.parameter_files import StageParameters, read_parameters
-from geometry.parameters import CarrierParameters, GearData
+from carrierflex.geometry.parameter_files import StageParameters, read_parameters
+from carrierflex.geometry.parameters import CarrierParameters, GearData
 
 REFUSED = [
     ("[carrier\n", r"not a TOML file \(Expected ']'"),
-    ("[caRrier]\nouter_radius = 0.44\n", r"unknown entry 'caRrier'; expected the tables carrier, pin, gear"),
+    (
+        "[caRrier]\nouter_radius = 0.44\n",
+        r"unknown entry 'caRrier'; expected the tables carrier, pin, gear",
+    ),
     ("outer_radius = 0.44\n", r"unknown entry 'outer_radius'"),
     (
         "[carrier]\nouter_diameter = 0.88\n",
         r"\[carrier\]: unknown key 'outer_diameter'; expected one of outer_radius, ",
     ),
-    ("[carrier]\nouter_radius = '0.44'\n", r"\[carrier\]: outer_radius is '0.44'; expected a number"),
+    (
+        "[carrier]\nouter_radius = '0.44'\n",
+        r"\[carrier\]: outer_radius is '0.44'; expected a number",
+    ),
     ("[pin]\ndiameter = true\n", r"\[pin\]: diameter is True; expected a number"),
     (
         "[carrier]\nouter_radius = nan\n",
         r"\[carrier\]: CarrierParameters.outer_radius is nan; expected a positive number",
     ),
     ("[gear]\nring_teeth = 98\n", r"\[gear\]: GearData.ring_teeth is 98; expected"),
-    ("[pin]\ndiameter = 0.15\n", r"PinParameters.diameter is 0.15 m; expected the carrier's pin_hole_diameter 0.16"),
+    (
+        "[pin]\ndiameter = 0.15\n",
+        r"PinParameters.diameter is 0.15 m; expected the carrier's pin_hole_diameter 0.16",
+    ),
     (
         "[gear]\ncentre_distance = 0.3\n",
         r"GearData.centre_distance is 0.3 m; expected the carrier's centre_distance 0.308",
@@ -44,12 +53,16 @@ def test_a_binary_file_is_refused_by_name(tmp_path):
 def test_a_file_too_large_for_parameters_is_refused_unread(tmp_path):
     path = tmp_path / "stage.toml"
     path.write_text("#" * 100_001, encoding="utf-8")
-    with pytest.raises(ValueError, match=r"stage\.toml: 100001 bytes; expected a parameter file below 100000 bytes"):
+    with pytest.raises(
+        ValueError, match=r"stage\.toml: 100001 bytes; expected a parameter file below 100000 bytes"
+    ):
         read_parameters(path)
 
 
 def test_a_missing_parameter_file_is_named(tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"absent\.toml: no such file; expected a TOML file with the tables"):
+    with pytest.raises(
+        FileNotFoundError, match=r"absent\.toml: no such file; expected a TOML file with the tables"
+    ):
         read_parameters(tmp_path / "absent.toml")
 
 
@@ -60,4 +73,6 @@ def test_no_file_gives_the_defaults():
 def test_given_keys_replace_defaults_and_the_others_stay(tmp_path):
     path = tmp_path / "stage.toml"
     path.write_text("[carrier]\nplate_gap = 0.25\n[gear]\nring_teeth = 99\n", encoding="utf-8")
-    assert read_parameters(path) == StageParameters(CarrierParameters(plate_gap=0.25), gear=GearData())
+    assert read_parameters(path) == StageParameters(
+        CarrierParameters(plate_gap=0.25), gear=GearData()
+    )

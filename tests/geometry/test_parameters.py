@@ -8,27 +8,54 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from geometry.parameters import CarrierParameters, GearData, PinParameters, pin_angles
+from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters, pin_angles
 
 CARRIER_CONTRADICTIONS = [
-    ({"pin_hole_diameter": 0.26}, r"pin_hole_diameter is 0.26 m: the hole reaches radius 0.438 m and leaves the plate"),
+    (
+        {"pin_hole_diameter": 0.26},
+        r"pin_hole_diameter is 0.26 m: the hole reaches radius 0.438 m and leaves the plate",
+    ),
     (
         {"hub_outer_diameter": 0.47},
         r"hub_outer_diameter is 0.47 m and covers the pin holes, .* expected at most 0.466 m",
     ),
     ({"seat_outer_diameter": 0.47}, r"seat_outer_diameter is 0.47 m and covers the pin holes"),
-    ({"web_inner_radius": 0.435}, r"web_inner_radius is 0.435 m; expected less than outer_radius 0.435 m"),
+    (
+        {"web_inner_radius": 0.435},
+        r"web_inner_radius is 0.435 m; expected less than outer_radius 0.435 m",
+    ),
     (
         {"web_inner_radius": 0.155},
         r"web_inner_radius is 0.155 m; expected more than the radius of the central bores, 0.16 m",
     ),
-    ({"planet_clearance_radius": 0.30}, r"planet_clearance_radius is 0.3 m: the webs touch the planet, .* 0.2788 m"),
-    ({"planet_clearance_radius": 0.08}, r"planet_clearance_radius is 0.08 m; expected more than the pin hole's radius"),
-    ({"hub_inner_diameter": 0.46}, r"hub_inner_diameter is 0.46 m; expected less than hub_outer_diameter 0.46 m"),
-    ({"seat_inner_diameter": 0.40}, r"seat_inner_diameter is 0.4 m; expected less than seat_outer_diameter 0.4 m"),
-    ({"upwind_bearing_width": 0.12}, r"upwind_bearing_width is 0.12 m; expected less than hub_length 0.12 m"),
-    ({"sensor_radius": 0.435}, r"outer_radius is 0.435 m: the rim ends inside the sensor radius 0.435 m"),
-    ({"sensor_radius": 0.388}, r"sensor_radius is 0.388 m: the measured circle crosses the pin holes"),
+    (
+        {"planet_clearance_radius": 0.30},
+        r"planet_clearance_radius is 0.3 m: the webs touch the planet, .* 0.2788 m",
+    ),
+    (
+        {"planet_clearance_radius": 0.08},
+        r"planet_clearance_radius is 0.08 m; expected more than the pin hole's radius",
+    ),
+    (
+        {"hub_inner_diameter": 0.46},
+        r"hub_inner_diameter is 0.46 m; expected less than hub_outer_diameter 0.46 m",
+    ),
+    (
+        {"seat_inner_diameter": 0.40},
+        r"seat_inner_diameter is 0.4 m; expected less than seat_outer_diameter 0.4 m",
+    ),
+    (
+        {"upwind_bearing_width": 0.12},
+        r"upwind_bearing_width is 0.12 m; expected less than hub_length 0.12 m",
+    ),
+    (
+        {"sensor_radius": 0.435},
+        r"outer_radius is 0.435 m: the rim ends inside the sensor radius 0.435 m",
+    ),
+    (
+        {"sensor_radius": 0.388},
+        r"sensor_radius is 0.388 m: the measured circle crosses the pin holes",
+    ),
 ]
 
 
@@ -40,9 +67,13 @@ def test_contradicting_carrier_dimensions_are_refused(changed, message):
 
 @pytest.mark.parametrize("name", ["hub", "seat"])
 def test_a_shaft_end_as_wide_as_the_plate_is_refused(name):
-    # With holes of usual size the hole's edge is met first; only a needle's hole lets the plate's edge come before it.
+    # With holes of usual size the hole's edge is met first; only a needle's hole lets the plate's
+    # edge come before it.
     needle = {"pin_hole_diameter": 0.002, "centre_distance": 0.433}
-    with pytest.raises(ValueError, match=rf"{name}_outer_diameter is 0.872 m; expected less than twice outer_radius"):
+    with pytest.raises(
+        ValueError,
+        match=rf"{name}_outer_diameter is 0.872 m; expected less than twice outer_radius",
+    ):
         CarrierParameters(**needle, **{f"{name}_outer_diameter": 0.872})
 
 
@@ -50,31 +81,40 @@ def test_a_shaft_end_as_wide_as_the_plate_is_refused(name):
 @pytest.mark.parametrize("value", [0.0, -0.1, math.nan, math.inf, "0.1", None])
 def test_every_parameter_must_be_a_positive_number(kind, value):
     for field in fields(kind):
-        with pytest.raises(ValueError, match=rf"^{kind.__name__}\.{field.name} is .*; expected a positive number$"):
+        with pytest.raises(
+            ValueError, match=rf"^{kind.__name__}\.{field.name} is .*; expected a positive number$"
+        ):
             kind(**{field.name: value})
 
 
 def test_a_pin_of_another_diameter_than_the_hole_is_refused(carrier):
     with pytest.raises(
-        ValueError, match=r"PinParameters.diameter is 0.159 m; expected the carrier's pin_hole_diameter"
+        ValueError,
+        match=r"PinParameters.diameter is 0.159 m; expected the carrier's pin_hole_diameter",
     ):
         PinParameters(diameter=0.159).check_fits(carrier)
 
 
 def test_a_bearing_as_wide_as_the_plate_gap_is_refused(carrier):
     with pytest.raises(
-        ValueError, match=r"PinParameters.bearing_width is 0.24 m; expected less than .* plate_gap 0.24"
+        ValueError,
+        match=r"PinParameters.bearing_width is 0.24 m; expected less than .* plate_gap 0.24",
     ):
         PinParameters(bearing_width=0.24).check_fits(carrier)
 
 
 def test_tooth_numbers_that_do_not_mesh_are_refused():
-    with pytest.raises(ValueError, match=r"GearData.ring_teeth is 98; expected sun_teeth \+ 2 planet_teeth = 99"):
+    with pytest.raises(
+        ValueError, match=r"GearData.ring_teeth is 98; expected sun_teeth \+ 2 planet_teeth = 99"
+    ):
         GearData(ring_teeth=98)
 
 
 def test_tooth_numbers_that_cannot_be_assembled_are_refused():
-    with pytest.raises(ValueError, match=r"GearData.sun_teeth is 22; expected ring_teeth \+ sun_teeth divisible by 3"):
+    with pytest.raises(
+        ValueError,
+        match=r"GearData.sun_teeth is 22; expected ring_teeth \+ sun_teeth divisible by 3",
+    ):
         GearData(ring_teeth=100, sun_teeth=22)
 
 
@@ -102,5 +142,7 @@ def test_gear_data_in_degrees_or_with_parts_of_teeth_are_refused(wrong, message)
 
 
 def test_dimensions_in_millimetres_are_refused():
-    with pytest.raises(ValueError, match=r"outer_radius is 435\.0 m; expected dimensions in metres"):
+    with pytest.raises(
+        ValueError, match=r"outer_radius is 435\.0 m; expected dimensions in metres"
+    ):
         CarrierParameters(outer_radius=435.0)

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from geometry.quality import InvertedElementError, check_quality, mesh_quality
-from geometry.tet_mesh import TET_EDGES, TetMesh
+from carrierflex.geometry.quality import InvertedElementError, check_quality, mesh_quality
+from carrierflex.geometry.tet_mesh import TET_EDGES, TetMesh
 
 EDGE = 0.1
 
@@ -31,7 +31,8 @@ def test_a_regular_tetrahedron_has_the_best_marks(regular_tetrahedron):
 
 
 def test_a_corner_tetrahedron_has_its_textbook_shape():
-    # Three unit edges and three of length sqrt 2 about a right corner: 12 (3/6)^(2/3) / 9 (Liu and Joe 1994).
+    # Three unit edges and three of length sqrt 2 about a right corner: 12 (3/6)^(2/3) / 9 (Liu and
+    # Joe 1994).
     quality = mesh_quality(one_element([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]))
     assert_allclose(quality.worst_shape, 12.0 * 0.5 ** (2.0 / 3.0) / 9.0, rtol=1e-12)
 
@@ -47,7 +48,9 @@ def test_volume_of_a_curved_element_grows_as_its_face_bulges(regular_tetrahedron
 
 def test_an_element_turned_inside_out_is_refused(regular_tetrahedron):
     tets = regular_tetrahedron.tets[:, [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]]
-    with pytest.raises(InvertedElementError, match=r"1 of 1 elements are inverted, .* choose a smaller mesh size"):
+    with pytest.raises(
+        InvertedElementError, match=r"1 of 1 elements are inverted, .* choose a smaller mesh size"
+    ):
         check_quality(replace(regular_tetrahedron, tets=tets))
 
 
@@ -68,9 +71,18 @@ def test_project_meshes_have_no_inverted_element(flexible_mesh, stiff_mesh, one_
 WRONG_MESHES = [
     ({"points": np.zeros((10, 2))}, r"mesh points have shape \(10, 2\); expected \(n, 3\)"),
     ({"points": np.full((10, 3), np.nan)}, r"every coordinate finite"),
-    ({"tets": np.zeros((1, 4), dtype=np.int64)}, r"tetrahedra have shape \(1, 4\); expected \(m, 10\)"),
-    ({"tets": np.arange(1, 11)[None, :]}, r"tetrahedra refer to node 10; expected numbers below 10"),
-    ({"surfaces": {"rim_face": np.full((1, 6), 77)}}, r"rim_face refer to node 77; expected numbers below 10"),
+    (
+        {"tets": np.zeros((1, 4), dtype=np.int64)},
+        r"tetrahedra have shape \(1, 4\); expected \(m, 10\)",
+    ),
+    (
+        {"tets": np.arange(1, 11)[None, :]},
+        r"tetrahedra refer to node 10; expected numbers below 10",
+    ),
+    (
+        {"surfaces": {"rim_face": np.full((1, 6), 77)}},
+        r"rim_face refer to node 77; expected numbers below 10",
+    ),
 ]
 
 
@@ -81,5 +93,7 @@ def test_meshes_that_contradict_themselves_are_refused(regular_tetrahedron, chan
 
 
 def test_a_missing_surface_is_named_with_those_there_are(flexible_mesh):
-    with pytest.raises(KeyError, match=r"no surface 'pin_1_midspan'; it has downwind_seat, pin_1_downwind"):
+    with pytest.raises(
+        KeyError, match=r"no surface 'pin_1_midspan'; it has downwind_seat, pin_1_downwind"
+    ):
         flexible_mesh.surface("pin_1_midspan")

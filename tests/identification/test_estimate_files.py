@@ -4,9 +4,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.carrier_identification import identify_each_run, identify_jointly
-from identification.carrier_models import flexible_model
-from identification.estimate_files import identification_document, write_identification
+from carrierflex.identification.carrier.carrier_identification import (
+    identify_each_run,
+    identify_jointly,
+)
+from carrierflex.identification.carrier.models import flexible_model
+from carrierflex.identification.estimate_files import identification_document, write_identification
 from tests.identification.synthetic_campaigns import carrier_campaign
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 
@@ -36,7 +39,9 @@ def test_joint_document_separates_shared_parameters_from_those_of_the_runs(tmp_p
 
 
 def test_per_run_document_puts_every_parameter_under_its_run():
-    document = identification_document("twin", identify_each_run(carrier_campaign(), M2), seconds=0.1, model_runs=1)
+    document = identification_document(
+        "twin", identify_each_run(carrier_campaign(), M2), seconds=0.1, model_runs=1
+    )
     assert document["shared"] == {}
     expected = {"d_x", "phi_H", "theta_H", "phi_PLC", "theta_PLC", "rho_s", "rho_f"}
     for run in ("LC1", "LC2"):
@@ -44,7 +49,9 @@ def test_per_run_document_puts_every_parameter_under_its_run():
 
 
 def test_what_cannot_be_seen_is_null_and_said_in_words(tmp_path):
-    estimates = identify_each_run(carrier_campaign(), flexible_model(flexible_curve(0.5), flexible_curve()))
+    estimates = identify_each_run(
+        carrier_campaign(), flexible_model(flexible_curve(0.5), flexible_curve())
+    )
     document = identification_document("twin", estimates, seconds=0.1, model_runs=1)
     assert document["runs"]["LC1"]["parameters"]["rho_f"] == {
         "value": None,
@@ -52,7 +59,9 @@ def test_what_cannot_be_seen_is_null_and_said_in_words(tmp_path):
         "ci95": [None, None],
         "unit": "1",
     }
-    assert document["undetermined"][0].startswith("LC1: rho_s of LC1 and rho_f of LC1 cannot be told apart")
+    assert document["undetermined"][0].startswith(
+        "LC1: rho_s of LC1 and rho_f of LC1 cannot be told apart"
+    )
     write_identification(tmp_path / "i.json", document)
 
 
@@ -67,5 +76,7 @@ def test_nan_of_a_silent_channel_becomes_null():
     run = campaign.runs[0]
     silent = {**run.signals, "s047": np.full(run.time.size, np.nan)}
     campaign = replace(campaign, runs=(replace(run, signals=silent),))
-    document = identification_document("twin", identify_jointly(campaign, M2), seconds=0.1, model_runs=1)
+    document = identification_document(
+        "twin", identify_jointly(campaign, M2), seconds=0.1, model_runs=1
+    )
     assert document["runs"]["LC1"]["rms_by_channel"]["s047"] is None

@@ -1,9 +1,13 @@
 import numpy as np
 from numpy.testing import assert_allclose
 
-from identification.carrier_identification import axial_channels, fitted_signal, identify_each_run
-from identification.carrier_models import flexible_model, rigid_model
-from identification.view import parameters_figure, rms_figure, signals_figure
+from carrierflex.identification.carrier.carrier_identification import (
+    axial_channels,
+    fitted_signal,
+    identify_each_run,
+)
+from carrierflex.identification.carrier.models import flexible_model, rigid_model
+from carrierflex.identification.view import parameters_figure, rms_figure, signals_figure
 from tests.identification.synthetic_campaigns import carrier_campaign
 from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 
@@ -33,6 +37,9 @@ def test_rms_figure_draws_every_run_and_model_in_millimetres():
 def test_parameters_figure_has_a_panel_for_every_parameter_in_plotting_units():
     panels = {panel.get_ylabel(): panel for panel in parameters_figure(ESTIMATES).axes}
     assert len(panels) == 7
-    drawn = {label: panel.containers[0].lines[0].get_ydata().astype(float) for label, panel in panels.items()}
+    drawn = {
+        label: panel.containers[0].lines[0].get_ydata().astype(float)
+        for label, panel in panels.items()
+    }
     assert_allclose(drawn[r"$\theta_{PLC}$ [deg]"], np.rad2deg(1.05), rtol=0.01)
     assert_allclose(drawn["$d_x$ [mm]"], [0.1, 0.06], rtol=0.02)

@@ -8,21 +8,29 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from geometry.mesh_files import write_mesh
+from carrierflex.geometry.mesh_files import write_mesh
 
 needs_calculix = pytest.mark.skipif(
-    shutil.which("ccx") is None, reason="CalculiX is not installed (Debian: apt-get install calculix-ccx)"
+    shutil.which("ccx") is None,
+    reason="CalculiX is not installed (Debian: apt-get install calculix-ccx)",
 )
 
 
 def run_calculix(folder, mesh, materials, step):
-    """Write the mesh and a deck with its materials and the lines of `step`; run CalculiX on one thread in `folder`."""
+    """Write the mesh and a deck with its materials and the lines of `step`.
+
+    Run CalculiX on one thread in `folder`.
+    """
     write_mesh(mesh, folder / "mesh.inp")
     deck = ["*INCLUDE, INPUT=mesh.inp"]
     for body in mesh.bodies:
         material = materials[body]
         deck += [f"*MATERIAL, NAME=M_{body}", "*ELASTIC", f"{material.E:.12e},{material.nu:.12f}"]
-        deck += ["*DENSITY", f"{material.rho:.12e}", f"*SOLID SECTION, ELSET={body}, MATERIAL=M_{body}"]
+        deck += [
+            "*DENSITY",
+            f"{material.rho:.12e}",
+            f"*SOLID SECTION, ELSET={body}, MATERIAL=M_{body}",
+        ]
     (folder / "job.inp").write_text("\n".join([*deck, *step]) + "\n")
     run = subprocess.run(
         ["ccx", "-i", "job"],
@@ -37,7 +45,10 @@ def run_calculix(folder, mesh, materials, step):
 
 
 def stored_matrix(folder, suffix, n_nodes):
-    """Matrix that MATRIXSTORAGE left: one triangle as row, column, value; rows are named node.direction in job.dof."""
+    """Matrix that MATRIXSTORAGE left.
+
+    One triangle as row, column, value; rows are named node.direction in job.dof.
+    """
     names = (folder / "job.dof").read_text().split()
     numbers = np.array([name.split(".") for name in names], dtype=int)
     dof = 3 * (numbers[:, 0] - 1) + numbers[:, 1] - 1

@@ -1,7 +1,9 @@
-"""A ring of hexahedra solved sector by sector with scikit-fem: none of our elements, solvers or meshes takes part.
+"""A ring of hexahedra solved sector by sector with scikit-fem.
 
-All sectors of a ring are alike, so a mode with n waves is known from one of them: its right face moves as its left one
-does, turned by the sector's angle and by the phase ``exp(i n angle)``.
+None of our elements, solvers or meshes takes part.
+
+All sectors of a ring are alike, so a mode with n waves is known from one of them: its right face
+moves as its left one does, turned by the sector's angle and by the phase ``exp(i n angle)``.
 """
 
 import numpy as np
@@ -13,7 +15,10 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 
 def ring_frequencies_hz(radii, length, material, cells, element, wave_numbers):
-    """Lowest two frequencies [Hz] for each number of waves round the ring; cells (around, radial, axial)."""
+    """Lowest two frequencies [Hz] for each number of waves round the ring.
+
+    Cells (around, radial, axial).
+    """
     angle = 2.0 * np.pi / cells[0]
     K, M, nodes, positions = _sector(radii, length, material, cells, element)
     found = []
@@ -30,7 +35,9 @@ def _sector(radii, length, material, cells, element):
     """Matrices of one cell's slice, numbers (n, 3) of its nodes' degrees of freedom and their angle, radius, height."""
     angle = 2.0 * np.pi / cells[0]
     straight = skfem.MeshHex.init_tensor(
-        np.linspace(*radii, cells[1] + 1), np.linspace(0.0, length, cells[2] + 1), np.array([0.0, angle])
+        np.linspace(*radii, cells[1] + 1),
+        np.linspace(0.0, length, cells[2] + 1),
+        np.array([0.0, angle]),
     )
     r, height, turned = straight.p
     mesh = skfem.MeshHex(np.array([r * np.cos(turned), r * np.sin(turned), height]), straight.t)
@@ -50,7 +57,9 @@ def _cyclic_map(nodes, positions, angle, waves):
     left = np.flatnonzero(np.abs(positions[:, 0]) < 1e-7)
     left, right = (face[np.lexsort(np.round(positions[face, 1:], 7).T)] for face in (left, right))
     kept = np.setdiff1d(np.arange(len(nodes)), right)
-    turn = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+    turn = np.array(
+        [[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]]
+    )
     blocks = [(nodes[kept], np.arange(len(kept)), np.eye(3, dtype=complex))]
     blocks.append((nodes[right], np.searchsorted(kept, left), turn * np.exp(1j * waves * angle)))
     rows, columns, values = [], [], []
@@ -59,4 +68,6 @@ def _cyclic_map(nodes, positions, angle, waves):
         columns.append(np.tile(3 * sources[:, None] + np.arange(3), (1, 3)).ravel())
         values.append(np.tile(block.ravel(), len(sources)))
     shape = (nodes.size, 3 * len(kept))
-    return sp.csr_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=shape)
+    return sp.csr_array(
+        (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=shape
+    )

@@ -1,14 +1,17 @@
-"""CalculiX on the same quadratic tetrahedra: the stiffness matrix entry by entry, and the rim's curve under torque."""
+"""CalculiX on the same quadratic tetrahedra.
+
+The stiffness matrix entry by entry, and the rim's curve under torque.
+"""
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fe.assembly import assemble_mass, assemble_stiffness
-from fe.carrier_curves import CASES, flexible_cases, stiff_cases
-from fe.materials import BODY_MATERIALS
-from fe.rigid_couplings import rigidly_coupled
-from reduction.held_structure import GroundedBody, HeldStructure
+from carrierflex.fe.assembly import assemble_mass, assemble_stiffness
+from carrierflex.fe.carrier_curves import CASES, flexible_cases, stiff_cases
+from carrierflex.fe.materials import BODY_MATERIALS
+from carrierflex.fe.rigid_couplings import rigidly_coupled
+from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
 from tests.fe.box_meshes import round_bar
 from tests.independent_codes.calculix import (
     needs_calculix,
@@ -41,7 +44,8 @@ def test_the_stiffness_matrix_is_calculixs(body, request, tmp_path):
 
 
 def test_the_mass_matrix_weighs_the_same_but_is_integrated_otherwise(tmp_path):
-    # CalculiX takes four points for the mass of a C3D10 (exact to degree 2), we take enough for products of shapes.
+    # CalculiX takes four points for the mass of a C3D10 (exact to degree 2), we take enough for
+    # products of shapes.
     mesh = round_bar(0.05, 0.1, 2)
     run_calculix(tmp_path, mesh, BODY_MATERIALS, STORE_MATRICES)
     theirs = stored_matrix(tmp_path, "mas", len(mesh.points))
@@ -72,7 +76,9 @@ def concentrated_loads(load, references):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("variant", ["flexible", "stiff"])
-def test_the_torque_curve_with_rigid_couplings_is_calculixs(variant, request, tmp_path, carrier, gear):
+def test_the_torque_curve_with_rigid_couplings_is_calculixs(
+    variant, request, tmp_path, carrier, gear
+):
     mesh = request.getfixturevalue(f"{variant}_mesh")
     structure = request.getfixturevalue(f"{variant}_structure")
     cases = flexible_cases(carrier, gear) if variant == "flexible" else stiff_cases(gear)
@@ -80,7 +86,13 @@ def test_the_torque_curve_with_rigid_couplings_is_calculixs(variant, request, tm
 
     references, ties = rigid_bodies(structure.pilots[1:], len(mesh.points))
     assert structure.pilots[0].name == "shaft_face"
-    step = ["*STEP", "*STATIC", "*BOUNDARY", "shaft_face,1,3", *concentrated_loads(load, references)]
+    step = [
+        "*STEP",
+        "*STATIC",
+        "*BOUNDARY",
+        "shaft_face,1,3",
+        *concentrated_loads(load, references),
+    ]
     step += ["*NODE PRINT, NSET=rim_face", "U", "*END STEP"]
     run_calculix(tmp_path, mesh, BODY_MATERIALS, [*ties, *step])
     theirs = structure.sensors.rows @ printed_displacement(tmp_path, len(mesh.points)).ravel()

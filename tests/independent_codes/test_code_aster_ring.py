@@ -1,9 +1,12 @@
-"""The free ring of Code_Aster's validation case SDLS109 (V2.03.109): pairs of modes in and out of its plane.
+"""The free ring of Code_Aster's validation case SDLS109 (V2.03.109).
 
-Its reference is Code_Aster's own solution with 600 × 8 × 8 linear hexahedra. The same discretisation in scikit-fem gives
-every printed digit, so that geometry, material and modes are the same; quadratic hexahedra then show that the reference is
-0.26 to 0.37 % too stiff (linear hexahedra in bending). Our quadratic tetrahedra meet the reference within 0.3 % on engineering
-meshes and go past it, to the quadratic hexahedra's limit, as the mesh is refined.
+Pairs of modes in and out of its plane.
+
+Its reference is Code_Aster's own solution with 600 × 8 × 8 linear hexahedra. The same
+discretisation in scikit-fem gives every printed digit, so that geometry, material and modes are the
+same; quadratic hexahedra then show that the reference is 0.26 to 0.37 % too stiff (linear hexahedra
+in bending). Our quadratic tetrahedra meet the reference within 0.3 % on engineering meshes and go
+past it, to the quadratic hexahedra's limit, as the mesh is refined.
 """
 
 import numpy as np
@@ -11,12 +14,12 @@ import pytest
 import skfem
 from numpy.testing import assert_allclose
 
-from fe.assembly import assemble_mass, assemble_stiffness
-from fe.materials import Material
-from fe.structural_model import StructuralModel
-from reduction.craig_bampton import mass_properties
-from reduction.free_modes import full_free_modes
-from reduction.held_structure import GroundedBody
+from carrierflex.fe.assembly import assemble_mass, assemble_stiffness
+from carrierflex.fe.materials import Material
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.reduction.craig_bampton import mass_properties
+from carrierflex.reduction.free_modes import full_free_modes
+from carrierflex.reduction.held_structure import GroundedBody
 from tests.fe.box_meshes import ring_mesh
 from tests.independent_codes.hexahedral_ring import ring_frequencies_hz
 
@@ -24,15 +27,21 @@ from tests.independent_codes.hexahedral_ring import ring_frequencies_hz
 RADIUS, THICKNESS, LENGTH = 0.369, 0.048, 0.05
 RADII = (RADIUS - THICKNESS / 2.0, RADIUS + THICKNESS / 2.0)
 STEEL = Material("ring of SDLS109", E=185e9, nu=0.3, rho=7800.0)
-#: Frequencies [Hz] of SDLS109, each of a pair: two waves out of and in the plane, three waves in and out of it.
+#: Frequencies [Hz] of SDLS109, each of a pair: two waves out of and in the plane, three waves in
+#: and out of it.
 SDLS109_HZ = np.array([205.89, 210.55, 587.92, 588.88])
 
 
 def our_structure(n):
-    """Quadratic tetrahedra, n cells through thickness and length, 24 n around: cells of about equal sides."""
+    """Quadratic tetrahedra, n cells through thickness and length, 24 n around.
+
+    Cells of about equal sides.
+    """
     mesh = ring_mesh(RADIUS, THICKNESS, LENGTH, (24 * n, n, n))
     materials = {"carrier": STEEL}
-    return StructuralModel("ring", assemble_stiffness(mesh, materials), assemble_mass(mesh, materials), mesh.points, ())
+    return StructuralModel(
+        "ring", assemble_stiffness(mesh, materials), assemble_mass(mesh, materials), mesh.points, ()
+    )
 
 
 def our_frequencies_hz(n):
@@ -58,7 +67,9 @@ def test_the_ring_weighs_what_it_should():
 
 
 def test_code_asters_own_mesh_and_element_give_its_printed_digits():
-    assert_allclose(hexahedra_hz((600, 8, 8), skfem.ElementHex1()), SDLS109_HZ, rtol=0.0, atol=0.0051)
+    assert_allclose(
+        hexahedra_hz((600, 8, 8), skfem.ElementHex1()), SDLS109_HZ, rtol=0.0, atol=0.0051
+    )
 
 
 @pytest.mark.slow

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from fe.assembly import assemble_mass, assemble_stiffness
-from fe.couplings import distributing_pilot
-from fe.materials import STEEL
-from fe.structural_model import StructuralModel
+from carrierflex.fe.assembly import assemble_mass, assemble_stiffness
+from carrierflex.fe.couplings import distributing_pilot
+from carrierflex.fe.materials import STEEL
+from carrierflex.fe.structural_model import StructuralModel
 from tests.fe.box_meshes import box_mesh
 
 LENGTH = 0.3

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from reduction.assembly import Joint, assembled, imposed_motion
-from reduction.craig_bampton import craig_bampton
-from reduction.reduced_static import held_solution, pilot_compliance, static_coordinates
+from carrierflex.reduction.assembly import Joint, assembled, imposed_motion
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.reduced_static import held_solution, pilot_compliance, static_coordinates
 from tests.reduction.small_bar import LENGTH, bar
 
 STIFF = 1e12
@@ -52,7 +52,9 @@ def test_a_sliding_joint_leaves_the_axial_translation_free(one, two):
     first, second = whole.coordinates_of("one_end"), whole.coordinates_of("two_start")
     assert first[0] != second[0]
     assert (first[1:3] == second[1:3]).all()
-    q = static_coordinates(whole, ["one_start", "two_end"], {"one_end": np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])})
+    q = static_coordinates(
+        whole, ["one_start", "two_end"], {"one_end": np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])}
+    )
     assert q[first[0]] > 0.0
     assert abs(q[second[0]]) < 1e-9 * q[first[0]]
 
@@ -65,16 +67,21 @@ def test_springs_store_half_k_phi_squared(one, two):
         q = np.zeros(sprung.n_coordinates)
         q[first[axis]], q[second[axis]] = 0.7, -0.1
         energy = q @ (sprung.K - free.K) @ q / 2.0
-        assert_allclose(energy, stiffness * 0.8**2 / 2.0, rtol=1e-5)  # difference of matrices of 1e9
+        assert_allclose(
+            energy, stiffness * 0.8**2 / 2.0, rtol=1e-5
+        )  # difference of matrices of 1e9
 
 
 def test_two_stiffly_joined_bars_twist_and_bend_as_one_long_bar(one, two):
-    # Exact for end moments, which bend a bar without warping its ends: the joint's springs add L / k each.
+    # Exact for end moments, which bend a bar without warping its ends: the joint's springs add L /
+    # k each.
     whole = assembled("chain", [one, two], [joint(2e5, 4e5)])
     for axis, stiffness in ((4, 2e5), (5, 2e5), (3, 4e5)):
         moment = np.eye(6)[axis]
         end = whole.coordinates_of("two_end")[axis]
-        single = static_coordinates(one, ["one_start"], {"one_end": moment})[one.coordinates_of("one_end")[axis]]
+        single = static_coordinates(one, ["one_start"], {"one_end": moment})[
+            one.coordinates_of("one_end")[axis]
+        ]
         found = static_coordinates(whole, ["one_start"], {"two_end": moment})[end]
         assert_allclose(found, 2.0 * single + 1.0 / stiffness, rtol=1e-9)
 
@@ -102,10 +109,15 @@ def test_only_the_infinite_direction_is_tied(one, two):
 def test_an_imposed_stretch_strains_both_bars_as_springs_in_series(one, two):
     gap = np.array([2e-5, 0.0, 0.0, 0.0, 0.0, 0.0])
     joints = [joint(np.inf, np.inf)]
-    whole, imposed = assembled("chain", [one, two], joints), imposed_motion([one, two], joints, {"two_start": gap})
+    whole, imposed = (
+        assembled("chain", [one, two], joints),
+        imposed_motion([one, two], joints, {"two_start": gap}),
+    )
     fixed = np.concatenate([whole.coordinates_of("one_start"), whole.coordinates_of("two_end")])
     q = held_solution(whole, fixed, imposed.load, "both ends")
-    compliance = [pilot_compliance(bar, [held])[0, 0] for bar, held in ((one, "one_start"), (two, "two_end"))]
+    compliance = [
+        pilot_compliance(bar, [held])[0, 0] for bar, held in ((one, "one_start"), (two, "two_end"))
+    ]
     force = gap[0] / sum(compliance)
     # The gap pushes the first bar back: two_start stands 20 um downstream of one_end.
     assert_allclose(q[whole.coordinates_of("one_end")[0]], -force * compliance[0], rtol=1e-9)
@@ -126,12 +138,17 @@ def test_motions_that_no_joint_can_hold_are_refused(one, two, three):
     with pytest.raises(ValueError, match="no joint has 'one_end' as its second pilot"):
         imposed_motion([one, two], [joint(np.inf, np.inf)], {"one_end": kink})
     with pytest.raises(
-        ValueError, match="joint one_end-two_start: a motion is imposed along a coordinate that is free or"
+        ValueError,
+        match="joint one_end-two_start: a motion is imposed along a coordinate that is free or",
     ):
         imposed_motion([one, two], [joint(1e6, np.inf)], {"two_start": kink})
     with pytest.raises(ValueError, match="a motion is imposed along a coordinate that is free or"):
-        imposed_motion([one, two], [joint(np.inf, np.inf, slides=True)], {"two_start": np.eye(6)[0]})
-    three = replace(three, pilots={name: point - [LENGTH, 0.0, 0.0] for name, point in three.pilots.items()})
+        imposed_motion(
+            [one, two], [joint(np.inf, np.inf, slides=True)], {"two_start": np.eye(6)[0]}
+        )
+    three = replace(
+        three, pilots={name: point - [LENGTH, 0.0, 0.0] for name, point in three.pilots.items()}
+    )
     chain = [joint(np.inf, np.inf), Joint("two_start", "three_start", np.inf, np.inf)]
     with pytest.raises(ValueError, match="pilot two_start carries a further joint"):
         imposed_motion([one, two, three], chain, {"two_start": kink})
@@ -139,7 +156,8 @@ def test_motions_that_no_joint_can_hold_are_refused(one, two, three):
 
 def test_more_stiffness_never_softens(one, two):
     compliances = [
-        pilot_compliance(assembled("chain", [one, two], [joint(k, k)]), ["one_start"]) for k in (1e3, 1e5, 1e7)
+        pilot_compliance(assembled("chain", [one, two], [joint(k, k)]), ["one_start"])
+        for k in (1e3, 1e5, 1e7)
     ]
     for soft, hard in pairwise(compliances):
         eigenvalues = np.linalg.eigvalsh(soft - hard)
@@ -166,17 +184,26 @@ def test_an_assembly_keeps_mass_rigid_motion_and_symmetry(one, two):
 def test_loads_on_both_pilots_of_a_joint_add_up(one, two):
     whole = assembled("chain", [one, two], [joint()])
     force = np.array([1.0, 2.0, 3.0, 0.0, 0.0, 0.0])
-    parted = static_coordinates(whole, ["one_start"], {"one_end": 0.25 * force, "two_start": 0.75 * force})
+    parted = static_coordinates(
+        whole, ["one_start"], {"one_end": 0.25 * force, "two_start": 0.75 * force}
+    )
     at_once = static_coordinates(whole, ["one_start"], {"one_end": force})
     assert_allclose(parted, at_once, rtol=0.0, atol=1e-12 * np.abs(at_once).max())
 
 
 def test_a_chain_of_three_is_joined_whatever_the_order_of_its_joints(one, two, three):
-    joints = [Joint("one_end", "two_start", STIFF, STIFF), Joint("two_start", "three_start", STIFF, STIFF)]
-    three = replace(three, pilots={name: point - [LENGTH, 0.0, 0.0] for name, point in three.pilots.items()})
+    joints = [
+        Joint("one_end", "two_start", STIFF, STIFF),
+        Joint("two_start", "three_start", STIFF, STIFF),
+    ]
+    three = replace(
+        three, pilots={name: point - [LENGTH, 0.0, 0.0] for name, point in three.pilots.items()}
+    )
     wholes = [assembled("chain", [one, two, three], order) for order in (joints, joints[::-1])]
     for whole in wholes:
-        shared = [whole.coordinates_of(name)[:3] for name in ("one_end", "two_start", "three_start")]
+        shared = [
+            whole.coordinates_of(name)[:3] for name in ("one_end", "two_start", "three_start")
+        ]
         assert (shared[0] == shared[1]).all()
         assert (shared[0] == shared[2]).all()
     assert_allclose(wholes[0].K, wholes[1].K, rtol=0.0, atol=1e-6)
@@ -191,41 +218,62 @@ def test_bodies_with_sensors_keep_their_rows(one, two):
 
 
 def test_repeated_sensor_names_are_refused(one, two):
-    bodies = [replace(b, sensor_names=("tip",), sensor_rows=np.zeros((1, b.n_coordinates))) for b in (one, two)]
-    with pytest.raises(ValueError, match="two bodies have a sensor named 'tip'; expected different names"):
+    bodies = [
+        replace(b, sensor_names=("tip",), sensor_rows=np.zeros((1, b.n_coordinates)))
+        for b in (one, two)
+    ]
+    with pytest.raises(
+        ValueError, match="two bodies have a sensor named 'tip'; expected different names"
+    ):
         assembled("chain", bodies, [joint()])
 
 
 def test_repeated_pilot_names_are_refused(one):
-    with pytest.raises(ValueError, match="two bodies have a pilot named 'one_end'; expected different names"):
+    with pytest.raises(
+        ValueError, match="two bodies have a pilot named 'one_end'; expected different names"
+    ):
         assembled("chain", [one, one], [])
 
 
 def test_an_unknown_pilot_is_refused_by_name(one, two):
-    with pytest.raises(KeyError, match=r"no body has a pilot 'rim'; there are one_start, one_end, two_start, two_end"):
+    with pytest.raises(
+        KeyError,
+        match=r"no body has a pilot 'rim'; there are one_start, one_end, two_start, two_end",
+    ):
         assembled("chain", [one, two], [Joint("one_end", "rim", 0.0, 0.0)])
 
 
 def test_pilots_apart_are_refused(one, two):
-    with pytest.raises(ValueError, match=r"pilots one_end and two_end are 0.3 m apart; expected one point"):
+    with pytest.raises(
+        ValueError, match=r"pilots one_end and two_end are 0.3 m apart; expected one point"
+    ):
         assembled("chain", [one, two], [Joint("one_end", "two_end", 0.0, 0.0)])
 
 
 def test_a_pilot_tied_twice_is_refused(one, two):
-    with pytest.raises(ValueError, match="pilot two_start is tied twice; expected one joint a pilot"):
+    with pytest.raises(
+        ValueError, match="pilot two_start is tied twice; expected one joint a pilot"
+    ):
         assembled("chain", [one, two], [joint(), joint()])
 
 
 @pytest.mark.parametrize("value", [-1.0, float("nan")])
 def test_a_negative_stiffness_is_refused(value):
-    with pytest.raises(ValueError, match=rf"joint one_end-two_start: bending_stiffness is {value}; expected 0 or more"):
+    with pytest.raises(
+        ValueError,
+        match=rf"joint one_end-two_start: bending_stiffness is {value}; expected 0 or more",
+    ):
         joint(value, 0.0)
-    with pytest.raises(ValueError, match=rf"joint one_end-two_start: torsional_stiffness is {value}"):
+    with pytest.raises(
+        ValueError, match=rf"joint one_end-two_start: torsional_stiffness is {value}"
+    ):
         joint(0.0, value)
 
 
 def test_inputs_stay_unchanged(one, two):
     before = [matrix.copy() for body in (one, two) for matrix in (body.K, body.M, body.D)]
     assembled("chain", [one, two], [joint()])
-    for now, then in zip((m for body in (one, two) for m in (body.K, body.M, body.D)), before, strict=True):
+    for now, then in zip(
+        (m for body in (one, two) for m in (body.K, body.M, body.D)), before, strict=True
+    ):
         assert (now == then).all()

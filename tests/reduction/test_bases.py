@@ -8,16 +8,16 @@ import pytest
 import scipy.linalg
 from numpy.testing import assert_allclose
 
-from reduction.body_files import read_body, write_body
-from reduction.craig_bampton import craig_bampton
-from reduction.dynamic_stiffness import full_response, response_error
-from reduction.free_interface import free_interface_reduction
-from reduction.held_structure import GroundedBody, HeldStructure
-from reduction.interface_mass import effective_interface_mass, rigid_motion_of_interface
-from reduction.mode_count import chosen_mode_count, modes_for_response
-from reduction.orthonormal_form import orthonormal_form
-from reduction.reduced_static import pilot_compliance
-from reduction.residual_vectors import body_loads
+from carrierflex.reduction.body_files import read_body, write_body
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.dynamic_stiffness import full_response, response_error
+from carrierflex.reduction.free_interface import free_interface_reduction
+from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
+from carrierflex.reduction.interface_mass import effective_interface_mass, rigid_motion_of_interface
+from carrierflex.reduction.mode_count import chosen_mode_count, modes_for_response
+from carrierflex.reduction.orthonormal_form import orthonormal_form
+from carrierflex.reduction.reduced_static import pilot_compliance
+from carrierflex.reduction.residual_vectors import body_loads
 from tests.reduction.small_bar import bar
 
 STRUCTURE = bar((8, 2, 2))
@@ -46,7 +46,10 @@ def static_error(reduction, force):
 
 
 def test_free_frequencies_converge_from_above_with_the_mode_count():
-    errors = [free_frequencies(craig_bampton(STRUCTURE, n).model)[:6] / EXACT[:6] - 1.0 for n in (2, 6, 12, 24, 36)]
+    errors = [
+        free_frequencies(craig_bampton(STRUCTURE, n).model)[:6] / EXACT[:6] - 1.0
+        for n in (2, 6, 12, 24, 36)
+    ]
     assert all((error > -1e-9).all() for error in errors)
     for before, after in pairwise(errors):
         assert (after <= before + 1e-9).all()
@@ -92,7 +95,9 @@ def test_loads_at_pilots_need_no_residual_vector():
 def test_weight_of_the_reduced_body_is_its_mass_times_rigid_motion():
     """No load vector need be stored: acceleration of the frame acts through the reduced mass."""
     R = rigid_motion_of_interface(PLAIN.model)
-    assert_allclose(PLAIN.basis.T @ body_loads(STRUCTURE)[:, :3], PLAIN.model.M @ R[:, :3], atol=1e-9)
+    assert_allclose(
+        PLAIN.basis.T @ body_loads(STRUCTURE)[:, :3], PLAIN.model.M @ R[:, :3], atol=1e-9
+    )
 
 
 def test_orthonormal_form_is_the_same_body():
@@ -104,7 +109,10 @@ def test_orthonormal_form_is_the_same_body():
     omega = 0.6 * form.omega[6]
     modal = form.X / (form.omega**2 * (1.0 + 0.04j) - omega**2) @ form.X.T
     assert_allclose(
-        modal[:N_PILOT, :N_PILOT], receptance(PLAIN.model, omega), rtol=1e-6, atol=1e-6 * np.abs(modal).max()
+        modal[:N_PILOT, :N_PILOT],
+        receptance(PLAIN.model, omega),
+        rtol=1e-6,
+        atol=1e-6 * np.abs(modal).max(),
     )
     assert form.elastic.shape == (len(form.omega), len(form.omega) - 6)
 
@@ -112,13 +120,19 @@ def test_orthonormal_form_is_the_same_body():
 def test_a_held_body_has_no_orthonormal_form():
     from dataclasses import replace
 
-    held = replace(PLAIN.model, K=PLAIN.model.K + np.diag(np.r_[np.full(6, 1e9), np.zeros(len(PLAIN.model.K) - 6)]))
+    held = replace(
+        PLAIN.model,
+        K=PLAIN.model.K + np.diag(np.r_[np.full(6, 1e9), np.zeros(len(PLAIN.model.K) - 6)]),
+    )
     with pytest.raises(ValueError, match="0 modes without stiffness; expected 6"):
         orthonormal_form(held)
 
 
 def test_effective_interface_mass_adds_up_to_what_moves_relative_to_the_interface():
-    """All fixed-interface modes together: the mass of the rigid motion within the fields that leave the pilots at rest."""
+    """All fixed-interface modes together.
+
+    The mass of the rigid motion within the fields that leave the pilots at rest.
+    """
     null = scipy.linalg.null_space(G)
     K_n, M_n = null.T @ K @ null, null.T @ M @ null
     _, Z = scipy.linalg.eigh(K_n, M_n)
@@ -143,7 +157,8 @@ def test_free_interface_basis_has_exact_statics_and_exact_kept_frequencies():
     assert_allclose(frequencies[:6], EXACT[:6], rtol=1e-8)
     assert (frequencies >= EXACT[: frequencies.size] * (1.0 - 1e-8)).all()
     assert_allclose(G @ reduced.basis, np.eye(N_PILOT, reduced.model.n_coordinates), atol=1e-7)
-    # The Craig-Bampton body of as many modes is less exact in them: the price of holding the pilots.
+    # The Craig-Bampton body of as many modes is less exact in them: the price of holding the
+    # pilots.
     assert free_frequencies(PLAIN.model)[3] / EXACT[3] - 1.0 > 1e-2
 
 
@@ -168,6 +183,8 @@ def test_the_body_file_holds_the_orthonormal_form_and_the_effective_masses(tmp_p
     with h5py.File(path) as file:
         assert file["orthonormal_form"].attrs["n_rigid"] == 6
         X, omega = file["orthonormal_form/X"][:], file["orthonormal_form/omega"][:]
-        assert_allclose(file["effective_interface_mass"][:], effective_interface_mass(COMPLETED.model))
+        assert_allclose(
+            file["effective_interface_mass"][:], effective_interface_mass(COMPLETED.model)
+        )
     assert_allclose(X.T @ COMPLETED.model.K @ X, np.diag(omega**2), atol=1e-6 * omega[-1] ** 2)
     assert read_body(path).labels == COMPLETED.model.labels

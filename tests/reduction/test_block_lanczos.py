@@ -5,8 +5,8 @@ import pytest
 import scipy.sparse as sp
 from numpy.testing import assert_allclose
 
-from fe.static import AccuracyError
-from reduction.block_lanczos import lowest_modes
+from carrierflex.fe.static import AccuracyError
+from carrierflex.reduction.block_lanczos import lowest_modes
 
 N = 120
 
@@ -22,13 +22,17 @@ def problem(omega_squared, rng):
 @pytest.mark.parametrize("block", [1, 3, 8])
 def test_degenerate_and_close_eigenvalues_are_all_found(block):
     rng = np.random.default_rng(1)
-    exact = np.sort(np.concatenate([[1.0, 1.0, 4.0, 4.000001, 9.0, 9.0], np.linspace(20.0, 500.0, N - 6)]))
+    exact = np.sort(
+        np.concatenate([[1.0, 1.0, 4.0, 4.000001, 9.0, 9.0], np.linspace(20.0, 500.0, N - 6)])
+    )
     # A block of one sees a degenerate pair only through rounding: ask it for distinct ones.
     if block == 1:
         exact = np.linspace(1.0, 500.0, N)
     K, M = problem(exact, rng)
     inverse = np.linalg.inv(K)
-    found, Phi = lowest_modes(lambda f: inverse @ f, M, inverse @ rng.standard_normal((N, block)), 8)
+    found, Phi = lowest_modes(
+        lambda f: inverse @ f, M, inverse @ rng.standard_normal((N, block)), 8
+    )
     assert_allclose(found, exact[:8], rtol=1e-9)
     assert_allclose(Phi.T @ (M @ Phi), np.eye(8), atol=1e-10)
     assert_allclose(K @ Phi, (M @ Phi) * found, atol=1e-5 * np.abs(K).max())

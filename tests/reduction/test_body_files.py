@@ -1,10 +1,13 @@
-"""Body files come back whole; whatever else lies under the name is refused in words, with the file's name."""
+"""Body files come back whole.
+
+Whatever else lies under the name is refused in words, with the file's name.
+"""
 
 import h5py
 import numpy as np
 import pytest
 
-from reduction.body_files import BodyFileError, read_body, write_body
+from carrierflex.reduction.body_files import BodyFileError, read_body, write_body
 
 
 @pytest.fixture
@@ -17,7 +20,11 @@ def written(tmp_path, pin_reduction):
 def assert_same(found, model):
     for letter in ("K", "M", "D", "sensor_rows"):
         assert (getattr(found, letter) == getattr(model, letter)).all()
-    assert (found.name, found.labels, found.sensor_names) == (model.name, model.labels, model.sensor_names)
+    assert (found.name, found.labels, found.sensor_names) == (
+        model.name,
+        model.labels,
+        model.sensor_names,
+    )
     assert list(found.pilots) == list(model.pilots)
     for name in model.pilots:
         assert (found.pilots[name] == model.pilots[name]).all()
@@ -41,34 +48,46 @@ def test_a_body_with_sensors_and_provenance_comes_back(tmp_path, flexible_reduct
 
 def test_the_file_states_its_format_version_and_units(written):
     with h5py.File(written) as file:
-        assert (file.attrs["format"], file.attrs["version"], file.attrs["name"]) == ("carrierflex-body", 1, "pin")
+        assert (file.attrs["format"], file.attrs["version"], file.attrs["name"]) == (
+            "carrierflex-body",
+            1,
+            "pin",
+        )
         assert file.attrs["units"].startswith("SI: m, kg, s, N, rad")
 
 
 def test_a_newer_version_is_refused_in_words(written):
     with h5py.File(written, "r+") as file:
         file.attrs["version"] = 2
-    with pytest.raises(BodyFileError, match=r"pin\.h5: written by a newer version \(file version 2, .* up to 1\)"):
+    with pytest.raises(
+        BodyFileError, match=r"pin\.h5: written by a newer version \(file version 2, .* up to 1\)"
+    ):
         read_body(written)
 
 
 def test_another_format_is_refused(written):
     with h5py.File(written, "r+") as file:
         file.attrs["format"] = "somebody-else"
-    with pytest.raises(BodyFileError, match=r"pin\.h5: format is 'somebody-else'; expected 'carrierflex-body'"):
+    with pytest.raises(
+        BodyFileError, match=r"pin\.h5: format is 'somebody-else'; expected 'carrierflex-body'"
+    ):
         read_body(written)
 
 
 def test_an_empty_hdf5_file_is_refused(tmp_path):
     h5py.File(tmp_path / "empty.h5", "w").close()
-    with pytest.raises(BodyFileError, match=r"empty\.h5: format is None; expected 'carrierflex-body'"):
+    with pytest.raises(
+        BodyFileError, match=r"empty\.h5: format is None; expected 'carrierflex-body'"
+    ):
         read_body(tmp_path / "empty.h5")
 
 
 @pytest.mark.parametrize("content", [b"", b"solid pin", b"\x89HDF\r\n\x1a\n"])
 def test_a_file_that_is_not_hdf5_is_refused(tmp_path, content):
     (tmp_path / "pin.h5").write_bytes(content)
-    with pytest.raises(BodyFileError, match=r"pin\.h5: not a complete body file \(.*\); expected HDF5 of format"):
+    with pytest.raises(
+        BodyFileError, match=r"pin\.h5: not a complete body file \(.*\); expected HDF5 of format"
+    ):
         read_body(tmp_path / "pin.h5")
 
 
@@ -81,11 +100,15 @@ def test_a_truncated_file_is_refused(written, share):
 
 
 def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"absent\.h5: no such file; expected a body file \(\.h5\)"):
+    with pytest.raises(
+        FileNotFoundError, match=r"absent\.h5: no such file; expected a body file \(\.h5\)"
+    ):
         read_body(tmp_path / "absent.h5")
 
 
-@pytest.mark.parametrize("name", ["K", "labels", "pilots/points", "sensors/rows", "mass_properties", "provenance"])
+@pytest.mark.parametrize(
+    "name", ["K", "labels", "pilots/points", "sensors/rows", "mass_properties", "provenance"]
+)
 def test_a_missing_part_is_refused(written, name):
     with h5py.File(written, "r+") as file:
         del file[name]
@@ -106,18 +129,34 @@ WRONG_PARTS = {
     "nan in mass": ("mass_properties/mass", NAN, r"mass.* not finite"),
     "mass of a list": ("mass_properties/mass", np.ones(2), r"pin\.h5"),
     "shape of M": ("M", np.eye(3), r"/M has shape \(3, 3\); expected \(22, 22\)"),
-    "points": ("pilots/points", np.zeros((3, 2)), r"/pilots/points has shape \(3, 2\); expected \(3, 3\)"),
+    "points": (
+        "pilots/points",
+        np.zeros((3, 2)),
+        r"/pilots/points has shape \(3, 2\); expected \(3, 3\)",
+    ),
     "coordinate too large": (
         "pilots/coordinates",
         np.full((3, 6), 22),
         r"a pilot refers to coordinate 22; expected numbers",
     ),
-    "coordinate negative": ("pilots/coordinates", np.full((3, 6), -1), r"a pilot refers to coordinate"),
-    "too many labels": ("labels", STRINGS, r"20001 coordinates and 0 sensors; expected at most 20000 and 100000"),
+    "coordinate negative": (
+        "pilots/coordinates",
+        np.full((3, 6), -1),
+        r"a pilot refers to coordinate",
+    ),
+    "too many labels": (
+        "labels",
+        STRINGS,
+        r"20001 coordinates and 0 sensors; expected at most 20000 and 100000",
+    ),
     "text in K": ("K", np.full((22, 22), b"x"), r"not a complete body file"),
     "numbers for labels": ("labels", np.zeros(22), r"not a complete body file"),
     "one word for labels": ("labels", "K", r"pin\.h5"),
-    "pilots of one name": ("pilots/names", ["pin_1_upwind", "pin_1_upwind", "pin_1_downwind"], r"pin_1_upwind"),
+    "pilots of one name": (
+        "pilots/names",
+        ["pin_1_upwind", "pin_1_upwind", "pin_1_downwind"],
+        r"pin_1_upwind",
+    ),
 }
 
 
@@ -125,7 +164,9 @@ WRONG_PARTS = {
 def test_a_wrong_part_is_refused(written, kind):
     name, value, message = WRONG_PARTS[kind]
     replaced(written, name, value)
-    with pytest.raises(BodyFileError, match=rf"pin\.h5: .*{message}" if "pin" not in message else message):
+    with pytest.raises(
+        BodyFileError, match=rf"pin\.h5: .*{message}" if "pin" not in message else message
+    ):
         read_body(written)
 
 
@@ -141,7 +182,9 @@ def test_a_matrix_that_promises_more_than_memory_is_refused_unread(written):
     with h5py.File(written, "r+") as file:
         del file["K"]
         file.create_dataset("K", shape=(10**7, 10**7), dtype="f8", chunks=(1024, 1024))
-    with pytest.raises(BodyFileError, match=r"/K has shape \(10000000, 10000000\); expected \(22, 22\)"):
+    with pytest.raises(
+        BodyFileError, match=r"/K has shape \(10000000, 10000000\); expected \(22, 22\)"
+    ):
         read_body(written)
 
 
@@ -152,7 +195,7 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(written, pin_reduct
         file["K"] = model.K
         raise OSError("disk full")
 
-    monkeypatch.setattr("reduction.body_files._fill", fail)
+    monkeypatch.setattr("carrierflex.reduction.body_files._fill", fail)
     with pytest.raises(OSError, match="disk full"):
         write_body(pin_reduction.model, written)
     assert [path.name for path in written.parent.iterdir()] == ["pin.h5"]

@@ -7,12 +7,17 @@ import pytest
 import scipy.linalg
 from numpy.testing import assert_allclose
 
-from reduction.certificate import certify, inner_checks
-from reduction.craig_bampton import craig_bampton
-from reduction.cyclic_symmetry import asymmetry_ppm
-from reduction.dynamic_stiffness import LOSS_FACTOR, full_response, modes_needed, response_error
-from reduction.free_modes import frequency_errors, full_free_modes, reduced_free_modes
-from reduction.mode_names import mode_names
+from carrierflex.reduction.certificate import certify, inner_checks
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.cyclic_symmetry import asymmetry_ppm
+from carrierflex.reduction.dynamic_stiffness import (
+    LOSS_FACTOR,
+    full_response,
+    modes_needed,
+    response_error,
+)
+from carrierflex.reduction.free_modes import frequency_errors, full_free_modes, reduced_free_modes
+from carrierflex.reduction.mode_names import mode_names
 from tests.reduction.small_bar import bar
 
 
@@ -52,7 +57,10 @@ def test_automatic_mode_count_is_the_smallest_that_serves(beam):
     n = modes_needed(response, band_hz, 0.2)
     assert 0 < n <= 10
     worst = [
-        max(response_error(response, 2.0 * np.pi * f, k)[0] for f in np.linspace(0.05, 1.0, 20) * band_hz)
+        max(
+            response_error(response, 2.0 * np.pi * f, k)[0]
+            for f in np.linspace(0.05, 1.0, 20) * band_hz
+        )
         for k in (n - 1, n)
     ]
     assert worst[1] <= 0.2 < worst[0]
@@ -63,8 +71,12 @@ def test_automatic_mode_count_is_the_smallest_that_serves(beam):
 def test_free_modes_equal_a_dense_solution_and_the_reduced_ones_lie_above(beam):
     structure, reduction = beam
     full = full_free_modes(structure, reduction.body, 4, rng=np.random.default_rng(0))
-    exact = np.sqrt(scipy.linalg.eigh(structure.K.toarray(), structure.M.toarray(), eigvals_only=True)[6:10])
-    assert_allclose(full.omega, exact, rtol=1e-7)  # the dense solver sees rigid modes at rounding of the highest
+    exact = np.sqrt(
+        scipy.linalg.eigh(structure.K.toarray(), structure.M.toarray(), eigvals_only=True)[6:10]
+    )
+    assert_allclose(
+        full.omega, exact, rtol=1e-7
+    )  # the dense solver sees rigid modes at rounding of the highest
     errors = frequency_errors(full, reduced_free_modes(reduction, 4))
     assert np.all(errors > -1e-9)
     assert errors.max() < 0.05
@@ -75,7 +87,12 @@ def test_certificate_of_a_sound_carrier_is_met(flexible_structure):
     assert failed(certificate.checks) == []
     assert certificate.met
     names = " ".join(check.name for check in certificate.checks)
-    for words in ("static compliance at pin_3_downwind", "MAC", "frequency response at the sensors", "asymmetry"):
+    for words in (
+        "static compliance at pin_3_downwind",
+        "MAC",
+        "frequency response at the sensors",
+        "asymmetry",
+    ):
         assert words in names
 
 

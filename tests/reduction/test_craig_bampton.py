@@ -7,20 +7,28 @@ import pytest
 import scipy.linalg
 from numpy.testing import assert_allclose
 
-from fe.materials import STEEL
-from fe.static import AccuracyError
-from reduction.craig_bampton import craig_bampton, mass_properties
-from reduction.fixed_interface_modes import fixed_interface_modes
-from reduction.held_structure import GroundedBody, HeldStructure
-from reduction.reduced_static import pilot_compliance
-from tests.analytic import box_inertia, carrier_centre_x, carrier_inertia, carrier_volume, pin_inertia
+from carrierflex.fe.materials import STEEL
+from carrierflex.fe.static import AccuracyError
+from carrierflex.reduction.craig_bampton import craig_bampton, mass_properties
+from carrierflex.reduction.fixed_interface_modes import fixed_interface_modes
+from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
+from carrierflex.reduction.reduced_static import pilot_compliance
+from tests.analytic import (
+    box_inertia,
+    carrier_centre_x,
+    carrier_inertia,
+    carrier_volume,
+    pin_inertia,
+)
 from tests.reduction.small_bar import LENGTH, bar
 
 REDUCTIONS = pytest.mark.parametrize("body", ["flexible", "pin"])
 
 
 def both(body, request):
-    return request.getfixturevalue(f"{body}_structure"), request.getfixturevalue(f"{body}_reduction")
+    return request.getfixturevalue(f"{body}_structure"), request.getfixturevalue(
+        f"{body}_reduction"
+    )
 
 
 def coupling(structure):
@@ -68,13 +76,16 @@ def test_reduced_matrices_are_those_of_the_basis(body, request):
 def test_fixed_interface_frequencies_equal_those_of_a_dense_null_space():
     structure = bar((4, 1, 1))
     N = scipy.linalg.null_space(coupling(structure))
-    squares = scipy.linalg.eigh(N.T @ structure.K.toarray() @ N, N.T @ structure.M.toarray() @ N, eigvals_only=True)
+    squares = scipy.linalg.eigh(
+        N.T @ structure.K.toarray() @ N, N.T @ structure.M.toarray() @ N, eigvals_only=True
+    )
     omega = craig_bampton(structure, 12).modes.omega
     assert_allclose(omega, np.sqrt(squares[:12]), rtol=1e-8)
 
 
 def test_both_modes_of_every_degenerate_pair_are_found(flexible_reduction):
-    # Threefold symmetry makes pairs of equal frequency; a vector iteration may miss the second of a pair.
+    # Threefold symmetry makes pairs of equal frequency; a vector iteration may miss the second of a
+    # pair.
     omega = flexible_reduction.modes.omega
     same = np.flatnonzero(np.diff(omega) < 1e-6 * omega[:-1])
     assert len(same) >= 3
@@ -83,7 +94,9 @@ def test_both_modes_of_every_degenerate_pair_are_found(flexible_reduction):
 
 def test_free_free_frequencies_converge_from_above_with_the_number_of_modes():
     structure, n_compared = bar((4, 1, 1)), 6
-    exact = scipy.linalg.eigh(structure.K.toarray(), structure.M.toarray(), eigvals_only=True)[6 : 6 + n_compared]
+    exact = scipy.linalg.eigh(structure.K.toarray(), structure.M.toarray(), eigvals_only=True)[
+        6 : 6 + n_compared
+    ]
     counts, errors = (0, 4, 8, 16, 23), []
     for n_modes in counts:
         model = craig_bampton(structure, n_modes).model
@@ -93,10 +106,12 @@ def test_free_free_frequencies_converge_from_above_with_the_number_of_modes():
     for coarse, fine in pairwise(errors):
         assert (fine <= coarse + 1e-9).all()
     assert all((error > -1e-9).all() for error in errors)  # from above, to rounding
-    # Statics alone miss the sixth frequency by more than half; 23 modes leave less than a thousandth.
+    # Statics alone miss the sixth frequency by more than half; 23 modes leave less than a
+    # thousandth.
     assert errors[0].max() > 0.5
     assert errors[-1].max() < 2e-3
-    # Bounded from both sides: with frequencies that grow as the square of their number the error falls as a low power.
+    # Bounded from both sides: with frequencies that grow as the square of their number the error
+    # falls as a low power.
     slope = -np.polyfit(np.log(counts[1:]), [np.log(error.max()) for error in errors[1:]], 1)[0]
     assert 1.5 < slope < 6.0, errors
 
@@ -114,7 +129,9 @@ def test_static_compliance_is_that_of_the_full_model_whatever_the_modes(body, re
     assert_allclose(reduced / scale, full / scale, rtol=0.0, atol=1e-9)
 
 
-def test_sensors_read_the_same_from_reduced_and_nodal_coordinates(flexible_structure, flexible_reduction):
+def test_sensors_read_the_same_from_reduced_and_nodal_coordinates(
+    flexible_structure, flexible_reduction
+):
     q = np.random.default_rng(6).standard_normal(flexible_reduction.model.n_coordinates)
     T = np.concatenate([flexible_reduction.Psi, flexible_reduction.modes.Phi], axis=1)
     expected = flexible_structure.sensors.rows @ (T @ q)
@@ -156,7 +173,9 @@ def test_coordinates_are_labelled_in_words(pin_reduction):
     assert model.labels[11] == "pin_1_midspan Rz [rad]"
     assert model.labels[18] == f"mode 1 ({pin_reduction.modes.omega[0] / 2.0 / np.pi:.1f} Hz)"
     assert (model.coordinates_of("pin_1_downwind") == np.arange(12, 18)).all()
-    with pytest.raises(KeyError, match="pin has no pilot 'rim'; it has pin_1_upwind, pin_1_midspan, pin_1_downwind"):
+    with pytest.raises(
+        KeyError, match="pin has no pilot 'rim'; it has pin_1_upwind, pin_1_midspan, pin_1_downwind"
+    ):
         model.coordinates_of("rim")
 
 
@@ -165,7 +184,9 @@ def test_inputs_stay_unchanged():
     before = [structure.K.data.copy(), structure.M.data.copy(), structure.points.copy()]
     couplings = [pilot.G.data.copy() for pilot in structure.pilots]
     craig_bampton(structure, 5)
-    for now, then in zip((structure.K.data, structure.M.data, structure.points), before, strict=True):
+    for now, then in zip(
+        (structure.K.data, structure.M.data, structure.points), before, strict=True
+    ):
         assert (now == then).all()
     for pilot, then in zip(structure.pilots, couplings, strict=True):
         assert (pilot.G.data == then).all()
@@ -180,7 +201,10 @@ def test_the_same_seed_gives_the_same_reduction_and_another_the_same_frequencies
 @pytest.mark.parametrize("n_modes", [-1, 13, 1000])
 def test_an_impossible_number_of_modes_is_refused(n_modes):
     structure = bar((2, 1, 1))  # 135 degrees of freedom
-    with pytest.raises(ValueError, match=rf"number of modes is {n_modes}; expected 0 to 12 for 135 degrees of freedom"):
+    with pytest.raises(
+        ValueError,
+        match=rf"number of modes is {n_modes}; expected 0 to 12 for 135 degrees of freedom",
+    ):
         craig_bampton(structure, n_modes)
 
 
@@ -189,8 +213,13 @@ def test_modes_of_another_stiffness_fail_the_residual_check(monkeypatch):
     held = HeldStructure(GroundedBody(structure.K, structure.points), structure.pilots)
 
     def wrong(answer, M, start, n_modes):
-        return np.full(n_modes, 1e9), np.random.default_rng(0).standard_normal((M.shape[0], n_modes))
+        return np.full(n_modes, 1e9), np.random.default_rng(0).standard_normal(
+            (M.shape[0], n_modes)
+        )
 
-    monkeypatch.setattr("reduction.fixed_interface_modes.lowest_modes", wrong)
-    with pytest.raises(AccuracyError, match=r"fixed-interface mode \d has a residual of .*; expected less than 1e-06"):
+    monkeypatch.setattr("carrierflex.reduction.fixed_interface_modes.lowest_modes", wrong)
+    with pytest.raises(
+        AccuracyError,
+        match=r"fixed-interface mode \d has a residual of .*; expected less than 1e-06",
+    ):
         fixed_interface_modes(held, structure.M, 3, rng=np.random.default_rng(0))

@@ -1,4 +1,7 @@
-"""The reduced carrier inherits the mesh's symmetry: its matrices commute with the rotation by 120 deg and the mirror."""
+"""The reduced carrier inherits the mesh's symmetry.
+
+Its matrices commute with the rotation by 120 deg and the mirror.
+"""
 
 import math
 
@@ -6,14 +9,17 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from geometry.dihedral import rotation_about_x
+from carrierflex.geometry.dihedral import rotation_about_x
 
 #: Measured 1e-9 and less; the meshes' symmetry is exact and only the solver's rounding is left.
 PPM = 1e-6
 
 
 def pilot_map(model, images, polar, axial):
-    """Matrix that carries each pilot's motion to its image: translations by `polar`, rotations by `axial`."""
+    """Matrix that carries each pilot's motion to its image.
+
+    Translations by `polar`, rotations by `axial`.
+    """
     n = 6 * len(model.pilots)
     P = np.zeros((n, n))
     for old, new in images.items():
@@ -27,7 +33,8 @@ def rotation(model):
     R = rotation_about_x(2.0 * math.pi / 3.0)
     turned = {"1": "2", "2": "3", "3": "1"}
     images = {
-        name: name if "seat" in name or "shaft" in name else f"pin_{turned[name[4]]}{name[5:]}" for name in model.pilots
+        name: name if "seat" in name or "shaft" in name else f"pin_{turned[name[4]]}{name[5:]}"
+        for name in model.pilots
     }
     return pilot_map(model, images, R, R)
 
@@ -55,7 +62,9 @@ def test_stiffness_and_mass_at_the_pilots_commute_with_the_symmetry(flexible_red
 
 
 @pytest.mark.parametrize("symmetry", [rotation, mirror])
-def test_the_modes_share_of_the_pilots_inertia_commutes_with_the_symmetry(flexible_reduction, symmetry):
+def test_the_modes_share_of_the_pilots_inertia_commutes_with_the_symmetry(
+    flexible_reduction, symmetry
+):
     # Modes of one frequency may turn among themselves; M_bq M_qb does not change with that.
     model = flexible_reduction.model
     P = symmetry(model)
@@ -70,5 +79,7 @@ def test_sensors_turn_with_the_carrier(flexible_reduction):
     P = rotation(model)
     for rows in (model.sensor_rows[:360, : len(P)], model.sensor_rows[360:, : len(P)]):
         # Turning the pilots' motion by 120 deg turns the readings by 120 places.
-        assert_allclose(rows @ P, np.roll(rows, 120, axis=0), rtol=0.0, atol=1e-9 * np.abs(rows).max())
+        assert_allclose(
+            rows @ P, np.roll(rows, 120, axis=0), rtol=0.0, atol=1e-9 * np.abs(rows).max()
+        )
         assert np.abs(rows @ P - np.roll(rows, -120, axis=0)).max() > 0.01 * np.abs(rows).max()

@@ -8,20 +8,20 @@ import pytest
 import scipy.sparse as sp
 from numpy.testing import assert_allclose
 
-from fe.assembly import assemble_mass, assemble_stiffness
-from fe.couplings import distributing_pilot
-from fe.materials import STEEL
-from fe.rigid_couplings import rigidly_coupled
-from fe.structural_model import PIN_PILOTS, StructuralModel, structural_model
-from fe.surface_integrals import rigid_motion
-from geometry.dihedral import rotation_about_x
-from reduction.assembly import Joint, assembled
-from reduction.body_files import BodyFileError, read_body, write_body
-from reduction.craig_bampton import craig_bampton, mass_properties
-from reduction.exports.ordered_body import held_body
-from reduction.ffrf_data import FfrfData, ffrf_data
-from reduction.reduced_model import turned
-from reduction.rigid_body_checks import geometric_rigid_modes
+from carrierflex.fe.assembly import assemble_mass, assemble_stiffness
+from carrierflex.fe.couplings import distributing_pilot
+from carrierflex.fe.materials import STEEL
+from carrierflex.fe.rigid_couplings import rigidly_coupled
+from carrierflex.fe.structural_model import PIN_PILOTS, StructuralModel, structural_model
+from carrierflex.fe.surface_integrals import rigid_motion
+from carrierflex.geometry.dihedral import rotation_about_x
+from carrierflex.reduction.assembly import Joint, assembled
+from carrierflex.reduction.body_files import BodyFileError, read_body, write_body
+from carrierflex.reduction.craig_bampton import craig_bampton, mass_properties
+from carrierflex.reduction.exports.ordered_body import held_body
+from carrierflex.reduction.ffrf_data import FfrfData, ffrf_data
+from carrierflex.reduction.reduced_model import turned
+from carrierflex.reduction.rigid_body_checks import geometric_rigid_modes
 from tests.fe.box_meshes import box_mesh
 from tests.reduction.small_bar import bar
 
@@ -89,7 +89,9 @@ def test_inertia_follows_a_rigid_rotation_to_first_order_and_a_translation_exact
     moved = ffrf_data(replace(structure, points=structure.points + shift), structure.rigid_modes)
     assert_allclose(data.inertia(q), moved.J, atol=scale(moved.J))
     for part in ("first_moment", "second_moment", "P"):
-        assert_allclose(getattr(data.about(-shift), part), getattr(moved, part), atol=scale(moved.J))
+        assert_allclose(
+            getattr(data.about(-shift), part), getattr(moved, part), atol=scale(moved.J)
+        )
 
 
 def test_trace_of_q_is_the_reduced_mass(structure, basis, data, flexible_reduction):
@@ -142,11 +144,17 @@ def test_gyroscopic_and_centrifugal_terms_are_those_of_nodal_accelerations(struc
     moment = rigid_motion(x0, np.zeros(3)).reshape(-1, 6)[:, 3:].T @ coriolis
     assert_allclose(np.einsum("abj,j,b->a", data.Gr, q_dot, omega), moment, atol=scale(moment))
     generalised = basis.T @ coriolis
-    assert_allclose(np.einsum("iaj,j,a->i", data.Ge, q_dot, omega), generalised, atol=scale(generalised))
+    assert_allclose(
+        np.einsum("iaj,j,a->i", data.Ge, q_dot, omega), generalised, atol=scale(generalised)
+    )
     centrifugal = basis.T @ force(np.cross(omega, np.cross(omega, x)))
     wx, wy, wz = omega
     products = np.array([wx * wx, wy * wy, wz * wz, wx * wy, wy * wz, wx * wz])
-    assert_allclose((data.Oe + np.einsum("ikc,k->ic", data.Oe1, q)) @ products, centrifugal, atol=scale(centrifugal))
+    assert_allclose(
+        (data.Oe + np.einsum("ikc,k->ic", data.Oe1, q)) @ products,
+        centrifugal,
+        atol=scale(centrifugal),
+    )
     turning = (data.Cr + np.einsum("jka,k->ja", data.Cr1, q)).T
     about = rigid_motion(x, np.zeros(3)).reshape(-1, 6)[:, 3:].T @ (structure.M @ basis)
     assert_allclose(turning, about, atol=scale(about))
@@ -191,11 +199,15 @@ def test_a_rigid_coupling_keeps_the_integrals(one_pin_mesh, carrier):
 
 
 def test_rigid_surfaces_with_elements_between_them_share_their_mass():
-    # Two elements deep and short: mass joins the two surfaces, whose sums of positions then differ by transposition.
+    # Two elements deep and short: mass joins the two surfaces, whose sums of positions then differ
+    # by transposition.
     mesh = box_mesh((0.1, 0.2, 0.3), (1, 2, 2))
     mesh.points[:] += [0.3, -0.7, 0.4]
     materials = {"carrier": STEEL}
-    pilots = tuple(distributing_pilot(mesh, end, np.array([x, 0.1, -0.2])) for end, x in (("start", 0.3), ("end", 0.5)))
+    pilots = tuple(
+        distributing_pilot(mesh, end, np.array([x, 0.1, -0.2]))
+        for end, x in (("start", 0.3), ("end", 0.5))
+    )
     K, M = assemble_stiffness(mesh, materials), assemble_mass(mesh, materials)
     free = StructuralModel("box", K, M, mesh.points, pilots)
     rigid = rigidly_coupled(free, mesh)
@@ -210,14 +222,20 @@ def test_rigid_surfaces_with_elements_between_them_share_their_mass():
 def test_a_mass_that_differs_between_axes_is_refused(structure, basis):
     M = structure.M.tolil()
     M[0, 0] *= 2.0
-    with pytest.raises(ValueError, match=r"bar: the mass matrix differs between axes \(yy against xx\); expected"):
+    with pytest.raises(
+        ValueError, match=r"bar: the mass matrix differs between axes \(yy against xx\); expected"
+    ):
         ffrf_data(replace(structure, M=sp.csr_array(M)), basis)
 
 
 def test_wrong_shapes_are_refused(data, pin_reduction):
-    with pytest.raises(ValueError, match=r"inertia invariant P has shape \(3, 4\); expected \(3, 3, 4\) for 4"):
+    with pytest.raises(
+        ValueError, match=r"inertia invariant P has shape \(3, 4\); expected \(3, 3, 4\) for 4"
+    ):
         replace(data, P=data.N)
-    with pytest.raises(ValueError, match="pin: inertia invariants of 4 coordinates; expected 22, one a label"):
+    with pytest.raises(
+        ValueError, match="pin: inertia invariants of 4 coordinates; expected 22, one a label"
+    ):
         held_body(replace(pin_reduction.model, ffrf=data))
 
 
@@ -233,7 +251,9 @@ def test_a_turned_body_has_the_invariants_of_the_turned_mesh(structure, basis, d
 
 
 def test_a_turned_model_keeps_mass_and_invariants_together(pin_reduction):
-    model = turned(pin_reduction.model, 0.7, {f"pin_1_{p}": p for p in ("upwind", "midspan", "downwind")})
+    model = turned(
+        pin_reduction.model, 0.7, {f"pin_1_{p}": p for p in ("upwind", "midspan", "downwind")}
+    )
     weight = np.sqrt(np.outer(model.M.diagonal(), model.M.diagonal()))
     assert_allclose(model.ffrf.Me / weight, model.M / weight, atol=1e-11)
     rigid = model.ffrf.transformed(geometric_rigid_modes(model))
@@ -263,5 +283,10 @@ def test_wrong_invariants_in_a_body_file_are_refused(tmp_path, pin_reduction, pa
 
 
 def test_an_assembly_has_no_invariants_of_its_own():
-    first, second = craig_bampton(bar(), 2).model, craig_bampton(bar(name="next", offset=0.3), 2).model
-    assert assembled("both", [first, second], [Joint("bar_end", "next_start", 1e6, 1e6)]).ffrf is None
+    first, second = (
+        craig_bampton(bar(), 2).model,
+        craig_bampton(bar(name="next", offset=0.3), 2).model,
+    )
+    assert (
+        assembled("both", [first, second], [Joint("bar_end", "next_start", 1e6, 1e6)]).ffrf is None
+    )

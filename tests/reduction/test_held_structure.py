@@ -6,9 +6,13 @@ import scipy.sparse as sp
 import scipy.sparse.linalg
 from numpy.testing import assert_allclose
 
-from fe.factorisation import SingularMatrixError
-from fe.surface_integrals import rigid_motion
-from reduction.held_structure import GroundedBody, HeldStructure, statically_determinate_dofs
+from carrierflex.fe.factorisation import SingularMatrixError
+from carrierflex.fe.surface_integrals import rigid_motion
+from carrierflex.reduction.held_structure import (
+    GroundedBody,
+    HeldStructure,
+    statically_determinate_dofs,
+)
 from tests.reduction.small_bar import bar
 
 
@@ -26,7 +30,10 @@ def coupling(structure):
 
 
 def pilot_rigid_motions(structure):
-    """Six rigid motions of the body about the origin, as the pilots' coordinates: rotations are the same everywhere."""
+    """Six rigid motions of the body about the origin, as the pilots' coordinates.
+
+    Rotations are the same everywhere.
+    """
     blocks = []
     for pilot in structure.pilots:
         block = np.zeros((6, 6))
@@ -39,7 +46,9 @@ def pilot_rigid_motions(structure):
 def test_constraint_modes_are_the_identity_on_the_interface(held):
     structure, _, Psi, _ = held
     G = coupling(structure)
-    assert_allclose(G @ Psi, np.eye(G.shape[0]), rtol=0.0, atol=1e-9)  # rounding of the static solution
+    assert_allclose(
+        G @ Psi, np.eye(G.shape[0]), rtol=0.0, atol=1e-9
+    )  # rounding of the static solution
 
 
 def test_constraint_modes_reproduce_rigid_body_motion(held):
@@ -59,7 +68,8 @@ def test_static_stiffness_is_the_energy_of_the_constraint_modes(held):
 def test_static_stiffness_does_not_resist_rigid_motion(held):
     structure, _, _, K_bb = held
     motion = pilot_rigid_motions(structure)
-    # Beside the largest force of its row: many entries are zero by symmetry and hold rounding alone.
+    # Beside the largest force of its row: many entries are zero by symmetry and hold rounding
+    # alone.
     scale = (np.abs(K_bb) @ np.abs(motion)).max(axis=1, keepdims=True)
     assert (np.abs(K_bb @ motion) < 1e-9 * scale).all()
 
@@ -80,7 +90,8 @@ def test_solutions_equal_those_of_the_saddle_point_itself(which, pin_structure):
     G = coupling(structure)
     m, n = G.shape
     f, d = rng.standard_normal((n, 2)), 1e-9 * rng.standard_normal((m, 2))
-    # Constraints in the size of the stiffness, or the pivots of the indefinite factorisation suffer.
+    # Constraints in the size of the stiffness, or the pivots of the indefinite factorisation
+    # suffer.
     s = abs(structure.K).max()
     saddle = sp.block_array([[structure.K, s * G.T], [s * G, None]], format="csc")
     reference = scipy.sparse.linalg.spsolve(saddle, np.concatenate([f, s * d]))

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fe.load_cases import gear_forces, simply_supported_pin_load, together
-from reduction.held_structure import HeldStructure
-from reduction.pin_joints import (
+from carrierflex.fe.load_cases import gear_forces, simply_supported_pin_load, together
+from carrierflex.reduction.held_structure import HeldStructure
+from carrierflex.reduction.pin_joints import (
     PAPER_STIFFNESS,
     PIN_FITS,
     TABLE_4_STIFFNESS,
@@ -14,7 +14,7 @@ from reduction.pin_joints import (
     drive_torque_load,
     pin_pilot,
 )
-from reduction.reduced_static import static_coordinates
+from carrierflex.reduction.reduced_static import static_coordinates
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +36,9 @@ def order(curve, k):
 def test_free_sliding_pins_give_the_flexible_carrier_of_the_full_model(
     flexible_structure, flexible_reduction, pin_reduction, carrier, forces
 ):
-    loads = together(*(simply_supported_pin_load(i, forces.F_PLC, forces.M_t, carrier) for i in (1, 2, 3)))
+    loads = together(
+        *(simply_supported_pin_load(i, forces.F_PLC, forces.M_t, carrier) for i in (1, 2, 3))
+    )
     held = HeldStructure(flexible_reduction.body, flexible_structure.pilots[:1])
     u, _ = held.solve(flexible_structure.load_vector(loads)[:, None], np.zeros((6, 1)))
     full = (flexible_structure.sensors.rows @ u[:, 0])[:360]
@@ -44,26 +46,38 @@ def test_free_sliding_pins_give_the_flexible_carrier_of_the_full_model(
     assert_allclose(joined, full, rtol=0.0, atol=1e-9 * np.abs(full).max())
 
 
-def test_stiffer_pin_fits_take_order_3_away_and_bring_order_6(flexible_reduction, pin_reduction, forces):
+def test_stiffer_pin_fits_take_order_3_away_and_bring_order_6(
+    flexible_reduction, pin_reduction, forces
+):
     stiffnesses = (0.0, PAPER_STIFFNESS, 1e7, TABLE_4_STIFFNESS, 1e8, 1e12)
-    curves = [rim_curve(flexible_reduction.model, pin_reduction.model, k, forces) for k in stiffnesses]
+    curves = [
+        rim_curve(flexible_reduction.model, pin_reduction.model, k, forces) for k in stiffnesses
+    ]
     third = np.array([order(curve, 3) for curve in curves])
     assert (np.diff(third) < 0.0).all()
-    # A separate study (beams for pins, holes held round) gave 0.179, 0.128, 0.117, 0.071 and 0.056 of 0.191 um per kN m
-    # at order 3, and 0.027 at order 6 for the stiffest fit.
-    assert_allclose(third[1:] / third[0], np.array([0.179, 0.128, 0.117, 0.071, 0.056]) / 0.191, rtol=0.0, atol=0.08)
+    # A separate study (beams for pins, holes held round) gave 0.179, 0.128, 0.117, 0.071 and 0.056
+    # of 0.191 um per kN m at order 3, and 0.027 at order 6 for the stiffest fit.
+    assert_allclose(
+        third[1:] / third[0],
+        np.array([0.179, 0.128, 0.117, 0.071, 0.056]) / 0.191,
+        rtol=0.0,
+        atol=0.08,
+    )
     assert_allclose(order(curves[-1], 6), 0.027e-6, rtol=0.2)
 
 
 def test_the_rigid_fit_is_the_limit_of_stiff_springs(flexible_reduction, pin_reduction, forces):
     rigid, stiff, stiffer = (
-        rim_curve(flexible_reduction.model, pin_reduction.model, k, forces) for k in (PIN_FITS["rigid"], 1e10, 1e11)
+        rim_curve(flexible_reduction.model, pin_reduction.model, k, forces)
+        for k in (PIN_FITS["rigid"], 1e10, 1e11)
     )
     near, nearer = (np.abs(curve - rigid).max() / np.abs(rigid).max() for curve in (stiff, stiffer))
     assert nearer < 1e-3
     assert_allclose(near / nearer, 10.0, rtol=0.02)
     whole = carrier_with_pins(flexible_reduction.model, pin_reduction.model, PIN_FITS["rigid"])
-    assert (whole.coordinates_of("pin_2_upwind") == whole.coordinates_of(pin_pilot(2, "upwind"))).all()
+    assert (
+        whole.coordinates_of("pin_2_upwind") == whole.coordinates_of(pin_pilot(2, "upwind"))
+    ).all()
 
 
 def test_all_six_interfaces_have_the_same_springs_and_no_others(flexible_reduction, pin_reduction):
@@ -73,9 +87,14 @@ def test_all_six_interfaces_have_the_same_springs_and_no_others(flexible_reducti
     whole = carrier_with_pins(*bodies, 1e6)
     for number in (1, 2, 3):
         for side in ("upwind", "downwind"):
-            bore, end = whole.coordinates_of(f"pin_{number}_{side}"), whole.coordinates_of(pin_pilot(number, side))
+            bore, end = (
+                whole.coordinates_of(f"pin_{number}_{side}"),
+                whole.coordinates_of(pin_pilot(number, side)),
+            )
             assert (bore[:3] == end[:3]).all()
-            assert_allclose(change[bore[3:], end[3:]], -2e6, rtol=1e-5)  # difference of matrices of 1e11
+            assert_allclose(
+                change[bore[3:], end[3:]], -2e6, rtol=1e-5
+            )  # difference of matrices of 1e11
 
 
 def test_the_papers_stiffness_is_the_default_and_fits_have_names(flexible_reduction, pin_reduction):
@@ -99,7 +118,8 @@ def test_a_free_pin_spins_on_its_hold_alone(flexible_reduction, pin_reduction):
     whole = carrier_with_pins(flexible_reduction.model, pin_reduction.model, 0.0)
     spin = {pin_pilot(2, "midspan"): np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])}
     q = static_coordinates(whole, ["shaft_face"], spin)
-    # 1 N m against the holding spring of 1 N m/rad, in series with pin and carrier, which are 1e8 times stiffer.
+    # 1 N m against the holding spring of 1 N m/rad, in series with pin and carrier, which are 1e8
+    # times stiffer.
     assert_allclose(q[whole.coordinates_of(pin_pilot(2, "midspan"))[3]], 1.0, rtol=1e-6)
 
 
@@ -109,7 +129,10 @@ def test_pins_stand_where_the_carriers_bores_are(flexible_reduction, pin_reducti
         for side in ("upwind", "downwind"):
             bore, end = whole.pilots[f"pin_{number}_{side}"], whole.pilots[pin_pilot(number, side)]
             assert_allclose(end, bore, rtol=0.0, atol=1e-12)
-    mass = flexible_reduction.model.mass_properties.mass + 3.0 * pin_reduction.model.mass_properties.mass
+    mass = (
+        flexible_reduction.model.mass_properties.mass
+        + 3.0 * pin_reduction.model.mass_properties.mass
+    )
     assert_allclose(whole.mass_properties.mass, mass, rtol=1e-12)
     assert_allclose(whole.mass_properties.centre[1:], 0.0, rtol=0.0, atol=1e-9)
 
@@ -118,9 +141,16 @@ def test_drive_torque_loads_every_pin_against_the_rotation(forces):
     loads = drive_torque_load(forces.F_PLC, 0.0)
     assert set(loads) == {pin_pilot(number, "midspan") for number in (1, 2, 3)}
     # Pin 1 stands along z; increasing angle there is -y, so the planet pushes it towards +y.
-    assert_allclose(loads["pin_1_midspan_of_pin"], [0.0, 1000.0 / 0.924, 0.0, 0.0, 0.0, 0.0], rtol=1e-12, atol=1e-9)
+    assert_allclose(
+        loads["pin_1_midspan_of_pin"],
+        [0.0, 1000.0 / 0.924, 0.0, 0.0, 0.0, 0.0],
+        rtol=1e-12,
+        atol=1e-9,
+    )
 
 
 def test_a_negative_stiffness_is_refused(flexible_reduction, pin_reduction):
-    with pytest.raises(ValueError, match=r"joint pin_1_upwind-pin_1_upwind_of_pin: bending_stiffness is -1\.0"):
+    with pytest.raises(
+        ValueError, match=r"joint pin_1_upwind-pin_1_upwind_of_pin: bending_stiffness is -1\.0"
+    ):
         carrier_with_pins(flexible_reduction.model, pin_reduction.model, -1.0)

@@ -5,20 +5,22 @@ import pytest
 import scipy.linalg
 from numpy.testing import assert_allclose
 
-from fe.structural_model import structural_model
-from geometry.dihedral import rotation_about_x
-from geometry.parameters import pin_angles
-from reduction.assembly import Joint, assembled
-from reduction.craig_bampton import craig_bampton
-from reduction.reduced_model import turned
-from reduction.reduced_static import pilot_compliance, static_coordinates
+from carrierflex.fe.structural_model import structural_model
+from carrierflex.geometry.dihedral import rotation_about_x
+from carrierflex.geometry.parameters import pin_angles
+from carrierflex.reduction.assembly import Joint, assembled
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.reduced_model import turned
+from carrierflex.reduction.reduced_static import pilot_compliance, static_coordinates
 from tests.reduction.small_bar import LENGTH, bar
 
 
 def test_a_turned_pin_equals_the_reduction_of_the_turned_mesh(pin_reduction, one_pin_mesh, carrier):
     angle = float(pin_angles()[1])
     points = one_pin_mesh.points @ rotation_about_x(angle).T
-    surfaces = {name.replace("pin_1", "pin_2"): facets for name, facets in one_pin_mesh.surfaces.items()}
+    surfaces = {
+        name.replace("pin_1", "pin_2"): facets for name, facets in one_pin_mesh.surfaces.items()
+    }
     mesh = replace(one_pin_mesh, points=points, surfaces=surfaces)
     names = ("pin_2_upwind", "pin_2_midspan", "pin_2_downwind")
     expected = craig_bampton(structural_model("pin", mesh, carrier, names), 4).model
@@ -34,8 +36,12 @@ def test_a_turned_pin_equals_the_reduction_of_the_turned_mesh(pin_reduction, one
     assert_allclose(found.M[:m, m:] * signs, expected.M[:m, m:], rtol=0.0, atol=1e-6 * size)
     for name in names:
         assert_allclose(found.pilots[name], expected.pilots[name], rtol=0.0, atol=1e-12)
-    assert_allclose(found.mass_properties.centre, expected.mass_properties.centre, rtol=0.0, atol=1e-12)
-    assert_allclose(found.mass_properties.inertia, expected.mass_properties.inertia, rtol=0.0, atol=1e-9)
+    assert_allclose(
+        found.mass_properties.centre, expected.mass_properties.centre, rtol=0.0, atol=1e-12
+    )
+    assert_allclose(
+        found.mass_properties.inertia, expected.mass_properties.inertia, rtol=0.0, atol=1e-9
+    )
 
 
 def test_turning_leaves_the_original_unchanged(pin_reduction):
@@ -56,7 +62,10 @@ WRONG = [
     ({"K": np.zeros((2, 2))}, r"pin: K has shape \(2, 2\); expected \(22, 22\), one row a label"),
     ({"M": np.zeros((22, 21))}, r"pin: M has shape \(22, 21\)"),
     ({"D": np.zeros(22)}, r"pin: D has shape \(22,\)"),
-    ({"sensor_rows": np.zeros((1, 22))}, r"pin: sensor rows have shape \(1, 22\); expected \(0, 22\)"),
+    (
+        {"sensor_rows": np.zeros((1, 22))},
+        r"pin: sensor rows have shape \(1, 22\); expected \(0, 22\)",
+    ),
     ({"pilots": {}}, r"pin: pilots and pilot coordinates do not name the same pilots"),
 ]
 
@@ -95,10 +104,15 @@ def test_a_body_that_is_not_held_is_refused():
 
 def test_a_part_that_can_spin_in_its_joint_is_refused():
     # One zero eigenvalue, which rounding may well make positive.
-    bodies = [craig_bampton(bar(), 2).model, craig_bampton(bar(name="other", offset=LENGTH), 2).model]
+    bodies = [
+        craig_bampton(bar(), 2).model,
+        craig_bampton(bar(name="other", offset=LENGTH), 2).model,
+    ]
     hinged = assembled("hinged", bodies, [Joint("bar_end", "other_start", 1e5, 0.0)])
     with pytest.raises(scipy.linalg.LinAlgError, match="hinged"):
-        static_coordinates(hinged, ["bar_start"], {"other_end": np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])})
+        static_coordinates(
+            hinged, ["bar_start"], {"other_end": np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])}
+        )
 
 
 def test_unknown_pilots_are_refused_by_name():

@@ -1,16 +1,23 @@
-"""The reduction from the half sector against the reduction of the whole body: equal, whatever the path."""
+"""The reduction from the half sector against the reduction of the whole body.
+
+Equal, whatever the path.
+"""
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fe.half_sector_sensors import half_sector_sensors
-from fe.structural_model import FLEXIBLE_CARRIER_PILOTS, STIFF_CARRIER_PILOTS, carrier_pilot_points
-from fe.symmetry_blocks import half_sector, symmetry_block
-from geometry.dihedral_group import IRREDUCIBLE_REPRESENTATIONS
-from reduction.certificate import inner_checks
-from reduction.craig_bampton import craig_bampton
-from reduction.symmetric_craig_bampton import symmetric_craig_bampton
+from carrierflex.fe.half_sector_sensors import half_sector_sensors
+from carrierflex.fe.structural_model import (
+    FLEXIBLE_CARRIER_PILOTS,
+    STIFF_CARRIER_PILOTS,
+    carrier_pilot_points,
+)
+from carrierflex.fe.symmetry_blocks import half_sector, symmetry_block
+from carrierflex.geometry.dihedral_group import IRREDUCIBLE_REPRESENTATIONS
+from carrierflex.reduction.certificate import inner_checks
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampton
 
 #: Wanted of the two paths; they reach 1e-12, the rounding of two different factorisations.
 AGREEMENT = 1e-8
@@ -63,7 +70,9 @@ def test_modes_of_one_frequency_span_the_same_space(paths):
     omega, complete = whole.modes.omega, symmetric.basis.omega
     same = np.abs(omega[:, None] / complete[None, :] - 1.0) < 1e-6
     assert same.sum() > len(omega)  # pairs there are
-    assert_allclose(np.where(same, products, 0.0) @ products.T, np.eye(N_MODES), rtol=0.0, atol=AGREEMENT)
+    assert_allclose(
+        np.where(same, products, 0.0) @ products.T, np.eye(N_MODES), rtol=0.0, atol=AGREEMENT
+    )
     assert_allclose(np.where(same, 0.0, products), 0.0, atol=AGREEMENT)
 
 
@@ -71,7 +80,9 @@ def test_constraint_modes_agree_on_the_whole_body(paths):
     structure, whole, _, symmetric = paths
     Psi = symmetric.basis.whole_body(structure.points)[:, : whole.Psi.shape[1]]
     # One column a pilot motion: metres per metre and metres per radian have scales of their own.
-    assert_allclose(Psi / np.abs(Psi).max(axis=0), whole.Psi / np.abs(Psi).max(axis=0), rtol=0.0, atol=AGREEMENT)
+    assert_allclose(
+        Psi / np.abs(Psi).max(axis=0), whole.Psi / np.abs(Psi).max(axis=0), rtol=0.0, atol=AGREEMENT
+    )
 
 
 def frequency_response(model, omega):
@@ -88,7 +99,9 @@ def test_frequency_response_at_pilots_and_sensors_agrees(paths):
     eleven = [model_without_last_mode(reduction.model) for reduction in (whole, symmetric)]
     for share in (0.03, 0.4, 0.97):
         omega = share * whole.modes.omega[-2]
-        for found, expected in zip(*(frequency_response(model, omega) for model in eleven[::-1]), strict=True):
+        for found, expected in zip(
+            *(frequency_response(model, omega) for model in eleven[::-1]), strict=True
+        ):
             assert_allclose(found, expected, rtol=0.0, atol=AGREEMENT * np.abs(expected).max())
 
 
@@ -105,7 +118,12 @@ def test_sensor_rows_of_the_constraint_modes_agree(paths):
     m = whole.Psi.shape[1]
     expected = whole.model.sensor_rows[:, :m]
     assert symmetric.model.sensor_names == whole.model.sensor_names
-    assert_allclose(symmetric.model.sensor_rows[:, :m], expected, rtol=0.0, atol=AGREEMENT * np.abs(expected).max())
+    assert_allclose(
+        symmetric.model.sensor_rows[:, :m],
+        expected,
+        rtol=0.0,
+        atol=AGREEMENT * np.abs(expected).max(),
+    )
 
 
 def test_mass_properties_and_inertia_invariants_agree(paths):
@@ -114,7 +132,9 @@ def test_mass_properties_and_inertia_invariants_agree(paths):
     found, expected = symmetric.model.mass_properties, whole.model.mass_properties
     assert_allclose(found.mass, expected.mass, rtol=AGREEMENT)
     assert_allclose(found.centre, expected.centre, rtol=0.0, atol=AGREEMENT)
-    assert_allclose(found.inertia, expected.inertia, rtol=0.0, atol=AGREEMENT * expected.inertia.max())
+    assert_allclose(
+        found.inertia, expected.inertia, rtol=0.0, atol=AGREEMENT * expected.inertia.max()
+    )
     for name in ("first_moment", "second_moment", "N", "P"):
         a, b = (getattr(reduction.model.ffrf, name)[..., :m] for reduction in (symmetric, whole))
         assert_allclose(a, b, rtol=0.0, atol=AGREEMENT * np.abs(b).max(), err_msg=name)
@@ -137,7 +157,7 @@ def test_blocks_hold_a_sixth_a_sixth_and_a_third_of_the_unknowns(paths):
 def test_no_mode_is_missing_when_one_block_has_more_than_its_share(paths, monkeypatch):
     _, whole, half, _ = paths
     # Without spare modes the blocks have to be asked again.
-    monkeypatch.setattr("reduction.symmetric_reduction._SPARE_MODES", 0)
+    monkeypatch.setattr("carrierflex.reduction.symmetric_reduction._SPARE_MODES", 0)
     model = symmetric_craig_bampton(half, 5).model
     assert_allclose(np.sqrt(model.K.diagonal()[-5:]), whole.modes.omega[:5], rtol=AGREEMENT)
 
@@ -151,7 +171,9 @@ def test_no_modes_at_all_leave_the_static_body(paths):
 
 def test_nodes_of_another_mesh_are_refused(paths):
     structure, _, _, symmetric = paths
-    with pytest.raises(ValueError, match=r"lies .* m from the nearest node; expected the nodes of the body"):
+    with pytest.raises(
+        ValueError, match=r"lies .* m from the nearest node; expected the nodes of the body"
+    ):
         symmetric.basis.whole_body(structure.points + np.array([1e-3, 0.0, 0.0]))
     with pytest.raises(ValueError, match="has nodes that are no images of the half sector's"):
         symmetric.basis.whole_body(np.concatenate([structure.points, [[1.0, 1.0, 1.0]]]))
@@ -161,6 +183,7 @@ def test_a_pilot_without_a_surface_is_refused(flexible_half, carrier):
     points = carrier_pilot_points(carrier)
     names = [f"pin_{number}_midspan" for number in (1, 2, 3)]
     with pytest.raises(
-        ValueError, match="pilot 'pin_1_midspan' has no surface in the half sector, nor has an image of it"
+        ValueError,
+        match="pilot 'pin_1_midspan' has no surface in the half sector, nor has an image of it",
     ):
         half_sector("carrier", flexible_half, {name: points[name] for name in names})

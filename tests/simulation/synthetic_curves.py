@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.deflection_curves import DeflectionCurve
 
 ANGLE = 2.0 * np.pi * np.arange(360) / 360
 
@@ -20,10 +20,15 @@ def stiff_curve() -> DeflectionCurve:
 
 
 def curve_set():
-    """All four curves by name, as a curve file holds them; those of one pin have the size of 1 N."""
+    """All four curves by name, as a curve file holds them.
+
+    Those of one pin have the size of 1 N.
+    """
     stiff, flexible = stiff_curve(), flexible_curve()
     pins = {
-        name: replace(curve, name=name, unit_load=1.0, axial=1e-3 * curve.axial, radial=1e-3 * curve.radial)
+        name: replace(
+            curve, name=name, unit_load=1.0, axial=1e-3 * curve.axial, radial=1e-3 * curve.radial
+        )
         for name, curve in (("g_s", stiff), ("g_f", flexible))
     }
     return {"delta_s": stiff, "delta_f": flexible, **pins}

@@ -11,13 +11,18 @@ import time
 
 import pytest
 
-COMMAND = [sys.executable, "-m", "workflows.command_line"]
+COMMAND = [sys.executable, "-m", "carrierflex.workflows.command_line"]
 
 
 def carrierflex(*arguments, cwd):
     environment = {**os.environ, "COLUMNS": "200"}
     return subprocess.run(
-        [*COMMAND, *map(str, arguments)], cwd=cwd, env=environment, capture_output=True, text=True, check=False
+        [*COMMAND, *map(str, arguments)],
+        cwd=cwd,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
     )
 
 
@@ -45,9 +50,18 @@ def test_help_of_a_command_explains_units(command):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[carrier]\npin_hole_diameter = 0.3\n", "pin_hole_diameter is 0.3 m: the hole reaches radius 0.458 m"),
-        ("[carrier]\nouter_radius = 0.4\n", "outer_radius is 0.4 m: the rim ends inside the sensor radius"),
-        ("[carrier]\nplanet_clearance_radius = 0.28\n", "planet_clearance_radius is 0.28 m: the webs touch the planet"),
+        (
+            "[carrier]\npin_hole_diameter = 0.3\n",
+            "pin_hole_diameter is 0.3 m: the hole reaches radius 0.458 m",
+        ),
+        (
+            "[carrier]\nouter_radius = 0.4\n",
+            "outer_radius is 0.4 m: the rim ends inside the sensor radius",
+        ),
+        (
+            "[carrier]\nplanet_clearance_radius = 0.28\n",
+            "planet_clearance_radius is 0.28 m: the webs touch the planet",
+        ),
         ("[carrier]\nouter_radios = 0.4\n", "unknown key 'outer_radios'"),
         ("[hub]\nlength = 0.4\n", "unknown entry 'hub'"),
         ("carrier = \n", "not a TOML file"),
@@ -61,10 +75,18 @@ def test_impossible_parameters_get_one_line_and_leave_nothing(tmp_path, command,
 
 
 def test_unknown_variant_option_and_suffix_are_refused(tmp_path, command):
-    assert 'Choose from: "stiff", "flexible"' in refused(command("mesh", "--variant", "x", "--out", "a.msh"))
-    assert "--sise" in refused(command("mesh", "--variant", "stiff", "--sise", "1", "--out", "a.msh"))
-    assert "expected one of .msh" in refused(command("mesh", "--variant", "stiff", "--out", "a.stl"))
-    assert "mesh size is 5.0 m" in refused(command("mesh", "--variant", "stiff", "--size", "5", "--out", "a.msh"))
+    assert 'Choose from: "stiff", "flexible"' in refused(
+        command("mesh", "--variant", "x", "--out", "a.msh")
+    )
+    assert "--sise" in refused(
+        command("mesh", "--variant", "stiff", "--sise", "1", "--out", "a.msh")
+    )
+    assert "expected one of .msh" in refused(
+        command("mesh", "--variant", "stiff", "--out", "a.stl")
+    )
+    assert "mesh size is 5.0 m" in refused(
+        command("mesh", "--variant", "stiff", "--size", "5", "--out", "a.msh")
+    )
     assert not list(tmp_path.iterdir())
 
 
@@ -76,7 +98,9 @@ def test_unwritable_output_folder_is_refused(tmp_path, command):
 
 def test_missing_library_is_told_in_one_line(tmp_path):
     # A package of that name that does not load stands in for a shared library that is not there.
-    (tmp_path / "gmsh.py").write_text("raise OSError('libGLU.so.1: cannot open shared object file')", encoding="utf-8")
+    (tmp_path / "gmsh.py").write_text(
+        "raise OSError('libGLU.so.1: cannot open shared object file')", encoding="utf-8"
+    )
     result = subprocess.run(
         [*COMMAND, "mesh", "--variant", "stiff", "--out", "a.msh"],
         cwd=tmp_path,
@@ -90,7 +114,9 @@ def test_missing_library_is_told_in_one_line(tmp_path):
 
 def test_missing_input_files_are_refused(tmp_path, command):
     assert "no such file" in refused(
-        carrierflex("mesh", "--variant", "stiff", "--parameters", "p.toml", "--out", "a.msh", cwd=tmp_path)
+        carrierflex(
+            "mesh", "--variant", "stiff", "--parameters", "p.toml", "--out", "a.msh", cwd=tmp_path
+        )
     )
     refused(command("identify", "nowhere", "--model", "m1", "--out", "out"))
     refused(command("simulate", "nowhere.toml", "--out", "out"))
@@ -109,7 +135,10 @@ def test_interrupted_run_says_so_and_leaves_whole_files_only(tmp_path):
         try:
             # Seconds on a quiet machine; a busy one may take its time.
             deadline = time.monotonic() + 600.0
-            while not (tmp_path / "out" / "deflection_curves.csv").exists() and time.monotonic() < deadline:
+            while (
+                not (tmp_path / "out" / "deflection_curves.csv").exists()
+                and time.monotonic() < deadline
+            ):
                 time.sleep(0.05)
             process.send_signal(signal.SIGINT)
             _, stderr = process.communicate(timeout=600)
@@ -123,7 +152,9 @@ def test_interrupted_run_says_so_and_leaves_whole_files_only(tmp_path):
 
 @pytest.mark.slow
 def test_mesh_command_writes_the_file_it_was_asked_for(tmp_path):
-    result = carrierflex("mesh", "--variant", "flexible", "--size", "0.06", "--out", "carrier.inp", cwd=tmp_path)
+    result = carrierflex(
+        "mesh", "--variant", "flexible", "--size", "0.06", "--out", "carrier.inp", cwd=tmp_path
+    )
     assert result.returncode == 0, result.stderr
     assert result.stderr == ""
     assert "worst scaled jacobian" in result.stdout

@@ -6,10 +6,10 @@ import meshio
 import numpy as np
 import pytest
 
-from fe.curve_files import read_curves
-from identification.campaign_files import read_campaign
-from reduction.body_files import read_body
-from workflows import run
+from carrierflex.fe.curve_files import read_curves
+from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.reduction.body_files import read_body
+from carrierflex.workflows import run
 
 COARSE = 0.06
 
@@ -36,7 +36,8 @@ def test_every_check_of_the_main_job_is_met_but_the_mesh_study_of_coarse_meshes(
 
 @pytest.mark.slow
 def test_identified_rms_follow_the_papers_table_4(summary):
-    # Table 4 in um; the shipped truth's saddle is what M2 leaves there, so the two agree within 5 um.
+    # Table 4 in um; the shipped truth's saddle is what M2 leaves there, so the two agree within 5
+    # um.
     paper = {"m1": (115, 95, 191, 36), "m2": (111, 94, 189, 20)}
     for model, expected in paper.items():
         found = [summary["rms_um"][model][f"LC{k}"] for k in (1, 2, 3, 4)]
@@ -79,7 +80,10 @@ def test_files_are_whole_and_readable(job_folder):
     assert not list(job_folder.rglob(".*"))
     pictures = [path.name for path in job_folder.rglob("*.png")]
     assert len(pictures) >= 14
-    assert {path.name for path in (job_folder / "gap").iterdir()} == {"diagnosis.json", "report.html"}
+    assert {path.name for path in (job_folder / "gap").iterdir()} == {
+        "diagnosis.json",
+        "report.html",
+    }
     assert min(path.stat().st_size for path in job_folder.rglob("*.png")) > 5_000
 
 

@@ -6,7 +6,10 @@ import numpy as np
 
 
 def shuffled(model):
-    """Same body, its coordinates in an order drawn by lot; modal coordinates keep their order among themselves."""
+    """Same body, its coordinates in an order drawn by lot.
+
+    Modal coordinates keep their order among themselves.
+    """
     n, n_pilot = model.n_coordinates, 6 * len(model.pilots)
     places = np.random.default_rng(4).permutation(n)
     places[n_pilot:] = np.sort(places[n_pilot:])

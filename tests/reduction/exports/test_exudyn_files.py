@@ -9,10 +9,10 @@ import scipy.sparse as sp
 from numpy.testing import assert_allclose
 from scipy.sparse.linalg import spsolve
 
-from fe.rigid_couplings import rigidly_coupled
-from reduction.craig_bampton import craig_bampton
-from reduction.exports.exudyn_files import write_exudyn
-from reduction.reduced_static import pilot_compliance
+from carrierflex.fe.rigid_couplings import rigidly_coupled
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.exports.exudyn_files import write_exudyn
+from carrierflex.reduction.reduced_static import pilot_compliance
 
 exudyn = pytest.importorskip("exudyn")
 FEM = pytest.importorskip("exudyn.FEM")
@@ -45,7 +45,11 @@ def test_exudyn_loads_mesh_matrices_and_sets(fem, pin_structure, one_pin_mesh, p
     assert len(fem.GetSurfaceTriangles6()) == len(fem.GetSurfaceTriangles()) > 0
     assert [entry["Name"] for entry in fem.nodeSets] == list(pin_reduction.model.pilots)
     assert_allclose(fem.eigenValues, pin_reduction.modes.omega**2)
-    for words in ("SI units: m, kg, s, N, rad", "body frame: x downwind", "pilot pin_1_upwind held"):
+    for words in (
+        "SI units: m, kg, s, N, rad",
+        "body frame: x downwind",
+        "pilot pin_1_upwind held",
+    ):
         assert words in fem.metaData["source"]
     for entry, pilot in zip(fem.nodeSets, pin_structure.pilots, strict=True):
         assert entry["NodeWeights"].sum() == pytest.approx(1.0)
@@ -75,24 +79,38 @@ def test_frequencies_in_exudyn_are_those_of_the_reduced_body(fem, pin_reduction,
     ground = mbs.AddObject(exudyn.itemInterface.ObjectGround())
     fixed = mbs.AddMarker(exudyn.itemInterface.MarkerBodyRigid(bodyNumber=ground))
     frame = mbs.AddMarker(exudyn.itemInterface.MarkerNodeRigid(nodeNumber=body["nRigidBody"]))
-    mbs.AddObject(exudyn.itemInterface.GenericJoint(markerNumbers=[fixed, frame], constrainedAxes=[1] * 6))
+    mbs.AddObject(
+        exudyn.itemInterface.GenericJoint(markerNumbers=[fixed, frame], constrainedAxes=[1] * 6)
+    )
     mbs.Assemble()
-    values, _ = exudyn.solver.ComputeODE2Eigenvalues(mbs, computeComplexEigenvalues=False, useAbsoluteValues=False)
+    values, _ = exudyn.solver.ComputeODE2Eigenvalues(
+        mbs, computeComplexEigenvalues=False, useAbsoluteValues=False
+    )
     squares = np.sort(np.real(values))
     model = pin_reduction.model
-    expected = scipy.linalg.eigh(model.K[np.ix_(kept, kept)], model.M[np.ix_(kept, kept)], eigvals_only=True)
+    expected = scipy.linalg.eigh(
+        model.K[np.ix_(kept, kept)], model.M[np.ix_(kept, kept)], eigvals_only=True
+    )
     assert_allclose(squares[-len(kept) :], expected, rtol=1e-6)
 
 
-def test_static_answer_of_the_loaded_matrices_is_the_pilots_compliance(fem, pin_structure, pin_reduction):
+def test_static_answer_of_the_loaded_matrices_is_the_pilots_compliance(
+    fem, pin_structure, pin_reduction
+):
     """Full matrices from the file, first pilot held by multipliers, against the reduced body's compliance."""
-    first, others = pin_structure.pilots[0].G, sp.vstack([pilot.G for pilot in pin_structure.pilots[1:]])
+    first, others = (
+        pin_structure.pilots[0].G,
+        sp.vstack([pilot.G for pilot in pin_structure.pilots[1:]]),
+    )
     K = sp.csc_array(fem.GetStiffnessMatrix())
     size = sp.linalg.norm(K) / sp.linalg.norm(first)
     saddle = sp.block_array([[K, size * first.T], [size * first, None]], format="csc")
     force = np.concatenate([others.T.toarray(), np.zeros((6, others.shape[0]))])
     u = spsolve(saddle, force)[: K.shape[0]]
-    found, expected = others @ u, pilot_compliance(pin_reduction.model, [pin_structure.pilots[0].name])
+    found, expected = (
+        others @ u,
+        pilot_compliance(pin_reduction.model, [pin_structure.pilots[0].name]),
+    )
     scale = np.sqrt(np.outer(expected.diagonal(), expected.diagonal()))
     assert_allclose(found / scale, expected / scale, rtol=0.0, atol=1e-7)
 
@@ -112,7 +130,8 @@ def test_what_exudyn_cannot_hold_is_refused(tmp_path, pin_structure, pin_reducti
         write_exudyn(pin_structure, pin_reduction, tmp_path / "pin.h5")
     rigid = rigidly_coupled(replace(pin_structure, pilots=pin_structure.pilots[::2]), one_pin_mesh)
     with pytest.raises(
-        ValueError, match="pin: its pilots hold their surfaces rigid, and Exudyn needs every node's mass"
+        ValueError,
+        match="pin: its pilots hold their surfaces rigid, and Exudyn needs every node's mass",
     ):
         write_exudyn(rigid, craig_bampton(rigid, 0), tmp_path / "pin.hdf5")
     assert not list(tmp_path.iterdir())

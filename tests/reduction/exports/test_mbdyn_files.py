@@ -1,14 +1,17 @@
-"""MBDyn data read back by a parser of its own: groups complete, basis held, invariants those of nodal sums."""
+"""MBDyn data read back by a parser of its own.
+
+Groups complete, basis held, invariants those of nodal sums.
+"""
 
 import numpy as np
 import pytest
 import scipy.linalg
 from numpy.testing import assert_allclose
 
-from reduction.assembly import Joint, assembled
-from reduction.craig_bampton import craig_bampton
-from reduction.exports.mbdyn_files import write_mbdyn
-from reduction.exports.ordered_body import held_body
+from carrierflex.reduction.assembly import Joint, assembled
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.exports.mbdyn_files import write_mbdyn
+from carrierflex.reduction.exports.ordered_body import held_body
 from tests.reduction.exports.shuffled import shuffled
 from tests.reduction.small_bar import bar
 
@@ -86,7 +89,10 @@ def test_rigid_data_count_from_the_modal_node(groups, reduction, held):
 def test_invariants_are_sums_over_the_nodes(groups, structure, basis, reduction, held):
     """Definitions of MBDyn, node by node, with the consistent mass between each two nodes."""
     m = structure.M.toarray()[0::3, 0::3]
-    x, u = structure.points - reduction.model.pilots[held], basis.reshape(len(structure.points), 3, -1)
+    x, u = (
+        structure.points - reduction.model.pilots[held],
+        basis.reshape(len(structure.points), 3, -1),
+    )
     n = u.shape[2]
 
     def tilde(vectors):
@@ -102,14 +108,20 @@ def test_invariants_are_sums_over_the_nodes(groups, structure, basis, reduction,
     }
     for number, value in expected.items():
         found = groups[number].reshape(value.shape)
-        assert_allclose(found, value, rtol=0.0, atol=1e-12 * np.abs(value).max(), err_msg=f"group {number}")
+        assert_allclose(
+            found, value, rtol=0.0, atol=1e-12 * np.abs(value).max(), err_msg=f"group {number}"
+        )
     assert n == 9
 
 
 def test_the_header_states_units_frame_and_the_held_pilot(tmp_path, reduction):
     write_mbdyn(reduction.model, tmp_path / "bar.fem")
     text = (tmp_path / "bar.fem").read_text()
-    for words in ("SI units: m, kg, s, N, rad", "body frame: x downwind", "Modal node: pilot bar_start, held"):
+    for words in (
+        "SI units: m, kg, s, N, rad",
+        "body frame: x downwind",
+        "Modal node: pilot bar_start, held",
+    ):
         assert words in text
     # MBDyn reads comments into 255 characters.
     assert max(len(line) for line in text.splitlines() if line.startswith("**")) <= 80
@@ -122,7 +134,9 @@ def test_the_order_of_the_body_does_not_matter(tmp_path, reduction):
     write_mbdyn(shuffled(reduction.model), tmp_path / "shuffled.fem")
     first, second = read_fem(tmp_path / "bar.fem"), read_fem(tmp_path / "shuffled.fem")
     for number, values in first.items():
-        assert_allclose(second[number], values, rtol=1e-14, atol=1e-14 * np.abs(values).max(initial=1e-30))
+        assert_allclose(
+            second[number], values, rtol=1e-14, atol=1e-14 * np.abs(values).max(initial=1e-30)
+        )
 
 
 def test_what_cannot_be_written_is_refused_and_leaves_nothing(tmp_path, reduction):
@@ -134,6 +148,8 @@ def test_what_cannot_be_written_is_refused_and_leaves_nothing(tmp_path, reductio
     with pytest.raises(ValueError, match="both: pilots share coordinates"):
         write_mbdyn(both, tmp_path / "bar.fem")
     free = assembled("two", [model, other], [])
-    with pytest.raises(ValueError, match="two has no inertia invariants, which floating-frame codes need"):
+    with pytest.raises(
+        ValueError, match="two has no inertia invariants, which floating-frame codes need"
+    ):
         write_mbdyn(free, tmp_path / "bar.fem")
     assert not list(tmp_path.iterdir())

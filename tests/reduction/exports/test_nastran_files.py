@@ -1,4 +1,7 @@
-"""Nastran exports read back by pyyeti: the superelement passes its checks, DMIG costs what its header says."""
+"""Nastran exports read back by pyyeti.
+
+The superelement passes its checks, DMIG costs what its header says.
+"""
 
 import io
 import re
@@ -9,12 +12,17 @@ from numpy.testing import assert_allclose
 from pyyeti import cb, nastran
 from pyyeti.nastran import bulk, op4
 
-from reduction.assembly import Joint, assembled
-from reduction.craig_bampton import craig_bampton
-from reduction.exports.dmig_files import coordinate_index, grounding_of, write_dmig, written_matrix
-from reduction.exports.op4_files import write_op4
-from reduction.exports.ordered_body import ordered_body
-from reduction.rigid_body_checks import geometric_rigid_modes
+from carrierflex.reduction.assembly import Joint, assembled
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.exports.dmig_files import (
+    coordinate_index,
+    grounding_of,
+    write_dmig,
+    written_matrix,
+)
+from carrierflex.reduction.exports.op4_files import write_op4
+from carrierflex.reduction.exports.ordered_body import ordered_body
+from carrierflex.reduction.rigid_body_checks import geometric_rigid_modes
 from tests.reduction.exports.shuffled import shuffled
 from tests.reduction.small_bar import bar
 
@@ -35,7 +43,9 @@ def checked(path, stiffness=0.0):
     uset, _ = nastran.bulk2uset(str(path.with_suffix(".asm")))
     b = np.arange(len(uset))
     report = io.StringIO()
-    found = cb.cbcheck(report, matrices["maa"], matrices["kaa"], b, b[:6], uset=uset, n_freefree_modes=8)
+    found = cb.cbcheck(
+        report, matrices["maa"], matrices["kaa"], b, b[:6], uset=uset, n_freefree_modes=8
+    )
     return found, report.getvalue()
 
 
@@ -51,7 +61,11 @@ def test_op4_comes_back_in_double_precision(tmp_path, model):
 def test_op4_passes_cbcheck(tmp_path, model):
     write_op4(model, tmp_path / "body.op4")
     found, report = checked(tmp_path / "body.op4")
-    for words in ("Mass matrix is symmetric", "Mass matrix is positive-definite", "Stiffness matrix is symmetric"):
+    for words in (
+        "Mass matrix is symmetric",
+        "Mass matrix is positive-definite",
+        "Stiffness matrix is symmetric",
+    ):
         assert words in report
     assert report.count("Okay") == 5
     assert "Check: PASS" in report
@@ -85,7 +99,9 @@ def test_the_superelement_says_what_it_holds(tmp_path, pin_reduction):
         assert file.suffix == ".txt" or max(len(line) for line in text.splitlines()) <= 80
         assert str(tmp_path).upper() not in text.upper()
         assert "/TMP" not in text.upper()
-    assert "SEBULK       100  EXTOP4          MANUAL                     100" in files[1].read_text()
+    assert (
+        "SEBULK       100  EXTOP4          MANUAL                     100" in files[1].read_text()
+    )
 
 
 @pytest.mark.parametrize("suffix", ["op4", "asm", "pch", "txt"])
@@ -137,7 +153,10 @@ def test_a_body_without_modes_is_written_too(tmp_path):
 
 
 def test_an_assembly_and_another_suffix_are_refused(tmp_path):
-    first, second = craig_bampton(bar(), 0).model, craig_bampton(bar(name="next", offset=0.3), 0).model
+    first, second = (
+        craig_bampton(bar(), 0).model,
+        craig_bampton(bar(name="next", offset=0.3), 0).model,
+    )
     both = assembled("both", [first, second], [Joint("bar_end", "next_start", 1e6, 1e6)])
     with pytest.raises(ValueError, match="both: pilots share coordinates; expected a single body"):
         write_op4(both, tmp_path / "both.op4")

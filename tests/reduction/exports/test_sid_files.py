@@ -1,4 +1,7 @@
-"""Standard input data read back by a parser of its own: index orders, signs, and nodal sums of what the words mean."""
+"""Standard input data read back by a parser of its own.
+
+Index orders, signs, and nodal sums of what the words mean.
+"""
 
 import re
 
@@ -6,10 +9,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fe.surface_integrals import rigid_motion
-from reduction.craig_bampton import craig_bampton
-from reduction.exports.ordered_body import held_body
-from reduction.exports.sid_files import held_modes, write_sid
+from carrierflex.fe.surface_integrals import rigid_motion
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.exports.ordered_body import held_body
+from carrierflex.reduction.exports.sid_files import held_modes, write_sid
 from tests.reduction.exports.shuffled import shuffled
 from tests.reduction.small_bar import bar
 
@@ -39,7 +42,11 @@ def read_sid(path):
         elif block is not None:
             block[key] = int(value)
             if key == "structure":
-                block["m0"] = np.eye(block["nrow"]) if value == "4" else np.zeros((block["nrow"], block["ncol"]))
+                block["m0"] = (
+                    np.eye(block["nrow"])
+                    if value == "4"
+                    else np.zeros((block["nrow"], block["ncol"]))
+                )
                 block["m1"] = np.zeros((block["nrow"], block["nq"], block["ncol"]))
         elif key == "new node":
             node = int(value)
@@ -93,27 +100,34 @@ def test_first_line_and_refmod(written, reduction):
         "1 bar_start, 2 bar_end",
     ):
         assert words in first
-    assert float(plain["mass"].replace("D", "E")) == pytest.approx(reduction.model.mass_properties.mass, rel=1e-14)
+    assert float(plain["mass"].replace("D", "E")) == pytest.approx(
+        reduction.model.mass_properties.mass, rel=1e-14
+    )
     assert plain["nelastq"] == "9"
     assert plain["ielastq (   1)"] == f"Eigen Mode    1 : {written[1][0]:14.6f} Hz"
     assert sorted(nodes) == [1, 2]
 
 
-def test_first_moment_is_mass_times_centre_and_its_change_the_translation_coupling(blocks, reduction):
+def test_first_moment_is_mass_times_centre_and_its_change_the_translation_coupling(
+    blocks, reduction
+):
     mass = reduction.model.mass_properties
     assert_allclose(blocks["mdCM"]["m0"][:, 0], mass.mass * mass.centre, atol=1e-13)
     assert (blocks["mdCM"]["m1"][:, :, 0] == blocks["Ct"]["m0"].T).all()
 
 
 def test_inertia_is_a_column_of_six_with_the_tensors_signs(tmp_path):
-    # Off its axis the bar has products of inertia: Jxy = -∫ρxy < 0 where x and y are positive, Jyz > 0 where z is not.
+    # Off its axis the bar has products of inertia: Jxy = -∫ρxy < 0 where x and y are positive, Jyz
+    # > 0 where z is not.
     model = craig_bampton(moved(bar(), [0.1, 0.2, -0.3]), 1).model
     write_sid(model, tmp_path / "bar.SID_FEM")
     J = read_sid(tmp_path / "bar.SID_FEM")[2]["J"]["m0"][:, 0]
     mass = model.mass_properties
     c = mass.centre
     full = mass.inertia + mass.mass * (c @ c * np.eye(3) - np.outer(c, c))
-    assert_allclose(J, [full[0, 0], full[1, 1], full[2, 2], full[0, 1], full[0, 2], full[1, 2]], rtol=1e-10)
+    assert_allclose(
+        J, [full[0, 0], full[1, 1], full[2, 2], full[0, 1], full[0, 2], full[1, 2]], rtol=1e-10
+    )
     assert J[3] < 0.0 < J[5]
 
 
@@ -129,11 +143,15 @@ def test_inertia_changes_with_the_modes_as_that_of_the_deformed_mesh(blocks, str
     for j in range(modes.shape[2]):
         slopes = []
         for sign in (1.0, -1.0):
-            R = rigid_motion(structure.points + sign * step * modes[..., j], np.zeros(3)).reshape(-1, 6)
+            R = rigid_motion(structure.points + sign * step * modes[..., j], np.zeros(3)).reshape(
+                -1, 6
+            )
             slopes.append((R.T @ (structure.M @ R))[3:, 3:])
         slope = (slopes[0] - slopes[1]) / (2.0 * step)
         expected = [slope[a, b] for a, b in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
-        assert_allclose(blocks["J"]["m1"][:, j, 0], expected, atol=1e-7 * np.abs(blocks["J"]["m1"]).max())
+        assert_allclose(
+            blocks["J"]["m1"][:, j, 0], expected, atol=1e-7 * np.abs(blocks["J"]["m1"]).max()
+        )
 
 
 def test_inertia_forces_are_those_of_a_rotating_mesh(blocks, structure, modes):
@@ -155,7 +173,9 @@ def test_inertia_forces_are_those_of_a_rotating_mesh(blocks, structure, modes):
     coriolis = force(2.0 * np.cross(omega, modes @ q_dot))
     near(np.einsum("ija,j,a->i", blocks["Ge"]["m0"].reshape(n, n, 3), q_dot, omega), T.T @ coriolis)
     arm = rigid_motion(x0, np.zeros(3)).reshape(-1, 6)[:, 3:]
-    near(np.einsum("bja,j,a->b", blocks["Gr"]["m0"].reshape(3, n, 3), q_dot, omega), arm.T @ coriolis)
+    near(
+        np.einsum("bja,j,a->b", blocks["Gr"]["m0"].reshape(3, n, 3), q_dot, omega), arm.T @ coriolis
+    )
     Cr = blocks["Cr"]["m0"] + np.einsum("jka,k->ja", blocks["Cr"]["m1"], q)
     near(Cr.T, rigid_motion(x, np.zeros(3)).reshape(-1, 6)[:, 3:].T @ (structure.M @ T))
     near(blocks["Me"]["m0"], T.T @ (structure.M @ T))
@@ -163,7 +183,9 @@ def test_inertia_forces_are_those_of_a_rotating_mesh(blocks, structure, modes):
 
 def test_stiffness_and_damping_are_those_of_the_modes(blocks, structure, modes, written):
     T = modes.reshape(-1, modes.shape[2])
-    assert_allclose(blocks["Ke"]["m0"], T.T @ (structure.K @ T), atol=1e-8 * blocks["Ke"]["m0"].max())
+    assert_allclose(
+        blocks["Ke"]["m0"], T.T @ (structure.K @ T), atol=1e-8 * blocks["Ke"]["m0"].max()
+    )
     assert_allclose(np.sqrt(blocks["Ke"]["m0"].diagonal()) / (2.0 * np.pi), written[1], rtol=1e-12)
     assert (np.diff(written[1]) >= 0.0).all()
     assert written[1][0] > 10.0  # no rigid motion is left
@@ -183,19 +205,25 @@ def test_nodes_move_as_the_pilots_do(written, structure, modes, reduction):
         # Axes of the node: AP = I + psi~, so that its first column turns by psi × e_x.
         for column in range(3):
             turned = np.cross(found["psi"]["m0"].T, np.eye(3)[column]).T
-            assert_allclose(found["AP"]["m1"][:, :, column], turned, atol=1e-13 * max(np.abs(turned).max(), 1.0))
+            assert_allclose(
+                found["AP"]["m1"][:, :, column], turned, atol=1e-13 * max(np.abs(turned).max(), 1.0)
+            )
     assert not nodes[1]["phi"]["m0"].any()
 
 
 def test_file_orders_of_the_first_order_entries_are_row_mode_column(written):
     text = written[0].read_text()
-    indices = re.findall(r"m1\( *(\d+), *(\d+), *(\d+)\)", text.split("  mdCM")[1].split("end mdCM")[0])
+    indices = re.findall(
+        r"m1\( *(\d+), *(\d+), *(\d+)\)", text.split("  mdCM")[1].split("end mdCM")[0]
+    )
     assert {(int(a) <= 3, int(c)) for a, _, c in indices} == {(True, 1)}
     assert max(int(b) for _, b, _ in indices) > 3
 
 
 def test_the_order_of_the_body_does_not_matter(tmp_path, reduction, written):
-    assert_allclose(write_sid(shuffled(reduction.model), tmp_path / "bar.SID_FEM"), written[1], rtol=1e-9)
+    assert_allclose(
+        write_sid(shuffled(reduction.model), tmp_path / "bar.SID_FEM"), written[1], rtol=1e-9
+    )
 
 
 def test_another_held_pilot_gives_other_modes_of_the_same_body(tmp_path, reduction, written):

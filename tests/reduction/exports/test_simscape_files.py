@@ -7,7 +7,7 @@ import pytest
 import scipy.io
 import scipy.linalg
 
-from reduction.exports.simscape_files import write_simscape
+from carrierflex.reduction.exports.simscape_files import write_simscape
 from tests.reduction.exports.shuffled import shuffled
 
 

@@ -2,8 +2,12 @@
 
 import numpy as np
 
-from simulation.bushings import HydrodynamicBushing, LinearBushing, NonlinearBushing
-from simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.bushings import (
+    HydrodynamicBushing,
+    LinearBushing,
+    NonlinearBushing,
+)
+from carrierflex.simulation.mounting.inputs import MountingInputs
 
 BUSHINGS = {
     "linear": {**LinearBushing().parameters(), "C1": 1e5},
@@ -21,4 +25,6 @@ def shaking_inputs(duration=2.0, rate=100.0, torque=250e3, radial=80e3):
     rise = rise**3 * (10.0 - 15.0 * rise + 6.0 * rise**2)
     wave = 1.0 + 0.2 * np.sin(2.0 * np.pi * 3.0 * time) + 0.1 * np.sin(2.0 * np.pi * 7.0 * time)
     rest = np.zeros_like(time)
-    return MountingInputs(time, torque * rise * wave, rest, rest, 0.4 * radial * rise, -radial * rise * wave)
+    return MountingInputs(
+        time, torque * rise * wave, rest, rest, 0.4 * radial * rise, -radial * rise * wave
+    )

@@ -1,4 +1,7 @@
-"""The mounting written a second time, plainly, in three dimensions, and integrated by scipy: shares no code with the model."""
+"""The mounting written a second time, plainly, in three dimensions, and integrated by scipy.
+
+Shares no code with the model.
+"""
 
 import numpy as np
 from scipy.integrate import solve_ivp

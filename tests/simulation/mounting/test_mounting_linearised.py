@@ -6,12 +6,16 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from simulation.mounting.equations import mounting_blocks
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.linearised import campbell_diagram, frequency_response, mounting_modes
-from simulation.mounting.parameters import INDEX, parameter_array
-from simulation.mounting.rig import SENSORS, MountingRig
-from simulation.mounting.simulate import simulate
+from carrierflex.simulation.mounting.equations import mounting_blocks
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.linearised import (
+    campbell_diagram,
+    frequency_response,
+    mounting_modes,
+)
+from carrierflex.simulation.mounting.parameters import INDEX, parameter_array
+from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
+from carrierflex.simulation.mounting.simulate import simulate
 from tests.simulation.mounting.mounting_runs import BUSHINGS
 from tests.simulation.mounting.scipy_reference import rates
 
@@ -23,31 +27,43 @@ def held(loads, seconds, rate):
     """Loads that stay."""
     time = np.arange(round(seconds * rate) + 1) / rate
     rest = np.zeros_like(time)
-    return MountingInputs(time, np.full_like(time, loads[0]), rest, rest, rest + loads[1], rest + loads[2])
+    return MountingInputs(
+        time, np.full_like(time, loads[0]), rest, rest, rest + loads[1], rest + loads[2]
+    )
 
 
 def roots_of_decay(signal, order, step):
-    """Roots of a free decay by linear prediction: ``y_{n+p} = -a_0 y_n - … - a_{p-1} y_{n+p-1}``."""
+    """Roots of a free decay by linear prediction.
+
+    ``y_{n+p} = -a_0 y_n - … - a_{p-1} y_{n+p-1}``.
+    """
     rows = np.lib.stride_tricks.sliding_window_view(signal, order + 1)
     coefficients = np.linalg.lstsq(rows[:, :order], rows[:, order], rcond=None)[0]
     return np.log(np.roots([1.0, *-coefficients[::-1]]).astype(complex)) / step
 
 
 @pytest.mark.parametrize(
-    ("name", "n_roots"), [("linear", 2), ("nonlinear", 2), ("nonlinear, damping of the paper", 1), ("hydro-dynamic", 3)]
+    ("name", "n_roots"),
+    [("linear", 2), ("nonlinear", 2), ("nonlinear, damping of the paper", 1), ("hydro-dynamic", 3)],
 )
 def test_a_small_free_decay_about_a_torque_has_the_roots_of_the_roll(name, n_roots):
     parameters = parameter_array(RIG, BUSHINGS[name])
-    # Torque alone bends both bushings alike, so that roll stays apart from pitch. It begins slightly off its value.
+    # Torque alone bends both bushings alike, so that roll stays apart from pitch. It begins
+    # slightly off its value.
     rate = 2000.0
     inputs = held(LOADED, 0.6, rate)
     torque = inputs.torque.copy()
     torque[0] += 5.0
-    roll = RIG.housing_motion(simulate(RIG, parameters, replace(inputs, torque=torque)).signals)[:, 3]
-    # Differences of the samples decay alike and do not know the resting place; the stiff root is gone after two samples.
+    roll = RIG.housing_motion(simulate(RIG, parameters, replace(inputs, torque=torque)).signals)[
+        :, 3
+    ]
+    # Differences of the samples decay alike and do not know the resting place; the stiff root is
+    # gone after two samples.
     found = roots_of_decay(np.diff(roll)[4:], n_roots, 1.0 / rate)
     modes = mounting_modes(RIG, parameters, LOADED)
-    of_roll = [root for root in modes.roots if abs(root) < rate and np.abs(found / root - 1.0).min() < 1e-3]
+    of_roll = [
+        root for root in modes.roots if abs(root) < rate and np.abs(found / root - 1.0).min() < 1e-3
+    ]
     assert len(of_roll) == (n_roots if n_roots < 2 else n_roots - 1), (found, modes.roots)
 
 
@@ -80,21 +96,31 @@ def test_roots_are_those_of_the_second_model_by_differences(name):
 def test_a_torque_stiffens_nonlinear_bushings_alone():
     nonlinear, linear = (parameter_array(RIG, BUSHINGS[name]) for name in ("nonlinear", "linear"))
     torques = (0.0, 80e3, 360e3)
-    rising = [mounting_modes(RIG, nonlinear, np.array([T, 0.0, 0.0])).frequency_hz[-1] for T in torques]
+    rising = [
+        mounting_modes(RIG, nonlinear, np.array([T, 0.0, 0.0])).frequency_hz[-1] for T in torques
+    ]
     still = [mounting_modes(RIG, linear, np.array([T, 0.0, 0.0])).frequency_hz[-1] for T in torques]
     assert rising[0] < 0.97 * rising[1] < 0.7 * rising[2]
     assert_allclose(still, still[0], rtol=1e-12)
     # Undamped roll of two linear bushings: 2 K1 R_x² over the housing's inertia.
     bare = mounting_modes(RIG, parameter_array(RIG, {"C1": 0.0, "c_x": 0.0}), np.zeros(3))
-    assert_allclose(bare.frequency_hz[-1], np.sqrt(2.0 * 20.2e6 * 0.75**2 / 1000.0) / (2.0 * np.pi), rtol=1e-9)
+    assert_allclose(
+        bare.frequency_hz[-1], np.sqrt(2.0 * 20.2e6 * 0.75**2 / 1000.0) / (2.0 * np.pi), rtol=1e-9
+    )
     assert_allclose(bare.damping_ratio, 0.0, atol=1e-9)
     assert bare.leading_coordinates()[-1] == "theta_x"
     damped = mounting_modes(RIG, linear, np.zeros(3))
-    assert_allclose(damped.damping_ratio[-1], 1e5 * 0.75**2 / np.sqrt(2.0 * 20.2e6 * 0.75**2 * 1000.0), rtol=1e-9)
+    assert_allclose(
+        damped.damping_ratio[-1],
+        1e5 * 0.75**2 / np.sqrt(2.0 * 20.2e6 * 0.75**2 * 1000.0),
+        rtol=1e-9,
+    )
 
 
 def test_the_papers_damping_makes_every_mode_creep():
-    modes = mounting_modes(RIG, parameter_array(RIG, BUSHINGS["linear, damping of the paper"]), np.zeros(3))
+    modes = mounting_modes(
+        RIG, parameter_array(RIG, BUSHINGS["linear, damping of the paper"]), np.zeros(3)
+    )
     assert not modes.frequency_hz.any()
     assert_allclose(modes.damping_ratio, 1.0)
     # Slow root K1 / C1 of a bushing without mass.
@@ -112,7 +138,9 @@ def test_frequency_response_is_that_of_a_simulated_sine(name, place):
     size = np.array([50.0, 20.0, 20.0])[place]
     column = ("torque", "ntl_y", "ntl_z")[place]
     sine = size * np.sin(2.0 * np.pi * frequency * inputs.time)
-    signals = simulate(RIG, parameters, replace(inputs, **{column: getattr(inputs, column) + sine})).signals
+    signals = simulate(
+        RIG, parameters, replace(inputs, **{column: getattr(inputs, column) + sine})
+    ).signals
     window = slice(-4 * per_period - 1, -1)
     wave = np.exp(-2j * np.pi * frequency * inputs.time[window]) * 2j / (4 * per_period)
     rest = simulate(RIG, parameters, inputs).signals
@@ -132,7 +160,9 @@ def test_a_force_that_hardly_changes_meets_the_static_answer_and_a_late_sensor_l
     response = frequency_response(RIG, parameters, LOADED, np.array([0.0]))[0, :, 0]
     assert_allclose(response.real, vertical.output @ moved / 100.0, rtol=1e-5, atol=1e-14)
     late = parameter_array(RIG, {**BUSHINGS["nonlinear"], "delay": 0.02})
-    pair = [frequency_response(RIG, p, LOADED, np.array([5.0]))[0, 2, 0] for p in (parameters, late)]
+    pair = [
+        frequency_response(RIG, p, LOADED, np.array([5.0]))[0, 2, 0] for p in (parameters, late)
+    ]
     assert_allclose(np.angle(pair[1] / pair[0]), -2.0 * np.pi * 5.0 * 0.02, rtol=1e-12)
     assert SENSORS[2] == "ssz"
 
@@ -145,12 +175,15 @@ def test_the_gyroscopic_moment_splits_pitch_and_yaw_and_leaves_roll():
     vertical, _ = mounting_blocks(RIG, parameters)
     inertia, alone = vertical.M[1, 1], np.sqrt(vertical.K[1, 1] / vertical.M[1, 1])
     half = 0.5 * spin * speeds / inertia
-    whirl = np.stack([np.sqrt(alone**2 + half**2) - half, np.sqrt(alone**2 + half**2) + half], axis=1)
+    whirl = np.stack(
+        [np.sqrt(alone**2 + half**2) - half, np.sqrt(alone**2 + half**2) + half], axis=1
+    )
     roll = np.full(3, np.sqrt(vertical.K[0, 0] / vertical.M[0, 0]))
     expected = np.sort(np.column_stack([whirl, roll]), axis=1) / (2.0 * np.pi)
     assert_allclose(diagram.frequency_hz, expected, rtol=1e-7)
     forward = mounting_modes(RIG, parameters, np.zeros(3), speed=2.0, polar_inertia=spin)
-    # Of the faster whirl the tip of the shaft runs with the spin: (y, z) = (theta_z, -theta_y), so theta_z leads.
+    # Of the faster whirl the tip of the shaft runs with the spin: (y, z) = (theta_z, -theta_y), so
+    # theta_z leads.
     names = forward.names
     fastest = forward.shape[:, np.abs(forward.frequency_hz - expected[2].max()).argmin()]
     lag = np.angle(fastest[names.index("theta_z")] / -fastest[names.index("theta_y")])
@@ -163,7 +196,9 @@ def test_the_shaft_at_rated_speed_hardly_turns_a_mode():
     assert_allclose(diagram.order_hz["mesh"][1], 36.465, rtol=1e-4)
     assert_allclose(diagram.order_hz["3P"], 3.0 * diagram.speed / (2.0 * np.pi))
     # The mesh meets the roll where 99 times the speed is its frequency.
-    assert_allclose(diagram.crossings("mesh") * 99 / (2.0 * np.pi), diagram.frequency_hz[0], rtol=1e-5)
+    assert_allclose(
+        diagram.crossings("mesh") * 99 / (2.0 * np.pi), diagram.frequency_hz[0], rtol=1e-5
+    )
 
 
 def test_a_bushing_that_softens_under_its_load_has_a_root_that_grows():
@@ -177,7 +212,9 @@ def test_a_bushing_that_softens_under_its_load_has_a_root_that_grows():
 
 def test_operating_points_and_frequencies_that_make_no_sense_are_refused():
     parameters = parameter_array(RIG)
-    with pytest.raises(ValueError, match=r"operating point: .*nan.*; expected three finite numbers"):
+    with pytest.raises(
+        ValueError, match=r"operating point: .*nan.*; expected three finite numbers"
+    ):
         mounting_modes(RIG, parameters, np.array([np.nan, 0.0, 0.0]))
     with pytest.raises(ValueError, match=r"smallest frequency is -1\.0 Hz; expected numbers >= 0"):
         frequency_response(RIG, parameters, np.zeros(3), np.array([-1.0, 2.0]))

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from simulation.mounting.equations import mounting_blocks
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.march import mounting_model, state_at_rest
-from simulation.mounting.parameters import INDEX, parameter_array
-from simulation.mounting.rig import SENSORS, MountingRig
-from simulation.mounting.simulate import simulate, zeroed, zeroed_as_measured
+from carrierflex.simulation.mounting.equations import mounting_blocks
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.parameters import INDEX, parameter_array
+from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
+from carrierflex.simulation.mounting.simulate import simulate, zeroed, zeroed_as_measured
+from carrierflex.simulation.mounting.time_integration import mounting_model, state_at_rest
 from tests.simulation.mounting.mounting_runs import BUSHINGS, shaking_inputs
 from tests.simulation.mounting.scipy_reference import reference_signals
 
@@ -30,7 +30,9 @@ def slow_inputs(torque=0.0, ntl_y=0.0, ntl_z=0.0, duration=60.0):
 def test_signals_equal_those_of_a_second_model_integrated_by_scipy(name):
     parameters = parameter_array(RIG, BUSHINGS[name])
     inputs = shaking_inputs(0.6)
-    reference = reference_signals(RIG, law_of(parameters), inputs, rtol=1e-9 if name == "linear" else 1e-7)
+    reference = reference_signals(
+        RIG, law_of(parameters), inputs, rtol=1e-9 if name == "linear" else 1e-7
+    )
     ours = simulate(RIG, parameters, inputs).signals
     assert np.abs(reference).max() > 2e-3
     # The linear model is exact, the nonlinear ones hold 1e-4 at the chosen step.
@@ -49,10 +51,13 @@ def test_the_fluid_branch_and_damping_that_grows_with_deflection_equal_the_secon
 
 def test_static_roll_follows_the_torque_that_the_housing_carries():
     parameters = parameter_array(RIG, {"P_T": 0.1})
-    d = RIG.housing_motion(simulate(RIG, parameters, slow_inputs(torque=100e3, ntl_z=-50e3)).signals)[-1]
+    d = RIG.housing_motion(
+        simulate(RIG, parameters, slow_inputs(torque=100e3, ntl_z=-50e3)).signals
+    )[-1]
     carried = (1.0 - 1.0 / 81.491) * (100e3 + 0.1 * -50e3)
     assert_allclose(d[3], carried / (2.0 * 20.2e6 * 0.75**2), rtol=1e-6)
-    # The load acts upwind of the main bearing: pushing down there lifts the bushings, by the lever rule.
+    # The load acts upwind of the main bearing: pushing down there lifts the bushings, by the lever
+    # rule.
     lift = 50e3 * 1.75 / 2.3 / (2.0 * 20.2e6)
     assert_allclose(d[2], lift, rtol=1e-6)
     assert_allclose(d[4], -lift / 2.3, rtol=1e-6)
@@ -69,9 +74,13 @@ def test_yaw_works_on_the_axial_stiffness_of_the_bushings():
 
 def test_a_turned_radial_load_is_the_load_turned_about_x():
     angle = 0.3
-    turned = simulate(RIG, parameter_array(RIG, {"ntl_angle": angle}), slow_inputs(ntl_y=50e3)).signals
+    turned = simulate(
+        RIG, parameter_array(RIG, {"ntl_angle": angle}), slow_inputs(ntl_y=50e3)
+    ).signals
     plain = simulate(
-        RIG, parameter_array(RIG), slow_inputs(ntl_y=50e3 * np.cos(angle), ntl_z=50e3 * np.sin(angle))
+        RIG,
+        parameter_array(RIG),
+        slow_inputs(ntl_y=50e3 * np.cos(angle), ntl_z=50e3 * np.sin(angle)),
     ).signals
     assert_allclose(turned, plain, rtol=0.0, atol=1e-12)
 
@@ -88,7 +97,9 @@ def test_unequal_bushings_turn_a_vertical_load_into_roll():
 
 def test_a_compliant_main_bearing_adds_its_deflection_and_vanishes_when_stiff():
     load = slow_inputs(ntl_z=-50e3)
-    d = RIG.housing_motion(simulate(RIG, parameter_array(RIG, {"main_bearing_compliance": 2e-9}), load).signals)[-1]
+    d = RIG.housing_motion(
+        simulate(RIG, parameter_array(RIG, {"main_bearing_compliance": 2e-9}), load).signals
+    )[-1]
     rigid = RIG.housing_motion(simulate(RIG, parameter_array(RIG), load).signals)[-1]
     bearing = -50e3 * (1.0 + 1.75 / 2.3) * 2e-9
     # The bushings feel the same force; the housing tilts about them as the bearing gives way.
@@ -102,7 +113,9 @@ def test_axial_motion_stays_zero_with_equal_bushings_and_follows_yaw_with_unequa
     rig = MountingRig(zeroing_samples=1, axial_motion=True)
     load = slow_inputs(ntl_y=50e3)
     equal = rig.housing_motion(simulate(rig, parameter_array(rig), load).signals)[-1]
-    unequal = rig.housing_motion(simulate(rig, parameter_array(rig, {"starboard_excess": 0.2}), load).signals)[-1]
+    unequal = rig.housing_motion(
+        simulate(rig, parameter_array(rig, {"starboard_excess": 0.2}), load).signals
+    )[-1]
     assert_allclose(equal[0], 0.0, atol=1e-12)
     # The axial forces balance: 1.2 (d_x - R_x theta_z) + 0.8 (d_x + R_x theta_z) = 0.
     assert_allclose(unequal[0], 0.2 * 0.75 * unequal[5], rtol=1e-6)
@@ -110,16 +123,23 @@ def test_axial_motion_stays_zero_with_equal_bushings_and_follows_yaw_with_unequa
 
 def test_weight_loads_nonlinear_bushings_and_leaves_with_the_zero():
     inputs = shaking_inputs(1.0)
-    linear = [simulate(RIG, parameter_array(RIG, {"gravity": g}), inputs).signals for g in (0.0, 9.81)]
+    linear = [
+        simulate(RIG, parameter_array(RIG, {"gravity": g}), inputs).signals for g in (0.0, 9.81)
+    ]
     assert_allclose(linear[0], linear[1], rtol=0.0, atol=1e-15)
     law = {"K3": 1e13}
-    hard = [simulate(RIG, parameter_array(RIG, {**law, "gravity": g}), inputs).signals for g in (0.0, 9.81)]
+    hard = [
+        simulate(RIG, parameter_array(RIG, {**law, "gravity": g}), inputs).signals
+        for g in (0.0, 9.81)
+    ]
     assert np.abs(hard[0] - hard[1]).max() > 1e-5
 
 
 def test_static_start_holds_still_under_constant_load():
     inputs = shaking_inputs(1.0)
-    rest = MountingInputs(inputs.time, *(np.full_like(inputs.time, v) for v in (2e5, 0.0, 0.0, 3e4, -8e4)))
+    rest = MountingInputs(
+        inputs.time, *(np.full_like(inputs.time, v) for v in (2e5, 0.0, 0.0, 3e4, -8e4))
+    )
     for name in ("nonlinear", "hydro-dynamic"):
         signals = simulate(RIG, parameter_array(RIG, BUSHINGS[name]), rest).signals
         assert_allclose(signals, 0.0, atol=1e-11)
@@ -130,7 +150,9 @@ def test_static_start_holds_still_under_constant_load():
 def test_sensor_errors_change_their_channel_alone():
     inputs = shaking_inputs(1.0)
     clean = simulate(RIG, parameter_array(RIG), inputs).signals
-    wrong = simulate(RIG, parameter_array(RIG, {"gain_spz": 1.02, "zero_ssz": 1e-4}), inputs).signals
+    wrong = simulate(
+        RIG, parameter_array(RIG, {"gain_spz": 1.02, "zero_ssz": 1e-4}), inputs
+    ).signals
     ssz, spz = SENSORS.index("ssz"), SENSORS.index("spz")
     assert_allclose(wrong[:, spz], 1.02 * clean[:, spz])
     assert_allclose(wrong[:, ssz], clean[:, ssz] + 1e-4)
@@ -161,16 +183,21 @@ def test_sensor_matrix_reads_the_points_of_figure_5():
 def test_zeroing_follows_equations_13_to_15():
     simulated, measured = np.arange(60.0).reshape(30, 2), np.full((30, 2), 7.0)
     assert_allclose(zeroed(simulated, 20)[:20].mean(axis=0), 0.0, atol=1e-14)
-    assert_allclose(zeroed_as_measured(simulated, measured, 20), simulated + 7.0 - simulated[:20].mean(axis=0))
+    assert_allclose(
+        zeroed_as_measured(simulated, measured, 20), simulated + 7.0 - simulated[:20].mean(axis=0)
+    )
 
 
 def test_mass_matrix_is_the_inertia_about_the_main_bearing():
-    vertical, horizontal = mounting_blocks(RIG, parameter_array(RIG, {"main_bearing_compliance": 1e-9}))
+    vertical, horizontal = mounting_blocks(
+        RIG, parameter_array(RIG, {"main_bearing_compliance": 1e-9})
+    )
     arms = np.array([0.25 + 2.3, -0.8 + 2.3, -1.75])
     masses = np.array([3310.0, 2692.0, 4100.0])
     assert_allclose(vertical.M[1, 1], 900.0 + masses @ arms**2)
     assert_allclose(vertical.M[2, 2], masses.sum())
-    # Pitch upwards at the bushings is negative: kinetic energy couples it with the bearing's rise by the first moment.
+    # Pitch upwards at the bushings is negative: kinetic energy couples it with the bearing's rise
+    # by the first moment.
     assert_allclose([vertical.M[1, 2], horizontal.M[0, 1]], [-(masses @ arms), masses @ arms])
 
 
@@ -180,7 +207,8 @@ def test_inputs_on_an_uneven_grid_give_the_signals_at_their_own_times():
     uneven = MountingInputs(*(values[kept] for values in even.columns().values()))
     parameters = parameter_array(RIG, BUSHINGS["linear"])
     whole, part = simulate(RIG, parameters, even).signals, simulate(RIG, parameters, uneven).signals
-    # Loads and signals are taken as linear between samples 7.5 ms apart: each errs by h²/8 of the second derivative.
+    # Loads and signals are taken as linear between samples 7.5 ms apart: each errs by h²/8 of the
+    # second derivative.
     bend = np.abs(np.diff(whole, 2, axis=0)).max() * 400.0**2
     assert_allclose(part, whole[kept], rtol=0.0, atol=2.0 * 0.0075**2 / 8.0 * bend)
     assert 2.0 * 0.0075**2 / 8.0 * bend < 5e-3 * np.abs(whole).max()

@@ -8,17 +8,22 @@ import pyarrow.parquet as pa_parquet
 import pytest
 from numpy.testing import assert_allclose
 
-from simulation.case_files import shipped_case
-from simulation.mounting.batch import rms_of_sensors, simulate_batch
-from simulation.mounting.case_files import read_mounting_case
-from simulation.mounting.inputs import MountingInputs
-from simulation.mounting.load_history import LoadHistory
-from simulation.mounting.march import DivergedError
-from simulation.mounting.parameters import EFFECT_PARAMETERS, PARAMETERS, parameter_array, parameters_of
-from simulation.mounting.record_files import marched_pieces, write_record
-from simulation.mounting.rig import SENSORS, MountingRig
-from simulation.mounting.simulate import response_of, signal_pieces, simulate
-from simulation.mounting.torque_sweep import mounting_sweep
+from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.simulation.mounting.batch import rms_of_sensors, simulate_batch
+from carrierflex.simulation.mounting.case_files import read_mounting_case
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.load_history import LoadHistory
+from carrierflex.simulation.mounting.parameters import (
+    EFFECT_PARAMETERS,
+    PARAMETERS,
+    parameter_array,
+    parameters_of,
+)
+from carrierflex.simulation.mounting.record_files import marched_pieces, write_record
+from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
+from carrierflex.simulation.mounting.simulate import response_of, signal_pieces, simulate
+from carrierflex.simulation.mounting.time_integration import DivergedError
+from carrierflex.simulation.mounting.torque_sweep import mounting_sweep
 from tests.simulation.mounting.mounting_runs import BUSHINGS, shaking_inputs
 
 RIG = MountingRig(zeroing_samples=20)
@@ -26,12 +31,17 @@ RIG = MountingRig(zeroing_samples=20)
 
 def pieces_of(inputs, size):
     for first in range(0, inputs.time.size, size):
-        yield MountingInputs(*(values[first : first + size] for values in inputs.columns().values()))
+        yield MountingInputs(
+            *(values[first : first + size] for values in inputs.columns().values())
+        )
 
 
 def softer_to_stiffer(count):
     return np.array(
-        [parameter_array(RIG, {**BUSHINGS["nonlinear"], "K1": K1}) for K1 in np.linspace(15e6, 25e6, count)]
+        [
+            parameter_array(RIG, {**BUSHINGS["nonlinear"], "K1": K1})
+            for K1 in np.linspace(15e6, 25e6, count)
+        ]
     )
 
 
@@ -59,8 +69,15 @@ def test_a_batch_gives_what_single_runs_give():
 def test_a_wrong_set_of_a_batch_is_named_before_anything_runs():
     sets = np.array([parameter_array(RIG), parameter_array(RIG)])
     sets[1, 0] = -1.0
-    with ThreadPoolExecutor(1) as executor, pytest.raises(ValueError, match="parameter set 1: parameter K1 is -1 N/m"):
-        next(simulate_batch(RIG, sets, shaking_inputs(0.5), summary=rms_of_sensors, executor=executor))
+    with (
+        ThreadPoolExecutor(1) as executor,
+        pytest.raises(ValueError, match="parameter set 1: parameter K1 is -1 N/m"),
+    ):
+        next(
+            simulate_batch(
+                RIG, sets, shaking_inputs(0.5), summary=rms_of_sensors, executor=executor
+            )
+        )
 
 
 @pytest.mark.parametrize("name", ["linear", "hydro-dynamic"])
@@ -70,7 +87,9 @@ def test_a_record_in_pieces_equals_the_whole_one(tmp_path, name):
         parameter_array(RIG, {**BUSHINGS[name], "gain_spz": 1.1, "zero_sbx": 1e-4}),
     )
     path = tmp_path / "record.parquet"
-    written = write_record(marched_pieces(RIG, parameters, pieces_of(inputs, 37), largest_loads=inputs.loads), path)
+    written = write_record(
+        marched_pieces(RIG, parameters, pieces_of(inputs, 37), largest_loads=inputs.loads), path
+    )
     assert written == inputs.time.size
     table = pa_parquet.read_table(path)
     signals = np.stack([table[sensor].to_numpy() for sensor in SENSORS], axis=1)
@@ -82,7 +101,10 @@ def test_a_record_in_pieces_equals_the_whole_one(tmp_path, name):
 @pytest.mark.parametrize("name", ["linear", "nonlinear", "hydro-dynamic"])
 def test_a_run_in_pieces_equals_the_whole_one_and_may_end_early(name):
     # 4500 samples: two whole pieces and a part of one.
-    inputs, parameters = shaking_inputs(45.0), parameter_array(RIG, {**BUSHINGS[name], "gain_spz": 1.1, "delay": 0.02})
+    inputs, parameters = (
+        shaking_inputs(45.0),
+        parameter_array(RIG, {**BUSHINGS[name], "gain_spz": 1.1, "delay": 0.02}),
+    )
     pieces = list(signal_pieces(RIG, parameters, inputs))
     assert [len(piece) for piece in pieces] == [1, 2000, 2000, 500]
     whole = simulate(RIG, parameters, inputs).signals
@@ -110,7 +132,9 @@ def test_a_diverging_record_keeps_what_was_written(tmp_path):
     parameters = parameter_array(RIG, {"C1": 1e5, "K1": 3e5})
     path = tmp_path / "record.parquet"
     pieces = marched_pieces(RIG, parameters, iter([calm, storm]), largest_loads=storm.loads)
-    with pytest.raises(DivergedError, match=r"theta_x: diverged after 1.*; the signals up to there are kept") as caught:
+    with pytest.raises(
+        DivergedError, match=r"theta_x: diverged after 1.*; the signals up to there are kept"
+    ) as caught:
         write_record(pieces, path)
     assert caught.value.time > 1.2
     kept = pa_parquet.read_table(path)["time"].to_numpy()
@@ -121,9 +145,13 @@ def test_a_diverging_record_keeps_what_was_written(tmp_path):
 def test_pieces_that_do_not_fit_are_refused(tmp_path):
     inputs, parameters = shaking_inputs(1.0), parameter_array(RIG)
     with pytest.raises(ValueError, match=r"expected at most .* as announced"):
-        list(marched_pieces(RIG, parameters, pieces_of(inputs, 40), largest_loads=0.5 * inputs.loads))
+        list(
+            marched_pieces(RIG, parameters, pieces_of(inputs, 40), largest_loads=0.5 * inputs.loads)
+        )
     first, _, third = pieces_of(inputs, 40)
-    with pytest.raises(ValueError, match=r"begins at 0\.8 s after one that ended at 0\.39 s; expected one interval"):
+    with pytest.raises(
+        ValueError, match=r"begins at 0\.8 s after one that ended at 0\.39 s; expected one interval"
+    ):
         list(marched_pieces(RIG, parameters, [first, third], largest_loads=inputs.loads))
     delayed = parameter_array(RIG, {"delay": 0.1})
     with pytest.raises(ValueError, match="a sensor delay is not possible piece by piece"):
@@ -131,14 +159,30 @@ def test_pieces_that_do_not_fit_are_refused(tmp_path):
 
 
 def test_every_effect_of_the_contract_has_parameters_within_bounds():
-    from identification.campaign_kinds import MOUNTING
+    from carrierflex.identification.campaign.campaign_kinds import MOUNTING
 
     assert set(EFFECT_PARAMETERS) == set(MOUNTING.effects)
     neutral = parameter_array(RIG)
     inputs = shaking_inputs(1.0)
     base = simulate(RIG, neutral, inputs).signals
-    values = {"K3": 1e11, "K5": 1e16, "C3": 1e11, "k": 5e6, "c": 5e5, "Kp": 8e6, "Fy": 3e4, "P_T": 0.1, "k_x": 1e7}
-    values |= {"main_bearing_compliance": 1e-9, "ntl_angle": 0.1, "starboard_excess": 0.1, "m": 10.0, "delay": 0.05}
+    values = {
+        "K3": 1e11,
+        "K5": 1e16,
+        "C3": 1e11,
+        "k": 5e6,
+        "c": 5e5,
+        "Kp": 8e6,
+        "Fy": 3e4,
+        "P_T": 0.1,
+        "k_x": 1e7,
+    }
+    values |= {
+        "main_bearing_compliance": 1e-9,
+        "ntl_angle": 0.1,
+        "starboard_excess": 0.1,
+        "m": 10.0,
+        "delay": 0.05,
+    }
     values |= {f"gain_{s}": 1.05 for s in SENSORS} | {f"zero_{s}": 1e-4 for s in SENSORS}
     for effect in MOUNTING.effects:
         chosen = {parameter.name: values[parameter.name] for parameter in parameters_of([effect])}
@@ -167,14 +211,20 @@ def test_the_load_history_has_the_events_of_figure_6():
     assert np.abs(inputs.torque[: 535 * 100]).max() == 0.0
     assert_allclose(at(600.0, inputs.torque), 80e3, rtol=0.03)
     # The angle is the integral of the speed.
-    assert_allclose(np.diff(inputs.carrier_angle), 0.01 * 0.5 * (inputs.speed[1:] + inputs.speed[:-1]), atol=1e-4)
+    assert_allclose(
+        np.diff(inputs.carrier_angle),
+        0.01 * 0.5 * (inputs.speed[1:] + inputs.speed[:-1]),
+        atol=1e-4,
+    )
     part = history.inputs(40.0, 560.0)
     assert part.time.size == 52000
     assert_allclose(part.torque[-1], at(559.99, inputs.torque))
 
 
 def test_a_load_history_out_of_order_is_refused():
-    with pytest.raises(ValueError, match=r"start is 700.* s and stop_from 260.* s; expected them in that order"):
+    with pytest.raises(
+        ValueError, match=r"start is 700.* s and stop_from 260.* s; expected them in that order"
+    ):
         LoadHistory(start=700.0)
     with pytest.raises(ValueError, match="torque is nan; expected a finite number"):
         LoadHistory(torque=float("nan"))
@@ -185,7 +235,9 @@ def test_torque_sweeps_of_the_bushings_give_both_stiffnesses():
     two = mounting_sweep(MountingRig(), parameter_array(MountingRig()), 80e3)
     one = mounting_sweep(MountingRig(), parameter_array(MountingRig(), {"K1": 20.2e6 / 2}), 80e3)
     assert_allclose([two.stiffness, one.stiffness], [22.7e6, 11.4e6], rtol=5e-3)
-    with pytest.raises(ValueError, match=r"torque is -1.0 N m, duration 60.0 s; expected positive numbers"):
+    with pytest.raises(
+        ValueError, match=r"torque is -1.0 N m, duration 60.0 s; expected positive numbers"
+    ):
         mounting_sweep(MountingRig(), parameter_array(MountingRig()), -1.0)
 
 
@@ -193,9 +245,21 @@ def test_torque_sweeps_of_the_bushings_give_both_stiffnesses():
     ("old", "new", "message"),
     [
         ("K3 = 65.05e9", "K4 = 65.05e9", r"mounting_2011.toml, \[truth\]: unknown key 'K4'"),
-        ("K1 = 17.6e6", "K1 = -17.6e6", "mounting_2011.toml: parameter K1 is -1.76e.07 N/m; expected a value from"),
-        ("R_x = 0.75 ", "R_x = -0.75 ", "mounting_2011.toml: rig: R_x is -0.75; expected a positive number"),
-        ("start = 195.0", "start = 95.0", "mounting_2011.toml: load history: radial_load_to is 105.0 s and start 95.0"),
+        (
+            "K1 = 17.6e6",
+            "K1 = -17.6e6",
+            "mounting_2011.toml: parameter K1 is -1.76e.07 N/m; expected a value from",
+        ),
+        (
+            "R_x = 0.75 ",
+            "R_x = -0.75 ",
+            "mounting_2011.toml: rig: R_x is -0.75; expected a positive number",
+        ),
+        (
+            "start = 195.0",
+            "start = 95.0",
+            "mounting_2011.toml: load history: radial_load_to is 105.0 s and start 95.0",
+        ),
         ("version = 1", "version = 2", "written by a newer version; expected 1"),
     ],
 )

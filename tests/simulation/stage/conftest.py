@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from reduction.pin_joints import PAPER_STIFFNESS, carrier_with_pins
-from simulation.stage.stage_body import ShaftData, beam_shaft, joined_to_shaft
-from simulation.stage.stage_model import stage_model
+from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, carrier_with_pins
+from carrierflex.simulation.stage.stage_body import ShaftData, beam_shaft, joined_to_shaft
+from carrierflex.simulation.stage.stage_model import stage_model
 
 #: 22.1 rpm [rad/s].
 SPEED = 22.1 * np.pi / 30.0
@@ -18,7 +18,9 @@ def pinned_carrier(flexible_reduction, pin_reduction):
 
 @pytest.fixture(scope="session")
 def stage_body(pinned_carrier):
-    return joined_to_shaft(pinned_carrier, beam_shaft(ShaftData(), pinned_carrier.pilots["shaft_face"]))
+    return joined_to_shaft(
+        pinned_carrier, beam_shaft(ShaftData(), pinned_carrier.pilots["shaft_face"])
+    )
 
 
 @pytest.fixture(scope="session")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from simulation.stage.contact_laws import (
+from carrierflex.simulation.stage.contact_laws import (
     mesh_stiffness_at,
     play_force,
     play_gradient,
@@ -13,7 +13,9 @@ from simulation.stage.contact_laws import (
 )
 
 
-@pytest.mark.parametrize(("old", "new"), [(1e-5, 3e-5), (-1e-5, 3e-5), (2e-5, -1e-6), (-2e-5, -1e-5), (1e-5, 1e-5)])
+@pytest.mark.parametrize(
+    ("old", "new"), [(1e-5, 3e-5), (-1e-5, 3e-5), (2e-5, -1e-6), (-2e-5, -1e-5), (1e-5, 1e-5)]
+)
 def test_squeeze_does_the_work_that_it_stores(old, new):
     mean, slope = squeeze_gradient(old, new)
     stored = 0.5 * (max(new, 0.0) ** 2 - max(old, 0.0) ** 2)
@@ -36,7 +38,10 @@ def test_plays_tangent_is_the_derivative_of_its_discrete_gradient():
     rng, step = np.random.default_rng(5), 1e-9
     for old, new in rng.normal(0.0, 1.2e-4, (50, 2, 2)):
         ends = [
-            (play_gradient(*old, *(new + step * e), 1e-4), play_gradient(*old, *(new - step * e), 1e-4))
+            (
+                play_gradient(*old, *(new + step * e), 1e-4),
+                play_gradient(*old, *(new - step * e), 1e-4),
+            )
             for e in np.eye(2)
         ]
         slopes = np.array([(np.array(up[:2]) - down[:2]) / (2.0 * step) for up, down in ends]).T
@@ -60,4 +65,8 @@ def test_mesh_stiffness_is_its_fourier_series():
     amplitudes = np.array([[3e9, 1e8 * np.exp(0.3j), 4e7j]])
     for angle in (0.0, 0.4, 5.0):
         expected = (amplitudes * np.exp(1j * angle * np.arange(3))).sum().real
-        assert_allclose(mesh_stiffness_at(amplitudes.real.copy(), amplitudes.imag.copy(), angle), expected, rtol=1e-12)
+        assert_allclose(
+            mesh_stiffness_at(amplitudes.real.copy(), amplitudes.imag.copy(), angle),
+            expected,
+            rtol=1e-12,
+        )

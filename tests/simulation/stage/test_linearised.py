@@ -7,11 +7,15 @@ import pytest
 import scipy.linalg
 from numpy.testing import assert_allclose
 
-from simulation.stage.linearised import campbell_diagram, frequency_response, linearised_modes
-from simulation.stage.modal_form import modal_stage
-from simulation.stage.stage_data import ChainData, MountingData, StageData
-from simulation.stage.stage_model import stage_model
-from simulation.stage.statics import SteadyLoad, static_coordinates
+from carrierflex.simulation.stage.linearised import (
+    campbell_diagram,
+    frequency_response,
+    linearised_modes,
+)
+from carrierflex.simulation.stage.modal_form import modal_stage
+from carrierflex.simulation.stage.stage_data import ChainData, MountingData, StageData
+from carrierflex.simulation.stage.stage_model import stage_model
+from carrierflex.simulation.stage.statics import SteadyLoad, static_coordinates
 from tests.simulation.stage.conftest import SPEED
 
 
@@ -25,15 +29,21 @@ def test_modes_make_mass_and_stiffness_diagonal(modal, nominal_stage):
     assert_allclose(modal.Phi.T @ nominal_stage.M @ modal.Phi, np.eye(n), rtol=0.0, atol=1e-7)
     K = modal.Phi.T @ nominal_stage.K @ modal.Phi
     scale = np.maximum(modal.omega, modal.omega[1])
-    assert_allclose(K / np.outer(scale, scale), np.diag(modal.omega**2 / scale**2), rtol=0.0, atol=1e-7)
+    assert_allclose(
+        K / np.outer(scale, scale), np.diag(modal.omega**2 / scale**2), rtol=0.0, atol=1e-7
+    )
 
 
 def test_undamped_roots_are_those_of_mass_and_stiffness(stage_body):
     none = replace(MountingData(), radial_damping=0.0, axial_damping=0.0)
-    data = StageData(mounting=none, chain=replace(ChainData(), generator_constant=0.0), damping_ratio=0.0)
+    data = StageData(
+        mounting=none, chain=replace(ChainData(), generator_constant=0.0), damping_ratio=0.0
+    )
     model = stage_model(stage_body, data, speed=0.0)
     modes = linearised_modes(modal_stage(model))
-    reference = np.sqrt(scipy.linalg.eigh(model.K[1:, 1:], _reduced_mass(model.M), eigvals_only=True)) / (2.0 * np.pi)
+    reference = np.sqrt(
+        scipy.linalg.eigh(model.K[1:, 1:], _reduced_mass(model.M), eigvals_only=True)
+    ) / (2.0 * np.pi)
     assert_allclose(modes.frequency_hz[:40], reference[:40], rtol=1e-5)
     assert np.abs(modes.damping_ratio[:40]).max() < 1e-9
 
@@ -43,10 +53,13 @@ def _reduced_mass(M):
 
 
 def test_the_drive_train_swings_near_the_papers_frequency(stage_body):
-    # 2011 paper: 1.47 Hz with bushings of 11.4 MN m/rad; with 22.7 (two bushings) and everything in one housing the
-    # torsional model of the same data gives 1.57 Hz. The generator's speed control is left out there.
+    # 2011 paper: 1.47 Hz with bushings of 11.4 MN m/rad; with 22.7 (two bushings) and everything in
+    # one housing the torsional model of the same data gives 1.57 Hz. The generator's speed control
+    # is left out there.
     data = StageData(chain=replace(ChainData(), generator_constant=0.0))
-    first = linearised_modes(modal_stage(stage_model(stage_body, data, speed=SPEED))).frequency_hz[0]
+    first = linearised_modes(modal_stage(stage_model(stage_body, data, speed=SPEED))).frequency_hz[
+        0
+    ]
     assert_allclose(first, 1.57, rtol=0.03)
 
 
@@ -55,8 +68,8 @@ def test_no_root_grows(modal):
 
 
 def test_slow_force_meets_the_static_stiffness(stage_body, modal):
-    # A radial load at the coupling, which the drive does not feel. Bushings under the housing's centre without axial stiffness:
-    # a mount that is the same at every angle.
+    # A radial load at the coupling, which the drive does not feel. Bushings under the housing's
+    # centre without axial stiffness: a mount that is the same at every angle.
     even = StageData(mounting=replace(MountingData(), axial_stiffness=0.0, x=0.5))
     still = stage_model(stage_body, even, speed=0.0)
     load = SteadyLoad(360e3, gravity=0.0), SteadyLoad(360e3, ntl_z=1e3, gravity=0.0)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from reduction.rigid_body_checks import geometric_rigid_modes
-from simulation.run_cases import AXIAL, RADIAL, Sensor
-from simulation.stage.readings import ReadingEffects, SensorError, sensor_signals
-from simulation.stage.response import StageRecord
+from carrierflex.reduction.rigid_body_checks import geometric_rigid_modes
+from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL, Sensor
+from carrierflex.simulation.stage.readings import ReadingEffects, SensorError, sensor_signals
+from carrierflex.simulation.stage.response import StageRecord
 
 ANGLE = 2.0 * np.pi * np.arange(36) / 36
 SENSOR = Sensor("s", AXIAL, np.deg2rad(47.0), 0.412)
@@ -21,12 +21,16 @@ def record_of(model, c, torque=0.0, ntl_z=0.0):
     rows = np.tile(c, (len(ANGLE), 1))
     rows[:, 0] = ANGLE
     drive = np.tile([torque, 0.0, 0.0, ntl_z], (len(ANGLE), 1))
-    return StageRecord(0.1 * np.arange(len(ANGLE)), rows, np.zeros_like(rows), drive, np.zeros((len(ANGLE), 6)))
+    return StageRecord(
+        0.1 * np.arange(len(ANGLE)), rows, np.zeros_like(rows), drive, np.zeros((len(ANGLE), 6))
+    )
 
 
 def read(model, c, sensor=SENSOR, effects=None, **options):
     rng = options.pop("rng", None)
-    return sensor_signals(model, record_of(model, c, **options), [sensor], effects=effects, rng=rng)[sensor.name]
+    return sensor_signals(
+        model, record_of(model, c, **options), [sensor], effects=effects, rng=rng
+    )[sensor.name]
 
 
 def rest(model):
@@ -40,7 +44,11 @@ def test_a_sensor_reads_the_material_point_that_stands_under_it(nominal_stage, s
     housing = nominal_stage.channels.B[1:, nominal_stage.channels.housing].T @ c[1:]
     rim = (stage_body.model.sensor_rows @ q[: stage_body.model.n_coordinates])[:360]
     signal = read(nominal_stage, c)
-    for k in (0, 5, 20):  # 10 deg a sample: the material point is a whole number of degrees from the sensor
+    for k in (
+        0,
+        5,
+        20,
+    ):  # 10 deg a sample: the material point is a whole number of degrees from the sensor
         degree = (47 - 10 * k) % 360
         phi = np.deg2rad(degree)
         plane = housing[0] + 0.412 * (housing[4] * np.cos(phi) + housing[5] * np.sin(phi))
@@ -55,7 +63,9 @@ def test_carrier_and_housing_moving_together_are_not_seen(nominal_stage):
     n = places.body.model.n_coordinates
     q[:n] = geometric_rigid_modes(places.body.model) @ amplitude
     centre = places.centre("housing")
-    q[places.rows["housing"]] = np.concatenate([amplitude[:3] + np.cross(amplitude[3:], centre), amplitude[3:]])
+    q[places.rows["housing"]] = np.concatenate(
+        [amplitude[:3] + np.cross(amplitude[3:], centre), amplitude[3:]]
+    )
     c = np.linalg.solve(nominal_stage.L, q)
     for sensor in (SENSOR, RIM):
         # The coarse mesh's circle is 412 mm to 5e-5.
@@ -76,7 +86,9 @@ def test_patterns_are_those_of_the_papers_equations(nominal_stage):
     assert_allclose(runout, 5e-6 * np.cos(2.0 * (SENSOR.angle - ANGLE) - 0.4), rtol=0.0, atol=1e-15)
     drift = read(nominal_stage, c, effects=ReadingEffects(drift_rate=1e-6)) - bare
     assert_allclose(drift, 1e-7 * np.arange(36), rtol=0.0, atol=1e-15)
-    assert (read(nominal_stage, c, RIM, effects=effects, torque=360e3) == read(nominal_stage, c, RIM)).all()
+    assert (
+        read(nominal_stage, c, RIM, effects=effects, torque=360e3) == read(nominal_stage, c, RIM)
+    ).all()
 
 
 def test_sensor_errors_change_their_own_sensor(nominal_stage):
@@ -93,7 +105,9 @@ def test_sensor_errors_change_their_own_sensor(nominal_stage):
 def test_noise_has_the_stated_size_and_needs_a_generator(nominal_stage):
     noisy = ReadingEffects(noise_std=5e-6)
     c = rest(nominal_stage)
-    noise = read(nominal_stage, c, effects=noisy, rng=np.random.default_rng(1)) - read(nominal_stage, c)
+    noise = read(nominal_stage, c, effects=noisy, rng=np.random.default_rng(1)) - read(
+        nominal_stage, c
+    )
     assert 3e-6 < noise.std() < 7e-6  # 36 samples: 12 % standard error
     with pytest.raises(ValueError, match="expected a random generator rng"):
         read(nominal_stage, c, effects=noisy)
@@ -105,7 +119,9 @@ def test_impossible_readings_are_refused(nominal_stage):
     with pytest.raises(ValueError, match="face_runout has order 1; expected 2 or more"):
         ReadingEffects(runout={1: (1e-6, 0.0)})
     with pytest.raises(ValueError, match="an error is given for sensor 'x'"):
-        read(nominal_stage, rest(nominal_stage), effects=ReadingEffects(sensors={"x": SensorError()}))
+        read(
+            nominal_stage, rest(nominal_stage), effects=ReadingEffects(sensors={"x": SensorError()})
+        )
 
 
 def test_a_delayed_run_reads_alike_in_pieces_and_as_a_whole(nominal_stage):
@@ -113,7 +129,8 @@ def test_a_delayed_run_reads_alike_in_pieces_and_as_a_whole(nominal_stage):
     whole = record_of(nominal_stage, rest(nominal_stage))
     names = ("time", "c", "c_rate", "drive", "energy")
     first, last = (
-        StageRecord(*(getattr(whole, name)[part] for name in names)) for part in (slice(0, 20), slice(20, None))
+        StageRecord(*(getattr(whole, name)[part] for name in names))
+        for part in (slice(0, 20), slice(20, None))
     )
     expected = sensor_signals(nominal_stage, whole, [SENSOR], effects=effects)["s"]
     pieces = [

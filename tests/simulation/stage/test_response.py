@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from simulation.stage.linearised import linearised_modes
-from simulation.stage.modal_form import modal_stage
-from simulation.stage.part_loads import part_loads
-from simulation.stage.response import (
+from carrierflex.simulation.stage.linearised import linearised_modes
+from carrierflex.simulation.stage.modal_form import modal_stage
+from carrierflex.simulation.stage.part_loads import part_loads
+from carrierflex.simulation.stage.response import (
     StageDivergedError,
     joined_records,
     quasi_static_start,
     run_stage,
     steady_drive,
 )
-from simulation.stage.stage_data import BearingData, MeshData, StageData
-from simulation.stage.stage_model import stage_model
-from simulation.stage.statics import SteadyLoad, static_coordinates
+from carrierflex.simulation.stage.stage_data import BearingData, MeshData, StageData
+from carrierflex.simulation.stage.stage_model import stage_model
+from carrierflex.simulation.stage.statics import SteadyLoad, static_coordinates
 from tests.simulation.stage.conftest import SPEED
 
 TORQUE = 360e3
@@ -49,9 +49,16 @@ def start(nominal_stage):
 
 def test_error_falls_with_the_square_of_the_step(nominal_stage, start):
     drive = with_torque(nominal_stage, lambda t: 1.0 + 0.2 * np.sin(10.0 * np.pi * t) ** 2)
-    kept = [0, nominal_stage.labels.index("housing Tz [m]"), nominal_stage.labels.index("generator Rx [rad]")]
+    kept = [
+        0,
+        nominal_stage.labels.index("housing Tz [m]"),
+        nominal_stage.labels.index("generator Rx [rad]"),
+    ]
     steps = np.array([2.5e-4, 1.25e-4, 6.25e-5])
-    reference, *runs = (run(nominal_stage, drive, start, duration=0.1, step=h).c[:, kept] for h in (1.5625e-5, *steps))
+    reference, *runs = (
+        run(nominal_stage, drive, start, duration=0.1, step=h).c[:, kept]
+        for h in (1.5625e-5, *steps)
+    )
     errors = np.array([np.abs(c - reference).max(axis=0) for c in runs])
     slopes = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert (slopes > 1.9).all(), slopes
@@ -59,9 +66,17 @@ def test_error_falls_with_the_square_of_the_step(nominal_stage, start):
 
 
 def test_energy_balances_and_power_passes_through(nominal_stage, start):
-    record = run(nominal_stage, steady_drive(nominal_stage, LOAD), start, duration=2.0, sample_rate=50.0, step=1e-3)
+    record = run(
+        nominal_stage,
+        steady_drive(nominal_stage, LOAD),
+        start,
+        duration=2.0,
+        sample_rate=50.0,
+        step=1e-3,
+    )
     assert np.abs(record.imbalance).max() < 1e-9 * record.energy[-1, 0]
-    # What the torque gives the generator takes, but for structural damping, the ringing of the start and weight that turns.
+    # What the torque gives the generator takes, but for structural damping, the ringing of the
+    # start and weight that turns.
     into, out = record.energy[-1, :2]
     assert_allclose(into, TORQUE * SPEED * 2.0, rtol=1e-3)
     assert_allclose(-out, into, rtol=1e-3)
@@ -70,7 +85,9 @@ def test_energy_balances_and_power_passes_through(nominal_stage, start):
     # Speed ratio over the run: angle of the generator over angle of the carrier.
     generator = nominal_stage.labels.index("generator Rx [rad]")
     turned = nominal_stage.data.ratio * record.c[:, 0] + record.c[:, generator]
-    assert_allclose((turned[-1] - turned[0]) / (record.c[-1, 0] - record.c[0, 0]), 81.4907, rtol=1e-4)
+    assert_allclose(
+        (turned[-1] - turned[0]) / (record.c[-1, 0] - record.c[0, 0]), 81.4907, rtol=1e-4
+    )
 
 
 def test_energy_balances_through_contact_loss_and_clearance(stage_body):
@@ -86,7 +103,14 @@ def test_energy_balances_through_contact_loss_and_clearance(stage_body):
 
 
 def test_mesh_frequency_stands_in_the_tooth_forces(nominal_stage, start):
-    record = run(nominal_stage, steady_drive(nominal_stage, LOAD), start, duration=4.0, sample_rate=500.0, step=1e-3)
+    record = run(
+        nominal_stage,
+        steady_drive(nominal_stage, LOAD),
+        start,
+        duration=4.0,
+        sample_rate=500.0,
+        step=1e-3,
+    )
     force = part_loads(nominal_stage, record.c).mesh_force[1000:, 0]
     spectrum = np.abs(np.fft.rfft(force * np.hanning(len(force))))
     frequency = np.fft.rfftfreq(len(force), 1.0 / 500.0)
@@ -103,10 +127,18 @@ def test_the_static_answer_of_an_unchanging_stage_stays(stage_body):
     rate = np.zeros_like(rest)
     rate[0] = SPEED
     chunks = run_stage(
-        model, steady_drive(model, load), (rest, rate), duration=0.2, sample_rate=50.0, step=1e-3, gravity=0.0
+        model,
+        steady_drive(model, load),
+        (rest, rate),
+        duration=0.2,
+        sample_rate=50.0,
+        step=1e-3,
+        gravity=0.0,
     )
     record = joined_records(list(chunks))
-    assert_allclose(record.c[:, 1:], np.tile(rest[1:], (10, 1)), rtol=0.0, atol=1e-7 * np.abs(rest[1:]).max())
+    assert_allclose(
+        record.c[:, 1:], np.tile(rest[1:], (10, 1)), rtol=0.0, atol=1e-7 * np.abs(rest[1:]).max()
+    )
     assert_allclose(record.c[:, 0], SPEED * record.time, rtol=1e-9)
 
 
@@ -122,7 +154,17 @@ def test_a_small_torsional_swing_has_the_linear_frequency_and_damping(stage_body
     rate[0] += model.speed
     steady = steady_drive(model, load)
     record = joined_records(
-        list(run_stage(model, steady, (rest + swing, rate), duration=1.0, sample_rate=50.0, step=1e-3, gravity=0.0))
+        list(
+            run_stage(
+                model,
+                steady,
+                (rest + swing, rate),
+                duration=1.0,
+                sample_rate=50.0,
+                step=1e-3,
+                gravity=0.0,
+            )
+        )
     )
     expected = rest + 1e-4 * np.real(np.exp(root * record.time)[:, None] * modes.shape[:, 0])
     generator = model.labels.index("generator Rx [rad]")
@@ -131,7 +173,14 @@ def test_a_small_torsional_swing_has_the_linear_frequency_and_damping(stage_body
 
 def test_stiffest_modes_do_not_grow_at_the_largest_step(nominal_stage, start):
     # 0.74 ms against a fastest mode of 15 kHz: 70 rad a step.
-    record = run(nominal_stage, steady_drive(nominal_stage, LOAD), start, duration=2.0, sample_rate=100.0, step=1.5e-3)
+    record = run(
+        nominal_stage,
+        steady_drive(nominal_stage, LOAD),
+        start,
+        duration=2.0,
+        sample_rate=100.0,
+        step=1.5e-3,
+    )
     assert np.abs(record.c[:, 1:]).max() < 3.0
     assert np.abs(record.c_rate[-20:, 0] / SPEED - 1.0).max() < 0.02
 
@@ -139,10 +188,13 @@ def test_stiffest_modes_do_not_grow_at_the_largest_step(nominal_stage, start):
 def test_bad_runs_are_refused_before_they_start(nominal_stage, start):
     steady = steady_drive(nominal_stage, LOAD)
     with pytest.raises(
-        ValueError, match=r"step is 0\.01 s, too large for the mesh period of 0\.02742 s; expected at most"
+        ValueError,
+        match=r"step is 0\.01 s, too large for the mesh period of 0\.02742 s; expected at most",
     ):
         run(nominal_stage, steady, start, step=0.01)
-    with pytest.raises(ValueError, match=r"sample rate 0\.0 1/s and step 0\.001 s must be positive"):
+    with pytest.raises(
+        ValueError, match=r"sample rate 0\.0 1/s and step 0\.001 s must be positive"
+    ):
         run(nominal_stage, steady, start, sample_rate=0.0, step=1e-3)
     with pytest.raises(ValueError, match="torque is not finite"):
         run(nominal_stage, with_torque(nominal_stage, lambda t: np.full_like(t, np.nan)), start)
@@ -159,10 +211,14 @@ def test_a_runaway_stops_with_time_and_coordinate_and_keeps_what_it_had(nominal_
     kept = []
 
     def collect():
-        for record in run_stage(nominal_stage, runaway, start, duration=2.0, sample_rate=500.0, step=1e-3):
+        for record in run_stage(
+            nominal_stage, runaway, start, duration=2.0, sample_rate=500.0, step=1e-3
+        ):
             kept.append(record)
 
-    with pytest.raises(StageDivergedError, match=r"at t = 1\.1\d* s in '.+'; use a smaller step") as caught:
+    with pytest.raises(
+        StageDivergedError, match=r"at t = 1\.1\d* s in '.+'; use a smaller step"
+    ) as caught:
         collect()
     assert 1.1 <= caught.value.time < 1.2
     assert caught.value.coordinate in nominal_stage.labels

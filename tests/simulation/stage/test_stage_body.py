@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from reduction.rigid_body_checks import geometric_rigid_modes, mass_properties_from
-from simulation.stage.stage_body import ShaftData, StageBody, beam_shaft, joined_to_shaft
+from carrierflex.reduction.rigid_body_checks import geometric_rigid_modes, mass_properties_from
+from carrierflex.simulation.stage.stage_body import (
+    ShaftData,
+    StageBody,
+    beam_shaft,
+    joined_to_shaft,
+)
 
 
 @pytest.fixture(scope="module")
@@ -16,7 +21,8 @@ def shaft():
 
 
 def test_shaft_has_the_papers_torsional_stiffness(shaft):
-    # 2011 paper, figure 12: 50 MN m/rad, which the diameter was chosen for (printed with two digits).
+    # 2011 paper, figure 12: 50 MN m/rad, which the diameter was chosen for (printed with two
+    # digits).
     assert_allclose(shaft.K[9, 9], 50e6, rtol=1e-2)
 
 
@@ -24,7 +30,9 @@ def test_shaft_bends_like_a_cantilever_with_shear(shaft):
     tip = np.linalg.solve(shaft.K[6:, 6:], np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0]))
     area, second = np.pi * (0.1705**2 - 0.03**2), np.pi / 4.0 * (0.1705**4 - 0.03**4)
     # F l^3 / 3 EI + F l / kappa GA, slope F l^2 / 2 EI.
-    assert_allclose(tip[1], 2.1**3 / (3.0 * 210e9 * second) + 2.1 / (0.89 * 79.3e9 * area), rtol=1e-9)
+    assert_allclose(
+        tip[1], 2.1**3 / (3.0 * 210e9 * second) + 2.1 / (0.89 * 79.3e9 * area), rtol=1e-9
+    )
     assert_allclose(tip[5], 2.1**2 / (2.0 * 210e9 * second), rtol=1e-9)
 
 
@@ -49,7 +57,8 @@ def test_joined_body_moves_freely_and_adds_up(stage_body, pinned_carrier, shaft)
 
 
 def test_misalignment_of_a_free_body_bends_nothing(stage_body, pinned_carrier):
-    # The load is what holds the carrier unbent in its tilt, so the tilted, unbent state carries no force.
+    # The load is what holds the carrier unbent in its tilt, so the tilted, unbent state carries no
+    # force.
     model, tilt = stage_body.model, np.array([1e-3, -2e-3])
     rigid = geometric_rigid_modes(model)
     joint = pinned_carrier.pilots["shaft_face"]
@@ -64,7 +73,10 @@ def test_misalignment_of_a_free_body_bends_nothing(stage_body, pinned_carrier):
     angle = np.deg2rad(np.arange(360))
     # The coarse mesh's circle is 412 mm to 5e-5.
     assert_allclose(
-        rim, 0.412 * (tilt[0] * np.cos(angle) + tilt[1] * np.sin(angle)), rtol=0.0, atol=1e-4 * 0.412 * 2e-3
+        rim,
+        0.412 * (tilt[0] * np.cos(angle) + tilt[1] * np.sin(angle)),
+        rtol=0.0,
+        atol=1e-4 * 0.412 * 2e-3,
     )
 
 
@@ -73,9 +85,14 @@ def test_bodies_without_what_the_stage_holds_are_refused(stage_body, pinned_carr
         joined_to_shaft(pinned_carrier, renamed(shaft))
     with pytest.raises(ValueError, match=r"carrier_joint and shaft_face are 0\.12 m apart"):
         joined_to_shaft(pinned_carrier, shaft)
-    with pytest.raises(ValueError, match=r"has no pilot 'main_bearing_seat', which the planetary stage takes hold of"):
+    with pytest.raises(
+        ValueError,
+        match=r"has no pilot 'main_bearing_seat', which the planetary stage takes hold of",
+    ):
         StageBody(pinned_carrier, ("pin_1_midspan_of_pin",), np.zeros((1, 2)), np.zeros((1, 2)))
-    blind = replace(stage_body.model, sensor_names=(), sensor_rows=np.zeros((0, stage_body.model.n_coordinates)))
+    blind = replace(
+        stage_body.model, sensor_names=(), sensor_rows=np.zeros((0, stage_body.model.n_coordinates))
+    )
     with pytest.raises(ValueError, match=r"has no sensor rows rim_axial_"):
         replace(stage_body, model=blind)
 
@@ -84,7 +101,9 @@ def renamed(shaft):
     """A shaft whose pilots have other names."""
     rows = {f"other_{name}": own for name, own in shaft.pilot_coordinates.items()}
     return replace(
-        shaft, pilots={f"other_{name}": point for name, point in shaft.pilots.items()}, pilot_coordinates=rows
+        shaft,
+        pilots={f"other_{name}": point for name, point in shaft.pilots.items()},
+        pilot_coordinates=rows,
     )
 
 

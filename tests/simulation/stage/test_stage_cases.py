@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from simulation.case_files import shipped_case
-from simulation.stage.roller_bearing import RollerBearingData
-from simulation.stage.stage_cases import read_stage_case
-from simulation.stage.stage_model import stage_model
-from simulation.stage.stage_run import simulate_stage
+from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.simulation.stage.roller_bearing import RollerBearingData
+from carrierflex.simulation.stage.stage_cases import read_stage_case
+from carrierflex.simulation.stage.stage_model import stage_model
+from carrierflex.simulation.stage.stage_run import simulate_stage
 
 
 def changed(tmp_path, *changes):
@@ -29,15 +29,20 @@ def test_shipped_cases_hold_the_papers_load_cases(name, torque, radial):
     case = read_stage_case(shipped_case(f"stage_{name.lower()}"))
     (run,) = case.runs
     assert (run.name, run.load.torque, run.load.ntl_z) == (name, torque, radial)
-    assert [round(np.rad2deg(sensor.angle)) for sensor in case.sensors] == [47, 137, 227, 317, 40, 310]
+    assert [round(np.rad2deg(sensor.angle)) for sensor in case.sensors] == [
+        47,
+        137,
+        227,
+        317,
+        40,
+        310,
+    ]
     assert case.effects.ids == ("carrier_tilt",)
 
 
 def test_tables_change_what_they_name_and_nothing_else(tmp_path):
     path = changed(tmp_path, ("angle_deg = 47.0", "angle_deg = 47.0\ngain = 0.01"))
-    extra = (
-        "\n[bearings]\nupwind_clearance = 1.4e-4\n\n[[reading.runout]]\norder = 2\namplitude = 1e-6\nphase_deg = 90.0\n"
-    )
+    extra = "\n[bearings]\nupwind_clearance = 1.4e-4\n\n[[reading.runout]]\norder = 2\namplitude = 1e-6\nphase_deg = 90.0\n"
     path.write_text(path.read_text(encoding="utf-8") + extra, encoding="utf-8")
     case = read_stage_case(path)
     assert case.data.bearings.upwind_clearance == 1.4e-4
@@ -48,7 +53,10 @@ def test_tables_change_what_they_name_and_nothing_else(tmp_path):
 
 
 def test_rollers_effects_bodies_and_zero_come_from_their_tables(tmp_path):
-    path = changed(tmp_path, ("[effects] ", "[effects]\npin_fit_play = 5e-4\nring_pass_offset = [1e-11, 2e-11]\n#"))
+    path = changed(
+        tmp_path,
+        ("[effects] ", "[effects]\npin_fit_play = 5e-4\nring_pass_offset = [1e-11, 2e-11]\n#"),
+    )
     extra = """
 [planet_rollers]
 n_slices = 5
@@ -79,14 +87,20 @@ def test_a_case_runs_and_gives_every_sensor_a_signal(stage_body):
         rng=np.random.default_rng(case.seed),
     )  # fmt: skip
     assert set(piece.signals) == {sensor.name for sensor in case.sensors}
-    assert all(signal.shape == (50,) and np.isfinite(signal).all() for signal in piece.signals.values())
+    assert all(
+        signal.shape == (50,) and np.isfinite(signal).all() for signal in piece.signals.values()
+    )
     assert_allclose(piece.loads.load_share.sum(axis=1), 1.0, rtol=1e-12)
 
 
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("speed_rpm = 22.1", "speed_rpm = 0.0", "key 'speed_rpm' is 0.0; expected a positive number"),
+        (
+            "speed_rpm = 22.1",
+            "speed_rpm = 0.0",
+            "key 'speed_rpm' is 0.0; expected a positive number",
+        ),
         ("[effects] ", "[effect] ", "unknown key 'effect'"),
         ("phi_PLC = ", "phi_PLX = ", r"\[effects\]: unknown key 'phi_PLX'"),
         ('name = "s137"', 'name = "s047"', "sensor name 's047' stands twice"),
@@ -95,8 +109,16 @@ def test_a_case_runs_and_gives_every_sensor_a_signal(stage_body):
             "[planet_rollers]\nn_rollers = 17.5\n[effects] ",
             "key 'n_rollers' is 17.5; expected a whole number",
         ),
-        ("[effects] ", "[planet_rollers]\nn_rollers = 40\n[effects] ", "40 rollers of 0.036 m overlap"),
-        ("[effects] ", "[bodies]\nplanet = 'x.h5'\n[effects] ", r"\[bodies\]: unknown key 'planet'"),
+        (
+            "[effects] ",
+            "[planet_rollers]\nn_rollers = 40\n[effects] ",
+            "40 rollers of 0.036 m overlap",
+        ),
+        (
+            "[effects] ",
+            "[bodies]\nplanet = 'x.h5'\n[effects] ",
+            r"\[bodies\]: unknown key 'planet'",
+        ),
         ("[effects] ", "[zeroing]\n[effects] ", r"\[zeroing\]: .*'carrier_angle_deg'"),
         (
             "phi_PLC = ",

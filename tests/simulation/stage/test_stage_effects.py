@@ -1,4 +1,7 @@
-"""Effects that act in the stage: pins that bear on their bores above a torque, the flange's motion as planets pass, the zero."""
+"""Effects that act in the stage.
+
+Pins that bear on their bores above a torque, the flange's motion as planets pass, the zero.
+"""
 
 from dataclasses import replace
 
@@ -6,22 +9,33 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from geometry.parameters import pin_angles
-from reduction.assembly import Joint, assembled
-from reduction.pin_joints import PAPER_STIFFNESS, pin_pilot
-from reduction.reduced_model import turned
-from simulation.carrier_kinematics import carrier_tilt_pattern, housing_tilt_pattern
-from simulation.run_cases import AXIAL, RADIAL, Sensor
-from simulation.stage.effects import StageEffects
-from simulation.stage.readings import ReadingEffects, SensorError, rim_reader, sensor_signals
-from simulation.stage.response import StageRecord, joined_records, quasi_static_start, run_stage, steady_drive
-from simulation.stage.roller_bearing import RollerBearingData
-from simulation.stage.stage_body import ShaftData, beam_shaft, joined_to_shaft
-from simulation.stage.stage_data import BearingData, StageData
-from simulation.stage.stage_model import stage_model
-from simulation.stage.stage_run import simulate_stage
-from simulation.stage.statics import SteadyLoad, static_coordinates
-from simulation.stage.zeroing import rest_readings
+from carrierflex.geometry.parameters import pin_angles
+from carrierflex.reduction.assembly import Joint, assembled
+from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, pin_pilot
+from carrierflex.reduction.reduced_model import turned
+from carrierflex.simulation.carrier.kinematics import carrier_tilt_pattern, housing_tilt_pattern
+from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL, Sensor
+from carrierflex.simulation.stage.effects import StageEffects
+from carrierflex.simulation.stage.readings import (
+    ReadingEffects,
+    SensorError,
+    rim_reader,
+    sensor_signals,
+)
+from carrierflex.simulation.stage.response import (
+    StageRecord,
+    joined_records,
+    quasi_static_start,
+    run_stage,
+    steady_drive,
+)
+from carrierflex.simulation.stage.roller_bearing import RollerBearingData
+from carrierflex.simulation.stage.stage_body import ShaftData, beam_shaft, joined_to_shaft
+from carrierflex.simulation.stage.stage_data import BearingData, StageData
+from carrierflex.simulation.stage.stage_model import stage_model
+from carrierflex.simulation.stage.stage_run import simulate_stage
+from carrierflex.simulation.stage.statics import SteadyLoad, static_coordinates
+from carrierflex.simulation.stage.zeroing import rest_readings
 from tests.simulation.stage.conftest import SPEED
 
 SENSORS = [Sensor(f"s{v:g}", AXIAL, np.deg2rad(v), 0.412) for v in (47.0, 137.0, 227.0, 317.0)]
@@ -31,21 +45,29 @@ PLAY, CLOSED = 0.5e-3, 1e8
 
 def orders(model, torque):
     """Amplitudes of orders 3 and 6 of the rim's axial deflection at a torque [m]."""
-    reader, c = rim_reader(model), static_coordinates(model, SteadyLoad(torque, gravity=0.0), mean_stiffness=True)
+    reader, c = (
+        rim_reader(model),
+        static_coordinates(model, SteadyLoad(torque, gravity=0.0), mean_stiffness=True),
+    )
     amplitude = dict(zip(reader.orders.tolist(), reader.axial @ c, strict=True))
     return np.array([amplitude[3], amplitude[6]])
 
 
 def bends(model, torque):
     """Largest relative rotation of a pin in a bore [rad], 0 for a model that has no such contact."""
-    c, channels = static_coordinates(model, SteadyLoad(torque, gravity=0.0), mean_stiffness=True), model.channels
+    c, channels = (
+        static_coordinates(model, SteadyLoad(torque, gravity=0.0), mean_stiffness=True),
+        model.channels,
+    )
     play = (c @ channels.B - channels.free)[channels.plays].reshape(-1, 2)
     return np.linalg.norm(play, axis=1).max()
 
 
 @pytest.fixture(scope="module")
 def loose_pins(stage_body):
-    return stage_model(stage_body, effects=StageEffects(pin_fit_play=PLAY, pin_fit_closed=CLOSED), speed=0.0)
+    return stage_model(
+        stage_body, effects=StageEffects(pin_fit_play=PLAY, pin_fit_closed=CLOSED), speed=0.0
+    )
 
 
 def test_pins_are_flexible_below_the_torque_that_closes_their_play(loose_pins, stage_body):
@@ -60,17 +82,26 @@ def test_pins_are_flexible_below_the_torque_that_closes_their_play(loose_pins, s
     assert StageEffects(pin_fit_play=PLAY).ids == ("pin_clearance",)
 
 
-def test_far_above_the_threshold_the_share_is_that_of_stiff_pins(loose_pins, flexible_reduction, pin_reduction):
-    # The play's contact and the pin fit are springs side by side in both bores; about the pin's own axis the fit is alone.
+def test_far_above_the_threshold_the_share_is_that_of_stiff_pins(
+    loose_pins, flexible_reduction, pin_reduction
+):
+    # The play's contact and the pin fit are springs side by side in both bores; about the pin's own
+    # axis the fit is alone.
     bodies, joints = [flexible_reduction.model], []
     for number, angle in enumerate(pin_angles(), start=1):
-        rename = {f"pin_1_{part}": pin_pilot(number, part) for part in ("upwind", "midspan", "downwind")}
+        rename = {
+            f"pin_1_{part}": pin_pilot(number, part) for part in ("upwind", "midspan", "downwind")
+        }
         bodies.append(turned(pin_reduction.model, float(angle), rename))
         for side in ("upwind", "downwind"):
             bending = PAPER_STIFFNESS + CLOSED
-            joints.append(Joint(f"pin_{number}_{side}", pin_pilot(number, side), bending, PAPER_STIFFNESS))
+            joints.append(
+                Joint(f"pin_{number}_{side}", pin_pilot(number, side), bending, PAPER_STIFFNESS)
+            )
     carrier = assembled("carrier_with_pins", bodies, joints)
-    stiff = stage_model(joined_to_shaft(carrier, beam_shaft(ShaftData(), carrier.pilots["shaft_face"])), speed=0.0)
+    stiff = stage_model(
+        joined_to_shaft(carrier, beam_shaft(ShaftData(), carrier.pilots["shaft_face"])), speed=0.0
+    )
     slope = (orders(loose_pins, 21e6) - orders(loose_pins, 20e6)) / 1e6
     assert_allclose(slope, orders(stiff, 1e6) / 1e6, rtol=0.0, atol=1e-3 * np.abs(slope).max())
 
@@ -85,8 +116,12 @@ def test_energy_balances_while_pins_meet_their_bores(stage_body):
         return rows
 
     start = quasi_static_start(model, SteadyLoad(360e3))
-    record = joined_records(list(run_stage(model, drive, start, duration=0.6, sample_rate=500.0, step=1e-3)))
-    play = (record.c @ model.channels.B - model.channels.free)[:, model.channels.plays].reshape(len(record.time), -1, 2)
+    record = joined_records(
+        list(run_stage(model, drive, start, duration=0.6, sample_rate=500.0, step=1e-3))
+    )
+    play = (record.c @ model.channels.B - model.channels.free)[:, model.channels.plays].reshape(
+        len(record.time), -1, 2
+    )
     closed = np.linalg.norm(play, axis=2) > PLAY
     assert closed.any(axis=0).sum() >= 3  # bores that come into contact
     assert (~closed).any(axis=0).all()  # and all of them lose it again
@@ -99,14 +134,21 @@ def still_record(model, theta, torque):
     c[:, 0] = theta
     drive = np.zeros((len(theta), 4))
     drive[:, 0] = torque
-    return StageRecord(np.arange(len(theta)) * 0.01, c, np.zeros_like(c), drive, np.zeros((len(theta), 6)))
+    return StageRecord(
+        np.arange(len(theta)) * 0.01, c, np.zeros_like(c), drive, np.zeros((len(theta), 6))
+    )
 
 
 def test_ring_pass_moves_the_flange_three_times_a_turn_with_the_torque(stage_body):
-    effects = StageEffects(ring_pass_offset=(2e-11, -1e-11), ring_pass_tilt=(5e-11, 0.0, 0.0, 3e-11))
+    effects = StageEffects(
+        ring_pass_offset=(2e-11, -1e-11), ring_pass_tilt=(5e-11, 0.0, 0.0, 3e-11)
+    )
     assert effects.ids == ("ring_pass",)
     theta = np.linspace(0.0, 2.0 * np.pi, 240, endpoint=False)
-    model, plain = stage_model(stage_body, effects=effects, speed=SPEED), stage_model(stage_body, speed=SPEED)
+    model, plain = (
+        stage_model(stage_body, effects=effects, speed=SPEED),
+        stage_model(stage_body, speed=SPEED),
+    )
     for torque in (180e3, 360e3):
         own = sensor_signals(model, still_record(model, theta, torque), SENSORS)
         none = sensor_signals(plain, still_record(plain, theta, torque), SENSORS)
@@ -114,7 +156,8 @@ def test_ring_pass_moves_the_flange_three_times_a_turn_with_the_torque(stage_bod
             if sensor.quantity == RADIAL:
                 assert_allclose(own[sensor.name], none[sensor.name], rtol=0.0, atol=1e-18)
                 continue
-            # diagnosis' own form of ring_pass: T (p + R q sin(0 - v) + R r sin(pi/2 - v)) at cos and sin of 3 theta.
+            # diagnosis' own form of ring_pass: T (p + R q sin(0 - v) + R r sin(pi/2 - v)) at cos
+            # and sin of 3 theta.
             v, c, s = sensor.angle, np.cos(3.0 * theta), np.sin(3.0 * theta)
             tilt = 5e-11 * c * 0.412 * np.sin(-v) + 3e-11 * s * 0.412 * np.sin(np.pi / 2.0 - v)
             expected = torque * (2e-11 * c - 1e-11 * s + tilt)
@@ -124,14 +167,18 @@ def test_ring_pass_moves_the_flange_three_times_a_turn_with_the_torque(stage_bod
 def test_effects_out_of_range_are_refused(stage_body, pinned_carrier):
     with pytest.raises(ValueError, match=r"ring_pass_tilt is \(1\.0,\); expected 4 finite numbers"):
         StageEffects(ring_pass_tilt=(1.0,))
-    with pytest.raises(ValueError, match=r"pin_fit_play -1\.0 rad and pin_fit_closed .* expected a play >= 0"):
+    with pytest.raises(
+        ValueError, match=r"pin_fit_play -1\.0 rad and pin_fit_closed .* expected a play >= 0"
+    ):
         StageEffects(pin_fit_play=-1.0)
     names = {"pin_1_upwind_of_pin": "other"}
     model = stage_body.model
     pilots = {names.get(name, name): place for name, place in model.pilots.items()}
     rows = {names.get(name, name): place for name, place in model.pilot_coordinates.items()}
     bonded = replace(stage_body, model=replace(model, pilots=pilots, pilot_coordinates=rows))
-    with pytest.raises(ValueError, match="no pilot 'pin_1_upwind_of_pin'; expected pins as bodies of their own"):
+    with pytest.raises(
+        ValueError, match="no pilot 'pin_1_upwind_of_pin'; expected pins as bodies of their own"
+    ):
         stage_model(bonded, effects=StageEffects(pin_fit_play=PLAY), speed=SPEED)
 
 
@@ -146,13 +193,18 @@ def test_rest_reading_holds_what_does_not_depend_on_load_and_no_noise(stage_body
         sensors={"s47": SensorError(zero=2e-5)},
     )
     angle = 0.7
-    plain, found = rest_readings(model, SENSORS, angle), rest_readings(model, SENSORS, angle, effects=effects)
+    plain, found = (
+        rest_readings(model, SENSORS, angle),
+        rest_readings(model, SENSORS, angle, effects=effects),
+    )
     for sensor in SENSORS:
         expected = 0.0
         if sensor.quantity == AXIAL:
             theta, v = np.array([angle]), sensor.angle
             expected = 1e-4 + 5e-4 * housing_tilt_pattern(theta, v, 0.412, 0.0)[0]
-            expected += 6e-4 * carrier_tilt_pattern(theta, v, 0.412, 1.0)[0] + (2e-5 if sensor.name == "s47" else 0.0)
+            expected += 6e-4 * carrier_tilt_pattern(theta, v, 0.412, 1.0)[0] + (
+                2e-5 if sensor.name == "s47" else 0.0
+            )
         assert_allclose(found[sensor.name] - plain[sensor.name], expected, rtol=0.0, atol=1e-15)
     # Weight alone: micrometres at rest, none of the torque's 70.
     assert 0.0 < max(abs(value) for value in plain.values()) < 5e-5
@@ -164,11 +216,22 @@ def test_a_zeroed_run_differs_from_a_plain_one_by_the_rest_reading(stage_body):
 
     def signals(**keywords):
         pieces = simulate_stage(
-            model, SteadyLoad(360e3), sensors, duration=0.1, sample_rate=100.0, step=1e-3, effects=effects, **keywords
+            model,
+            SteadyLoad(360e3),
+            sensors,
+            duration=0.1,
+            sample_rate=100.0,
+            step=1e-3,
+            effects=effects,
+            **keywords,
         )
         return next(iter(pieces)).signals
 
-    zero, plain, zeroed = rest_readings(model, sensors, 0.3, effects=effects), signals(), signals(rest_angle=0.3)
+    zero, plain, zeroed = (
+        rest_readings(model, sensors, 0.3, effects=effects),
+        signals(),
+        signals(rest_angle=0.3),
+    )
     for sensor in sensors:
         assert_allclose(plain[sensor.name] - zeroed[sensor.name], zero[sensor.name], rtol=1e-12)
 
@@ -176,8 +239,12 @@ def test_a_zeroed_run_differs_from_a_plain_one_by_the_rest_reading(stage_body):
 @pytest.mark.parametrize("torque", [0.0, 1e3, -5e3])
 @pytest.mark.parametrize("clearance", [0.0, 40e-6])
 @pytest.mark.parametrize("rollers", [None, RollerBearingData()])
-def test_a_stage_that_hangs_in_its_clearances_finds_its_rest(stage_body, torque, clearance, rollers):
-    bearings = BearingData(planet_clearance=clearance, upwind_clearance=0.14e-3, downwind_clearance=0.12e-3)
+def test_a_stage_that_hangs_in_its_clearances_finds_its_rest(
+    stage_body, torque, clearance, rollers
+):
+    bearings = BearingData(
+        planet_clearance=clearance, upwind_clearance=0.14e-3, downwind_clearance=0.12e-3
+    )
     data = StageData(bearings=bearings, planet_rollers=rollers)
     model = stage_model(stage_body, data, effects=StageEffects(pin_fit_play=PLAY), speed=0.0)
     for angle in (0.0, 2.0, 4.4):

@@ -1,4 +1,7 @@
-"""Static limit of the stage: ratios, load sharing, once-per-revolution loads, the rim's deflection curve."""
+"""Static limit of the stage.
+
+Ratios, load sharing, once-per-revolution loads, the rim's deflection curve.
+"""
 
 from dataclasses import replace
 
@@ -6,15 +9,15 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fe.load_cases import together
-from reduction.held_structure import HeldStructure
-from reduction.reduced_static import static_coordinates as held_coordinates
-from reduction.rigid_body_checks import geometric_rigid_modes
-from simulation.stage.effects import StageEffects
-from simulation.stage.part_loads import part_loads
-from simulation.stage.stage_data import BearingData, MountingData, StageData
-from simulation.stage.stage_model import stage_model
-from simulation.stage.statics import SteadyLoad, static_coordinates, turning_force
+from carrierflex.fe.load_cases import together
+from carrierflex.reduction.held_structure import HeldStructure
+from carrierflex.reduction.reduced_static import static_coordinates as held_coordinates
+from carrierflex.reduction.rigid_body_checks import geometric_rigid_modes
+from carrierflex.simulation.stage.effects import StageEffects
+from carrierflex.simulation.stage.part_loads import part_loads
+from carrierflex.simulation.stage.stage_data import BearingData, MountingData, StageData
+from carrierflex.simulation.stage.stage_model import stage_model
+from carrierflex.simulation.stage.statics import SteadyLoad, static_coordinates, turning_force
 from tests.simulation.stage.conftest import SPEED
 
 TORQUE = 360e3
@@ -50,7 +53,8 @@ def test_planets_share_the_torque_equally_in_the_symmetric_stage(still_stage):
     loads = loads_at(still_stage, LIGHT)
     assert_allclose(loads.load_share[0], 1.0 / 3.0, rtol=0.0, atol=1e-9)
     assert_allclose(loads.pin_force[0, :, 2], -PIN_FORCE, rtol=1e-9)
-    # Helix: both axial forces at the pitch radius make a moment towards increasing angle, standard F_t tan(beta).
+    # Helix: both axial forces at the pitch radius make a moment towards increasing angle, standard
+    # F_t tan(beta).
     assert (loads.pin_moment[0, :, 2] > 0.0).all()
     assert_allclose(loads.pin_moment[0, :, 2], 28.5 / 1000.0 * TORQUE, rtol=0.03)
 
@@ -70,18 +74,24 @@ def test_rim_curve_equals_that_of_the_reduced_and_the_full_carrier(
     q = (still_stage.L[:, 1:] @ static_coordinates(still_stage, LIGHT)[1:])[: model.n_coordinates]
     face = q[model.coordinates_of("shaft_face")]
     rotation, x = face[3:], pinned_carrier.pilots["shaft_face"]
-    rigid = geometric_rigid_modes(pinned_carrier) @ np.concatenate([face[:3] - np.cross(rotation, x), rotation])
+    rigid = geometric_rigid_modes(pinned_carrier) @ np.concatenate(
+        [face[:3] - np.cross(rotation, x), rotation]
+    )
     ours = (model.sensor_rows @ q - pinned_carrier.sensor_rows @ rigid)[:360]
-    # The same pin loads and what little the seats carry, the shaft face held: reduced carrier, then finite elements.
+    # The same pin loads and what little the seats carry, the shaft face held: reduced carrier, then
+    # finite elements.
     pins = {}
     for i, v in enumerate((0.0, 2.0 * np.pi / 3.0, 4.0 * np.pi / 3.0)):
-        axes = np.array([[1.0, 0.0, 0.0], [0.0, -np.sin(v), np.cos(v)], [0.0, -np.cos(v), -np.sin(v)]])
+        axes = np.array(
+            [[1.0, 0.0, 0.0], [0.0, -np.sin(v), np.cos(v)], [0.0, -np.cos(v), -np.sin(v)]]
+        )
         load = np.concatenate([loads.pin_force[0, i] @ axes, loads.pin_moment[0, i] @ axes])
         pins[f"pin_{i + 1}_midspan_of_pin"] = load
     held = held_coordinates(pinned_carrier, ["shaft_face"], pins)
     reduced = (pinned_carrier.sensor_rows @ held)[:360]
     assert_allclose(ours, reduced, rtol=0.0, atol=1e-6 * np.abs(reduced).max())
-    # Bores' loads of that answer on the finite-element carrier, which knows nothing of pins or stage.
+    # Bores' loads of that answer on the finite-element carrier, which knows nothing of pins or
+    # stage.
     bores = {
         name: pinned_reaction(flexible_reduction.model, pinned_carrier, held, name)
         for name in flexible_reduction.model.pilots
@@ -89,7 +99,12 @@ def test_rim_curve_equals_that_of_the_reduced_and_the_full_carrier(
     }
     full = HeldStructure(flexible_reduction.body, flexible_structure.pilots[:1])
     u, _ = full.solve(flexible_structure.load_vector(together(bores))[:, None], np.zeros((6, 1)))
-    assert_allclose(ours, (flexible_structure.sensors.rows @ u[:, 0])[:360], rtol=0.0, atol=1e-6 * np.abs(ours).max())
+    assert_allclose(
+        ours,
+        (flexible_structure.sensors.rows @ u[:, 0])[:360],
+        rtol=0.0,
+        atol=1e-6 * np.abs(ours).max(),
+    )
 
 
 def pinned_reaction(carrier, joined, q, pilot):
@@ -101,7 +116,9 @@ def pinned_reaction(carrier, joined, q, pilot):
 def test_a_pin_out_of_place_takes_more_load_and_keeps_the_sum(stage_body):
     late = stage_model(stage_body, effects=StageEffects(pin_offset=(-20e-6, 0.0, 0.0)), speed=SPEED)
     loads = loads_at(late, LIGHT)
-    assert loads.load_share[0, 0] < 1.0 / 3.0 - 1e-4  # a pin that lags the rotation is left behind by its teeth
+    assert (
+        loads.load_share[0, 0] < 1.0 / 3.0 - 1e-4
+    )  # a pin that lags the rotation is left behind by its teeth
     assert_allclose(loads.pin_force[0, :, 2].sum(), -3.0 * PIN_FORCE, rtol=1e-6)
     early = stage_model(stage_body, effects=StageEffects(pin_offset=(20e-6, 0.0, 0.0)), speed=SPEED)
     assert loads_at(early, LIGHT).load_share[0, 0] > 1.0 / 3.0 + 1e-4
@@ -112,7 +129,11 @@ def test_the_floating_sun_evens_the_load_of_a_pin_out_of_place(stage_body):
     excess = []
     for radial in (1e5, 5e6, 1e10):
         data = StageData(bearings=replace(BearingData(), sun_radial=radial))
-        excess.append(loads_at(stage_model(stage_body, data, effects=effects, speed=SPEED), LIGHT).load_share[0, 0])
+        excess.append(
+            loads_at(stage_model(stage_body, data, effects=effects, speed=SPEED), LIGHT).load_share[
+                0, 0
+            ]
+        )
     assert 1.0 / 3.0 < excess[0] < excess[1] < excess[2]
 
 
@@ -134,7 +155,12 @@ def test_a_fixed_radial_load_modulates_the_planets_once_a_revolution(stage_body)
     assert orders[2:].max() < 0.01 * orders[1].min()
     # Planets pass the load one after another.
     phase = np.angle(np.fft.rfft(share, axis=0)[1])
-    assert_allclose(np.exp(1j * (phase - phase[0])), np.exp(2j * np.pi * np.arange(3) / 3.0), rtol=0.0, atol=1e-3)
+    assert_allclose(
+        np.exp(1j * (phase - phase[0])),
+        np.exp(2j * np.pi * np.arange(3) / 3.0),
+        rtol=0.0,
+        atol=1e-3,
+    )
 
 
 def test_loads_on_the_drive_motion_cancel(nominal_stage):
@@ -156,14 +182,21 @@ def test_clearance_lets_the_carrier_sink_to_its_edge(stage_body):
 def test_wrong_input_is_refused(stage_body):
     with pytest.raises(ValueError, match="torque is nan; expected a finite number"):
         SteadyLoad(float("nan"))
-    with pytest.raises(ValueError, match=r"BearingData\.upwind_radial is -1\.0; expected a finite number >= 0"):
+    with pytest.raises(
+        ValueError, match=r"BearingData\.upwind_radial is -1\.0; expected a finite number >= 0"
+    ):
         BearingData(upwind_radial=-1.0)
-    with pytest.raises(ValueError, match=r"pin_offset is .* expected 3 finite numbers, one a planet"):
+    with pytest.raises(
+        ValueError, match=r"pin_offset is .* expected 3 finite numbers, one a planet"
+    ):
         StageEffects(pin_offset=(0.0,))
     with pytest.raises(ValueError, match="carrier speed is inf rad/s"):
         stage_model(stage_body, speed=np.inf)
     grounded = replace(
-        stage_body, model=replace(stage_body.model, K=stage_body.model.K + 1e6 * np.eye(len(stage_body.model.K)))
+        stage_body,
+        model=replace(
+            stage_body.model, K=stage_body.model.K + 1e6 * np.eye(len(stage_body.model.K))
+        ),
     )
     with pytest.raises(ValueError, match="turning the drive train meets a force"):
         stage_model(grounded, speed=SPEED)

@@ -1,0 +1,130 @@
+"""Which cases a check holds.
+
+Families in fixed shares, effects in turn, gaps from half to thirty times the floor.
+"""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from carrierflex.blind_check.labels import (
+    ALIASED,
+    FAMILIES,
+    KINDS,
+    NOTHING,
+    ONE_CONDITION,
+    OUTSIDE,
+    PAIR,
+    SINGLE,
+    CasePlan,
+)
+from carrierflex.blind_check.truth.alias_table import (
+    CONSTANT_LOAD,
+    ONE_CONDITION_EFFECTS,
+    OUTSIDE_NAMES,
+    SINGLES,
+    same_class,
+)
+
+#: Shares of the families in a check; a full one holds twelve cases of each single effect, 24 pairs,
+#: 24 with nothing missing, 24 outside the library, 12 aliased, 12 of one condition.
+_WEIGHTS = {PAIR: 24, NOTHING: 24, OUTSIDE: 24, ALIASED: 12, ONE_CONDITION: 12}
+_PER_EFFECT = 12
+#: Gap over floor, drawn with a uniform logarithm.
+SMALLEST_RATIO, LARGEST_RATIO = 0.5, 30.0
+_STREAM = {kind: number for number, kind in enumerate(KINDS)}
+
+
+def full_size(kind: str) -> int:
+    """Cases of a full check of one kind."""
+    return sum(_weights(kind).values()) if kind != "mounting" else 60
+
+
+def case_plans(kind: str, cases: int, seed: int) -> tuple[CasePlan, ...]:
+    """Plan of a check; the same arguments give the same plan.
+
+    Parameters
+    ----------
+    kind : str
+        Kind of campaign.
+    cases : int
+        Number of cases.
+    seed : int
+        Seed.
+
+    Returns
+    -------
+    tuple of CasePlan
+        In an order that says nothing about the content.
+
+    Raises
+    ------
+    ValueError
+        Where the kind is unknown, or there is no case or no valid seed.
+    """
+    if kind not in KINDS:
+        raise ValueError(f"kind is '{kind}'; expected one of {', '.join(KINDS)}")
+    if cases < 1:
+        raise ValueError(f"--cases is {cases}; expected 1 or more")
+    if seed < 0:
+        raise ValueError(f"--seed is {seed}; expected 0 or more")
+    rng = np.random.default_rng([seed, _STREAM[kind], 0])
+    drawn = []
+    for family, count in _counts(_weights(kind), cases).items():
+        for k, effects in enumerate(_effects(kind, family, count, rng)):
+            # Even strata of the logarithm: a small check covers the range too.
+            place = (k + rng.uniform()) / count
+            ratio = SMALLEST_RATIO * (LARGEST_RATIO / SMALLEST_RATIO) ** place
+            drawn.append((family, effects, 0.0 if family == NOTHING else float(ratio)))
+    order = rng.permutation(len(drawn))
+    return tuple(CasePlan(kind, place + 1, seed, *drawn[k]) for place, k in enumerate(order))
+
+
+def _weights(kind: str) -> dict[str, int]:
+    weights = {SINGLE: _PER_EFFECT * len(SINGLES[kind]), **_WEIGHTS}
+    # Sets of loads at which the effects of the mounting cannot be told apart are no case of their
+    # own yet.
+    return {
+        family: weights[family] for family in FAMILIES if kind != "mounting" or family != ALIASED
+    }
+
+
+def _counts(weights: Mapping[str, int], cases: int) -> dict[str, int]:
+    """Cases by family in proportion to the weights, the largest remainders rounded up."""
+    total = sum(weights.values())
+    exact = {family: cases * weight / total for family, weight in weights.items()}
+    counts = {family: math.floor(share) for family, share in exact.items()}
+    missing = sorted(exact, key=lambda family: counts[family] - exact[family])[
+        : cases - sum(counts.values())
+    ]
+    counts.update({family: counts[family] + 1 for family in missing})
+    return {family: count for family, count in counts.items() if count}
+
+
+def _effects(kind: str, family: str, count: int, rng: np.random.Generator) -> list[tuple[str, ...]]:
+    """Effects of every case of a family.
+
+    Each in turn, in a random order, not in step with the gap.
+    """
+    if family == NOTHING:
+        return [()] * count
+    if family == PAIR:
+        return [_pair(kind, rng) for _ in range(count)]
+    names = {
+        SINGLE: SINGLES[kind],
+        OUTSIDE: OUTSIDE_NAMES[kind],
+        ALIASED: CONSTANT_LOAD[kind],
+        ONE_CONDITION: ONE_CONDITION_EFFECTS[kind],
+    }[family]
+    start = int(rng.integers(len(names)))
+    turns = [names[(start + k) % len(names)] for k in range(count)]
+    return [(turns[k],) for k in rng.permutation(count)]
+
+
+def _pair(kind: str, rng: np.random.Generator) -> tuple[str, ...]:
+    """Two effects that are not of one class."""
+    while True:
+        first, second = (str(name) for name in rng.choice(SINGLES[kind], 2, replace=False))
+        if second not in same_class(kind, first):
+            return tuple(sorted((first, second)))

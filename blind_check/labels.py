@@ -1,0 +1,121 @@
+"""What is true of a case: the label that is sealed, and the plan it is made from."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+FAMILIES = ("single", "pair", "nothing", "outside", "aliased", "one_condition")
+SINGLE, PAIR, NOTHING, OUTSIDE, ALIASED, ONE_CONDITION = FAMILIES
+
+KINDS = ("carrier", "mounting", "element")
+
+
+@dataclass(frozen=True)
+class CasePlan:
+    """What a case is to hold, before its records are made.
+
+    Parameters
+    ----------
+    kind : str
+        Kind of campaign.
+    number : int
+        Place in the check, from 1; says nothing about the content.
+    seed : int
+        Seed of the whole check.
+    family : str
+        One of FAMILIES.
+    effects : tuple of str
+        Effects to withhold; for the family "outside" the name of a disturbance that no library
+        holds.
+    ratio : float
+        Wanted gap over the floor.
+    """
+
+    kind: str
+    number: int
+    seed: int
+    family: str
+    effects: tuple[str, ...]
+    ratio: float
+
+    @property
+    def name(self) -> str:
+        """Name of the case's folder."""
+        return f"{self.kind}-{self.number:04d}"
+
+
+@dataclass(frozen=True)
+class Label:
+    """The truth of a case.
+
+    Parameters
+    ----------
+    case, kind, family : str
+        Name, kind and family of the case.
+    effects : tuple of str
+        Withheld effects of the library.
+    acceptable : tuple of tuple of str
+        For each withheld effect, the ids that these records cannot tell from it, itself included.
+    present : tuple of str
+        Effects of the library that the disturbances amount to (errors of gain and angle of the
+        sensors): naming them too is not wrong. Empty with nothing missing: there the disturbances
+        leave at most 0.1 of the floor, and every name is false.
+    gap_over_floor : float
+        RMS of what the withheld effects leave after the baseline's own refit to all runs, over the
+        RMS of the noise; of the cause in the family "outside". As planned, or less where the effect
+        is at its physical limit.
+    floor : float
+        RMS of the noise, in the unit of the channels.
+    rho : float
+        Held-out RMS with the true effect taken out over that without, disturbances and noise
+        included.
+    parameters : mapping of str to mapping of str to float
+        True values by effect and name.
+    where : mapping of str to str or float
+        Largest cell of the gap: ``run``; for the carrier also ``order`` and ``channel_pattern``.
+        Empty where the gap has none.
+    """
+
+    case: str
+    kind: str
+    family: str
+    effects: tuple[str, ...]
+    acceptable: tuple[tuple[str, ...], ...]
+    present: tuple[str, ...]
+    gap_over_floor: float
+    floor: float
+    rho: float
+    parameters: Mapping[str, Mapping[str, float]]
+    where: Mapping[str, Any]
+
+    def text(self) -> str:
+        """The label as JSON of one form only: what is sealed.
+
+        Numbers keep six digits, so that another library version that rounds the last bits otherwise
+        breaks no seal.
+        """
+        return json.dumps(
+            _rounded(asdict(self)), sort_keys=True, separators=(",", ":"), allow_nan=False
+        )
+
+    @classmethod
+    def from_text(cls, text: str) -> "Label":
+        """Read what :meth:`text` wrote."""
+        content = json.loads(text)
+        return cls(
+            **{
+                **content,
+                "effects": tuple(content["effects"]),
+                "present": tuple(content["present"]),
+                "acceptable": tuple(tuple(members) for members in content["acceptable"]),
+            }
+        )
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _rounded(own) for name, own in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_rounded(own) for own in value]
+    return float(f"{value:.6g}") if isinstance(value, float) else value

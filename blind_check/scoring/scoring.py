@@ -1,0 +1,289 @@
+"""Score of a blind check.
+
+Figures with what is wanted, confusion matrix, power; shares with Wilson intervals.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy import stats
+
+from carrierflex.blind_check.labels import KINDS, NOTHING, OUTSIDE
+from carrierflex.blind_check.scoring.judging import Judged
+
+#: Gap over the floor from which an effect has to be found.
+CLEAR_GAP = 5.0
+#: Bins of the gap over the floor for the power.
+BINS = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, math.inf)
+#: Fewer cases judge no figure: one case of them would be more than the five percent wanted.
+FEWEST = 20
+#: Fewer cases cannot tell 99 % from all.
+_FEWEST_FOR_99 = 100
+_SECONDS = {"carrier": 60.0, "element": 60.0, "mounting": 120.0}
+_NORMAL_95 = 1.959964
+#: Share of an effect's largest parameter that counts as close: the truth has gains of 3 %, torques
+#: of 1 %, laws of another form.
+_CLOSE = 0.05
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One figure of the score.
+
+    Parameters
+    ----------
+    kind, name, wanted : str
+        Kind of campaign, what it is, what is wanted in words; empty where nothing is.
+    value : float
+        What was reached; not a number without cases.
+    interval : tuple of float, optional
+        Wilson interval at 95 % where the value is a share.
+    cases : int
+        Cases (of coverage of parameters: parameters).
+    met : bool, optional
+        Whether it is reached; None where nothing is wanted or the cases are too few to judge.
+    """
+
+    kind: str
+    name: str
+    wanted: str
+    value: float
+    interval: tuple[float, float] | None
+    cases: int
+    met: bool | None
+
+
+@dataclass(frozen=True)
+class ClassRow:
+    """Row of the confusion matrix: how often a true class was met, and what was answered."""
+
+    kind: str
+    name: str
+    cases: int
+    right: int
+    interval: tuple[float, float]
+    answers: tuple[tuple[str, int], ...]
+
+
+@dataclass(frozen=True)
+class Score:
+    """Figures, confusion matrix (gap of CLEAR_GAP floors or more.
+
+    Every case of "nothing" and "outside") and the wrong cases.
+    """
+
+    figures: tuple[Figure, ...]
+    confusion: tuple[ClassRow, ...]
+    wrong: tuple[Judged, ...]
+
+    @property
+    def met(self) -> bool:
+        """Whether no figure is missed that enough cases judge."""
+        return all(figure.met is not False for figure in self.figures)
+
+
+def wilson(hits: int, cases: int) -> tuple[float, float]:
+    """Wilson score interval of a share at 95 % (Wilson 1927); from 0 to 1 without cases.
+
+    >>> [round(end, 4) for end in wilson(81, 263)]
+    [0.2553, 0.3662]
+    """
+    if cases == 0:
+        return 0.0, 1.0
+    found = stats.binomtest(hits, cases).proportion_ci(method="wilson")
+    return float(found.low), float(found.high)
+
+
+def score(cases: Sequence[Judged]) -> Score:
+    """Score of judged cases, kind by kind.
+
+    Parameters
+    ----------
+    cases : sequence of Judged
+        Every case of the check.
+
+    Returns
+    -------
+    Score
+        What is reached beside what is wanted.
+    """
+    figures: list[Figure] = []
+    confusion: list[ClassRow] = []
+    for kind in KINDS:
+        own = [case for case in cases if case.label.kind == kind]
+        if own:
+            figures += _figures(kind, own)
+            confusion += _confusion(kind, own)
+    wrong = tuple(case for case in cases if not case.is_right and is_clear(case))
+    return Score(tuple(figures), tuple(confusion), wrong)
+
+
+def is_clear(case: Judged) -> bool:
+    """Whether a case must be answered rightly: a gap of CLEAR_GAP floors, or nothing to name."""
+    return not case.has_effect or case.label.gap_over_floor >= CLEAR_GAP
+
+
+def _figures(kind: str, cases: Sequence[Judged]) -> list[Figure]:
+    effects = [case for case in cases if case.has_effect]
+    clear = [case for case in effects if is_clear(case)]
+    named = [case for case in effects if case.is_right and _rho(case) is not None]
+    outside = [case for case in cases if case.label.family == OUTSIDE]
+    false_nothing = [bool(case.named) for case in cases if case.label.family == NOTHING]
+    unreal = [not set(case.named) <= set(case.label.present) for case in outside]
+    found = [
+        _share(
+            kind,
+            "class right, gap >= 5 floors",
+            [c.is_right for c in clear],
+            ">= 90 %",
+            lambda p, n: p >= 0.9,
+        ),
+        _share(kind, 'false naming, "nothing"', false_nothing, "<= 5 %", lambda p, n: p <= 0.05),
+        _share(
+            kind,
+            'false naming, "outside"',
+            [bool(c.named) for c in outside],
+            "<= 15 %",
+            lambda p, n: p <= 0.15,
+        ),
+        _share(kind, '"outside": real sensor errors not counted', unreal),
+        _share(
+            kind,
+            "rho inside its 95 % interval",
+            [_is_covered(c) for c in named],
+            "90 to 99 %",
+            _is_nominal,
+        ),
+        _share(
+            kind,
+            "parameters inside their 95 % interval",
+            [hit for c in named for hit in _parameter_hits(c)],
+        ),
+        _share(
+            kind,
+            f"the same, or within {_CLOSE:.0%}".replace("%", " %"),
+            [hit for c in named for hit in _parameter_hits(c, close=_CLOSE)],
+        ),
+        _median_error(kind, named),
+        _share(
+            kind,
+            "largest cell right, gap >= 5 floors",
+            [_top_cell(c) for c in clear if c.label.where],
+        ),
+    ]
+    for low, high in pairwise(BINS):
+        inside = [case.is_right for case in effects if low <= case.label.gap_over_floor < high]
+        found.append(_share(kind, f"class right, gap {low:g} to {high:g} floors", inside))
+    return found + _times(kind, [case.verdict.seconds for case in cases])
+
+
+def _share(
+    kind: str,
+    name: str,
+    hits: Iterable[bool],
+    wanted: str = "",
+    is_met: Callable[[float, int], bool] | None = None,
+) -> Figure:
+    outcomes = list(hits)
+    n, k = len(outcomes), sum(outcomes)
+    share = k / n if n else math.nan
+    met = is_met(share, n) if is_met is not None and n >= FEWEST else None
+    return Figure(kind, name, wanted, share, wilson(k, n), n, met)
+
+
+def _is_nominal(share: float, cases: int) -> bool:
+    return share >= 0.9 and (share <= 0.99 or cases < _FEWEST_FOR_99)
+
+
+def _median_error(kind: str, named: Sequence[Judged]) -> Figure:
+    errors = [
+        abs(float(case.verdict.document["how_far"]["rho"]) - case.label.rho) for case in named
+    ]
+    value = float(np.median(errors)) if errors else math.nan
+    met = value <= 0.05 if len(errors) >= FEWEST else None
+    return Figure(kind, "median |rho claimed - rho true|", "<= 0.05", value, None, len(errors), met)
+
+
+def _times(kind: str, seconds: Sequence[float]) -> list[Figure]:
+    limit, n = _SECONDS[kind], len(seconds)
+    longest = max(seconds)
+    met = longest <= limit if n >= FEWEST else None
+    return [
+        Figure(kind, "seconds a case, median", "", float(np.median(seconds)), None, n, None),
+        Figure(kind, "seconds a case, longest", f"<= {limit:g}", longest, None, n, met),
+    ]
+
+
+def _rho(case: Judged) -> tuple[float, float] | None:
+    """Claimed interval of rho; None where it is not finite."""
+    far = case.verdict.document.get("how_far", {})
+    low, high = far.get("rho_ci95", (None, None))
+    return None if far.get("rho") is None or low is None or high is None else (low, high)
+
+
+def _is_covered(case: Judged) -> bool:
+    interval = _rho(case)
+    return interval is not None and interval[0] <= case.label.rho <= interval[1]
+
+
+def _parameter_hits(case: Judged, *, close: float = 0.0) -> list[bool]:
+    """For every parameter that answer and label both name.
+
+    Whether its 95 % interval holds the true value.
+
+    With `close`, an error up to that share of the effect's largest parameter of the same unit
+    counts as a hit too.
+    """
+    hits = []
+    for effect, claimed in case.verdict.document.get("parameters", {}).items():
+        values = case.label.parameters.get(effect, {})
+        for name, true in values.items():
+            own = claimed.get(name)
+            if own is None or own["value"] is None or own["std"] is None:
+                continue
+            alike = [
+                abs(values[key])
+                for key, other in claimed.items()
+                if key in values and other["unit"] == own["unit"]
+            ]
+            hits.append(
+                abs(own["value"] - true) <= max(_NORMAL_95 * own["std"], close * max(alike))
+            )
+    return hits
+
+
+def _top_cell(case: Judged) -> bool:
+    """Whether the largest cell has the true order and pattern.
+
+    Where the label has none of these, the true run.
+
+    Runs of equal load share the gap of one cell evenly; at order 0 the patterns m = +1 and m = -1
+    are one tilt.
+    """
+    cells = case.verdict.document.get("where", ())
+    if not cells:
+        return False
+    top, where = max(cells, key=lambda cell: cell["share"] or 0.0), case.label.where
+    if "order" not in where:
+        return all(top.get(name) == value for name, value in where.items())
+    static = top["order"] == where["order"] == 0
+    patterns = [
+        str(cell["channel_pattern"]).replace("-1", "+1" if static else "-1")
+        for cell in (top, where)
+    ]
+    return bool(top["order"] == where["order"] and patterns[0] == patterns[1])
+
+
+def _confusion(kind: str, cases: Sequence[Judged]) -> list[ClassRow]:
+    rows = []
+    clear = [case for case in cases if is_clear(case)]
+    for name in sorted({case.true_class for case in clear}):
+        own = [case for case in clear if case.true_class == name]
+        right = sum(case.is_right for case in own)
+        answers = Counter(case.answered_class for case in own).most_common()
+        rows.append(ClassRow(kind, name, len(own), right, wilson(right, len(own)), tuple(answers)))
+    return rows

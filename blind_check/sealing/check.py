@@ -1,0 +1,219 @@
+"""The order of a blind check: write and seal every case, publish, diagnose case by case, open.
+
+Labels live in the memory of the calling process until every verdict is written; what diagnoses is
+handed two folders. The salts lie on disk meanwhile so that an interrupted check can go on: they are
+random and tell nothing of a label.
+"""
+
+import json
+import shutil
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from carrierflex.blind_check.labels import CasePlan, Label
+from carrierflex.blind_check.sealing.seals import (
+    Seals,
+    new_salt,
+    read_seals,
+    seal,
+    verify,
+    write_seals,
+)
+from carrierflex.blind_check.sealing.verdicts import (
+    Verdict,
+    diagnose_case,
+    is_finished,
+    read_verdict,
+)
+from carrierflex.workflows.support.outputs import save_json
+
+SEALS_FILE, SALTS_FILE, LABELS_FILE = "seals.json", "salts.json", "labels.json"
+_REPORT_FILE = "report.html"
+
+WriteCase = Callable[[CasePlan, Path], Label]
+DiagnoseCase = Callable[[Path, Path], None]
+Note = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class SealedCheck:
+    """Labels and salts in memory, and what is published of them."""
+
+    out: Path
+    labels: Mapping[str, Label]
+    salts: Mapping[str, str]
+    published: Seals
+
+    def campaign(self, case: str) -> Path:
+        """Folder of a case's campaign."""
+        return self.out / "campaigns" / case
+
+    def diagnosis(self, case: str) -> Path:
+        """Folder of a case's diagnosis."""
+        return self.out / "diagnoses" / case
+
+
+def sealed_check(
+    plans: Sequence[CasePlan],
+    out: Path,
+    write: WriteCase,
+    executor: Executor,
+    *,
+    check: Mapping[str, Any],
+    note: Note,
+) -> SealedCheck:
+    """Write every campaign, seal every label and publish the seals.
+
+    Or go on with a check that was interrupted.
+
+    Parameters
+    ----------
+    plans : sequence of CasePlan
+        Planned cases.
+    out : Path
+        Folder of the check; exists.
+    write : callable
+        Writes the campaign of a plan into a folder and returns its label.
+    executor : concurrent.futures.Executor
+        Where campaigns are written; not the one that diagnoses.
+    check : mapping of str to object
+        Seed and number of cases by kind: published with the seals.
+    note : callable
+        Is told the progress.
+
+    Returns
+    -------
+    SealedCheck
+        Labels in memory; seals.json and salts.json are written.
+
+    Raises
+    ------
+    ValueError
+        Where the folder holds the seals of another check, or its labels come out otherwise now.
+    """
+    earlier = read_seals(out / SEALS_FILE) if (out / SEALS_FILE).exists() else None
+    if earlier is not None and earlier.check != check:
+        raise ValueError(
+            f"{out}: holds a check of {dict(earlier.check)}, asked for {dict(check)}; expected another --out"
+        )
+    _refuse_opened(out, plans)
+    futures = {
+        executor.submit(write, plan, out / "campaigns" / plan.name): plan.name for plan in plans
+    }
+    written = {}
+    for future in as_completed(futures):
+        written[futures[future]] = future.result()
+        note(f"{len(written)} of {len(plans)}")
+    labels = {plan.name: written[plan.name] for plan in plans}
+    if earlier is not None:
+        salts = _read_salts(out / SALTS_FILE)
+        verify(labels, salts, earlier)
+        return SealedCheck(out, labels, salts, earlier)
+    salts = {case: new_salt() for case in labels}
+    published = Seals(
+        dict(check), {case: seal(label, salts[case]) for case, label in labels.items()}
+    )
+    save_json(out / SALTS_FILE, salts)
+    write_seals(out / SEALS_FILE, published)
+    return SealedCheck(out, labels, salts, published)
+
+
+def diagnosed(
+    sealed: SealedCheck,
+    executor: Executor,
+    *,
+    keep: bool,
+    note: Note,
+    diagnose: DiagnoseCase = diagnose_case,
+) -> dict[str, Verdict]:
+    """Diagnose every case that has no finished diagnosis yet.
+
+    Parameters
+    ----------
+    sealed : SealedCheck
+        Check whose seals are published.
+    executor : concurrent.futures.Executor
+        Where cases are diagnosed; each call is given the campaign's folder and the folder to write
+        to.
+    keep : bool
+        Keep campaigns and reports; otherwise they go once a case is diagnosed.
+    note : callable
+        Is told the progress and the time left.
+    diagnose : callable
+        Diagnosis of one case.
+
+    Returns
+    -------
+    dict
+        Verdict by case.
+    """
+    waiting = [case for case in sealed.labels if not is_finished(sealed.diagnosis(case))]
+    start = time.perf_counter()
+    futures = {
+        executor.submit(diagnose, sealed.campaign(case), sealed.diagnosis(case)): case
+        for case in waiting
+    }  # fmt: skip
+    for done, future in enumerate(as_completed(futures), 1):
+        future.result()
+        if not keep:
+            (sealed.diagnosis(futures[future]) / _REPORT_FILE).unlink(missing_ok=True)
+            shutil.rmtree(sealed.campaign(futures[future]))
+        left = (time.perf_counter() - start) / done * (len(waiting) - done)
+        note(f"{done} of {len(waiting)}, about {left / 60.0:.0f} min left")
+    if not keep:
+        shutil.rmtree(sealed.out / "campaigns", ignore_errors=True)
+    return {case: read_verdict(sealed.diagnosis(case)) for case in sealed.labels}
+
+
+def opened(sealed: SealedCheck) -> Mapping[str, Label]:
+    """Open the labels: verify them against the seals as published, and write them down.
+
+    Raises
+    ------
+    ValueError
+        Where a verdict is missing, the published seals have changed, or a label is not the sealed
+        one.
+    """
+    missing = [case for case in sealed.labels if not is_finished(sealed.diagnosis(case))]
+    if missing:
+        raise ValueError(
+            f"{len(missing)} cases have no verdict (first: {missing[0]}); expected all before the opening"
+        )
+    published = read_seals(sealed.out / SEALS_FILE)
+    if published.digest != sealed.published.digest:
+        raise ValueError(
+            f"{sealed.out / SEALS_FILE}: changed during the check; expected {sealed.published.digest}"
+        )
+    verify(sealed.labels, sealed.salts, published)
+    rows = {
+        case: {"label": json.loads(own.text()), "salt": sealed.salts[case]}
+        for case, own in sealed.labels.items()
+    }
+    save_json(sealed.out / LABELS_FILE, rows)
+    return sealed.labels
+
+
+def _refuse_opened(out: Path, plans: Sequence[CasePlan]) -> None:
+    """One opening counts: a case must not be diagnosed once its label has been on disk."""
+    if (out / LABELS_FILE).exists():
+        missing = [plan.name for plan in plans if not is_finished(out / "diagnoses" / plan.name)]
+        if missing:
+            raise ValueError(
+                f"{out}: its labels are opened and {missing[0]} has no verdict; expected a new --out and a new --seed"
+            )
+
+
+def _read_salts(path: Path) -> dict[str, str]:
+    try:
+        return {
+            str(case): str(salt)
+            for case, salt in json.loads(path.read_text(encoding="utf-8")).items()
+        }
+    except (OSError, json.JSONDecodeError, AttributeError) as error:
+        raise ValueError(
+            f"{path}: no salts of the published seals: {error}; expected a new --out"
+        ) from error

@@ -1,0 +1,119 @@
+"""Which effects records of the check can tell apart.
+
+The alias classes of the score, and what is outside the library.
+
+The classes follow from the equations of the truth and the loads of the check; they are not taken
+from any diagnosis.
+"""
+
+#: Classes of more than one effect; every other is alone. Beside each, what the truth's own signals
+#: share over the loads of a check once the baseline is refitted: the cosine of their residuals, or
+#: the share that the other's parameters reach.
+_CLASSES: dict[str, dict[str, tuple[str, ...]]] = {
+    "carrier": {
+        # A clearance saturates, a compliance does not: 65 to 85 % shared, told apart only by how
+        # the tilt bends over six loads.
+        "load tilt": ("ntl_tilt", "bearing_clearance"),
+    },
+    "element": {
+        "hardening": ("cubic_stiffness", "quintic_stiffness"),  # 0.93 to 0.97
+        # 0.84 to 0.99; friction that creeps gives before it slides, as an elasto-plastic spring
+        # does.
+        "dry friction": (
+            "coulomb_friction",
+            "elasto_plastic_friction",
+            "stribeck_friction",
+            "friction_asymmetry",
+        ),
+        # 0.88 to 0.99 where the force is driven, less where the motion is.
+        "nonlinear damping": ("quadratic_damping", "cubic_damping", "deflection_dependent_damping"),
+    },
+    "mounting": {
+        "hardening": ("cubic_stiffness", "quintic_stiffness"),  # 0.97
+    },
+}
+
+#: Effects withheld one at a time.
+SINGLES: dict[str, tuple[str, ...]] = {
+    "carrier": (
+        "axial_offset", "housing_tilt", "torque_tilt", "carrier_tilt", "flexible_pins", "stiff_pins", "pin_clearance",
+        "unequal_load_sharing", "load_sharing_ntl", "ntl_tilt", "bearing_clearance", "flange_warp", "face_runout", "ring_pass",
+        "thermal_drift", "sensor_gain", "sensor_angle", "sensor_zero", "sensor_delay",
+    ),
+    "element": (
+        "quadratic_stiffness", "cubic_stiffness", "quintic_stiffness", "coulomb_friction", "elasto_plastic_friction",
+        "stribeck_friction", "quadratic_damping", "cubic_damping", "deflection_dependent_damping", "backlash",
+        "maxwell_branch", "friction_asymmetry", "sensor_delay",
+    ),
+    "mounting": (
+        "cubic_stiffness", "quintic_stiffness", "deflection_dependent_damping", "fluid_branch", "elasto_plastic_friction",
+        "parasitic_torque", "axial_bushing_stiffness", "main_bearing_compliance", "ntl_direction", "unequal_bushings",
+        "sensor_gain", "sensor_zero", "sensor_delay",
+    ),
+}  # fmt: skip
+
+#: Effects that leave one and the same signal where torque and radial load, or the amplitude, never
+#: change.
+CONSTANT_LOAD: dict[str, tuple[str, ...]] = {
+    "carrier": ("stiff_pins", "pin_clearance", "face_runout", "unequal_load_sharing"),
+    "element": ("cubic_stiffness", "quintic_stiffness"),
+    "mounting": (),
+}
+#: Effects of the cases with a single condition.
+ONE_CONDITION_EFFECTS: dict[str, tuple[str, ...]] = {
+    "carrier": (
+        "carrier_tilt",
+        "flexible_pins",
+        "face_runout",
+        "unequal_load_sharing",
+        "thermal_drift",
+        "sensor_gain",
+    ),
+    "element": ("cubic_stiffness", "coulomb_friction", "quadratic_damping", "quadratic_stiffness"),
+    "mounting": ("cubic_stiffness", "parasitic_torque", "axial_bushing_stiffness"),
+}
+#: At one constant load every signal of the carrier's order n is a wave on its face, whatever makes
+#: it.
+_ONE_LOAD: dict[str, tuple[str, ...]] = {
+    "carrier": (
+        "flexible_pins", "stiff_pins", "pin_clearance", "face_runout", "unequal_load_sharing", "load_sharing_ntl",
+    ),
+    "element": ("cubic_stiffness", "quintic_stiffness"),
+    "mounting": ("cubic_stiffness", "quintic_stiffness"),
+}  # fmt: skip
+
+#: Causes that no library of the contract holds.
+OUTSIDE_NAMES: dict[str, tuple[str, ...]] = {
+    "carrier": ("thermal_bow", "oil_whirl", "loose_probe_bracket"),
+    "element": ("softening_in_time", "attached_absorber", "unmeasured_force", "end_stop"),
+    "mounting": ("ground_motion", "loose_probe_bracket", "softening_in_time"),
+}
+
+
+def class_of(kind: str, effect: str) -> str:
+    """Name of an effect's alias class: its own id where it is alone in it."""
+    for name, members in _CLASSES[kind].items():
+        if effect in members:
+            return name
+    return effect
+
+
+def same_class(kind: str, effect: str, *, one_load: bool = False) -> tuple[str, ...]:
+    """Effects that the records cannot tell from this one, itself included.
+
+    Parameters
+    ----------
+    kind, effect : str
+        Kind and effect id.
+    one_load : bool
+        Whether loads and amplitudes are the same in all runs.
+
+    Returns
+    -------
+    tuple of str
+        Ids; the effect itself comes first.
+    """
+    members = set(_CLASSES[kind].get(class_of(kind, effect), (effect,)))
+    if one_load and effect in _ONE_LOAD[kind]:
+        members |= set(_ONE_LOAD[kind])
+    return (effect, *sorted(members - {effect}))

@@ -1,0 +1,49 @@
+"""The one door to the truth: write the campaign of a planned case and hand back its label."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from carrierflex.blind_check.labels import CasePlan, Label
+from carrierflex.blind_check.truth.carrier.truth import carrier_case
+from carrierflex.blind_check.truth.element.truth import element_case
+from carrierflex.blind_check.truth.mounting.truth import mounting_case
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.campaign_files import write_campaign
+
+_MAKERS: dict[str, Callable[[CasePlan, int], tuple[Campaign, Label]]] = {
+    "carrier": carrier_case,
+    "element": element_case,
+    "mounting": mounting_case,
+}
+
+
+def write_case(plan: CasePlan, folder: Path, *, repeat: int = 0) -> Label:
+    """Write the campaign of one case.
+
+    The label goes to the caller alone, no file of the folder holds any of it.
+
+    Parameters
+    ----------
+    plan : CasePlan
+        What to withhold. The same plan gives the same records and label.
+    folder : Path
+        Folder of the campaign; new, empty, or an earlier campaign, which is replaced.
+    repeat : int
+        Repeats of a case hold the same truth under the same loads with other noise: records that no
+        diagnosis has seen, on which what one has claimed can be measured.
+
+    Returns
+    -------
+    Label
+        The truth of the case, to be sealed.
+
+    Raises
+    ------
+    ValueError
+        Where the kind has no truth, or the folder holds something that is not a campaign.
+    """
+    if plan.kind not in _MAKERS:
+        raise ValueError(f"kind is '{plan.kind}'; expected one of {', '.join(_MAKERS)}")
+    campaign, label = _MAKERS[plan.kind](plan, repeat)
+    write_campaign(campaign, folder)
+    return label

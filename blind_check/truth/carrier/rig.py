@@ -1,0 +1,121 @@
+"""What four axial probes read of a carrier that carries some effects, with probes that are not quite as declared."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.blind_check.truth.carrier.signals import NOMINAL_TORQUE, SIGNALS, RimRecord
+from carrierflex.blind_check.truth.noise import slow_ripple
+
+FloatArray = NDArray[np.float64]
+
+N_SENSORS = 4
+SENSOR_NAMES = ("s047", "s137", "s227", "s317")
+SENSOR_ANGLES = np.deg2rad([47.0, 137.0, 227.0, 317.0])
+RATE = 20.0
+_SPEED_RIPPLE, _TORQUE_RIPPLE = 0.01, 0.02
+
+
+def _none() -> FloatArray:
+    return np.zeros(N_SENSORS)
+
+
+@dataclass(frozen=True, eq=False)
+class CarrierState:
+    """The true state of a rig.
+
+    Parameters
+    ----------
+    effects : dict
+        Values by effect, of those that add to one another.
+    gain, turned, zero : ndarray, shape (4,)
+        Withheld effects of the sensors: gain error, angle error [rad], offset [m].
+    delay : float
+        Withheld delay of all channels [s].
+    gain_error, angle_error : ndarray, shape (4,)
+        What is wrong with every probe besides: gain error, angle error [rad].
+    outside : tuple of (str, float)
+        A cause of no library, and its size [m].
+    """
+
+    effects: dict[str, dict[str, float]]
+    gain: FloatArray = field(default_factory=_none)
+    turned: FloatArray = field(default_factory=_none)
+    zero: FloatArray = field(default_factory=_none)
+    delay: float = 0.0
+    gain_error: FloatArray = field(default_factory=_none)
+    angle_error: FloatArray = field(default_factory=_none)
+    outside: tuple[str, float] = ("", 0.0)
+
+    def read(self, records: Sequence[RimRecord]) -> list[FloatArray]:
+        """Signals of every run without noise, each shape (4, n)."""
+        return [self._read(record) for record in records]
+
+    def _read(self, record: RimRecord) -> FloatArray:
+        angle = _angle_before(record, self.delay) if self.delay else record.angle
+        seen = replace(
+            record, angle=angle, sensors=record.sensors + (self.turned + self.angle_error)[:, None]
+        )
+        total = _outside(*self.outside, seen)
+        for name, values in self.effects.items():
+            total = total + SIGNALS[name](seen, values)
+        gain = (1.0 + self.gain) * (1.0 + self.gain_error)
+        return gain[:, None] * total + self.zero[:, None]
+
+
+def drawn_record(
+    rng: np.random.Generator, number: int, load: Sequence[float], seconds: float
+) -> RimRecord:
+    """One run: torque and speed with slow ripple, constant radial load.
+
+    Parameters
+    ----------
+    rng : Generator
+        Random numbers.
+    number : int
+        Place of the run.
+    load : sequence of float
+        Torque over nominal, radial load along y and z [N], speed [rad/s].
+    seconds : float
+        Length.
+
+    Returns
+    -------
+    RimRecord
+        True inputs.
+    """
+    time = np.arange(int(seconds * RATE)) / RATE
+    speed = load[3] * (1.0 + slow_ripple(rng, time, size=_SPEED_RIPPLE))
+    turned = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) / RATE)])
+    torque = load[0] * NOMINAL_TORQUE * (1.0 + slow_ripple(rng, time, size=_TORQUE_RIPPLE))
+    still = np.zeros_like(time)
+    angle = rng.uniform(0.0, 2.0 * np.pi) + turned
+    return RimRecord(
+        number, time, angle, torque, load[1] + still, load[2] + still, SENSOR_ANGLES[:, None]
+    )
+
+
+def _angle_before(record: RimRecord, delay: float) -> FloatArray:
+    """Carrier angle a while before each sample; beyond the record's ends at its mean speed."""
+    late, time, angle = record.time - delay, record.time, record.angle
+    speed = (angle[-1] - angle[0]) / (time[-1] - time[0])
+    inside = np.interp(late, time, angle)
+    inside = np.where(late < time[0], angle[0] + speed * (late - time[0]), inside)
+    return np.where(late > time[-1], angle[-1] + speed * (late - time[-1]), inside)
+
+
+def _outside(name: str, size: float, record: RimRecord) -> FloatArray:
+    """Causes that no library holds."""
+    v, t = record.sensors, record.time
+    if name == "thermal_bow":  # a tilt of the carrier that grows as the shaft warms on one side
+        return size * (1.0 - np.exp(-t / 20.0)) * np.sin(record.angle - v + 0.7)
+    if name == "oil_whirl":  # the shaft whirls at 0.43 of its speed
+        return size * np.sin(0.43 * record.angle - v)
+    if (
+        name == "loose_probe_bracket"
+    ):  # one probe's bracket rocks at its own frequency, whatever turns
+        rocking = size * np.sin(2.0 * np.pi * 0.83 * t + 0.3 * np.sin(0.9 * t))
+        return rocking * np.array([[0.0], [1.0], [0.0], [0.0]])
+    return np.zeros((N_SENSORS, t.size))

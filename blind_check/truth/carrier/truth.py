@@ -1,0 +1,209 @@
+"""Truth of the kind "carrier".
+
+Six runs of four axial sensors, one withheld effect or two, and a rig not quite as declared.
+
+Torque is 1 % wrong, probes have gains up to 3 % and angles up to 0.5 degrees off, speed has a
+ripple of 1 %, noise has a memory, the deflection curves belong to a slightly different carrier on
+another mesh. The baseline is refitted by the truth's own least squares on the measured inputs.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.blind_check.labels import ALIASED, ONE_CONDITION, OUTSIDE, CasePlan, Label
+from carrierflex.blind_check.truth.alias_table import same_class
+from carrierflex.blind_check.truth.carrier.label import largest_cell, named_parameters
+from carrierflex.blind_check.truth.carrier.rig import (
+    N_SENSORS,
+    SENSOR_ANGLES,
+    SENSOR_NAMES,
+    CarrierState,
+    drawn_record,
+)
+from carrierflex.blind_check.truth.carrier.signals import (
+    NOMINAL_TORQUE,
+    RADIUS,
+    RimRecord,
+    curve_at,
+    drawn_values,
+    scaled_values,
+)
+from carrierflex.blind_check.truth.carrier.sizes import sized_state, with_sensor_errors
+from carrierflex.blind_check.truth.linear_refit import LinearBaseline
+from carrierflex.blind_check.truth.noise import (
+    case_rng,
+    coloured_noise,
+    noise_rng,
+    root_mean_square,
+)
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.records import Run
+
+FloatArray = NDArray[np.float64]
+
+KNOWN = ("axial_offset", "housing_tilt", "carrier_tilt", "flexible_pins")
+_MEMORY = 0.5
+_SECONDS, _SECONDS_ALONE = 48.0, 150.0
+#: Torque over nominal, radial load y and z [N], speed [rad/s] of each run.
+_LOADS = (
+    (1.0, 0.0, 0.0, 2.3), (0.5, 0.0, 0.0, 1.5), (1.0, 0.0, -2e5, 2.3), (1.0, 1e5, 1e5, 2.3), (0.75, 0.0, 5e4, 2.0),
+    (0.25, -5e4, 0.0, 2.3),
+)  # fmt: skip
+#: Torque and radial load that never change: what follows the load cannot be told from what does
+#: not.
+_CONSTANT = ((1.0, 0.0, 0.0, 2.3), (1.0, 0.0, 0.0, 1.5), (1.0, 0.0, 0.0, 2.0))
+_TORQUE = 0.01
+
+
+def carrier_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
+    """Campaign and label of one case.
+
+    Parameters
+    ----------
+    plan : CasePlan
+        What to withhold and how large its gap shall be.
+    repeat : int
+        Number of the noise: the truth and the loads of a case are the same in all.
+
+    Returns
+    -------
+    tuple of (Campaign, Label)
+        Records with noise, and the truth.
+    """
+    rng = case_rng(plan)
+    alone = plan.family == ONE_CONDITION
+    loads = {ALIASED: _CONSTANT, ONE_CONDITION: _LOADS[:1]}.get(plan.family, _LOADS)
+    records = [
+        drawn_record(rng, k, load, _SECONDS_ALONE if alone else _SECONDS)
+        for k, load in enumerate(loads)
+    ]
+    contained = tuple(name for name in KNOWN if name not in plan.effects)
+    error = 1.0 + _TORQUE * float(rng.choice((-1.0, 1.0)))
+    declared = [replace(own, torque=own.torque * error) for own in records]
+    baseline = _baseline(declared, contained)
+    known = _known_state(contained, rng, len(records))
+
+    def left(own: CarrierState) -> list[FloatArray]:
+        # Of everything, not of the effect alone: what the baseline holds keeps its bound from
+        # acting too early.
+        return baseline.left(own.read(records))
+
+    ideal, floor = sized_state(plan, rng, known, len(records), lambda own: _size(left(own)))
+    state = with_sensor_errors(
+        ideal, plan, rng, floor, lambda own: _size(_differences(left(own), left(ideal)))
+    )
+    own_noise = noise_rng(plan, repeat)
+    noise = [
+        floor * coloured_noise(own_noise, (N_SENSORS, own.time.size), memory=_MEMORY)
+        for own in records
+    ]
+    measured = [signal + own for signal, own in zip(state.read(records), noise, strict=True)]
+    # The effect as sensors without errors would read it: what a perfect model adds.
+    rho = _rho(baseline, measured, _differences(ideal.read(records), known.read(records)))
+    label = _label(plan, state, floor, _size(left(ideal)) if plan.effects else 0.0, rho)
+    # What is outside the library, and a drift, have no place among the orders.
+    if label.effects and "thermal_drift" not in label.effects:
+        label = replace(label, where=largest_cell(left(ideal), declared))
+    return _campaign(plan, declared, measured, contained, floor), label
+
+
+def _label(plan: CasePlan, state: CarrierState, floor: float, gap: float, rho: float) -> Label:
+    inside = () if plan.family == OUTSIDE else plan.effects
+    one_load = plan.family in (ALIASED, ONE_CONDITION)
+    return Label(
+        case=plan.name,
+        kind="carrier",
+        family=plan.family,
+        effects=inside,
+        acceptable=tuple(same_class("carrier", own, one_load=one_load) for own in inside),
+        # With nothing missing, what the sensors' errors leave is too small to be found.
+        present=("sensor_gain", "sensor_angle") if plan.effects else (),
+        gap_over_floor=gap / floor,
+        floor=floor,
+        rho=rho,
+        parameters={name: named_parameters(name, state) for name in inside},
+        where={},
+    )
+
+
+def _rho(
+    baseline: LinearBaseline, measured: Sequence[FloatArray], effect: Sequence[FloatArray]
+) -> float:
+    """Held-out RMS of the baseline without the effect over that with it."""
+    return _size(baseline.held_out(_differences(measured, effect))) / _size(
+        baseline.held_out(measured)
+    )
+
+
+def _known_state(contained: Sequence[str], rng: np.random.Generator, n_runs: int) -> CarrierState:
+    """What the baseline holds: tilts of 0.06 to 0.15 mrad, pins, offsets."""
+    return CarrierState(
+        {
+            name: scaled_values(drawn_values(name, rng, n_runs), rng.uniform(0.6, 1.5))
+            for name in contained
+        }
+    )
+
+
+def _differences(signals: Sequence[FloatArray], others: Sequence[FloatArray]) -> list[FloatArray]:
+    return [own - other for own, other in zip(signals, others, strict=True)]
+
+
+def _baseline(declared: Sequence[RimRecord], contained: Sequence[str]) -> LinearBaseline:
+    """Regressors on the measured inputs; the curve of flexible pins is the truth's own."""
+    columns = []
+    for record in declared:
+        point = record.sensors - record.angle
+        rows = {
+            "housing_tilt": [f(record.sensors) * RADIUS + 0.0 * point for f in (np.sin, np.cos)],
+            "carrier_tilt": [f(point) * RADIUS for f in (np.sin, np.cos)],
+            "flexible_pins": [curve_at("delta_f", point) * record.torque / 1e3],
+        }
+        own = [row.reshape(-1) for name in rows if name in contained for row in rows[name]]
+        columns.append(np.array(own).T if own else np.zeros((point.size, 0)))
+    last = columns[0].shape[1] - 1
+    return LinearBaseline(
+        columns,
+        own_offset="axial_offset" in contained,
+        not_negative=(last,) if "flexible_pins" in contained else (),
+    )
+
+
+def _size(signals: Sequence[FloatArray]) -> float:
+    return root_mean_square(np.concatenate([own.reshape(-1) for own in signals]))
+
+
+def _campaign(
+    plan: CasePlan,
+    declared: Sequence[RimRecord],
+    measured: Sequence[FloatArray],
+    contained: tuple[str, ...],
+    floor: float,
+) -> Campaign:
+    """Records in the form of a measurement campaign; its words tell nothing about the truth."""
+    runs = []
+    for record, signals in zip(declared, measured, strict=True):
+        name = f"run{record.number + 1}"
+        inputs = {
+            "carrier_angle": record.angle,
+            "torque": record.torque,
+            "ntl_y": record.ntl_y,
+            "ntl_z": record.ntl_z,
+        }
+        condition = f"load {record.number + 1}" if len(declared) > 1 else "one load"
+        channels = dict(zip(SENSOR_NAMES, signals, strict=True))
+        runs.append(Run(name, f"{name}.parquet", condition, record.time, inputs, channels))
+    return Campaign(
+        kind="carrier",
+        name=plan.name,
+        baseline=Baseline("model", contained),
+        rig={"nominal_torque": NOMINAL_TORQUE, "sensor_radius": RADIUS, "n_planets": 3},
+        channels=tuple(
+            Channel(name, "axial_displacement", "m", angle=float(v), radius=RADIUS, noise_std=floor)
+            for name, v in zip(SENSOR_NAMES, SENSOR_ANGLES, strict=True)
+        ),
+        runs=tuple(runs),
+    )

@@ -1,0 +1,1 @@
+"""Truth of the kind "element"."""

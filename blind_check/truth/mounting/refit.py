@@ -1,0 +1,103 @@
+"""The baseline's own refit of the mounting.
+
+Radial stiffness and damping of both bushings, in sample and held out.
+
+Without effects the motion is three oscillators that do not know of one another: roll, pitch, and
+yaw with the axial springs. Each answers as a linear filter whose input is straight between samples.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.signal import cont2discrete, lfilter
+
+from carrierflex.blind_check.truth.mounting.rig import RIG, Bodies
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class MountingRefit:
+    """Refit of K1 and C1 to zeroed signals.
+
+    Parameters
+    ----------
+    bodies : Bodies
+        Rig.
+    loads : sequence of ndarray, shape (n, 3)
+        Measured torque, ntl_y, ntl_z of each run.
+    step : float
+        Sampling interval [s].
+    """
+
+    bodies: Bodies
+    loads: Sequence[FloatArray]
+    step: float
+
+    def left(self, signals: Sequence[FloatArray]) -> list[FloatArray]:
+        """What a refit to all runs leaves of the signals, each shape (n, 6)."""
+        every = list(range(len(signals)))
+        theta = self._fitted(signals, every, np.ones(2))
+        return [signals[run] - self._predicted(run, theta) for run in every]
+
+    def held_out(self, signals: Sequence[FloatArray]) -> list[FloatArray]:
+        """What is left of each run after a refit to the other runs.
+
+        One run alone is fitted to itself.
+        """
+        if len(signals) == 1:
+            return self.left(signals)
+        left, every = [], list(range(len(signals)))
+        start = self._fitted(signals, every, np.ones(2))
+        for run in every:
+            theta = self._fitted(signals, [own for own in every if own != run], start)
+            left.append(signals[run] - self._predicted(run, theta))
+        return left
+
+    def _fitted(
+        self, signals: Sequence[FloatArray], runs: Sequence[int], start: FloatArray
+    ) -> FloatArray:
+        """Stiffness and damping over their nominal values."""
+        scale = np.concatenate([signals[run] for run in runs]).std()
+
+        def residual(logarithms: FloatArray) -> FloatArray:
+            theta = np.exp(logarithms)
+            return (
+                np.concatenate(
+                    [(signals[run] - self._predicted(run, theta)).reshape(-1) for run in runs]
+                )
+                / scale
+            )
+
+        # Logarithms need no bounds; damping hardly moves a slow record, so that a smaller
+        # difference drowns in rounding.
+        fitted = least_squares(
+            residual, np.log(start), method="lm", xtol=1e-10, ftol=1e-12, diff_step=1e-4
+        )
+        return np.asarray(np.exp(fitted.x))
+
+    def _predicted(self, run: int, theta: FloatArray) -> FloatArray:
+        """Zeroed signals of the baseline."""
+        radial, axial = (
+            np.sum(rows[:, :3] ** 2, axis=0) for rows in (self.bodies.radial, self.bodies.axial)
+        )
+        K = (
+            theta[0] * RIG["bushing_radial_stiffness"] * radial
+            + RIG["bushing_axial_stiffness"] * axial
+        )
+        C = theta[1] * RIG["bushing_radial_damping"] * radial + RIG["bushing_axial_damping"] * axial
+        forces = self.loads[run] @ self.bodies.loads[:3].T
+        q = np.empty_like(forces)
+        for i in range(3):
+            system = ([1.0], [self.bodies.M[i, i], C[i], K[i]])
+            numerator, denominator, _ = cont2discrete(system, self.step, method="foh")
+            q[:, i] = lfilter(numerator.reshape(-1), denominator, forces[:, i])
+        return zeroed(q @ self.bodies.sensors[:, :3].T)
+
+
+def zeroed(signals: FloatArray) -> FloatArray:
+    """Signals relative to their mean at rest."""
+    return np.asarray(signals - signals[: RIG["zeroing_samples"]].mean(axis=0))

@@ -1,0 +1,187 @@
+"""Motion of the housing under its loads, by an own fixed-step Runge-Kutta march with every force at its own bushing.
+
+Radial forces beside the linear ones are those of :mod:`carrierflex.blind_check.truth.element.laws`;
+hardening springs are stacks of leaves: straight between steps of an eighth of the deflection's
+size. A main bearing that gives way is a spring and damper at its two coordinates.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from carrierflex.blind_check.truth.element.laws import law_force
+from carrierflex.blind_check.truth.mounting.rig import N_FREE, RIG, Bodies
+
+FloatArray = NDArray[np.float64]
+
+#: Laws of leaves, beside those of element_laws: power of the deflection.
+LEAVES = {"cubic_stiffness": 103, "quintic_stiffness": 105}
+_LEAF = 0.125  # of the deflection's size
+#: Integration steps in a sample of the record.
+FINE = 20
+_BEARING_DAMPING = 0.03
+
+
+@dataclass(frozen=True, eq=False)
+class Bushings:
+    """True bushings and bearing.
+
+    Parameters
+    ----------
+    K1, C1 : float
+        Radial stiffness and damping of each bushing.
+    k_x, c_x : float
+        Axial stiffness and damping of each.
+    excess : float
+        Starboard forces are 1 + excess, port ones 1 - excess times the mean.
+    compliance : float
+        Radial compliance of the main bearing [m/N].
+    laws : tuple of (int, ndarray of 4, ndarray of 2)
+        Forces of every bushing beside the linear ones: number, parameters, deflection and speed
+        that shape it.
+    """
+
+    K1: float
+    C1: float
+    k_x: float = RIG["bushing_axial_stiffness"]
+    c_x: float = RIG["bushing_axial_damping"]
+    excess: float = 0.0
+    compliance: float = 0.0
+    laws: tuple[tuple[int, FloatArray, FloatArray], ...] = field(default=())
+
+
+@njit(cache=True)
+def leaf_force(stiffness: float, size: float, power: int, u: float) -> float:
+    """Force ``stiffness u^power`` at multiples of an eighth of `size`, straight between them."""
+    h = _LEAF * size
+    n = np.floor(abs(u) / h)
+    low, high = stiffness * (n * h) ** power, stiffness * ((n + 1.0) * h) ** power
+    return np.copysign(low + (high - low) * (abs(u) / h - n), u)
+
+
+def housing_motion(
+    bodies: Bodies, bushings: Bushings, loads: FloatArray, step: float
+) -> FloatArray:
+    """Sensor signals of a run from rest, not zeroed.
+
+    Parameters
+    ----------
+    bodies : Bodies
+        Rig.
+    bushings : Bushings
+        Its bushings.
+    loads : ndarray, shape (n, 3)
+        True torque, ntl_y, ntl_z, straight between samples.
+    step : float
+        Sampling interval [s].
+
+    Returns
+    -------
+    ndarray, shape (n, 6)
+        Signals [m].
+
+    Raises
+    ------
+    ArithmeticError
+        Where a force is too stiff for the step, so that the motion grows without bound.
+    """
+    free = N_FREE if bushings.compliance > 0.0 else N_FREE - 2
+    share = np.array([1.0 + bushings.excess, 1.0 - bushings.excess])
+    radial, axial = bodies.radial[:, :free], bodies.axial[:, :free]
+    weights, ends = np.tile(share, 2), axial.T * share
+    K = bushings.K1 * (radial.T * weights) @ radial + bushings.k_x * ends @ axial
+    C = bushings.C1 * (radial.T * weights) @ radial + bushings.c_x * ends @ axial
+    for place in range(N_FREE - 2, free):
+        K[place, place] += 1.0 / bushings.compliance
+        C[place, place] += (
+            2.0 * _BEARING_DAMPING * np.sqrt(bodies.M[place, place] / bushings.compliance)
+        )
+    inverse = np.linalg.inv(bodies.M[:free, :free])
+    names = np.array([law for law, _, _ in bushings.laws], dtype=np.float64)
+    p = np.array([own for _, own, _ in bushings.laws]).reshape(-1, 4)
+    size = np.array([own for _, _, own in bushings.laws]).reshape(-1, 2)
+    forces = np.ascontiguousarray(loads @ bodies.loads[:free].T)
+    system = (inverse, K, C, np.ascontiguousarray(radial), weights)
+    q = _march(system, forces, step, names, p, size, FINE)
+    if not np.isfinite(q).all():
+        raise ArithmeticError(
+            f"the housing's motion grows without bound at {FINE} steps a sample; expected a softer force"
+        )
+    return np.asarray(q @ bodies.sensors[:, :free].T)
+
+
+@njit(cache=True)
+def _acceleration(system, force, x, t, names, p, size, rate):  # type: ignore[no-untyped-def]
+    """Rates of the state ``q, q', memories``; `rate` is filled."""
+    inverse, K, C, rows, weights = system
+    n = K.shape[0]
+    q, v = x[:n], x[n : 2 * n]
+    # Written out: a call of BLAS for so small a matrix costs ten times the sums.
+    total = np.empty(n)
+    for i in range(n):
+        total[i] = force[i]
+        for j in range(n):
+            total[i] -= K[i, j] * q[j] + C[i, j] * v[j]
+    for law in range(names.size):
+        for element in range(rows.shape[0]):
+            u, u_rate = 0.0, 0.0
+            for i in range(n):
+                u += rows[element, i] * q[i]
+                u_rate += rows[element, i] * v[i]
+            if names[law] > 100:
+                f = leaf_force(p[law, 0], size[law, 0], int(names[law] - 100), u)
+            else:
+                at = 2 * n + 2 * (law * rows.shape[0] + element)
+                f = law_force(
+                    names[law], p[law], size[law], u, u_rate, x[at : at + 2], t, rate[at : at + 2]
+                )
+            for i in range(n):
+                total[i] -= rows[element, i] * weights[element] * f
+    for i in range(n):
+        rate[i], rate[n + i] = v[i], 0.0
+        for j in range(n):
+            rate[n + i] += inverse[i, j] * total[j]
+
+
+@njit(cache=True)
+def _march(system, forces, step, names, p, size, fine):  # type: ignore[no-untyped-def]
+    """Classical Runge-Kutta rule of fourth order, `fine` steps in a sample.
+
+    Coordinates at every sample.
+    """
+    n_samples, n = forces.shape
+    x = np.zeros(2 * n + 2 * names.size * system[3].shape[0])
+    slopes = np.zeros((4, x.size))
+    q, h = np.zeros((n_samples, n)), step / fine
+    for k in range((n_samples - 1) * fine):
+        sample, within, t = k // fine, k % fine, k * h
+        rise = (forces[sample + 1] - forces[sample]) / fine
+        start = forces[sample] + within * rise
+        _acceleration(system, start, x, t, names, p, size, slopes[0])
+        _acceleration(
+            system,
+            start + 0.5 * rise,
+            x + 0.5 * h * slopes[0],
+            t + 0.5 * h,
+            names,
+            p,
+            size,
+            slopes[1],
+        )
+        _acceleration(
+            system,
+            start + 0.5 * rise,
+            x + 0.5 * h * slopes[1],
+            t + 0.5 * h,
+            names,
+            p,
+            size,
+            slopes[2],
+        )
+        _acceleration(system, start + rise, x + h * slopes[2], t + h, names, p, size, slopes[3])
+        x += h / 6.0 * (slopes[0] + 2.0 * slopes[1] + 2.0 * slopes[2] + slopes[3])
+        if within == fine - 1:
+            q[sample + 1] = x[:n]
+    return q

@@ -1,0 +1,185 @@
+"""Truth of the kind "mounting".
+
+Five load records of a housing on two bushings, one withheld effect or two, wrong sensors.
+
+Torque is 1 % wrong, sensors have gains up to 3 % off, speed has a ripple of 1 %, noise has a
+memory. It is set so that the gap over the floor is the wanted one.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.blind_check.labels import ONE_CONDITION, OUTSIDE, CasePlan, Label
+from carrierflex.blind_check.truth.alias_table import same_class
+from carrierflex.blind_check.truth.mounting.loads import (
+    ALONE,
+    CONDITIONS,
+    RATE,
+    MountingRecord,
+    drawn_record,
+)
+from carrierflex.blind_check.truth.mounting.refit import MountingRefit, zeroed
+from carrierflex.blind_check.truth.mounting.rig import RIG, SENSORS, Bodies, bodies
+from carrierflex.blind_check.truth.mounting.state import MountingState, with_effect
+from carrierflex.blind_check.truth.mounting.time_integration import Bushings
+from carrierflex.blind_check.truth.noise import (
+    case_rng,
+    coloured_noise,
+    largest_leak,
+    noise_rng,
+    root_mean_square,
+)
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.records import Run
+
+FloatArray = NDArray[np.float64]
+
+_MEMORY = 0.5
+_GAIN, _TORQUE = 0.03, 0.01
+
+
+def mounting_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
+    """Campaign and label of one case.
+
+    Parameters
+    ----------
+    plan : CasePlan
+        What to withhold and how large its gap shall be.
+    repeat : int
+        Number of the noise: the truth and the loads of a case are the same in all.
+
+    Returns
+    -------
+    tuple of (Campaign, Label)
+        Records with noise, and the truth.
+    """
+    rng, rig = case_rng(plan), bodies()
+    numbers = (ALONE,) if plan.family == ONE_CONDITION else range(len(CONDITIONS))
+    records = [drawn_record(rng, number) for number in numbers]
+    stiffness, damping = RIG["bushing_radial_stiffness"], RIG["bushing_radial_damping"]
+    known = MountingState(
+        Bushings(stiffness * rng.uniform(0.8, 1.25), damping * rng.uniform(0.7, 1.5))
+    )
+    plain = known.read(rig, records)
+    size = _deflection(rig, plain)
+    state = known
+    for name in plan.effects:
+        state = with_effect(state, name, rng, size)
+    clean = state.read(rig, records) if plan.effects else plain
+    refit = MountingRefit(rig, [own.loads for own in records], 1.0 / RATE)
+    left = refit.left(clean)
+    gap = _size(left) if plan.effects else 0.0
+    floor = (
+        gap / plan.ratio if plan.effects else _size(plain) * 10.0 ** float(rng.uniform(-3.0, -2.0))
+    )
+    declared, errors = _errors(plan, rng, records, clean, (refit, left, floor))
+    own_noise = noise_rng(plan, repeat)
+    noise = [
+        zeroed(floor * coloured_noise(own_noise, own.T.shape, memory=_MEMORY).T) for own in clean
+    ]
+    measured = [own * (1.0 + errors) + more for own, more in zip(clean, noise, strict=True)]
+    effect = [own - other for own, other in zip(clean, plain, strict=True)]
+    again = MountingRefit(rig, declared, 1.0 / RATE)
+    after = _size(again.held_out([own - more for own, more in zip(measured, effect, strict=True)]))
+    rho = after / _size(again.held_out(measured)) if plan.effects else 1.0
+    run = f"run{1 + int(np.argmax([root_mean_square(own) for own in left]))}"
+    return _campaign(plan, records, declared, measured, floor), _label(
+        plan, state, (gap, floor, rho), run
+    )
+
+
+def _deflection(rig: Bodies, signals: Sequence[FloatArray]) -> FloatArray:
+    """Largest radial deflection of a bushing and the largest speed of one."""
+    to_motion = np.linalg.pinv(rig.sensors[:, :3])
+    deflections = [own @ to_motion.T @ rig.radial[:, :3].T for own in signals]
+    largest = max(np.abs(own).max() for own in deflections)
+    return np.array(
+        [largest, max(np.abs(np.diff(own, axis=0)).max() for own in deflections) * RATE]
+    )
+
+
+def _size(signals: Sequence[FloatArray]) -> float:
+    return root_mean_square(np.concatenate(signals))
+
+
+def _errors(
+    plan: CasePlan,
+    rng: np.random.Generator,
+    records: Sequence[MountingRecord],
+    clean: Sequence[FloatArray],
+    gap: tuple[MountingRefit, list[FloatArray], float],
+) -> tuple[list[FloatArray], FloatArray]:
+    """Loads as they are recorded and gain errors of the sensors, less where they would leave too large a gap of their own."""
+    refit, left, floor = gap
+    torque = 1.0 + _TORQUE * float(rng.choice((-1.0, 1.0))) * np.array([1.0, 0.0, 0.0])
+    gains = rng.uniform(-_GAIN, _GAIN, len(SENSORS))
+    wrong = MountingRefit(refit.bodies, [own.loads * torque for own in records], refit.step)
+    found = wrong.left([own * (1.0 + gains) for own in clean])
+    leak = _size([own - other for own, other in zip(found, left, strict=True)]) / floor
+    share = min(1.0, largest_leak(plan) / leak)
+    return [own.loads * (1.0 + share * (torque - 1.0)) for own in records], share * gains
+
+
+def _label(
+    plan: CasePlan, state: MountingState, sizes: tuple[float, float, float], run: str
+) -> Label:
+    gap, floor, rho = sizes
+    inside = () if plan.family == OUTSIDE else plan.effects
+    one_load = plan.family == ONE_CONDITION
+    return Label(
+        case=plan.name,
+        kind="mounting",
+        family=plan.family,
+        effects=inside,
+        acceptable=tuple(same_class("mounting", own, one_load=one_load) for own in inside),
+        # With nothing missing, what the sensors' errors leave is too small to be found.
+        present=("sensor_gain",) if plan.effects else (),
+        gap_over_floor=gap / floor,
+        floor=floor,
+        rho=rho,
+        parameters={name: state.parameters[name] for name in inside},
+        where={"run": run} if inside else {},
+    )
+
+
+def _campaign(
+    plan: CasePlan,
+    records: Sequence[MountingRecord],
+    declared: Sequence[FloatArray],
+    measured: Sequence[FloatArray],
+    floor: float,
+) -> Campaign:
+    """Records in the form of a measurement campaign; its words tell nothing about the truth."""
+    runs = []
+    for k, (record, loads, signals) in enumerate(zip(records, declared, measured, strict=True)):
+        inputs = {
+            "torque": loads[:, 0],
+            "speed": record.speed,
+            "carrier_angle": record.angle,
+            "ntl_y": loads[:, 1],
+            "ntl_z": loads[:, 2],
+        }
+        channels = dict(zip(SENSORS, np.ascontiguousarray(signals.T), strict=True))
+        runs.append(
+            Run(
+                f"run{k + 1}",
+                f"run{k + 1}.parquet",
+                record.condition,
+                record.time,
+                inputs,
+                channels,
+            )
+        )
+    return Campaign(
+        kind="mounting",
+        name=plan.name,
+        baseline=Baseline("model"),
+        rig=dict(RIG),
+        channels=tuple(
+            Channel(name, "housing_displacement", "m", sensor=name, noise_std=floor)
+            for name in SENSORS
+        ),
+        runs=tuple(runs),
+    )

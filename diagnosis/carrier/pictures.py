@@ -1,0 +1,173 @@
+"""Polar plots of a carrier for the report.
+
+What the baseline leaves over one turn, and what the fitted effects explain.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
+from carrierflex.diagnosis.carrier.sums import CarrierSums
+from carrierflex.diagnosis.comparison.pictures import GAP, LAW, LEFT, Panel, Picture, Trace
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
+from carrierflex.identification.campaign.order_analysis import MAX_ORDER
+
+_ANGLES = np.linspace(0.0, 2.0 * np.pi, 181)
+_READING = (
+    f"Displacement at a sensor while the carrier turns once: mean of the revolutions, orders 0 to {MAX_ORDER}; outwards from "
+    "the zero circle is positive. An offset is a larger or smaller circle, a tilt of the carrier a circle off the centre "
+    "(order 1), flexible pins have three lobes."
+)
+#: Sensors and runs drawn at most.
+_MOST_PANELS = 6
+#: Share of the largest gap below which a sensor or a run is not drawn.
+_WORTH_DRAWING = 0.1
+
+
+def carrier_pictures(
+    model: CarrierModel, records: CarrierSums, effects: Effects, theta: FloatArray, choice: Choice
+) -> tuple[Picture, ...]:
+    """Polar plots of a fitted model.
+
+    Parameters
+    ----------
+    model : CarrierModel
+        Parameters and weights of the columns.
+    records : CarrierSums
+        Order amplitudes of the columns.
+    effects : tuple of str
+        Effects beside the baseline.
+    theta : ndarray, shape (p,)
+        Parameters of both.
+    choice : mapping of str to int
+        Channel of every effect of one sensor.
+
+    Returns
+    -------
+    tuple of Picture
+        See :func:`carrier_polar`.
+    """
+    without = theta.copy()
+    for k, parameter in enumerate(model.parameters(effects, choice)):
+        if parameter.effect in effects and not parameter.shape:
+            without[k] = 0.0
+    full, base = (model.weights(effects, choice, own)[0] for own in (theta, without))
+    gap = -base
+    gap[..., 0] += 1.0  # the target stands first among the columns
+    turns_of_gap, turns_of_law = (
+        mean_turns(
+            np.einsum("rcnk,rck->rcn", records.orders, weights[records.run_of_revolution]),
+            records.run_of_revolution,
+            len(model.runs),
+        )
+        for weights in (gap, full - base)
+    )
+    return carrier_polar(
+        turns_of_gap, turns_of_law, effects, runs=model.runs, channels=model.channels
+    )
+
+
+def mean_turns(
+    orders: NDArray[np.complex128], run_of_revolution: NDArray[np.int64], n_runs: int
+) -> FloatArray:
+    """Signals over one turn of the carrier, averaged over the revolutions of every run.
+
+    Parameters
+    ----------
+    orders : ndarray of complex, shape (R, C, MAX_ORDER + 1)
+        Order amplitudes by revolution and channel; NaN where a revolution is too sparse.
+    run_of_revolution : ndarray of int, shape (R,)
+        Run of every revolution.
+    n_runs : int
+        Number of runs.
+
+    Returns
+    -------
+    ndarray, shape (n_runs, C, 181)
+        ``Re(sum_n Y(n) exp(j n theta))`` [m]; NaN for a run without a complete revolution.
+    """
+    waves = np.exp(1j * np.outer(np.arange(MAX_ORDER + 1), _ANGLES))
+    turns = np.full((n_runs, orders.shape[1], _ANGLES.size), np.nan)
+    for r in range(n_runs):
+        own = orders[run_of_revolution == r]
+        own = own[np.isfinite(own).all(axis=(1, 2))]
+        if len(own):
+            turns[r] = (own.mean(axis=0) @ waves).real
+    return turns
+
+
+def carrier_polar(
+    gap: FloatArray,
+    law: FloatArray,
+    effects: Effects,
+    *,
+    runs: Sequence[str],
+    channels: Sequence[str],
+) -> tuple[Picture, ...]:
+    """Polar plots of the run with the largest gap, sensor by sensor, and of its largest sensor, run by run.
+
+    Parameters
+    ----------
+    gap, law : ndarray, shape (n_runs, n_channels, 181)
+        Measured less the baseline part of the model, and what the effects add to it, over one turn
+        [m].
+    effects : tuple of str
+        The effects; empty where none was accepted.
+    runs, channels : sequence of str
+        Names.
+
+    Returns
+    -------
+    tuple of Picture
+        One where the campaign holds one run; none where no run has a complete revolution.
+    """
+    size = np.sqrt(np.mean(gap**2, axis=-1))
+    if not np.isfinite(size).any():
+        return ()
+    whole = np.where(np.isfinite(size), size, -1.0)
+    run = int(whole.max(axis=1).argmax())
+    channel = int(whole[run].argmax())
+    seen = [r for r in range(len(runs)) if np.isfinite(size[r]).all()]
+    worth = [
+        c for c in range(len(channels)) if whole[run, c] >= _WORTH_DRAWING * whole[run, channel]
+    ]
+    sensors = [(f"sensor {channels[c]}", gap[run, c], law[run, c]) for c in worth]
+    left_out = len(channels) - len(sensors[:_MOST_PANELS])
+    note = (
+        f" {left_out} sensor{'s' * (left_out > 1)} with a smaller gap {'is' if left_out == 1 else 'are'} not drawn."
+        if left_out
+        else ""
+    )
+    pictures = [_picture(f"Gap over one turn, run {runs[run]}", sensors, effects, _READING + note)]
+    if len(seen) > 1:
+        by_run = [(f"run {runs[r]}", gap[r, channel], law[r, channel]) for r in seen]
+        title = f"Gap over one turn, sensor {channels[channel]}"
+        pictures.append(
+            _picture(
+                title, by_run, effects, "The same at the sensor with the largest gap, run by run."
+            )
+        )
+    return tuple(pictures)
+
+
+def _picture(
+    title: str, rows: Sequence[tuple[str, FloatArray, FloatArray]], effects: Effects, caption: str
+) -> Picture:
+    panels = []
+    for name, gap, law in rows[:_MOST_PANELS]:
+        traces = [Trace(GAP, _ANGLES, gap)]
+        if effects:
+            traces += [Trace(LAW, _ANGLES, law), Trace(LEFT, _ANGLES, gap - law)]
+        panels.append(Panel(name, tuple(traces)))
+    return Picture(
+        title=title,
+        caption=caption,
+        x_name="carrier angle",
+        x_unit="deg",
+        y_name="displacement",
+        y_unit="m",
+        panels=tuple(panels),
+        is_polar=True,
+    )

@@ -1,0 +1,255 @@
+"""What a kind of campaign gives to the diagnosis, after which everything is the same code.
+
+A plant holds the measured records and a simulator with switchable effects. It answers in sums over
+pieces of record (a block of a run), so that a closed-form linear plant and one that integrates in
+time look alike: the residual is ``r = measured - predicted``, its derivatives by the parameters ``J
+= d predicted / d theta``.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+
+#: Owner of the parameters of the baseline.
+BASELINE = "baseline"
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+Effects = tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """A block of one run: the smallest part of the record that is fitted or scored as a whole.
+
+    Parameters
+    ----------
+    run, condition : str
+        Its run and that run's condition.
+    block : int
+        Number of the block in the run, from 0.
+    n_samples : int
+        Samples that count, over all channels.
+    """
+
+    run: str
+    condition: str
+    block: int
+    n_samples: int
+
+
+@dataclass(frozen=True, eq=False)
+class Parameter:
+    """One unknown of a set of effects.
+
+    Parameters
+    ----------
+    effect, name, unit : str
+        Owner (an effect id or ``baseline``), symbol, unit.
+    lower, upper : float
+        Physical bounds.
+    scale : float
+        Step of the search.
+    prior_std : float
+        Standard deviation of the Gaussian prior about zero; infinite: none.
+    run : str, optional
+        The run it belongs to; None where all runs share it. A run's own parameters are fitted again
+        on part of a held-out condition, as no other condition knows them.
+    shape : bool
+        Whether another parameter of zero switches the effect off.
+    """
+
+    effect: str
+    name: str
+    unit: str
+    lower: float
+    upper: float
+    scale: float
+    prior_std: float = np.inf
+    run: str | None = None
+    shape: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentSums:
+    """Gauss-Newton sums of every piece at one parameter set; zero where a piece was not asked for.
+
+    Parameters
+    ----------
+    matrix : ndarray, shape (n_segments, p, p)
+        ``J.T J``.
+    right_side : ndarray, shape (n_segments, p)
+        ``J.T r``.
+    square : ndarray, shape (n_segments,)
+        ``r.T r``.
+    """
+
+    matrix: FloatArray
+    right_side: FloatArray
+    square: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Signatures:
+    """Gram matrix of the unexplained force (or signal), the baseline's regressors and the effects' signatures.
+
+    Columns in this order: the target, `n_base` baseline regressors, one or several columns of each
+    variant of each effect, then the features of the flexible residual model. Where the plant is
+    dynamic they live in force space.
+
+    Parameters
+    ----------
+    gram : ndarray, shape (n_segments, n, n)
+        Products of the columns by piece.
+    n_base : int
+        Regressors of the baseline.
+    effects : tuple of str
+        Owner of every column after the baseline's; ``ceiling`` for the flexible features.
+    variants : tuple of tuple of float
+        Shape parameters a column was computed with; columns of one effect and one shape belong
+        together.
+    """
+
+    gram: FloatArray
+    n_base: int
+    effects: tuple[str, ...]
+    variants: tuple[tuple[float, ...], ...]
+
+
+#: Owner of the columns of the flexible residual model.
+BLACK_BOX = "ceiling"
+
+
+@dataclass(frozen=True, eq=False)
+class GapCell:
+    """One cell of the gap map.
+
+    Parameters
+    ----------
+    channel_pattern, run : str
+        Channel or sensor pattern; run.
+    order : float
+        Shaft order, or line number of a periodic drive; frequency over the lowest of the map
+        otherwise.
+    mean_square, coherent : float
+        Mean square of the gap, and the same less the noise floor (may be negative).
+    share : float
+        Share of the whole coherent gap.
+    share_ci95 : tuple of float
+        Interval of the share.
+    p_value : float
+        Probability without a gap, adjusted for the number of cells (Benjamini-Yekutieli).
+    frequency_hz : tuple of float, optional
+        Band of the cell [Hz].
+    """
+
+    channel_pattern: str
+    order: float
+    run: str
+    mean_square: float
+    coherent: float
+    share: float
+    share_ci95: tuple[float, float]
+    p_value: float
+    frequency_hz: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class CandidateExperiment:
+    """A feasible measurement that was not made.
+
+    Parameters
+    ----------
+    text : str
+        The condition in words.
+    problem : callable
+        ``(effects, theta) -> ComparisonProblem`` whose signals are those of a model under that condition; None
+        where the model runs away there.
+    """
+
+    text: str
+    problem: "Callable[[Effects, FloatArray], Plant | None]"
+
+
+class ComparisonProblem(Protocol):
+    """Measured records and a simulator with switchable effects; what one kind of campaign brings.
+
+    `cards` are the candidates by id; the effects the baseline already contains are always in and
+    not among them. `cell_counts` and `noise_square`, shape (n_pieces, n_cells), are the degrees of
+    freedom of each cell of the score and the sum of squares that noise alone leaves there; `unit`
+    is the unit of the residual, `n_channels` how many signals it has.
+    """
+
+    @property
+    def cards(self) -> Mapping[str, EffectCard]: ...  # noqa: D102
+    @property
+    def negative_controls(self) -> Effects: ...  # noqa: D102
+    @property
+    def segments(self) -> tuple[Segment, ...]: ...  # noqa: D102
+    @property
+    def unit(self) -> str: ...  # noqa: D102
+    @property
+    def n_channels(self) -> int: ...  # noqa: D102
+    @property
+    def cell_counts(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def noise_square(self) -> FloatArray: ...  # noqa: D102
+
+    def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
+        """Unknowns of baseline + effects: the baseline's first, then each effect's in turn."""
+        ...
+
+    def starts(
+        self, effects: Effects, known: Mapping[tuple[str, str], float]
+    ) -> Sequence[FloatArray]:
+        """Parameter sets to start from, at least one.
+
+        `known` holds values of a smaller set, by effect and name.
+
+        The first start takes every known value and switches the others off, so that no larger set
+        can fit worse.
+        """
+        ...
+
+    def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
+        """Gauss-Newton sums of the chosen pieces."""
+        ...
+
+    def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
+        """Sum of squared residuals by piece and cell, shape (n_pieces, n_cells).
+
+        Zero where not chosen.
+        """
+        ...
+
+    def signatures(self) -> Signatures:
+        """Columns for the screen, the alias classes and the ceiling."""
+        ...
+
+    def gap_cells(self, effects: Effects, theta: FloatArray) -> tuple[GapCell, ...]:
+        """Gap map of a model, largest share first."""
+        ...
+
+    def where_text(self, effects: Effects, theta: FloatArray) -> str:
+        """One plain sentence about the gap map of a model."""
+        ...
+
+    def with_signals_of(self, effects: Effects, theta: FloatArray) -> "Plant":
+        """Same plant, its measured signals replaced by those of a model, without noise."""
+        ...
+
+    def candidate_experiments(self) -> Sequence[CandidateExperiment]:
+        """Feasible measurements, among which a separating one is sought."""
+        ...
+
+    def numerical_error(self, effects: Effects, theta: FloatArray) -> float:
+        """RMS of the change of the prediction when the simulator's step is halved.
+
+        Zero for a closed form.
+        """
+        ...

@@ -1,0 +1,1 @@
+"""The kind "element": one mount, damper or spring as a comparison problem."""

@@ -1,0 +1,167 @@
+"""Force-space loops of an element for the report.
+
+The force that the baseline leaves, and the fitted law, along the motion.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.diagnosis.comparison.pictures import (
+    GAP,
+    LAW,
+    Panel,
+    Picture,
+    Trace,
+    is_function,
+    strip_means,
+)
+from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray
+from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.diagnosis.element.signatures import Column, column_values, known_force
+from carrierflex.diagnosis.report.words import set_name
+
+#: Runs drawn at most, and points of a cloud: enough for its shape, few enough for the file.
+_MOST_RUNS = 3
+_MOST_POINTS = 2000
+#: Points at each end of the range, which an even choice would miss although they tell most about a
+#: law.
+_END_POINTS = 150
+
+
+def element_loops(
+    model: ElementModel, records: Sequence[ElementRecord], effects: Effects, theta: FloatArray
+) -> tuple[Picture, ...]:
+    """Unexplained force over deflection and over speed, one run of each condition, those with the largest force first.
+
+    ``f_left = f_measured - (m q'' + C1 q' + K1 q + f0 + contained effects)`` along the measured
+    motion, in the trusted band; the law is the force of the effects along the same motion.
+
+    Parameters
+    ----------
+    model : ElementModel
+        Parameters and laws.
+    records : sequence of ElementRecord
+        Runs.
+    effects : tuple of str
+        Effects beside the baseline.
+    theta : ndarray, shape (p,)
+        Parameters of both.
+
+    Returns
+    -------
+    tuple of Picture
+        Over deflection; over speed too, unless the fitted law is a function of the deflection.
+    """
+    values: dict[str, dict[str, float]] = {}
+    for parameter, value in zip(model.parameters(effects), theta, strict=True):
+        values.setdefault(parameter.effect, {})[parameter.name] = float(value)
+    largest: dict[str, tuple[float, ElementRecord, FloatArray]] = {}
+    for record in records:
+        left = known_force(model, record) - _baseline_force(model, record, values, effects)
+        size = float(np.std(left[record.counts]))
+        if size > largest.get(record.condition, (-1.0,))[0]:
+            largest[record.condition] = (size, record, left)
+    chosen = sorted(largest.values(), key=lambda entry: -entry[0])[:_MOST_RUNS]
+    runs = [(record, left, _law(model, record, values, effects)) for _, record, left in chosen]
+    pictures = [_picture(model, runs, effects, against=0)]
+    if not all(law is not None and is_function(record.motion[0], law) for record, _, law in runs):
+        pictures.append(_picture(model, runs, effects, against=1))
+    return tuple(pictures)
+
+
+def _baseline_force(
+    model: ElementModel,
+    record: ElementRecord,
+    values: Mapping[str, Mapping[str, float]],
+    effects: Effects,
+) -> FloatArray:
+    """Force of the baseline along the measured motion.
+
+    A given mass is in the known force already.
+    """
+    q, v, a = record.motion
+    base = values[BASELINE]
+    force = base.get("m", 0.0) * a + base["C1"] * v + base["K1"] * q + base["f0"]
+    for effect in model.contained:
+        force = force + _effect_force(model, record, effect, values)
+    return force
+
+
+def _law(
+    model: ElementModel,
+    record: ElementRecord,
+    values: Mapping[str, Mapping[str, float]],
+    effects: Effects,
+) -> FloatArray | None:
+    """Force of the effects along the measured motion; None without effects."""
+    if not effects:
+        return None
+    return np.sum([_effect_force(model, record, effect, values) for effect in effects], axis=0)
+
+
+def _effect_force(
+    model: ElementModel,
+    record: ElementRecord,
+    effect: str,
+    values: Mapping[str, Mapping[str, float]],
+) -> FloatArray:
+    own = values[effect]
+    if effect == "sensor_delay":
+        return own["delay"] * column_values(model, record, Column(effect, "delay", {}, ()))
+    if effect == "backlash":
+        # Its column is per unit of the stiffness that is missing within the gap.
+        return values[BASELINE]["K1"] * column_values(model, record, Column(effect, "K1", own, ()))
+    return model.signature(record, effect, own)
+
+
+def _chosen_points(places: NDArray[np.int64], x: FloatArray) -> NDArray[np.int64]:
+    """Every n-th place, and those at both ends of x."""
+    by_size = places[np.argsort(x[places])]
+    every = places[:: -(-places.size // _MOST_POINTS)]
+    return np.unique(np.concatenate([every, by_size[:_END_POINTS], by_size[-_END_POINTS:]]))
+
+
+def _picture(
+    model: ElementModel,
+    runs: Sequence[tuple[ElementRecord, FloatArray, FloatArray | None]],
+    effects: Effects,
+    *,
+    against: int,
+) -> Picture:
+    """Clouds over deflection (0) or speed (1), shaded by the other of the two."""
+    names = (("deflection", model.units[1]), ("speed", f"{model.units[1]}/s"))
+    panels = []
+    for record, left, law in runs:
+        places = _chosen_points(np.flatnonzero(record.counts), record.motion[against])
+        x, shade = record.motion[against][places], record.motion[1 - against][places]
+        traces = [Trace(GAP, x, left[places], shade)]
+        if law is not None:
+            own = record.motion[against][record.counts], law[record.counts]
+            traces.append(
+                Trace(LAW, *(strip_means(*own) if is_function(*own) else (x, law[places])))
+            )
+        panels.append(Panel(f"run {record.name}", tuple(traces)))
+    named = set_name(effects)
+    law_text = (
+        f"Orange: the fitted law ({named}). "
+        if effects
+        else "No effect was accepted: no law is drawn. "
+    )
+    return Picture(
+        title=f"Unexplained force over {names[against][0]}",
+        caption=(
+            "Coloured points: measured force less inertia, linear spring, linear damper and constant force of the baseline "
+            f"along the measured motion. {law_text}A spring law is one line over deflection, a damper law one line over "
+            "speed; dry friction and relaxation open a loop."
+        ),
+        x_name=names[against][0],
+        x_unit=names[against][1],
+        y_name="unexplained force",
+        y_unit=model.units[0],
+        panels=tuple(panels),
+        shade_name=names[1 - against][0],
+        shade_unit=names[1 - against][1],
+    )

@@ -1,0 +1,310 @@
+"""One run of an element campaign, prepared once: motion, drive, blocks and bands."""
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import welch
+
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign.signals import (
+    band_limited,
+    even_time,
+    filled,
+    surrogate,
+    trusted_frequency,
+)
+
+FloatArray = NDArray[np.float64]
+
+#: Blocks over all runs that the records are cut into, and samples a block holds at least.
+_PIECES = 24
+FEWEST_IN_BLOCK = 64
+#: Bands of frequency of the score.
+N_BANDS = 16
+#: Periods of the trusted band's end that a derivative needs beside it, and the share of a record
+#: they may take at either end.
+_EDGE_PERIODS, _LARGEST_EDGE = 10.0, 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class ElementRecord:
+    """One run on an even time grid.
+
+    Parameters
+    ----------
+    name, condition : str
+        Run and its condition.
+    step : float
+        Sampling interval [s].
+    drive, response : ndarray, shape (n,)
+        Input and channel, gaps filled.
+    counts : ndarray of bool, shape (n,)
+        Samples that are scored: measured and settled.
+    block : ndarray of int, shape (n,)
+        Block of every sample; -1 where it does not count.
+    n_blocks : int
+        Number of blocks.
+    motion : tuple of ndarray, shape (n,)
+        Deflection, speed and acceleration in the trusted band.
+    cutoff_hz : float
+        End of the trusted band.
+    period : int
+        Samples a period; 0 where the drive is not periodic.
+    in_steady_state : bool
+        Whether the record starts in the steady state of a periodic drive.
+    negative_controls : tuple of ndarray, shape (n,)
+        Surrogates of the force.
+    gap : ndarray, shape (n,), optional
+        Measured less predicted where the baseline is another simulator's prediction.
+    """
+
+    name: str
+    condition: str
+    step: float
+    drive: FloatArray
+    response: FloatArray
+    counts: NDArray[np.bool_]
+    block: NDArray[np.int64]
+    n_blocks: int
+    motion: tuple[FloatArray, FloatArray, FloatArray]
+    cutoff_hz: float
+    period: int
+    in_steady_state: bool
+    negative_controls: tuple[FloatArray, ...]
+    gap: FloatArray | None = None
+
+    def with_response(self, response: FloatArray) -> "ElementRecord":
+        """Copy that measured another response (force drive: the motion follows)."""
+        motion = _motion(response, self.step, self.cutoff_hz)
+        return replace(self, response=response, motion=motion, gap=None)
+
+    def with_force(self, response: FloatArray) -> "ElementRecord":
+        """Copy that measured another force under the same motion."""
+        return replace(self, response=response, gap=None)
+
+
+def element_records(campaign: Campaign) -> tuple[ElementRecord, ...]:
+    """Prepare every run of an element campaign.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Campaign of kind ``element``.
+
+    Returns
+    -------
+    tuple of ElementRecord
+        One for each run.
+
+    Raises
+    ------
+    ValueError
+        Where a signal is missing throughout or never changes, or `settle_samples` leaves too
+        little.
+    """
+    by_force = campaign.rig["drive"] == "force"
+    channel = campaign.channels[0]
+    input_name = next(iter(campaign.contract.inputs))
+    for run in campaign.runs:
+        _refuse_empty(run, run.inputs[input_name], input_name)
+        _refuse_empty(run, run.signals[channel.name], channel.name)
+    n_blocks = max(2, min(12, round(_PIECES / len(campaign.runs))))
+    return tuple(
+        _record(
+            run,
+            campaign,
+            run.inputs[input_name],
+            run.signals[channel.name],
+            by_force=by_force,
+            n_blocks=n_blocks,
+        )
+        for run in campaign.runs
+    )
+
+
+def _refuse_empty(run: Run, values: FloatArray, name: str) -> None:
+    present = values[np.isfinite(values)]
+    if present.size < 2:
+        raise ValueError(
+            f"run {run.name}: column '{name}' holds {present.size} measured samples; expected a signal"
+        )
+    if present.std() == 0.0:
+        raise ValueError(
+            f"run {run.name}: column '{name}' is {present[0]} throughout; expected a signal that changes"
+        )
+
+
+def _record(
+    run: Run,
+    campaign: Campaign,
+    drive: FloatArray,
+    response: FloatArray,
+    *,
+    by_force: bool,
+    n_blocks: int,
+) -> ElementRecord:
+    rig = campaign.rig
+    settle = int(rig.get("settle_samples", 0))
+    period = int(rig.get("period_samples", 0)) if rig.get("periodic") else 0
+    even = even_time(run.time)
+    measured = np.isfinite(response) if even is run.time else np.ones(even.size, dtype=bool)
+    counts = measured & (np.arange(even.size) >= settle)
+    if counts.sum() < 2 * FEWEST_IN_BLOCK:
+        raise ValueError(
+            f"run {run.name}: {counts.sum()} measured samples after the first {settle} ('settle_samples'); expected at "
+            f"least {2 * FEWEST_IN_BLOCK}"
+        )
+    return prepared_record(
+        (run.name, run.condition),
+        float(even[-1] - even[0]) / (even.size - 1),
+        filled(drive, run.time, even),
+        filled(response, run.time, even),
+        by_force=by_force,
+        counts=counts,
+        period=period if settle + 2 * period <= even.size else 0,
+        in_steady_state=bool(period) and settle == 0,
+        n_blocks=n_blocks,
+    )
+
+
+def prepared_record(
+    names: tuple[str, str],
+    step: float,
+    drive: FloatArray,
+    response: FloatArray,
+    *,
+    by_force: bool,
+    counts: NDArray[np.bool_],
+    period: int = 0,
+    in_steady_state: bool = False,
+    n_blocks: int = 4,
+) -> ElementRecord:
+    """Record of evenly sampled signals.
+
+    Fields as in :class:`ElementRecord`, `names` are run and condition.
+    """
+    deflection, force = (response, drive) if by_force else (drive, response)
+    cutoff = trusted_frequency(deflection, step)
+    if not (by_force and period):
+        counts = counts & _is_inner(counts.size, cutoff * step)
+    block, n_blocks = _blocks(counts, period, n_blocks)
+    return ElementRecord(
+        name=names[0],
+        condition=names[1],
+        step=step,
+        drive=drive,
+        response=response,
+        counts=counts,
+        block=block,
+        n_blocks=n_blocks,
+        motion=_motion(deflection, step, cutoff),
+        cutoff_hz=cutoff,
+        period=period,
+        in_steady_state=in_steady_state,
+        # Phases differ from run to run: chance agreement in one does not carry over to the next.
+        negative_controls=tuple(surrogate(force, seed) for seed in _placebo_seeds(names[0])),
+    )
+
+
+def _is_inner(n: int, cutoff: float) -> NDArray[np.bool_]:
+    """Samples far enough from the ends of a record of `n` for their derivatives.
+
+    `cutoff` in cycles a sample.
+
+    Beyond its ends a record is unknown: the acceleration there is a guess that is felt some periods
+    into the record. Where the deflection is predicted whole periods count more.
+    """
+    edge = min(int(np.ceil(_EDGE_PERIODS / cutoff)), int(_LARGEST_EDGE * n))
+    place = np.arange(n)
+    return (place >= edge) & (place < n - edge)
+
+
+def _placebo_seeds(run: str) -> tuple[int, int]:
+    """Seeds of a run's two surrogates."""
+    own = zlib.crc32(run.encode())
+    return own, own + 1
+
+
+def _motion(
+    deflection: FloatArray, step: float, cutoff: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    q, v, a = (band_limited(deflection, step, cutoff, derivative=order) for order in (0, 1, 2))
+    return q, v, a
+
+
+def _blocks(counts: NDArray[np.bool_], period: int, wanted: int) -> tuple[NDArray[np.int64], int]:
+    """Cut from the first to the last sample that counts into blocks of like length.
+
+    Whole periods where there are as many.
+    """
+    counted = np.flatnonzero(counts)
+    first, n = int(counted[0]), int(counted[-1] - counted[0]) + 1
+    n_blocks = max(1, min(wanted, n // FEWEST_IN_BLOCK))
+    length = -(-n // n_blocks)
+    if period and n // period >= n_blocks:
+        length = max(1, (n // period) // n_blocks) * period
+        n_blocks = max(1, n // length)
+    place = np.minimum((counted - first) // length, n_blocks - 1)
+    # A block that is missing throughout is no block.
+    present, number = np.unique(place, return_inverse=True)
+    block = np.full(counts.size, -1)
+    block[counted] = number
+    return block, present.size
+
+
+def noise_variance(campaign: Campaign, records: Sequence[ElementRecord]) -> tuple[FloatArray, bool]:
+    """Variance of the noise of the channel by run, and whether it was measured rather than guessed.
+
+    Declared noise first; then the scatter over periods at the same phase; else the plateau of the
+    spectrum above the band of the signal, taken as white.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Its channel may declare `noise_std`.
+    records : sequence of ElementRecord
+        Prepared runs.
+
+    Returns
+    -------
+    tuple of (ndarray, shape (n_runs,), bool)
+        Variances; True where declared or from repeats.
+    """
+    declared = campaign.channels[0].noise_std
+    if declared is not None:
+        return np.full(len(records), declared**2), True
+    repeated = [_scatter_over_periods(record) for record in records]
+    if all(value is not None for value in repeated):
+        return np.array(repeated, dtype=np.float64), True
+    return np.array([_plateau(record) for record in records]), False
+
+
+def _scatter_over_periods(record: ElementRecord) -> float | None:
+    first = int(np.argmax(record.counts))
+    n = (record.response.size - first) // record.period if record.period else 0
+    if n < 2:
+        return None
+    values = record.response[first : first + n * record.period].reshape(n, record.period)
+    counted = record.counts[first : first + n * record.period].reshape(n, record.period).all(axis=0)
+    return float(values[:, counted].var(axis=0, ddof=1).mean())
+
+
+def _plateau(record: ElementRecord) -> float:
+    """Variance of white noise as high as the spectrum's top.
+
+    Differences take the signal's leakage out.
+    """
+    segment = min(record.response.size, 2048)
+    _, power = welch(
+        record.response,
+        1.0 / record.step,
+        nperseg=segment,
+        window="blackmanharris",
+        detrend="linear",
+    )
+    top = power[int(0.85 * power.size) :]
+    return float(np.median(top) * 0.5 / record.step)

@@ -1,0 +1,190 @@
+"""Force space of an element.
+
+The residual force along the measured motion, and what every effect would add to it.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from carrierflex.diagnosis.comparison.problem import BLACK_BOX, FloatArray, Signatures
+from carrierflex.diagnosis.element.cards import NEGATIVE_CONTROLS, SHAPE_STARTS
+from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.identification.campaign.signals import band_limited
+
+_PLACEBOS = tuple(card.id for card in NEGATIVE_CONTROLS)
+#: Flexible residual force: powers of deflection and speed up to this degree, friction-like and
+#: hysteretic shapes.
+_DEGREE = 7
+_SOFT_SIGNS = (0.05, 0.3)
+_YIELD_SHARES = (0.1, 0.5)
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """One signature: whose it is, the values it was computed with, and which of them is its amplitude."""
+
+    effect: str
+    amplitude: str
+    values: Mapping[str, float]
+    shape: tuple[float, ...]
+
+
+def signature_columns(model: ElementModel) -> tuple[Column, ...]:
+    """Every variant of every candidate, one column for each amplitude.
+
+    Parameters
+    ----------
+    model : ElementModel
+        Its cards, contained effects left out.
+
+    Returns
+    -------
+    tuple of Column
+        In the order of the library.
+    """
+    columns = []
+    for name in model.cards:
+        if name in model.contained or name in _PLACEBOS:
+            continue
+        own = {
+            parameter.name: parameter
+            for parameter in model.parameters((name,))
+            if parameter.effect == name
+        }
+        shapes = [parameter for parameter in own.values() if parameter.shape]
+        for share in SHAPE_STARTS.get(name, (1.0,)):
+            values = {parameter.name: share * parameter.scale for parameter in shapes}
+            if name == "elasto_plastic_friction":
+                # The column has Kp = 1: its yield force is the deflection at which it yields.
+                values = {"Fy": share * model.scale.deflection}
+            if name == "backlash":
+                values = {"gap": share * model.scale.deflection}
+            amplitudes = [p.name for p in own.values() if not p.shape and p.name not in values] or [
+                "K1"
+            ]
+            columns += [
+                Column(name, a, {**values, a: 1.0}, tuple(values.values())) for a in amplitudes
+            ]
+    return tuple(columns)
+
+
+def base_columns(model: ElementModel, record: ElementRecord) -> FloatArray:
+    """Baseline's regressors along the measured motion, shape (n_base, n).
+
+    Mass (where fitted), K1, C1, f0, contained.
+    """
+    q, v, a = record.motion
+    rows = [] if model.mass is not None else [a]
+    rows += [q, v, np.ones(q.size)]
+    for column in contained_columns(model):
+        rows.append(column_values(model, record, column))
+    return np.array([rows[0], *rows[1:]])
+
+
+def contained_columns(model: ElementModel) -> tuple[Column, ...]:
+    """Columns of the effects the baseline contains, shapes at their scale."""
+    columns = []
+    for parameter in model.parameters(()):
+        if parameter.effect in model.contained and not parameter.shape:
+            shapes = {
+                p.name: p.scale
+                for p in model.parameters(())
+                if p.effect == parameter.effect and p.shape
+            }
+            columns.append(
+                Column(parameter.effect, parameter.name, {**shapes, parameter.name: 1.0}, ())
+            )
+    return tuple(columns)
+
+
+def column_values(model: ElementModel, record: ElementRecord, column: Column) -> FloatArray:
+    """Signature of one column along a record, shape (n,)."""
+    if column.effect == "sensor_delay":
+        sign, force = (1.0, record.drive) if model.by_force else (-1.0, record.response)
+        return sign * band_limited(force, record.step, record.cutoff_hz, derivative=1)
+    if column.effect == "backlash":
+        gap = column.values["gap"]
+        return band_limited(-np.clip(record.motion[0], -gap, gap), record.step, record.cutoff_hz)
+    return model.signature(record, column.effect, column.values)
+
+
+def known_force(model: ElementModel, record: ElementRecord) -> FloatArray:
+    """Measured force less that of a given mass, in the trusted band, shape (n,).
+
+    Beside another simulator's prediction it is the force that the prediction lacks.
+    """
+    if record.gap is not None:
+        return _lacking_force(model, record, record.gap)
+    force = record.drive if model.by_force else record.response
+    inertia = (model.mass or 0.0) * record.motion[2]
+    return band_limited(force, record.step, record.cutoff_hz) - inertia
+
+
+def _lacking_force(model: ElementModel, record: ElementRecord, gap: FloatArray) -> FloatArray:
+    """Force that would close the gap.
+
+    The gap itself, or ``-(m e'' + C1 e' + K1 e)`` where deflections were predicted.
+    """
+    e, e_1, e_2 = (
+        band_limited(gap, record.step, record.cutoff_hz, derivative=order) for order in (0, 1, 2)
+    )
+    if not model.by_force:
+        return e
+    K1, C1 = model.held[-3:-1]
+    m = model.mass if model.mass is not None else model.held[0]
+    return -(m * e_2 + C1 * e_1 + K1 * e)
+
+
+def element_signatures(model: ElementModel, records: Sequence[ElementRecord]) -> Signatures:
+    """Gram matrix of force space for all records.
+
+    Parameters
+    ----------
+    model : ElementModel
+        Library and scale.
+    records : sequence of ElementRecord
+        Runs.
+
+    Returns
+    -------
+    Signatures
+        Target, baseline, candidates and flexible features, by piece.
+    """
+    columns = signature_columns(model)
+    grams = []
+    for record in records:
+        base = base_columns(model, record)
+        flexible = _flexible_features(model, record)
+        table = np.vstack(
+            [
+                known_force(model, record),
+                base,
+                *[column_values(model, record, column) for column in columns],
+                flexible,
+            ]
+        )
+        for block in range(record.n_blocks):
+            own = table[:, record.block == block]
+            grams.append(own @ own.T)
+    n_flexible = flexible.shape[0]
+    return Signatures(
+        np.array(grams),
+        base.shape[0],
+        (*(column.effect for column in columns), *(BLACK_BOX,) * n_flexible),
+        (*(column.shape for column in columns), *((float(k),) for k in range(n_flexible))),
+    )
+
+
+def _flexible_features(model: ElementModel, record: ElementRecord) -> FloatArray:
+    """Smooth, friction-like and hysteretic functions of the motion, shape (n_features, n)."""
+    q, v, _ = record.motion
+    x, w = q / model.scale.deflection, v / model.scale.speed
+    rows = [x**i * w**j for i in range(_DEGREE + 1) for j in range(_DEGREE + 1 - i) if i + j >= 2]
+    rows += [np.tanh(w / soft) for soft in _SOFT_SIGNS]
+    for share in _YIELD_SHARES:
+        values = {"Kp": 1.0 / model.scale.deflection, "Fy": share}
+        rows.append(model.signature(record, "elasto_plastic_friction", values))
+    return np.array([band_limited(row, record.step, record.cutoff_hz) for row in rows])

@@ -1,0 +1,139 @@
+"""S4: which effects these records cannot tell apart, and the measurement that could."""
+
+import numpy as np
+
+from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray
+from carrierflex.diagnosis.inference.bounded_fit import EffectFit, fit_effects
+from carrierflex.diagnosis.inference.forward_selection import ForwardSelection
+from carrierflex.diagnosis.inference.screening import Screen
+from carrierflex.diagnosis.inference.thresholds import Thresholds
+
+#: Exchange tests for one effect at most, most correlated first.
+_MOST_EXCHANGES = 4
+_TRIAL_STEPS = 8
+
+
+def alias_class(
+    search: ForwardSelection, screened: Screen, accepted: Effects, effect: str
+) -> Effects:
+    """Effects that reproduce a fitted one within the noise, the effect itself first.
+
+    Effects whose projected signature is correlated with its signature, and the aliases on its card
+    that reached the ladder, are put to the exchange test: refit the other effect to the simulated
+    signals of the fitted one.
+
+    Parameters
+    ----------
+    search : ForwardSelection
+        Fitted sets.
+    screened : Screen
+        Correlations of the signatures.
+    accepted : tuple of str
+        Accepted set.
+    effect : str
+        Its member that is exchanged.
+
+    Returns
+    -------
+    tuple of str
+        The class.
+    """
+    problem, thresholds = search.problem, search.thresholds
+    fit = search.score(accepted).fit
+    others = [own.id for own in screened.effects if own.id not in accepted]
+    related = [
+        other
+        for other in others
+        if screened.correlated(effect, other) >= thresholds.alias_correlation
+        or (other,) in search.scores
+    ]
+    related.sort(key=lambda other: -screened.correlated(effect, other))
+    simulated = problem.with_signals_of(fit.effects, fit.theta)
+    members = [effect]
+    for other in related[:_MOST_EXCHANGES]:
+        search.note(f"exchange test: {other} for {effect}")
+        exchanged = tuple(sorted((*(own for own in accepted if own != effect), other)))
+        left = _left_over(simulated, exchanged, search)
+        if left < thresholds.exchange_ratio * np.sqrt(search.floor):
+            members.append(other)
+    return tuple(members)
+
+
+def discriminating_experiment_between(
+    search: ForwardSelection, first: EffectFit, second: EffectFit
+) -> str:
+    """T-optimal measurement.
+
+    Where the second set, refitted, stays farthest from the signals of the first.
+
+    ``argmax_u min_theta2 |y_1(u) - y_2(u; theta2)|²`` over the plant's feasible trials.
+
+    Parameters
+    ----------
+    search : ForwardSelection
+        ComparisonProblem and progress.
+    first, second : EffectFit
+        Sets that these records cannot tell apart.
+
+    Returns
+    -------
+    str
+        The trial in words with the difference in noise floors; empty where none separates.
+
+    References
+    ----------
+    .. [1] A. C. Atkinson, V. V. Fedorov, "The design of experiments for discriminating between two
+    rival models" (1975).
+    """
+    # Below one floor the trial would separate no better than the records at hand.
+    best, text = 1.0, ""
+    for experiment in search.problem.candidate_experiments():
+        search.note(f"trial: {experiment.text}")
+        problem = experiment.problem(first.effects, first.theta)
+        if problem is None:
+            continue
+        # A trial may hold another number of runs, and with them of parameters.
+        starts = (
+            [second.theta] if len(problem.parameters(second.effects)) == second.theta.size else []
+        )
+        fit = fit_effects(problem, second.effects, starts=starts, most_steps=_TRIAL_STEPS)
+        ratio = _rms(problem, fit) / np.sqrt(search.floor)
+        if np.isfinite(ratio) and ratio > best:
+            best, text = ratio, experiment.text
+    if not text:
+        return ""
+    names = " and ".join("+".join(fit.effects) for fit in (first, second))
+    return f"{text} separates {names}: they would differ by {best:.1f} noise floors there"
+
+
+def is_named_consistently(
+    thresholds: Thresholds, fit: EffectFit, theta_by_fold: FloatArray
+) -> bool:
+    """Whether no added effect moves, between folds, by more than its error and half its signal.
+
+    The change of an effect's signal is ``(d' M d)^1/2`` with M the Gauss-Newton matrix of its
+    parameters: several of them may trade against one another in a fold that cannot tell them apart.
+    """
+    std = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+    matrix = fit.sums.matrix.sum(axis=0)
+    for effect in fit.effects:
+        own = [
+            k
+            for k, parameter in enumerate(fit.parameters)
+            if parameter.effect == effect and not parameter.shape and parameter.run is None
+        ]
+        block, theta = matrix[np.ix_(own, own)], fit.theta[own]
+        for moved in theta_by_fold[:, own] - theta:
+            beyond_error = (np.abs(moved) > thresholds.fold_consistency * std[own]).any()
+            if beyond_error and moved @ block @ moved > 0.25 * (theta @ block @ theta):
+                return False
+    return True
+
+
+def _left_over(simulated: ComparisonProblem, exchanged: Effects, search: ForwardSelection) -> float:
+    starts = [search.scores[exchanged].fit.theta] if exchanged in search.scores else []
+    return _rms(simulated, fit_effects(simulated, exchanged, starts=starts))
+
+
+def _rms(problem: ComparisonProblem, fit: EffectFit) -> float:
+    return float(np.sqrt(fit.sums.square.sum() / problem.cell_counts.sum()))

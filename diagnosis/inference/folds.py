@@ -1,0 +1,121 @@
+"""Which pieces of record are left out together.
+
+Whole conditions where there are enough, blocks otherwise.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from carrierflex.diagnosis.comparison.problem import BoolArray, Segment
+
+#: With fewer conditions, leaving one out takes away the range of amplitude that the others cannot
+#: replace.
+_FEWEST_CONDITIONS = 3
+#: Groups of blocks where there is one condition.
+_BLOCK_GROUPS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Fold:
+    """One split of the pieces.
+
+    Parameters
+    ----------
+    name : str
+        What is left out, in words.
+    training, own, held_out : ndarray of bool, shape (n_segments,)
+        Pieces that fit what runs share; pieces of held-out runs that fit those runs' own parameters
+        only; pieces scored.
+    """
+
+    name: str
+    training: BoolArray
+    own: BoolArray
+    held_out: BoolArray
+
+
+def held_out_folds(segments: Sequence[Segment], *, runs_have_own: bool) -> tuple[Fold, ...]:
+    """Folds in which every piece is scored once.
+
+    Three conditions or more: leave one condition out; where runs have parameters of their own,
+    these are fitted on the even blocks of the held-out runs to score the odd ones, and the other
+    way round. Two conditions: half of the blocks of one condition at a time. One condition: a
+    quarter of the blocks at a time.
+
+    Parameters
+    ----------
+    segments : sequence of Segment
+        Pieces of the plant.
+    runs_have_own : bool
+        Whether a run has parameters that other runs do not share.
+
+    Returns
+    -------
+    tuple of Fold
+        At least two.
+    """
+    condition = np.array([segment.condition for segment in segments])
+    block = np.array([segment.block for segment in segments])
+    names = sorted(set(condition))
+    if len(names) >= _FEWEST_CONDITIONS:
+        folds = []
+        for name in names:
+            left_out = condition == name
+            for parity in (0, 1) if runs_have_own else (None,):
+                scored = left_out if parity is None else left_out & (block % 2 == parity)
+                if scored.any():
+                    folds.append(Fold(f"condition {name}", ~left_out, left_out & ~scored, scored))
+        return tuple(folds)
+    groups = _BLOCK_GROUPS if len(names) == 1 else 2
+    place = _places(condition)
+    folds = []
+    for name in names:
+        for k in range(groups):
+            scored = (condition == name) & (place % groups == k)
+            if scored.any():
+                folds.append(
+                    Fold(
+                        f"blocks {k + 1} of {groups} of {name}",
+                        ~scored,
+                        np.zeros_like(scored),
+                        scored,
+                    )
+                )
+    return tuple(folds)
+
+
+def extrapolation_fold(segments: Sequence[Segment], gap: Sequence[float]) -> Fold | None:
+    """The condition with the largest gap, predicted from all others.
+
+    None where there is one condition only.
+
+    Parameters
+    ----------
+    segments : sequence of Segment
+        Pieces of the plant.
+    gap : sequence of float
+        Mean square of the baseline's gap by piece.
+
+    Returns
+    -------
+    Fold or None
+        The split.
+    """
+    condition = np.array([segment.condition for segment in segments])
+    names = sorted(set(condition))
+    if len(names) < 2:
+        return None
+    sizes = {name: float(np.mean(np.asarray(gap)[condition == name])) for name in names}
+    left_out = condition == max(sizes, key=lambda name: sizes[name])
+    return Fold(f"condition {condition[left_out][0]}", ~left_out, np.zeros_like(left_out), left_out)
+
+
+def _places(condition: np.ndarray) -> np.ndarray:
+    """Number of each piece within its condition."""
+    place = np.zeros(condition.size, dtype=np.int64)
+    for name in set(condition):
+        own = np.flatnonzero(condition == name)
+        place[own] = np.arange(own.size)
+    return place

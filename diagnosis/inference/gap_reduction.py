@@ -1,0 +1,158 @@
+"""How far the gap shrinks on held-out records, with intervals, placebos, ceiling, and the ladder of accepted effects."""
+
+import numpy as np
+
+from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray, GapCell
+from carrierflex.diagnosis.inference.bounded_fit import EffectFit
+from carrierflex.diagnosis.inference.folds import extrapolation_fold
+from carrierflex.diagnosis.inference.forward_selection import (
+    ForwardSelection,
+    explained_share,
+    negative_control_scores,
+)
+from carrierflex.diagnosis.inference.held_out import HeldOut, drawn_counts, fold_theta
+from carrierflex.diagnosis.results import (
+    NO_INTERVAL,
+    GapReduction,
+    Interval,
+    RunValidation,
+    SelectionStep,
+)
+
+_SEED = 11
+
+
+def gap_reduction(search: ForwardSelection, accepted: Effects, explainable: float) -> GapReduction:
+    """GapReduction of the accepted set; of the baseline against itself where none is accepted.
+
+    ``rho = RMS after / before``, ``phi = 1 - (MSE after - s²) / (MSE before - s²)`` on held-out
+    pieces, intervals by the two-level bootstrap (conditions, then pieces).
+
+    Parameters
+    ----------
+    search : ForwardSelection
+        Scores.
+    accepted : tuple of str
+        Accepted set.
+    explainable : float
+        Share of the gap a flexible model explains.
+
+    Returns
+    -------
+    GapReduction
+        All figures.
+    """
+    problem = search.problem
+    before, after = search.score(()), search.score(accepted)
+    rho, rho_draws, phi, phi_draws = _ratios(search, before, after)
+    floor = float(np.sqrt(search.floor))
+    rms = [float(np.sqrt(search.mean_square(effects))) for effects in ((), accepted)]
+    negative_control = min(_rho(before, own) for own in negative_control_scores(search, ()))
+    cells = [problem.gap_cells(score.fit.effects, score.fit.theta) for score in (before, after)]
+    return GapReduction(
+        rms_before=rms[0],
+        rms_after=rms[1],
+        noise_floor=floor,
+        rho=rho,
+        rho_ci95=_interval(rho_draws),
+        phi=phi,
+        phi_ci95=_interval(phi_draws),
+        floor_multiple=rms[1] / floor if floor > 0.0 else float("inf"),
+        negative_control_rho=negative_control,
+        black_box_rho=float(np.sqrt(np.clip(1.0 - explainable, 0.0, 1.0))),
+        extrapolation_rho=_extrapolation(search, accepted),
+        search=_steps(search, accepted),
+        cells_before=cells[0],
+        cells_after=cells[1],
+        validation=_validation(problem, cells[0], cells[1], after.fit),
+    )
+
+
+def _rho(before: HeldOut, after: HeldOut) -> float:
+    return float(np.sqrt(after.square.sum() / before.square.sum()))
+
+
+def _ratios(
+    search: ForwardSelection, before: HeldOut, after: HeldOut
+) -> tuple[float, FloatArray, float, FloatArray]:
+    """Values of rho and phi, and their draws."""
+    counts = drawn_counts(
+        [segment.condition for segment in search.problem.segments],
+        n_samples=search.thresholds.bootstrap_samples,
+        rng=np.random.default_rng(_SEED),
+    )
+    noise = search.problem.noise_square.sum(axis=1)
+    sums = [counts @ values for values in (before.square, after.square, noise)]
+    phi_draws = np.array([explained_share(b, a, n) for b, a, n in zip(*sums, strict=True)])
+    phi = explained_share(before.square.sum(), after.square.sum(), noise.sum())
+    return _rho(before, after), np.sqrt(sums[1] / sums[0]), phi, phi_draws
+
+
+def _interval(draws: FloatArray) -> Interval:
+    low, high = np.quantile(draws, (0.025, 0.975))
+    return float(low), float(high)
+
+
+def _steps(search: ForwardSelection, accepted: Effects) -> tuple[SelectionStep, ...]:
+    """Baseline, then the accepted effects, each time the one that shrinks the gap most."""
+    base = search.score(())
+    steps = [SelectionStep("baseline", float(np.sqrt(search.mean_square(()))), 1.0, NO_INTERVAL)]
+    inside: Effects = ()
+    while len(inside) < len(accepted):
+        options = [tuple(sorted((*inside, effect))) for effect in accepted if effect not in inside]
+        larger = min(options, key=search.mean_square)
+        added = next(effect for effect in larger if effect not in inside)
+        inside = larger
+        score = search.score(inside)
+        draws = search.shrink_draws(base, score)
+        steps.append(
+            SelectionStep(
+                added,
+                float(np.sqrt(search.mean_square(inside))),
+                _rho(base, score),
+                _interval(draws),
+            )
+        )
+    return tuple(steps)
+
+
+def _extrapolation(search: ForwardSelection, accepted: Effects) -> float:
+    """Ratio of RMS in the condition with the largest gap, predicted from all others."""
+    problem = search.problem
+    base = search.score(())
+    counts = np.array([segment.n_samples for segment in problem.segments])
+    fold = extrapolation_fold(problem.segments, base.square / counts)
+    if fold is None or not accepted:
+        return float("nan")
+    squares = []
+    for effects in ((), accepted):
+        fit = search.score(effects).fit
+        theta = fold_theta(problem, fit, fold)
+        squares.append(problem.squares(effects, theta, fold.held_out)[fold.held_out].sum())
+    return float(np.sqrt(squares[1] / squares[0]))
+
+
+def _validation(
+    problem: ComparisonProblem,
+    before: tuple[GapCell, ...],
+    after: tuple[GapCell, ...],
+    fit: EffectFit,
+) -> tuple[RunValidation, ...]:
+    """Comparison error by run.
+
+    RMS of the coherent gap; u_val from the step of integration and the floor of the map.
+    """
+    numerical = problem.numerical_error(fit.effects, fit.theta)
+    result = []
+    for run in dict.fromkeys(segment.run for segment in problem.segments):
+        errors = [
+            np.sqrt(max(sum(c.coherent for c in cells if c.run == run), 0.0))
+            for cells in (before, after)
+        ]
+        noise = sum(max(c.mean_square - c.coherent, 0.0) for c in after if c.run == run)
+        result.append(
+            RunValidation(
+                run, float(errors[0]), float(errors[1]), float(np.sqrt(numerical**2 + noise))
+            )
+        )
+    return tuple(result)

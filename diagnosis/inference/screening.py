@@ -1,0 +1,223 @@
+"""S1: which effects explain what the baseline leaves, in force space where the plant is dynamic.
+
+The residual force is ``e = f_known - (M q'' + D q' + K q)``; with P the projection that takes out
+the baseline's regressors, the share of it that the signatures S of an effect explain is ``R² = |P_S
+e|² / |P e|²`` (for one signature ``(e' P s)² / (e' P e · s' P s)``), and their surviving share is
+``|P s| / |s|``.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from carrierflex.diagnosis.comparison.problem import BLACK_BOX, FloatArray, Signatures
+from carrierflex.diagnosis.inference.thresholds import Thresholds
+
+#: Eigenvalues of a scaled Gram matrix below this are dependent columns.
+_DEPENDENT = 1e-10
+#: Ridge of the flexible model, as a share of each column's square.
+_RIDGE = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class ScreenedEffect:
+    """How one effect fares in the screen.
+
+    Parameters
+    ----------
+    id : str
+        Effect.
+    r_squared : float
+        Share of the residual it explains, best variant.
+    surviving : float
+        Share of its signature that the baseline does not absorb.
+    variant : tuple of float
+        Shape parameters of the best variant.
+    """
+
+    id: str
+    r_squared: float
+    surviving: float
+    variant: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Screen:
+    """Result of the screen.
+
+    Parameters
+    ----------
+    effects : tuple of ScreenedEffect
+        Best first.
+    correlation : ndarray, shape (n_effects, n_effects)
+        Correlation of the projected signatures (largest canonical one where an effect has several).
+    """
+
+    effects: tuple[ScreenedEffect, ...]
+    correlation: FloatArray
+
+    def of(self, effect: str) -> ScreenedEffect:
+        """Entry of one effect."""
+        return next(own for own in self.effects if own.id == effect)
+
+    def survivors(self, thresholds: Thresholds) -> tuple[str, ...]:
+        """Effects that go on: all within `keep_within` of the best, and never fewer than `keep_at_least`."""
+        visible = [own for own in self.effects if own.surviving >= thresholds.surviving_share]
+        best = visible[0].r_squared if visible else 0.0
+        kept = [own.id for own in visible if own.r_squared >= best - thresholds.keep_within]
+        return tuple(
+            kept
+            if len(kept) >= thresholds.keep_at_least
+            else [e.id for e in visible[: thresholds.keep_at_least]]
+        )
+
+    def correlated(self, first: str, second: str) -> float:
+        """Correlation of the projected signatures of two effects."""
+        names = [own.id for own in self.effects]
+        return float(self.correlation[names.index(first), names.index(second)])
+
+
+def screen(
+    signatures: Signatures, *, beside: Mapping[str, tuple[float, ...]] | None = None
+) -> Screen:
+    """Rank the effects by the share of the residual they explain.
+
+    Parameters
+    ----------
+    signatures : Signatures
+        Columns of the plant.
+    beside : mapping of str to tuple of float, optional
+        Effects (with the variant) that join the baseline first.
+
+    Returns
+    -------
+    Screen
+        Best first.
+    """
+    gram = signatures.gram.sum(axis=0)
+    first = 1 + signatures.n_base
+    joined = [
+        first + k
+        for k, (name, variant) in enumerate(
+            zip(signatures.effects, signatures.variants, strict=True)
+        )
+        if (beside or {}).get(name) == variant
+    ]
+    projected = _projected(gram, [*range(1, first), *joined])
+    best: dict[str, tuple[float, tuple[int, ...]]] = {}
+    for columns in _variants(signatures):
+        name = signatures.effects[columns[0] - 1 - signatures.n_base]
+        share = _explained(projected, columns)
+        if name != BLACK_BOX and (name not in best or share > best[name][0]):
+            best[name] = (share, columns)
+    order = sorted(best, key=lambda name: -best[name][0])
+    entries = tuple(
+        ScreenedEffect(
+            name,
+            best[name][0],
+            _surviving(gram, projected, best[name][1]),
+            signatures.variants[best[name][1][0] - 1 - signatures.n_base],
+        )
+        for name in order
+    )
+    correlation = np.array(
+        [[_canonical(projected, best[a][1], best[b][1]) for b in order] for a in order]
+    )
+    return Screen(entries, correlation.reshape(len(order), len(order)))
+
+
+def explainable_fraction(signatures: Signatures) -> float:
+    """Share of the residual that a flexible model explains on pieces it was not fitted to.
+
+    Pieces are left out one quarter at a time (interleaved); the model is a ridge on the flexible
+    features and the best signatures, so that it can do no less than the library.
+
+    Parameters
+    ----------
+    signatures : Signatures
+        Columns of the plant.
+
+    Returns
+    -------
+    float
+        ``1 - MSE(flexible) / MSE(baseline)`` on held-out pieces; negative where the flexible model
+        only learns noise.
+    """
+    n_base = signatures.n_base
+    base = list(range(1, 1 + n_base))
+    flexible = base + [
+        k + 1 + n_base for k, name in enumerate(signatures.effects) if name == BLACK_BOX
+    ]
+    group = np.arange(len(signatures.gram)) % 4
+    left = {"base": 0.0, "flexible": 0.0}
+    for fold in np.unique(group):
+        train, test = (
+            signatures.gram[group != fold].sum(axis=0),
+            signatures.gram[group == fold].sum(axis=0),
+        )
+        for name, columns, ridge in (("base", base, 0.0), ("flexible", flexible, _RIDGE)):
+            left[name] += _left_over(train, test, columns, ridge)
+    return 1.0 - left["flexible"] / left["base"] if left["base"] > 0.0 else 0.0
+
+
+def _left_over(train: FloatArray, test: FloatArray, columns: list[int], ridge: float) -> float:
+    own = train[np.ix_(columns, columns)]
+    size = np.sqrt(np.maximum(np.diag(own), np.finfo(float).tiny))
+    scaled = own / np.outer(size, size) + ridge * np.eye(len(columns))
+    solution = np.linalg.lstsq(scaled, train[columns, 0] / size, rcond=_DEPENDENT)[0] / size
+    return float(
+        test[0, 0]
+        - 2.0 * solution @ test[columns, 0]
+        + solution @ test[np.ix_(columns, columns)] @ solution
+    )
+
+
+def _variants(signatures: Signatures) -> list[tuple[int, ...]]:
+    """Columns of every variant of every effect, by their number in the Gram matrix."""
+    groups: dict[tuple[str, tuple[float, ...]], list[int]] = {}
+    for k, key in enumerate(zip(signatures.effects, signatures.variants, strict=True)):
+        groups.setdefault(key, []).append(k + 1 + signatures.n_base)
+    return [tuple(columns) for columns in groups.values()]
+
+
+def _projected(gram: FloatArray, columns: list[int]) -> FloatArray:
+    """Gram matrix after the baseline's columns are taken out of all others (Schur complement)."""
+    if not columns:
+        return gram
+    own = gram[np.ix_(columns, columns)]
+    size = np.sqrt(np.maximum(np.diag(own), np.finfo(float).tiny))
+    inverse = np.linalg.pinv(
+        own / np.outer(size, size), rcond=_DEPENDENT, hermitian=True
+    ) / np.outer(size, size)
+    return gram - gram[:, columns] @ inverse @ gram[columns, :]
+
+
+def _explained(projected: FloatArray, columns: tuple[int, ...]) -> float:
+    own, right = projected[np.ix_(columns, columns)], projected[list(columns), 0]
+    if projected[0, 0] <= 0.0:
+        return 0.0
+    return float(
+        right @ np.linalg.pinv(own, rcond=_DEPENDENT, hermitian=True) @ right / projected[0, 0]
+    )
+
+
+def _surviving(gram: FloatArray, projected: FloatArray, columns: tuple[int, ...]) -> float:
+    before = sum(gram[k, k] for k in columns)
+    return (
+        float(np.sqrt(max(sum(projected[k, k] for k in columns), 0.0) / before))
+        if before > 0.0
+        else 0.0
+    )
+
+
+def _canonical(projected: FloatArray, first: tuple[int, ...], second: tuple[int, ...]) -> float:
+    """Largest canonical correlation of two groups of projected columns."""
+    roots = [_inverse_root(projected[np.ix_(group, group)]) for group in (first, second)]
+    return float(np.linalg.norm(roots[0] @ projected[np.ix_(first, second)] @ roots[1], 2))
+
+
+def _inverse_root(own: FloatArray) -> FloatArray:
+    values, vectors = np.linalg.eigh(own)
+    keep = values > _DEPENDENT * max(values.max(), np.finfo(float).tiny)
+    return (vectors[:, keep] / np.sqrt(values[keep])) @ vectors[:, keep].T

@@ -1,0 +1,1 @@
+"""The kind "mounting": the gearbox housing on two bushings as a comparison problem."""

@@ -1,0 +1,241 @@
+"""What every effect would add to the sensors' signals, by simulation beside the fitted baseline.
+
+The housing moves slowly: its signals are the bushings' forces over their stiffness, so that the
+screen needs no force of its own. A signature is the difference that an effect of noticeable size
+makes, over that size.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from carrierflex.diagnosis.comparison.problem import (
+    BASELINE,
+    BLACK_BOX,
+    Effects,
+    FloatArray,
+    Parameter,
+    Signatures,
+)
+from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS, ONE_CHANNEL, SHAPE_STARTS
+from carrierflex.diagnosis.mounting.features import flexible_features
+from carrierflex.diagnosis.mounting.model import MountingModel
+from carrierflex.diagnosis.mounting.records import MountingRecord
+
+_PLACEBOS = tuple(card.id for card in NEGATIVE_CONTROLS)
+#: Size of an effect in its signature, in scales of its parameter.
+_SIZE = 0.05
+_MOST_STARTS = 6
+Known = Mapping[tuple[str, str], float]
+#: Values by effect and name, and the channel of each effect of one sensor.
+Solution = tuple[dict[tuple[str, str], float], dict[str, int]]
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """One signature.
+
+    Parameters
+    ----------
+    effect, amplitude : str
+        Owner and parameter.
+    size : float
+        Value of the amplitude in the simulation.
+    shapes : mapping of str to float
+        Values of the shapes.
+    channel : int
+        Channel of an effect of one sensor; -1 otherwise.
+    bounds : tuple of float
+        Physical bounds of the amplitude.
+    """
+
+    effect: str
+    amplitude: str
+    size: float
+    shapes: Mapping[str, float]
+    channel: int = -1
+    bounds: tuple[float, float] = (-np.inf, np.inf)
+
+    @property
+    def variant(self) -> tuple[float, ...]:
+        """What tells it from other columns of its effect."""
+        return (*self.shapes.values(), *((float(self.channel),) if self.channel >= 0 else ()))
+
+
+def signature_columns(model: MountingModel) -> tuple[Column, ...]:
+    """Every variant of every effect but the placebos, the contained ones among them."""
+    bare, columns = replace(model, contained=()), []
+    for name in model.cards:
+        if name in _PLACEBOS:
+            continue
+        own = bare.parameters((name,))[2:]
+        amplitude = next(p for p in own if not p.shape)
+        shape = next((p for p in own if p.shape), None)
+        size = _SIZE * amplitude.scale
+        channels = range(len(model.channels)) if name in ONE_CHANNEL else (-1,)
+        for share, channel in product(SHAPE_STARTS.get(name, (1.0,)), channels):
+            shapes = {}
+            if shape is not None:
+                # Yield force and damper go with the amplitude of the column.
+                shapes = {
+                    shape.name: float(
+                        np.clip(share * shape.scale * _SIZE, shape.lower, shape.upper)
+                    )
+                }
+            bounds = (amplitude.lower, amplitude.upper)
+            columns.append(Column(name, amplitude.name, size, shapes, channel, bounds))
+    return tuple(columns)
+
+
+def column_values(
+    model: MountingModel, record: MountingRecord, column: Column, known: Known
+) -> FloatArray:
+    """Change of the prediction by a column's effect, over its size; shape (n, n_channels)."""
+    bare = replace(model, contained=())
+    base = np.array([known[BASELINE, "K1"], known[BASELINE, "C1"]])
+    own = {**column.shapes, column.amplitude: column.size}
+    theta = np.array([*base, *(own[p.name] for p in bare.parameters((column.effect,))[2:])])
+    choice = {column.effect: column.channel}
+    change = bare.predicted(record, (column.effect,), theta, choice) - bare.predicted(
+        record, (), base, {}
+    )
+    return np.where(np.isfinite(change), change, 0.0) / column.size
+
+
+def base_columns(model: MountingModel, record: MountingRecord, known: Known) -> list[FloatArray]:
+    """Derivatives of the prediction by K1 and C1 at the fitted baseline.
+
+    Zero where they are held.
+    """
+    if model.held:
+        return [np.zeros(record.measured.shape)] * 2
+    bare = replace(model, contained=())
+    base = np.array([known[BASELINE, "K1"], known[BASELINE, "C1"]])
+    start = bare.predicted(record, (), base, {})
+    rows = []
+    for k, parameter in enumerate(bare.parameters(())):
+        step = np.zeros(2)
+        step[k] = 1e-3 * parameter.scale
+        rows.append((bare.predicted(record, (), base + step, {}) - start) / step[k])
+    return rows
+
+
+def mounting_signatures(
+    model: MountingModel,
+    records: Sequence[MountingRecord],
+    residuals: Sequence[FloatArray],
+    known: Known,
+) -> tuple[Signatures, tuple[Column, ...]]:
+    """Gram matrix of the baseline's residual, its derivatives and all signatures.
+
+    Parameters
+    ----------
+    model : MountingModel
+        Library.
+    records : sequence of MountingRecord
+        Runs.
+    residuals : sequence of ndarray, shape (n, n_channels)
+        What linear bushings leave, zero where nothing was measured.
+    known : mapping
+        Fitted linear bushings.
+
+    Returns
+    -------
+    tuple of (Signatures, tuple of Column)
+        Columns of candidates only are named; those of contained effects stand among the baseline's.
+    """
+    every = signature_columns(model)
+    contained = [column for column in every if column.effect in model.contained]
+    columns = [column for column in every if column.effect not in model.contained]
+    grams = []
+    for record, residual in zip(records, residuals, strict=True):
+        rows = [residual, *base_columns(model, record, known)]
+        rows += [column_values(model, record, column, known) for column in (*contained, *columns)]
+        rows += flexible_features(record)
+        table = np.where(np.isfinite(record.measured), np.array(rows), 0.0)
+        for block in range(record.n_blocks):
+            own = table[:, record.block == block].reshape(len(table), -1)
+            grams.append(own @ own.T)
+    n_flexible = len(table) - 3 - len(every)
+    signatures = Signatures(
+        np.array(grams),
+        2 + len(contained),
+        (*(column.effect for column in columns), *(BLACK_BOX,) * n_flexible),
+        (*(column.variant for column in columns), *((float(k),) for k in range(n_flexible))),
+    )
+    return signatures, tuple(columns)
+
+
+def solutions(
+    signatures: Signatures, columns: Sequence[Column], effects: Effects, known: Known
+) -> list[Solution]:
+    """Least-squares values over the variants of the effects, best first, and the channels they stand at."""
+    gram, first = signatures.gram.sum(axis=0), 1 + signatures.n_base
+    groups = [
+        [k for k, column in enumerate(columns) if column.effect == effect] for effect in effects
+    ]
+    found = []
+    for chosen in product(*(group or [-1] for group in groups)):
+        own = [k for k in chosen if k >= 0]
+        left, values = _bounded_solution(
+            gram, [*range(1, first), *(first + k for k in own)], [columns[k] for k in own]
+        )
+        found.append((left, _named([columns[k] for k in own], values, first - 1, known)))
+    found.sort(key=lambda pair: pair[0])
+    return [own for _, own in found[:_MOST_STARTS]]
+
+
+def _bounded_solution(
+    gram: FloatArray, places: Sequence[int], columns: Sequence[Column]
+) -> tuple[float, FloatArray]:
+    """Sum of squares left and least-squares values.
+
+    An amplitude that would leave its physical bounds stays on zero.
+
+    Without the bounds a larger set would choose the channel of a sensor's effect beside an effect
+    that cannot be.
+    """
+    values, active = np.zeros(len(places)), list(range(len(places)))
+    n_base = len(places) - len(columns)
+    while True:
+        own = [places[k] for k in active]
+        matrix = gram[np.ix_(own, own)]
+        size = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
+        solution = (
+            np.linalg.lstsq(matrix / np.outer(size, size), gram[own, 0] / size, rcond=1e-10)[0]
+            / size
+        )
+        outside = [
+            k
+            for k, value in zip(active, solution, strict=True)
+            if k >= n_base
+            and not columns[k - n_base].bounds[0] <= value <= columns[k - n_base].bounds[1]
+        ]
+        if not outside:
+            values[active] = solution
+            return float(gram[0, 0] - solution @ gram[own, 0]), values
+        active = [k for k in active if k not in outside]
+
+
+def _named(columns: Sequence[Column], values: FloatArray, n_base: int, known: Known) -> Solution:
+    named = {
+        (BASELINE, name): known[BASELINE, name] + float(values[k])
+        for k, name in enumerate(("K1", "C1"))
+    }
+    for column, value in zip(columns, values[n_base:], strict=True):
+        named[column.effect, column.amplitude] = float(value)
+        for name, shape in column.shapes.items():
+            # A branch of the same time, a slider of the same yield deflection, at the fitted
+            # stiffness.
+            named[column.effect, name] = abs(float(value)) / column.size * shape
+    return named, {column.effect: column.channel for column in columns if column.channel >= 0}
+
+
+def values_array(parameters: Sequence[Parameter], values: Known) -> FloatArray:
+    """Values in the order of the parameters; what is not known leaves the baseline as it is."""
+    off = [p.scale if p.shape else 0.0 for p in parameters]
+    return np.array(
+        [values.get((p.effect, p.name), own) for p, own in zip(parameters, off, strict=True)]
+    )

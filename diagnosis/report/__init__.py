@@ -1,0 +1,1 @@
+"""The report page: words, figures and layout of what a diagnosis found."""

@@ -1,0 +1,4 @@
+"""Measurement campaigns.
+
+What they hold, how they are read and written, and signals made ready for a fit.
+"""

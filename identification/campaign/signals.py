@@ -1,0 +1,166 @@
+"""Signals of an element run made ready.
+
+Even steps, the trusted band, derivatives, the drive between the samples.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.signal import resample_poly, welch
+
+FloatArray = NDArray[np.float64]
+
+#: Time stamps off an even grid by more than this share of a step are interpolated.
+_JITTER = 0.02
+#: Widest band as a share of the Nyquist frequency, and where its roll-off begins as a share of its
+#: end.
+_WIDEST = 0.95
+_ROLL_OFF = 0.8
+#: The band ends where the deflection's spectrum falls to this many times its plateau: two
+#: derivatives lift the noise at the end of a band by far more than this over that of its middle.
+_ABOVE_PLATEAU = 1000.0
+#: Samples of the window that interpolates the drive, each side.
+_HALF_WINDOW = 24
+
+
+def even_time(time: FloatArray) -> FloatArray:
+    """Evenly spaced times from first to last, as many as there are.
+
+    The same array where they are even already.
+    """
+    even = np.linspace(time[0], time[-1], time.size)
+    step = (time[-1] - time[0]) / max(time.size - 1, 1)
+    return time if np.abs(time - even).max() <= _JITTER * step else even
+
+
+def filled(values: FloatArray, time: FloatArray, even: FloatArray) -> FloatArray:
+    """Signal at even times, missing samples interpolated by a straight line."""
+    present = np.isfinite(values)
+    if even is time and present.all():
+        return values
+    if even is not time and present.all():
+        return np.asarray(CubicSpline(time, values)(even))
+    return np.interp(even, time[present], values[present])
+
+
+def trusted_frequency(signal: FloatArray, step: float) -> float:
+    """Frequency [Hz] up to which a signal stands clear of its high-frequency plateau.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (n,)
+        Deflection.
+    step : float
+        Sampling interval [s].
+
+    Returns
+    -------
+    float
+        At most 0.95 of the Nyquist frequency.
+    """
+    # Of the second difference, whose steep spectrum does not leak; its gain is taken out again.
+    curvature = np.diff(signal, 2)
+    segment = min(curvature.size, 2048)
+    frequency, power = welch(
+        curvature, 1.0 / step, nperseg=segment, window="blackmanharris", detrend="linear"
+    )
+    frequency, power = frequency[3:], power[3:] / (2.0 * np.sin(np.pi * frequency[3:] * step)) ** 4
+    plateau = float(np.median(power[int(0.85 * power.size) :]))
+    clear = np.flatnonzero(power > _ABOVE_PLATEAU * plateau)
+    highest = frequency[clear[-1]] if clear.size else frequency[-1]
+    return float(min(max(highest, 4.0 * frequency[1]), _WIDEST * 0.5 / step))
+
+
+def band_limited(
+    signal: FloatArray, step: float, cutoff_hz: float, *, derivative: int = 0
+) -> FloatArray:
+    """Signal, or its derivative, without what lies above a frequency; no phase shift.
+
+    The record is continued at both ends by its point mirror, so that its ends do not ring;
+    raised-cosine roll-off from 0.8 of the cut-off to the cut-off.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (..., n)
+        Evenly sampled.
+    step : float
+        Sampling interval [s].
+    cutoff_hz : float
+        End of the band [Hz].
+    derivative : int
+        How often to differentiate by time.
+
+    Returns
+    -------
+    ndarray, shape (..., n)
+        Filtered signal.
+    """
+    n = signal.shape[-1]
+    pad = min(n - 1, int(20.0 / (cutoff_hz * step)) + 10)
+    slope = (signal[..., -1:] - signal[..., :1]) / (n - 1)
+    ramp = slope * np.arange(n)
+    level = signal - ramp
+    head = 2.0 * level[..., :1] - level[..., pad:0:-1]
+    tail = 2.0 * level[..., -1:] - level[..., -2 : -pad - 2 : -1]
+    long = np.concatenate([head, level, tail], axis=-1)
+    frequency = np.asarray(np.fft.rfftfreq(long.shape[-1], step), dtype=np.float64)
+    gain = pass_gain(frequency, cutoff_hz) * (2j * np.pi * frequency) ** derivative
+    filtered = np.fft.irfft(np.fft.rfft(long) * gain, n=long.shape[-1])[..., pad : pad + n]
+    trend = {0: ramp, 1: slope / step * np.ones(n)}.get(derivative, 0.0)
+    return filtered + trend
+
+
+def pass_gain(frequency_hz: FloatArray, cutoff_hz: float) -> FloatArray:
+    """Gain of the trusted band.
+
+    One up to 0.8 of the cut-off, a raised cosine to zero at the cut-off.
+    """
+    place = np.clip((frequency_hz / cutoff_hz - _ROLL_OFF) / (1.0 - _ROLL_OFF), 0.0, 1.0)
+    return 0.5 * (1.0 + np.cos(np.pi * place))
+
+
+def half_step_values(drive: FloatArray, substeps: int, *, periodic: bool) -> FloatArray:
+    """Drive at the beginning and in the middle of every one of `substeps` steps a sample, band-limited between samples.
+
+    Parameters
+    ----------
+    drive : ndarray, shape (n,)
+        Samples.
+    substeps : int
+        Steps a sample.
+    periodic : bool
+        Whether the record continues with its first sample; held at its ends otherwise.
+
+    Returns
+    -------
+    ndarray, shape (2 * n * substeps + 1,)
+        Values at ``k / (2 substeps)`` samples.
+    """
+    pad = 2 * _HALF_WINDOW
+    ends = (
+        (drive[-pad:], drive[:pad])
+        if periodic
+        else (np.full(pad, drive[0]), np.full(pad, drive[-1]))
+    )
+    long = np.concatenate([ends[0], drive, ends[1]])
+    mean = long.mean()
+    fine = resample_poly(long - mean, 2 * substeps, 1, window=("kaiser", 9.0)) + mean
+    first = 2 * substeps * pad
+    return np.ascontiguousarray(fine[first : first + 2 * substeps * drive.size + 1])
+
+
+def surrogate(drive: FloatArray, seed: int) -> FloatArray:
+    """Signal with the spectrum of the drive and random phases, same RMS about zero."""
+    spectrum = np.abs(np.fft.rfft(drive - drive.mean()))
+    phase = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, spectrum.size)
+    phase[0] = 0.0
+    return np.fft.irfft(spectrum * np.exp(1j * phase), n=drive.size)
+
+
+def shifted(values: FloatArray, slope: FloatArray, samples: float) -> FloatArray:
+    """Signal delayed by a number of samples, cubic between the samples (Hermite); ends held."""
+    place = np.clip(np.arange(values.size) - samples, 0.0, values.size - 1.0)
+    left = np.minimum(place.astype(np.int64), values.size - 2)
+    t = place - left
+    a, b, da, db = values[left], values[left + 1], slope[left], slope[left + 1]
+    return a + t * (da + t * ((3.0 * (b - a) - 2.0 * da - db) + t * (2.0 * (a - b) + da + db)))

@@ -1,0 +1,125 @@
+"""A simulated experiment in the form of a measurement campaign."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.records import Run
+from carrierflex.simulation.carrier.motion import Response
+from carrierflex.simulation.carrier.run_cases import RunCase, Sensor
+from carrierflex.simulation.mounting.case_files import MountingCase
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.rig import SENSORS
+from carrierflex.simulation.mounting.simulate import MountingResponse
+
+#: File of a campaign folder that holds the deflection curves.
+CURVES_FILE = "deflection_curves.csv"
+
+
+def simulated_campaign(
+    name: str,
+    sensors: Sequence[Sensor],
+    runs: Sequence[tuple[RunCase, Response]],
+    *,
+    rig: Mapping[str, Any],
+    noise_std: float,
+) -> Campaign:
+    """Put simulated records into the form of a measurement campaign of kind ``carrier``.
+
+    Parameters
+    ----------
+    name : str
+        Title.
+    sensors : sequence of Sensor
+        Sensors; they become channels.
+    runs : sequence of (RunCase, Response)
+        What was done and what the sensors read.
+    rig : mapping
+        ``nominal_torque`` [N m], ``sensor_radius`` [m], ``n_planets``.
+    noise_std : float
+        Standard deviation of the noise of every sensor [m]; not declared where it is zero.
+
+    Returns
+    -------
+    Campaign
+        Its baseline holds the axial offset alone: no misalignment, no flexibility.
+    """
+    channels = tuple(
+        Channel(
+            sensor.name,
+            sensor.quantity,
+            "m",
+            angle=sensor.angle,
+            radius=sensor.radius,
+            noise_std=noise_std or None,
+        )
+        for sensor in sensors
+    )
+    records = tuple(
+        Run(
+            name=case.name,
+            file=f"{case.name}.csv",
+            condition=case.condition,
+            time=response.time,
+            inputs={
+                "carrier_angle": response.carrier_angle,
+                "torque": response.torque,
+                "ntl_y": response.ntl_y,
+                "ntl_z": response.ntl_z,
+            },
+            signals=response.signals,
+        )
+        for case, response in runs
+    )
+    return Campaign(
+        kind="carrier",
+        name=name,
+        baseline=Baseline("model", ("axial_offset",)),
+        rig={**rig, "deflection_curves": CURVES_FILE},
+        channels=channels,
+        runs=records,
+    )
+
+
+def simulated_mounting_campaign(
+    case: MountingCase, records: Sequence[tuple[MountingInputs, MountingResponse]]
+) -> Campaign:
+    """Put simulated records of the mounting rig into the form of a measurement campaign of kind ``mounting``.
+
+    Parameters
+    ----------
+    case : MountingCase
+        What was done, with the nominal rig.
+    records : sequence of (MountingInputs, MountingResponse)
+        Loads and signals of each run of the case.
+
+    Returns
+    -------
+    Campaign
+        Channels named as their sensors; the baseline holds linear bushings alone.
+    """
+    channels = tuple(
+        Channel(
+            sensor, "housing_displacement", "m", sensor=sensor, noise_std=case.noise_std or None
+        )
+        for sensor in SENSORS
+    )
+    runs = tuple(
+        Run(
+            name=run.name,
+            file=f"{run.name}.csv",
+            condition=run.condition,
+            time=response.time,
+            inputs={name: values for name, values in inputs.columns().items() if name != "time"},
+            signals=response.by_sensor(),
+        )
+        for run, (inputs, response) in zip(case.runs, records, strict=True)
+    )
+    return Campaign(
+        kind="mounting",
+        name=case.name,
+        baseline=Baseline("model"),
+        rig=case.rig.table(),
+        channels=channels,
+        runs=runs,
+    )

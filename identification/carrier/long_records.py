@@ -1,0 +1,232 @@
+"""Records too long for memory: read in pieces, reduced to sums while they pass."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv as pa_csv
+import pyarrow.parquet as pa_parquet
+from numpy.typing import NDArray
+
+from carrierflex.identification.campaign.campaign import Channel, check_columns, expected_columns
+from carrierflex.identification.campaign.campaign_document import CampaignHeader, RunEntry
+from carrierflex.identification.campaign.campaign_files import (
+    MISSING,
+    as_floats,
+    csv_header,
+    one_line,
+    run_of_table,
+)
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.carrier.models import CarrierModel
+from carrierflex.identification.estimation.normal_equations import NormalEquations, RevolutionSums
+
+#: Samples of one piece: a dozen columns of it take some 20 MB.
+PIECE = 200_000
+#: Bytes of CSV text read at a time.
+_CSV_BLOCK = 32_000_000
+#: Groups of revolutions kept apart for the jackknife; beyond, neighbours are put together in pairs.
+LARGEST_GROUPS = 2048
+
+
+def run_pieces(folder: Path, entry: RunEntry, header: CampaignHeader) -> Iterator[Run]:
+    """Read one run file in pieces, each checked as a whole run is.
+
+    Parameters
+    ----------
+    folder : Path
+        Campaign folder.
+    entry : RunEntry
+        Which run.
+    header : CampaignHeader
+        The campaign without its records.
+
+    Yields
+    ------
+    Run
+        Consecutive pieces of the record.
+
+    Raises
+    ------
+    ValueError
+        Where the file is not as the contract says; time must increase from piece to piece as well.
+    """
+    expected = expected_columns(header.contract, header.channels, header.baseline)
+    path = folder / entry.file
+    if not path.is_file():
+        raise ValueError(
+            f"{folder}: no file '{entry.file}' of run {entry.name}; expected it beside campaign.toml"
+        )
+    last = -np.inf
+    first_sample = 0
+    for table in _tables(path, expected):
+        columns = {
+            name: as_floats(table[name], f"{path.name}: column '{name}'")
+            for name in table.column_names
+        }
+        if columns["time"].size == 0:
+            continue
+        if not columns["time"][0] > last:
+            raise ValueError(
+                f"{path.name}: column 'time' is {columns['time'][0]} at sample {first_sample} after {last}; "
+                "expected strictly increasing time"
+            )
+        yield run_of_table(columns, entry, header, path.name)
+        last = float(columns["time"][-1])
+        first_sample += columns["time"].size
+    if first_sample == 0:
+        raise ValueError(f"{path.name}: no samples below the header; expected at least one")
+
+
+def _tables(path: Path, expected: Mapping[str, str]) -> Iterator[pa.Table]:
+    try:
+        if path.suffix.lower() == ".parquet":
+            with pa_parquet.ParquetFile(path, pre_buffer=False) as file:
+                check_columns(file.schema_arrow.names, expected, path.name)
+                for batch in file.iter_batches(batch_size=PIECE):
+                    yield pa.Table.from_batches([batch])
+            return
+        found = csv_header(path, expected)
+        convert = pa_csv.ConvertOptions(
+            column_types=dict.fromkeys(found, pa.float64()),
+            null_values=MISSING,
+            quoted_strings_can_be_null=True,
+        )
+        read = pa_csv.ReadOptions(column_names=found, skip_rows=1, block_size=_CSV_BLOCK)
+        with pa_csv.open_csv(path, read_options=read, convert_options=convert) as reader:
+            for batch in reader:
+                yield pa.Table.from_batches([batch])
+    except (pa.ArrowInvalid, OSError) as error:
+        raise ValueError(
+            f"{path.name}: {one_line(error)}; expected numbers in every column"
+        ) from error
+
+
+def streamed_equations(
+    pieces: Iterable[Run], channels: Sequence[Channel], model: CarrierModel
+) -> NormalEquations:
+    """Accumulate the normal equations of one run from its pieces.
+
+    Memory does not grow with the record.
+
+    Parameters
+    ----------
+    pieces : iterable of Run
+        Consecutive pieces, as :func:`run_pieces` yields them.
+    channels : sequence of Channel
+        Channels to fit.
+    model : CarrierModel
+        Model.
+
+    Returns
+    -------
+    NormalEquations
+        Sums over whole revolutions. Where there are more than `LARGEST_GROUPS` of them,
+        neighbouring revolutions share one sum; the jackknife then leaves out a group at a time,
+        which suits residuals alike from turn to turn, and revolutions that do not fill the last
+        group are left out.
+
+    Raises
+    ------
+    ValueError
+        Where the carrier turns by less than one revolution, or every sample is missing.
+    """
+    groups = _Groups(len(channels), len(model.coefficients))
+    name = ""
+    for piece in pieces:
+        name = piece.name
+        rows = groups.place(piece.inputs["carrier_angle"])
+        for c, channel in enumerate(channels):
+            groups.sums.add(
+                c, rows, model.design(piece.inputs, channel), piece.signals[channel.name]
+            )
+    return groups.whole(name).equations(name, channels)
+
+
+class _Groups:
+    """Sums by groups of `length` consecutive revolutions, as many groups as fit."""
+
+    def __init__(self, n_channels: int, n_coefficients: int) -> None:
+        self.sums = RevolutionSums.empty(LARGEST_GROUPS, n_channels, n_coefficients)
+        self._length = 1
+        self._start: float | None = None
+        self._direction = 0.0
+        self._travel = 0.0
+        self._step = 0.0
+
+    def place(self, angle: NDArray[np.float64]) -> list[NDArray[np.int64]]:
+        """Rows of a piece that belong to each group.
+
+        Groups are put together first where they no longer suffice.
+        """
+        if self._start is None:
+            self._start, self._direction = (
+                float(angle[0]),
+                float(np.sign(angle[-1] - angle[0])) or 1.0,
+            )
+            self._last = self._start
+        if (angle[0] - self._last) * self._direction < -np.pi:
+            raise ValueError(
+                f"column 'carrier_angle' goes from {self._last} to {angle[0]} rad between two pieces of the record; "
+                "expected no jump back; unwrap it"
+            )
+        self._last = float(angle[-1])
+        turns = (angle - self._start) * self._direction / (2.0 * np.pi)
+        self._travel = float(turns[-1])
+        self._step = (
+            max(self._step, float(np.median(np.abs(np.diff(turns)))))
+            if turns.size > 1
+            else self._step
+        )
+        while turns.max() / self._length >= LARGEST_GROUPS:
+            self._pair()
+        number = np.floor(turns / self._length).astype(np.int64)
+        order = np.argsort(number, kind="stable")
+        bounds = np.searchsorted(number[order], np.arange(LARGEST_GROUPS + 1))
+        return [order[bounds[k] : bounds[k + 1]] for k in range(LARGEST_GROUPS)]
+
+    def whole(self, run: str) -> RevolutionSums:
+        """Groups of whole revolutions."""
+        n_whole = int(np.floor((self._travel + 1.001 * self._step) / self._length))
+        if n_whole < 1:
+            raise ValueError(
+                f"run {run}: the carrier turns by {self._travel:.3f} revolutions; expected at least one whole revolution"
+            )
+        s = self.sums
+        return RevolutionSums(
+            s.matrix[:n_whole],
+            s.right_side[:n_whole],
+            s.square_sum[:n_whole],
+            s.n_samples[:n_whole],
+        )
+
+    def _pair(self) -> None:
+        """Put neighbouring groups together; the upper half of the places becomes free."""
+        for part in (
+            self.sums.matrix,
+            self.sums.right_side,
+            self.sums.square_sum,
+            self.sums.n_samples,
+        ):
+            part[: LARGEST_GROUPS // 2] = part[0::2] + part[1::2]
+            part[LARGEST_GROUPS // 2 :] = 0
+        self._length *= 2
+
+
+def is_long(folder: Path, header: CampaignHeader, largest_size: int = 200_000_000) -> bool:
+    """Whether the run files are together larger than `largest_size` bytes, or hold more than that in numbers."""
+    total = 0
+    for entry in header.runs:
+        path = folder / entry.file
+        if not path.is_file():
+            continue
+        if path.suffix.lower() == ".parquet":
+            try:
+                metadata = pa_parquet.read_metadata(path)
+            except (pa.ArrowInvalid, OSError):
+                continue  # refused with its reason when it is read
+            total += 8 * metadata.num_rows * metadata.num_columns
+        else:
+            total += path.stat().st_size
+    return total > largest_size

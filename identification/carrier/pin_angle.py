@@ -1,0 +1,179 @@
+"""Free pin angle theta_rho.
+
+The one parameter of M2 that is not linear, found by variable projection.
+
+For every theta_rho the other parameters are a closed-form fit; what is left is a search in one
+variable. At its end the derivative of the deflection by theta_rho joins the design, so that errors
+and correlations know of it.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.identification.campaign.campaign import Campaign, Channel
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.carrier.carrier_identification import (
+    FitOptions,
+    fitted_equations,
+    identify_from_sums,
+)
+from carrierflex.identification.carrier.models import (
+    CarrierModel,
+    Effect,
+    Inputs,
+    Pattern,
+    flexible_model,
+    with_radial_motion,
+)
+from carrierflex.identification.carrier.parameter_estimate import ParameterEstimate
+from carrierflex.identification.estimation.least_squares import joint_fit
+
+#: The curves repeat after a third of a turn; grid of first guesses and step of the derivative
+#: [rad].
+_PERIOD = 2.0 * np.pi / 3.0
+_GUESSES = 12
+_STEP = 1e-5
+_TOLERANCE = 1e-7
+#: A scale that is zero in truth may come out this much below zero, as a share of the other.
+_SIGN_MARGIN = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class PinAngleFit:
+    """M2 at the pin angle found, with the derivative by it as a further term, and the parameters of that model."""
+
+    model: CarrierModel
+    estimate: ParameterEstimate
+
+
+def identify_with_pin_angle(
+    campaign: Campaign,
+    delta_s: DeflectionCurve,
+    delta_f: DeflectionCurve,
+    options: FitOptions,
+    *,
+    per_run: bool = False,
+) -> dict[str, PinAngleFit]:
+    """Fit M2 with the pin angle free.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Campaign of kind ``carrier``.
+    delta_s, delta_f : DeflectionCurve
+        Stiff and flexible curve.
+    options : FitOptions
+        Sensors, loss and source of the covariance.
+    per_run : bool
+        Fit every run by itself.
+
+    Returns
+    -------
+    dict of str to PinAngleFit
+        Fit by run, one for all where they are fitted jointly; ``theta_rho`` [rad] within +-60 deg.
+
+    Raises
+    ------
+    ValueError
+        As :func:`~carrierflex.identification.carrier.carrier_identification.identify_jointly`.
+    """
+
+    def fitted(runs: Sequence[Run]) -> PinAngleFit:
+        return _identified(
+            replace(campaign, runs=tuple(runs)), delta_s, delta_f, options, own=per_run
+        )
+
+    if per_run:
+        return {run.name: fitted([run]) for run in campaign.runs}
+    return dict.fromkeys([run.name for run in campaign.runs], fitted(campaign.runs))
+
+
+def _identified(
+    campaign: Campaign,
+    delta_s: DeflectionCurve,
+    delta_f: DeflectionCurve,
+    options: FitOptions,
+    *,
+    own: bool,
+) -> PinAngleFit:
+    def model(pin_angle: float) -> CarrierModel:
+        at_angle = flexible_model(delta_s, delta_f, pin_angle)
+        at_angle = with_radial_motion(at_angle) if options.radial else at_angle
+        return (
+            CarrierModel("m2", tuple(e.each_run() for e in at_angle.effects)) if own else at_angle
+        )
+
+    def projected(pin_angle: float) -> tuple[float, dict[str, float]]:
+        trial = model(float(pin_angle))
+        equations = fitted_equations(campaign, trial, options)
+        fit = joint_fit(equations, trial.shared)
+        cost = sum(
+            float(run.squared_error(fit.run_coefficients(k)).sum())
+            for k, run in enumerate(equations)
+        )
+        return cost, dict(zip(trial.coefficients, fit.run_coefficients(0), strict=True))
+
+    angle = _searched(projected)
+    best, (_, scales) = model(angle), projected(angle)
+    turning = _pin_angle_effect(delta_s, delta_f, angle, scales["rho_s"], scales["rho_f"])
+    extended = CarrierModel("m2", (*best.effects, turning.each_run() if own else turning))
+    estimate = identify_from_sums(fitted_equations(campaign, extended, options), extended, options)
+    return PinAngleFit(extended, _with_angle(estimate, angle))
+
+
+def _searched(projected: Callable[[float], tuple[float, dict[str, float]]]) -> float:
+    """Angle of least cost among the minima with positive scales.
+
+    Odd curves that are told by two orders are met as well 60 degrees on, with a scale of the wrong
+    sign; rho_s and rho_f are not negative by the contract of the curves.
+    """
+    guesses = _PERIOD * (np.arange(_GUESSES) / _GUESSES - 0.5)
+    costs = np.array([projected(angle)[0] for angle in guesses])
+    width = _PERIOD / _GUESSES
+    ranked = []
+    for guess in guesses[(costs <= np.roll(costs, 1)) & (costs <= np.roll(costs, -1))]:
+        found = minimize_scalar(
+            lambda angle: projected(angle)[0],
+            bounds=(guess - width, guess + width),
+            method="bounded",
+            options={"xatol": _TOLERANCE},
+        )
+        scales = np.array([projected(found.x)[1][name] for name in ("rho_s", "rho_f")])
+        wrong_sign = bool(scales.min() < -_SIGN_MARGIN * np.abs(scales).max())
+        ranked.append((wrong_sign, float(found.fun), float(found.x)))
+    return (min(ranked)[2] + 0.5 * _PERIOD) % _PERIOD - 0.5 * _PERIOD
+
+
+def _pin_angle_effect(
+    delta_s: DeflectionCurve, delta_f: DeflectionCurve, angle: float, rho_s: float, rho_f: float
+) -> Effect:
+    """Signal per radian of theta_rho at the fitted scales, by central differences."""
+    ahead, behind = (
+        flexible_model(delta_s, delta_f, angle + step).effects[-2:] for step in (_STEP, -_STEP)
+    )
+
+    def deflection(effects: Sequence[Effect]) -> Pattern:
+        (stiff,), (flexible,) = (effect.patterns for effect in effects)
+        return lambda inputs, channel: (
+            rho_s * stiff(inputs, channel) + rho_f * flexible(inputs, channel)
+        )
+
+    def turning(inputs: Inputs, channel: Channel) -> np.ndarray:
+        return (deflection(ahead)(inputs, channel) - deflection(behind)(inputs, channel)) / (
+            2.0 * _STEP
+        )
+
+    return Effect("pin_angle", (turning,), ("theta_rho",), ("rad",))
+
+
+def _with_angle(estimate: ParameterEstimate, angle: float) -> ParameterEstimate:
+    """The linear coefficient is the rest of a Newton step from `angle`.
+
+    The published value is both together.
+    """
+    values = estimate.values + np.where(np.array(estimate.names) == "theta_rho", angle, 0.0)
+    return replace(estimate, values=values)

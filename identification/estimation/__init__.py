@@ -1,0 +1,1 @@
+"""Estimation that knows no machine: least squares, bounded fits, resampling, uncertainty."""

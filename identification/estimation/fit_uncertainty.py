@@ -1,0 +1,285 @@
+"""How far fitted parameters can be trusted.
+
+Covariance with alike residuals, what is unseen, profile likelihood.
+"""
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student_t
+
+from carrierflex.identification.estimation.nonlinear_fit import NonlinearFit, Residuals, bounded_fit
+
+Array = NDArray[np.float64]
+
+#: Singular values of the scaled derivatives below this share of the largest: not determined.
+_UNSEEN = 1e-5
+#: A component of an unseen direction below this share is left out of the words.
+_NEGLIGIBLE = 0.02
+#: Relative change of cost and parameters at which a bootstrap refit ends: far below the scatter of
+#: the refits.
+_ROUGH = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class FitUncertainty:
+    """Covariance of a fit.
+
+    Parameters
+    ----------
+    covariance : ndarray, shape (p, p)
+        In the square of the parameters' units; infinite variance for what the data cannot see, zero
+        for parameters that sit on a bound.
+    confidence_factor : float
+        Half width of a 95 % interval in standard deviations.
+    n_blocks : int
+        Time blocks that count as independent observations.
+    undetermined : tuple of str
+        What the data cannot see, in words.
+    """
+
+    covariance: Array
+    confidence_factor: float
+    n_blocks: int
+    undetermined: tuple[str, ...]
+
+    @property
+    def std(self) -> Array:
+        """Standard deviations, shape (p,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def correlation(self) -> Array:
+        """Correlation matrix, shape (p, p); NaN beside parameters without a finite variance."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return self.covariance / np.outer(self.std, self.std)
+
+
+def fit_uncertainty(fit: NonlinearFit, blocks: NDArray[np.int64]) -> FitUncertainty:
+    """Covariance that does not take neighbouring residuals as independent.
+
+    Delete-one-block jackknife in one step: without the time block b the solution moves by ``d_b =
+    (A - A_b)^-1 g_b`` with ``A = J.T J``, ``A_b = J_b.T J_b`` and the gradient ``g_b = J_b.T r_b``;
+    ``C = (B - 1) / B sum_b d_b d_b.T``. A block that alone decides a parameter counts for what it
+    is.
+
+    Parameters
+    ----------
+    fit : NonlinearFit
+        Solution.
+    blocks : ndarray of int, shape (n,)
+        Block of every residual; a block is longer than residuals are alike.
+
+    Returns
+    -------
+    FitUncertainty
+        Covariance, and Student's t with one degree of freedom less than there are blocks.
+
+    Raises
+    ------
+    ValueError
+        Where there are fewer than three blocks.
+
+    References
+    ----------
+    .. [1] A. C. Cameron, D. L. Miller, "A practitioner's guide to cluster-robust inference",
+    Journal of Human
+       Resources 50 (2015), section VI (CV3).
+    """
+    numbers, block = np.unique(blocks, return_inverse=True)
+    if numbers.size < 3:
+        raise ValueError(
+            f"{numbers.size} blocks of residuals; expected at least 3 for an error estimate"
+        )
+    inside = np.array([name not in fit.at_bound for name in fit.names])
+    length = np.linalg.norm(fit.jacobian, axis=0)
+    used = inside & (length > 0.0)
+    J = fit.jacobian[:, used] / length[used]
+    _, sizes, directions = np.linalg.svd(J, full_matrices=False)
+    seen = sizes > _UNSEEN * sizes.max(initial=0.0)
+    # Coordinates in which A is the identity.
+    whitened = directions[seen].T / sizes[seen]
+    moves = _without_each_block(J @ whitened, fit.residuals, block, numbers.size) @ whitened.T
+    covariance = np.zeros((len(fit.free), len(fit.free)))
+    unit = fit.scale[used] / length[used]
+    covariance[np.ix_(used, used)] = (
+        (1.0 - 1.0 / numbers.size) * np.outer(unit, unit) * (moves.T @ moves)
+    )
+    blind = _blind(used, inside, directions[~seen])
+    covariance[blind, :] = covariance[:, blind] = 0.0
+    covariance[blind, blind] = np.inf
+    words = _in_words(fit, used, inside, directions[~seen] * unit)
+    return FitUncertainty(
+        covariance, float(student_t.ppf(0.975, numbers.size - 1)), numbers.size, words
+    )
+
+
+def _without_each_block(
+    X: Array, residuals: Array, block: NDArray[np.int64], n_blocks: int
+) -> Array:
+    """Move of the solution where one block is left out, shape (n_blocks, p), for a design with ``X.T X = 1``."""
+    gradients = np.zeros((n_blocks, X.shape[1]))
+    np.add.at(gradients, block, X * residuals[:, None])
+    order = np.argsort(block, kind="stable")
+    ends = np.searchsorted(block[order], np.arange(n_blocks + 1))
+    moves = np.empty_like(gradients)
+    for b in range(n_blocks):
+        own = X[order[ends[b] : ends[b + 1]]]
+        # A block without which the rest decides nothing in some direction: the largest move is then
+        # the block's own.
+        moves[b] = np.linalg.lstsq(np.eye(X.shape[1]) - own.T @ own, gradients[b], rcond=1e-9)[0]
+    return moves
+
+
+def profile_likelihood(
+    residuals: Residuals, fit: NonlinearFit, name: str, values: Sequence[float]
+) -> tuple[Array, Array]:
+    """Cost over one parameter with all others fitted again.
+
+    Parameters
+    ----------
+    residuals : callable
+        Residual function of the fit.
+    fit : NonlinearFit
+        Solution; neighbours warm-start one another outwards from it.
+    name : str
+        Parameter to hold.
+    values : sequence of float
+        Values to hold it at, SI units.
+
+    Returns
+    -------
+    cost : ndarray, shape (n,)
+        Sum of squares at each value.
+    others : ndarray, shape (n, p)
+        All parameters at each value.
+
+    Raises
+    ------
+    ValueError
+        Where the fit has no such parameter.
+    """
+    if name not in fit.names:
+        raise ValueError(f"no parameter '{name}'; expected one of {', '.join(fit.names)}")
+    held = fit.names.index(name)
+    kept = np.arange(len(fit.free)) != held
+    free = [parameter for parameter, keep in zip(fit.free, kept, strict=True) if keep]
+    cost, points = np.empty(len(values)), np.empty((len(values), len(fit.free)))
+    for side in (1.0, -1.0):
+        warm = fit.values[kept]
+        for k in np.argsort(np.abs(np.asarray(values) - fit.values[held])):
+            if (values[k] - fit.values[held]) * side < 0.0:
+                continue
+            one = bounded_fit(_Held(residuals, held, float(values[k])), free, warm)
+            warm = one.values
+            cost[k], points[k] = one.cost, np.insert(one.values, held, values[k])
+    return cost, points
+
+
+def bootstrap_covariance(
+    residuals: Residuals,
+    fit: NonlinearFit,
+    blocks: NDArray[np.int64],
+    *,
+    n_samples: int,
+    rng: np.random.Generator,
+    executor: Executor,
+) -> Array:
+    """Covariance of full refits to resampled time blocks, shape (p, p).
+
+    Every sample draws as many blocks as there are, with replacement; a block drawn twice counts
+    twice.
+
+    Parameters
+    ----------
+    residuals : callable
+        Residual function of the fit; other processes must be able to load it.
+    fit : NonlinearFit
+        Solution; every refit starts there.
+    blocks : ndarray of int, shape (n,)
+        Block of every residual.
+    n_samples : int
+        Refits.
+    rng : numpy.random.Generator
+        Source of the draws.
+    executor : Executor
+        Where the refits run; the result does not depend on it.
+
+    Returns
+    -------
+    ndarray
+        In the square of the parameters' units; refits at which the model fails are left out.
+
+    Raises
+    ------
+    ValueError
+        Where fewer than two refits succeed.
+    """
+    numbers, block = np.unique(blocks, return_inverse=True)
+    futures = []
+    for _ in range(n_samples):
+        drawn = np.bincount(rng.integers(0, numbers.size, numbers.size), minlength=numbers.size)
+        sample = _Drawn(residuals, np.sqrt(drawn)[block])
+        futures.append(executor.submit(bounded_fit, sample, fit.free, fit.values, tolerance=_ROUGH))
+    values = []
+    for future in futures:
+        try:
+            values.append(future.result().values)
+        except (ValueError, ArithmeticError):
+            continue
+    if len(values) < 2:
+        raise ValueError(
+            f"{len(values)} of {n_samples} bootstrap refits succeeded; expected at least 2"
+        )
+    return np.cov(np.array(values), rowvar=False) * numbers.size / (numbers.size - 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Drawn:
+    """Residuals of a bootstrap sample: each multiplied by the root of how often it was drawn."""
+
+    residuals: Residuals
+    factor: Array
+
+    def __call__(self, values: Array) -> Array:
+        return self.residuals(values) * self.factor
+
+
+@dataclass(frozen=True, eq=False)
+class _Held:
+    """Residuals with one parameter held."""
+
+    residuals: Residuals
+    place: int
+    value: float
+
+    def __call__(self, others: Array) -> Array:
+        return self.residuals(np.insert(others, self.place, self.value))
+
+
+def _blind(used: NDArray[np.bool_], inside: NDArray[np.bool_], unseen: Array) -> NDArray[np.bool_]:
+    """Parameters without influence, and those that take part in an unseen direction."""
+    blind = inside & ~used
+    blind[np.flatnonzero(used)] |= np.square(unseen).sum(axis=0) > _NEGLIGIBLE**2
+    return blind
+
+
+def _in_words(
+    fit: NonlinearFit, used: NDArray[np.bool_], inside: NDArray[np.bool_], unseen: Array
+) -> tuple[str, ...]:
+    names = np.array(fit.names)
+    sentences = [f"{name} has no influence on these signals" for name in names[inside & ~used]]
+    for direction in unseen:
+        share = np.abs(direction / fit.scale[used])
+        members = names[used][share > _NEGLIGIBLE * share.max()]
+        if members.size == 1:
+            sentences.append(f"{members[0]} has hardly any influence on these signals")
+        else:
+            sentences.append(
+                f"{' and '.join(members)} cannot be told apart: these signals see fewer combinations of them"
+            )
+    sentences += [f"{name} ended on a bound of its search" for name in fit.at_bound]
+    return tuple(sentences)

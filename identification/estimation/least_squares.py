@@ -1,0 +1,247 @@
+"""Joint least squares over runs: coefficients, their covariance, and what the data cannot see."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+from scipy.stats import t as student_t
+
+from carrierflex.identification.estimation.normal_equations import NormalEquations
+
+#: A direction whose eigenvalue of the scaled normal matrix is below this share of the largest is
+#: not determined: a condition number of 1e5, beyond which the normal equations keep fewer than six
+#: digits.
+SINGULAR_SHARE = 1e-10
+#: The jackknife needs a scatter of revolutions; with fewer the classical estimate takes its place.
+FEWEST_REVOLUTIONS = 5
+#: A component below this share of a unit vector is taken as rounding when unseen directions are
+#: described.
+_NEGLIGIBLE_SHARE = 0.02
+
+JACKKNIFE = "jackknife over revolutions"
+CLASSICAL = "classical, residuals taken as independent"
+
+
+@dataclass(frozen=True, eq=False)
+class JointFit:
+    """Least-squares solution of several runs with shared coefficients; q unknowns in all.
+
+    Parameters
+    ----------
+    unknowns : ndarray, shape (q,)
+        Solution of least norm in scaled coefficients.
+    positions : ndarray of int, shape (n_runs, p)
+        Which unknown each run's coefficient is: shared ones have the same number in every run.
+    covariance : ndarray, shape (q, q)
+        Covariance of the unknowns within the determined directions.
+    covariance_source : str
+        How it was estimated.
+    confidence_factor : ndarray, shape (q,)
+        Half width of each unknown's 95 % interval in standard deviations (Student's t).
+    condition_number : float
+        Of the scaled design, over the determined directions.
+    unseen : ndarray, shape (n_unseen, q)
+        Directions in the unknowns, each divided by its `column_scale`, that the data cannot see.
+    column_scale : ndarray, shape (q,)
+        Inverse length of every unknown's column of the design.
+    """
+
+    unknowns: NDArray[np.float64]
+    positions: NDArray[np.int64]
+    covariance: NDArray[np.float64]
+    covariance_source: str
+    confidence_factor: NDArray[np.float64]
+    condition_number: float
+    unseen: NDArray[np.float64]
+    column_scale: NDArray[np.float64]
+
+    @property
+    def undetermined(self) -> NDArray[np.bool_]:
+        """Which unknowns take part in a direction that the data cannot see, shape (q,)."""
+        return np.square(self.unseen).sum(axis=0) > _NEGLIGIBLE_SHARE**2
+
+    def run_coefficients(self, run: int) -> NDArray[np.float64]:
+        """Coefficients of one run, shape (p,)."""
+        return self.unknowns[self.positions[run]]
+
+
+def joint_positions(shared: Sequence[bool], n_runs: int) -> NDArray[np.int64]:
+    """Give every unknown of a joint fit a number.
+
+    Shared coefficients one, the others one for each run.
+
+    Parameters
+    ----------
+    shared : sequence of bool, length p
+        Whether a coefficient has one value for all runs.
+    n_runs : int
+        Number of runs.
+
+    Returns
+    -------
+    ndarray of int, shape (n_runs, p)
+        Number of the unknown behind each run's coefficient.
+    """
+    is_shared = np.asarray(shared, dtype=bool)
+    n_shared, n_own = int(is_shared.sum()), int((~is_shared).sum())
+    positions = np.empty((n_runs, is_shared.size), dtype=np.int64)
+    positions[:, is_shared] = np.arange(n_shared)
+    positions[:, ~is_shared] = n_shared + np.arange(n_runs * n_own).reshape(n_runs, n_own)
+    return positions
+
+
+def joint_fit(equations: Sequence[NormalEquations], shared: Sequence[bool]) -> JointFit:
+    """Minimise the sum of squared residuals of all runs.
+
+    ``N p = b`` with ``N = sum E_k.T X_k.T X_k E_k`` over the runs k, columns scaled to unit length,
+    solved in the eigenvectors of N that the data determine.
+
+    Parameters
+    ----------
+    equations : sequence of NormalEquations
+        One for each run, of one model.
+    shared : sequence of bool
+        Whether each coefficient is shared by the runs.
+
+    Returns
+    -------
+    JointFit
+        Solution with its covariance.
+
+    Notes
+    -----
+    Residuals of a quasi-static model repeat from sample to sample, so a covariance for independent
+    samples would be far too small. The delete-one-revolution jackknife, run by run, takes each
+    revolution as one observation: ``C = sum_k (g_k - 1) / g_k sum_r (p_(kr) - mean)(p_(kr) -
+    mean).T`` with ``g_k`` revolutions in run k; the interval takes Student's t with ``min g_k - 1``
+    degrees of freedom.
+
+    References
+    ----------
+    .. [1] B. Efron, C. Stein, "The jackknife estimate of variance", Annals of Statistics 9 (1981).
+    """
+    positions = joint_positions(shared, len(equations))
+    n_unknowns = int(positions.max()) + 1
+    matrix = np.zeros((n_unknowns, n_unknowns))
+    right_side = np.zeros(n_unknowns)
+    for run, where in zip(equations, positions, strict=True):
+        matrix[np.ix_(where, where)] += run.matrix.sum(axis=(0, 1))
+        right_side[where] += run.right_side.sum(axis=(0, 1))
+    scale = _column_scale(matrix)
+    eigenvalues, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
+    kept = eigenvalues > SINGULAR_SHARE * eigenvalues[-1]
+    basis = scale[:, None] * vectors[:, kept]
+    unknowns = basis @ ((basis.T @ right_side) / eigenvalues[kept])
+    fewest = min(run.n_revolutions for run in equations)
+    if fewest >= FEWEST_REVOLUTIONS:
+        covariance = _jackknife(equations, positions, basis, matrix, right_side)
+        freedom, source = fewest - 1, JACKKNIFE
+    else:
+        covariance, freedom = _classical(equations, positions, basis, eigenvalues[kept], unknowns)
+        source = CLASSICAL
+    return JointFit(
+        unknowns=unknowns,
+        positions=positions,
+        covariance=covariance,
+        covariance_source=source,
+        confidence_factor=np.full(n_unknowns, student_t.ppf(0.975, freedom)),
+        condition_number=float(np.sqrt(eigenvalues[kept][-1] / eigenvalues[kept][0])),
+        unseen=vectors[:, ~kept].T,
+        column_scale=scale,
+    )
+
+
+def unseen_in_words(fit: JointFit, labels: Sequence[str]) -> tuple[str, ...]:
+    """Describe what the data cannot see.
+
+    Parameters
+    ----------
+    fit : JointFit
+        Solution with q unknowns.
+    labels : sequence of str, length q
+        Names of the unknowns.
+
+    Returns
+    -------
+    tuple of str
+        One sentence for each unknown without influence and for each group that cannot be told
+        apart.
+    """
+    projector = fit.unseen.T @ fit.unseen
+    share = np.diag(projector)
+    silent = share > 1.0 - _NEGLIGIBLE_SHARE
+    sentences = [
+        f"{labels[int(k)]} has no influence on these signals" for k in np.flatnonzero(silent)
+    ]
+    mixed = fit.undetermined & ~silent
+    linked = (np.abs(projector) > _NEGLIGIBLE_SHARE) & np.outer(mixed, mixed)
+    n_groups, group = connected_components(linked, directed=False)
+    for number in range(n_groups):
+        members = np.flatnonzero((group == number) & mixed)
+        if members.size:
+            sentences.append(_group_in_words(fit, members, labels))
+    return tuple(sentences)
+
+
+def _group_in_words(fit: JointFit, members: NDArray[np.int64], labels: Sequence[str]) -> str:
+    """Say which combination of unknowns is determined, where it is a single one."""
+    names = " and ".join(labels[int(k)] for k in members)
+    unseen = (fit.unseen * fit.column_scale)[:, members]
+    _, sizes, directions = np.linalg.svd(unseen / np.abs(unseen).max())
+    n_unseen = int((sizes > _NEGLIGIBLE_SHARE).sum())
+    if members.size - n_unseen != 1:
+        n_seen = members.size - n_unseen
+        return f"{names} cannot be told apart: these signals see only {n_seen} combinations of them"
+    seen = directions[-1] / directions[-1][np.argmax(np.abs(directions[-1]))]
+    terms = " + ".join(
+        f"{'' if np.isclose(share, 1.0) else f'{share:.3g} '}{labels[int(k)]}"
+        for k, share in zip(members, seen, strict=True)
+    ).replace("+ -", "- ")
+    return f"{names} cannot be told apart: only {terms} is determined"
+
+
+def _column_scale(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Inverse lengths of the design's columns.
+
+    A column of zeros keeps its place and becomes unseen.
+    """
+    length = np.sqrt(np.diag(matrix))
+    return np.divide(1.0, length, out=np.ones_like(length), where=length > 0.0)
+
+
+def _jackknife(
+    equations: Sequence[NormalEquations],
+    positions: NDArray[np.int64],
+    basis: NDArray[np.float64],
+    matrix: NDArray[np.float64],
+    right_side: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Covariance from the solutions without one revolution each, run by run."""
+    reduced_matrix, reduced_right = basis.T @ matrix @ basis, basis.T @ right_side
+    covariance = np.zeros((basis.shape[1], basis.shape[1]))
+    for run, where in zip(equations, positions, strict=True):
+        own = np.ascontiguousarray(basis[where])
+        without = reduced_matrix - own.T @ run.matrix.sum(axis=1) @ own
+        left = reduced_right - run.right_side.sum(axis=1) @ own
+        solutions = np.linalg.solve(without, left[:, :, None])[:, :, 0]
+        scatter = solutions - solutions.mean(axis=0)
+        covariance += (run.n_revolutions - 1) / run.n_revolutions * scatter.T @ scatter
+    return basis @ covariance @ basis.T
+
+
+def _classical(
+    equations: Sequence[NormalEquations],
+    positions: NDArray[np.int64],
+    basis: NDArray[np.float64],
+    eigenvalues: NDArray[np.float64],
+    unknowns: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], int]:
+    """Covariance ``s² N^-1`` for independent residuals, and its degrees of freedom."""
+    squared = sum(
+        float(run.squared_error(unknowns[where]).sum())
+        for run, where in zip(equations, positions, strict=True)
+    )
+    freedom = max(sum(int(run.n_samples.sum()) for run in equations) - eigenvalues.size, 1)
+    return squared / freedom * (basis / eigenvalues) @ basis.T, freedom

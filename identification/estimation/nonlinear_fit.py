@@ -1,0 +1,273 @@
+"""Bounded nonlinear least squares for models that are simulated, with counted model runs."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from threadpoolctl import threadpool_limits
+
+Array = NDArray[np.float64]
+#: Residuals of all runs one after the other, in standard deviations; a plain object, so that
+#: processes can share it.
+Residuals = Callable[[Array], Array]
+
+#: Step of the difference quotients, as a share of a parameter's scale: truncation and rounding
+#: balance for residuals that are smooth to 1e-9.
+_STEP = 1e-4
+#: Relative change of cost and parameters at which the search ends.
+_TOLERANCE = 1e-8
+_MOST_ITERATIONS = 60
+#: A parameter this close to a bound, as a share of the distance of its bounds or of its scale, sits
+#: on it.
+_AT_BOUND = 1e-6
+
+
+@dataclass(frozen=True)
+class FreeParameter:
+    """One unknown of a fit.
+
+    Parameters
+    ----------
+    name, unit : str
+        Symbol and SI unit.
+    lower, upper : float
+        Physical bounds.
+    scale : float
+        Typical size; the search and its difference quotients work in this unit.
+
+    Raises
+    ------
+    ValueError
+        Where the bounds are out of order or the scale is not positive.
+    """
+
+    name: str
+    unit: str
+    lower: float
+    upper: float
+    scale: float
+
+    def __post_init__(self) -> None:
+        if not (self.lower < self.upper and self.scale > 0.0 and np.isfinite(self.scale)):
+            raise ValueError(
+                f"parameter {self.name}: bounds {self.lower:g} to {self.upper:g} and scale {self.scale:g}; "
+                "expected the lower bound below the upper one and a positive scale"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class NonlinearFit:
+    """Least-squares solution.
+
+    Parameters
+    ----------
+    free : tuple of FreeParameter
+        Unknowns.
+    values : ndarray, shape (p,)
+        Solution, SI units.
+    cost : float
+        Sum of the squared residuals.
+    residuals : ndarray, shape (n,)
+        Residuals at the solution.
+    jacobian : ndarray, shape (n, p)
+        Their derivatives by the parameters, each in its scale.
+    at_bound : tuple of str
+        Parameters that ended on a bound.
+    model_runs : int
+        Calls of the residual function, all starts together.
+    """
+
+    free: tuple[FreeParameter, ...]
+    values: Array
+    cost: float
+    residuals: Array
+    jacobian: Array
+    at_bound: tuple[str, ...]
+    model_runs: int
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the unknowns."""
+        return tuple(parameter.name for parameter in self.free)
+
+    @property
+    def scale(self) -> Array:
+        """Scales of the unknowns, shape (p,)."""
+        return np.array([parameter.scale for parameter in self.free])
+
+    def by_name(self) -> dict[str, float]:
+        """Values by name."""
+        return dict(zip(self.names, self.values.tolist(), strict=True))
+
+
+def bounded_fit(
+    residuals: Residuals,
+    free: Sequence[FreeParameter],
+    start: Array,
+    *,
+    tolerance: float = _TOLERANCE,
+) -> NonlinearFit:
+    """Minimise the sum of squared residuals from one start, within bounds.
+
+    Trust-region reflective Gauss-Newton steps on one-sided difference quotients: with p unknowns an
+    iteration costs p + 1 model runs. The derivatives that the errors rest on are central ones.
+
+    Parameters
+    ----------
+    residuals : callable
+        ``residuals(values, shape (p,)) -> ndarray, shape (n,)``.
+    free : sequence of FreeParameter
+        Unknowns.
+    start : ndarray, shape (p,)
+        Where to begin; moved inside its bounds.
+    tolerance : float
+        Relative change of cost and parameters at which the search ends.
+
+    Returns
+    -------
+    NonlinearFit
+        Solution.
+
+    Raises
+    ------
+    ValueError
+        Where the residuals at the start are not finite.
+    """
+    # Matrices of a dozen rows: threads of the linear algebra would cost ten times what they
+    # compute.
+    with threadpool_limits(limits=1):
+        return _bounded_fit(residuals, free, start, tolerance)
+
+
+def _bounded_fit(
+    residuals: Residuals, free: Sequence[FreeParameter], start: Array, tolerance: float
+) -> NonlinearFit:
+    counted = _Counted(residuals)
+    scale = np.array([parameter.scale for parameter in free])
+    lower = np.array([parameter.lower for parameter in free])
+    upper = np.array([parameter.upper for parameter in free])
+    inside = np.clip(start, lower, upper)
+    if not np.isfinite(counted(inside)).all():
+        raise ValueError(
+            f"the model gives no finite signal at the start {dict(zip(_names(free), inside, strict=True))}"
+        )
+
+    def derivatives(z: Array) -> Array:
+        return one_sided_quotients(counted, z * scale, scale, upper)
+
+    # The search itself wants to begin inside; a start on the bound stays reachable as the better of
+    # both ends.
+    margin = 1e-3 * np.minimum(upper - lower, scale)
+    found = least_squares(
+        lambda z: counted(z * scale),
+        np.clip(inside, lower + margin, upper - margin) / scale,
+        jac=derivatives,
+        bounds=(lower / scale, upper / scale),
+        xtol=tolerance,
+        ftol=tolerance,
+        gtol=None,
+        max_nfev=_MOST_ITERATIONS,
+        x_scale="jac",
+    )
+    values = _on_bounds(found.x * scale, lower, upper, scale)
+    fit = _at(counted, free, values)
+    given = float(np.square(counted(inside)).sum())
+    if given < fit.cost:
+        fit = _at(counted, free, inside)
+    return replace(fit, model_runs=counted.calls)
+
+
+def difference_quotients(
+    residuals: Residuals, values: Array, scale: Array, lower: Array, upper: Array
+) -> Array:
+    """Derivatives of the residuals by the scaled parameters, shape (n, p); one-sided at a bound.
+
+    Parameters
+    ----------
+    residuals : callable
+        Residual function.
+    values, scale, lower, upper : ndarray, shape (p,)
+        Point, unit of each derivative, and bounds that are not crossed.
+
+    Returns
+    -------
+    ndarray
+        Central differences, of second order.
+    """
+    columns = []
+    for k in range(values.size):
+        step = _STEP * max(scale[k], abs(values[k]))
+        ahead, behind = values.copy(), values.copy()
+        ahead[k] = min(values[k] + step, upper[k])
+        behind[k] = max(values[k] - step, lower[k])
+        columns.append((residuals(ahead) - residuals(behind)) / ((ahead[k] - behind[k]) / scale[k]))
+    return np.column_stack(columns)
+
+
+def one_sided_quotients(residuals: Residuals, values: Array, scale: Array, upper: Array) -> Array:
+    """Derivatives of the residuals by the scaled parameters, shape (n, p), of first order.
+
+    Half the model runs.
+
+    Parameters
+    ----------
+    residuals : callable
+        Residual function.
+    values, scale, upper : ndarray, shape (p,)
+        Point, unit of each derivative, and upper bounds that are not crossed.
+
+    Returns
+    -------
+    ndarray
+        Forward differences, backward ones below an upper bound.
+    """
+    here = residuals(values)
+    columns = []
+    for k in range(values.size):
+        step = _STEP * max(scale[k], abs(values[k]))
+        moved = values.copy()
+        moved[k] += step if values[k] + step <= upper[k] else -step
+        columns.append((residuals(moved) - here) / ((moved[k] - values[k]) / scale[k]))
+    return np.column_stack(columns)
+
+
+class _Counted:
+    """Residual function that counts its calls and remembers the last point asked for."""
+
+    def __init__(self, residuals: Residuals) -> None:
+        self._residuals = residuals
+        self._last: tuple[Array, Array] | None = None
+        self.calls = 0
+
+    def __call__(self, values: Array) -> Array:
+        if self._last is None or not np.array_equal(self._last[0], values):
+            self.calls += 1
+            self._last = values.copy(), self._residuals(values)
+        return self._last[1]
+
+
+def _at(counted: _Counted, free: Sequence[FreeParameter], values: Array) -> NonlinearFit:
+    lower = np.array([parameter.lower for parameter in free])
+    upper = np.array([parameter.upper for parameter in free])
+    scale = np.array([parameter.scale for parameter in free])
+    residual = counted(values)
+    jacobian = difference_quotients(counted, values, scale, lower, upper)
+    bound = (values <= lower) | (values >= upper)
+    names = tuple(name for name, hit in zip(_names(free), bound, strict=True) if hit)
+    return NonlinearFit(
+        tuple(free), values, float(residual @ residual), residual, jacobian, names, counted.calls
+    )
+
+
+def _on_bounds(values: Array, lower: Array, upper: Array, scale: Array) -> Array:
+    """Put a value that is at its bound to rounding exactly on it."""
+    margin = _AT_BOUND * np.minimum(upper - lower, scale)
+    return np.where(
+        values - lower < margin, lower, np.where(upper - values < margin, upper, values)
+    )
+
+
+def _names(free: Sequence[FreeParameter]) -> tuple[str, ...]:
+    return tuple(parameter.name for parameter in free)

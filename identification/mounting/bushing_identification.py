@@ -1,0 +1,301 @@
+"""Bushing parameters from a mounting campaign.
+
+The three models in turn, each warm-started from the simpler one.
+"""
+
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.estimation.complex_method import ComplexSearch, complex_search
+from carrierflex.identification.estimation.fit_uncertainty import (
+    FitUncertainty,
+    bootstrap_covariance,
+    fit_uncertainty,
+    profile_likelihood,
+)
+from carrierflex.identification.estimation.nonlinear_fit import NonlinearFit, bounded_fit
+from carrierflex.identification.estimation.several_starts import best_of_starts, check_nested
+from carrierflex.identification.mounting.bushing_models import (
+    BUSHING_MODELS,
+    BushingModel,
+    MountingResiduals,
+    mounting_residuals,
+)
+from carrierflex.identification.mounting.bushing_starts import search_starts, thinned
+
+Array = NDArray[np.float64]
+
+#: Length of the time blocks whose residuals count as one observation [s]: some cycles of the
+#: slowest mode and of the shaft; shorter where a campaign would have fewer than `_FEWEST_BLOCKS`.
+_BLOCK_SECONDS = 10.0
+_FEWEST_BLOCKS = 24
+#: Starts that are searched from: the simpler model's solution and the best of the others.
+_SEARCHED_STARTS = 3
+#: Points of a likelihood profile.
+_PROFILE_POINTS = 9
+
+
+@dataclass(frozen=True, eq=False)
+class BushingEstimate:
+    """One model fitted to a campaign.
+
+    Parameters
+    ----------
+    model : BushingModel
+        Fitted model.
+    fit : NonlinearFit
+        Values, residuals and model runs, those of its starts included.
+    uncertainty : FitUncertainty
+        Covariance and what the data cannot see.
+    rms : float
+        RMS of measured minus simulated, all sensors [m].
+    rms_by_run : mapping
+        RMS by run and sensor [m].
+    seconds : float
+        Time of the fit [s].
+    simulation_seconds : float
+        Time of one simulation of all runs [s].
+    """
+
+    model: BushingModel
+    fit: NonlinearFit
+    uncertainty: FitUncertainty
+    rms: float
+    rms_by_run: Mapping[str, Mapping[str, float]]
+    seconds: float
+    simulation_seconds: float
+
+    @property
+    def ci95(self) -> Array:
+        """Ends of the 95 % intervals, shape (p, 2)."""
+        half = self.uncertainty.confidence_factor * self.uncertainty.std
+        return np.column_stack([self.fit.values - half, self.fit.values + half])
+
+
+def identify_bushings(
+    campaign: Campaign,
+    last: BushingModel,
+    executor: Executor,
+    *,
+    weights: Mapping[str, float] | None = None,
+    progress: Callable[[str], None] = lambda text: None,
+) -> tuple[BushingEstimate, ...]:
+    """Fit the bushing models up to `last`, from the simplest to the richest.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Campaign of kind ``mounting``.
+    last : BushingModel
+        Richest model wanted.
+    executor : Executor
+        Where the starts run.
+    weights : mapping of str to float, optional
+        Weights of the housing's motion in the objective (equation 12); without them the sensors are
+        compared.
+    progress : callable
+        Told what begins.
+
+    Returns
+    -------
+    tuple of BushingEstimate
+        One for each model.
+
+    Raises
+    ------
+    ValueError
+        Where the campaign is of another kind or too short.
+    ArithmeticError
+        Where a richer model fits worse than one it contains.
+
+    References
+    ----------
+    .. [1] 2011 paper, section 5, equation (12).
+    """
+    estimates: list[BushingEstimate] = []
+    for model in BUSHING_MODELS[: BUSHING_MODELS.index(last) + 1]:
+        progress(f"{model.name}: {len(model.names)} parameters")
+        begin = perf_counter()
+        residuals = mounting_residuals(campaign, model, weights)
+        simpler = estimates[-1] if estimates else None
+        fit = _fitted(residuals, simpler, executor)
+        if simpler is not None:
+            check_nested(fit.cost, simpler.fit.cost, (model.name, simpler.model.name))
+        estimates.append(_estimate(campaign, residuals, fit, perf_counter() - begin))
+    return tuple(estimates)
+
+
+def search_bushings(
+    campaign: Campaign,
+    model: BushingModel,
+    *,
+    weights: Mapping[str, float] | None = None,
+    seed: int = 0,
+    max_evaluations: int = 5000,
+    tolerance: float = 1e-4,
+) -> ComplexSearch:
+    """Search the parameters by the complex method, as the paper did.
+
+    Parameters
+    ----------
+    campaign, model, weights
+        As for :func:`identify_bushings`.
+    seed : int
+        Of the first population.
+    max_evaluations : int
+        Simulations at most.
+    tolerance : float
+        Spread of the population at which the search ends.
+
+    Returns
+    -------
+    ComplexSearch
+        Best point, its cost and the number of simulations.
+    """
+    residuals = mounting_residuals(campaign, model, weights)
+    free = model.free(residuals.rig)
+
+    def cost(values: Array) -> float:
+        try:
+            return float(np.square(residuals(values)).sum())
+        except ArithmeticError:  # the run left the model: as bad as can be
+            return np.inf
+
+    lower, upper = (np.array([getattr(one, end) for one in free]) for end in ("lower", "upper"))
+    rng = np.random.default_rng(seed)
+    with threadpool_limits(limits=1):  # small matrices, as in bounded_fit
+        return complex_search(
+            cost, lower, upper, rng=rng, tolerance=tolerance, max_evaluations=max_evaluations
+        )
+
+
+def bootstrapped(
+    campaign: Campaign,
+    estimate: BushingEstimate,
+    executor: Executor,
+    n_samples: int,
+    seed: int,
+    weights: Mapping[str, float] | None = None,
+) -> BushingEstimate:
+    """Copy of an estimate with the covariance of full refits to resampled time blocks.
+
+    Parameters
+    ----------
+    campaign, weights
+        As the estimate was made with.
+    estimate : BushingEstimate
+        Solution.
+    executor : Executor
+        Where the refits run.
+    n_samples, seed : int
+        Refits, and the seed of their draws.
+
+    Returns
+    -------
+    BushingEstimate
+        Same values.
+    """
+    residuals = mounting_residuals(campaign, estimate.model, weights)
+    rng = np.random.default_rng(seed)
+    blocks = residuals.blocks(_block_seconds(residuals))
+    covariance = bootstrap_covariance(
+        residuals, estimate.fit, blocks, n_samples=n_samples, rng=rng, executor=executor
+    )
+    return replace(estimate, uncertainty=replace(estimate.uncertainty, covariance=covariance))
+
+
+def profiled(
+    campaign: Campaign,
+    estimate: BushingEstimate,
+    name: str,
+    weights: Mapping[str, float] | None = None,
+) -> tuple[Array, Array]:
+    """Values of one parameter within three standard deviations, and the cost over the least one, others refitted.
+
+    Raises
+    ------
+    ValueError
+        Where the parameter has no finite standard deviation to step by.
+    """
+    k = estimate.fit.names.index(name)
+    std, free = float(estimate.uncertainty.std[k]), estimate.fit.free[k]
+    if not (np.isfinite(std) and std > 0.0):
+        raise ValueError(
+            f"profile of {name}: its standard deviation is {std}; expected a parameter that the data determine"
+        )
+    values = np.clip(
+        estimate.fit.values[k] + std * np.linspace(-3.0, 3.0, _PROFILE_POINTS),
+        free.lower,
+        free.upper,
+    )
+    residuals = mounting_residuals(campaign, estimate.model, weights)
+    cost, _ = profile_likelihood(residuals, estimate.fit, name, values.tolist())
+    return values, cost / estimate.fit.cost
+
+
+def _block_seconds(residuals: MountingResiduals) -> float:
+    total = sum(float(inputs.time[-1] - inputs.time[0]) for inputs in residuals.inputs)
+    return min(_BLOCK_SECONDS, total / _FEWEST_BLOCKS)
+
+
+def _fitted(
+    residuals: MountingResiduals, simpler: BushingEstimate | None, executor: Executor
+) -> NonlinearFit:
+    """Search on a thinned record from several starts, then finish on the whole one, warm-started from the simpler model."""
+    free = residuals.model.free(residuals.rig)
+    starts = search_starts(
+        residuals, None if simpler is None else (simpler.model, simpler.fit.values)
+    )
+    if simpler is None:  # nearly linear in its parameters: one start is enough
+        return bounded_fit(residuals, free, starts[0])
+    searched = best_of_starts(thinned(residuals), free, starts, executor, most=_SEARCHED_STARTS)
+    candidates = [searched.values, starts[0]]
+    costs = [float(np.square(residuals(start)).sum()) for start in candidates]
+    fit = bounded_fit(residuals, free, candidates[int(np.argmin(costs))])
+    return replace(fit, model_runs=fit.model_runs + searched.model_runs + 2)
+
+
+def _estimate(
+    campaign: Campaign, residuals: MountingResiduals, fit: NonlinearFit, seconds: float
+) -> BushingEstimate:
+    uncertainty = fit_uncertainty(fit, residuals.blocks(_block_seconds(residuals)))
+    begin = perf_counter()
+    plain = MountingResiduals(
+        residuals.rig,
+        residuals.model,
+        residuals.inputs,
+        residuals.signals,
+        residuals.sensors,
+        np.eye(len(residuals.sensors)),
+    )
+    gaps = plain(fit.values)
+    simulation_seconds = perf_counter() - begin
+    rms, by_run = _rms(campaign, plain, gaps)
+    return BushingEstimate(
+        residuals.model, fit, uncertainty, rms, by_run, seconds, simulation_seconds
+    )
+
+
+def _rms(
+    campaign: Campaign, plain: MountingResiduals, gaps: Array
+) -> tuple[float, dict[str, dict[str, float]]]:
+    """RMS over everything and by run and channel; missing samples do not count."""
+    counted = plain.counted()
+    first, by_run = 0, {}
+    for run, inputs, count in zip(campaign.runs, plain.inputs, counted, strict=True):
+        last = first + inputs.time.size * len(plain.sensors)
+        square = np.square(gaps[first:last].reshape(-1, len(plain.sensors))).sum(axis=0)
+        mean = np.divide(square, count, out=np.full_like(square, np.nan), where=count > 0.0)
+        by_run[run.name] = {
+            channel.name: float(np.sqrt(value))
+            for channel, value in zip(campaign.channels, mean, strict=True)
+        }
+        first = last
+    return float(np.sqrt(np.square(gaps).sum() / counted.sum())), by_run

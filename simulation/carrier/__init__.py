@@ -1,0 +1,1 @@
+"""The carrier's motion and deflection turned into rim sensor signals."""

@@ -1,0 +1,1 @@
+"""Motion of one element under a force: compiled laws and time integration."""

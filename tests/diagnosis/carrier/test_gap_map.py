@@ -1,0 +1,160 @@
+import re
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from carrierflex.diagnosis.carrier.gap_map import carrier_gap_cells
+from carrierflex.diagnosis.carrier.gap_parts import frame_of, gap_parts
+from carrierflex.diagnosis.carrier.patterns import RADIAL, pattern_split
+from carrierflex.identification.campaign.campaign import Channel
+from carrierflex.identification.campaign.order_analysis import MAX_ORDER
+from tests.diagnosis.carrier.carrier_twin import CHANNELS, twin_problem
+
+QUIET = ((1.0, 0, 0), (0.5, 0, 0))
+
+
+def cells_of(problem):
+    return {
+        (c.run, c.channel_pattern, int(c.order)): c
+        for c in problem.gap_cells((), problem.starts((), {})[-1])
+    }
+
+
+@pytest.mark.parametrize(("order", "pattern"), [(2, "m=2"), (3, "m=-1"), (4, "m=0"), (5, "m=+1")])
+def test_waviness_lands_only_in_m_equal_to_n_modulo_four(order, pattern):
+    def waves(channel, angle):
+        return 1e-4 * np.cos(order * (channel.angle - angle)) * (channel in CHANNELS[:4])
+
+    cells = cells_of(twin_problem(None, extra=waves, turns=6, loads=QUIET))
+    own = {m: cells["run1", m, order].coherent for m in ("m=0", "m=+1", "m=-1", "m=2")}
+    # Four of six channels, half the squared amplitude; the rest is noise.
+    assert_allclose(own.pop(pattern), 1e-8 / 2.0 * 4.0 / 6.0, rtol=0.01)
+    assert max(own.values()) < 1e-4 * 1e-8
+
+
+def test_a_gain_error_leaks_into_the_saddle_pattern_in_one_constant_ratio():
+    orders = np.zeros((1, 4, MAX_ORDER + 1), dtype=complex)
+    channels = CHANNELS[:4]
+    for n, size in ((1, 1.0), (5, 0.3)):
+        orders[0, :, n] = size * np.exp(-1j * n * np.array([channel.angle for channel in channels]))
+    orders[0, 1] *= 1.05
+    split = pattern_split(channels, orders)
+    for n in (1, 5):
+        forward, saddle = (
+            split.amplitudes[0, split.names.index(m), MAX_ORDER + n] for m in ("m=+1", "m=2")
+        )
+        assert_allclose(abs(saddle / forward), 0.0125 / 1.0125, rtol=1e-12)
+
+
+def test_radial_pair_tells_forward_from_backward_whirl():
+    channels = CHANNELS[4:]
+    orders = np.zeros((1, 2, MAX_ORDER + 1), dtype=complex)
+    # u = exp(+j theta): a sensor at v reads cos(theta - v).
+    orders[0, :, 1] = np.exp(-1j * np.array([channel.angle for channel in channels]))
+    split = pattern_split(channels, orders)
+    assert split.names == (RADIAL,)
+    assert_allclose(split.amplitudes[0, 0, MAX_ORDER + 1], 1.0, rtol=1e-12)
+    assert abs(split.amplitudes[0, 0, MAX_ORDER - 1]) < 1e-12
+
+
+def test_channels_without_a_pattern_stand_alone():
+    channels = (
+        Channel("a", "axial_displacement", "m", 0.0, 0.4),
+        Channel("b", "axial_displacement", "m", 2.0, 0.4),
+    )
+    assert pattern_split(channels, np.zeros((1, 2, MAX_ORDER + 1), dtype=complex)).names == (
+        "a",
+        "b",
+    )
+
+
+def test_the_sentence_names_frame_order_and_growth():
+    problem = twin_problem(
+        "flexible_pins", contained=("axial_offset", "housing_tilt", "carrier_tilt")
+    )
+    text = problem.where_text((), problem.starts((), {})[-1])
+    assert "order 3, m=-1 (waves fixed to the carrier), in every run, growing as torque^1.0" in text
+    bare = twin_problem("carrier_tilt", contained=("axial_offset", "housing_tilt", "flexible_pins"))
+    text = bare.where_text((), bare.starts((), {})[-1])
+    assert "order 1, m=+1 (tilt fixed to the carrier), in every run, whatever the torque" in text
+
+
+def test_without_a_gap_the_sentence_says_so():
+    problem = twin_problem(None)
+    assert "stands out" in problem.where_text((), problem.starts((), {})[-1])
+
+
+def parts_of(problem):
+    parts = gap_parts(problem.gap_cells((), problem.starts((), {})[-1]))
+    return {(part.pattern, part.order): frame_of(part, parts) for part in parts if part.runs}
+
+
+def test_what_pulsates_in_the_housing_is_told_from_what_turns_with_the_carrier():
+    def turning(channel, angle):
+        return 5e-5 * np.cos(3.0 * (channel.angle - angle)) * (channel in CHANNELS[:4])
+
+    def pulsating(channel, angle):
+        return 5e-5 * np.cos(3.0 * angle) * np.cos(channel.angle - 0.4) * (channel in CHANNELS[:4])
+
+    assert parts_of(twin_problem(None, extra=turning, turns=6, loads=QUIET))["m=-1", 3] == "carrier"
+    frames = parts_of(twin_problem(None, extra=pulsating, turns=6, loads=QUIET))
+    assert frames["m=+1", 3] == "housing"
+    assert frames["m=-1", 3] == "undecided"
+
+
+def test_radial_motion_is_split_between_carrier_and_housing():
+    def whirl(channel, angle):
+        return 5e-5 * np.cos(angle - channel.angle) * (channel in CHANNELS[4:])
+
+    def shake(channel, angle):
+        return 5e-5 * np.cos(angle) * np.cos(channel.angle) * (channel in CHANNELS[4:])
+
+    assert parts_of(twin_problem(None, extra=whirl, turns=6, loads=QUIET))[RADIAL, 1] == "carrier"
+    frames = parts_of(twin_problem(None, extra=shake, turns=6, loads=QUIET))
+    assert (frames[RADIAL, 1], frames[RADIAL, -1]) == ("housing", "housing")
+
+
+def test_a_small_order_beyond_chance_is_said_with_its_p_value():
+    def small(channel, angle):
+        large = 1e-4 * np.cos(3.0 * (channel.angle - angle))
+        return (large + 2e-6 * np.cos(6.0 * (channel.angle - angle))) * (channel in CHANNELS[:4])
+
+    problem = twin_problem(None, extra=small, turns=8, loads=QUIET)
+    text = problem.where_text((), problem.starts((), {})[-1])
+    found = re.search(
+        r"small yet beyond chance: order 6, m=2 \((.*) %, p <= (.*) in every run\)", text
+    )
+    # A hundredth of a square of 2 in 100; the noise of 5 um over 480 samples shifts an amplitude of
+    # 2 um by some 10 %.
+    assert_allclose(float(found[1]), 0.04, rtol=0.3)
+    assert float(found[2]) < 0.01
+
+
+def test_one_revolution_is_tested_against_the_declared_noise():
+    """Without a second revolution the noise stands for the scatter.
+
+    As many false alarms as chance makes.
+    """
+    rng = np.random.default_rng(2)
+    n = 60
+    table = rng.standard_normal((300, 6, n))
+    phase = np.outer(np.arange(n) * 2.0 * np.pi / n, np.arange(MAX_ORDER + 1))
+    orders = table @ np.exp(-1j * phase) * np.where(np.arange(MAX_ORDER + 1) == 0, 1.0, 2.0) / n
+    p_values = []
+    for own in orders:
+        noise = np.array([1.0 / n])
+        p_values.append(
+            [
+                c.p_value
+                for c in carrier_gap_cells(
+                    CHANNELS, own[None], ["R"], np.zeros(1, dtype=int), noise
+                )
+            ]
+        )
+    # Adjusted p-values of 77 cells: hardly ever below 5 % where the noise is the only gap.
+    assert np.mean(np.min(p_values, axis=1) < 0.05) < 0.05
+    # And not for want of power: the raw noise of every cell is met within 3 %.
+    split = pattern_split(CHANNELS, orders)
+    met = (split.weights * np.mean(np.abs(split.amplitudes) ** 2, axis=0))[split.weights > 0.0]
+    assert_allclose(met, split.noise[split.weights > 0.0] / n, rtol=0.3)

@@ -1,0 +1,133 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from carrierflex.diagnosis.carrier.cards import CARRIER_CARDS
+from carrierflex.diagnosis.carrier.problem import carrier_problem
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.inference.bounded_fit import fit_effects
+from carrierflex.identification.campaign.campaign import Baseline
+from carrierflex.identification.campaign.campaign_kinds import CARRIER
+from tests.diagnosis.carrier.carrier_twin import (
+    CURVES,
+    INJECTED,
+    NOISE,
+    twin_campaign,
+    twin_problem,
+)
+
+EFFECTS = (
+    *INJECTED,
+    "pin_clearance",
+    "bearing_clearance",
+    "sensor_gain",
+    "sensor_angle",
+    "sensor_zero",
+    "sensor_delay",
+)
+FAST = ("carrier_tilt", "flange_warp", "sensor_gain", "sensor_delay", "bearing_clearance")
+
+
+def found(problem):
+    return diagnose(problem, campaign="twin", kind="carrier")
+
+
+def check_named(effect):
+    result = found(twin_problem(effect))
+    named = {
+        *result.attribution.effects,
+        *(own for group in result.attribution.aliases for own in group),
+    }
+    assert effect in named, (result.verdict, result.reason, result.attribution.effects)
+    assert result.verdict in ("named", "named_with_remainder", "aliased")
+
+
+def test_the_library_holds_every_effect_of_the_contract():
+    assert {card.id for card in CARRIER_CARDS} == set(CARRIER.effects)
+
+
+@pytest.mark.parametrize("effect", FAST)
+def test_a_missing_effect_is_named(effect):
+    check_named(effect)
+
+
+@pytest.mark.acceptance
+@pytest.mark.parametrize("effect", [effect for effect in EFFECTS if effect not in FAST])
+def test_every_other_missing_effect_is_named(effect):
+    check_named(effect)
+
+
+def test_nothing_missing_is_at_the_noise_floor():
+    assert found(twin_problem(None)).verdict == "at_noise_floor"
+
+
+def test_an_effect_outside_the_library_is_none_of_these():
+    problem = twin_problem(
+        None, extra=lambda channel, angle: 5e-5 * np.cos(10.0 * angle) * (channel.name == "s227")
+    )
+    assert found(problem).verdict == "none_of_these"
+
+
+@pytest.mark.parametrize(
+    "effect", ["sensor_gain", "sensor_angle", "sensor_delay", "pin_clearance", "bearing_clearance"]
+)
+def test_derivatives_are_those_of_the_prediction(effect):
+    problem = twin_problem(effect, loads=((1.0, 0, 0), (0.6, 0, 1e5)), turns=3)
+    theta = problem.starts((effect,), {})[-1].copy()
+    theta[-1] += 0.013 * problem.parameters((effect,))[-1].scale
+    chosen = np.ones(len(problem.segments), dtype=bool)
+    slope = -2.0 * problem.sums((effect,), theta, chosen).right_side.sum(axis=0)
+    for k, parameter in enumerate(problem.parameters((effect,))):
+        step = 1e-4 * parameter.scale * np.eye(theta.size)[k]
+        cost = [problem.squares((effect,), theta + sign * step, chosen).sum() for sign in (1, -1)]
+        # Central differences of a quadratic are exact but for rounding of the sums.
+        size = np.sqrt(problem.sums((effect,), theta, chosen).matrix.sum(axis=0)[k, k] * cost[0])
+        assert abs((cost[0] - cost[1]) / (2e-4 * parameter.scale) - slope[k]) < 1e-3 * size
+
+
+def test_parameters_of_a_gain_and_a_threshold_are_recovered():
+    gain = fit_effects(twin_problem("sensor_gain"), ("sensor_gain",))
+    assert gain.parameters[-1].name == "g_s137"
+    assert abs(gain.theta[-1] - 0.2) < 4.0 * np.sqrt(gain.covariance[-1, -1])
+    closing = fit_effects(twin_problem("pin_clearance"), ("pin_clearance",))
+    assert_allclose(closing.theta[-2:], [1.5, 150e3], rtol=0.05)
+
+
+def test_noise_is_measured_where_none_is_declared():
+    campaign = twin_campaign(None)
+    silent = replace(
+        campaign, channels=tuple(replace(own, noise_std=None) for own in campaign.channels)
+    )
+    problem = carrier_problem(silent, CURVES)
+    # 96 revolutions of 60 samples: the variance is known to a few per cent.
+    assert_allclose(np.sqrt(problem.noise), NOISE, rtol=0.06)
+
+
+def test_one_revolution_is_not_diagnosable():
+    result = found(twin_problem(None, loads=((1.0, 0, 0),), turns=1))
+    assert result.verdict == "not_diagnosable"
+    assert "expected at least" in result.reason
+
+
+def test_channels_that_say_nothing_are_refused():
+    campaign = twin_campaign(None, turns=2)
+    for value, message in ((np.nan, "is missing"), (1e-3, "is constant")):
+        runs = tuple(
+            replace(run, signals={**run.signals, "s137": np.full(run.time.size, value)})
+            for run in campaign.runs
+        )
+        with pytest.raises(ValueError, match=f"s137.*{message}"):
+            carrier_problem(replace(campaign, runs=runs), CURVES)
+
+
+def test_another_simulators_prediction_is_the_baseline():
+    campaign = twin_campaign("flange_warp")
+    clean = twin_campaign(None, seed=1)
+    runs = tuple(
+        replace(run, predictions=dict(other.signals))
+        for run, other in zip(campaign.runs, clean.runs, strict=True)
+    )
+    columns = replace(campaign, runs=runs, baseline=Baseline("columns", ("axial_offset",)))
+    assert found(carrier_problem(columns, CURVES)).attribution.effects == ("flange_warp",)

@@ -1,0 +1,107 @@
+"""Simulated element campaigns whose truth is known, integrated by another method than the plant's."""
+
+from functools import cache
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.records import Run
+
+MASS, STIFFNESS, DAMPING = 2.0, 8.0e3, 12.0  # 10 Hz, 5 % of critical
+STEP, PERIOD = 5e-3, 512
+
+
+def multisine(amplitude, seed, *, periods=4, lines=range(1, 80, 2)):
+    """Odd random-phase multisine, its RMS equal to `amplitude`; lines are 0.39 Hz apart."""
+    rng = np.random.default_rng(seed)
+    lines = np.array(list(lines))
+    phases = rng.uniform(0.0, 2.0 * np.pi, lines.size)
+    frequency = 2.0 * np.pi * lines / (PERIOD * STEP)
+
+    def force(t):
+        return (
+            amplitude
+            * np.sqrt(2.0 / lines.size)
+            * np.cos(np.multiply.outer(t, frequency) + phases).sum(axis=-1)
+        )
+
+    return force, periods * PERIOD
+
+
+@cache
+def driven_motions(law, amplitudes, seed):
+    """Time [s], forces and deflections from rest of an element with an extra law(q, v), shapes (n,), (n_runs, n) twice.
+
+    The runs are integrated together: a call of the law on three numbers costs what it costs on one.
+    """
+    pairs = [
+        multisine(amplitude, 10 * seed + number) for number, amplitude in enumerate(amplitudes)
+    ]
+    forces = [force for force, _ in pairs]
+    time = STEP * np.arange(pairs[0][1])
+    n_runs = len(amplitudes)
+
+    def rates(t, state):
+        q = state[:n_runs]
+        v = state[n_runs:]
+        drive = np.array([force(t) for force in forces])
+        return np.concatenate([v, (drive - STIFFNESS * q - DAMPING * v - law(q, v)) / MASS])
+
+    solution = solve_ivp(
+        rates, (0.0, time[-1]), np.zeros(2 * n_runs), "DOP853", time, rtol=1e-8, atol=1e-12
+    )
+    return time, np.array([force(time) for force in forces]), solution.y[:n_runs]
+
+
+def force_campaign(
+    law, *, amplitudes=(1.0, 2.0, 4.0), noise=2e-6, seed=0, declared=True, settle=PERIOD, effects=()
+):
+    """Mass on an element with an extra law(q, v) under three amplitudes, one run each."""
+    rng = np.random.default_rng(seed)
+    time, forces, motions = driven_motions(law, amplitudes, seed)
+    runs = []
+    for number, amplitude in enumerate(amplitudes):
+        q = motions[number] + noise * rng.standard_normal(time.size)
+        runs.append(
+            Run(
+                f"R{number}",
+                f"R{number}.csv",
+                f"amplitude {amplitude}",
+                time,
+                {"force": forces[number]},
+                {"q": q},
+            )
+        )
+    channel = Channel("q", "displacement", "m", noise_std=noise if declared else None)
+    rig = {"drive": "force", "periodic": True, "period_samples": PERIOD, "settle_samples": settle}
+    return Campaign(
+        "element", "twin", Baseline("model", tuple(effects)), rig, (channel,), tuple(runs)
+    )
+
+
+def displacement_campaign(law, *, amplitudes=(0.5e-3, 1e-3, 2e-3), noise=0.05, seed=0, n=4000):
+    """Element moved by a slow random multisine; the force is K q + C v + law(q, v)."""
+    rng = np.random.default_rng(seed)
+    runs = []
+    for number, amplitude in enumerate(amplitudes):
+        shape, _ = multisine(1.0, 10 * seed + number, lines=range(1, 12))
+        time = STEP * np.arange(n)
+        q = amplitude * shape(time)
+        # The derivative of the sum of cosines by a complex step would be exact too; differences of
+        # 1e-6 s are.
+        v = amplitude * (shape(time + 1e-6) - shape(time - 1e-6)) / 2e-6
+        force = STIFFNESS * q + DAMPING * v + law(q, v) + noise * rng.standard_normal(n)
+        runs.append(
+            Run(
+                f"R{number}",
+                f"R{number}.csv",
+                f"amplitude {amplitude}",
+                time,
+                {"displacement": q},
+                {"F": force},
+            )
+        )
+    channel = Channel("F", "force", "N", noise_std=noise)
+    rig = {"drive": "displacement", "settle_samples": 100}
+    return Campaign("element", "twin", Baseline("model"), rig, (channel,), tuple(runs))

@@ -1,0 +1,49 @@
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from carrierflex.diagnosis.element.growth import growth_exponent, growth_words
+from carrierflex.diagnosis.element.problem import element_problem
+from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign
+
+AMPLITUDES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
+
+
+def exponent(campaign):
+    problem = element_problem(campaign)
+    return growth_exponent(problem.model, problem.records, problem.noise)
+
+
+@pytest.mark.parametrize(
+    ("law", "power"),
+    [
+        (lambda q, v: 4e5 * q**2, 2.0),
+        (lambda q, v: 8e8 * q**3, 3.0),
+        (lambda q, v: 1e14 * q**5, 5.0),
+        (lambda q, v: 100.0 * v * np.abs(v), 2.0),
+        (lambda q, v: 4e6 * q**2 * v, 3.0),
+        (lambda q, v: np.tanh(v / 1e-4), 0.0),
+    ],
+)
+def test_unexplained_force_grows_with_the_power_of_the_law(law, power):
+    found = exponent(
+        displacement_campaign(law, amplitudes=tuple(5e-4 * a for a in AMPLITUDES), n=2000)
+    )
+    # The lines of the drive scatter from block to block, and with them the peaks that a block's RMS
+    # stands for.
+    assert_allclose(found.value, power, atol=0.3)
+    assert found.ci95[0] - 0.1 < power < found.ci95[1] + 0.1
+
+
+def test_growth_is_told_under_a_force_too():
+    found = exponent(force_campaign(lambda q, v: 8e8 * q**3, amplitudes=(1.0, 2.0, 4.0)))
+    assert_allclose(found.value, 3.0, atol=0.3)
+    assert "grows with deflection^" in growth_words(found)
+
+
+def test_without_a_gap_or_with_one_amplitude_there_is_no_growth():
+    silent = exponent(displacement_campaign(lambda q, v: 0.0 * q, n=2000))
+    assert growth_words(silent) == ""
+    assert "stands out" in silent.reason
+    one = exponent(force_campaign(lambda q, v: 8e8 * q**3, amplitudes=(4.0, 4.0)))
+    assert one.reason == "deflection does not vary"

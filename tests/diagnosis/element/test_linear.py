@@ -1,0 +1,85 @@
+"""The linear element behind noisy deflections, and what the ends of a record do to its derivatives."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from carrierflex.diagnosis.element.linear import linear_element
+from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.element.records import element_records
+from carrierflex.diagnosis.inference.bounded_fit import fit_effects
+from tests.diagnosis.element.element_campaigns import (
+    DAMPING,
+    MASS,
+    STIFFNESS,
+    displacement_campaign,
+    force_campaign,
+)
+
+
+def no_law(q, v):
+    return 0.0 * q
+
+
+@pytest.fixture(scope="module")
+def noisy_records():
+    """Deflections with half their own size in noise."""
+    campaign = force_campaign(no_law, amplitudes=(2.0, 2.0), noise=1e-4)
+    return element_records(campaign)
+
+
+def test_noise_in_the_deflection_does_not_bias_the_element(noisy_records):
+    poor = (0.05 * MASS, 0.5 * STIFFNESS, DAMPING, 0.0)
+    m, K1, C1, f0 = linear_element(noisy_records, poor, mass=None)
+    assert_allclose([m, K1], [MASS, STIFFNESS], rtol=0.05)
+    assert_allclose(C1, DAMPING, rtol=0.25)
+    assert abs(f0) < 0.1
+
+
+def test_a_given_mass_stays(noisy_records):
+    m, K1, _, _ = linear_element(noisy_records, (MASS, 0.5 * STIFFNESS, DAMPING, 0.0), mass=MASS)
+    assert m == MASS
+    assert_allclose(K1, STIFFNESS, rtol=0.03)
+
+
+def test_an_estimate_that_predicts_better_stays(noisy_records):
+    # No noise could be fitted better than by the element behind the record and its neighbours.
+    exact = (MASS, STIFFNESS, DAMPING, 0.0)
+    found = linear_element(noisy_records, exact, mass=None)
+    assert_allclose(found[:2], exact[:2], rtol=0.02)
+
+
+def test_a_baseline_is_found_under_noise():
+    problem = element_problem(force_campaign(no_law, amplitudes=(1.0, 2.0), noise=1e-4))
+    fit = fit_effects(problem, ())
+    assert_allclose(np.sqrt(fit.sums.square.sum() / problem.noise_square.sum()), 1.0, atol=0.03)
+    assert_allclose(fit.theta[0], MASS, rtol=0.05)
+
+
+def test_the_ends_of_a_record_do_not_count_as_a_gap():
+    campaign = displacement_campaign(no_law, noise=1e-3)
+    # A mass makes the acceleration count, which is unknown beyond the ends.
+    runs = []
+    for run in campaign.runs:
+        q, step = run.inputs["displacement"], run.time[1] - run.time[0]
+        inertia = 20.0 * np.gradient(np.gradient(q, step), step)
+        runs.append(replace(run, signals={"F": run.signals["F"] + inertia}))
+    problem = element_problem(replace(campaign, runs=tuple(runs)))
+    left = fit_effects(problem, ()).sums.square / problem.cell_counts.sum(axis=1)
+    places = np.array([segment.block for segment in problem.segments])
+    last = left[places == places.max()].mean()
+    assert last < 4.0 * np.median(left)
+
+
+def test_a_long_gap_in_a_record_leaves_the_other_blocks():
+    campaign = displacement_campaign(no_law, amplitudes=(1e-3, 2e-3))
+    first, *others = campaign.runs
+    F = first.signals["F"].copy()
+    F[1000:2200] = np.nan
+    records = element_records(replace(campaign, runs=(replace(first, signals={"F": F}), *others)))
+    assert records[0].n_blocks < records[1].n_blocks
+    for record in records:
+        assert sorted(set(record.block[record.block >= 0])) == list(range(record.n_blocks))
+    assert (records[0].block[1000:2200] == -1).all()

@@ -1,0 +1,115 @@
+"""Two public measured benchmarks, diagnosed from their files; skipped where these are absent.
+
+The folder is that of the environment variable CARRIERFLEX_DATA, or shared/data beside the
+repository; it holds silverbox/SNLS80mV.mat and emps/DATA_EMPS.mat, DATA_EMPS_PULSES.mat.
+"""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from numpy.testing import assert_allclose
+
+from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.inference.screening import screen
+from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.workflows.diagnosis import convert_emps, convert_silverbox, diagnose_campaign
+
+pytestmark = pytest.mark.may_skip
+
+DATA = Path(
+    os.environ.get("CARRIERFLEX_DATA", Path(__file__).parents[2].parent / "shared" / "data")
+)
+
+
+def folder(name):
+    if not (DATA / name).is_dir():
+        pytest.skip(
+            f"measured data set '{name}' is not there; set CARRIERFLEX_DATA to the folder that holds it"
+        )
+    return DATA / name
+
+
+@pytest.fixture(scope="module")
+def silverbox(tmp_path_factory):
+    return convert_silverbox.main(
+        folder("silverbox"), out=tmp_path_factory.mktemp("silverbox") / "campaign"
+    )
+
+
+@pytest.fixture(scope="module")
+def emps(tmp_path_factory):
+    return convert_emps.main(folder("emps"), out=tmp_path_factory.mktemp("emps") / "campaign")
+
+
+def r_squared(campaign):
+    return {own.id: own.r_squared for own in screen(element_problem(campaign).signatures()).effects}
+
+
+@pytest.mark.slow
+def test_force_space_of_silverbox_names_the_cube(silverbox):
+    campaign = read_campaign(silverbox)
+    # Golden: 0.951 and 0.972 (multisine, arrow) with another band and other derivatives; ours loses
+    # less noise.
+    for runs, cube in ((campaign.runs[:2], 0.971), (campaign.runs[2:], 0.986)):
+        found = r_squared(replace(campaign, runs=runs))
+        assert_allclose(found["cubic_stiffness"], cube, atol=0.005)
+        assert_allclose(found["quintic_stiffness"], 0.83, atol=0.01)
+        for effect in (
+            "quadratic_stiffness",
+            "coulomb_friction",
+            "quadratic_damping",
+            "cubic_damping",
+        ):
+            assert found[effect] < 0.008
+        assert found["deflection_dependent_damping"] < 0.008
+
+
+def test_force_space_of_the_servo_axis_names_dry_friction(emps):
+    campaign = read_campaign(emps)
+    found = r_squared(replace(campaign, runs=campaign.runs[:1]))
+    # Golden (20 Hz): Coulomb 0.941, quadratic 0.721.
+    assert_allclose(found["coulomb_friction"], 0.941, atol=0.015)
+    assert_allclose(found["quadratic_damping"], 0.721, atol=0.02)
+
+
+@pytest.mark.slow
+def test_silverbox_misses_a_cubic_spring(silverbox, tmp_path):
+    found = diagnose_campaign.main(silverbox, out=tmp_path, quiet=True)
+    assert found.verdict in ("named", "named_with_remainder")
+    assert found.attribution.effects == ("cubic_stiffness",)
+    values = found.attribution.parameters
+    assert_allclose(
+        values["cubic_stiffness"]["K3"].value / values["baseline"]["K1"].value, 3.95, atol=0.05
+    )
+    assert values["cubic_stiffness"]["K3"].unit == "V/V^3"
+    assert found.reduction.rho <= 0.06
+    assert found.reduction.extrapolation_rho <= 0.06
+    assert found.reduction.negative_control_rho >= 0.97
+    # The unexplained force of a cubic spring.
+    assert abs(float(found.where_text.split("deflection^")[1].split(" ")[0]) - 3.0) < 0.3
+
+
+def test_the_servo_axis_misses_dry_friction(emps, tmp_path):
+    found = diagnose_campaign.main(emps, out=tmp_path, quiet=True)
+    assert found.verdict in ("named", "named_with_remainder", "aliased")
+    assert found.attribution.effects == ("coulomb_friction",)
+    assert found.reduction.rho <= 0.30
+    assert found.reduction.negative_control_rho >= 0.97
+    values = found.attribution.parameters
+    # Literature (inverse dynamics): M 95.11 kg, Fv 203.5 N s/m, Fc 20.39 N, offset -3.16 N.
+    assert_allclose(values["baseline"]["m"].value, 95.1, rtol=0.02)
+    assert_allclose(values["baseline"]["C1"].value, 203.5, rtol=0.05)
+    assert_allclose(values["coulomb_friction"]["Fc"].value, 20.39, rtol=0.05)
+
+
+def test_a_folder_without_the_benchmark_is_refused(tmp_path):
+    with pytest.raises(
+        ValueError, match=r"no file SNLS80mV\.mat; expected the folder of the Silverbox benchmark"
+    ):
+        convert_silverbox.main(tmp_path, out=tmp_path / "campaign")
+    with pytest.raises(
+        ValueError, match=r"no file DATA_EMPS\.mat; expected the folder of the EMPS benchmark"
+    ):
+        convert_emps.main(tmp_path, out=tmp_path / "campaign")

@@ -1,0 +1,78 @@
+"""Elements beside another simulator's prediction."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.kinds import problem_of
+from carrierflex.identification.campaign.campaign import Baseline
+from tests.diagnosis.element.element_campaigns import (
+    STIFFNESS,
+    displacement_campaign,
+    force_campaign,
+)
+
+
+def cubic(q, v):
+    return 2e9 * q**3
+
+
+def no_law(q, v):
+    return 0.0 * q
+
+
+def beside(measured, predicted, effects=()):
+    """Campaign whose baseline is what another campaign measured."""
+    (channel,) = measured.channels
+    runs = tuple(
+        replace(run, predictions={channel.name: other.signals[channel.name]})
+        for run, other in zip(measured.runs, predicted.runs, strict=True)
+    )
+    return replace(measured, baseline=Baseline("columns", effects), runs=runs)
+
+
+def found(campaign):
+    problem, measured = problem_of(campaign)
+    return diagnose(problem, campaign="twin", kind="element", floor_is_measured=measured)
+
+
+@pytest.mark.parametrize("make", [force_campaign, displacement_campaign])
+def test_what_the_prediction_lacks_is_named(make):
+    own = found(beside(make(cubic), make(no_law, noise=1e-12)))
+    assert own.verdict in ("named", "named_with_remainder")
+    assert own.attribution.effects == ("cubic_stiffness",)
+    assert_allclose(own.attribution.parameters["cubic_stiffness"]["K3"].value, 2e9, rtol=0.02)
+    # The prediction's own stiffness is held, not fitted to the measurement.
+    assert_allclose(own.attribution.parameters["baseline"]["K1"].value, STIFFNESS, rtol=1e-3)
+
+
+def test_the_gap_is_measured_less_predicted():
+    measured, predicted = displacement_campaign(cubic), displacement_campaign(no_law, noise=1e-12)
+    problem, _ = problem_of(beside(measured, predicted))
+    theta = np.array([parameter.lower for parameter in problem.parameters(())])
+    squares = problem.squares((), theta, np.ones(len(problem.segments), dtype=bool))
+    inside = [record.block >= 0 for record in problem.records]
+    expected = sum(
+        float(np.square((run.signals["F"] - other.signals["F"])[own]).sum())
+        for run, other, own in zip(measured.runs, predicted.runs, inside, strict=True)
+    )
+    assert_allclose(squares.sum(), expected, rtol=1e-6)
+
+
+def test_a_prediction_as_good_as_the_measurement_is_at_the_floor():
+    own = found(
+        beside(force_campaign(cubic), force_campaign(cubic, noise=1e-12), ("cubic_stiffness",))
+    )
+    assert own.verdict == "at_noise_floor"
+    assert all("cubic_stiffness" not in ranked.effects for ranked in own.attribution.ranking)
+
+
+def test_an_empty_prediction_is_refused():
+    campaign = beside(force_campaign(cubic), force_campaign(no_law))
+    first, *others = campaign.runs
+    empty = replace(first, predictions={"q": np.full(first.time.size, np.nan)})
+    with pytest.raises(ValueError, match="run R0: column 'q_sim' is empty; expected a prediction"):
+        problem_of(replace(campaign, runs=(empty, *others)))

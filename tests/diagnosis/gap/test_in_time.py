@@ -1,0 +1,83 @@
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.gap.in_time import significant_drifts, sliding_rms, trends
+from tests.diagnosis.carrier.carrier_twin import twin_problem
+from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign
+
+QUIET = ((1.0, 0, 0), (0.5, 0, 0))
+
+
+def findings_of(problem):
+    return problem.gap_findings((), problem.starts((), {})[-1])
+
+
+def test_windows_hold_at_most_twenty_repetitions_and_follow_the_gap():
+    time = 2.0 * np.arange(50.0)
+    moments = sliding_rms("R", time, np.linspace(1.0, 4.0, 50) ** 2)
+    assert len(moments) == 31
+    assert_allclose(moments[0].time, time[:20].mean())
+    assert_allclose(moments[0].rms, np.sqrt(np.mean(np.linspace(1.0, 4.0, 50)[:20] ** 2)))
+    assert moments[-1].rms > 2.0 * moments[0].rms
+
+
+def test_a_trend_has_its_change_and_noise_has_none():
+    rng = np.random.default_rng(1)
+    time = np.arange(24.0)
+    noise = 0.1 * (rng.standard_normal((24, 400)) + 1j * rng.standard_normal((24, 400)))
+    _, _, p_value = trends(time, noise)
+    # Uniform without a trend: 5 % below 0.05, standard error 1.1 %.
+    assert 0.015 < np.mean(p_value < 0.05) < 0.085
+    change, _, p_value = trends(time, noise + (1.0 + 2.0j) * time[:, None] / 23.0)
+    assert_allclose(change.mean(), np.sqrt(5.0), rtol=0.02)
+    assert p_value.max() < 1e-8
+
+
+def test_few_repetitions_tell_no_trend():
+    assert np.isnan(trends(np.arange(4.0), np.ones((4, 2), dtype=complex))[2]).all()
+    assert significant_drifts(()) == ()
+
+
+def test_drift_of_the_offset_is_seen_in_time_and_said():
+    found = findings_of(twin_problem("thermal_drift", loads=QUIET))
+    first = found.drifts[0]
+    assert (first.channel_pattern, first.order) == ("m=0", 0.0)
+    # The law of the twin drifts by 40 um linearly and 20 um of the next form over a run.
+    assert 2e-5 < first.change < 2e-4
+    assert first.p_value < 1e-6
+    assert f"the gap drifts in time: in {first.run} order 0, m=0 changes by" in found.text
+    own = [moment.rms for moment in found.in_time if moment.run == first.run]
+    assert max(own) > 1.5 * min(own)
+
+
+def test_a_steady_gap_does_not_drift():
+    found = findings_of(
+        twin_problem(None, loads=QUIET, contained=("axial_offset", "housing_tilt", "flexible_pins"))
+    )
+    assert "drifts" not in found.text
+    own = [moment.rms for moment in found.in_time if moment.run == "run1"]
+    assert_allclose(own, np.mean(own), rtol=0.02)
+
+
+@pytest.mark.parametrize("by_force", [True, False])
+def test_an_element_whose_offset_wanders_drifts(by_force):
+    campaign = (
+        force_campaign(lambda q, v: 0.0 * q)
+        if by_force
+        else displacement_campaign(lambda q, v: 0.0 * q, n=2000)
+    )
+    steady = findings_of(element_problem(campaign))
+    assert steady.drifts == ()
+    assert len(steady.in_time) >= 3
+    name, size = ("q", 5e-5) if by_force else ("F", 1.0)
+    for run in campaign.runs:
+        run.signals[name] += size * np.linspace(-1.0, 1.0, run.time.size)
+    found = findings_of(element_problem(campaign))
+    if by_force:
+        # Three periods after settling are too few for a trend.
+        assert found.drifts == ()
+    else:
+        assert found.drifts[0].order == 0.0
+        assert "the gap drifts in time" in found.text

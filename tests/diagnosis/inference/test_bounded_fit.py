@@ -1,0 +1,85 @@
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from carrierflex.diagnosis.comparison.problem import BASELINE
+from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.inference.bounded_fit import NestedCostError, fit_effects
+from tests.diagnosis.element.element_campaigns import DAMPING, MASS, STIFFNESS, force_campaign
+
+
+@pytest.fixture(scope="module")
+def cubic_plant():
+    return element_problem(force_campaign(lambda q, v: 8e8 * q**3))
+
+
+def test_fit_finds_the_truth_within_its_error(cubic_plant):
+    fit = fit_effects(cubic_plant, ("cubic_stiffness",))
+    truth = {"m": MASS, "K1": STIFFNESS, "C1": DAMPING, "f0": 0.0, "K3": 8e8}
+    std = np.sqrt(np.diag(fit.covariance))
+    for parameter, value, error in zip(fit.parameters, fit.theta, std, strict=True):
+        # Five errors, and a share of 2e-4 for the drive between the samples.
+        assert abs(value - truth[parameter.name]) < 5.0 * error + 2e-4 * abs(
+            truth[parameter.name]
+        ), parameter.name
+    noise = np.sqrt(fit.sums.square.sum() / cubic_plant.cell_counts.sum())
+    assert_allclose(noise, 2e-6, rtol=0.03)
+
+
+def test_derivatives_predict_the_change_of_the_residual(cubic_plant):
+    fit = fit_effects(cubic_plant, ("cubic_stiffness",))
+    everything = np.ones(len(cubic_plant.segments), dtype=bool)
+    for k in range(fit.theta.size):
+        errors = []
+        for size in (1e-3, 5e-4):
+            step = np.zeros(fit.theta.size)
+            step[k] = size * max(abs(fit.theta[k]), 0.1 * fit.parameters[k].scale)
+            moved = cubic_plant.squares(fit.effects, fit.theta + step, everything).sum()
+            slope = -2.0 * fit.sums.right_side.sum(axis=0) @ step
+            curve = step @ fit.sums.matrix.sum(axis=0) @ step
+            errors.append(abs(moved - fit.sums.square.sum() - slope - curve) / curve)
+        # Third order in the step: halving it halves the relative error.
+        assert errors[1] < 0.6 * errors[0] + 1e-3
+        assert errors[0] < 0.1
+
+
+def test_a_larger_set_never_fits_worse(cubic_plant):
+    base = fit_effects(cubic_plant, ())
+    single = fit_effects(cubic_plant, ("cubic_stiffness",), contained=[base])
+    for further in ("quintic_stiffness", "coulomb_friction", "maxwell_branch", "stribeck_friction"):
+        pair = tuple(sorted(("cubic_stiffness", further)))
+        assert fit_effects(cubic_plant, pair, contained=[base, single]).cost <= single.cost * (
+            1.0 + 1e-9
+        )
+
+
+def test_a_stuck_search_is_an_error(cubic_plant):
+    single = fit_effects(cubic_plant, ("cubic_stiffness",))
+    with pytest.raises(
+        NestedCostError, match=r"effects quadratic_damping cost .* the search stuck"
+    ) as caught:
+        fit_effects(cubic_plant, ("quadratic_damping",), contained=[single])
+    assert caught.value.smaller is single
+    assert caught.value.fit.cost > single.cost
+
+
+def test_an_effect_of_the_wrong_sign_stands_on_its_bound():
+    # A force that drives the motion: negative damping beyond the linear part.
+    problem = element_problem(force_campaign(lambda q, v: -20.0 * v * abs(v)))
+    fit = fit_effects(problem, ("quadratic_damping",))
+    own = next(
+        k for k, parameter in enumerate(fit.parameters) if parameter.effect == "quadratic_damping"
+    )
+    assert fit.theta[own] == 0.0
+    assert fit.at_bound[own]
+
+
+def test_given_mass_is_not_fitted():
+    campaign = force_campaign(lambda q, v: 0.0, amplitudes=(1.0,))
+    campaign.rig["mass"] = MASS
+    names = [
+        parameter.name
+        for parameter in element_problem(campaign).parameters(())
+        if parameter.effect == BASELINE
+    ]
+    assert names == ["K1", "C1", "f0"]

@@ -1,0 +1,310 @@
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import jinja2
+import numpy as np
+import pytest
+
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.report import page as report
+from carrierflex.diagnosis.report.page import ReportSource, report_page
+from carrierflex.diagnosis.report.report_files import write_report
+from carrierflex.diagnosis.results import VERDICTS
+from tests.diagnosis.carrier.carrier_twin import twin_campaign, twin_problem
+from tests.diagnosis.element.element_campaigns import displacement_campaign
+from tests.diagnosis.report.browser import browser
+
+LOADS = ((1.0, 0, 0), (0.5, 0, 0), (1.0, 0, -2e5), (1.0, 1e5, 1e5))
+SECTIONS = (
+    "verdict figures-of-merit where gap-maps gap-in-time growth scalars which parameters alias-matrix separating-test sets "
+    "far ladder-figure ladder remaining validation inputs runs channels rig versions words"
+).split()
+
+
+def source_of(campaign):
+    return ReportSource(campaign, "folder/twin", {"numpy": "2.0.1"}, "2026-01-02 03:04")
+
+
+@pytest.fixture(scope="module")
+def element():
+    campaign = displacement_campaign(lambda q, v: 5e8 * q**3, n=1500)
+    found = diagnose(element_problem(campaign), campaign="twin mount", kind="element")
+    return found, source_of(campaign)
+
+
+@pytest.fixture(scope="module")
+def carrier():
+    options = {"loads": LOADS, "turns": 8}
+    found = diagnose(
+        twin_problem("carrier_tilt", **options), campaign="twin carrier", kind="carrier"
+    )
+    return found, source_of(twin_campaign("carrier_tilt", **options))
+
+
+@pytest.fixture(scope="module")
+def page(element):
+    return report_page(*element)
+
+
+@pytest.fixture(scope="module")
+def carrier_page(carrier):
+    return report_page(*carrier)
+
+
+class Tags(HTMLParser):
+    """Tags of a page with their attributes; end tags must match."""
+
+    VOID = ("meta", "link", "br", "img", "path", "use")
+
+    def __init__(self, text):
+        super().__init__()
+        self.found, self.opened = [], []
+        self.feed(text)
+        assert self.opened == []
+
+    def handle_starttag(self, tag, attributes):
+        self.found.append((tag, dict(attributes)))
+        if tag not in self.VOID:
+            self.opened.append(tag)
+
+    def handle_startendtag(self, tag, attributes):
+        self.found.append((tag, dict(attributes)))
+
+    def handle_endtag(self, tag):
+        if tag not in self.VOID:
+            assert self.opened.pop() == tag
+
+    def of(self, *names):
+        return [attributes for tag, attributes in self.found if tag in names]
+
+    def identifiers(self):
+        return [attributes["id"] for _, attributes in self.found if "id" in attributes]
+
+
+@pytest.mark.parametrize("section", SECTIONS)
+def test_page_has_every_section(section, page):
+    assert Tags(page).identifiers().count(section) == 1
+
+
+def test_page_says_what_was_found(element, page):
+    found, _ = element
+    far = found.reduction
+    assert "The simulation lacks cubic stiffness" in page
+    assert found.where_text.split("^")[0] in page
+    assert found.reason in page
+    for value in (
+        far.rho,
+        far.phi,
+        far.negative_control_rho,
+        far.black_box_rho,
+        *far.rho_ci95,
+        *far.phi_ci95,
+    ):
+        assert f"{value:.3f}" in page
+    K3 = found.attribution.parameters["cubic_stiffness"]["K3"]
+    mantissa = f"{K3.value:.1e}".split("e")[0]
+    assert re.search(
+        rf"<td>K3</td><td class=\"n\">{mantissa}\d*·10<sup>8</sup></td>.*<td>N/m<sup>3</sup></td>",
+        page,
+    )
+    for text in (
+        "twin mount",
+        "folder/twin",
+        "2026-01-02 03:04",
+        "numpy 2.0.1",
+        "carrierflex",
+        "R2.csv",
+    ):
+        assert text in page
+
+
+def test_page_needs_nothing_from_outside(page):
+    tags = Tags(page)
+    assert not tags.of("script", "iframe", "object", "embed", "base")
+    addresses = [
+        value
+        for _, own in tags.found
+        for name, value in own.items()
+        if name in ("src", "href", "xlink:href")
+    ]
+    assert addresses
+    assert all(address.startswith(("#", "data:")) for address in addresses)
+    assert not re.search(r"@import|@font-face", page)
+    assert all(match.startswith("url(#") for match in re.findall(r"url\([^)]*", page))
+    assert "default-src 'none'" in page
+    assert len(page.encode()) < 1_000_000
+
+
+def test_identifiers_are_unique_and_references_lead_somewhere(page):
+    tags = Tags(page)
+    identifiers = tags.identifiers()
+    assert len(identifiers) == len(set(identifiers))
+    wanted = re.findall(r"url\(#([^)]+)\)", page)
+    wanted += [own["href"][1:] for own in tags.of("a")]
+    wanted += [own["xlink:href"][1:] for own in tags.of("use")]
+    assert set(wanted) <= set(identifiers)
+
+
+def test_every_figure_has_a_text_and_fits_any_width(element, carrier, page, carrier_page):
+    for (found, _), text in ((element, page), (carrier, carrier_page)):
+        figures = Tags(text).of("svg")
+        n_panels = sum(len(picture.panels) for picture in found.pictures)
+        # Two gap maps, gap in time, ladder, likeness of effects; what is left where something is.
+        assert len(figures) - n_panels in (5, 6)
+        for figure in figures:
+            assert figure["role"] == "img"
+            assert "viewbox" in figure
+            assert not {"width", "height"} & set(figure)
+
+
+def test_axes_name_their_units(page, carrier_page):
+    for text, wanted in zip(
+        (page, carrier_page),
+        (
+            ["frequency [Hz]", "RMS of the gap [N]", "deflection [mm]", "unexplained force [N]"],
+            [
+                "order of carrier rotation [per turn]",
+                "RMS of the gap [µm]",
+                "displacement [µm] over carrier angle [deg]",
+            ],
+        ),
+        strict=True,
+    ):
+        for label in (
+            *wanted,
+            "rho = RMS after / before, held-out records [-]",
+            "correlation of the signatures [-]",
+        ):
+            assert label in text
+
+
+def test_names_from_the_campaign_are_text_and_no_markup(element):
+    found, source = element
+    named = replace(
+        without_figures(found), campaign="<script>alert(1)</script>", where_text="a < b & c"
+    )
+    page = report_page(named, source)
+    assert "&lt;script&gt;" in page
+    assert "<script" not in page
+    assert "A &lt; b &amp; c" in page
+
+
+def test_effects_are_called_by_their_names_in_every_sentence(element):
+    found, source = element
+    reason = "the best set, cubic_stiffness + quintic_stiffness, is refused"
+    which = replace(
+        found.attribution, discriminating_experiment="a sine separates cubic_stiffness and backlash"
+    )
+    page = report_page(without_figures(replace(found, reason=reason, attribution=which)), source)
+    assert "cubic stiffness + quintic stiffness, is refused" in page
+    assert "A sine separates cubic stiffness and backlash." in page
+
+
+def test_a_template_without_its_content_is_refused(element, monkeypatch):
+    monkeypatch.setattr(report, "_content", lambda diagnosis, source: {})
+    with pytest.raises(jinja2.UndefinedError):
+        report_page(*element)
+
+
+def without_figures(found):
+    far = replace(found.reduction, cells_before=(), cells_after=(), search=())
+    return replace(
+        found,
+        pictures=(),
+        gap=None,
+        reduction=far,
+        attribution=replace(found.attribution, screen=None),
+    )
+
+
+@pytest.mark.parametrize("verdict", VERDICTS)
+def test_every_verdict_has_words(verdict, element):
+    found, source = element
+    page = report_page(without_figures(replace(found, verdict=verdict)), source)
+    assert not Tags(page).of("svg")
+    assert f"<code>{verdict}</code>" in page
+    assert ("The simulation lacks cubic stiffness" in page) == verdict.startswith(
+        ("named", "aliased")
+    )
+
+
+def test_records_that_allow_no_diagnosis_give_a_page_that_says_why(element):
+    _, source = element
+    campaign = replace(
+        source.campaign, baseline=replace(source.campaign.baseline), runs=source.campaign.runs[:1]
+    )
+    problem = element_problem(campaign)
+    found = diagnose(
+        replace(problem, records=(replace(problem.records[0], n_blocks=2),)),
+        campaign="short",
+        kind="element",
+    )
+    assert found.verdict == "not_diagnosable"
+    page = report_page(found, source)
+    assert "These records do not allow a diagnosis" in page
+    assert found.reason in page
+    assert not Tags(page).of("svg")
+
+
+def test_without_a_supported_set_the_gap_is_drawn_once(element):
+    found, source = element
+    far = replace(
+        found.reduction, search=found.reduction.search[:1], cells_after=found.reduction.cells_before
+    )
+    nothing = replace(found.attribution, effects=())
+    page = report_page(
+        replace(found, verdict="none_of_these", pictures=(), reduction=far, attribution=nothing),
+        source,
+    )
+    assert "No known effect explains the gap" in page
+    assert [
+        own for own in Tags(page).identifiers() if own.startswith("map-") and own.endswith("-title")
+    ] == ["map-before-title"]
+    assert "what is left is the gap itself" in page
+    refused = replace(found, verdict="none_of_these", attribution=nothing, pictures=())
+    assert "cubic stiffness added, which is not named" in report_page(refused, source)
+
+
+def test_a_plant_without_pictures_gives_a_page_without_them(element):
+    found, source = element
+    page = report_page(replace(found, pictures=()), source)
+    assert "Unexplained force" not in page
+    assert len(Tags(page).of("svg")) in (5, 6)
+
+
+def test_page_is_the_same_each_time_and_written_whole(element, tmp_path, page):
+    write_report(tmp_path / "report.html", *element)
+    assert (tmp_path / "report.html").read_text(encoding="utf-8") == page
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_a_browser_shows_every_figure_without_complaint(
+    element, carrier, page, carrier_page, tmp_path
+):
+    with browser(tmp_path / "profile") as window:
+        for own, text, width in product_of_pages((element, page), (carrier, carrier_page)):
+            path = tmp_path / "report.html"
+            path.write_text(text, encoding="utf-8")
+            window.events.clear()
+            window.open(path.as_uri(), width=width)
+            boxes = json.loads(window.value(_BOXES))
+            n_panels = sum(len(picture.panels) for picture in own[0].pictures)
+            assert len(boxes) >= 5 + n_panels
+            assert np.min(boxes) > 80.0
+            assert np.max(np.array(boxes)[:, 0]) <= width
+            # A phone never has to scroll sideways; wide tables do so in their own frame.
+            assert window.value("document.documentElement.scrollWidth") <= width
+            assert window.complaints() == []
+            assert all(address.startswith(("file:", "data:")) for address in window.addresses())
+
+
+def product_of_pages(*pages):
+    """Every page at the width of a phone and of a screen."""
+    return [(*own, width) for own in pages for width in (390, 1200)]
+
+
+_BOXES = """JSON.stringify([...document.querySelectorAll("svg")].map(own => {
+    const box = own.getBoundingClientRect(); return [box.width, box.height]; }))"""

@@ -1,0 +1,128 @@
+import re
+
+import pytest
+
+from carrierflex.diagnosis.comparison.problem import GapCell
+from carrierflex.diagnosis.gap.findings import Drift, PartGrowth
+from carrierflex.diagnosis.gap.power_laws import Exponent
+from carrierflex.diagnosis.report import words
+from carrierflex.diagnosis.report.svg import inline_svg, scaled_unit
+
+NAN, INF = float("nan"), float("inf")
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "wanted"),
+    [
+        (3.9421, 0.0132, ("3.942", "0.013")),
+        (5.8e-4, 1e-5, ("5.80e-4", "0.10e-4")),
+        (-1.5, 40.0, ("-2", "40")),
+        (2.5e6, 1.0e4, ("2.500e6", "0.010e6")),
+        (0.0, 2.8e135, ("0", "not determined")),
+        (1e-20, 3.0, ("1e-20", "not determined")),
+        (7.0, 0.0, ("7", "–")),
+        (NAN, 1.0, ("–", "–")),
+    ],
+)
+def test_values_have_as_many_digits_as_their_error_allows(value, std, wanted):
+    assert words.with_error(value, std) == wanted
+
+
+def test_sizes_take_a_prefix_where_the_unit_allows_it():
+    assert words.sized(2.08e-4, "m") == "208 µm"
+    assert words.sized(1.5e4, "N") == "15 kN"
+    assert words.sized(NAN, "m") == "–"
+    assert words.sized(3e-21, "m") == "0 m"
+    assert scaled_unit(2e-9, "m") == (1e9, "nm")
+    for size, unit in ((2e-4, "rad"), (2e-4, "m per kN"), (0.0, "m"), (INF, "m")):
+        assert scaled_unit(size, unit) == (1.0, unit)
+
+
+def test_shares_ratios_and_intervals():
+    assert [words.percent(own) for own in (0.7123, 0.0512, NAN)] == ["71 %", "5.1 %", "–"]
+    assert words.percent_interval((0.1, 0.2)) == "10.0 to 20.0 %"
+    assert words.interval((0.1, NAN)) == "–"
+    assert (words.ratio(0.0361), words.number(9.8123)) == ("0.036", "9.81")
+    assert words.p_value(1e-300) == "< 1e-99"
+
+
+def test_powers_are_raised_and_everything_else_is_escaped():
+    assert words.powers("V/V^3 & <b>") == "V/V<sup>3</sup> &amp; &lt;b&gt;"
+    assert (
+        words.powers("grows as torque^-0.5, p 1e-9")
+        == "grows as torque<sup>−0.5</sup>, p 1·10<sup>−9</sup>"
+    )
+    assert words.powers("s_1e5 stays") == "s_1e5 stays"
+
+
+def test_lists_and_places():
+    assert [words.listed(own) for own in ([], ["a"], ["a", "b"], ["a", "b", "c"])] == [
+        "",
+        "a",
+        "a and b",
+        "a, b and c",
+    ]
+    assert (words.set_name(("sensor_zero", "ring_pass")), words.set_name(())) == (
+        "sensor zero + ring pass",
+        "baseline alone",
+    )
+    wanted = {
+        "coulomb_friction": "Coulomb friction",
+        "elasto_plastic_friction": "elasto-plastic friction",
+    }
+    assert {own: words.plain_name(own) for own in wanted} == wanted
+    assert (words.counted(1, "run"), words.counted(2, "run")) == ("1 run", "2 runs")
+    plain = GapCell("m=2", 3.0, "A", 1.0, 1.0, 0.1, (0.0, 1.0), 0.5)
+    assert words.place_of(plain) == "order 3"
+    for band, text in (((50.0, 50.0), "50 Hz"), ((50.0, 66.2), "50–66.2 Hz"), ((0.0, 0.0), "0 Hz")):
+        assert words.place_of(GapCell("q", 3.0, "A", 1.0, 1.0, 0.1, (0.0, 1.0), 0.5, band)) == text
+
+
+def test_figures_on_one_page_keep_their_identifiers_apart():
+    from matplotlib.figure import Figure
+
+    def draw():
+        figure = Figure(figsize=(2.0, 2.0))
+        figure.subplots().plot([0.0, 1.0], [0.0, 1.0], marker="o")
+        return figure
+
+    first, second = inline_svg(draw, "one", "a < b"), inline_svg(draw, "two", "b")
+    assert first == inline_svg(draw, "one", "a < b")
+    assert first.replace("one-", "two-").replace("a &lt; b", "b") == second
+    assert '<title id="one-title">a &lt; b</title>' in first
+    assert "<metadata" not in first
+    identifiers = re.findall(r'\bid="([^"]+)"', first)
+    assert len(identifiers) > 3
+    assert all(own.startswith("one-") for own in identifiers)
+
+
+def test_the_sentence_is_split_between_shares_and_the_rest():
+    assert words.where_parts("67 % is a; 31 % is b; small: c; 2 d") == (
+        "67 % is a; 31 % is b",
+        "small: c; 2 d",
+    )
+    assert words.where_parts("no order stands out; nothing drifts") == (
+        "no order stands out",
+        "nothing drifts",
+    )
+    assert words.where_parts("67 % is a") == ("67 % is a", "")
+
+
+def test_only_exponents_that_tell_one_law_from_another_are_listed():
+    sharp, vague = Exponent(1.0, (0.9, 1.1), 1e-9, 4), Exponent(0.2, (-41.0, 41.0), 0.9, 2)
+    unknown = Exponent(NAN, (NAN, NAN), NAN, 1, "one torque")
+    growth = [
+        PartGrowth("m=2", 0.0, "housing", {"torque": sharp, "load": vague}),
+        PartGrowth("q", NAN, "", {"v": sharp}),
+    ]
+    growth.append(PartGrowth("m=0", 1.0, "carrier", {"torque": unknown}))
+    rows = words.growth_rows(growth)
+    assert rows == [("m=2, order 0", "housing", "torque", sharp), ("q", "–", "v", sharp)]
+
+
+def test_only_what_is_beyond_chance_is_listed():
+    rows = [Drift("A", "m=0", 0.0, 1e-6, 0.5, p) for p in (0.5, 1e-3, NAN)]
+    assert words.beyond_chance(rows) == [rows[1]]
+    assert words.root_sized(4e-12, "m") == "2 µm"
+    assert words.root_sized(-1e-20, "m") == "0 m"
+    assert words.pair((0.91, 1.13)) == "0.9 to 1.1"

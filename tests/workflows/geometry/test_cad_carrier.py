@@ -1,0 +1,93 @@
+"""A carrier from CAD or from a mesh file goes the whole way: curves, reduced body, certificate."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from carrierflex.fe.carrier_curves import named_curves
+from carrierflex.fe.curve_files import read_curves
+from carrierflex.geometry.mesh_files import write_mesh
+from carrierflex.reduction.body_files import read_body
+from carrierflex.workflows.fe import compute_curves
+from carrierflex.workflows.geometry import list_cad_faces, write_cad
+from carrierflex.workflows.reduction import check_certificate, reduce_body
+from carrierflex.workflows.support.carrier_files import CarrierFiles
+from carrierflex.workflows.support.recorded_structure import recorded_structure
+
+#: Limit of the comparison with the parametric carrier at one mesh size.
+WANTED = 0.01
+
+
+@pytest.fixture(scope="module")
+def cad(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("cad")
+    write_cad.main(out=folder)
+    return {"step": folder / "carrier.step", "surfaces": folder / "surfaces.toml"}
+
+
+@pytest.mark.acceptance
+def test_curves_of_the_exported_carrier_are_those_of_the_parametric_one(tmp_path, cad):
+    parametric = compute_curves.main(out=tmp_path / "parametric", quiet=True)
+    from_cad = compute_curves.main(out=tmp_path / "cad", **cad, quiet=True)
+    for name, curve in parametric.items():
+        found, amplitude = from_cad[name], np.ptp(curve.axial) / 2.0
+        assert np.abs(found.axial - curve.axial).max() < WANTED * amplitude, name
+        orders, expected = found.axial_order_content(), curve.axial_order_content()
+        if name.startswith("delta"):
+            assert_allclose(orders[[3, 6]], expected[[3, 6]], rtol=WANTED)
+        assert_allclose(found.radius, curve.radius, rtol=1e-12)
+
+
+def test_mesh_files_give_the_curves_of_the_meshes_in_them(
+    tmp_path, flexible_mesh, stiff_mesh, flexible_deflection, stiff_deflection
+):
+    write_mesh(flexible_mesh, tmp_path / "flexible.msh")
+    write_mesh(stiff_mesh, tmp_path / "stiff.msh")
+    files = {"flexible_mesh": tmp_path / "flexible.msh", "stiff_mesh": tmp_path / "stiff.msh"}
+    found = compute_curves.main(out=tmp_path / "curves", **files, quiet=True)
+    for name, curve in named_curves(stiff_deflection, flexible_deflection).items():
+        # Twelve digits in the file; elements in another order.
+        assert_allclose(found[name].axial, curve.axial, atol=1e-8 * np.abs(curve.axial).max())
+        assert_allclose(found[name].radial, curve.radial, atol=1e-8 * np.abs(curve.radial).max())
+    assert set(read_curves(tmp_path / "curves" / "deflection_curves.csv")) == set(found)
+
+
+def test_a_cad_carrier_is_reduced_with_a_certificate_that_is_met(tmp_path, cad):
+    path = tmp_path / "carrier.h5"
+    model = reduce_body.main(body="carrier", out=path, **cad, modes=8, size=0.08, quiet=True)
+    assert model.name == "flexible_carrier"
+    certificate = check_certificate.main(path)
+    assert certificate.met
+    asymmetry = next(check for check in certificate.checks if check.name.startswith("asymmetry"))
+    # Told, not judged: the free mesh is no symmetric one, and says so.
+    assert asymmetry.wanted == "told (free mesh)"
+    assert asymmetry.reached > 10.0
+    _, structure, n_modes = recorded_structure(read_body(path))
+    assert n_modes == 8
+    assert [pilot.name for pilot in structure.pilots] == list(model.pilots)
+
+
+def test_a_file_changed_since_is_not_taken_for_the_recorded_one(tmp_path, cad):
+    step = tmp_path / "carrier.step"
+    step.write_bytes(cad["step"].read_bytes())
+    record = CarrierFiles(step, cad["surfaces"]).record()
+    assert CarrierFiles.recorded(record) == CarrierFiles(step, cad["surfaces"])
+    step.write_bytes(step.read_bytes() + b"\n")
+    with pytest.raises(ValueError, match=r"carrier\.step: changed since the body was made of it"):
+        CarrierFiles.recorded(record)
+
+
+def test_files_that_do_not_go_together_are_refused(tmp_path, cad):
+    with pytest.raises(ValueError, match="--surfaces is given without --step"):
+        CarrierFiles(None, cad["surfaces"])
+    with pytest.raises(ValueError, match="a mesh file and --step are both given"):
+        CarrierFiles(cad["step"], cad["surfaces"], {"stiff": tmp_path / "a.msh"})
+    with pytest.raises(ValueError, match="--flexible-mesh is given without --stiff-mesh"):
+        compute_curves.main(out=tmp_path / "out", flexible_mesh=tmp_path / "a.msh")
+
+
+def test_faces_are_listed_the_largest_first(cad):
+    faces = list_cad_faces.main(cad["step"])
+    assert [face.area for face in faces] == sorted((face.area for face in faces), reverse=True)
+    assert len(faces) == len(list_cad_faces.main(cad["step"], surfaces=cad["surfaces"]))
+    assert {face.kind for face in faces} == {"plane", "cylinder"}

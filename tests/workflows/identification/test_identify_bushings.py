@@ -1,0 +1,131 @@
+"""From a mounting campaign folder to tables 2 and 3, on this machine and on a cluster that loses a worker."""
+
+import io
+import json
+import os
+import signal
+import threading
+import time
+
+import pytest
+from numpy.testing import assert_allclose
+from rich.console import Console
+
+from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.workflows.identification.identify_parameters import main
+from carrierflex.workflows.screen.tables import estimate_table
+from tests.identification.mounting.mounting_campaigns import (
+    LINEAR_TRUTH,
+    NONLINEAR_TRUTH,
+    mounting_campaign,
+)
+from tests.identification.synthetic_campaigns import carrier_campaign
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("mounting") / "campaign"
+    write_campaign(mounting_campaign(NONLINEAR_TRUTH, duration=40.0, rate=10.0), path)
+    return path
+
+
+def test_bushings_are_found_and_written_with_both_tables(folder, tmp_path):
+    result = main(
+        folder,
+        model="nonlinear_bushing",
+        out=tmp_path,
+        profile=("K3",),
+        compare_complex=False,
+        quiet=True,
+    )
+    document = json.loads((tmp_path / "identification.json").read_text())
+    assert document["model"] == "nonlinear_bushing"
+    low, high = document["shared"]["K1"]["ci95"]
+    assert low < document["shared"]["K1"]["value"] < high
+    assert_allclose(document["shared"]["K1"]["value"], NONLINEAR_TRUTH["K1"], rtol=5e-3)
+    assert document["shared"]["C1"]["unit"] == "N s/m^3"
+    assert document["runs"]["R0"]["parameters"] == {}
+    rows = document["models"][""]
+    assert [row["model"] for row in rows] == ["linear_bushing", "nonlinear_bushing"]
+    assert rows[1]["accuracy"] < 0.5 < rows[0]["accuracy"] == 1.0
+    assert {path.name for path in result.files} == {
+        "identification.json",
+        "signals.png",
+        "profiles.png",
+    }
+    console = Console(width=140, record=True, file=io.StringIO())
+    console.print(estimate_table(result))
+    text = console.export_text()
+    assert "one simulation, s" in text
+    assert "K5" in text
+
+
+def test_per_run_everything_stands_under_its_run(folder, tmp_path):
+    main(folder, model="linear_bushing", out=tmp_path, per_run=True, quiet=True)
+    document = json.loads((tmp_path / "identification.json").read_text())
+    assert document["shared"] == {}
+    assert set(document["runs"]["R0"]["parameters"]) == {"K1", "C1", "P_T"}
+
+
+def test_the_complex_method_stands_beside_the_fit(tmp_path):
+    write_campaign(mounting_campaign(LINEAR_TRUTH, duration=20.0, rate=10.0), tmp_path / "campaign")
+    main(
+        tmp_path / "campaign",
+        model="linear_bushing",
+        out=tmp_path / "out",
+        compare_complex=True,
+        quiet=True,
+    )
+    (row,) = json.loads((tmp_path / "out" / "identification.json").read_text())["models"][""]
+    assert row["complex_accuracy"] >= row["accuracy"] * (1.0 - 1e-9)
+    assert row["complex_model_runs"] > 5 * row["model_runs"]
+
+
+def test_wrong_choices_are_one_line_and_leave_nothing(folder, tmp_path):
+    with pytest.raises(
+        ValueError,
+        match="--profile K9: linear_bushing has no such parameter; expected one of K1, C1, P_T",
+    ):
+        main(folder, model="linear_bushing", out=tmp_path / "out", profile=("K9",), quiet=True)
+    write_campaign(carrier_campaign(), tmp_path / "carrier")
+    with pytest.raises(
+        ValueError, match="is of kind carrier; model linear_bushing serves kind mounting only"
+    ):
+        main(tmp_path / "carrier", model="linear_bushing", out=tmp_path / "out", quiet=True)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_a_cluster_that_loses_a_worker_finds_the_same(folder, tmp_path):
+    """Bootstrap refits on two workers, one killed while it works.
+
+    Value for value what one process finds.
+    """
+    from distributed import Client, LocalCluster
+
+    options = {"model": "linear_bushing", "bootstrap": 60, "seed": 3, "quiet": True}
+    main(folder, out=tmp_path / "here", **options)
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        with Client(cluster, set_as_default=False) as client:
+            victim = client.submit(os.getpid, pure=False).result()
+        killer = threading.Thread(target=_kill_soon, args=(victim,))
+        killer.start()
+        main(folder, out=tmp_path / "there", scheduler=cluster.scheduler_address, **options)
+        killer.join()
+    here, there = (
+        json.loads((tmp_path / name / "identification.json").read_text())["shared"]
+        for name in ("here", "there")
+    )
+    assert here == there
+
+
+def _kill_soon(process):
+    time.sleep(0.4)
+    os.kill(process, signal.SIGKILL)
+
+
+def test_the_command_tells_its_options(command):
+    returncode, text, _ = command("identify", "--help")
+    assert returncode == 0
+    for option in ("--compare-complex", "--scheduler", "--weights", "hydrodynamic_bushing"):
+        assert option in text

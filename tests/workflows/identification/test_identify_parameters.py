@@ -1,0 +1,88 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from carrierflex.fe.curve_files import write_curves
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.identification.campaign.records import Run
+from carrierflex.workflows.identification.identify_parameters import main
+from tests.identification.synthetic_campaigns import TRUTH, carrier_campaign
+from tests.simulation.synthetic_curves import curve_set
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("measured") / "campaign"
+    measured = carrier_campaign()
+    measured = replace(measured, rig={**measured.rig, "deflection_curves": "curves.csv"})
+    write_campaign(
+        measured, folder, more_files={"curves.csv": lambda path: write_curves(path, curve_set())}
+    )
+    return folder
+
+
+def test_m2_finds_the_truth_and_writes_it_with_the_plots(tmp_path, campaign):
+    result = main(campaign, model="m2", out=tmp_path / "out")
+    document = json.loads((tmp_path / "out" / "identification.json").read_text())
+    assert document["model"] == "m2"
+    for name, value in document["shared"].items():
+        low, high = value["ci95"]
+        margin = high - low
+        assert low - margin < getattr(TRUTH, name) < high + margin
+    assert document["runs"]["LC1"]["rms"] < result.estimates["m1"]["LC1"].rms_by_run["LC1"]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(
+        path.name for path in result.files
+    )
+    pictures = [path for path in result.files if path.suffix == ".png"]
+    assert {path.name for path in pictures} == {
+        "rms.png",
+        "parameters.png",
+        "signals_LC1.png",
+        "signals_LC2.png",
+    }
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in pictures)
+
+
+def test_m1_needs_no_curves_and_per_run_leaves_nothing_shared(tmp_path, campaign):
+    main(campaign, model="m1", out=tmp_path / "out", per_run=True)
+    document = json.loads((tmp_path / "out" / "identification.json").read_text())
+    assert document["shared"] == {}
+    assert set(document["runs"]["LC2"]["parameters"]) == {
+        "d_x",
+        "phi_H",
+        "theta_H",
+        "phi_PLC",
+        "theta_PLC",
+    }
+
+
+def test_a_campaign_of_another_kind_is_refused_and_leaves_nothing(tmp_path):
+    run = Run("A", "A.csv", "c", *_element_record())
+    element = Campaign(
+        "element",
+        "mount",
+        Baseline("model"),
+        {"drive": "force"},
+        (Channel("y", "displacement", "m"),),
+        (run,),
+    )
+    write_campaign(element, tmp_path / "element")
+    with pytest.raises(
+        ValueError, match="'mount' is of kind element; models m1 and m2 serve kind carrier only"
+    ):
+        main(tmp_path / "element", model="m2", out=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_output_that_is_a_file_is_refused(tmp_path, campaign):
+    (tmp_path / "out").write_text("mine")
+    with pytest.raises(OSError, match="cannot write into this output folder"):
+        main(campaign, model="m1", out=tmp_path / "out")
+    assert (tmp_path / "out").read_text() == "mine"
+
+
+def _element_record():
+    return np.arange(3.0), {"force": np.zeros(3)}, {"y": np.zeros(3)}

@@ -1,0 +1,149 @@
+"""Every format from a body file to files on disk.
+
+What cannot be written says so in one line and leaves nothing.
+"""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from carrierflex.reduction.body_files import BodyFileError, read_body, write_body
+from carrierflex.workflows.reduction import export_body, reduce_body
+
+SUFFIX = {
+    "op4": "op4",
+    "dmig": "dmig",
+    "mbdyn": "fem",
+    "sid": "SID_FEM",
+    "exudyn": "hdf5",
+    "simscape": "mat",
+}
+
+
+@pytest.fixture(scope="module")
+def body(tmp_path_factory):
+    path = tmp_path_factory.mktemp("body") / "pin.h5"
+    reduce_body.main(body="pin", out=path, modes=4, size=0.06, quiet=True)
+    return path
+
+
+@pytest.mark.parametrize("format", SUFFIX)
+def test_a_body_is_written_in_every_format(tmp_path, body, format):
+    out = tmp_path / f"new/pin.{SUFFIX[format]}"
+    result = export_body.main(body, format=format, out=out, quiet=True)
+    assert out in result.files
+    assert sorted(out.parent.iterdir()) == sorted(result.files)
+    assert all(file.stat().st_size > 100 for file in result.files)
+    assert result.figures
+    limits = {"grounding": 1e-8, "difference": 1e-6}
+    for name, value in result.figures.items():
+        for word, limit in limits.items():
+            assert not name.startswith(word) or value < limit, name
+    if format in ("mbdyn", "sid"):
+        assert result.figures["modes"] == 16.0
+
+
+def test_the_held_pilot_is_a_choice(tmp_path, body):
+    export_body.main(
+        body, format="mbdyn", out=tmp_path / "pin.fem", pilot="pin_1_midspan", quiet=True
+    )
+    assert "Modal node: pilot pin_1_midspan, held" in (tmp_path / "pin.fem").read_text()
+
+
+@pytest.mark.parametrize(
+    ("choices", "message"),
+    [
+        (
+            {"format": "op4", "pilot": "pin_1_upwind"},
+            "--pilot is given, but op4 holds no pilot; expected it with mbdyn",
+        ),
+        (
+            {"format": "sid", "pilot": "hub"},
+            r"pin\.h5: pin has no pilot 'hub'; expected one of pin_1_upwind, pin_1",
+        ),
+        ({"format": "op4", "out": "pin.dat"}, r"pin\.dat: suffix '\.dat'; expected \.op4"),
+        ({"format": "simscape", "out": "pin.m"}, r"pin\.m: suffix '\.m'; expected \.mat"),
+        ({"format": "exudyn", "out": "pin.h5"}, r"pin\.h5: suffix '\.h5'; expected \.hdf5"),
+    ],
+)
+def test_a_wrong_choice_is_one_line_and_leaves_nothing(tmp_path, body, choices, message):
+    out = tmp_path / choices.pop("out", "pin.out")
+    with pytest.raises(ValueError, match=message) as caught:
+        export_body.main(body, out=out, quiet=True, **choices)
+    assert "\n" not in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_is_no_body_file_is_refused(tmp_path):
+    (tmp_path / "pin.h5").write_text("solid pin")
+    with pytest.raises(BodyFileError, match=r"pin\.h5: not a complete body file"):
+        export_body.main(tmp_path / "pin.h5", format="op4", out=tmp_path / "pin.op4", quiet=True)
+    assert [file.name for file in tmp_path.iterdir()] == ["pin.h5"]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            {"size": None},
+            "pin: the body file does not record size; expected one of carrierflex reduce --coupling rbe3",
+        ),
+        (
+            {"coupling": "rbe2"},
+            "pin: the body file was reduced with rigid couplings; expected one of carrierflex reduce",
+        ),
+        (
+            {"modes": 3},
+            "pin: the body made again has other coordinates; expected this program's own body file",
+        ),
+        ({"size": 0.05}, "pin: the body made again"),
+    ],
+)
+def test_exudyn_refuses_a_body_it_cannot_make_again(tmp_path, body, change, message):
+    model = read_body(body)
+    record = dict(model.provenance) | {key: json.dumps(value) for key, value in change.items()}
+    if change == {"size": None}:
+        del record["size"]
+    write_body(replace(model, provenance=record), tmp_path / "pin.h5")
+    with pytest.raises(ValueError, match=message):
+        export_body.main(
+            tmp_path / "pin.h5", format="exudyn", out=tmp_path / "pin.hdf5", quiet=True
+        )
+    assert [file.name for file in tmp_path.iterdir()] == ["pin.h5"]
+
+
+def test_exudyn_refuses_a_body_whose_matrices_are_not_those_of_its_inputs(tmp_path, body):
+    model = read_body(body)
+    write_body(replace(model, K=model.K * 1.001), tmp_path / "pin.h5")
+    with pytest.raises(
+        ValueError,
+        match=r"pin: the body made again differs from the file by 1\.0e-03; expected less than 1e-06",
+    ):
+        export_body.main(
+            tmp_path / "pin.h5", format="exudyn", out=tmp_path / "pin.hdf5", quiet=True
+        )
+    assert [file.name for file in tmp_path.iterdir()] == ["pin.h5"]
+
+
+def test_a_body_of_another_make_has_no_finite_elements(tmp_path, body):
+    write_body(replace(read_body(body), name="gear"), tmp_path / "gear.h5")
+    with pytest.raises(
+        ValueError,
+        match="no finite elements are known for a body named 'gear'; expected pin, flexible_car",
+    ):
+        export_body.main(
+            tmp_path / "gear.h5", format="exudyn", out=tmp_path / "gear.hdf5", quiet=True
+        )
+
+
+def test_floating_frame_formats_need_the_invariants(tmp_path, body):
+    write_body(replace(read_body(body), ffrf=None), tmp_path / "pin.h5")
+    for format in ("mbdyn", "sid"):
+        with pytest.raises(
+            ValueError, match="pin has no inertia invariants, which floating-frame codes need"
+        ):
+            export_body.main(
+                tmp_path / "pin.h5", format=format, out=tmp_path / "pin.out", quiet=True
+            )
+    assert [file.name for file in tmp_path.iterdir()] == ["pin.h5"]

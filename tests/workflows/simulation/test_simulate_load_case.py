@@ -1,0 +1,65 @@
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from carrierflex.fe.curve_files import read_curves, write_curves
+from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.identification.carrier.carrier_identification import identify_each_run
+from carrierflex.identification.carrier.models import flexible_model
+from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.workflows.simulation.simulate_load_case import main
+from tests.simulation.synthetic_curves import curve_set
+
+
+@pytest.fixture
+def curves(tmp_path):
+    path = tmp_path / "curves.csv"
+    write_curves(path, curve_set())
+    return path
+
+
+def test_the_shipped_case_becomes_a_campaign_from_which_its_truth_is_identified(tmp_path, curves):
+    result = main(shipped_case(), out=tmp_path / "campaign", curves=curves)
+    campaign = read_campaign(result.folder)
+    assert [run.name for run in campaign.runs] == ["LC1", "LC2", "LC3", "LC4"]
+    assert campaign.rig["nominal_torque"] == 360e3
+    assert campaign.baseline.effects == ("axial_offset",)
+    copied = read_curves(result.folder / campaign.rig["deflection_curves"])
+    estimates = identify_each_run(campaign, flexible_model(copied["delta_s"], copied["delta_f"]))
+    for case in result.case.runs:
+        estimate = estimates[case.name]
+        truth = np.array([getattr(case.motion, name) for name in estimate.names])
+        assert (np.abs(estimate.values - truth) < 5.0 * estimate.std).all()
+        # Table 4: what M2 leaves is the static saddle and the noise.
+        assert_allclose(estimate.rms**2, case.motion.saddle**2 + 5e-6**2, rtol=0.02)
+        # Section 1: the deflection of the rim scales with the torque in every load case.
+        assert_allclose(
+            estimate.values[estimate.index("rho_f", case.name)], 42e-6 / (0.19e-6 * 360), rtol=0.01
+        )
+
+
+def test_the_same_case_gives_the_same_files(tmp_path, curves):
+    for name in ("a", "b"):
+        main(shipped_case(), out=tmp_path / name, curves=curves)
+    files = sorted(path.name for path in (tmp_path / "a").iterdir())
+    assert files == [
+        "LC1.csv",
+        "LC2.csv",
+        "LC3.csv",
+        "LC4.csv",
+        "campaign.toml",
+        "case.toml",
+        "deflection_curves.csv",
+    ]
+    for name in files:
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+
+
+def test_a_refused_case_leaves_nothing(tmp_path, curves):
+    case = tmp_path / "case.toml"
+    case.write_text(shipped_case().read_text().replace("torque = 180e3", "torque = 0.0", 1))
+    with pytest.raises(
+        ValueError, match="a positive torque and a curve with a third order are needed"
+    ):
+        main(case, out=tmp_path / "campaign", curves=curves)
+    assert not (tmp_path / "campaign").exists()

@@ -1,0 +1,264 @@
+"""A stage case from the command's function to a campaign folder."""
+
+import sys
+import tracemalloc
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from carrierflex.fe.curve_files import write_curves
+from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.reduction.body_files import write_body
+from carrierflex.reduction.pin_joints import carrier_with_pins
+from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.simulation.stage import response
+from carrierflex.simulation.stage.response import StageDivergedError
+from carrierflex.simulation.stage.stage_body import ShaftData, StageBody, beam_shaft
+from carrierflex.simulation.stage.stage_model import stage_model
+from carrierflex.simulation.stage.zeroing import rest_readings
+from carrierflex.workflows import command_line
+from carrierflex.workflows.simulation import simulate_stage
+from carrierflex.workflows.simulation.simulate_load_case import main
+from tests.simulation.synthetic_curves import curve_set
+
+
+@pytest.fixture
+def curves(tmp_path):
+    path = tmp_path / "curves.csv"
+    write_curves(path, curve_set())
+    return path
+
+
+def short_case(tmp_path, *changes):
+    text = (
+        shipped_case("stage_lc1")
+        .read_text(encoding="utf-8")
+        .replace("duration = 20.0", "duration = 5.5")
+    )
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path = tmp_path / "case.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def coarse_body():
+    return simulate_stage.default_stage_body(1e6, 0.06)
+
+
+@pytest.fixture
+def coarse(coarse_body, monkeypatch):
+    assert isinstance(coarse_body, StageBody)
+    monkeypatch.setattr(simulate_stage, "default_stage_body", lambda *_: coarse_body)
+    return coarse_body
+
+
+@pytest.mark.usefixtures("coarse")
+def test_a_stage_case_becomes_a_campaign_that_shows_three_peaks_a_revolution(tmp_path, curves):
+    result = main(short_case(tmp_path), out=tmp_path / "campaign", curves=curves)
+    assert result.imbalance["LC1"] < 1e-6
+    campaign = read_campaign(result.folder)
+    (run,) = campaign.runs
+    assert set(run.signals) == {"s047", "s137", "s227", "s317", "r040", "r310"}
+    turn = np.exp(-1j * np.outer(np.arange(6), run.inputs["carrier_angle"]))
+    whole = run.inputs["carrier_angle"] < 4.0 * np.pi
+    orders = 2.0 * np.abs((turn[:, whole] * run.signals["s047"][whole]).mean(axis=1))
+    # Pin fit of 1e6 N m/rad: 0.18 um per kN m of order 3 (docs/pin_fit.md).
+    assert 50e-6 < orders[3] < 80e-6
+    assert orders[3] > 10.0 * orders[[2, 4, 5]].max()
+
+
+def test_a_refused_stage_case_leaves_nothing(tmp_path, curves):
+    with pytest.raises(ValueError, match="too large for the mesh period"):
+        main(
+            short_case(tmp_path, ("step = 1e-3 ", "step = 1e-2 ")),
+            out=tmp_path / "campaign",
+            curves=curves,
+        )
+    assert not (tmp_path / "campaign").exists()
+
+
+#: Radial load that lifts the housing by metres; as the carrier turns, its motion passes what counts
+#: as small here.
+RUNAWAY = (("ntl_y = 0.0", "ntl_y = 1.3e8"), ("ntl_z = 0.0 ", "ntl_z = 1.3e8 "))
+
+
+@pytest.mark.usefixtures("coarse")
+def test_a_diverging_run_keeps_what_was_written_and_tells_when_and_where(
+    tmp_path, curves, monkeypatch, capsys
+):
+    monkeypatch.setattr(response, "_RUN_AWAY", 3.0)
+    monkeypatch.setattr(response, "CHUNK", 4)
+    out = tmp_path / "campaign"
+    arguments = [
+        "simulate",
+        str(short_case(tmp_path, *RUNAWAY)),
+        "--out",
+        str(out),
+        "--curves",
+        str(curves),
+    ]
+    monkeypatch.setattr(sys, "argv", ["carrierflex", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        command_line.main()
+    assert ended.value.code == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert "the run left the range of small motions at t = 0." in line
+    assert "s in 'housing T" in line
+    (run,) = read_campaign(out).runs
+    assert 4 < len(run.time) < 60  # more than one piece, less than the run
+    assert_allclose(np.diff(run.time), 0.01, rtol=1e-9)
+    assert run.condition.startswith(f"100 % torque, cut at {run.time[-1]:g} s: housing T")
+    assert [path.name for path in tmp_path.glob(".campaign*")] == []
+
+
+@pytest.mark.usefixtures("coarse")
+def test_an_interrupted_run_keeps_what_was_written(tmp_path, curves, monkeypatch):
+    def interrupted(*arguments, **keywords):
+        yield next(whole(*arguments, **keywords))
+        raise KeyboardInterrupt
+
+    whole = simulate_stage.simulate_stage
+    monkeypatch.setattr(simulate_stage, "simulate_stage", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        main(short_case(tmp_path), out=tmp_path / "campaign", curves=curves)
+    (run,) = read_campaign(tmp_path / "campaign").runs
+    assert len(run.time) == response.CHUNK
+    assert run.condition == "100 % torque, cut at 5 s: interrupted"
+
+
+@pytest.mark.usefixtures("coarse")
+def test_memory_does_not_grow_with_the_length_of_the_run(tmp_path, curves, monkeypatch):
+    monkeypatch.setattr(response, "CHUNK", 100)
+    peaks = []
+    for duration in ("3.0", "3.0", "12.0"):  # the first one warms up
+        case = short_case(tmp_path, ("duration = 5.5", f"duration = {duration}"))
+        tracemalloc.start()
+        result = main(case, out=tmp_path / "campaign", curves=curves)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert result.n_samples == {"LC1": 1200}
+    assert len(read_campaign(result.folder).runs[0].time) == 1200
+    assert peaks[2] < 1.1 * peaks[1], peaks
+
+
+def test_signals_count_from_rest_where_asked(tmp_path, curves, coarse):
+    runs = []
+    for name, more in (
+        ("plain", ""),
+        ("zeroed", "[zeroing]\ncarrier_angle_deg = 30.0\n\n[effects]"),
+    ):
+        changes = [("duration = 5.5", "duration = 0.2")] + ([("[effects]", more)] if more else [])
+        result = main(short_case(tmp_path, *changes), out=tmp_path / name, curves=curves)
+        runs.append(read_campaign(result.folder).runs[0])
+    case = result.case
+    model = stage_model(coarse, case.data, effects=case.effects, speed=case.speed)
+    zero = rest_readings(model, case.sensors, np.deg2rad(30.0), effects=case.reading)
+    for name in runs[0].signals:
+        assert_allclose(
+            runs[0].signals[name] - runs[1].signals[name], zero[name], rtol=0.0, atol=1e-15
+        )
+
+
+def with_bodies(tmp_path, **files):
+    lines = "".join(f'{name} = "{file}"\n' for name, file in files.items())
+    return short_case(
+        tmp_path,
+        ("duration = 5.5", "duration = 0.2"),
+        ("[effects] ", f"[bodies]\n{lines}\n[effects] "),
+    )
+
+
+@pytest.mark.usefixtures("coarse")
+def test_a_case_may_bring_its_own_bodies(tmp_path, curves, flexible_reduction, pin_reduction):
+    write_body(flexible_reduction.model, tmp_path / "carrier.h5")
+    write_body(pin_reduction.model, tmp_path / "pin.h5")
+    thin = ShaftData(outer_diameter=0.3)
+    write_body(
+        beam_shaft(thin, flexible_reduction.model.pilots["shaft_face"]), tmp_path / "shaft.h5"
+    )
+    case = with_bodies(tmp_path, carrier="carrier.h5", pin="pin.h5", shaft="shaft.h5")
+    own = main(case, out=tmp_path / "own", curves=curves)
+    default = main(
+        short_case(tmp_path, ("duration = 5.5", "duration = 0.2")),
+        out=tmp_path / "default",
+        curves=curves,
+    )
+    (run,), (other,) = read_campaign(own.folder).runs, read_campaign(default.folder).runs
+    assert own.imbalance["LC1"] < 1e-6
+    # The same carrier and pins, but a shaft that gives way more: the sensors read other numbers of
+    # the same size.
+    size = np.ptp(other.signals["s047"])
+    assert 0.0 < np.abs(run.signals["s047"] - other.signals["s047"]).max() < 2.0 * size
+
+
+@pytest.mark.parametrize(
+    ("body", "lost", "message"),
+    [
+        (
+            "carrier",
+            "downwind_seat",
+            r"carrier\.h5: .* has no pilot 'downwind_seat', which the planetary stage takes hold of",
+        ),
+        ("carrier", "pin_2_upwind", r"carrier\.h5: .* has no pilot 'pin_2_upwind'"),
+        ("pin", "pin_1_midspan", r"pin\.h5: .* has no pilot 'pin_1_midspan'"),
+        ("shaft", "main_bearing_seat", r"shaft\.h5: .* has no pilot 'main_bearing_seat'"),
+    ],
+)
+def test_a_body_without_the_stages_pilots_is_refused_before_the_run(
+    tmp_path, curves, flexible_reduction, pin_reduction, body, lost, message
+):
+    shaft = beam_shaft(ShaftData(), flexible_reduction.model.pilots["shaft_face"])
+    model = {"carrier": flexible_reduction.model, "pin": pin_reduction.model, "shaft": shaft}[body]
+    pilots = {name if name != lost else "elsewhere": point for name, point in model.pilots.items()}
+    rows = {
+        name if name != lost else "elsewhere": own for name, own in model.pilot_coordinates.items()
+    }
+    write_body(replace(model, pilots=pilots, pilot_coordinates=rows), tmp_path / f"{body}.h5")
+    with pytest.raises(ValueError, match=message):
+        main(
+            with_bodies(tmp_path, **{body: f"{body}.h5"}), out=tmp_path / "campaign", curves=curves
+        )
+    assert not (tmp_path / "campaign").exists()
+
+
+def test_bodies_that_do_not_belong_together_are_refused(
+    tmp_path, curves, flexible_reduction, stage_pins
+):
+    moved = {
+        name: point + np.array([0.0, 0.0, 0.01])
+        for name, point in flexible_reduction.model.pilots.items()
+    }
+    write_body(replace(flexible_reduction.model, pilots=moved), tmp_path / "carrier.h5")
+    with pytest.raises(
+        ValueError, match=r"has pin_1_upwind at y, z = .*0\.3180 m; expected .*0\.3080 m"
+    ):
+        main(with_bodies(tmp_path, carrier="carrier.h5"), out=tmp_path / "campaign", curves=curves)
+    carrier, pin = stage_pins
+    write_body(carrier, tmp_path / "carrier.h5")
+    write_body(pin, tmp_path / "pin.h5")
+    with pytest.raises(ValueError, match="comes with its pins; expected no body file for a pin"):
+        main(
+            with_bodies(tmp_path, carrier="carrier.h5", pin="pin.h5"),
+            out=tmp_path / "campaign",
+            curves=curves,
+        )
+    with pytest.raises(FileNotFoundError, match=r"none\.h5: no such file"):
+        main(with_bodies(tmp_path, carrier="none.h5"), out=tmp_path / "campaign", curves=curves)
+
+
+@pytest.fixture
+def stage_pins(flexible_reduction, pin_reduction):
+    return carrier_with_pins(flexible_reduction.model, pin_reduction.model), pin_reduction.model
+
+
+@pytest.mark.usefixtures("coarse")
+def test_a_run_that_diverges_at_once_leaves_nothing(tmp_path, curves, monkeypatch):
+    monkeypatch.setattr(response, "_RUN_AWAY", 1e-3)
+    with pytest.raises(StageDivergedError, match="left the range of small motions"):
+        main(short_case(tmp_path), out=tmp_path / "campaign", curves=curves)
+    assert not list(tmp_path.glob("*campaign*"))

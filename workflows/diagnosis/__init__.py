@@ -1,0 +1,1 @@
+"""Questions about the gap: diagnosis, blind check, public benchmark records."""

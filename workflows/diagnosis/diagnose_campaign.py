@@ -1,0 +1,90 @@
+"""Tell where the gap between a campaign and its simulation lies, which effect is missing, how far it shrinks.
+
+Writes diagnosis.json and report.html. A good answer: a verdict whose held-out shrink interval
+excludes one, a placebo that does not shrink the gap, and what is left near the noise floor; "none
+of these" and "not diagnosable" are answers too.
+"""
+
+from datetime import datetime
+from pathlib import Path
+
+from threadpoolctl import threadpool_limits
+
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.diagnosis_files import write_diagnosis
+from carrierflex.diagnosis.kinds import problem_of
+from carrierflex.diagnosis.report.page import ReportSource
+from carrierflex.diagnosis.report.report_files import write_report
+from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.fe.curve_files import read_curves
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.workflows.support.default_curves import default_curves
+from carrierflex.workflows.support.outputs import prepared_folder, versions
+from carrierflex.workflows.support.progress import Stages
+
+DIAGNOSIS_FILE = "diagnosis.json"
+REPORT_FILE = "report.html"
+
+
+def main(campaign: Path, *, out: Path, quiet: bool = False) -> Diagnosis:
+    """Diagnose the gap between a measurement campaign and its baseline simulation.
+
+    Parameters
+    ----------
+    campaign : Path
+        Campaign folder.
+    out : Path
+        Folder for diagnosis.json and report.html, which need no network to be read.
+    quiet : bool
+        Show no progress.
+
+    Returns
+    -------
+    Diagnosis
+        Verdict, effects with parameters, and how far the gap shrinks on held-out records.
+
+    Raises
+    ------
+    ValueError
+        Where the campaign is refused.
+    OSError
+        Where `out` cannot be written.
+    """
+    # Small matrices in long loops: on a busy machine the threads of a parallel product wait for
+    # each other ten times longer.
+    with threadpool_limits(limits=1):
+        return _diagnosed(campaign, out, Stages(4, quiet))
+
+
+def _diagnosed(campaign: Path, out: Path, stages: Stages) -> Diagnosis:
+    with stages.stage(f"reading {campaign}"):
+        measured = read_campaign(campaign)
+    with stages.stage("signals and noise floor"):
+        problem, floor_is_measured = problem_of(measured, campaign_curves(measured, campaign))
+    prepared_folder(out)
+    with stages.stage("which effect, and how far"):
+        found = diagnose(
+            problem,
+            campaign=measured.name,
+            kind=measured.kind,
+            floor_is_measured=floor_is_measured,
+            note=stages.note,
+        )
+    with stages.stage(f"writing {out / REPORT_FILE}"):
+        write_diagnosis(out / DIAGNOSIS_FILE, found)
+        written = f"{datetime.now():%Y-%m-%d %H:%M}"
+        write_report(
+            out / REPORT_FILE, found, ReportSource(measured, str(campaign), versions(), written)
+        )
+    return found
+
+
+def campaign_curves(campaign: Campaign, folder: Path) -> dict[str, DeflectionCurve] | None:
+    """Deflection curves of a carrier: the campaign's own, or the default carrier's."""
+    if campaign.kind != "carrier":
+        return None
+    if "deflection_curves" in campaign.rig:
+        return read_curves(folder / campaign.rig["deflection_curves"])
+    return default_curves()

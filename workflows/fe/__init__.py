@@ -1,0 +1,1 @@
+"""Questions about deflection: curves, couplings, pin fit, mesh size."""

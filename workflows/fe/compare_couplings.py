@@ -1,0 +1,64 @@
+"""How much do the couplings decide? Pilot stiffness and rim deflection with distributing and with rigid couplings.
+
+A distributing coupling (RBE3) lets the surface deform, a rigid one (RBE2) forbids it: the truth of
+a fitted part lies between.
+"""
+
+from pathlib import Path
+
+from carrierflex.fe.carrier_curves import CASES, flexible_cases, stiff_cases
+from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.geometry.parameter_files import read_parameters
+from carrierflex.reduction.coupling_bracket import CouplingBracket, coupling_bracket
+from carrierflex.workflows.support.named_bodies import body_structure
+from carrierflex.workflows.support.outputs import prepared_folder, save_json, versions
+from carrierflex.workflows.support.progress import Stages
+
+
+def main(
+    *, out: Path, size: float = DEFAULT_SIZE, parameters: Path | None = None, quiet: bool = False
+) -> dict[str, CouplingBracket]:
+    """Bracket pilot stiffness and deflection curves between distributing and rigid couplings.
+
+    Writes couplings.json.
+
+    Parameters
+    ----------
+    out
+        Output folder.
+    size
+        Element edge length [m].
+    parameters
+        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
+        keeps its default.
+    quiet
+        Show no progress.
+
+    Returns
+    -------
+    dict
+        Bracket by variant: stiffness of every pilot, and the rim's curve with nothing, one group of
+        pilots and everything rigid. Rigid couplings are never softer; a narrow bracket means that
+        the coupling hardly matters.
+    """
+    stage = read_parameters(parameters)
+    prepared_folder(out)
+    stages = Stages(2, quiet)
+    brackets = {}
+    for variant in ("flexible", "stiff"):
+        with stages.stage(f"{variant} carrier with both couplings"):
+            cases = (
+                flexible_cases(stage.carrier, stage.gear)
+                if variant == "flexible"
+                else stiff_cases(stage.gear)
+            )
+            mesh, soft = body_structure(f"{variant}_carrier", stage, size)
+            curve_name = "delta_f" if variant == "flexible" else "delta_s"
+            brackets[variant] = coupling_bracket(curve_name, mesh, soft, cases[CASES.index("both")])
+    changes = {
+        bracket.curve_name: {part: bracket.curve_change(part) for part in bracket.all_curves}
+        for bracket in brackets.values()
+    }
+    content = {"size": size, "curve_change": changes, "brackets": brackets, "versions": versions()}
+    save_json(out / "couplings.json", content)
+    return brackets

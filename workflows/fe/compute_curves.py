@@ -1,0 +1,151 @@
+"""How does the rim deflect under drive torque? Six peaks with bonded pins, three without pins."""
+
+import json
+from pathlib import Path
+
+from carrierflex.fe.carrier_curves import named_curves
+from carrierflex.fe.curve_files import read_curves, write_curves
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.view import curves_figure
+from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.geometry.parameter_files import StageParameters, read_parameters
+from carrierflex.workflows.support.cached_results import cached_files
+from carrierflex.workflows.support.carrier_files import CarrierFiles
+from carrierflex.workflows.support.carrier_variants import (
+    CarrierVariant,
+    flexible_variant,
+    given_variant,
+    stiff_variant,
+)
+from carrierflex.workflows.support.cost_preview import CostPreview, curves_cost, tell
+from carrierflex.workflows.support.outputs import (
+    plain,
+    prepared_folder,
+    save_figure,
+    save_json,
+    versions,
+)
+from carrierflex.workflows.support.progress import Stages
+
+_CURVES, _PICTURE, _INPUTS = "deflection_curves.csv", "deflection_curves.png", "inputs.json"
+
+
+def main(
+    *,
+    out: Path,
+    size: float = DEFAULT_SIZE,
+    parameters: Path | None = None,
+    step: Path | None = None,
+    surfaces: Path | None = None,
+    flexible_mesh: Path | None = None,
+    stiff_mesh: Path | None = None,
+    preview: bool = False,
+    cache: bool = True,
+    quiet: bool = False,
+) -> dict[str, DeflectionCurve] | CostPreview:
+    """Compute the rim's deflection curves by finite elements.
+
+    Writes deflection_curves.csv (theta_deg; delta_s, delta_f in m per kN m of drive torque; g_s,
+    g_f in m per N on pin 1; the radial ones beside them), deflection_curves.png and inputs.json.
+
+    Parameters
+    ----------
+    out
+        Output folder.
+    size
+        Element edge length [m].
+    parameters
+        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
+        keeps its default.
+    step
+        STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
+    surfaces
+        TOML file that states the STEP file's surfaces; carrierflex cad writes one to start from.
+    flexible_mesh, stiff_mesh
+        Mesh files (.msh, metres) of the carrier without and with bonded pins, instead of the
+        parametric carrier.
+    preview
+        Only tell what the work will cost.
+    cache
+        Take curves that were computed from the same inputs before, and keep new ones.
+    quiet
+        Show no progress.
+
+    Returns
+    -------
+    dict
+        The four curves by name. A good answer has six peaks in delta_s, three in delta_f, and
+        orders 3, 6, 9 ... only.
+    """
+    stage = read_parameters(parameters)
+    files = _files(step, surfaces, flexible_mesh, stiff_mesh)
+    inputs = {"kind": "deflection curves", "stage": stage, "size": size, "files": files.digests()}
+    if preview:
+        return curves_cost(stage, size, files)
+    prepared_folder(out)
+
+    def compute() -> None:
+        tell(curves_cost(stage, size, files), quiet=quiet)
+        _compute(out, stage, size, files, quiet=quiet)
+
+    results = {name: out / name for name in (_CURVES, _PICTURE, _INPUTS)}
+    cached_files(results, compute, use=cache, quiet=quiet, inputs=inputs)
+    radius = float(json.loads((out / _INPUTS).read_text(encoding="utf-8"))["sensor_radius"])
+    return read_curves(out / _CURVES, radius=radius)
+
+
+def _files(
+    step: Path | None, surfaces: Path | None, flexible: Path | None, stiff: Path | None
+) -> CarrierFiles:
+    if (flexible is None) != (stiff is None):
+        alone, absent = (
+            ("--flexible-mesh", "--stiff-mesh")
+            if stiff is None
+            else ("--stiff-mesh", "--flexible-mesh")
+        )
+        raise ValueError(f"{alone} is given without {absent}; expected the meshes of both variants")
+    return CarrierFiles(
+        step,
+        surfaces,
+        {} if flexible is None or stiff is None else {"flexible": flexible, "stiff": stiff},
+    )
+
+
+def _compute(
+    out: Path, stage: StageParameters, size: float, files: CarrierFiles, *, quiet: bool
+) -> None:
+    stages = Stages(3, quiet)
+    with stages.stage(f"flexible carrier, elements of {size} m"):
+        flexible = (
+            given_variant("flexible", files, stage, size)
+            if files.given
+            else flexible_variant(stage, size)
+        )
+    with stages.stage(f"stiff carrier, elements of {size} m"):
+        stiff = (
+            given_variant("stiff", files, stage, size)
+            if files.given
+            else stiff_variant(stage, size)
+        )
+    _refuse_different_carriers(flexible, stiff)
+    with stages.stage("files"):
+        curves = named_curves(stiff.deflection, flexible.deflection)
+        write_curves(out / _CURVES, curves)
+        save_figure(out / _PICTURE, curves_figure(curves["delta_s"], curves["delta_f"]))
+        radius = curves["delta_s"].radius
+        content = {
+            "size": size,
+            "stage": plain(stage),
+            "files": files.record(),
+            "sensor_radius": radius,
+        }
+        save_json(out / _INPUTS, {**content, "versions": versions()})
+
+
+def _refuse_different_carriers(flexible: CarrierVariant, stiff: CarrierVariant) -> None:
+    radii = [variant.deflection.curves["both"].radius for variant in (flexible, stiff)]
+    if abs(radii[0] - radii[1]) > 1e-6:
+        raise ValueError(
+            f"the flexible carrier's sensor circle has radius {radii[0]:.6g} m, the stiff one's {radii[1]:.6g} m; expected two "
+            "variants of one carrier"
+        )

@@ -1,0 +1,155 @@
+"""Does a mix of stiff and flexible stand for every pin fit? The torque curve over the interface stiffness from 0 to infinity.
+
+The 2012 paper believes that a mix of the two extreme curves represents the actual deflection. A
+good answer tells where three peaks become six, which shares represent each curve, and what the best
+mix leaves of it.
+"""
+
+import csv
+import dataclasses
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from carrierflex.fe.carrier_curves import (
+    CASES,
+    UNIT_TORQUE,
+    carrier_deflection,
+    flexible_cases,
+    stiff_cases,
+)
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.load_cases import gear_forces
+from carrierflex.files.whole_files import whole_file
+from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.geometry.parameter_files import StageParameters, read_parameters
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.pin_fit import (
+    ExtremeCurves,
+    PinFitFamily,
+    PinFitRow,
+    pin_fit_row,
+    rms,
+    torque_curve,
+)
+from carrierflex.reduction.pin_joints import PIN_FITS
+from carrierflex.workflows.fe.pin_fit_pictures import PinFitStudy, mix_figure, sweep_figure
+from carrierflex.workflows.support.named_bodies import body_structure
+from carrierflex.workflows.support.outputs import prepared_folder, save_figure, save_json, versions
+from carrierflex.workflows.support.progress import Stages
+
+#: Interface stiffnesses between which the sweep runs, beside its two ends [N m/rad].
+LOWEST, HIGHEST = 1e4, 1e12
+#: Derived from the paper's Table 4: RMS of the rim deflection [m per kN m].
+TABLE_4_RMS = 0.083e-6
+_BOTH = CASES.index("both")
+
+
+def main(
+    *,
+    out: Path,
+    size: float = DEFAULT_SIZE,
+    points_per_decade: int = 8,
+    parameters: Path | None = None,
+    quiet: bool = False,
+) -> PinFitStudy:
+    """Sweep the pin fit from simply supported to rigid.
+
+    Writes pin_fit.csv, pin_fit.json and two pictures.
+
+    Parameters
+    ----------
+    out
+        Output folder.
+    size
+        Element edge length [m].
+    points_per_decade
+        Stiffnesses a decade from 1e4 to 1e12 N m/rad; 0, infinity and the fits known by name come
+        on top.
+    parameters
+        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
+        keeps its default.
+    quiet
+        Show no progress.
+
+    Returns
+    -------
+    PinFitStudy
+        A mix stands for a curve where its residual is small against what else the signals hold.
+    """
+    if not 1 <= points_per_decade <= 1000:
+        raise ValueError(f"--points-per-decade is {points_per_decade}; expected 1 to 1000")
+    stage = read_parameters(parameters)
+    prepared_folder(out)
+    stages = Stages(3, quiet)
+    with stages.stage("both carriers and a pin: finite elements, static reduction"):
+        tied, extremes = _family(stage, size)
+    with stages.stage("sweep of the interface stiffness"):
+        families = (tied, dataclasses.replace(tied, sliding=True))
+        stiffnesses = _stiffnesses(points_per_decade)
+        rows = tuple(pin_fit_row(family, k, extremes) for family in families for k in stiffnesses)
+        study = PinFitStudy(tied, extremes, rows, _changes(tied))
+    with stages.stage(f"writing {out}"):
+        _write_table(out / "pin_fit.csv", rows)
+        inputs = {"size": size, "stage": stage}
+        findings = {"stiffness_of_changes": study.changes, "worst": study.worst}
+        save_json(out / "pin_fit.json", {"inputs": inputs, **findings, "versions": versions()})
+        save_figure(out / "pin_fit.png", sweep_figure(study))
+        save_figure(out / "pin_fit_mixes.png", mix_figure(study))
+    return study
+
+
+def _family(stage: StageParameters, size: float) -> tuple[PinFitFamily, ExtremeCurves]:
+    """Carrier and pin reduced to their pilots, and the extremes that need no joint.
+
+    Statics needs no modes.
+    """
+    cases = {
+        "flexible": flexible_cases(stage.carrier, stage.gear),
+        "stiff": stiff_cases(stage.gear),
+    }
+    forces, radius = gear_forces(UNIT_TORQUE, stage.gear), stage.carrier.sensor_radius
+    models, pilot_held, clamped = {}, {}, {}
+    for name, loads in cases.items():
+        mesh, structure = body_structure(f"{name}_carrier", stage, size)
+        models[name] = craig_bampton(structure, 0).model
+        pilot_held[name] = torque_curve(name, models[name], loads[_BOTH], radius)
+        clamped[name] = carrier_deflection(
+            structure, np.unique(mesh.surface("shaft_face")), loads
+        ).curves["both"]
+    pin = craig_bampton(body_structure("pin", stage, size)[1], 0).model
+    extremes = ExtremeCurves(
+        pilot_held["stiff"], pilot_held["flexible"], clamped["stiff"], clamped["flexible"]
+    )
+    return PinFitFamily(models["flexible"], pin, forces, radius), extremes
+
+
+def _stiffnesses(points_per_decade: int) -> list[float]:
+    n = round(np.log10(HIGHEST / LOWEST)) * points_per_decade + 1
+    sweep = np.logspace(np.log10(LOWEST), np.log10(HIGHEST), n)
+    return sorted({*map(float, sweep), *PIN_FITS.values()})
+
+
+def _changes(family: PinFitFamily) -> dict[str, float]:
+    """Interface stiffness at which the curve's character changes [N m/rad]."""
+    found: dict[str, Callable[[DeflectionCurve], bool]] = {
+        "more than three peaks": lambda curve: len(curve.peak_angles()) > 3,
+        "RMS of Table 4": lambda curve: rms(curve) <= TABLE_4_RMS,
+    }
+    return {
+        name: family.stiffness_where(reached, LOWEST, HIGHEST) for name, reached in found.items()
+    }
+
+
+def _write_table(path: Path, rows: Sequence[PinFitRow]) -> None:
+    """Write one line a row; stiffness in N m/rad, orders and RMS in m per kN m."""
+    names = [field.name for field in dataclasses.fields(PinFitRow)]
+    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(names)
+        for row in rows:
+            values = (getattr(row, name) for name in names)
+            writer.writerow(
+                [f"{value:.9g}" if isinstance(value, float) else value for value in values]
+            )

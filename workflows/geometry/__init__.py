@@ -1,0 +1,1 @@
+"""Questions about the carrier's shape: meshes and CAD."""

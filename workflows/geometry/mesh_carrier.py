@@ -1,0 +1,68 @@
+"""Which mesh does the carrier have? Writes it for other programs and tells its quality."""
+
+from pathlib import Path
+from typing import Literal
+
+from carrierflex.geometry.carrier_mesh import (
+    DEFAULT_SIZE,
+    flexible_carrier_mesh,
+    stiff_carrier_mesh,
+)
+from carrierflex.geometry.mesh_files import check_mesh_path, write_mesh
+from carrierflex.geometry.parameter_files import read_parameters
+from carrierflex.geometry.quality import MeshQuality, mesh_quality
+from carrierflex.workflows.support.carrier_files import CarrierFiles
+from carrierflex.workflows.support.outputs import prepared_folder
+from carrierflex.workflows.support.progress import Stages
+
+
+def main(
+    *,
+    out: Path,
+    variant: Literal["stiff", "flexible"] = "flexible",
+    size: float = DEFAULT_SIZE,
+    step: Path | None = None,
+    surfaces: Path | None = None,
+    parameters: Path | None = None,
+    quiet: bool = False,
+) -> MeshQuality:
+    """Mesh the planet carrier with quadratic tetrahedra and write it with its named surfaces as sets.
+
+    Parameters
+    ----------
+    out
+        Mesh file: .msh (gmsh), .vtu (ParaView) or .inp (Abaqus, C3D10); coordinates in metres.
+    variant
+        stiff: pins bonded into the bores; flexible: no pins.
+    size
+        Element edge length [m].
+    step
+        STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
+    surfaces
+        TOML file that states the STEP file's surfaces; carrierflex cad writes one to start from.
+    parameters
+        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
+        keeps its default.
+    quiet
+        Show no progress.
+
+    Returns
+    -------
+    MeshQuality
+        A good mesh has a worst scaled Jacobian and a worst shape above 0.2.
+    """
+    stage = read_parameters(parameters)
+    files = CarrierFiles(step, surfaces)
+    check_mesh_path(out)
+    prepared_folder(out.parent)
+    stages = Stages(2, quiet)
+    with stages.stage(f"mesh of the {variant} carrier, {size} m"):
+        if files.given:
+            mesh = files.mesh(variant, size)
+        elif variant == "flexible":
+            mesh = flexible_carrier_mesh(stage.carrier, size)
+        else:
+            mesh = stiff_carrier_mesh(stage.carrier, stage.pin, size)
+    with stages.stage(f"writing {out}"):
+        write_mesh(mesh, out)
+    return mesh_quality(mesh)

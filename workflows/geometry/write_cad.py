@@ -1,0 +1,33 @@
+"""What does the parametric carrier look like as a CAD model, and how are its surfaces stated? Writes both."""
+
+from pathlib import Path
+
+from carrierflex.geometry.cad_export import write_step
+from carrierflex.geometry.cad_faces import CadFace
+from carrierflex.geometry.cad_mesh import step_faces
+from carrierflex.geometry.cad_surface_files import read_cad_statements, write_cad_statements
+from carrierflex.geometry.parameter_files import read_parameters
+from carrierflex.workflows.support.outputs import prepared_folder
+
+
+def main(*, out: Path, parameters: Path | None = None) -> tuple[CadFace, ...]:
+    """Write the parametric carrier as carrier.step (unit mm) with surfaces.toml, the template for a carrier of your own.
+
+    Parameters
+    ----------
+    out
+        Output folder.
+    parameters
+        TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
+        keeps its default.
+
+    Returns
+    -------
+    tuple of CadFace
+        Faces of the CAD model as written.
+    """
+    stage = read_parameters(parameters)
+    prepared_folder(out)
+    write_step(stage.carrier, out / "carrier.step")
+    write_cad_statements(out / "surfaces.toml", stage.carrier, stage.pin)
+    return step_faces(out / "carrier.step", read_cad_statements(out / "surfaces.toml").frame)

@@ -1,0 +1,1 @@
+"""Questions about parameters: motion of the carrier, bushings, printed tables."""

@@ -1,0 +1,303 @@
+"""Identify the motion of the carrier, or the bushings of the mounting, that explain the measured signals.
+
+Bushing models stand in :mod:`carrierflex.workflows.identification.identify_bushings`. For a carrier
+this fits M1 (offset and two tilts) or M2 (M1 and the two deflection curves) of the 2012 paper, and
+writes identification.json with the plots of the paper's figures 9 to 11. A good answer: M2 follows
+the signals up to a constant of each sensor, its RMS is never above that of M1, and rho_s and rho_f
+are not negative.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import perf_counter
+from typing import Literal
+
+from carrierflex.fe.curve_files import read_curves
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.campaign_document import CampaignHeader
+from carrierflex.identification.campaign.campaign_files import read_campaign, read_campaign_header
+from carrierflex.identification.carrier.carrier_identification import (
+    LEAST_SQUARES,
+    FitOptions,
+    axial_channels,
+    identify_each_run,
+    identify_jointly,
+    residual_signal,
+    rim_channels,
+)
+from carrierflex.identification.carrier.long_records import is_long
+from carrierflex.identification.carrier.models import (
+    CarrierModel,
+    flexible_model,
+    rigid_model,
+    with_radial_motion,
+)
+from carrierflex.identification.carrier.parameter_estimate import ParameterEstimate
+from carrierflex.identification.carrier.piecewise_identification import identify_in_pieces
+from carrierflex.identification.carrier.pin_angle import identify_with_pin_angle
+from carrierflex.identification.carrier.robust_loss import Outliers, flagged_outliers
+from carrierflex.identification.estimate_files import identification_document, write_identification
+from carrierflex.identification.view import parameters_figure, rms_figure, signals_figure
+from carrierflex.workflows.identification.identify_bushings import (
+    BushingIdentification,
+    BushingOptions,
+    identify,
+)
+from carrierflex.workflows.support.outputs import prepared_folder, save_figure
+from carrierflex.workflows.support.progress import Stages
+
+#: Model and estimate by model name and run.
+Fits = Mapping[str, Mapping[str, tuple[CarrierModel, ParameterEstimate]]]
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """What the workflow found.
+
+    Names, estimates by model and run (a joint one under every run), fit time [s], files, and
+    samples far outside.
+    """
+
+    campaign: str
+    model: str
+    estimates: Mapping[str, Mapping[str, ParameterEstimate]]
+    seconds: float
+    files: tuple[Path, ...]
+    outliers: tuple[Outliers, ...] = field(default=())
+
+
+def main(
+    campaign: Path,
+    *,
+    model: Literal["m1", "m2", "linear_bushing", "nonlinear_bushing", "hydrodynamic_bushing"],
+    out: Path,
+    per_run: bool = False,
+    sensors: Literal["axial", "all"] = "axial",
+    loss: Literal["squares", "huber"] = "squares",
+    free_pin_angle: bool = False,
+    bootstrap: int = 0,
+    seed: int = 0,
+    weights: dict[str, float] | None = None,
+    profile: tuple[str, ...] = (),
+    compare_complex: bool = False,
+    workers: int = 1,
+    scheduler: str | None = None,
+    quiet: bool = False,
+) -> Identification | BushingIdentification:
+    """Identify the motion of the planet carrier, or the bushings of the mounting, from a measurement campaign.
+
+    Parameters
+    ----------
+    campaign : Path
+        Campaign folder of kind "carrier" (m1, m2) or "mounting" (bushing models).
+    model : {"m1", "m2", "linear_bushing", "nonlinear_bushing", "hydrodynamic_bushing"}
+        Rigid motion; rigid motion and deflection under torque; or the bushing models up to this
+        one.
+    out : Path
+        Folder for identification.json and the plots.
+    per_run : bool
+        Fit every run by itself, the papers' way, instead of sharing phi_PLC, theta_PLC, rho_s and
+        rho_f, or the bushings.
+    sensors : {"axial", "all"}
+        Axial sensors, the papers' way, or the radial ones too: rigid radial motion joins the model.
+    loss : {"squares", "huber"}
+        Squared residuals, or Huber's loss, which keeps outliers from moving the parameters.
+    free_pin_angle : bool
+        Fit the carrier-frame angle theta_rho of pin 1 too (model m2).
+    bootstrap : int
+        Samples of a block bootstrap for the errors, over revolutions (50 or more) or time blocks;
+        0: the jackknife.
+    seed : int
+        Seed of the bootstrap and of the complex method.
+    weights : dict
+        Bushing models: weights of the housing's motion in the objective, --weights.theta_x 1 (d_x,
+        d_y, d_z in 1/m^2, theta_x, theta_y, theta_z in 1/rad^2); without them the sensors are
+        compared, each over its declared noise.
+    profile : tuple of str
+        Bushing models: parameters whose likelihood profile is drawn (K1, P_T ...).
+    compare_complex : bool
+        Bushing models: search by the complex method of Box too, as the paper did, and show what it
+        costs.
+    workers : int
+        Processes for starts and bootstrap refits of bushing models; 1 runs in this process.
+    scheduler : str
+        Address of a Dask scheduler (tcp://host:8786) for the same, instead of workers.
+    quiet : bool
+        Show no progress.
+
+    Returns
+    -------
+    Identification or BushingIdentification
+        Estimates with their uncertainty, RMS in m, angles in rad.
+
+    Raises
+    ------
+    ValueError
+        Where the campaign is refused or is of another kind, or choices exclude one another.
+    OSError
+        Where `out` cannot be written.
+    """
+    if model.endswith("_bushing"):
+        shared = BushingOptions(
+            per_run, weights, compare_complex, profile, bootstrap, seed, workers, scheduler, quiet
+        )  # fmt: skip
+        return identify(campaign, model, out, shared)
+    if weights or profile or compare_complex:
+        raise ValueError(
+            f"--weights, --profile and --compare-complex belong to the bushing models; {model} is solved in closed form, "
+            "its likelihood is a parabola with the given standard deviations"
+        )
+    if free_pin_angle and model != "m2":
+        raise ValueError("--free-pin-angle belongs to the deflection curves; expected --model m2")
+    options = FitOptions(sensors == "all", loss == "huber", bootstrap, seed)
+    return identify_carrier(
+        campaign, model, out, options, free_pin_angle=free_pin_angle, per_run=per_run, quiet=quiet
+    )
+
+
+def identify_carrier(
+    campaign: Path,
+    model: str,
+    out: Path,
+    options: FitOptions = LEAST_SQUARES,
+    *,
+    free_pin_angle: bool = False,
+    per_run: bool = False,
+    quiet: bool = False,
+) -> Identification:
+    """Identify M1, and M2 where it is asked for; the arguments are those of :func:`main`.
+
+    Raises
+    ------
+    ValueError
+        Where the campaign is refused or is of another kind.
+    """
+    stages = Stages(3, quiet)
+    with stages.stage(f"reading {campaign}"):
+        header = read_campaign_header(campaign)
+        measured = _in_memory(campaign, header, one_pass=not (free_pin_angle or options.huber))
+    models = _models(header, campaign, model, options)
+    prepared_folder(out)
+    with stages.stage("least squares" if measured else "least squares, record in pieces"):
+        start = perf_counter()
+        if measured is None:
+            measured, estimates = identify_in_pieces(
+                campaign, header, models, options, per_run=per_run
+            )
+        else:
+            estimates = {one.name: _identified(measured, one, options, per_run) for one in models}
+        fits = {
+            one.name: {run: (one, fit) for run, fit in estimates[one.name].items()}
+            for one in models
+        }
+        if free_pin_angle:
+            turned = identify_with_pin_angle(
+                measured, *_curves(header, campaign), options, per_run=per_run
+            )
+            fits["m2"] = {run: (turn.model, turn.estimate) for run, turn in turned.items()}
+        seconds = perf_counter() - start
+    return _written(out, measured, fits, stages, model=model, per_run=per_run, seconds=seconds)
+
+
+def _in_memory(folder: Path, header: CampaignHeader, *, one_pass: bool) -> Campaign | None:
+    """Campaign with its records; None where they are too long and one pass over them is enough."""
+    if not is_long(folder, header):
+        campaign = read_campaign(folder)
+        axial_channels(campaign)  # refuses a campaign of another kind before anything is written
+        return campaign
+    if not one_pass:
+        raise ValueError(
+            "records this long are read once, in pieces; --loss huber and --free-pin-angle need shorter ones"
+        )
+    return None
+
+
+def _written(
+    out: Path,
+    measured: Campaign,
+    fits: Fits,
+    stages: Stages,
+    *,
+    model: str,
+    per_run: bool,
+    seconds: float,
+) -> Identification:
+    """Write identification.json and the plots."""
+    outliers = _outliers(measured, fits[model])
+    found = {
+        name: {run: estimate for run, (_, estimate) in by_run.items()}
+        for name, by_run in fits.items()
+    }
+    reported = found[model] if per_run else next(iter(found[model].values()))
+    with stages.stage(f"writing {out}"):
+        document = identification_document(
+            measured.name, reported, seconds=seconds, model_runs=1, outliers=outliers
+        )
+        write_identification(out / "identification.json", document)
+        names = _drawn(out, measured, fits)
+    files = tuple(out / name for name in ("identification.json", *names))
+    return Identification(measured.name, model, found, seconds, files, outliers)
+
+
+def _identified(
+    measured: Campaign, model: CarrierModel, options: FitOptions, per_run: bool
+) -> Mapping[str, ParameterEstimate]:
+    if per_run:
+        return identify_each_run(measured, model, options)
+    return dict.fromkeys(
+        [run.name for run in measured.runs], identify_jointly(measured, model, options)
+    )
+
+
+def _outliers(
+    measured: Campaign, fits: Mapping[str, tuple[CarrierModel, ParameterEstimate]]
+) -> tuple[Outliers, ...]:
+    """Samples far outside the identified motion; of a record in pieces those of the first piece."""
+    found: list[Outliers] = []
+    for run in measured.runs:
+        model, estimate = fits[run.name]
+        channels = [
+            c for c in rim_channels(measured) if c.name in estimate.rms_by_channel[run.name]
+        ]
+        found += flagged_outliers(
+            run, {c.name: residual_signal(run, c, model, estimate) for c in channels}
+        )
+    return tuple(found)
+
+
+def _drawn(out: Path, measured: Campaign, fits: Fits) -> tuple[str, ...]:
+    """Write the plots into `out`; their names."""
+    channels = axial_channels(measured)
+    estimates = {
+        name: {run: one for run, (_, one) in by_run.items()} for name, by_run in fits.items()
+    }
+    figures = {"rms.png": rms_figure(estimates), "parameters.png": parameters_figure(estimates)}
+    for run in measured.runs:
+        shown = [by_run[run.name] for by_run in fits.values()]
+        figures[f"signals_{Path(run.file).stem}.png"] = signals_figure(run, channels, shown)
+    for name, figure in figures.items():
+        save_figure(out / name, figure)
+    return tuple(figures)
+
+
+def _models(
+    header: CampaignHeader, folder: Path, last: str, options: FitOptions
+) -> list[CarrierModel]:
+    """Models up to the one asked for: M2 is shown beside M1."""
+    models = [rigid_model()]
+    if last == "m2" and header.contract.name == "carrier":
+        models.append(flexible_model(*_curves(header, folder)))
+    return [with_radial_motion(one) for one in models] if options.radial else models
+
+
+def _curves(header: CampaignHeader, folder: Path) -> tuple[DeflectionCurve, DeflectionCurve]:
+    """Stiff and flexible curve: the campaign's own, or the default carrier's."""
+    if "deflection_curves" in header.rig:
+        curves = read_curves(folder / header.rig["deflection_curves"])
+    else:
+        from carrierflex.workflows.support.default_curves import default_curves
+
+        curves = default_curves()
+    return curves["delta_s"], curves["delta_f"]

@@ -1,0 +1,1 @@
+"""Questions about reduced bodies: reduction, certificate, exports."""

@@ -1,0 +1,42 @@
+"""Can this body file be trusted? Shows the certificate it was written with and repeats what needs no finite elements."""
+
+from pathlib import Path
+
+from carrierflex.reduction.body_files import read_body, read_certificate
+from carrierflex.reduction.certificate import Certificate, inner_checks
+from carrierflex.workflows.support.outputs import plain, prepared_folder, save_json
+
+
+def main(body: Path, *, json: Path | None = None) -> Certificate:
+    """Show the reduction certificate of a body file; the exit code is 1 where a check fails.
+
+    Checks against the full body (static compliance, free frequencies, MAC, frequency response)
+    stand as they were found when the body was reduced. Mass by three kinds of rigid-body modes,
+    grounding and symmetry are computed again from the matrices in the file.
+
+    Parameters
+    ----------
+    body
+        Body file (.h5) that carrierflex reduce wrote.
+    json
+        File to write the checks to, for programs.
+
+    Returns
+    -------
+    Certificate
+        All checks, wanted beside reached; limits are relative unless a name says otherwise.
+    """
+    model = read_body(body)
+    stored = read_certificate(body)
+    if stored is None:
+        raise ValueError(
+            f"{body}: the body was written without a certificate; expected one made by carrierflex reduce"
+        )
+    again = {check.name: check for check in inner_checks(model)}
+    certificate = Certificate(
+        stored.cut_off_hz, tuple(again.pop(check.name, check) for check in stored.checks)
+    )
+    if json is not None:
+        prepared_folder(json.parent)
+        save_json(json, {"body": str(body), "met": certificate.met, **plain(certificate)})
+    return certificate

@@ -1,0 +1,248 @@
+"""Which few coordinates stand for the elastic body? Writes a Craig-Bampton body for a multibody simulation."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+from carrierflex.fe.rigid_couplings import rigidly_coupled
+from carrierflex.fe.structural_model import (
+    StructuralModel,
+)
+from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.geometry.parameter_files import StageParameters, read_parameters
+from carrierflex.reduction.body_files import read_body, write_body
+from carrierflex.reduction.certificate import certify
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.held_structure import GroundedBody
+from carrierflex.reduction.mode_count import DEFAULT_MODES, chosen_mode_count
+from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.reduction.residual_vectors import body_loads
+from carrierflex.workflows.support.cached_results import cached_files
+from carrierflex.workflows.support.carrier_files import CarrierFiles, given_structure
+from carrierflex.workflows.support.cost_preview import CostPreview, reduction_cost, tell
+from carrierflex.workflows.support.half_sector_bodies import (
+    reduced_by_symmetry,
+    refuse_whole_body_options,
+)
+from carrierflex.workflows.support.named_bodies import body_name, body_structure
+from carrierflex.workflows.support.outputs import prepared_folder, provenance
+from carrierflex.workflows.support.progress import Stages
+
+
+def main(
+    *,
+    body: Literal["carrier", "pin", "main_shaft"],
+    out: Path,
+    variant: Literal["stiff", "flexible"] = "flexible",
+    coupling: Literal["rbe3", "rbe2"] = "rbe3",
+    modes: int | None = None,
+    max_frequency: float | None = None,
+    frf_tolerance: float | None = None,
+    frf_up_to: float | None = None,
+    residual_vectors: bool = False,
+    size: float = DEFAULT_SIZE,
+    parameters: Path | None = None,
+    step: Path | None = None,
+    surfaces: Path | None = None,
+    mesh: Path | None = None,
+    by_symmetry: bool = False,
+    preview: bool = False,
+    cache: bool = True,
+    quiet: bool = False,
+) -> ReducedModel | CostPreview:
+    """Reduce a body to its pilot nodes and fixed-interface modes (Craig-Bampton), with a certificate.
+
+    Parameters
+    ----------
+    body
+        carrier: the planet carrier; pin: planet pin 1; main_shaft: the main shaft; all in the
+        carrier's frame.
+    out
+        Body file (.h5): K, M, D, labels of every coordinate, pilots, sensor rows, mass properties,
+        provenance; SI units.
+    variant
+        Of the carrier; stiff: pins bonded, pilots at the pins' mid-spans; flexible: no pins, pilots
+        at the six bores.
+    coupling
+        Of the pilots to their surfaces; rbe3: distributing, the surface stays free to deform; rbe2:
+        rigid. The truth of a fitted part lies between the two.
+    modes
+        Number of fixed-interface modes (20 where neither this nor a maximum frequency is given).
+    max_frequency
+        Keep all fixed-interface modes below this frequency [Hz] instead.
+    frf_tolerance
+        Keep the fewest modes whose frequency response at pilots and sensors differs from the full
+        body's by at most this share (0.01: 1 %) up to the frequency of --frf-up-to; 4 % structural
+        loss in both.
+    frf_up_to
+        End of that band [Hz].
+    residual_vectors
+        Add what the kept modes lack of the static answer to weight in x, y and z and to centrifugal
+        force, up to four coordinates more. Loads at pilots (torque, tilting moment) are answered
+        exactly without.
+    size
+        Element edge length [m].
+    parameters
+        TOML file with the tables [carrier], [pin], [gear], [main_shaft], dimensions in metres; what
+        it leaves out keeps its default.
+    step
+        STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
+    surfaces
+        TOML file that states the STEP file's surfaces; carrierflex cad writes one to start from.
+    mesh
+        Mesh file (.msh, metres) of the carrier's variant, instead of the parametric carrier.
+    by_symmetry
+        Compute the parametric carrier's body from its half sector: the same numbers several times
+        faster and in a third of the memory, but with the inner checks of the certificate only,
+        since the whole body to compare with is never made.
+    preview
+        Only tell what the work will cost.
+    cache
+        Take a body that was reduced from the same inputs before, and keep a new one.
+    quiet
+        Show no progress.
+
+    Returns
+    -------
+    ReducedModel
+        The body as written.
+    """
+    stage = read_parameters(parameters)
+    files = CarrierFiles(step, surfaces, {} if mesh is None else {variant: mesh})
+    # Every option that changes the body is part of the key under which it is kept.
+    options = {"body": body, "variant": variant, "coupling": coupling, "modes": modes, "max_frequency": max_frequency,
+               "frf_tolerance": frf_tolerance, "frf_up_to": frf_up_to, "residual_vectors": residual_vectors}  # fmt: skip
+    _refuse_contradictions(out, files, options, by_symmetry=by_symmetry)
+    options["by_symmetry"] = by_symmetry
+    if preview:
+        return _cost(stage, size, files, options)
+    prepared_folder(out.parent)
+    return _kept_or_computed(out, stage, size, files, options, cache=cache, quiet=quiet)
+
+
+def _kept_or_computed(
+    out: Path,
+    stage: StageParameters,
+    size: float,
+    files: CarrierFiles,
+    options: Mapping[str, Any],
+    *,
+    cache: bool,
+    quiet: bool,
+) -> ReducedModel:
+    """Body from the cache where the same one was reduced before, computed otherwise."""
+
+    def compute() -> None:
+        tell(_cost(stage, size, files, options), quiet=quiet)
+        if options["by_symmetry"]:
+            _reduce_by_symmetry(
+                out, stage, size, {**options, "modes": _n_modes(options)}, quiet=quiet
+            )
+        else:
+            _reduce(out, stage, size, files, options, quiet=quiet)
+
+    inputs = {
+        "kind": "reduced body",
+        "parameters": stage,
+        "size": size,
+        "files": files.digests(),
+        **options,
+    }
+    cached_files({"body.h5": out}, compute, use=cache, quiet=quiet, inputs=inputs)
+    return read_body(out)
+
+
+def _cost(
+    stage: StageParameters, size: float, files: CarrierFiles, options: Mapping[str, Any]
+) -> CostPreview:
+    name, by_symmetry = body_name(options["body"], options["variant"]), options["by_symmetry"]
+    return reduction_cost(
+        name, stage, size, n_modes=_n_modes(options), files=files, by_symmetry=by_symmetry
+    )
+
+
+def _n_modes(options: Mapping[str, Any]) -> int:
+    return int(DEFAULT_MODES if options["modes"] is None else options["modes"])
+
+
+def _refuse_contradictions(
+    out: Path, files: CarrierFiles, options: Mapping[str, Any], *, by_symmetry: bool
+) -> None:
+    body = options["body"]
+    if out.suffix != ".h5":
+        raise ValueError(f"{out}: suffix {out.suffix!r}; expected .h5")
+    if files.given and body != "carrier":
+        raise ValueError(
+            f"--body is {body}, a STEP or mesh file is given; expected --body carrier: files hold the carrier"
+        )
+    given = [
+        name for name in ("modes", "max_frequency", "frf_tolerance") if options[name] is not None
+    ]
+    if len(given) > 1:
+        names = " and ".join(f"--{name.replace('_', '-')}" for name in given)
+        raise ValueError(f"{names} are both given; expected one of them")
+    if (options["frf_tolerance"] is None) != (options["frf_up_to"] is None):
+        raise ValueError(
+            "--frf-tolerance and --frf-up-to belong together; expected both or neither"
+        )
+    if by_symmetry:
+        refuse_whole_body_options(options, files_given=files.given)
+
+
+def _reduce(
+    out: Path,
+    stage: StageParameters,
+    size: float,
+    files: CarrierFiles,
+    options: Mapping[str, Any],
+    *,
+    quiet: bool,
+) -> None:
+    stages = Stages(4, quiet)
+    body, variant, coupling = (options[name] for name in ("body", "variant", "coupling"))
+    with stages.stage(f"finite elements of {size} m"):
+        structure = _structure(body, variant, stage, size, coupling=coupling, files=files)
+    with stages.stage(f"reduction of {structure.n_dofs} degrees of freedom"):
+        grounded = GroundedBody(structure.K, structure.points, structure.rigid_points)
+        n_modes = chosen_mode_count(structure, grounded, options)
+        choices = {"body": body, "variant": variant, "coupling": coupling, "modes": n_modes}
+        # A free mesh has no symmetry to certify.
+        origin = {"carrier_files": files.record(), "symmetry_order": 1} if files.given else {}
+        record = provenance(parameters=stage, size=size, **choices, **origin)
+        loads = body_loads(structure) if options["residual_vectors"] else None
+        reduction = craig_bampton(
+            structure, n_modes, provenance=record, residual_loads=loads, body=grounded
+        )
+    with stages.stage("certificate"):
+        certificate = certify(structure, reduction)
+    with stages.stage(f"writing {out}"):
+        write_body(reduction.model, out, certificate)
+
+
+def _reduce_by_symmetry(
+    out: Path, stage: StageParameters, size: float, options: Mapping[str, Any], *, quiet: bool
+) -> None:
+    name, n_modes = body_name(options["body"], options["variant"]), options["modes"]
+    stages = Stages(2, quiet)
+    record = provenance(parameters=stage, size=size, **options)
+    with stages.stage(f"reduction of the half sector, elements of {size} m"):
+        model, certificate = reduced_by_symmetry(name, stage, size, n_modes, provenance=record)
+    with stages.stage(f"writing {out}"):
+        write_body(model, out, certificate)
+
+
+def _structure(
+    body: str,
+    variant: str,
+    stage: StageParameters,
+    size: float,
+    *,
+    coupling: str,
+    files: CarrierFiles,
+) -> StructuralModel:
+    if files.given:
+        mesh = files.mesh(variant, size)
+        structure, _ = given_structure(variant, mesh)
+    else:
+        mesh, structure = body_structure(body_name(body, variant), stage, size)
+    return structure if coupling == "rbe3" else rigidly_coupled(structure, mesh)

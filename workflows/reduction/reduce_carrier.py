@@ -1,0 +1,120 @@
+"""Reduce both carriers and a pin, compare them with the full models, and vary the pin fit in the reduced space."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from carrierflex.fe.carrier_curves import CASES, UNIT_TORQUE, flexible_cases, sensor_curve
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.fe.load_cases import gear_forces
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.reduction.certificate import compliance_errors
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes
+from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
+from carrierflex.reduction.pin_fit import HELD, PinFitFamily
+from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, TABLE_4_STIFFNESS
+from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.workflows.support.named_bodies import body_structure
+
+#: Interface stiffnesses of the study [N m/rad]: simply supported, the paper's, the one of Table 4's
+#: rim size, nearly rigid.
+STUDY_STIFFNESSES = (0.0, PAPER_STIFFNESS, 1e7, TABLE_4_STIFFNESS, 1e8, 1e12)
+CARRIER_MODES, PIN_MODES = 20, 6
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedBody:
+    """A reduced body, its modes, and how far its pilots' static compliance is from the full model's (relative)."""
+
+    model: ReducedModel
+    modes: FixedInterfaceModes
+    compliance_error: float
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedCarrier:
+    """The three reduced bodies and what was measured of them.
+
+    Parameters
+    ----------
+    flexible, stiff, pin : ReducedBody
+        Carrier without pins, carrier with bonded pins, pin 1.
+    joined : dict of float to DeflectionCurve
+        Torque curve of carrier and pins joined in the reduced space, by interface stiffness [N
+        m/rad].
+    sliding : DeflectionCurve
+        The same at stiffness 0 with pins free to slide in their downwind bores.
+    reference : DeflectionCurve
+        Torque curve of the full model without pins, its shaft face held through its pilot as in the
+        assemblies.
+    """
+
+    flexible: ReducedBody
+    stiff: ReducedBody
+    pin: ReducedBody
+    joined: dict[float, DeflectionCurve]
+    sliding: DeflectionCurve
+    reference: DeflectionCurve
+
+
+def main(
+    stage: StageParameters,
+    flexible: StructuralModel,
+    stiff: StructuralModel,
+    size: float,
+    provenance: Mapping[str, str],
+) -> ReducedCarrier:
+    """Reduce both carriers and a pin, compare with the full models, and join carrier and pins.
+
+    Parameters
+    ----------
+    stage
+        Dimensions of carrier, pins and gears.
+    flexible, stiff
+        Carriers with matrices.
+    size
+        Element edge length of the pin's mesh [m].
+    provenance
+        Kept in the bodies.
+
+    Returns
+    -------
+    ReducedCarrier
+        A good reduction has compliance errors below 1e-9, and its sliding curve equals the
+        reference.
+    """
+    _, pin_structure = body_structure("pin", stage, size)
+    pin, _ = _reduced(pin_structure, PIN_MODES, provenance)
+    stiff_body, _ = _reduced(stiff, CARRIER_MODES, provenance)
+    flexible_body, grounded = _reduced(flexible, CARRIER_MODES, provenance)
+    reference = _held_through_pilot(stage, flexible, grounded)
+
+    forces, radius = gear_forces(UNIT_TORQUE, stage.gear), stage.carrier.sensor_radius
+    family = PinFitFamily(flexible_body.model, pin.model, forces, radius)
+    joined = {stiffness: family.curve(stiffness) for stiffness in STUDY_STIFFNESSES}
+    sliding = replace(family, sliding=True).curve(0.0)
+    return ReducedCarrier(flexible_body, stiff_body, pin, joined, sliding, reference)
+
+
+def _reduced(
+    structure: StructuralModel, n_modes: int, provenance: Mapping[str, str]
+) -> tuple[ReducedBody, GroundedBody]:
+    reduction = craig_bampton(structure, n_modes, provenance=provenance)
+    error = max(compliance_errors(structure, reduction).values())
+    return ReducedBody(reduction.model, reduction.modes, error), reduction.body
+
+
+def _held_through_pilot(
+    stage: StageParameters, structure: StructuralModel, body: GroundedBody
+) -> DeflectionCurve:
+    """Torque curve of the full model without pins, its shaft face held through the pilot instead of node by node."""
+    load = structure.load_vector(flexible_cases(stage.carrier, stage.gear)[CASES.index("both")])
+    shaft = tuple(pilot for pilot in structure.pilots if pilot.name == HELD)
+    u = HeldStructure(body, shaft).solve(load[:, None], np.zeros((6, 1)))[0]
+    assert structure.sensors is not None
+    return sensor_curve(
+        "full model", structure.sensors.rows @ u[:, 0], UNIT_TORQUE, stage.carrier.sensor_radius
+    )

@@ -1,0 +1,1 @@
+"""Results of the workflows as tables on the screen."""

@@ -1,0 +1,410 @@
+"""Results of the workflows as tables on the screen."""
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.markup import escape
+
+from carrierflex.diagnosis.results import Diagnosis, NamedValue
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.geometry.cad_faces import CadFace
+from carrierflex.geometry.quality import MeshQuality
+from carrierflex.identification.carrier.printed_tables import DerivedFacts
+from carrierflex.identification.carrier.result_tables import parameter_rows, rms_rows
+from carrierflex.reduction.certificate import Certificate
+from carrierflex.reduction.interface_mass import DIRECTIONS, effective_interface_mass
+from carrierflex.reduction.mode_names import mode_names
+from carrierflex.reduction.pin_joints import PIN_FITS
+from carrierflex.reduction.reduced_model import PILOT_COORDINATES, ReducedModel
+from carrierflex.workflows.screen.score_tables import blind_check_table as blind_check_table
+from carrierflex.workflows.screen.simulation_tables import fmu_table as fmu_table
+from carrierflex.workflows.screen.simulation_tables import table_5_table as table_5_table
+from carrierflex.workflows.screen.titled_table import titled_table as _table
+
+if TYPE_CHECKING:
+    from carrierflex.reduction.coupling_bracket import CouplingBracket
+    from carrierflex.workflows.fe.pin_fit_pictures import PinFitStudy
+    from carrierflex.workflows.identification.identify_bushings import BushingIdentification
+    from carrierflex.workflows.identification.identify_parameters import Identification
+    from carrierflex.workflows.reduction.export_body import ExportedBody
+    from carrierflex.workflows.run import Job
+    from carrierflex.workflows.simulation.estimate_gear_life import GearLife
+    from carrierflex.workflows.simulation.simulate_load_case import SimulatedLoadCases
+    from carrierflex.workflows.support.cost_preview import CostPreview
+
+#: Smallest share of the effective interface mass that the mode table tells.
+_WORTH_TELLING = 0.01
+
+
+def quality_table(quality: MeshQuality) -> RenderableType:
+    """Figures of one mesh."""
+    table = _table("mesh", "figure", "value")
+    for field in dataclasses.fields(quality):
+        table.add_row(field.name.replace("_", " "), f"{getattr(quality, field.name):.6g}")
+    return table
+
+
+def cad_table(faces: tuple[CadFace, ...]) -> RenderableType:
+    """Faces of a CAD model, one a line."""
+    return Group("[bold]faces of the CAD model[/]", *(escape(str(face)) for face in faces))
+
+
+def curve_table(curves: "dict[str, DeflectionCurve] | CostPreview") -> RenderableType:
+    """Orders and peaks of the deflection curves, or what they would cost."""
+    if not isinstance(curves, dict):
+        return str(curves)
+    table = _table(
+        "axial rim deflection", "curve", "per", "order 3, um", "order 6, um", "order 9, um", "peaks"
+    )
+    for name, curve in curves.items():
+        content = curve.axial_order_content() * 1e6
+        of_torque = name.startswith("delta")
+        unit, peaks = ("kN m", str(len(curve.peak_angles()))) if of_torque else ("N on pin 1", "-")
+        table.add_row(name, unit, *(f"{content[order]:.4g}" for order in (3, 6, 9)), peaks)
+    return table
+
+
+def reduced_table(model: "ReducedModel | CostPreview") -> RenderableType:
+    """Size, mass and modes of a reduced body, or what it would cost."""
+    if not isinstance(model, ReducedModel):
+        return str(model)
+    table = _table(f"reduced body {model.name}", "figure", "value")
+    mass = model.mass_properties
+    table.add_row("coordinates", str(model.n_coordinates))
+    table.add_row("pilots", ", ".join(model.pilots))
+    table.add_row("mass, kg", f"{mass.mass:.4g}")
+    table.add_row("inertia about x, kg m^2", f"{mass.inertia[0, 0]:.4g}")
+    modes = [label for label in model.labels if label.startswith("mode")]
+    shares = (
+        effective_interface_mass(model) if model.ffrf is not None else np.zeros((len(modes), 6))
+    )
+    for label, name, share in zip(modes, mode_names(model), shares, strict=False):
+        most = int(share.argmax())
+        carried = f"; carries {share[most]:.0%} of the {'mass' if most < 3 else 'inertia'} {DIRECTIONS[most]}"
+        table.add_row(label, name + (carried if share[most] >= _WORTH_TELLING else ""))
+    return table
+
+
+def coupling_table(brackets: "dict[str, CouplingBracket]") -> RenderableType:
+    """Own stiffness of every pilot coordinate from distributing to rigid, and the rim's orders with either and with a mix."""
+    parts: list[RenderableType] = []
+    for variant, bracket in brackets.items():
+        for unit, part in (("GN/m", slice(0, 3)), ("GN m/rad", slice(3, 6))):
+            coordinates = [f"{name.split(' ')[0]}, {unit}" for name in PILOT_COORDINATES[part]]
+            table = _table(f"{variant} carrier", "pilot", *coordinates)
+            for pilot, soft, rigid in zip(
+                bracket.pilots, *bracket.stiffness[:, :, part] / 1e9, strict=True
+            ):
+                table.add_row(
+                    pilot,
+                    *(f"{low:.3g} to {high:.3g}" for low, high in zip(soft, rigid, strict=True)),
+                )
+            parts += [table, ""]
+        title = f"{bracket.curve_name}, um/kN m"
+        orders = _table(title, "rigid", "order 3", "order 6", "peaks", "change, %")
+        for rigid_part, curve in bracket.all_curves.items():
+            content = curve.axial_order_content() * 1e6
+            change = 100.0 * bracket.curve_change(rigid_part)
+            orders.add_row(
+                rigid_part,
+                f"{content[3]:.4f}",
+                f"{content[6]:.4f}",
+                str(len(curve.peak_angles())),
+                f"{change:.1f}",
+            )
+        parts += [orders, ""]
+    return Group(*parts)
+
+
+def pin_fit_table(study: "PinFitStudy") -> RenderableType:
+    """Curve and best mix at each decade of the interface stiffness, where the curve changes, and the worst residuals."""
+    from carrierflex.workflows.fe.pin_fit_pictures import RESIDUALS
+
+    columns = (
+        "order 3, um",
+        "order 6, um",
+        "RMS, um",
+        "peaks",
+        "rho_s",
+        "rho_f",
+        "left, %",
+        "sum one: left, %",
+    )
+    table = _table("pin interface, N m/rad", "stiffness", *columns)
+    for row in study.tied:
+        decade = np.log10(row.stiffness) % 1.0 if 0.0 < row.stiffness < np.inf else 0.0
+        if min(decade, 1.0 - decade) < 1e-9 or row.stiffness in PIN_FITS.values():
+            sizes = (f"{value * 1e6:.4f}" for value in (row.order_3, row.order_6, row.rms))
+            shares = (f"{row.rho_s:.3f}", f"{row.rho_f:.3f}")
+            left = (f"{100.0 * value:.2f}" for value in (row.residual, row.residual_convex))
+            table.add_row(f"{row.stiffness:.3g}", *sizes, str(row.peaks), *shares, *left)
+    changes = [f"{name}: from {stiffness:.3g} N m/rad" for name, stiffness in study.changes.items()]
+    worst = _table("worst over the sweep", "mix", "left, %", "at, N m/rad", "sliding pins: left, %")
+    for name, text in RESIDUALS.items():
+        tied, sliding = (study.worst[axial][name] for axial in ("tied", "sliding"))
+        values = (
+            f"{100.0 * tied['residual']:.2f}",
+            f"{tied['stiffness']:.3g}",
+            f"{100.0 * sliding['residual']:.2f}",
+        )
+        worst.add_row(text, *values)
+    return Group(table, "", *changes, "", worst)
+
+
+def export_table(exported: "ExportedBody") -> RenderableType:
+    """Files written and figures measured on the way."""
+    table = _table("exported body", "figure", "value")
+    for file in exported.files:
+        table.add_row("file", str(file))
+    for name, value in exported.figures.items():
+        # Square brackets would be read as markup.
+        table.add_row(escape(name), f"{value:.4g}")
+    return table
+
+
+def certificate_table(certificate: Certificate) -> RenderableType:
+    """Every check of a reduction certificate."""
+    table = _table("reduction certificate", "check", "wanted", "reached", "met")
+    for check in certificate.checks:
+        table.add_row(
+            check.name, check.wanted, f"{check.reached:.2g}", "yes" if check.met else "[red]no[/]"
+        )
+    return Group(
+        table, f"frequencies and responses were checked up to {certificate.cut_off_hz:.0f} Hz"
+    )
+
+
+def campaign_table(simulated: "SimulatedLoadCases") -> RenderableType:
+    """Runs of a simulated campaign."""
+    table = _table("simulated campaign", "run", "condition", "samples", "file")
+    lengths = getattr(simulated, "n_samples", {})  # of runs that went to their files piece by piece
+    for run in simulated.campaign.runs:
+        n_samples = lengths.get(run.name, len(run.time))
+        table.add_row(run.name, run.condition, str(n_samples), str(simulated.folder / run.file))
+    return table
+
+
+def rms_table(identified: "Identification") -> RenderableType:
+    """RMS by model and run, the paper's Table 4."""
+    rows = rms_rows(identified.estimates)
+    table = _table("RMS of the residual, mm", *rows[0])
+    for row in rows:
+        table.add_row(
+            *(value if isinstance(value, str) else f"{value * 1e3:.4f}" for value in row.values())
+        )
+    return table
+
+
+def estimate_table(identified: "Identification | BushingIdentification") -> RenderableType:
+    """RMS, and the parameters of the model asked for with their 95 % intervals."""
+    from carrierflex.workflows.identification.identify_bushings import BushingIdentification
+
+    if isinstance(identified, BushingIdentification):
+        return _bushing_table(identified)
+    table = _table(
+        f"parameters of {identified.model}",
+        "parameter",
+        "run",
+        "value",
+        "std",
+        "95 %",
+        "interval",
+        "unit",
+    )
+    for row in parameter_rows(identified.estimates[identified.model]):
+        numbers = (
+            f"{row['value']:.6g}",
+            f"{row['std']:.1g}",
+            f"{row['low']:.6g}",
+            f"{row['high']:.6g}",
+        )
+        table.add_row(row["parameter"], row["run"], *numbers, row["unit"])
+    flagged = [
+        f"{one.run} {one.channel}: {one.count} samples beyond 6 standard deviations, "
+        f"the largest {one.largest:.3g} at {one.time:.6g} s"
+        for one in identified.outliers
+    ]
+    return Group(rms_table(identified), "", table, *flagged)
+
+
+def _bushing_table(identified: "BushingIdentification") -> RenderableType:
+    """Tables 2 and 3 of the 2011 paper, with what each fit cost in model runs."""
+    from carrierflex.workflows.identification.identify_bushings import benchmark_rows
+
+    parts: list[RenderableType] = []
+    for group, estimates in identified.estimates.items():
+        rows = benchmark_rows(estimates, identified)
+        title = f"bushing models {group}".strip()
+        table = _table(title, "", *(row["model"] for row in rows))
+        table.add_row("parameters", *(str(row["n_parameters"]) for row in rows))
+        table.add_row("one simulation, s", *(f"{row['simulation_seconds']:.3g}" for row in rows))
+        table.add_row(
+            "accuracy (objective over linear)", *(f"{row['accuracy']:.6g}" for row in rows)
+        )
+        table.add_row("RMS of the gap, um", *(f"{row['rms'] * 1e6:.4g}" for row in rows))
+        for name in dict.fromkeys(name for row in rows for name in row["parameters"]):
+            own = [row["parameters"].get(name) for row in rows]
+            table.add_row(
+                name,
+                *(
+                    "-" if p is None else f"{p['value']:.4g} +- {p['std']:.1g} {p['unit']}"
+                    for p in own
+                ),
+            )
+        table.add_row("model runs", *(str(row["model_runs"]) for row in rows))
+        table.add_row("time to identify, s", *(f"{row['seconds']:.3g}" for row in rows))
+        if identified.searches:
+            table.add_row(
+                "complex method: model runs", *(str(row["complex_model_runs"]) for row in rows)
+            )
+            table.add_row(
+                "complex method: time, s", *(f"{row['complex_seconds']:.3g}" for row in rows)
+            )
+            table.add_row(
+                "complex method: accuracy", *(f"{row['complex_accuracy']:.6g}" for row in rows)
+            )
+        parts += [table, *estimates[-1].uncertainty.undetermined]
+    return Group(*parts)
+
+
+def summary_table(job: "Job") -> RenderableType:
+    """Checks of the main job, identification and ladder, and where the gap lies."""
+    summary, in_turn, found = job.summary, job.gap.in_turn, job.gap.diagnosis
+    checks = _table("checks", "figure", "wanted", "reached", "met")
+    for row in summary["checks"]:
+        checks.add_row(
+            row["check"],
+            row["wanted"],
+            f"{row['reached']:.3g}",
+            "yes" if row["met"] else "[red]no[/]",
+        )
+    search = _table("held-out RMS, um, as effects are added", "effect", "alone", "in turn", "rho")
+    steps = zip(("baseline", *in_turn.effects), (np.nan, *in_turn.rms_alone), strict=True)
+    for (effect, alone), rms, rho in zip(steps, in_turn.rms, in_turn.rho, strict=True):
+        search.add_row(
+            effect,
+            "" if np.isnan(alone) else f"{alone * 1e6:.1f}",
+            f"{rms * 1e6:.1f}",
+            f"{rho:.3f}",
+        )
+    seconds, memory = sum(summary["seconds"].values()), summary["peak_memory_gb"]
+    moment = summary["tilting_moment_nm"]
+    return Group(
+        _mesh_study_table(job), "", curve_table(job.curves), "", rms_table(job.identified), "", search, "", checks, "",
+        f"tilting moment M_t of 1 kN m: {moment['computed']:.2f} N m (the paper prints {moment['paper']})",
+        f"where the gap lies: {found.where_text}",
+        f"what is missing: {found.verdict}, {' + '.join(found.attribution.effects) or 'no effect'}; {found.reason}",
+        f"{seconds:.0f} s, peak memory {memory:.1f} GB",
+    )  # fmt: skip
+
+
+def _mesh_study_table(job: "Job") -> RenderableType:
+    study = job.mesh_study
+    table = _table(
+        "mesh study, um per kN m",
+        "size, m",
+        "unknowns",
+        "flexible 3",
+        "flexible 6",
+        "stiff 3",
+        "stiff 6",
+    )
+    for row, (size, n_dofs) in enumerate(zip(study.sizes, study.n_dofs, strict=True)):
+        values = (*study.flexible[row], *study.stiff[row])
+        table.add_row(f"{size:g}", str(n_dofs), *(f"{value * 1e6:.4f}" for value in values))
+    return table
+
+
+def printed_tables_table(facts: DerivedFacts) -> RenderableType:
+    """What the printed tables determine, each with the interval of its digits."""
+    table = _table("2012 paper, tables 4 and 5", "quantity", "unit", "value", "low", "high")
+    rows = [
+        (f"rim deflection {case}, RMS", "um", q, 1e6) for case, q in facts.deflection_rms.items()
+    ]
+    rows += [
+        (f"rim deflection {case}, RMS", "um/kN m", q, 1e9)
+        for case, q in facts.deflection_per_torque.items()
+    ]
+    if facts.common_deflection_per_torque is not None and facts.order_3_amplitude is not None:
+        rows.append(
+            ("in common to all load cases, RMS", "um/kN m", facts.common_deflection_per_torque, 1e9)
+        )
+        rows.append(("in common, amplitude of order 3", "um/kN m", facts.order_3_amplitude, 1e9))
+    rows += [(f"phi_PLC {case}", "mrad", q, 1e3) for case, q in facts.phi_PLC.items()]
+    rows.append(("static saddle without radial load", "mm", facts.saddle_line[0], 1e3))
+    rows.append(("static saddle over radial load", "um/kN", facts.saddle_line[1], 1e9))
+    rows.append(("radial load without a saddle", "kN", facts.saddle_zero, 1e-3))
+    for name, unit, quantity, factor in rows:
+        table.add_row(
+            name,
+            unit,
+            *(f"{q * factor:.4g}" for q in (quantity.value, quantity.low, quantity.high)),
+        )
+    return table
+
+
+def gear_life_table(found: "GearLife") -> RenderableType:
+    """Pressure and life of both meshes, aligned and at chosen misalignments."""
+    table = _table(
+        "gear mesh",
+        "misalignment, urad",
+        "pressure, sun, MPa",
+        "life",
+        "pressure, ring, MPa",
+        "life",
+    )
+    for k in np.linspace(0, len(found.misalignment) - 1, 6).round().astype(int):
+        cells = [
+            (
+                f"{mesh.aligned_pressure * mesh.pressure_ratio[k] / 1e6:.0f}",
+                f"{mesh.life_ratio[k]:.3f}",
+            )
+            for mesh in found.meshes.values()
+        ]
+        table.add_row(
+            f"{found.misalignment[k] * 1e6:.0f}", *(cell for pair in cells for cell in pair)
+        )
+    papers = _table("1.5 % more pressure (2012 paper, life 0.77)", "mesh", "misalignment, urad")
+    for name, mesh in found.meshes.items():
+        papers.add_row(f"planet and {name}", f"{mesh.papers_misalignment * 1e6:.0f}")
+    return Group(table, papers)
+
+
+def _value_text(own: NamedValue) -> str:
+    if not np.isfinite(own.std):
+        return "not determined by these records"
+    return f"{own.value:.5g} ± {own.std:.1g} {own.unit}"
+
+
+def diagnosis_table(found: Diagnosis) -> RenderableType:
+    """Verdict, where, which and how far."""
+    far, which = found.reduction, found.attribution
+    table = _table("diagnosis", "quantity", "value")
+    table.columns[1].justify = "left"
+    rows = [("verdict", found.verdict), ("reason", found.reason), ("where", found.where_text)]
+    rows += [("effects", ", ".join(which.effects) or "none")]
+    rows += [("aliases", " = ".join(members)) for members in which.aliases]
+    for effect, values in which.parameters.items():
+        rows += [(f"{effect} {n}", _value_text(own)) for n, own in values.items()]
+    rows.append(
+        (
+            "RMS before, after, floor",
+            f"{far.rms_before:.4g}, {far.rms_after:.4g}, {far.noise_floor:.3g} {found.unit}",
+        )
+    )
+    rows.append(("rho, 95 %", f"{far.rho:.4f} [{far.rho_ci95[0]:.4f}, {far.rho_ci95[1]:.4f}]"))
+    rows.append(("phi, 95 %", f"{far.phi:.4f} [{far.phi_ci95[0]:.4f}, {far.phi_ci95[1]:.4f}]"))
+    others = (far.negative_control_rho, far.black_box_rho, far.extrapolation_rho)
+    rows.append(
+        ("rho of placebo, ceiling, extrapolation", ", ".join(f"{value:.3f}" for value in others))
+    )
+    rows += (
+        [("to tell them apart", which.discriminating_experiment)]
+        if which.discriminating_experiment
+        else []
+    )
+    for name, value in rows:
+        table.add_row(name, escape(value))
+    return table

@@ -1,0 +1,15 @@
+"""The one layout of tables on the screen."""
+
+from rich.table import Table
+
+
+def titled_table(title: str, *columns: str) -> Table:
+    """Table with a bold title, first column left, the others right."""
+    table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
+    for number, column in enumerate(columns):
+        table.add_column(
+            column,
+            justify="left" if number == 0 else "right",
+            min_width=len(title) if number == 0 else None,
+        )
+    return table

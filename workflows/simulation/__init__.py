@@ -1,0 +1,1 @@
+"""Questions about motion in time: load cases, mounting, stage, the paper's tables."""

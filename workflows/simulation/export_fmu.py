@@ -1,0 +1,69 @@
+"""Export the linear mounting model for co-simulation with other tools.
+
+A good answer: a file ``.fmu`` that an importing tool runs with torque and radial loads as inputs
+and reads the six motion sensors from, equal to the project's own integrator.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from carrierflex.simulation.mounting.case_files import read_mounting_case
+from carrierflex.simulation.mounting.functional_mockup import c_compiler, mounting_system, write_fmu
+from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.workflows.support.outputs import versions
+
+
+@dataclass(frozen=True, eq=False)
+class ExportedUnit:
+    """What was written.
+
+    Parameters
+    ----------
+    file : Path
+        The unit.
+    step : float
+        Its own step [s].
+    compiled : bool
+        Whether it holds a library for this platform beside its sources.
+    """
+
+    file: Path
+    step: float
+    compiled: bool
+
+
+def main(
+    *, out: Path, case: Path | None = None, step: float = 0.01, sources_only: bool = False
+) -> ExportedUnit:
+    """Export the linear mounting model as an FMI 2.0 co-simulation unit.
+
+    Parameters
+    ----------
+    out : Path
+        File to write, ending in ``.fmu``.
+    case : Path, optional
+        Case of kind mounting whose rig and truth are taken; its bushings must be linear. Without it
+        the default rig with linear bushings.
+    step : float
+        Own step [s]; communication steps are whole numbers of it. Exact for inputs that are linear
+        in time.
+    sources_only : bool
+        Write the C sources only, even where there is a compiler.
+
+    Raises
+    ------
+    ValueError
+        Where the case, the step or the file name is refused.
+    """
+    if case is None:
+        rig = MountingRig()
+        parameters = parameter_array(rig)
+    else:
+        what = read_mounting_case(case)
+        rig, parameters = what.rig, what.truth
+    system = mounting_system(rig, parameters, step=step)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    compiler = None if sources_only else c_compiler()
+    write_fmu(system, out, compiler=compiler, notes=versions())
+    return ExportedUnit(out, step, compiler is not None)

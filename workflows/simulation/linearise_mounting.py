@@ -1,0 +1,145 @@
+"""Linearise the mounting where its runs carry their largest torque.
+
+Writes, for every run of a case of kind ``mounting``, the modes at its operating point and at shares
+of its loads, the frequency response of the six sensors to torque and radial load, and the Campbell
+diagram. A good answer: frequencies that rise with the torque for hardening bushings and lie away
+from the once- and three-times-per-revolution lines; no root that grows.
+"""
+
+import csv
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.files.whole_files import whole_file
+from carrierflex.simulation.mounting.case_files import MountingCase, MountingRun
+from carrierflex.simulation.mounting.linearised import (
+    campbell_diagram,
+    frequency_response,
+    mounting_modes,
+)
+from carrierflex.simulation.mounting.rig import SENSORS
+from carrierflex.simulation.mounting.view import linearised_figure
+from carrierflex.simulation.stage.linearised import CampbellDiagram
+from carrierflex.workflows.support.outputs import prepared_folder, save_figure, save_json, versions
+
+Array = NDArray[np.float64]
+
+_FREQUENCIES_HZ = np.geomspace(0.1, 200.0, 400)
+#: Shares of the operating point's loads at which the modes are listed: bushings that harden show
+#: themselves here.
+_LOAD_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
+#: Speeds of the Campbell diagram over the run's largest.
+_SPEED_SHARES = np.linspace(0.0, 1.2, 25)
+_LOADS = (("torque", "N m"), ("ntl_y", "N"), ("ntl_z", "N"))
+
+
+def main(case: MountingCase, *, out: Path) -> None:
+    """Write modes, frequency response and Campbell diagram of every run's operating point.
+
+    Parameters
+    ----------
+    case : MountingCase
+        The case; its truth is linearised.
+    out : Path
+        Folder for ``RUN_modes.csv``, ``RUN_frequency_response.csv``, ``RUN_campbell.csv``,
+        ``RUN_linearised.png`` and ``linearised.json``.
+
+    Raises
+    ------
+    ArithmeticError
+        Where the bushings find no equilibrium under the loads of a run.
+    """
+    prepared_folder(out)
+    points = {run.name: operating_point(run) for run in case.runs}
+    for run in case.runs:
+        loads, speed = points[run.name]
+        response = frequency_response(case.rig, case.truth, loads, _FREQUENCIES_HZ)
+        campbell = campbell_diagram(case.rig, case.truth, loads, list(speed * _SPEED_SHARES))
+        _write_table(out / f"{run.name}_modes.csv", _mode_header(), _mode_rows(case, loads))
+        _write_table(
+            out / f"{run.name}_frequency_response.csv", _response_header(), _response_rows(response)
+        )
+        _write_table(out / f"{run.name}_campbell.csv", *_campbell_table(campbell))
+        title = f"{run.name}: torque {loads[0] / 1e3:.4g} kN m, ntl_y {loads[1] / 1e3:.4g} kN, ntl_z {loads[2] / 1e3:.4g} kN"
+        save_figure(
+            out / f"{run.name}_linearised.png",
+            linearised_figure(title, _FREQUENCIES_HZ, response, campbell),
+        )
+    named = {
+        name: {**dict(zip(dict(_LOADS), loads, strict=True)), "speed": w}
+        for name, (loads, w) in points.items()
+    }
+    save_json(
+        out / "linearised.json",
+        {"case": case.name, "operating_points": named, "versions": versions()},
+    )
+
+
+def operating_point(run: MountingRun) -> tuple[Array, float]:
+    """Loads (torque, ntl_y, ntl_z) at the run's largest torque, and its largest speed [rad/s]."""
+    inputs = run.history.inputs()
+    place = int(np.abs(inputs.torque).argmax())
+    return np.array([inputs.torque[place], inputs.ntl_y[place], inputs.ntl_z[place]]), float(
+        np.abs(inputs.speed).max()
+    )
+
+
+def _mode_header() -> list[str]:
+    loads = [f"{name} [{unit}]" for name, unit in _LOADS]
+    return [
+        *loads,
+        "leading_coordinate",
+        "frequency_hz",
+        "damping_ratio",
+        "root_real [1/s]",
+        "root_imag [1/s]",
+    ]
+
+
+def _mode_rows(case: MountingCase, loads: Array) -> Iterable[list[object]]:
+    for share in _LOAD_SHARES:
+        modes = mounting_modes(case.rig, case.truth, share * loads)
+        columns = zip(
+            modes.leading_coordinates(),
+            modes.frequency_hz,
+            modes.damping_ratio,
+            modes.roots,
+            strict=True,
+        )
+        for name, frequency_hz, damping_ratio, root in columns:
+            yield [*(share * loads + 0.0), name, frequency_hz, damping_ratio, root.real, root.imag]
+
+
+def _response_header() -> list[str]:
+    units = {"torque": "m/(N m)", "ntl_y": "m/N", "ntl_z": "m/N"}
+    cells = [
+        f"{s}_per_{load}_{part} [{units[load]}]"
+        for load in units
+        for s in SENSORS
+        for part in ("re", "im")
+    ]
+    return ["frequency_hz", *cells]
+
+
+def _response_rows(response: NDArray[np.complex128]) -> Iterable[list[object]]:
+    for frequency_hz, row in zip(_FREQUENCIES_HZ, response, strict=True):
+        yield [frequency_hz, *row.T.copy().view(np.float64).ravel()]
+
+
+def _campbell_table(campbell: CampbellDiagram) -> tuple[list[str], Iterable[list[object]]]:
+    modes = [f"mode_{number}_hz" for number in range(1, campbell.frequency_hz.shape[1] + 1)]
+    orders = np.column_stack(list(campbell.order_hz.values()))
+    rows = np.column_stack([campbell.speed, campbell.frequency_hz, orders])
+    return ["speed [rad/s]", *modes, *(f"{name}_hz" for name in campbell.order_hz)], rows.tolist()
+
+
+def _write_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows(
+            [cell if isinstance(cell, str) else f"{cell:.9g}" for cell in row] for row in rows
+        )

@@ -1,0 +1,134 @@
+"""Simulate the six motion sensors on the gearbox's housing under a load history.
+
+Reads a case of kind ``mounting`` (the shipped one holds the load history of the 2011 paper),
+simulates every run with its true bushings and writes a campaign folder. A good answer: rest, a step
+of millimetres with the radial load, and the roll that opens ssz from spz with the torque. A run
+that diverges or is interrupted ends the work; what came of it is written.
+"""
+
+import shutil
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.campaign_files import (
+    CASE_COPY,
+    refuse_foreign_folder,
+    write_campaign,
+)
+from carrierflex.identification.campaign.simulated_campaign import simulated_mounting_campaign
+from carrierflex.simulation.mounting.case_files import MountingCase, MountingRun, read_mounting_case
+from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.simulate import (
+    DivergedError,
+    MountingResponse,
+    response_of,
+    signal_pieces,
+    with_noise,
+)
+from carrierflex.workflows.simulation import linearise_mounting
+from carrierflex.workflows.support.progress import Stages
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedMounting:
+    """What the workflow made.
+
+    Parameters
+    ----------
+    case : MountingCase
+        The case with its truth.
+    campaign : Campaign
+        The simulated records.
+    folder : Path
+        Where they were written.
+    """
+
+    case: MountingCase
+    campaign: Campaign
+    folder: Path
+
+
+def main(
+    case: Path, *, out: Path, linearised: Path | None = None, quiet: bool = False
+) -> SimulatedMounting:
+    """Simulate the housing's motion sensors and write them as a campaign folder.
+
+    Parameters
+    ----------
+    case : Path
+        Case file of kind mounting (TOML); SI units.
+    out : Path
+        Campaign folder to write: new, empty, or an earlier campaign.
+    linearised : Path, optional
+        Folder for modes, frequency response and Campbell diagram where each run carries its largest
+        torque.
+    quiet : bool
+        Show no progress.
+
+    Returns
+    -------
+    SimulatedMounting
+        The case, the campaign and its folder.
+
+    Raises
+    ------
+    ValueError
+        Before the run, where the case is refused, or the folder holds something that is not a
+        campaign.
+    DivergedError
+        Where a run leaves the model; what there is of it is written first.
+    KeyboardInterrupt
+        Likewise.
+    """
+    what = read_mounting_case(case)
+    refuse_foreign_folder(out)
+    rng = np.random.default_rng(what.seed)
+    stages = Stages(len(what.runs) + 1 + (linearised is not None), quiet)
+    runs, records = [], []
+    stopped: BaseException | None = None
+    for run in what.runs:
+        with stages.stage(f"{run.name}, {run.history.duration:g} s"):
+            inputs = run.history.inputs()
+            signals, stopped = _signals(what, inputs)
+        if len(signals) > 1:
+            response = response_of(what.rig, what.truth, inputs, signals)
+            records.append(
+                (inputs.shortened(len(signals)), with_noise(response, what.noise_std, rng))
+            )
+            runs.append(run if stopped is None else _cut(run, response, stopped))
+        if stopped is not None:
+            break
+    campaign = simulated_mounting_campaign(replace(what, runs=tuple(runs)), records)
+    if records:
+        with stages.stage(f"writing {out}"):
+            write_campaign(campaign, out, more_files={CASE_COPY: partial(shutil.copyfile, case)})
+    if stopped is not None:
+        raise stopped
+    if linearised is not None:
+        with stages.stage(f"writing {linearised}"):
+            linearise_mounting.main(what, out=linearised)
+    return SimulatedMounting(what, campaign, out)
+
+
+def _signals(
+    what: MountingCase, inputs: MountingInputs
+) -> tuple[NDArray[np.float64], BaseException | None]:
+    """Signals of a run as far as it came, and why it came no further."""
+    pieces, stopped = [np.zeros((0, 6))], None
+    try:
+        for piece in signal_pieces(what.rig, what.truth, inputs, step=what.step):
+            pieces.append(piece)  # one by one: a run that stops early keeps its pieces
+    except (DivergedError, KeyboardInterrupt) as error:
+        stopped = error
+    return np.concatenate(pieces), stopped
+
+
+def _cut(run: MountingRun, response: MountingResponse, stopped: BaseException) -> MountingRun:
+    """Run whose condition tells where it ends: it is no repeat of a whole one."""
+    why = f"{stopped.coordinate} diverged" if isinstance(stopped, DivergedError) else "interrupted"
+    return replace(run, condition=f"{run.condition}, cut at {response.time[-1]:g} s: {why}")

@@ -1,0 +1,226 @@
+"""Simulate the whole planetary stage in a set of load cases.
+
+What a ``carrierflex-stage-case`` asks for.
+
+Bodies come from the parameters by finite elements and Craig-Bampton reduction or from files, the
+stage runs in time, and the sensors' signals become a campaign of kind ``carrier``, written as they
+come: memory does not grow with the length. A good answer: order 3 of the rim's deflection in
+proportion to the torque, energy that balances to rounding, and planets that share the load but for
+weight and pin errors.
+"""
+
+import shutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from carrierflex.fe.curve_files import read_curves, write_curves
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign_files import CASE_COPY, write_campaign
+from carrierflex.identification.campaign.growing_runs import GrowingRuns, growing_runs
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE
+from carrierflex.simulation.stage.response import (
+    StageDivergedError,
+    joined_records,
+    steps_per_sample,
+)
+from carrierflex.simulation.stage.stage_cases import StageCase, StageRun, read_stage_case
+from carrierflex.simulation.stage.stage_model import StageModel, stage_model
+from carrierflex.simulation.stage.stage_run import StageResponse, simulate_stage
+from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.support.stage_bodies import default_stage_body, stage_body_of_files
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedStage:
+    """What the workflow made.
+
+    Parameters
+    ----------
+    case : StageCase
+        The case.
+    campaign : Campaign
+        The campaign; of every run it holds the last piece alone, the records are in the folder.
+    folder : Path
+        Where they were written.
+    imbalance : dict of str to float
+        Energy that each run's balance left over, over the work done.
+    n_samples : dict of str to int
+        Length of each run.
+    """
+
+    case: StageCase
+    campaign: Campaign
+    folder: Path
+    imbalance: dict[str, float]
+    n_samples: dict[str, int]
+
+
+def main(
+    case: Path,
+    *,
+    out: Path,
+    curves: Path | None = None,
+    size: float = DEFAULT_SIZE,
+    quiet: bool = False,
+) -> SimulatedStage:
+    """Simulate the planetary stage in a set of load cases and write the sensors' records as a campaign folder.
+
+    Parameters
+    ----------
+    case : Path
+        Stage case (TOML).
+    out : Path
+        Campaign folder to write: new, empty, or an earlier campaign.
+    curves : Path, optional
+        Deflection curves kept with the campaign; without it those of the default carrier.
+    size : float
+        Element edge length [m] of carrier and pins.
+    quiet : bool
+        Show no progress.
+
+    Raises
+    ------
+    ValueError
+        Before the run, where the case or a body is refused, or the folder holds something that is
+        not a campaign.
+    StageDivergedError
+        Where a run leaves the range of small motions; what there is of it is written first.
+    KeyboardInterrupt
+        Likewise.
+    """
+    what = read_stage_case(case)
+    steps_per_sample(
+        what.speed, what.data.gear.ring_teeth, sample_rate=what.sample_rate, step=what.step
+    )
+    curve_set = _curves(curves)
+    stages = Stages(len(what.runs) + 2, quiet)
+    with stages.stage(f"reduced carrier and pins, elements of {size} m"):
+        if what.bodies:
+            body = stage_body_of_files(what.bodies, what.pin_fit_stiffness, size)
+        else:
+            body = default_stage_body(what.pin_fit_stiffness, size)
+    model = stage_model(body, what.data, effects=what.effects, speed=what.speed)
+    rng, imbalance = np.random.default_rng(what.seed), dict[str, float]()
+    stopped: BaseException | None = None
+    with growing_runs(out) as growing:
+        for run in what.runs:
+            with stages.stage(f"{run.name}, {what.duration:g} s"):
+                try:
+                    imbalance[run.name] = _grown(model, what, run, rng, growing)
+                except (StageDivergedError, KeyboardInterrupt) as error:
+                    stopped = _stopped(run, growing, error)
+            if stopped is not None:
+                break
+        if not growing.runs:
+            raise stopped or ValueError(f"{case.name}: no run; expected one or more")
+        campaign = stage_campaign(what, list(growing.runs))
+        with stages.stage(f"writing {out}"):
+            write_campaign(
+                campaign, out, more_files=_files(case, curve_set), standing=growing.files
+            )
+    if stopped is not None:
+        raise stopped
+    return SimulatedStage(what, campaign, out, imbalance, growing.n_samples)
+
+
+def _curves(curves: Path | None) -> Mapping[str, DeflectionCurve]:
+    from carrierflex.workflows.support.default_curves import default_curves
+
+    return default_curves() if curves is None else read_curves(curves)
+
+
+def _grown(
+    model: StageModel,
+    what: StageCase,
+    run: StageRun,
+    rng: np.random.Generator,
+    growing: GrowingRuns,
+) -> float:
+    """Write a run as it comes; the energy that its balance leaves over, over the work done."""
+    imbalance, work = 0.0, 1.0  # J: a run without torque does no work
+    for piece in simulate_stage(
+        model,
+        run.load,
+        what.sensors,
+        duration=what.duration,
+        sample_rate=what.sample_rate,
+        step=what.step,
+        effects=what.reading,
+        rng=rng,
+        rest_angle=what.rest_angle,
+    ):
+        growing.append(stage_run_record(run, [piece]))
+        imbalance = max(imbalance, float(np.abs(piece.record.imbalance).max()))
+        work = max(work, float(np.abs(piece.record.energy[:, 0]).max()))
+    return imbalance / work
+
+
+def _stopped(run: StageRun, growing: GrowingRuns, error: BaseException) -> BaseException:
+    """The error, noted in the condition of what stays of the run."""
+    if run.name in growing.n_samples:
+        why = (
+            f"{error.coordinate} diverged"
+            if isinstance(error, StageDivergedError)
+            else "interrupted"
+        )
+        growing.cut(run.name, why)
+    return error
+
+
+def stage_run_record(run: StageRun, pieces: list[StageResponse]) -> Run:
+    """Pieces of a run as one run of a campaign."""
+    record = joined_records([piece.record for piece in pieces])
+    columns = ("torque", "generator_speed", "ntl_y", "ntl_z")
+    inputs = {
+        name: record.drive[:, i] for i, name in enumerate(columns) if name != "generator_speed"
+    }
+    return Run(
+        name=run.name,
+        file=f"{run.name}.csv",
+        condition=run.condition,
+        time=record.time,
+        inputs={"carrier_angle": record.c[:, 0], **inputs},
+        signals={
+            name: np.concatenate([piece.signals[name] for piece in pieces])
+            for name in pieces[0].signals
+        },
+    )
+
+
+def stage_campaign(what: StageCase, records: list[Run]) -> Campaign:
+    """Records of a case as a campaign of kind ``carrier``."""
+    noise = what.reading.noise_std or None
+    channels = tuple(
+        Channel(
+            sensor.name,
+            sensor.quantity,
+            "m",
+            angle=sensor.angle,
+            radius=sensor.radius,
+            noise_std=noise,
+        )
+        for sensor in what.sensors
+    )
+    return Campaign(
+        kind="carrier",
+        name=what.name,
+        baseline=Baseline("model", ("axial_offset",)),
+        rig={**what.rig, "deflection_curves": CURVES_FILE},
+        channels=channels,
+        runs=tuple(records),
+    )
+
+
+def _files(
+    case: Path, curve_set: Mapping[str, DeflectionCurve]
+) -> dict[str, Callable[[Path], None]]:
+    def copy(path: Path) -> None:
+        shutil.copyfile(case, path)
+
+    return {CURVES_FILE: lambda path: write_curves(path, curve_set), CASE_COPY: copy}

@@ -1,0 +1,4 @@
+"""What several workflows share.
+
+Output folders, progress, processes, cached results, named bodies.
+"""

@@ -1,0 +1,196 @@
+"""Results kept between runs: an unchanged body is not computed again.
+
+An entry is a folder of ordinary versioned files (a body file, a curve file) beside ``entry.json``,
+which names their SHA-256. Its name is the SHA-256 of everything the result depends on: inputs,
+material data, the source text of the numerics and the versions of the libraries below them. An
+entry that is not what it says is removed and computed again. Where the cache outgrows its limit,
+the entries that were not used for the longest time go.
+"""
+
+import hashlib
+import json
+import logging
+import os
+import shutil
+import tempfile
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from carrierflex.fe.materials import BODY_MATERIALS
+from carrierflex.workflows.support.outputs import plain, save_json, versions
+
+log = logging.getLogger(__name__)
+
+FORMAT = "carrierflex-cache-entry"
+VERSION = 1
+#: Environment variable with another folder for the cache.
+FOLDER_VARIABLE = "CARRIERFLEX_CACHE"
+_ENTRY = "entry.json"
+#: Size of the cache above which the oldest entries go [bytes]: several hundred bodies of the
+#: default size.
+_LIMIT = 2_000_000_000
+_NUMERICS = ("geometry", "fe", "reduction")
+
+
+def cache_folder() -> Path:
+    """Folder of the cache: `CARRIERFLEX_CACHE`, or ``carrierflex`` in `XDG_CACHE_HOME`, or ``~/.cache/carrierflex``."""
+    named = os.environ.get(FOLDER_VARIABLE)
+    if named:
+        return Path(named)
+    user = os.environ.get("XDG_CACHE_HOME")
+    # The XDG base directory specification: a relative path there is invalid and ignored.
+    return (
+        Path(user) if user and Path(user).is_absolute() else Path.home() / ".cache"
+    ) / "carrierflex"
+
+
+def cache_key(**inputs: object) -> str:
+    """SHA-256 of the inputs (dataclasses spelled out), the materials, the numerics' source text and the libraries' versions."""
+    content = {
+        "inputs": inputs,
+        "materials": BODY_MATERIALS,
+        "numerics": _numerics(),
+        "versions": versions(),
+    }
+    return hashlib.sha256(json.dumps(plain(content), sort_keys=True).encode()).hexdigest()
+
+
+@cache
+def _numerics() -> str:
+    """SHA-256 over the source files of the packages that compute what is cached."""
+    root = Path(__file__).resolve().parents[1]
+    digest = hashlib.sha256()
+    for package in _NUMERICS:
+        for path in sorted((root / package).rglob("*.py")):
+            digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()
+
+
+@dataclass(frozen=True)
+class CacheStore:
+    """Entries in one folder, safe for several processes at once.
+
+    An entry appears whole by a rename, or not at all.
+    """
+
+    folder: Path
+    limit: int = _LIMIT
+
+    def found(self, key: str, names: Collection[str]) -> Path | None:
+        """Folder of the entry `key` with the files `names`, each as it was written.
+
+        None where there is none to trust.
+        """
+        entry = self.folder / key
+        if not entry.is_dir():
+            return None
+        reason = _damage(entry, key, names)
+        if reason is None:
+            _mark_used(entry)
+            return entry
+        log.error("%s: %s; removed, to be computed again", entry, reason)
+        self._remove(entry)
+        return None
+
+    def keep(self, key: str, files: Mapping[str, Path], inputs: Mapping[str, object]) -> None:
+        """Copy finished `files` (name in the entry to path) into the cache.
+
+        A cache that cannot be written is only told.
+        """
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            part = Path(tempfile.mkdtemp(prefix=".part-", dir=self.folder))
+        except OSError as error:
+            log.error(
+                "%s: cannot write into the cache (%s); the result is not kept",
+                self.folder,
+                error.strerror,
+            )
+            return
+        try:
+            for name, path in files.items():
+                shutil.copyfile(path, part / name)
+            digests = {name: _digest(part / name) for name in files}
+            header = {
+                "format": FORMAT,
+                "version": VERSION,
+                "key": key,
+                "files": digests,
+                "inputs": inputs,
+            }
+            save_json(part / _ENTRY, header)
+            # Another process may have been first: its entry is the same.
+            if not (self.folder / key).exists():
+                os.rename(part, self.folder / key)
+        except OSError as error:
+            log.error(
+                "%s: cannot write into the cache (%s); the result is not kept",
+                self.folder,
+                error.strerror,
+            )
+        finally:
+            shutil.rmtree(part, ignore_errors=True)
+        self._trim(newest=key)
+
+    def _trim(self, newest: str) -> None:
+        """Remove entries, least recently used first, until the cache fits its limit.
+
+        The newest stays whatever its size.
+        """
+        ages, sizes = {}, {}
+        for entry in self.folder.iterdir():
+            try:
+                if not entry.name.startswith("."):
+                    ages[entry] = (entry.name == newest, entry.stat().st_mtime)
+                    sizes[entry] = sum(path.stat().st_size for path in entry.iterdir())
+            except OSError as error:  # another process removes it
+                log.info("%s: %s", entry, error.strerror)
+        total = sum(sizes.values())
+        for entry in sorted(sizes, key=lambda one: ages[one])[:-1]:
+            if total <= self.limit:
+                return
+            self._remove(entry)
+            total -= sizes[entry]
+
+    def _remove(self, entry: Path) -> None:
+        """Take the entry away in one step, so that no reader meets half of it, then delete it."""
+        grave = Path(tempfile.mkdtemp(prefix=".part-", dir=self.folder))
+        try:
+            os.rename(entry, grave / "entry")
+        except FileNotFoundError:
+            log.info("%s: another process removed it first", entry)
+        finally:
+            shutil.rmtree(grave, ignore_errors=True)
+
+
+def _mark_used(entry: Path) -> None:
+    """Set the entry's time to now; a cache that is read-only keeps the time it was written."""
+    try:
+        os.utime(entry)
+    except OSError as error:
+        log.info("%s: time of use not kept (%s)", entry, error.strerror)
+
+
+def _damage(entry: Path, key: str, names: Collection[str]) -> str | None:
+    """What is wrong with an entry, None where nothing is."""
+    try:
+        header = json.loads((entry / _ENTRY).read_text(encoding="utf-8"))
+        stated = {name: header[name] for name in ("format", "version", "key")}
+        files = {str(name): str(digest) for name, digest in header["files"].items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        return f"its {_ENTRY} cannot be read ({' '.join(str(error).split())})"
+    if stated != {"format": FORMAT, "version": VERSION, "key": key}:
+        return f"its {_ENTRY} says {stated}; expected format {FORMAT}, version {VERSION} and its own key"
+    for name in names:
+        if name not in files or not (entry / name).is_file():
+            return f"{name} is missing"
+        if _digest(entry / name) != files[name]:
+            return f"{name} was changed after it was written"
+    return None
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

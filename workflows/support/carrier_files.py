@@ -1,0 +1,129 @@
+"""A carrier from files instead of parameters.
+
+A STEP file with stated surfaces, or meshes with named surfaces.
+"""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from carrierflex.fe.structural_model import (
+    FLEXIBLE_CARRIER_PILOTS,
+    STIFF_CARRIER_PILOTS,
+    StructuralModel,
+    structural_model,
+)
+from carrierflex.geometry.cad_mesh import step_carrier_mesh
+from carrierflex.geometry.cad_surface_files import read_cad_statements
+from carrierflex.geometry.carrier_interface import CarrierInterface, carrier_interface
+from carrierflex.geometry.mesh_files import read_mesh
+from carrierflex.geometry.tet_mesh import TetMesh
+
+_PILOTS = {"flexible": FLEXIBLE_CARRIER_PILOTS, "stiff": STIFF_CARRIER_PILOTS}
+
+
+@dataclass(frozen=True)
+class CarrierFiles:
+    """Files that a user gives a carrier by; none of them means the parametric carrier.
+
+    Parameters
+    ----------
+    step, surfaces : Path or None
+        CAD model and the file that states its surfaces.
+    meshes : mapping of str to Path
+        Mesh file by variant, ``stiff`` and ``flexible``.
+
+    Raises
+    ------
+    ValueError
+        Where the STEP file or the surfaces file stands alone, or meshes are given beside them.
+    """
+
+    step: Path | None = None
+    surfaces: Path | None = None
+    meshes: Mapping[str, Path] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if (self.step is None) != (self.surfaces is None):
+            alone, absent = (
+                ("--step", "--surfaces") if self.surfaces is None else ("--surfaces", "--step")
+            )
+            raise ValueError(
+                f"{alone} is given without {absent}; expected the CAD model and the file that states its surfaces"
+            )
+        if self.meshes and self.step is not None:
+            raise ValueError("a mesh file and --step are both given; expected one of them")
+
+    @classmethod
+    def recorded(cls, record: Mapping[str, Mapping[str, str]]) -> "CarrierFiles":
+        """The files of an earlier :meth:`record`, unchanged since.
+
+        Raises
+        ------
+        FileNotFoundError, ValueError
+            Where a file is absent, or is no longer the one that was recorded.
+        """
+        paths = {role: Path(entry["file"]) for role, entry in record.items()}
+        step, surfaces = paths.pop("step", None), paths.pop("surfaces", None)
+        files = cls(step, surfaces, paths)
+        for role, digest in files.digests().items():
+            if digest != record[role]["sha256"]:
+                raise ValueError(
+                    f"{record[role]['file']}: changed since the body was made of it; expected the same file"
+                )
+        return files
+
+    @property
+    def given(self) -> bool:
+        """Whether the carrier comes from carrierflex.files."""
+        return self.step is not None or bool(self.meshes)
+
+    def mesh(self, variant: str, size: float) -> TetMesh:
+        """Mesh of a variant: read, or made of the STEP file with elements of `size` [m].
+
+        Errors as there.
+        """
+        if self.step is not None and self.surfaces is not None:
+            return step_carrier_mesh(
+                self.step, read_cad_statements(self.surfaces), size, pins=variant == "stiff"
+            )
+        mesh = read_mesh(self.meshes[variant])
+        if ("pins" in mesh.bodies) != (variant == "stiff"):
+            found, other = ("a body", "stiff") if "pins" in mesh.bodies else ("no body", "flexible")
+            raise ValueError(
+                f"{self.meshes[variant]}: has {found} 'pins', a {other} carrier; expected the {variant} one"
+            )
+        return mesh
+
+    def digests(self) -> dict[str, str]:
+        """SHA-256 of every file by its role: the carrier's identity, wherever the files lie."""
+        return {role: entry["sha256"] for role, entry in self.record().items()}
+
+    def record(self) -> dict[str, dict[str, str]]:
+        """Name and SHA-256 of every file, for provenance; FileNotFoundError where one is absent."""
+        files = {"step": self.step, "surfaces": self.surfaces, **self.meshes}
+        return {
+            role: {"file": str(path), "sha256": _digest(path)}
+            for role, path in files.items()
+            if path is not None
+        }
+
+
+def _digest(path: Path) -> str:
+    if not path.is_file():
+        raise FileNotFoundError(f"{path}: no such file")
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def given_structure(variant: str, mesh: TetMesh) -> tuple[StructuralModel, CarrierInterface]:
+    """Finite elements of a carrier whose dimensions are read off its mesh, and these dimensions.
+
+    Raises
+    ------
+    KeyError, ValueError
+        Where a surface is missing or does not fit, or a body of the mesh has no material.
+    """
+    interface = carrier_interface(mesh)
+    return structural_model(f"{variant}_carrier", mesh, interface, _PILOTS[variant]), interface

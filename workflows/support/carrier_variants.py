@@ -1,0 +1,63 @@
+"""Both variants of the carrier from parameters to deflection curves.
+
+The part that several workflows share.
+"""
+
+from dataclasses import dataclass, replace
+
+from carrierflex.fe.carrier_curves import (
+    CarrierDeflection,
+    carrier_deflection,
+    flexible_cases,
+    stiff_cases,
+)
+from carrierflex.fe.structural_model import (
+    StructuralModel,
+)
+from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.workflows.support.carrier_files import CarrierFiles, given_structure
+from carrierflex.workflows.support.named_bodies import body_structure
+
+
+@dataclass(frozen=True, eq=False)
+class CarrierVariant:
+    """One variant's mesh, matrices and static solution."""
+
+    mesh: TetMesh
+    structure: StructuralModel
+    deflection: CarrierDeflection
+
+
+def flexible_variant(stage: StageParameters, size: float) -> CarrierVariant:
+    """Carrier without pins, solved under the unit load cases."""
+    mesh, structure = body_structure("flexible_carrier", stage, size)
+    cases = flexible_cases(stage.carrier, stage.gear)
+    return CarrierVariant(
+        mesh, structure, carrier_deflection(structure, mesh.surface("shaft_face"), cases)
+    )
+
+
+def stiff_variant(stage: StageParameters, size: float) -> CarrierVariant:
+    """Carrier with bonded pins, solved under the unit load cases."""
+    mesh, structure = body_structure("stiff_carrier", stage, size)
+    cases = stiff_cases(stage.gear)
+    return CarrierVariant(
+        mesh, structure, carrier_deflection(structure, mesh.surface("shaft_face"), cases)
+    )
+
+
+def given_variant(
+    variant: str, files: CarrierFiles, stage: StageParameters, size: float
+) -> CarrierVariant:
+    """Carrier from a CAD model or mesh, solved under the unit load cases.
+
+    The gear's centre distance is that of its bores.
+    """
+    mesh = files.mesh(variant, size)
+    structure, interface = given_structure(variant, mesh)
+    gear = replace(stage.gear, centre_distance=interface.centre_distance)
+    cases = flexible_cases(interface, gear) if variant == "flexible" else stiff_cases(gear)
+    return CarrierVariant(
+        mesh, structure, carrier_deflection(structure, mesh.surface("shaft_face"), cases)
+    )

@@ -1,0 +1,78 @@
+"""The carriers that workflows know by name, from their half sector.
+
+Reduced by the blocks of their symmetry.
+"""
+
+from collections.abc import Mapping
+
+from carrierflex.fe.half_sector_sensors import HalfSectorSensors, half_sector_sensors
+from carrierflex.fe.structural_model import (
+    FLEXIBLE_CARRIER_PILOTS,
+    STIFF_CARRIER_PILOTS,
+    carrier_pilot_points,
+)
+from carrierflex.fe.symmetry_blocks import HalfSector, half_sector
+from carrierflex.geometry.carrier_mesh import flexible_half_sector, stiff_half_sector
+from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.reduction.certificate import Certificate, inner_checks
+from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampton
+
+#: Options of `carrierflex reduce` that ask for what the half sector cannot give, and the value that
+#: does not.
+_NEEDS_WHOLE_BODY = {
+    "frf_tolerance": None,
+    "residual_vectors": False,
+    "coupling": "rbe3",
+    "max_frequency": None,
+}
+
+
+def half_sector_body(
+    name: str, stage: StageParameters, size: float
+) -> tuple[HalfSector, HalfSectorSensors]:
+    """Finite elements of a sixth of ``flexible_carrier`` or ``stiff_carrier``, and its sensors.
+
+    Raises
+    ------
+    ValueError
+        Where the body is not a carrier: the others have no dihedral symmetry.
+    """
+    if name == "flexible_carrier":
+        mesh, names = flexible_half_sector(stage.carrier, size), FLEXIBLE_CARRIER_PILOTS
+    elif name == "stiff_carrier":
+        mesh, names = stiff_half_sector(stage.carrier, stage.pin, size), STIFF_CARRIER_PILOTS
+    else:
+        raise ValueError(
+            f"{name} has no dihedral symmetry; expected flexible_carrier or stiff_carrier"
+        )
+    points = carrier_pilot_points(stage.carrier)
+    half = half_sector(name, mesh, {pilot: points[pilot] for pilot in names})
+    return half, half_sector_sensors(mesh, stage.carrier.sensor_radius)
+
+
+def refuse_whole_body_options(options: Mapping[str, object], *, files_given: bool) -> None:
+    """Raise ValueError where an option needs the whole body, which a reduction by symmetry never makes."""
+    for name, harmless in _NEEDS_WHOLE_BODY.items():
+        if options[name] != harmless:
+            flag = "--" + name.replace("_", "-")
+            raise ValueError(
+                f"--by-symmetry works on the half sector, {flag} {options[name]} needs the whole body; leave one of them out"
+            )
+    if files_given or options["body"] != "carrier":
+        raise ValueError(
+            "--by-symmetry is for the parametric carrier; expected --body carrier without STEP or mesh file"
+        )
+
+
+def reduced_by_symmetry(
+    name: str, stage: StageParameters, size: float, n_modes: int, *, provenance: Mapping[str, str]
+) -> tuple[ReducedModel, Certificate]:
+    """Reduced carrier from its half sector, and the checks of its matrices in themselves.
+
+    The certificate's other lines compare with the whole body, which is never made here:
+    docs/performance.md says how far the two paths agree.
+    """
+    half, sensors = half_sector_body(name, stage, size)
+    model = symmetric_craig_bampton(half, n_modes, sensors=sensors, provenance=provenance).model
+    return model, Certificate(0.0, inner_checks(model))

@@ -1,0 +1,47 @@
+"""The bodies that workflows know by name: mesh and finite elements of each."""
+
+from carrierflex.fe.main_shaft import main_shaft_structure
+from carrierflex.fe.structural_model import (
+    FLEXIBLE_CARRIER_PILOTS,
+    PIN_PILOTS,
+    STIFF_CARRIER_PILOTS,
+    StructuralModel,
+    structural_model,
+)
+from carrierflex.geometry.carrier_mesh import flexible_carrier_mesh, pin_mesh, stiff_carrier_mesh
+from carrierflex.geometry.main_shaft_mesh import main_shaft_mesh
+from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.geometry.tet_mesh import TetMesh
+
+
+def body_name(body: str, variant: str) -> str:
+    """Name of the body that the command line calls carrier (of a variant), pin or main_shaft."""
+    return f"{variant}_carrier" if body == "carrier" else body
+
+
+def body_structure(
+    name: str, stage: StageParameters, size: float
+) -> tuple[TetMesh, StructuralModel]:
+    """Mesh and finite elements of ``pin``, ``main_shaft``, ``flexible_carrier`` or ``stiff_carrier``, distributing couplings.
+
+    Raises
+    ------
+    ValueError
+        Where there is no body of that name.
+    """
+    if name == "main_shaft":
+        mesh = main_shaft_mesh(stage.carrier, stage.main_shaft, size)
+        return mesh, main_shaft_structure(mesh, stage.carrier, stage.main_shaft)
+    pilots: tuple[str, ...]
+    if name == "pin":
+        mesh, pilots = pin_mesh(stage.carrier, stage.pin, size), PIN_PILOTS
+    elif name == "flexible_carrier":
+        mesh, pilots = flexible_carrier_mesh(stage.carrier, size), FLEXIBLE_CARRIER_PILOTS
+    elif name == "stiff_carrier":
+        mesh, pilots = stiff_carrier_mesh(stage.carrier, stage.pin, size), STIFF_CARRIER_PILOTS
+    else:
+        raise ValueError(
+            f"no finite elements are known for a body named {name!r}; expected pin, flexible_carrier, stiff_carrier or "
+            "main_shaft"
+        )
+    return mesh, structural_model(name, mesh, stage.carrier, pilots)

@@ -1,0 +1,44 @@
+"""Progress of long work on the terminal: one line a stage, with its time."""
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from rich.console import Console
+from rich.status import Status
+
+
+@dataclass
+class Stages:
+    """Announces stages of known number and keeps their times.
+
+    Silent where `quiet` or not on a terminal.
+    """
+
+    total: int
+    quiet: bool = False
+    seconds: dict[str, float] = field(default_factory=dict)
+    _status: Status | None = field(default=None, init=False, repr=False)
+    _name: str = field(default="", init=False, repr=False)
+
+    def note(self, text: str) -> None:
+        """Show beside the spinner of the running stage what it is at."""
+        if self._status is not None:
+            self._status.update(f"{self._name}: {text}")
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Show `name` with a spinner while the block runs, then a line with its time."""
+        number = len(self.seconds) + 1
+        start = time.perf_counter()
+        console = Console(stderr=True, quiet=self.quiet or not sys.stderr.isatty(), highlight=False)
+        with console.status(f"[{number}/{self.total}] {name}") as self._status:
+            self._name = f"[{number}/{self.total}] {name}"
+            yield
+        self._status = None
+        self.seconds[name] = time.perf_counter() - start
+        console.print(
+            f"[dim]\\[{number}/{self.total}][/] {name} [dim]{self.seconds[name]:.1f} s[/]"
+        )

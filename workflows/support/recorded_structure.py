@@ -1,0 +1,88 @@
+"""The finite elements of a body file, made again from the inputs recorded with it, and whether they are the same body."""
+
+import json
+
+import numpy as np
+
+from carrierflex.fe.structural_model import (
+    StructuralModel,
+)
+from carrierflex.geometry.main_shaft_parameters import MainShaftParameters
+from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters
+from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.workflows.support.carrier_files import CarrierFiles, given_structure
+from carrierflex.workflows.support.named_bodies import body_structure
+
+#: A body made again is the same where its pilots' stiffness and mass differ by less than this,
+#: relatively.
+_SAME_BODY = 1e-6
+_RECORDED = ("parameters", "size", "modes")
+
+
+def recorded_structure(model: ReducedModel) -> tuple[TetMesh, StructuralModel, int]:
+    """Mesh, structure and number of fixed-interface modes of a body that carrierflex reduce wrote.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        Where the inputs are not recorded, the couplings were rigid, or the carrier's files are gone
+        or changed.
+    """
+    missing = [key for key in _RECORDED if key not in model.provenance]
+    if missing or json.loads(model.provenance.get("coupling", '"rbe3"')) != "rbe3":
+        what = (
+            f"does not record {', '.join(missing)}"
+            if missing
+            else "was reduced with rigid couplings"
+        )
+        raise ValueError(
+            f"{model.name}: the body file {what}; expected one of carrierflex reduce --coupling rbe3: Exudyn needs the finite "
+            "elements, which are made again from its inputs"
+        )
+    inputs = {key: json.loads(model.provenance[key]) for key in _RECORDED}
+    tables, size = inputs["parameters"], float(inputs["size"])
+    stage = StageParameters(
+        CarrierParameters(**tables["carrier"]),
+        PinParameters(**tables["pin"]),
+        GearData(**tables["gear"]),
+        # Absent from files written before there was a main shaft; no other body depends on it.
+        MainShaftParameters(**tables.get("main_shaft", {})),
+    )
+    if "carrier_files" in model.provenance:
+        variant = model.name.removesuffix("_carrier")
+        mesh = CarrierFiles.recorded(json.loads(model.provenance["carrier_files"])).mesh(
+            variant, size
+        )
+        return mesh, given_structure(variant, mesh)[0], int(inputs["modes"])
+    mesh, structure = body_structure(model.name, stage, size)
+    return mesh, structure, int(inputs["modes"])
+
+
+def differences_from(model: ReducedModel, again: ReducedModel) -> dict[str, float]:
+    """Relative difference of the pilots' stiffness and mass between a body file and the body made again.
+
+    Raises
+    ------
+    ValueError
+        Where it is not the same body.
+    """
+    if again.labels != model.labels:
+        raise ValueError(
+            f"{model.name}: the body made again has other coordinates; expected this program's own body file"
+        )
+    rows = np.ix_(*2 * (np.arange(6 * len(model.pilots)),))
+    differences = {}
+    for letter, found, expected in (
+        ("K", again.K[rows], model.K[rows]),
+        ("M", again.M[rows], model.M[rows]),
+    ):
+        scale = np.sqrt(np.outer(expected.diagonal(), expected.diagonal()))
+        differences[letter] = float(np.abs((found - expected) / scale).max())
+    if max(differences.values()) > _SAME_BODY:
+        raise ValueError(
+            f"{model.name}: the body made again differs from the file by {max(differences.values()):.1e}; expected less "
+            f"than {_SAME_BODY:.0e}: reduce it again with this version"
+        )
+    return differences
