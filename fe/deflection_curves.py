@@ -141,8 +141,10 @@ def _fourier_series(
     """Trigonometric interpolation of equally spaced `samples` of one turn, at `angle` [rad].
 
     The series is a polynomial in ``exp(j angle)``: its powers are products, one exponential serves
-    all orders.
+    all orders. It ends with the last order whose amplitude is above rounding.
     """
     amplitude = _amplitudes(samples)
-    powers = np.vander(np.exp(1j * angle.ravel()), amplitude.size, increasing=True)
-    return np.asarray((powers @ amplitude).real.reshape(angle.shape))
+    kept = np.flatnonzero(np.abs(amplitude) > 1e-14 * np.abs(amplitude).max(initial=0.0))
+    series = amplitude[: kept.max(initial=0) + 1]
+    powers = np.vander(np.exp(1j * angle.ravel()), series.size, increasing=True)
+    return np.asarray((powers @ series).real.reshape(angle.shape))
