@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from carrierflex.blind_check.truth.element.laws import LAWS
 from carrierflex.blind_check.truth.mounting.loads import RATE, MountingRecord
@@ -71,8 +72,8 @@ class MountingState:
             *self.outside, record.time
         )
         if self.delay:
-            late = record.time - self.delay
-            signals = np.array([np.interp(late, record.time, signal) for signal in signals.T]).T
+            late = np.clip(record.time - self.delay, record.time[0], record.time[-1])
+            signals = CubicSpline(record.time, signals)(late)
         return zeroed(signals) * (1.0 + self.gain) + self.zero
 
 
