@@ -4,6 +4,7 @@ With CI=true in the environment a test that skips fails, save those with the mar
 """
 
 import os
+import signal
 import sys
 from typing import NamedTuple
 
@@ -38,6 +39,11 @@ EVERY_CHECK_RUNS = os.environ.get("CI") == "true"
 
 
 @pytest.hookimpl(trylast=True)
+def pytest_configure():
+    """Let an interruption interrupt: a process in the background, and its children, ignore it."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def pytest_collection_modifyitems(config, items):
     """Where processes share the files out, those with slow tests go first.
 
