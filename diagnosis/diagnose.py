@@ -164,11 +164,9 @@ def _gap_detail(
 
     Where the problem looks at it.
     """
-    problem, before, after = (
-        search.problem,
-        search.score(()).fit,
-        search.score(selection.accepted).fit,
-    )
+    problem = search.problem
+    before = search.score(()).fit
+    after = search.score(selection.accepted).fit
     if not isinstance(problem, Detailed):
         return None
     return GapDetail(

@@ -186,3 +186,8 @@ def test_effects_that_explain_nothing_end_the_search_with_the_baseline():
 @pytest.mark.parametrize("effects", [{"a": {"none": 0.0}}])
 def test_where_no_column_is_left_the_search_ends(effects):
     assert set(grown({"outside": 6.0}, effects).scores) == {()}
+
+
+def test_a_set_grows_until_it_leaves_little_more_than_the_noise():
+    assert ("a", "b") in grown({"a": 6.0, "b": 0.76, "c": 0.0}).fits
+    assert ("a", "b") not in grown({"a": 6.0, "b": 0.74, "c": 0.0}).fits
