@@ -2,7 +2,8 @@
 
 import ast
 import json
-import os
+import subprocess
+import sys
 import textwrap
 from io import StringIO
 from pathlib import Path
@@ -10,7 +11,6 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from benchmarks import run as benchmark_run
 from benchmarks.__main__ import EXIT_FAILED, EXIT_INTERRUPTED, main, run
 from benchmarks.ratio import DIFFERENCE, SPEED, TIME, Absent, Failed, Ratio, at_least, at_most
 from benchmarks.report import Report, ratio_table
@@ -182,8 +182,7 @@ def test_an_independent_code_that_is_not_installed_is_absent_and_no_failure(stub
     assert content["rows"][0]["peer"] == "Exudyn"
 
 
-def test_an_interrupted_run_keeps_what_was_measured(stub, tmp_path, monkeypatch):
-    monkeypatch.setattr(benchmark_run, "_GRACE", 0.1)
+def test_an_interrupted_run_keeps_what_was_measured(stub, tmp_path):
     path = tmp_path / "bench.json"
     # The interruption comes once the row has arrived; before that there is nothing to keep.
     interrupting = f"""
@@ -193,12 +192,29 @@ def test_an_interrupted_run_keeps_what_was_measured(stub, tmp_path, monkeypatch)
             yield Ratio("before", TIME, size)
             while "before" not in pathlib.Path({str(path)!r}).read_text():
                 time.sleep(0.01)
-            os.kill({os.getpid()}, signal.SIGINT)
+            os.kill(os.getppid(), signal.SIGINT)
             time.sleep(60)
     """
-    names = [stub("interrupting", interrupting), stub("good", GOOD)]
-    code, content = report_of(names, path)
-    assert code == EXIT_INTERRUPTED
+    # In a process of its own: an interruption that comes late must not end the tests.
+    runner = f"""
+    import pathlib, signal, sys
+    if __name__ == "__main__":
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        sys.path[:0] = [{str(tmp_path)!r}, {str(FOLDER.parent)!r}]
+        from benchmarks import run as benchmark_run
+        from benchmarks.__main__ import run
+        from benchmarks.report import Report
+        benchmark_run._GRACE = 0.1
+        report = Report(True, pathlib.Path({str(path)!r}))
+        sys.exit(run(["interrupting", "good"], report, package=""))
+    """
+    stub("interrupting", interrupting)
+    stub("good", GOOD)
+    script = tmp_path / "runner.py"
+    script.write_text(textwrap.dedent(runner))
+    result = subprocess.run([sys.executable, str(script)], capture_output=True, check=False)
+    assert result.returncode == EXIT_INTERRUPTED, result.stderr
+    content = json.loads(path.read_text())
     assert content["complete"] is False
     assert [row["case"] for row in content["rows"]] == ["before"]
     assert not list(tmp_path.glob("record*")), "the benchmark's temporary files stayed"
