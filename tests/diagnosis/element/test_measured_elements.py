@@ -20,7 +20,7 @@ from carrierflex.workflows.diagnosis import convert_emps, convert_silverbox, dia
 pytestmark = pytest.mark.may_skip
 
 DATA = Path(
-    os.environ.get("CARRIERFLEX_DATA", Path(__file__).parents[2].parent / "shared" / "data")
+    os.environ.get("CARRIERFLEX_DATA", Path(__file__).parents[3].parent / "shared" / "data")
 )
 
 
