@@ -104,13 +104,13 @@ def card_of_force(effect: ForceEffect, kind: str) -> EffectCard:
 
 
 def effect_library(kind: str, cards: Iterable[EffectCard]) -> dict[str, EffectCard]:
-    """Cards of a kind by id: its own and those that users registered.
+    """Cards of a kind by id: those it brings and those that users registered.
 
     Parameters
     ----------
     kind : str
         ``carrier``, ``mounting`` or ``element``.
-    own : iterable of EffectCard
+    cards : iterable of EffectCard
         Cards the kind brings.
 
     Returns
