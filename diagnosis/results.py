@@ -5,6 +5,7 @@ Where the gap lies, which effect is missing, how far it shrinks, and the verdict
 
 from dataclasses import dataclass
 
+from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.gap.findings import GapDetail
 from carrierflex.diagnosis.inference.results import Attribution, GapReduction
@@ -32,6 +33,10 @@ class Diagnosis:
         Gap along the motion, where the kind draws it.
     gap : GapDetail, optional
         Gap of the baseline beyond its map; None where nothing was diagnosed.
+    classes : ClassAnswer, optional
+        Class of the missing effect; None where the kind has no classes.
+    reduction_law : GapReduction, optional
+        How far the nearest laws shrink the gap, where `reduction` is that of the class.
     """
 
     campaign: str
@@ -43,3 +48,5 @@ class Diagnosis:
     reduction: GapReduction | None = None
     pictures: tuple[Picture, ...] = ()
     gap: GapDetail | None = None
+    classes: ClassAnswer | None = None
+    reduction_law: GapReduction | None = None

@@ -11,11 +11,20 @@ from carrierflex.diagnosis.inference.screening import Screen
 
 NAMED = "named"
 NAMED_WITH_REMAINDER = "named_with_remainder"
+CLASS_NAMED = "class_named"
 ALIASED = "aliased"
 NONE_OF_THESE = "none_of_these"
 AT_NOISE_FLOOR = "at_noise_floor"
 NOT_DIAGNOSABLE = "not_diagnosable"
-VERDICTS = (NAMED, NAMED_WITH_REMAINDER, ALIASED, NONE_OF_THESE, AT_NOISE_FLOOR, NOT_DIAGNOSABLE)
+VERDICTS = (
+    NAMED,
+    NAMED_WITH_REMAINDER,
+    CLASS_NAMED,
+    ALIASED,
+    NONE_OF_THESE,
+    AT_NOISE_FLOOR,
+    NOT_DIAGNOSABLE,
+)
 
 Interval = tuple[float, float]
 NO_INTERVAL: Interval = (float("nan"), float("nan"))

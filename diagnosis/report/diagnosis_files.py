@@ -8,10 +8,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from carrierflex.diagnosis.classes.results import LEADING_CLASS, ClassAnswer, MeasuredShape
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.findings import GapDetail
 from carrierflex.diagnosis.gap.significance import SIGNIFICANCE
-from carrierflex.diagnosis.inference.results import Attribution, GapReduction
+from carrierflex.diagnosis.inference.results import CLASS_NAMED, Attribution, GapReduction
 from carrierflex.diagnosis.report.gap_words import parity_words, scatter_words, where_text
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.files.json_files import plain, save_json, save_text
@@ -19,7 +20,7 @@ from carrierflex.files.versions import software_name
 
 DIAGNOSIS_FILE = "diagnosis.json"
 FORMAT = "carrierflex-diagnosis"
-VERSION = 1
+VERSION = 2
 #: Rows of a table in the file at most, and the smallest share worth a row where chance could make
 #: it.
 _MOST_ROWS = 200
@@ -49,6 +50,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "kind": diagnosis.kind,
         "software": software_name(),
         "verdict": diagnosis.verdict,
+        "incomplete": is_incomplete(diagnosis),
         "reason": diagnosis.reason,
         "effects": which.effects,
         "aliases": which.aliases,
@@ -57,6 +59,8 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "where": _cells(reduction.cells_before if reduction else ()),
         "where_text": where_text(diagnosis),
         "how_far": _how_far(reduction),
+        "how_far_law": _how_far(diagnosis.reduction_law or reduction),
+        **_class_keys(diagnosis.classes),
         "unit": diagnosis.unit,
         "remaining": _cells(reduction.cells_after if reduction else ()),
         "ladder": reduction.steps if reduction else (),
@@ -68,6 +72,16 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
     }
     document: dict[str, Any] = plain(content)
     return document
+
+
+def is_incomplete(diagnosis: Diagnosis) -> bool:
+    """Whether a class leads without explaining what a cause would."""
+    classes = diagnosis.classes
+    return (
+        diagnosis.verdict == CLASS_NAMED
+        and classes is not None
+        and classes.state == LEADING_CLASS
+    )
 
 
 def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
@@ -131,6 +145,57 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
             f"{path}: key 'version' is {version}, written by a newer version; expected {VERSION}"
         )
     return document
+
+
+def _share(value: float) -> float:
+    """Share as it is written: within 0 and 1, NaN (null) where it is not known."""
+    return min(max(value, 0.0), 1.0)
+
+
+def _class_keys(answer: ClassAnswer | None) -> dict[str, Any]:
+    """Keys of the answer by class; empty lists where the kind has no classes."""
+    if answer is None:
+        return {
+            "classes": (),
+            "class_ties": (),
+            "class_rivals": {},
+            "beyond_share": None,
+            "beyond_learnable": None,
+            "class_note": "",
+        }
+    return {
+        "classes": [
+            {
+                "id": finding.id,
+                "share": _share(finding.share),
+                "share_ci95": [_share(end) for end in finding.share_ci95],
+                "law": finding.law or None,
+                "law_share": _share(finding.law_share),
+                "law_named": finding.law_named,
+                "shape": _shape(finding.shape),
+            }
+            for finding in answer.classes
+        ],
+        "class_ties": answer.ties,
+        "class_rivals": {name: _share(value) for name, value in answer.rivals.items()},
+        "beyond_share": answer.beyond_share,
+        "beyond_learnable": answer.beyond_learnable,
+        "class_note": answer.note,
+    }
+
+
+def _shape(shape: MeasuredShape | None) -> dict[str, Any] | None:
+    if shape is None:
+        return None
+    return {
+        "x": shape.x,
+        "y": shape.y,
+        "band": shape.band,
+        "law": shape.law,
+        "labels": shape.labels,
+        "units": shape.units,
+        "words": shape.words,
+    }
 
 
 def _ranking(which: Attribution) -> list[dict[str, Any]]:

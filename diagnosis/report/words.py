@@ -15,6 +15,7 @@ from carrierflex.diagnosis.gap.significance import SIGNIFICANCE
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
+    CLASS_NAMED,
     NAMED,
     NAMED_WITH_REMAINDER,
     NONE_OF_THESE,
@@ -50,6 +51,7 @@ WIDEST_EXPONENT = 3.0
 _HEADINGS = {
     NAMED: "The simulation lacks {effects}",
     NAMED_WITH_REMAINDER: "The simulation lacks {effects}, and something more",
+    CLASS_NAMED: "The simulation lacks an effect of a known class, by no law of the library",
     ALIASED: "The simulation lacks {effects}, or an effect that looks the same in these records",
     NONE_OF_THESE: "No known effect explains the gap",
     AT_NOISE_FLOOR: "Simulation and measurement agree within the noise",
@@ -60,6 +62,8 @@ _MEANINGS = {
     "near the noise.",
     NAMED_WITH_REMAINDER: "What is named explains most of the gap on records it was not fitted to; "
     "a remainder is above the noise.",
+    CLASS_NAMED: "A model of the class without a fixed form explains the gap on records it was not "
+    "fitted to; no law of the library follows its curve.",
     ALIASED: "Several effects explain the gap equally well under the measured conditions.",
     NONE_OF_THESE: "There is a gap, but no effect of the library may be named as its cause.",
     AT_NOISE_FLOOR: "There is no gap above the noise floor that an effect could explain.",

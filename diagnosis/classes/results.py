@@ -1,0 +1,128 @@
+"""What the comparison of classes says: the class of the missing effect, and the law in it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from carrierflex.diagnosis.comparison.problem import FloatArray
+
+#: No gap above the noise floor.
+NOTHING = "nothing"
+#: A class (or a pair) explains at least the share that names it.
+NAMED_CLASS = "named"
+#: A class explains the larger part of the gap, not all of what a cause would.
+LEADING_CLASS = "leading"
+#: A gap that no class explains.
+NO_CLASS = "no_class"
+#: The records hold nothing that could tell classes apart.
+NOT_VISIBLE = "not_visible"
+
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredShape:
+    """Curve that the records give for a class, over the range they visit.
+
+    Parameters
+    ----------
+    x, y : ndarray, shape (n,)
+        Abscissa and the measured curve.
+    band : ndarray, shape (n, 2)
+        Lower and upper end of the 95 % band over the blocks.
+    law : ndarray, shape (n,)
+        The nearest law along the same abscissa; empty where no law is drawn.
+    labels, units : tuple of str
+        What x and y are, and their units.
+    words : str
+        The curve in an engineer's words.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    band: FloatArray
+    law: FloatArray
+    labels: tuple[str, str]
+    units: tuple[str, str]
+    words: str
+
+
+@dataclass(frozen=True, eq=False)
+class ClassFinding:
+    """One class of the answer, and the law in it.
+
+    Parameters
+    ----------
+    id : str
+        Class.
+    share, share_ci95 : float, tuple of float
+        Share of the gap above the floor that the class explains on held-out records; in a pair, what
+        is lost without it.
+    law : str
+        Nearest law of the library in this class; empty where it holds none.
+    law_share : float
+        Share of the gap above the floor that the nearest law explains on held-out records.
+    law_named : bool
+        Whether the records cannot tell the law from the class.
+    shape : MeasuredShape, optional
+        Measured curve; None where the class has none.
+    """
+
+    id: str
+    share: float
+    share_ci95: Interval
+    law: str
+    law_share: float
+    law_named: bool
+    shape: MeasuredShape | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class ClassAnswer:
+    """Which class of effect the gap shows.
+
+    Parameters
+    ----------
+    state : str
+        One of :data:`NOTHING`, :data:`NAMED_CLASS`, :data:`LEADING_CLASS`, :data:`NO_CLASS`,
+        :data:`NOT_VISIBLE`.
+    classes : tuple of ClassFinding
+        One for a single cause, two for a pair; empty where no class is named.
+    ties : tuple of tuple of str
+        Sets of classes that the records cannot tell from the answer.
+    rivals : mapping of str to float
+        Share of every other class alone.
+    share, share_ci95 : float, tuple of float
+        Share of the whole answer.
+    learnable : float
+        Share that the union of all classes, or the best pair, explains.
+    learnt_by : tuple of str
+        Classes of the best pair beside the answer; empty where none adds to it.
+    law_share : float
+        Share that the nearest laws explain together.
+    floor_multiple : float
+        RMS that the answer leaves over the floor; NaN where the floor is not known.
+    note : str
+        What the records cannot say, as a sentence; empty where nothing.
+    """
+
+    state: str
+    classes: tuple[ClassFinding, ...]
+    ties: tuple[tuple[str, ...], ...]
+    rivals: Mapping[str, float]
+    share: float
+    share_ci95: Interval
+    learnable: float
+    learnt_by: tuple[str, ...]
+    law_share: float
+    floor_multiple: float
+    note: str = ""
+
+    @property
+    def beyond_share(self) -> float:
+        """Share of the gap that the answer leaves."""
+        return min(max(1.0 - self.share, 0.0), 1.0)
+
+    @property
+    def beyond_learnable(self) -> float:
+        """Share of the gap beyond the answer that some class could still learn."""
+        return min(max(self.learnable - self.share, 0.0), self.beyond_share)
