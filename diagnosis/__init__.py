@@ -1,4 +1,4 @@
-"""Where the gap between measurement and simulation lies, and how far it shrinks when an effect is added.
+"""Where the gap between measurement and simulation lies, and how far an effect added shrinks it.
 
 Frame, angles and signs: :mod:`carrierflex.geometry`; sensor readings:
 :mod:`carrierflex.simulation`. This package owns two more conventions.

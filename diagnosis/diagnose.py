@@ -124,7 +124,10 @@ def _missing(problem: ComparisonProblem, limits: Thresholds) -> str:
     for run in runs:
         samples = sum(segment.n_samples for segment in problem.segments if segment.run == run)
         if samples < limits.fewest_samples:
-            return f"run {run} holds {samples} samples that count; expected at least {limits.fewest_samples}"
+            return (
+                f"run {run} holds {samples} samples that count; "
+                f"expected at least {limits.fewest_samples}"
+            )
     if len(problem.segments) < limits.fewest_segments:
         return (
             f"the records hold {len(problem.segments)} blocks to fit and score; expected at least "

@@ -1,4 +1,4 @@
-"""References in closed form (or as one-dimensional integrals), each with its source and its limits."""
+"""References in closed form (or one-dimensional integrals), each with its source and limits."""
 
 import math
 
@@ -7,7 +7,7 @@ from scipy.integrate import quad
 
 
 def covered_angle(r, radius, distance):
-    """Angle [rad] of the circle of radius r about the axis that lies inside a circle `radius` at `distance` off the axis."""
+    """Angle [rad] of a circle r about the axis inside a circle `radius` at `distance` off it."""
     if r <= 0.0:
         return 2.0 * math.pi if radius > distance else 0.0
     cosine = (r**2 + distance**2 - radius**2) / (2.0 * r * distance)
@@ -22,10 +22,12 @@ def ring_section(inner, outer, hole, distance):
 
     def integral(power):
         breaks = [r for r in (distance - hole, distance + hole) if inner < r < outer]
-        return quad(
-            lambda r: r**power * (2.0 * math.pi - 3.0 * min(covered_angle(r, hole, distance), 2.0 * math.pi / 3.0)),
-            inner, outer, points=breaks or None, epsabs=1e-14, epsrel=1e-12,
-        )[0]  # fmt: skip
+
+        def density(r):
+            covered = min(covered_angle(r, hole, distance), 2.0 * math.pi / 3.0)
+            return r**power * (2.0 * math.pi - 3.0 * covered)
+
+        return quad(density, inner, outer, points=breaks or None, epsabs=1e-14, epsrel=1e-12)[0]
 
     return integral(1), integral(3)
 
@@ -59,7 +61,7 @@ def carrier_centre_x(p):
 
 
 def carrier_inertia(p, rho):
-    """Inertia [kg m^2] about x and about a transverse axis through the centre of mass (equal for y and z: threefold)."""
+    """Inertia [kg m^2] about x and a transverse axis through the centre of mass (y as z)."""
     polar = sum((end - start) * second for start, end, (_, second) in carrier_slabs(p))
     axial = sum((end**3 - start**3) / 3.0 * area for start, end, (area, _) in carrier_slabs(p))
     return rho * polar, rho * (polar / 2.0 + axial - carrier_volume(p) * carrier_centre_x(p) ** 2)
@@ -121,7 +123,7 @@ def torsional_frequency(length, shear_modulus, rho):
 
 
 def pressed_ring(x, radii, pressure, material, middle):
-    """Displacement [m] at points x (3, ...) of a ring about the x axis under pressure in its bore, ends free.
+    """Displacement [m] at x (3, ...) of a ring about x under pressure in its bore, ends free.
 
     Lamé's thick cylinder (Timoshenko and Goodier, Theory of Elasticity, art. 28): stresses ``A ± B
     / r²`` with ``A = p a² / (b² - a²)``, ``B = A b²``, no axial stress, so that it contracts evenly

@@ -1,4 +1,4 @@
-"""Meshes, matrices and reductions that many tests look at, each made once a session and never changed.
+"""Meshes, matrices and reductions that many tests look at, made once a session, never changed.
 
 With CI=true in the environment a test that skips fails, save those with the marker `may_skip`.
 """

@@ -201,8 +201,8 @@ def test_a_pilot_on_a_surface_that_the_cad_model_lacks_is_refused(refused, cad):
     line = refused(*CAD)
     assert "surface 'downwind_seat': the CAD model has no cylinder of radius 0.21 m" in line
     assert (
-        "candidates: [1] cylinder, axis (1, 0, 0) through (0, 0, 0), radius 0.2 m, stations 0.35 to 0.41 m, area"
-        in line
+        "candidates: [1] cylinder, axis (1, 0, 0) through (0, 0, 0), radius 0.2 m, stations 0.35 "
+        "to 0.41 m, area" in line
     )
 
 
@@ -261,7 +261,10 @@ def test_a_pilot_on_an_empty_surface_is_refused_by_name(flexible_mesh):
 def test_overlapping_pilots_are_refused_with_the_nodes_they_share(flexible_mesh, carrier):
     with pytest.raises(
         ValueError,
-        match=r"cannot move independently: .* rank 6; 'shaft_face' and 'upwind_seat' share \d+ nodes \(",
+        match=(
+            r"cannot move independently: .* rank 6; 'shaft_face' and 'upwind_seat' share \d+ "
+            r"nodes \("
+        ),
     ):
         structural_model(
             "carrier",

@@ -1,4 +1,4 @@
-"""The main job: from the carrier's parameters to a first report on the gap between simulation and measurement.
+"""The main job: from the carrier's parameters to a first report on the sim-to-real gap.
 
 Meshes, deflection curves, reduced bodies, the load cases LC1 to LC4 of the 2012 paper simulated at
 the rim sensors, the motion identified from those signals, and the gap of a model without

@@ -110,13 +110,14 @@ def _pin_fit(job: "Job") -> dict[str, Any]:
         "sliding_free_pin_against_full_model": _difference(job.reduced.sliding, reference),
         "free_pin_against_full_model": _difference(joined[0.0], reference),
         "rigid_fit_against_bonded": _difference(joined[max(joined)], job.curves["delta_s"]),
-        "why_not_exact": "A free pin that slides in its downwind bore gives the full model's curve to rounding (both with "
-        "the shaft face held through its pilot). Tied in all translations, as in the paper, it "
-        "also keeps the two bores at "
-        "its own length. A rigid fit ties the mean motion of each bore to the pin's end; a bonded "
-        "pin holds every point "
-        "of the bore, so that neither can it go oval nor the plate bend within it: a rigid fit "
-        "stays softer.",
+        "why_not_exact": (
+            "A free pin that slides in its downwind bore gives the full model's curve to "
+            "rounding (both with the shaft face held through its pilot). Tied in all "
+            "translations, as in the paper, it also keeps the two bores at its own length. A "
+            "rigid fit ties the mean motion of each bore to the pin's end; a bonded pin holds "
+            "every point of the bore, so that neither can it go oval nor the plate bend within "
+            "it: a rigid fit stays softer."
+        ),
     }
 
 

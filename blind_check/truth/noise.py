@@ -25,7 +25,7 @@ def noise_rng(plan: CasePlan, repeat: int) -> np.random.Generator:
 def coloured_noise(
     rng: np.random.Generator, shape: tuple[int, ...], *, memory: float
 ) -> FloatArray:
-    """Stationary noise of unit variance, ``e_k = a e_(k-1) + sqrt(1 - a²) w_k`` along the last axis.
+    """Stationary noise of variance 1, ``e_k = a e_(k-1) + sqrt(1 - a²) w_k``, over the last axis.
 
     Parameters
     ----------

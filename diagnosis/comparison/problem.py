@@ -108,7 +108,7 @@ class SegmentSums:
 
 @dataclass(frozen=True, eq=False)
 class Signatures:
-    """Gram matrix of the unexplained force (or signal), the baseline's regressors and the effects' signatures.
+    """Gram matrix of unexplained force (or signal), baseline regressors and effects' signatures.
 
     Columns in this order: the target, `n_base` baseline regressors, one or several columns of each
     variant of each effect, then the features of the flexible residual model. Where the problem is

@@ -155,9 +155,10 @@ def _picture(
     return Picture(
         title=f"Unexplained force over {names[against][0]}",
         caption=(
-            "Coloured points: measured force less inertia, linear spring, linear damper and constant force of the baseline "
-            f"along the measured motion. {law_text}A spring law is one line over deflection, a damper law one line over "
-            "speed; dry friction and relaxation open a loop."
+            "Coloured points: measured force less inertia, linear spring, linear damper and "
+            "constant force of the baseline "
+            f"along the measured motion. {law_text}A spring law is one line over deflection, a "
+            "damper law one line over speed; dry friction and relaxation open a loop."
         ),
         x_name=names[against][0],
         x_unit=names[against][1],

@@ -130,11 +130,13 @@ def _refuse_empty(run: Run, values: FloatArray, name: str) -> None:
     present = values[np.isfinite(values)]
     if present.size < 2:
         raise ValueError(
-            f"run {run.name}: column '{name}' holds {present.size} measured samples; expected a signal"
+            f"run {run.name}: column '{name}' holds {present.size} measured samples; "
+            "expected a signal"
         )
     if present.std() == 0.0:
         raise ValueError(
-            f"run {run.name}: column '{name}' is {present[0]} throughout; expected a signal that changes"
+            f"run {run.name}: column '{name}' is {present[0]} throughout; "
+            "expected a signal that changes"
         )
 
 
@@ -155,8 +157,8 @@ def _record(
     counts = measured & (np.arange(even.size) >= settle)
     if counts.sum() < 2 * FEWEST_IN_BLOCK:
         raise ValueError(
-            f"run {run.name}: {counts.sum()} measured samples after the first {settle} ('settle_samples'); expected at "
-            f"least {2 * FEWEST_IN_BLOCK}"
+            f"run {run.name}: {counts.sum()} measured samples after the first {settle} "
+            f"('settle_samples'); expected at least {2 * FEWEST_IN_BLOCK}"
         )
     return prepared_record(
         (run.name, run.condition),

@@ -33,7 +33,8 @@ def mounting_experiments(
     record : MountingRecord
         A measured record, for its channels and steps.
     under : callable
-        ``(record, effects, theta) -> ComparisonProblem`` whose only record has the signals of a model.
+        ``(record, effects, theta) -> ComparisonProblem`` whose only record has the signals of
+        a model.
 
     Returns
     -------
@@ -51,13 +52,19 @@ def mounting_experiments(
         for share in (0.25, 1.0):
             for frequency in (0.05, 1.0):
                 values = share * largest * rise * np.sin(2.0 * np.pi * frequency * time)
-                text = f"{words} alone, a sine of {frequency:g} Hz and {share * largest / 1e3:g} {unit}"
+                text = (
+                    f"{words} alone, a sine of {frequency:g} Hz and {share * largest / 1e3:g} "
+                    f"{unit}"
+                )
                 candidate_experiments.append(
                     CandidateExperiment(text, _builder(record, under, time, {load: values}))
                 )
     wave = 0.5 * _TORQUE * rise * (1.0 + 0.5 * np.sin(np.pi * time))
     for load, words in (("ntl_z", "vertical"), ("ntl_y", "sideways")):
-        text = f"torque of 200 kN m with a sine of 0.5 Hz and 100 kN m beside a constant {words} load of 200 kN"
+        text = (
+            f"torque of 200 kN m with a sine of 0.5 Hz and 100 kN m beside a constant {words} "
+            "load of 200 kN"
+        )
         candidate_experiments.append(
             CandidateExperiment(
                 text, _builder(record, under, time, {"torque": wave, load: _LOAD * rise})

@@ -113,8 +113,9 @@ def _picture(name: str, effects: Effects, panels: tuple[Panel, ...]) -> Picture:
     return Picture(
         title=f"Unexplained {motion}",
         caption=(
-            f"Coloured points: measured less predicted by the baseline, along the measured {motion}. {law}A spring bends one "
-            "line; friction, fluid and delay open a loop; another load than the one that moves it makes a cloud."
+            "Coloured points: measured less predicted by the baseline, along the measured "
+            f"{motion}. {law}A spring bends one line; friction, fluid and delay open a loop; "
+            "another load than the one that moves it makes a cloud."
         ),
         x_name=motion,
         x_unit="m",

@@ -98,7 +98,8 @@ def mounting_records(campaign: Campaign) -> tuple[MountingRecord, ...]:
         _check(run, campaign)
     if all(_is_constant(run.inputs[name]) for run in campaign.runs for name in _LOADS):
         raise ValueError(
-            "torque, ntl_y and ntl_z are constant in every run: nothing but rest; expected loads that change"
+            "torque, ntl_y and ntl_z are constant in every run: nothing but rest; "
+            "expected loads that change"
         )
     return tuple(_record(run, campaign) for run in campaign.runs)
 
@@ -112,8 +113,8 @@ def _check(run: Run, campaign: Campaign) -> None:
         present = int(np.isfinite(run.signals[channel.name]).sum())
         if present < FEWEST_IN_BLOCK:
             raise ValueError(
-                f"run {run.name}: column '{channel.name}' holds {present} measured samples; expected a signal, or leave "
-                "the channel out"
+                f"run {run.name}: column '{channel.name}' holds {present} measured samples; "
+                "expected a signal, or leave the channel out"
             )
     if all(_is_constant(run.signals[channel.name]) for channel in campaign.channels):
         raise ValueError(

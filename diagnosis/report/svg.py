@@ -66,7 +66,8 @@ def inline_svg(draw: "Callable[[], Figure]", key: str, title: str) -> str:
     text = _IDENTIFIER.sub(rf"\g<1>{key}-", text)
     head, body = text.split(">", 1)
     head = re.sub(r'\s(?:width|height)="[^"]*"', "", head)
-    return f'{head} role="img" aria-labelledby="{key}-title"><title id="{key}-title">{escape(title)}</title>{body}'
+    labelled = f'{head} role="img" aria-labelledby="{key}-title">'
+    return f'{labelled}<title id="{key}-title">{escape(title)}</title>{body}'
 
 
 def scaled_unit(largest: float, unit: str) -> tuple[float, str]:

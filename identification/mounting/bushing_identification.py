@@ -217,7 +217,7 @@ def profiled(
     name: str,
     weights: Mapping[str, float] | None = None,
 ) -> tuple[Array, Array]:
-    """Values of one parameter within three standard deviations, and the cost over the least one, others refitted.
+    """One parameter within three standard deviations, and cost over the least, others refitted.
 
     Raises
     ------
@@ -228,7 +228,8 @@ def profiled(
     std, free = float(estimate.uncertainty.std[k]), estimate.fit.free[k]
     if not (np.isfinite(std) and std > 0.0):
         raise ValueError(
-            f"profile of {name}: its standard deviation is {std}; expected a parameter that the data determine"
+            f"profile of {name}: its standard deviation is {std}; "
+            "expected a parameter that the data determine"
         )
     values = np.clip(
         estimate.fit.values[k] + std * np.linspace(-3.0, 3.0, _PROFILE_POINTS),
@@ -248,7 +249,7 @@ def _block_seconds(residuals: MountingResiduals) -> float:
 def _fitted(
     residuals: MountingResiduals, simpler: BushingEstimate | None, executor: Executor
 ) -> NonlinearFit:
-    """Search on a thinned record from several starts, then finish on the whole one, warm-started from the simpler model."""
+    """Search a thinned record from several starts, the simpler model's too; finish on all of it."""
     free = residuals.model.free(residuals.rig)
     starts = search_starts(
         residuals, None if simpler is None else (simpler.model, simpler.fit.values)

@@ -1,4 +1,4 @@
-"""The three bushing models as sets of unknowns, and the residuals of a mounting campaign for one parameter set.
+"""The three bushing models as sets of unknowns, and a mounting campaign's residuals for one set.
 
 Each model contains the one before it: linear within nonlinear within hydro-dynamic. The paper's
 nonlinear bushing has no linear damper and its hydro-dynamic one no damper beside the fluid branch;
@@ -27,7 +27,8 @@ _LINEAR = {"K1": "K1", "C1": "C1"}
 _NONLINEAR = {"K1": "K1", "C0": "C1", "K3": "K3", "K5": "K5", "C1": "C3"}
 _HYDRODYNAMIC = {**_NONLINEAR, "k": "k", "c": "c", "Kp": "Kp", "Fy": "Fy"}
 _UNITS = {
-    "K1": "N/m", "C0": "N s/m", "K3": "N/m^3", "K5": "N/m^5", "k": "N/m", "c": "N s/m", "Kp": "N/m", "Fy": "N", "P_T": "m",
+    "K1": "N/m", "C0": "N s/m", "K3": "N/m^3", "K5": "N/m^5", "k": "N/m", "c": "N s/m",
+    "Kp": "N/m", "Fy": "N", "P_T": "m",
 }  # fmt: skip
 
 #: Deflection at which the nonlinear terms are scaled [m]: the trunnions move by several millimetres
@@ -174,7 +175,8 @@ def mounting_residuals(
     """
     if campaign.kind != "mounting":
         raise ValueError(
-            f"campaign '{campaign.name}' is of kind {campaign.kind}; model {model.name} serves kind mounting only"
+            f"campaign '{campaign.name}' is of kind {campaign.kind}; "
+            f"model {model.name} serves kind mounting only"
         )
     rig = MountingRig.from_table(campaign.rig)
     sensors = tuple(str(channel.sensor) for channel in campaign.channels)

@@ -1,4 +1,4 @@
-"""Where the search for bushing parameters begins, and the thinned record on which starts are ranked."""
+"""Where the search for bushing parameters begins, and the thinned record that ranks the starts."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -19,7 +19,7 @@ _SEARCH_SAMPLES = 4000
 def search_starts(
     residuals: MountingResiduals, simpler: tuple[BushingModel, Array] | None
 ) -> list[Array]:
-    """Starts of a model: first the simpler one's solution, then one for each way the added terms may matter.
+    """Starts of a model: the simpler one's solution, then one for each way added terms may matter.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Rigid-body motion of the gearbox housing from its motion sensors (2011 paper, equations 8 to 10)."""
+"""Rigid-body motion of the gearbox housing from its motion sensors (2011 paper, eqs 8 to 10)."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -47,7 +47,7 @@ def housing_motion(
     *,
     coordinates: Sequence[str] = HOUSING_MOTION,
 ) -> HousingMotion:
-    """Solve ``s = T d`` for the housing's motion, by least squares where there are more sensors than coordinates.
+    """Solve ``s = T d`` for the housing's motion, by least squares where sensors are more.
 
     Parameters
     ----------
@@ -126,6 +126,7 @@ def _refuse_unseen(
         if abs(share) > 1e-6
     )
     raise ValueError(
-        f"housing motion: {len(sensors)} sensors ({', '.join(sensors)}) see {rank} of {len(coordinates)} coordinates; the "
+        f"housing motion: {len(sensors)} sensors ({', '.join(sensors)}) see {rank} of "
+        f"{len(coordinates)} coordinates; the "
         f"motion {terms} stays unseen; expected more sensors, or fewer coordinates to solve for"
     )

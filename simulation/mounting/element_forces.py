@@ -28,7 +28,7 @@ def solve_forces(
     user_force: Any,
     user_parameters: Any,
 ) -> bool:
-    """Solve ``y = phi(known + y by_force)`` for the element forces at the middle and the end of a step.
+    """Solve ``y = phi(known + y by_force)`` for the element forces at a step's middle and end.
 
     The step is short against the stiffness that phi adds, so putting phi back in mostly converges
     at once; where it does not gain a digit a time, Newton's method takes over.

@@ -159,7 +159,7 @@ class Block:
         return self.C + (self.rows.T * (self.weights * slope)) @ self.rows
 
     def force_at_rest(self, u: Array) -> Array:
-        """Nonlinear forces without memory [N] at deflections `u` [m] and zero rate, (n_elements,)."""
+        """Nonlinear forces without memory [N] at deflections `u` [m], zero rate, (n_elements,)."""
         force = hardening_force.py_func(u, self.law[0], self.law[1])
         return force if self.user_law is None else force + self.user_law.at_rest(u)
 

@@ -81,7 +81,8 @@ def mounting_system(rig: MountingRig, parameters: ParameterArray, *, step: float
     blocks = mounting_blocks(rig, parameters)
     if not all(block.is_linear for block in blocks):
         raise ValueError(
-            "the bushings are nonlinear; expected K3, K5, C3 and Kp or Fy of zero for a unit of linear steps"
+            "the bushings are nonlinear; expected K3, K5, C3 and Kp or Fy of zero for a unit of "
+            "linear steps"
         )
     if parameters[INDEX["delay"]] != 0.0:
         raise ValueError(
@@ -138,13 +139,15 @@ def model_description(system: DiscreteSystem, guid: str, notes: Mapping[str, str
     """XML description of the unit; `notes` names what it was made with."""
     tag = ElementTree.SubElement
     root = ElementTree.Element(
-        "fmiModelDescription", fmiVersion="2.0", modelName="carrierflex mounting model", guid=guid, version="1",
-        description="; ".join(f"{name} {value}" for name, value in notes.items()), generationTool="carrierflex",
+        "fmiModelDescription", fmiVersion="2.0", modelName="carrierflex mounting model", guid=guid,
+        version="1", generationTool="carrierflex",
+        description="; ".join(f"{name} {value}" for name, value in notes.items()),
         variableNamingConvention="flat", numberOfEventIndicators="0",
     )  # fmt: skip
     unit = tag(
-        root, "CoSimulation", modelIdentifier=IDENTIFIER, canHandleVariableCommunicationStepSize="true",
-        canInterpolateInputs="true", maxOutputDerivativeOrder="0", canNotUseMemoryManagementFunctions="true",
+        root, "CoSimulation", modelIdentifier=IDENTIFIER, canInterpolateInputs="true",
+        canHandleVariableCommunicationStepSize="true", maxOutputDerivativeOrder="0",
+        canNotUseMemoryManagementFunctions="true",
     )  # fmt: skip
     tag(tag(unit, "SourceFiles"), "File", name=_C_FILE.name)
     units = tag(root, "UnitDefinitions")
@@ -196,7 +199,7 @@ def _add_variables(root: ElementTree.Element) -> None:
 def write_fmu(
     system: DiscreteSystem, path: Path, *, compiler: str | None, notes: Mapping[str, str]
 ) -> None:
-    """Write the unit; without a compiler it holds C sources only, which the importing tool must compile.
+    """Write the unit; without a compiler as C sources only, for the importing tool to compile.
 
     Parameters
     ----------
@@ -237,7 +240,7 @@ def write_fmu(
 
 
 def c_compiler() -> str | None:
-    """C compiler of the system, or None where there is none or its platform is none of the standard's."""
+    """C compiler of the system; None where there is none or the standard has no such platform."""
     return (shutil.which("cc") or shutil.which("gcc")) if _platform() else None
 
 

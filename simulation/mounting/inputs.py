@@ -44,7 +44,8 @@ class MountingInputs:
     def __post_init__(self) -> None:
         if self.time.ndim != 1 or self.time.size < 2:
             raise ValueError(
-                f"inputs: time has shape {self.time.shape}; expected at least two samples in one row"
+                f"inputs: time has shape {self.time.shape}; "
+                "expected at least two samples in one row"
             )
         for name, values in self.columns().items():
             if values.shape != self.time.shape:
@@ -54,13 +55,14 @@ class MountingInputs:
             if not np.isfinite(values).all():
                 sample = int(np.argmin(np.isfinite(values)))
                 raise ValueError(
-                    f"inputs: {name} is {values[sample]} at time {self.time[sample]:g} s (sample {sample}); "
-                    "expected a finite number"
+                    f"inputs: {name} is {values[sample]} at time {self.time[sample]:g} s (sample "
+                    f"{sample}); expected a finite number"
                 )
         if not (np.diff(self.time) > 0.0).all():
             sample = int(np.argmin(np.diff(self.time) > 0.0)) + 1
             raise ValueError(
-                f"inputs: time is {self.time[sample]:g} s at sample {sample}, not later than the one before"
+                f"inputs: time is {self.time[sample]:g} s at sample {sample}, not later than the "
+                "one before"
             )
 
     @classmethod

@@ -122,7 +122,7 @@ def march_nonlinear(
 
 @_inline
 def _follow_state(block: BlockRecord) -> None:
-    """Probes and end of a step as far as they are known before it, and forces drawn on from the last step's parabola."""
+    """Probes and end of a step as known before it, and forces from the last step's parabola."""
     n_state, n_e = block.state.shape[0], block.preload.shape[0]
     for row in range(block.known.shape[0]):
         total = 0.0

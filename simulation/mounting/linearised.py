@@ -161,7 +161,7 @@ def mounting_modes(
 def frequency_response(
     rig: MountingRig, parameters: ParameterArray, loads: Array, frequency_hz: Array
 ) -> NDArray[np.complex128]:
-    """Sensors per unit of each load, ``H = g T (jω - A)⁻¹ B e^{-jωτ}``, about the rest under constant loads.
+    """Sensors per unit of each load, ``H = g T (jω - A)⁻¹ B e^{-jωτ}``, about a rest under load.
 
     Parameters
     ----------
@@ -186,7 +186,8 @@ def frequency_response(
     frequency_hz = np.asarray(frequency_hz, dtype=np.float64)
     if not (np.isfinite(frequency_hz) & (frequency_hz >= 0.0)).all():
         raise ValueError(
-            f"frequency response: smallest frequency is {frequency_hz.min()} Hz; expected numbers >= 0"
+            f"frequency response: smallest frequency is {frequency_hz.min()} Hz; "
+            "expected numbers >= 0"
         )
     s = 2j * np.pi * frequency_hz
     response = np.zeros((len(s), 6, 3), dtype=np.complex128)
@@ -259,7 +260,7 @@ def _coordinates(blocks: tuple[Block, Block]) -> NDArray[np.intp]:
 
 
 def _state_matrix(blocks: tuple[Block, Block], spin: float) -> Array:
-    """A of both blocks, joined by the gyroscopic moment of an angular momentum `spin` = J Ω [N m s] about +x.
+    """A of both blocks, joined by the gyroscopic moment of `spin` = J Ω [N m s] about +x.
 
     The spin follows the tilted shaft, ``H = J Ω (1, theta_z, -theta_y)``: its rate adds ``J Ω
     θ̇_z`` to the inertia in pitch and ``-J Ω θ̇_y`` to that in yaw.

@@ -85,8 +85,8 @@ class LoadHistory:
         for before, after in pairwise(order):
             if not getattr(self, before) < getattr(self, after):
                 yield (
-                    f"load history: {before} is {getattr(self, before)} s and {after} {getattr(self, after)} s; "
-                    "expected them in that order"
+                    f"load history: {before} is {getattr(self, before)} s and {after} "
+                    f"{getattr(self, after)} s; expected them in that order"
                 )
         if not (
             self.duration * self.sample_rate >= 2.0
@@ -94,9 +94,9 @@ class LoadHistory:
             and self.radial_load_from >= 0.0
         ):
             yield (
-                f"load history: duration {self.duration} s, sample_rate {self.sample_rate} 1/s, torque_rise "
-                f"{self.torque_rise} s, radial_load_from {self.radial_load_from} s; expected two samples or more and "
-                "positive times"
+                f"load history: duration {self.duration} s, sample_rate {self.sample_rate} 1/s, "
+                f"torque_rise {self.torque_rise} s, radial_load_from {self.radial_load_from} s; "
+                "expected two samples or more and positive times"
             )
 
     def inputs(self, first: float = 0.0, last: float | None = None) -> MountingInputs:
@@ -117,7 +117,7 @@ class LoadHistory:
         return self.at(first + np.arange(count) / self.sample_rate)
 
     def pieces(self, size: int) -> Iterator[MountingInputs]:
-        """Inputs of the whole history in consecutive pieces of `size` samples, the last one with up to one more than that.
+        """Inputs of the whole history in pieces of `size` samples, the last one of up to one more.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Exact propagation of a block over one step, for loads linear and bushing forces quadratic in time.
+"""Exact propagation of a block over one step; loads linear, bushing forces quadratic in time.
 
 Over one step of length h the linear part is solved exactly: ``x(h) = E x(0) + Σ_j ∫ e^{A(h-s)}
 c_j(s) ds``. The loads are linear in time between samples (first-order hold); the nonlinear bushing
@@ -77,7 +77,7 @@ def propagator(block: Block, step: float) -> Propagator:
 
 
 def _augmented(A: Array, channels: Array, step: float) -> Array:
-    """Exponential over half a step of the state beside, for every channel, its value and two time derivatives.
+    """Exponential over half a step of the state beside each channel's value and two derivatives.
 
     Time runs in units of the step, so that the derivatives have the size of the values.
     """
@@ -92,7 +92,7 @@ def _augmented(A: Array, channels: Array, step: float) -> Array:
 
 
 def _over_values(matrix: Array, n: int, n_e: int) -> Array:
-    """From value and derivatives at the start to loads at both ends and forces at start, middle and end."""
+    """From value and derivatives at the start to loads at both ends, forces also at the middle."""
     n_c = 3 + n_e
     x, value, first, second = (
         matrix[:, :n],

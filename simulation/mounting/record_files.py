@@ -1,4 +1,4 @@
-"""Records of certification length, marched piece by piece into a Parquet file in constant memory."""
+"""Records of certification length, written piece by piece to Parquet in constant memory."""
 
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -96,7 +96,7 @@ def marched_pieces(
 
 
 def extreme_loads(pieces: Iterable[MountingInputs]) -> Array:
-    """Corners of the box that holds torque [N m], ntl_y and ntl_z [N] of all pieces, shape (8, 3)."""
+    """Corners of the box that holds torque [N m], ntl_y, ntl_z [N] of all pieces, shape (8, 3)."""
     loads = [np.array([piece.loads.min(axis=0), piece.loads.max(axis=0)]) for piece in pieces]
     low, high = np.min(loads, axis=(0, 1)), np.max(loads, axis=(0, 1))
     return np.array(list(product(*zip(low, high, strict=True))))
@@ -107,7 +107,8 @@ def _check_piece(piece: MountingInputs, largest_loads: Array, last: MountingInpu
     found = np.abs(piece.loads).max(axis=0)
     if (found > limits * (1.0 + 1e-9)).any():
         raise ValueError(
-            f"loads from {piece.time[0]:g} s reach {found} (torque, ntl_y, ntl_z); expected at most {limits} as announced"
+            f"loads from {piece.time[0]:g} s reach {found} (torque, ntl_y, ntl_z); "
+            f"expected at most {limits} as announced"
         )
     if not piece.uniform:
         raise ValueError(
@@ -115,7 +116,8 @@ def _check_piece(piece: MountingInputs, largest_loads: Array, last: MountingInpu
         )
     if last is not None and not np.isclose(piece.time[0] - last.time[-1], last.step, rtol=1e-3):
         raise ValueError(
-            f"a piece begins at {piece.time[0]:g} s after one that ended at {last.time[-1]:g} s; expected one interval between"
+            f"a piece begins at {piece.time[0]:g} s after one that ended at {last.time[-1]:g} s; "
+            "expected one interval between"
         )
 
 

@@ -113,7 +113,7 @@ class MountingRig:
 
     @classmethod
     def from_table(cls, table: Mapping[str, Any]) -> "MountingRig":
-        """Rig of a campaign's ``[rig]`` table, whose keys are checked by the campaign's contract."""
+        """Rig of a campaign's ``[rig]`` table; the campaign's contract has checked its keys."""
         return cls(**{**table, "housing_inertia": tuple(table["housing_inertia"])})
 
     def table(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The mounting model made ready for one sampling interval, and marched over any stretch of a record."""
+"""The mounting model made ready for one sampling interval, stepped over any part of a record."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -157,12 +157,15 @@ def mounting_model(
         substeps = max(1, int(np.ceil(interval / step * (1.0 - 1e-9))))
         if interval / substeps * rate > _LARGEST_PHASE:
             raise ValueError(
-                f"step {interval / substeps:g} s is too large for the bushings' nonlinear stiffness under these loads; "
-                f"expected at most {_LARGEST_PHASE / rate:.2g} s, {_DEFAULT_PHASE / rate:.2g} s for full accuracy"
+                f"step {interval / substeps:g} s is too large for the bushings' nonlinear "
+                "stiffness under these loads; "
+                f"expected at most {_LARGEST_PHASE / rate:.2g} s, {_DEFAULT_PHASE / rate:.2g} s "
+                "for full accuracy"
             )
     if substeps > _MOST_SUBSTEPS:
         raise ValueError(
-            f"loads sampled every {interval:g} s need {substeps} steps a sample; expected at most {_MOST_SUBSTEPS}"
+            f"loads sampled every {interval:g} s need {substeps} steps a sample; "
+            f"expected at most {_MOST_SUBSTEPS}"
         )
     steps = (interval if block.is_linear else interval / substeps for block in blocks)
     vertical, horizontal = (propagator(block, h) for block, h in zip(blocks, steps, strict=True))
@@ -170,7 +173,7 @@ def mounting_model(
 
 
 def _nonlinear_rate(block: Block, loads: Array) -> float:
-    """Angular frequency [rad/s] of the stiffness that the nonlinear elements add under the largest deflections."""
+    """Angular frequency [rad/s] of the stiffness nonlinear elements add at largest deflections."""
     if block.is_linear:
         return 0.0
     flexibility = block.rows @ np.linalg.solve(block.K, block.G)

@@ -1,4 +1,4 @@
-"""Torsional stiffness of the mounting from a simulated torque sweep (section 5.2 of the 2011 paper)."""
+"""Torsional stiffness of the mounting from a simulated torque sweep (2011 paper, section 5.2)."""
 
 import numpy as np
 
@@ -39,7 +39,8 @@ def mounting_sweep(
     """
     if not (np.isfinite(torque) and torque > 0.0 and np.isfinite(duration) and duration > 0.0):
         raise ValueError(
-            f"torque sweep: torque is {torque} N m, duration {duration} s; expected positive numbers"
+            f"torque sweep: torque is {torque} N m, duration {duration} s; "
+            "expected positive numbers"
         )
     time = np.arange(round(duration * 100.0) + 1) / 100.0
     rest, applied = np.zeros_like(time), torque * time / time[-1]

@@ -81,7 +81,7 @@ class TorsionalTrain:
         return self._matrices(low, np.array([0.0, 0.0, ratio, 1.0 - ratio]))
 
     def ring_on_bushings(self) -> tuple[Array, Array]:
-        """Mass and stiffness matrix where only the ring gear turns with the housing, as in figure 12."""
+        """Mass and stiffness matrix; only the ring gear turns with the housing, as in figure 12."""
         low = np.array([0.0, 0.0, self.planetary_ratio, 1.0 - self.planetary_ratio])
         return self._matrices(low, self.parallel_ratio * low)
 

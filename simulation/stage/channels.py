@@ -123,7 +123,7 @@ def stage_channels(
     mean_mount: tuple[NDArray[np.float64], NDArray[np.float64]],
     L: NDArray[np.float64],
 ) -> Channels:
-    """Channels of a stage; `mount` and `mean_mount` are stiffness and damping, `L` as in :class:`StageModel`."""
+    """Channels of a stage; `mount`, `mean_mount` are (K, D); `L` as in :class:`StageModel`."""
     lines, stiffness = _meshes(layout, effects)
     loose = tuple(name for name, spring in springs.items() if spring.clearance > 0.0)
     n_lines = len(lines)

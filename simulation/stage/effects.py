@@ -35,7 +35,8 @@ class StageEffects:
     theta_PLC: float = 0.0  # noqa: N815
     """``carrier_tilt``: carrier-frame angle of its axis [rad]."""
     pin_offset: tuple[float, ...] = _NONE_EACH
-    """``unequal_load_sharing``: tangential position error of each pin, along increasing angle [m]."""
+    """``unequal_load_sharing``: tangential position error of each pin, along increasing angle
+    [m]."""
     sun_mesh_factor: tuple[float, ...] = _ONE_EACH
     """``unequal_load_sharing``: stiffness of each sun mesh over the nominal one."""
     ring_mesh_factor: tuple[float, ...] = _ONE_EACH
@@ -43,18 +44,21 @@ class StageEffects:
     planet_bearing_factor: tuple[float, ...] = _ONE_EACH
     """``unequal_load_sharing``: stiffness of each planet bearing over the nominal one."""
     pin_fit_play: float = 0.0
-    """``pin_clearance``: angle by which a pin bends in its bore before it bears on the bore's edges [rad]; 0 for no such contact.
+    """``pin_clearance``: angle by which a pin bends in its bore before it bears on the bore's edges
+    [rad]; 0 for no such contact.
 
     Diametral clearance over the bore's length: 0.5 mrad is 0.03 mm over 65 mm."""
     pin_fit_closed: float = 1e8
-    """Stiffness of each interface beyond the play, on top of the pin fit's [N m/rad]. Derived: from 1e8 on the beam model of a
-    pin in the carrier deflects with six peaks; acts only where there is a play."""
+    """Stiffness of each interface beyond the play, on top of the pin fit's [N m/rad]. Derived: from
+    1e8 on the beam model of a pin in the carrier deflects with six peaks; acts only where there is
+    a play."""
     ring_pass_offset: tuple[float, ...] = (0.0, 0.0)
-    """``ring_pass``: axial motion of the housing's flange under the sensors per torque, as cos and sin of three times the carrier
-    angle [m/N m]."""
+    """``ring_pass``: axial motion of the housing's flange under the sensors per torque, as cos and
+    sin of three times the carrier angle [m/N m]."""
     ring_pass_tilt: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
-    """``ring_pass``: tilt of the flange per torque, about the housing angle 0 as cos and sin, then about 90 deg [rad/N m]; its
-    sign is that of the housing's tilt (:mod:`carrierflex.simulation`)."""
+    """``ring_pass``: tilt of the flange per torque, about the housing angle 0 as cos and sin, then
+    about 90 deg [rad/N m]; its sign is that of the housing's tilt
+    (:mod:`carrierflex.simulation`)."""
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.phi_PLC) and math.isfinite(self.theta_PLC)):

@@ -37,7 +37,7 @@ class LinearisedModes:
 
 
 def linearised_modes(stage: ModalStage) -> LinearisedModes:
-    """Eigenvalues of ``q'' + D q' + omega^2 q = 0`` with Coriolis forces, generator and mount, mean mesh stiffness.
+    """Eigenvalues of ``q'' + D q' + omega^2 q = 0``, Coriolis forces and generator in D, mean mesh.
 
     Frequencies are those of the carrier frame: a motion that stands still or whirls in the fixed
     frame appears one carrier frequency away.

@@ -86,7 +86,7 @@ def _bearing_loads(channels: Channels, b: int, delta: NDArray[np.float64]) -> ND
 
 
 def roller_forces(model: StageModel, c: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Force of every roller on its races over N instants [N], shape (N, 3, n_rollers, rows * slices).
+    """Force of every roller on its races, N instants [N], shape (N, 3, n_rollers, rows * slices).
 
     Slices of each roller stand in the order of
     :attr:`carrierflex.simulation.stage.roller_bearing.RollerBearingData.slices`, row by row; a

@@ -51,7 +51,8 @@ class RollerBearingData:
     """
 
     n_rollers: int = 17
-    """Chosen: in a row; with length and diameter this gives the static rating of 1.2 MN usual for the size (ISO 76)."""
+    """Chosen: in a row; with length and diameter this gives the static rating of 1.2 MN usual for
+    the size (ISO 76)."""
     n_rows: int = 2
     """GRC: PL-A and PL-B."""
     row_spacing: float = 0.080
@@ -63,11 +64,14 @@ class RollerBearingData:
     pitch_diameter: float = 0.229
     """Chosen: D_pw [m], inner race of 193 mm and a roller."""
     n_slices: int = 3
-    """Chosen: slices of a roller, at the points and with the widths of Gauss-Legendre quadrature; 2 % off at 1 mrad."""
+    """Chosen: slices of a roller, at the points and with the widths of Gauss-Legendre quadrature; 2
+    % off at 1 mrad."""
     profile: float = 0.0
-    """Chosen: straight rollers. ISO/TS 16281 proposes ``P = 0.00035 D_we ln(1/(1 - (2x/L_we)^2))``, this factor 0.00035."""
+    """Chosen: straight rollers. ISO/TS 16281 proposes ``P = 0.00035 D_we ln(1/(1 - (2x/L_we)^2))``,
+    this factor 0.00035."""
     reference_load: float = 390e3
-    """Derived: pin load at 360 kN m [N]; the linear part of the equations takes the stiffness that the bearing has there."""
+    """Derived: pin load at 360 kN m [N]; the linear part of the equations takes the stiffness that
+    the bearing has there."""
 
     def __post_init__(self) -> None:
         for entry in fields(self):
@@ -158,7 +162,7 @@ def no_rollers() -> RollerSet:
 
 
 def stiffness_at(rollers: RollerSet, load: float) -> tuple[float, float]:
-    """Radial [N/m] and tilting stiffness [N m/rad] of planet 1's bearing along a radial load, mean over the cage's turn.
+    """Radial [N/m] and tilting stiffness [N m/rad] of planet 1's bearing, mean of a cage's turn.
 
     Parameters
     ----------

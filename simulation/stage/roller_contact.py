@@ -39,7 +39,7 @@ class RollerSet(NamedTuple):
 
 @numba.njit(cache=True)
 def roller_energy(rollers: RollerSet, b: int, motion: NDArray[np.float64], angle: float) -> float:
-    """Energy ``Σ 9/19 k delta^(19/9)`` [J] of bearing b, planet at (y, z, ry, rz) against the pin, carrier at `angle`."""
+    """Energy ``Σ 9/19 k delta^(19/9)`` [J] of bearing b, planet at (y, z, ry, rz) to the pin."""
     y, z, ry, rz = motion
     energy = 0.0
     turn_c, turn_s = np.cos(rollers.cage * angle), np.sin(rollers.cage * angle)

@@ -159,7 +159,7 @@ def _parallel_stages(layout: CoordinateLayout) -> dict[str, Spring]:
 def mount_matrices(
     mounting: MountingData, centre: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Stiffness and damping of both bushings at the housing's centre [m], fixed frame, shapes (6, 6)."""
+    """Stiffness and damping of both bushings at the housing's centre [m], fixed frame, (6, 6)."""
     K, C = np.zeros((6, 6)), np.zeros((6, 6))
     for y in (-mounting.arm, mounting.arm):
         G = motion_at(np.array([mounting.x, y, 0.0]) - centre)[:3]

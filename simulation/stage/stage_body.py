@@ -146,7 +146,7 @@ class ShaftData:
 
 
 def beam_shaft(shaft: ShaftData, end: NDArray[np.float64]) -> ReducedModel:
-    """Shaft as one Timoshenko beam, pilots ``main_bearing_seat`` and ``carrier_joint``, the latter at `end` [m], shape (3,)."""
+    """Shaft as Timoshenko beam, pilots ``main_bearing_seat`` and ``carrier_joint`` at `end` [m]."""
     K, M = beam_matrices(
         shaft.length,
         shaft.outer_diameter / 2.0,

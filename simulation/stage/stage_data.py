@@ -1,4 +1,4 @@
-"""Masses, springs and gear data of the planetary stage outside its elastic body, each default with its source.
+"""Masses, springs and gear data of the stage outside its elastic body, each with its source.
 
 Source tags as in :mod:`carrierflex.geometry.parameters`: *paper*, *GRC*, *derived*, *chosen*.
 Published bearing and mesh stiffnesses of this gearbox do not exist: those here follow from line
@@ -24,7 +24,7 @@ def _refuse_negative(data: object) -> None:
 
 @dataclass(frozen=True)
 class RigidPart:
-    """Mass and inertia of a rigid part about its centre, and where the centre lies on the carrier's axis.
+    """Mass and inertia of a rigid part about its centre, and its centre along the carrier's axis.
 
     Raises
     ------
@@ -60,13 +60,15 @@ class MeshData:
     """
 
     sun_stiffness: float = 3.3e9
-    """Derived: mean along the tooth normal [N/m], ISO 6336 c_gamma of 15 N/(mm um) over the face width."""
+    """Derived: mean along the tooth normal [N/m], ISO 6336 c_gamma of 15 N/(mm um) over the face
+    width."""
     ring_stiffness: float = 4.1e9
     """Derived, as above with 18 N/(mm um)."""
     backlash: float = 0.3e-3
     """Chosen: play between the flanks along the normal [m], usual for module 10 mm."""
     n_harmonics: int = 3
-    """Chosen: harmonics of the mesh frequency kept in the stiffness; a helical mesh of this overlap has little more."""
+    """Chosen: harmonics of the mesh frequency kept in the stiffness; a helical mesh of this overlap
+    has little more."""
 
     def __post_init__(self) -> None:
         _refuse_negative(self)
@@ -124,7 +126,7 @@ class BearingData:
 
 @dataclass(frozen=True)
 class ChainData:
-    """Low-speed, intermediate and high-speed shaft and generator, as rotations with mesh springs between them.
+    """Low-speed, intermediate and high-speed shaft and generator: rotations joined by mesh springs.
 
     Raises
     ------
@@ -133,7 +135,8 @@ class ChainData:
     """
 
     sun_shaft_torsion: float = 0.92e6
-    """Derived [N m/rad]: the rest that makes the gearbox 27 MN m/rad at the carrier (2011 paper, figure 12)."""
+    """Derived [N m/rad]: the rest that makes the gearbox 27 MN m/rad at the carrier (2011 paper,
+    figure 12)."""
     low_speed_inertia: float = 30.0
     """2011 paper, figure 12 [kg m^2]."""
     intermediate_inertia: float = 3.5
@@ -187,7 +190,8 @@ class MountingData:
     axial_stiffness: float = 1e6
     """Chosen: the pins slide axially [N/m]."""
     radial_damping: float = 4e4
-    """Chosen: 1 % of k/omega of the drive train's first mode [N s/m]; the paper's 4.83e6 locks the mode."""
+    """Chosen: 1 % of k/omega of the drive train's first mode [N s/m]; the paper's 4.83e6 locks the
+    mode."""
     axial_damping: float = 1e4
     """Chosen [N s/m]."""
     rotor_inertia: float = 2e5
@@ -217,11 +221,13 @@ class StageData:
     ring: RigidPart = field(default_factory=lambda: RigidPart(509.0, 150.0, 77.0, 0.185))
     """GRC drawing; inertia of a ring of mean radius 0.54 m."""
     housing: RigidPart = field(default_factory=lambda: RigidPart(2800.0, 1000.0, 1000.0, 0.5))
-    """GRC: housing parts without ring 1860 kg and the parallel stages' 943 kg; inertia and centre chosen."""
+    """GRC: housing parts without ring 1860 kg and the parallel stages' 943 kg; inertia and centre
+    chosen."""
     planet_rollers: RollerBearingData | None = None
     """Rollers of the planet bearings, with the clearance of `bearings`; None for springs."""
     damping_ratio: float = 0.02
-    """Chosen: structural damping on every elastic mode of the assembled stage, share of critical."""
+    """Chosen: structural damping on every elastic mode of the assembled stage, share of
+    critical."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.damping_ratio < 1.0:

@@ -169,7 +169,7 @@ def _slope(
     operating_point: tuple[float, NDArray[np.float64]],
     t: float,
 ) -> float:
-    """Change of the energy with the length `t` of a step, channels from ``motion[0]`` along ``motion[1]``."""
+    """Change of the energy with a step's length `t`, channels ``motion[0] + t motion[1]``."""
     force, _ = channel_forces(channels, motion[0] + t * motion[1], *operating_point)
     return float(linear[0] + t * linear[1] - force @ motion[1])
 

@@ -166,7 +166,7 @@ def mesh_contact(
 
 
 def life_ratio(pressure_ratio: float) -> float:
-    """Pitting life over the life before, for contact pressure over the pressure before (2012 paper, eqs 10 and 11).
+    """Pitting life over the life before, from contact pressures (2012 paper, eqs 10 and 11).
 
     The paper inserts the stress ratio where eq. 10 defines a ratio of strengths; the number is the
     same.

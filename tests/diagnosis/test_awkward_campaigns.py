@@ -36,7 +36,7 @@ def test_a_mounting_whose_baseline_contains_the_fluid_is_at_the_noise_floor():
     assert found.verdict == "at_noise_floor", found.reason
 
 
-def test_a_baseline_with_a_sensors_gain_beside_a_stiff_spring_starts_from_a_motion_within_the_model():
+def test_a_baseline_with_a_gain_beside_a_stiff_spring_starts_from_a_motion_within_the_model():
     problem = mounting_problem(
         mounting_campaign({"K5": 1e17}, conditions=CONDITIONS[:2], effects=("sensor_gain",))
     )

@@ -236,7 +236,8 @@ WRONG_FILES = [
     (HEAD + RIM + "parts = 0\n", "key 'parts' is 0; expected a whole number from 1 to 100"),
     (
         HEAD
-        + '[surfaces.bore]\ntype = "cylinder"\npoint = [0, 0, 0]\ndirection = [1, 0, 0]\nradius = -1\n',
+        + '[surfaces.bore]\ntype = "cylinder"\npoint = [0, 0, 0]\n'
+        + "direction = [1, 0, 0]\nradius = -1\n",
         r"\[surfaces.bore\]: key 'radius' is -1; expected a positive number",
     ),
     (

@@ -59,7 +59,7 @@ def stored_matrix(folder, suffix, n_nodes):
 
 
 def printed_displacement(folder, n_nodes):
-    """Displacement from the printed node table, zero at nodes that were not asked for, shape (n_nodes, 3)."""
+    """Displacement from the printed node table, zero at nodes not asked for, shape (n_nodes, 3)."""
     u = np.zeros((n_nodes, 3))
     for line in (folder / "job.dat").read_text().splitlines():
         words = line.split()

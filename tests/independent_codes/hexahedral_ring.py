@@ -32,7 +32,7 @@ def ring_frequencies_hz(radii, length, material, cells, element, wave_numbers):
 
 
 def _sector(radii, length, material, cells, element):
-    """Matrices of one cell's slice, numbers (n, 3) of its nodes' degrees of freedom and their angle, radius, height."""
+    """Matrices of a cell's slice, dof numbers (n, 3) of its nodes, their angle, radius, height."""
     angle = 2.0 * np.pi / cells[0]
     straight = skfem.MeshHex.init_tensor(
         np.linspace(*radii, cells[1] + 1),

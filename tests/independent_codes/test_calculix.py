@@ -55,7 +55,7 @@ def test_the_mass_matrix_weighs_the_same_but_is_integrated_otherwise(tmp_path):
 
 
 def rigid_bodies(pilots, n_nodes):
-    """Reference and rotation node of every pilot, and the lines that define them and tie its surface to them."""
+    """Reference and rotation node of every pilot, and the lines that tie its surface to them."""
     references = {pilot.name: n_nodes + 2 * i + 1 for i, pilot in enumerate(pilots)}
     lines = ["*NODE"]
     for pilot in pilots:

@@ -94,7 +94,8 @@ def test_a_body_that_is_not_held_is_refused():
         K=scipy.linalg.block_diag(one.K, other.K), M=np.eye(24), D=np.eye(24),
         labels=one.labels + other.labels,
         pilots={**one.pilots, **other.pilots},
-        pilot_coordinates={**one.pilot_coordinates, **{k: v + 12 for k, v in other.pilot_coordinates.items()}},
+        pilot_coordinates=one.pilot_coordinates
+        | {pilot: dofs + 12 for pilot, dofs in other.pilot_coordinates.items()},
         sensor_rows=np.zeros((0, 24)),
     )  # fmt: skip
     load = {"other_end": np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])}

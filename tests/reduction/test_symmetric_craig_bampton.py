@@ -111,8 +111,9 @@ def test_frequency_response_at_pilots_and_sensors_agrees(paths):
 def model_without_last_mode(model):
     kept = slice(0, model.n_coordinates - 1)
     return type(model)(
-        model.name, model.K[kept, kept], model.M[kept, kept], model.D[kept, kept], model.labels[kept], model.pilots,
-        model.pilot_coordinates, model.sensor_names, model.sensor_rows[:, kept], model.mass_properties,
+        model.name, model.K[kept, kept], model.M[kept, kept], model.D[kept, kept],
+        model.labels[kept], model.pilots, model.pilot_coordinates, model.sensor_names,
+        model.sensor_rows[:, kept], model.mass_properties,
     )  # fmt: skip
 
 

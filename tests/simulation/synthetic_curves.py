@@ -1,4 +1,4 @@
-"""Deflection curves with few sines, of the size that finite elements give, for tests that need no mesh."""
+"""Deflection curves of few sines, of the size finite elements give, for tests without a mesh."""
 
 from dataclasses import replace
 

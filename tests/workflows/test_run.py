@@ -27,8 +27,8 @@ def summary(job_folder):
     return json.loads((job_folder / "summary.json").read_text(encoding="utf-8"))
 
 
-# On a coarse mesh the two study meshes differ by more than the fine ones may, and its curved elements
-# are worse than those of the default size.
+# On a coarse mesh the two study meshes differ by more than the fine ones may, and its curved
+# elements are worse than those of the default size.
 @pytest.mark.slow
 def test_every_check_of_the_main_job_is_met_but_those_of_the_mesh(summary):
     names = [row["check"] for row in summary["checks"]]

@@ -1,4 +1,4 @@
-"""Turn the measured EMPS benchmark (a servo axis with dry friction) into a campaign of kind "element".
+"""Turn the measured EMPS benchmark (servo axis with dry friction) into an element campaign.
 
 A. Janot, M. Gautier, M. Brunot, "Data set and reference models of EMPS" (2019): motor command [V]
 and position [m] of a prismatic joint in closed loop. The loop fixes the motion, so the axis is

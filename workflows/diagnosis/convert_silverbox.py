@@ -1,4 +1,4 @@
-"""Turn the measured Silverbox benchmark (an electronic Duffing oscillator) into a campaign of kind "element".
+"""Turn the measured Silverbox benchmark (electronic Duffing oscillator) into an element campaign.
 
 T. Wigren, J. Schoukens, "Three free data sets for development and benchmarking in nonlinear system
 identification" (2013): input V1 and output V2 [V], ten realisations of a multisine and a noise of

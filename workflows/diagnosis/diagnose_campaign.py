@@ -1,4 +1,4 @@
-"""Tell where the gap between a campaign and its simulation lies, which effect is missing, how far it shrinks.
+"""Tell where a campaign's gap to its simulation lies, which effect is missing, how far it shrinks.
 
 Writes diagnosis.json and report.html. A good answer: a verdict whose held-out shrink interval
 excludes one, a negative control that does not shrink the gap, and a remaining gap near the noise

@@ -41,7 +41,7 @@ class MeshStudy:
 
     @property
     def last_change(self) -> float:
-        """Largest relative change of a curve's order between the two finest meshes, of orders that rule their curve."""
+        """Largest relative change of an order ruling a curve, between the two finest meshes."""
         return max(float(np.abs(a[-1] / a[-2] - 1.0).max()) for a in (self.flexible, self.stiff))
 
 

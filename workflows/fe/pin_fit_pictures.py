@@ -70,7 +70,7 @@ class PinFitStudy:
 
 
 def sweep_figure(study: PinFitStudy) -> "Figure":
-    """Draw orders and RMS, shares, and residuals over the interface stiffness, 0 and infinity at the edges."""
+    """Draw orders, RMS, shares and residuals over the interface stiffness, 0 and ∞ at the edges."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.0, 10.5), layout="constrained")

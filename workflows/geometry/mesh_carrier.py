@@ -26,7 +26,7 @@ def main(
     parameters: Path | None = None,
     quiet: bool = False,
 ) -> MeshQuality:
-    """Mesh the planet carrier with quadratic tetrahedra and write it with its named surfaces as sets.
+    """Mesh the planet carrier with quadratic tetrahedra; write it with named surfaces as sets.
 
     Parameters
     ----------

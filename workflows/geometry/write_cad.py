@@ -14,7 +14,7 @@ from carrierflex.workflows.support.outputs import prepared_folder
 
 
 def main(*, out: Path, parameters: Path | None = None) -> tuple[CadFace, ...]:
-    """Write the parametric carrier as carrier.step (unit mm) with surfaces.toml, the template for a carrier of your own.
+    """Write the parametric carrier as carrier.step (unit mm) and surfaces.toml, a template.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Identify the bushings of the gearbox mounting from a measured load history (2011 paper, section 5).
+"""Identify the gearbox mounting's bushings from a measured load history (2011 paper, section 5).
 
 Fits the linear, the nonlinear and the hydro-dynamic bushing by simulating the whole record, each
 model warm-started from the simpler one, and writes identification.json with the paper's tables 2
@@ -55,7 +55,7 @@ class BushingIdentification:
 
 @dataclass(frozen=True)
 class BushingOptions:
-    """Options of :func:`carrierflex.workflows.identification.identify_parameters.main` that bushing models take."""
+    """Options of ``carrierflex identify`` that bushing models take."""
 
     per_run: bool = False
     weights: Mapping[str, float] | None = None

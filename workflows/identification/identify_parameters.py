@@ -1,4 +1,4 @@
-"""Identify the motion of the carrier, or the bushings of the mounting, that explain the measured signals.
+"""Identify the carrier's motion, or the mounting's bushings, that explain the measured signals.
 
 Bushing models stand in :mod:`carrierflex.workflows.identification.identify_bushings`. For a carrier
 this fits M1 (offset and two tilts) or M2 (M1 and the two deflection curves) of the 2012 paper, and
@@ -157,7 +157,8 @@ def main(
     )
     if model.endswith("_bushing"):
         shared = BushingOptions(
-            per_run, weights, compare_complex, profile, housing_motion, bootstrap, seed, workers, scheduler, quiet
+            per_run, weights, compare_complex, profile, housing_motion,
+            bootstrap, seed, workers, scheduler, quiet,
         )  # fmt: skip
         return identify(campaign, model, out, shared)
     options = FitOptions(sensors == "all", loss == "huber", bootstrap, seed)

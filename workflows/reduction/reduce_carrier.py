@@ -1,4 +1,4 @@
-"""Reduce both carriers and a pin, compare them with the full models, and vary the pin fit in the reduced space."""
+"""Reduce both carriers and a pin, compare with the full models, vary the pin fit when reduced."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -27,7 +27,7 @@ CARRIER_MODES, PIN_MODES = 20, 6
 
 @dataclass(frozen=True, eq=False)
 class ReducedBody:
-    """A reduced body, its modes, and how far its pilots' static compliance is from the full model's (relative)."""
+    """A reduced body, its modes, and its static compliance's relative error to the full model's."""
 
     model: ReducedModel
     modes: FixedInterfaceModes

@@ -90,7 +90,10 @@ def reduced_table(model: "ReducedModel | CostPreview") -> RenderableType:
     shares = effective_interface_mass(model) if fixed else np.zeros((len(modes), 6))
     for label, name, share in zip(modes, mode_names(model), shares, strict=False):
         most = int(share.argmax())
-        carried = f"; carries {share[most]:.0%} of the {'mass' if most < 3 else 'inertia'} {DIRECTIONS[most]}"
+        carried = (
+            f"; carries {share[most]:.0%} of the {'mass' if most < 3 else 'inertia'} "
+            f"{DIRECTIONS[most]}"
+        )
         table.add_row(label, name + (carried if share[most] >= _WORTH_TELLING else ""))
     return table
 

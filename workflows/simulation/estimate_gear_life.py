@@ -54,7 +54,7 @@ class MeshLife:
 
 @dataclass(frozen=True, eq=False)
 class GearLife:
-    """Both meshes, ``sun`` and ``ring``, over the same misalignments [rad], for one torque [N m] and flank."""
+    """Both meshes, ``sun`` and ``ring``, over misalignments [rad], one torque [N m] and flank."""
 
     torque: float
     flank: ToothFlank

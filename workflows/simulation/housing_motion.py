@@ -1,4 +1,4 @@
-"""The housing's rigid-body motion behind its sensors, measured beside simulated (2011 paper, equations 8 to 10).
+"""The housing's rigid-body motion, measured beside simulated (2011 paper, eqs 8 to 10).
 
 Displacements of the point midway between the bushings and rotations about it:
 ``housing_motion_RUN.csv`` for every run and the picture of figures 7 and 10. A good answer: theta_x

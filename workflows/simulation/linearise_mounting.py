@@ -63,7 +63,10 @@ def main(case: MountingCase, *, out: Path) -> None:
             out / f"{run.name}_frequency_response.csv", _response_header(), _response_rows(response)
         )
         save_table(out / f"{run.name}_campbell.csv", *campbell_table(campbell))
-        title = f"{run.name}: torque {loads[0] / 1e3:.4g} kN m, ntl_y {loads[1] / 1e3:.4g} kN, ntl_z {loads[2] / 1e3:.4g} kN"
+        title = (
+            f"{run.name}: torque {loads[0] / 1e3:.4g} kN m, ntl_y {loads[1] / 1e3:.4g} kN, ntl_z "
+            f"{loads[2] / 1e3:.4g} kN"
+        )
         save_figure(
             out / f"{run.name}_linearised.png",
             linearised_figure(title, _FREQUENCIES_HZ, response, campbell),

@@ -90,7 +90,7 @@ def main(case: StageCase, model: StageModel, *, out: Path) -> None:
 
 
 def rim_response(case: StageCase, modal: ModalStage) -> NDArray[np.complex128]:
-    """Rim under each sensor at carrier angle 0 over torque, ntl_y and ntl_z, shape (n_frequencies, n_sensors, 3)."""
+    """Rim per load under each sensor at carrier angle 0, shape (n_frequencies, n_sensors, 3)."""
     reader, loads = rim_reader(modal.model), modal.model.loads
     response = np.zeros((len(_FREQUENCIES_HZ), len(case.sensors), 3), dtype=np.complex128)
     for row, sensor in enumerate(case.sensors):

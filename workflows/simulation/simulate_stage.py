@@ -72,7 +72,7 @@ def main(
     size: float = DEFAULT_SIZE,
     quiet: bool = False,
 ) -> SimulatedStage:
-    """Simulate the planetary stage in a set of load cases and write the sensors' records as a campaign folder.
+    """Simulate the planetary stage in a set of load cases, written as a campaign folder of records.
 
     Parameters
     ----------

@@ -101,7 +101,7 @@ def main(
     seed: int = 2012,
     quiet: bool = False,
 ) -> Table5:
-    """Simulate the eight cases of table 5 of the 2012 paper and compare them with a simulated reference campaign.
+    """Simulate the eight cases of the 2012 paper's table 5; compare with a simulated reference.
 
     Parameters
     ----------
@@ -166,8 +166,9 @@ def _model(body: StageBody, case: StageCase) -> StageModel:
 def _reference(body: StageBody, case: StageCase, rng: np.random.Generator) -> Run:
     phi_face, phi_H, offset, saddle = _TRUTH[case.runs[0].name]
     reading = ReadingEffects(
-        axial_offset=offset, phi_H=phi_H, theta_H=float(_HOUSING_AXIS), phi_face=phi_face, theta_face=float(_TILT_AXIS),
-        saddle=(saddle, 0.0, 0.0), sensors=_SENSOR_ERRORS, noise_std=_NOISE_STD,
+        axial_offset=offset, phi_H=phi_H, theta_H=float(_HOUSING_AXIS), phi_face=phi_face,
+        theta_face=float(_TILT_AXIS), saddle=(saddle, 0.0, 0.0), sensors=_SENSOR_ERRORS,
+        noise_std=_NOISE_STD,
     )  # fmt: skip
     real = replace(case, effects=StageEffects(pin_offset=_PIN_OFFSET))
     return _run(_model(body, real), case, reading, rng)
@@ -182,8 +183,8 @@ def _run(
     """The case's run."""
     (run,) = case.runs
     pieces = simulate_stage(
-        model, run.load, case.sensors, duration=case.duration, sample_rate=case.sample_rate, step=case.step,
-        effects=reading, rng=rng,
+        model, run.load, case.sensors, duration=case.duration, sample_rate=case.sample_rate,
+        step=case.step, effects=reading, rng=rng,
     )  # fmt: skip
     return stage_run_record(run, list(pieces))
 

@@ -1,4 +1,4 @@
-"""Simulate the housing's motion sensors over records of any length, written piece by piece in constant memory.
+"""Simulate the housing's motion sensors over records of any length, in constant memory.
 
 The campaign of :mod:`carrierflex.workflows.simulation.simulate_mounting` with Parquet in place of
 CSV: a load history of certification length (1e5 s) takes seconds and a gigabyte of disk, and

@@ -29,7 +29,7 @@ RESULT = "variants.csv"
 
 @dataclass(frozen=True, eq=False)
 class Variants:
-    """Sets with their names, RMS [m] of the six sensors by run, shape (n_sets, 6), NaN where the run diverged, and the file."""
+    """Sets, their names, RMS [m] of six sensors by run, (n_sets, 6), NaN if diverged; the file."""
 
     names: tuple[str, ...]
     sets: NDArray[np.float64]
@@ -46,7 +46,7 @@ def main(
     scheduler: str | None = None,
     quiet: bool = False,
 ) -> Variants:
-    """Simulate every run of a mounting case with many parameter sets and write the RMS of the sensors.
+    """Simulate every run of a mounting case with many parameter sets; write the sensors' RMS.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ _NUMERICS = ("geometry", "fe", "reduction")
 
 
 def cache_folder() -> Path:
-    """Folder of the cache: `CARRIERFLEX_CACHE`, or ``carrierflex`` in `XDG_CACHE_HOME`, or ``~/.cache/carrierflex``."""
+    """Folder: `CARRIERFLEX_CACHE`, or ``carrierflex`` in `XDG_CACHE_HOME`, or in ``~/.cache``."""
     named = os.environ.get(FOLDER_VARIABLE)
     if named:
         return Path(named)
@@ -186,7 +186,10 @@ def _damage(entry: Path, key: str, names: Collection[str]) -> str | None:
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         return f"its {_ENTRY} cannot be read ({' '.join(str(error).split())})"
     if stated != {"format": FORMAT, "version": VERSION, "key": key}:
-        return f"its {_ENTRY} says {stated}; expected format {FORMAT}, version {VERSION} and its own key"
+        return (
+            f"its {_ENTRY} says {stated}; expected format {FORMAT}, version {VERSION} and its own "
+            "key"
+        )
     for name in names:
         if name not in files or not (entry / name).is_file():
             return f"{name} is missing"

@@ -77,7 +77,10 @@ class CostPreview:
             if self.seconds < 90.0
             else f"{self.seconds / 60.0:.0f} min"
         )
-        return f"{self.work}: about {self.n_dofs:,} degrees of freedom, {self.memory_gb:.1f} GB, {time}"
+        return (
+            f"{self.work}: about {self.n_dofs:,} degrees of freedom, {self.memory_gb:.1f} GB, "
+            f"{time}"
+        )
 
 
 def curves_cost(stage: StageParameters, size: float, files: CarrierFiles) -> CostPreview:

@@ -1,4 +1,4 @@
-"""The default carrier's own deflection curves, shipped so that no one waits for finite elements to identify a campaign.
+"""The default carrier's deflection curves, shipped: no one waits for finite elements to identify.
 
 The file is what ``carrierflex curves`` writes for the default parameters and mesh size; a test
 computes it again.

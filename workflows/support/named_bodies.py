@@ -22,7 +22,7 @@ def body_name(body: str, variant: str) -> str:
 def body_structure(
     name: str, stage: StageParameters, size: float
 ) -> tuple[TetMesh, StructuralModel]:
-    """Mesh and finite elements of ``pin``, ``main_shaft``, ``flexible_carrier`` or ``stiff_carrier``, distributing couplings.
+    """Finite elements of ``pin``, ``main_shaft``, ``flexible_carrier``, ``stiff_carrier``; RBE3.
 
     Raises
     ------

@@ -69,7 +69,7 @@ def recorded_structure(model: ReducedModel) -> tuple[TetMesh, StructuralModel, i
 
 
 def differences_from(model: ReducedModel, again: ReducedModel) -> dict[str, float]:
-    """Relative difference of the pilots' stiffness and mass between a body file and the body made again.
+    """Relative difference of pilots' stiffness and mass between a body file and a rebuilt body.
 
     Raises
     ------

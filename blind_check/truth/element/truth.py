@@ -144,9 +144,7 @@ def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         floor=floor,
         rho=root_mean_square(settled) / root_mean_square(held_out) if plan.effects else 1.0,
         parameters={name: _named_parameters(name, element) for name in inside},
-        where={
-            "run": f"run{1 + int(np.argmax([root_mean_square(residual) for residual in before.residuals]))}"
-        }
+        where={"run": f"run{1 + int(np.argmax([root_mean_square(r) for r in before.residuals]))}"}
         if inside
         else {},
     )

@@ -111,7 +111,7 @@ def drawn_record(rng: np.random.Generator, number: int) -> MountingRecord:
 
 
 def _quick_changes(rng: np.random.Generator, time: FloatArray) -> FloatArray:
-    """Sines of 0.3 to 3 Hz with random phases that grow after the radial load, of about unit amplitude."""
+    """Sines of 0.3 to 3 Hz, random phases, growing after the radial load, amplitude about 1."""
     total = np.zeros_like(time)
     for frequency in np.geomspace(*_QUICK, _N_QUICK) * (1.0 + 0.02 * rng.standard_normal(_N_QUICK)):
         total += np.sin(2.0 * np.pi * frequency * time + rng.uniform(0.0, 2.0 * np.pi))

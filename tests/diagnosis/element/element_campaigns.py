@@ -1,4 +1,4 @@
-"""Simulated element campaigns whose truth is known, integrated by another method than the plant's."""
+"""Simulated element campaigns of known truth, integrated by another method than the simulator's."""
 
 from functools import cache
 
@@ -31,7 +31,7 @@ def multisine(amplitude, seed, *, periods=4, lines=range(1, 80, 2)):
 
 @cache
 def driven_motions(law, amplitudes, seed):
-    """Time [s], forces and deflections from rest of an element with an extra law(q, v), shapes (n,), (n_runs, n) twice.
+    """Time [s], forces, deflections from rest with an extra law(q, v), (n,) and (n_runs, n) twice.
 
     The runs are integrated together: a call of the law on three numbers costs what it costs on one.
     """

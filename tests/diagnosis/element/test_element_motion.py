@@ -80,7 +80,7 @@ def test_error_falls_with_the_fourth_power_of_the_step():
     assert (slopes < 4.6).all()
 
 
-def test_free_motion_under_dry_friction_loses_four_deflections_of_friction_a_cycle_and_then_sticks():
+def test_free_motion_under_dry_friction_loses_four_friction_deflections_a_cycle_and_then_sticks():
     # Amplitude falls by 2 F/K each half cycle and the mass stops within ±F/K (den Hartog).
     p = flat(C1=0.0, F_plus=2.0, F_minus=2.0)
     period = 2.0 * np.pi * np.sqrt(MASS / STIFFNESS)

@@ -1,4 +1,4 @@
-"""The linear element behind noisy deflections, and what the ends of a record do to its derivatives."""
+"""The linear element behind noisy deflections, and what a record's ends do to its derivatives."""
 
 from dataclasses import replace
 

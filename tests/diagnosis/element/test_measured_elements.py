@@ -27,7 +27,8 @@ DATA = Path(
 def folder(name):
     if not (DATA / name).is_dir():
         pytest.skip(
-            f"measured data set '{name}' is not there; set CARRIERFLEX_DATA to the folder that holds it"
+            f"measured data set '{name}' is not there; set CARRIERFLEX_DATA to the folder that "
+            "holds it"
         )
     return DATA / name
 

@@ -171,8 +171,8 @@ def test_where_nothing_is_accepted_the_best_set_tried_is_told(decided):
     kind, reason = decided(accepted=(), ranking=tried, explainable=0.6)
     assert kind == NONE_OF_THESE
     assert reason == (
-        "the best set tried, a + c, leaves 0.50 of the held-out gap and is rejected (c is nothing); "
-        "a black-box reference could explain 60%"
+        "the best set tried, a + c, leaves 0.50 of the held-out gap and is rejected (c is "
+        "nothing); a black-box reference could explain 60%"
     )
     assert decided(accepted=(), ranking=tried, explainable=-0.6)[1].endswith("could explain 0%")
 

@@ -15,7 +15,8 @@ RIG = MountingRig()
 LINEAR_TRUTH = {"K1": 18e6, "C1": 2e5, "P_T": 0.11}
 NONLINEAR_TRUTH = {"K1": 15e6, "C1": 2e5, "K3": 1.5e11, "K5": 2e15, "C3": 2e9, "P_T": 0.11}
 HYDRO_TRUTH = {
-    "K1": 8e6, "C1": 1e5, "K3": 1.2e11, "K5": 2e15, "C3": 2e9, "k": 1e7, "c": 4e6, "Kp": 8e6, "Fy": 15e3, "P_T": 0.1,
+    "K1": 8e6, "C1": 1e5, "K3": 1.2e11, "K5": 2e15, "C3": 2e9,
+    "k": 1e7, "c": 4e6, "Kp": 8e6, "Fy": 15e3, "P_T": 0.1,
 }  # fmt: skip
 
 

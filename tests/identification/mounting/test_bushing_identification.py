@@ -89,7 +89,10 @@ def test_the_nested_guard_catches_a_search_that_failed(monkeypatch):
     monkeypatch.setattr(bushing_identification, "_fitted", stuck)
     with pytest.raises(
         ArithmeticError,
-        match=r"nonlinear_bushing contains linear_bushing and costs .*; the search did not converge",
+        match=(
+            r"nonlinear_bushing contains linear_bushing and costs .*; "
+            r"the search did not converge"
+        ),
     ):
         identify_bushings(mounting_campaign(LINEAR_TRUTH), NONLINEAR, SerialExecutor())
 
@@ -138,9 +141,11 @@ def test_weights_of_equation_12_choose_what_is_matched():
     assert_allclose(estimate.fit.by_name()["K1"], LINEAR_TRUTH["K1"], rtol=1e-3)
     with pytest.raises(ValueError, match="weight of 'theta'; expected one of d_x"):
         mounting_residuals(campaign, LINEAR, {"theta": 1.0})
-    few = replace(campaign, channels=campaign.channels[:5], runs=tuple(
-        replace(run, signals={c.name: run.signals[c.name] for c in campaign.channels[:5]}) for run in campaign.runs
-    ))  # fmt: skip
+    kept = campaign.channels[:5]
+    runs = tuple(
+        replace(run, signals={c.name: run.signals[c.name] for c in kept}) for run in campaign.runs
+    )
+    few = replace(campaign, channels=kept, runs=runs)
     with pytest.raises(ValueError, match="need all six sensors; missing sbx"):
         mounting_residuals(few, LINEAR, {"theta_x": 1.0})
 

@@ -35,7 +35,7 @@ def unit_vector(angle):
 
 
 def material_angle_under(sensor_angle, carrier_angle):
-    """Carrier-frame angle of the point that the turning carrier brings under the sensor, by search."""
+    """Carrier-frame angle of the point that the turning carrier brings under the sensor: search."""
     candidates = np.deg2rad(np.arange(0.0, 360.0, 0.5))
     turned = rotation_about([1.0, 0.0, 0.0], carrier_angle)
     distance = [

@@ -50,7 +50,7 @@ def rates(rig, law, t, y, loads):
 
 
 def reference_signals(rig, law, inputs, *, rtol=1e-9):
-    """Sensor signals (n, 6) by scipy's DOP853, restarted at every sample, where the loads have a corner."""
+    """Sensor signals (n, 6) by scipy's DOP853, restarted at every sample: a corner of the loads."""
     table = inputs.loads
     y = np.zeros(10)
     states = [y]

@@ -1,4 +1,4 @@
-"""Roots, frequency response and Campbell diagram of the mounting against the runs they stand for."""
+"""Roots, frequency response, Campbell diagram of the mounting against the runs they stand for."""
 
 from dataclasses import replace
 

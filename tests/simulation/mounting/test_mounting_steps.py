@@ -1,4 +1,4 @@
-"""Order, step independence, memory of friction, energy, refusal and divergence of the mounting's time integration."""
+"""Order, step independence, friction memory, energy and refusals of the mounting's integration."""
 
 from dataclasses import replace
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""The stage in time: order of the integrator, energy, power, mesh frequency, contact loss, refusals."""
+"""The stage in time: integrator's order, energy, power, mesh frequency, contact loss, refusals."""
 
 from dataclasses import replace
 

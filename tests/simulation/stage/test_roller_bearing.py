@@ -54,7 +54,10 @@ def with_rollers(clearance=0.0, **changes):
 
 
 def sjovall(epsilon, power=1.0):
-    """``1/2pi ∫ (1 - (1 - cos psi)/(2 epsilon))^(10/9) cos psi``, Sjövall's integral of line contact (Harris 2001, eq. 7.17)."""
+    """Sjövall's integral of line contact (Harris 2001, eq. 7.17).
+
+    ``1/2pi ∫ (1 - (1 - cos psi)/(2 epsilon))^(10/9) cos psi dpsi``, power 1, over the loaded zone.
+    """
     edge = np.arccos(np.clip(1.0 - 2.0 * epsilon, -1.0, 1.0))
 
     def pressed(psi):

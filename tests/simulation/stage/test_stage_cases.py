@@ -42,7 +42,10 @@ def test_shipped_cases_hold_the_papers_load_cases(name, torque, radial):
 
 def test_tables_change_what_they_name_and_nothing_else(tmp_path):
     path = changed(tmp_path, ("angle_deg = 47.0", "angle_deg = 47.0\ngain = 0.01"))
-    extra = "\n[bearings]\nupwind_clearance = 1.4e-4\n\n[[reading.runout]]\norder = 2\namplitude = 1e-6\nphase_deg = 90.0\n"
+    extra = (
+        "\n[bearings]\nupwind_clearance = 1.4e-4\n"
+        "\n[[reading.runout]]\norder = 2\namplitude = 1e-6\nphase_deg = 90.0\n"
+    )
     path.write_text(path.read_text(encoding="utf-8") + extra, encoding="utf-8")
     case = read_stage_case(path)
     assert case.data.bearings.upwind_clearance == 1.4e-4
@@ -83,8 +86,8 @@ def test_a_case_runs_and_gives_every_sensor_a_signal(stage_body):
     case = read_stage_case(shipped_case("stage_lc1"))
     model = stage_model(stage_body, case.data, effects=case.effects, speed=case.speed)
     (piece,) = simulate_stage(
-        model, case.runs[0].load, case.sensors, duration=0.5, sample_rate=100.0, step=case.step, effects=case.reading,
-        rng=np.random.default_rng(case.seed),
+        model, case.runs[0].load, case.sensors, duration=0.5, sample_rate=100.0, step=case.step,
+        effects=case.reading, rng=np.random.default_rng(case.seed),
     )  # fmt: skip
     assert set(piece.signals) == {sensor.name for sensor in case.sensors}
     assert all(

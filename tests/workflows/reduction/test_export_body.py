@@ -87,11 +87,13 @@ def test_what_is_no_body_file_is_refused(tmp_path):
     [
         (
             {"size": None},
-            "pin: the body file does not record size; expected one of carrierflex reduce --coupling rbe3",
+            "pin: the body file does not record size; expected one of carrierflex reduce "
+            "--coupling rbe3",
         ),
         (
             {"coupling": "rbe2"},
-            "pin: the body file was reduced with --coupling rbe2, --interface fixed; expected one of carrierflex reduce",
+            "pin: the body file was reduced with --coupling rbe2, --interface fixed; "
+            "expected one of carrierflex reduce",
         ),
         (
             {"modes": 3},
