@@ -55,8 +55,8 @@ class ClassFinding:
     id : str
         Class.
     share, share_ci95 : float, tuple of float
-        Share of the gap above the floor that the class explains on held-out records; in a pair, what
-        is lost without it.
+        Share of the gap above the floor that the class explains on held-out records; in a pair,
+        what is lost without it.
     law : str
         Nearest law of the library in this class; empty where it holds none.
     law_share : float

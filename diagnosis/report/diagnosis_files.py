@@ -78,9 +78,7 @@ def is_incomplete(diagnosis: Diagnosis) -> bool:
     """Whether a class leads without explaining what a cause would."""
     classes = diagnosis.classes
     return (
-        diagnosis.verdict == CLASS_NAMED
-        and classes is not None
-        and classes.state == LEADING_CLASS
+        diagnosis.verdict == CLASS_NAMED and classes is not None and classes.state == LEADING_CLASS
     )
 
 

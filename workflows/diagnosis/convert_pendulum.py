@@ -2,8 +2,8 @@
 
 K. Kaheman and others, "The experimental multi-arm pendulum on a cart" (2022): angle and rate of a
 single pendulum, 1 kHz, 55 s. The angle is counted from the upright position; here it is that from
-the hanging one, so that the spring's force has its zero there. The record was smoothed before it was
-published, so the campaign declares no noise.
+the hanging one, so that the spring's force has its zero there. The record was smoothed before it
+was published, so the campaign declares no noise.
 """
 
 from pathlib import Path
