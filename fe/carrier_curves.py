@@ -75,6 +75,7 @@ def _cases(
     pins = range(1, N_PINS + 1)
 
     def all_pins(force: float, moment: float) -> dict[str, PilotLoad]:
+        """The same force [N] and moment [N m] on every pin."""
         return together(*(pin_load(pin, force, moment) for pin in pins))
 
     torque_cases = [

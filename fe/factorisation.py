@@ -83,6 +83,7 @@ class _Partition:
     fixed: NDArray[np.int64]
 
     def solve(self, b: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Solution of ``A x = b`` with zero at the fixed coordinates."""
         right = b.copy(order="F")
         right[self.fixed] = 0.0
         return self.factor.solve(right)
@@ -120,6 +121,7 @@ class _SuperLU:
         _refuse_small_pivots(self._lu.U.diagonal(), "SuperLU")
 
     def solve(self, b: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Solution of ``A x = b``."""
         return self._lu.solve(np.ascontiguousarray(b))
 
 
@@ -138,6 +140,7 @@ class _Cholmod:
         _refuse_small_pivots(root * np.abs(root), "CHOLMOD")
 
     def solve(self, b: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Solution of ``A x = b``."""
         from kvxopt import cholmod, matrix
 
         x = matrix(np.asfortranarray(b.reshape(len(b), -1)))
@@ -189,6 +192,7 @@ class _Pardiso:
             raise SingularMatrixError(_not_definite(self._n, "PARDISO", f"error {error}"))
 
     def solve(self, b: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Solution of ``A x = b``."""
         right = np.asfortranarray(b, dtype=np.float64)
         x = np.empty_like(right, order="F")
         error = self._call(33, right, x, 1 if b.ndim == 1 else b.shape[1])

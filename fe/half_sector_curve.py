@@ -99,6 +99,7 @@ def _whole_circle(half: TetMesh, radius: float, u: NDArray[np.float64]) -> Defle
     )
 
     def continued(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Whole circle from half a sector: mirrored, then three times."""
         third = np.concatenate([values, -values[-2:0:-1]])
         return np.tile(third, 3)
 

@@ -124,6 +124,7 @@ def pin_surface_equations(p: CarrierParameters, pin: PinParameters) -> dict[str,
 
 def _plane(x: float, inner: float, outer: float) -> Surface:
     def lies_on(points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Whether points (..., 3) lie on the surface."""
         r = np.hypot(points[..., 1], points[..., 2])
         return (np.abs(points[..., 0] - x) < _ON) & (r > inner - _ON) & (r < outer + _ON)
 
@@ -137,6 +138,7 @@ def _cylinder(
     y0, z0 = -centre[0] * math.sin(centre[1]), centre[0] * math.cos(centre[1])
 
     def lies_on(points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Whether points (..., 3) lie on the surface."""
         r = np.hypot(points[..., 1] - y0, points[..., 2] - z0)
         between = (points[..., 0] > x[0] - _ON) & (points[..., 0] < x[1] + _ON)
         return (np.abs(r - radius) < _ON) & between

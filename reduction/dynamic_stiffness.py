@@ -190,6 +190,7 @@ def modes_needed(response: FullResponse, frequency_hz: float, tolerance: float) 
     band = 2.0 * np.pi * np.linspace(0.05, 1.0, 20) * frequency_hz
 
     def worst(n_modes: int) -> float:
+        """Largest error over the band with so many modes."""
         return max(max(response_error(response, float(omega), n_modes)) for omega in band)
 
     most = len(response.omega)

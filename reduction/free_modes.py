@@ -50,6 +50,7 @@ def full_free_modes(
     rigid_mass = scipy.linalg.cho_factor(R.T @ MR)
 
     def static_response(force: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Elastic displacement under a force balanced by the body's inertia."""
         balanced = force - MR @ scipy.linalg.cho_solve(rigid_mass, R.T @ force)
         u = body.displacement(balanced)
         return u - R @ scipy.linalg.cho_solve(rigid_mass, MR.T @ u)

@@ -236,6 +236,7 @@ class CarrierGap:
         revolutions = [self._complete(r) for r in runs]
 
         def scatter_of_means(amplitudes: ComplexArray) -> FloatArray:
+            """Variance between the means of the conditions' revolutions, by cell."""
             means = [amplitudes[rows].mean(axis=0) for rows in revolutions]
             return np.asarray(split.weights * np.var(means, axis=0, ddof=1), dtype=np.float64)
 

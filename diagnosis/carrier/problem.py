@@ -224,6 +224,7 @@ class CarrierProblem:
         """Products of some columns by segment and channel, kept for the next step of a fit."""
 
         def gram_of(columns: tuple[int, ...]) -> FloatArray:
+            """Gram matrix of the columns with these numbers, by segment and channel."""
             numbers = np.array(columns)
             return self.records.gram[:, :, numbers[:, None], numbers]
 
@@ -239,6 +240,7 @@ class CarrierProblem:
         """Closed-form fit of a set of effects, kept once it is found."""
 
         def quick_theta(effects: Effects) -> FloatArray:
+            """Closed-form parameters of the set, each effect on its own channel."""
             return self._best_of(effects, self._choice(effects))[0]
 
         return cache(quick_theta)

@@ -198,19 +198,39 @@ class ComparisonProblem(Protocol):
     """
 
     @property
-    def cards(self) -> Mapping[str, EffectCard]: ...  # noqa: D102
+    def cards(self) -> Mapping[str, EffectCard]:
+        """What each effect on trial does, by id."""
+        ...
+
     @property
-    def negative_controls(self) -> Effects: ...  # noqa: D102
+    def negative_controls(self) -> Effects:
+        """Effects that nothing in the machine causes."""
+        ...
+
     @property
-    def segments(self) -> tuple[Segment, ...]: ...  # noqa: D102
+    def segments(self) -> tuple[Segment, ...]:
+        """Parts of the records, in order."""
+        ...
+
     @property
-    def unit(self) -> str: ...  # noqa: D102
+    def unit(self) -> str:
+        """Unit of the residual."""
+        ...
+
     @property
-    def n_channels(self) -> int: ...  # noqa: D102
+    def n_channels(self) -> int:
+        """Number of signals of the residual."""
+        ...
+
     @property
-    def cell_counts(self) -> FloatArray: ...  # noqa: D102
+    def cell_counts(self) -> FloatArray:
+        """Degrees of freedom by segment and cell, shape (n_segments, n_cells)."""
+        ...
+
     @property
-    def noise_square(self) -> FloatArray: ...  # noqa: D102
+    def noise_square(self) -> FloatArray:
+        """Sum of squares that noise alone leaves, shape (n_segments, n_cells)."""
+        ...
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns of baseline + effects: the baseline's first, then each effect's in turn."""

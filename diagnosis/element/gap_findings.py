@@ -233,6 +233,7 @@ def _scatter(
     counts = np.diff(edges)
 
     def scatter(signals: FloatArray) -> FloatArray:
+        """Power of the scatter between periods, by band, shape (1, n_bands)."""
         by_line = 0.5 * line_amplitudes(signals).var(axis=0, ddof=1)
         return np.add.reduceat(by_line[: edges[-1]], edges[:-1])[None]
 

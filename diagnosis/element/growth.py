@@ -154,6 +154,7 @@ def _fitted(blocks: BlockForces) -> Exponent:
     lowest = (np.sort(blocks.residual)[: _n_low(n)].max() / size) ** 2
 
     def misfit(unknown: FloatArray) -> FloatArray:
+        """Logarithm of the law over the measured gap, by amplitude."""
         log_c, share, p, part = unknown
         law = share * q ** (2.0 * p) + (1.0 - share) * (q**p - q) ** 2
         floor = noise + part * max(lowest - float(noise.min()), 0.0)

@@ -205,6 +205,7 @@ def minimised(
     """
 
     def totals(theta: FloatArray, sums: SegmentSums) -> CostSums[SegmentSums]:
+        """Cost, matrix and slope at `theta`: chosen segments and prior together."""
         return CostSums(
             cost=float(sums.square[chosen].sum() + prior @ theta**2),
             matrix=sums.matrix[chosen].sum(axis=0) + np.diag(prior),

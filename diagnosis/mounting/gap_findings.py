@@ -215,6 +215,7 @@ def _difference(
     edges_hz = map_edges_hz(records)
 
     def half_square(difference: FloatArray) -> FloatArray:
+        """Half the power of a difference of two runs, by band, per sample."""
         motion = np.where(is_in_both, difference, 0.0) @ matrix.T
         powers = block_powers(motion, one.block, one.step, edges_hz)
         return np.asarray(0.5 * powers.sum(axis=0) / is_in_both.size, dtype=np.float64)

@@ -107,6 +107,7 @@ def _identified(
         return at_angle.each_run() if per_run else at_angle
 
     def projected(pin_angle: float) -> tuple[float, dict[str, float]]:
+        """Cost and parameters by name, the other coefficients at their least squares."""
         trial = model(float(pin_angle))
         equations = fitted_equations(campaign, trial, options)
         fit = joint_fit(equations, trial.shared)

@@ -131,6 +131,7 @@ def _bounded_fit(
         )
 
     def derivatives(z: Array) -> Array:
+        """Jacobian in scaled unknowns, by quotients that stay within the bounds."""
         return one_sided_quotients(counted, z * scale, scale, upper)
 
     # The search itself wants to begin inside; a start on the bound stays reachable as the better of

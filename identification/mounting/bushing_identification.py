@@ -163,6 +163,7 @@ def search_bushings(
     free = model.free(residuals.rig)
 
     def cost(values: Array) -> float:
+        """Sum of squares; infinite where the motion leaves the model."""
         try:
             return float(np.square(residuals(values)).sum())
         except ArithmeticError:  # the run left the model: as bad as can be

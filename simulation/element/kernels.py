@@ -12,7 +12,9 @@ import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
-from carrierflex.simulation.force_laws import LAW_SIGNATURE
+from carrierflex.simulation.force_laws import LAW_SIGNATURE, Force
+
+Array = NDArray[np.float64]
 
 
 class ElementSlots(NamedTuple):
@@ -48,7 +50,7 @@ SLOT = ElementSlots(*range(N_SLOTS))
 _DIVISORS = (SLOT.v_s, SLOT.tau)
 
 
-def element_values(values: Mapping[str, float]) -> NDArray[np.float64]:
+def element_values(values: Mapping[str, float]) -> Array:
     """Flat array of some values by name, all others absent; shape (N_SLOTS,)."""
     flat = np.zeros(N_SLOTS)
     flat[list(_DIVISORS)] = 1.0
@@ -64,13 +66,13 @@ _RUNAWAY = 1e3
 
 
 @njit(LAW_SIGNATURE, cache=True)
-def no_law(q: float, v: float, p: NDArray[np.float64]) -> float:
+def no_law(q: float, v: float, p: Array) -> float:
     """No force: stands where the user gave no law."""
     return 0.0
 
 
 @njit(cache=True, inline="always")
-def _smooth_force(q, v, p):  # type: ignore[no-untyped-def]
+def _smooth_force(q: float, v: float, p: Array) -> float:
     """Force of springs and dampers without memory, save linear damping.
 
     Polynomials by Horner's rule.
@@ -84,7 +86,7 @@ def _smooth_force(q, v, p):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def _friction_level(v, p):  # type: ignore[no-untyped-def]
+def _friction_level(v: float, p: Array) -> float:
     """Rise of the dry friction towards rest (Stribeck)."""
     return (
         p[SLOT.F_stribeck] * np.exp(-((v / p[SLOT.v_s]) ** 2)) if p[SLOT.F_stribeck] > 0.0 else 0.0
@@ -92,7 +94,10 @@ def _friction_level(v, p):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def _stage_forces(q, v, moved, slider, p, law_1, law_2, p_1, p_2):  # type: ignore[no-untyped-def]
+def _stage_forces(
+    q: float, v: float, moved: float, slider: float,
+    p: Array, law_1: Force, law_2: Force, p_1: Array, p_2: Array,
+) -> float:  # fmt: skip
     """Restoring force of everything but the Maxwell branch and dry friction."""
     force = _smooth_force(q, v, p) + p[SLOT.C1] * v
     if p_1.size:
@@ -105,7 +110,10 @@ def _stage_forces(q, v, moved, slider, p, law_1, law_2, p_1, p_2):  # type: igno
 
 
 @njit(cache=True)
-def _runge_kutta(q, v, branch, slider, drive, h, sign, p, law_1, law_2, p_1, p_2):  # type: ignore[no-untyped-def]
+def _runge_kutta(
+    q: float, v: float, branch: float, slider: float, drive: Array, h: float, sign: float,
+    p: Array, law_1: Force, law_2: Force, p_1: Array, p_2: Array,
+) -> tuple[float, float, float]:  # fmt: skip
     """One step of the classical method.
 
     The direction of dry friction is held. Returns q, v and the branch's force.
@@ -141,7 +149,10 @@ def _runge_kutta(q, v, branch, slider, drive, h, sign, p, law_1, law_2, p_1, p_2
 
 
 @njit(cache=True)
-def _smooth_motion(force, state, substeps, p, h, size, deflection, speed):  # type: ignore[no-untyped-def]
+def _smooth_motion(
+    force: Array, state: Array, substeps: int, p: Array,
+    h: float, size: float, deflection: Array, speed: Array,
+) -> None:  # fmt: skip
     """Motion without dry friction, sliders and users' laws, five times as fast.
 
     Fills the two arrays.
@@ -179,7 +190,7 @@ def _smooth_motion(force, state, substeps, p, h, size, deflection, speed):  # ty
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _drive_of_step(force, j, place, length, drive):  # type: ignore[no-untyped-def]
+def _drive_of_step(force: Array, j: int, place: float, length: float, drive: Array) -> None:
     """Drive at the three stages of a part of step `j`.
 
     A parabola through its beginning, middle and end.
@@ -193,7 +204,7 @@ def _drive_of_step(force, j, place, length, drive):  # type: ignore[no-untyped-d
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _breaks_loose(net, p):  # type: ignore[no-untyped-def]
+def _breaks_loose(net: float, p: Array) -> float:
     """Direction in which a net force moves a body at rest against dry friction.
 
     0 where it sticks.
@@ -210,7 +221,10 @@ def _breaks_loose(net, p):  # type: ignore[no-untyped-def]
     cache=True,
     nogil=True,
 )
-def driven_motion(force, state, substeps, p, limits, law_1, law_2, p_1, p_2):  # type: ignore[no-untyped-def]
+def driven_motion(
+    force: Array, state: Array, substeps: int,
+    p: Array, limits: Array, law_1: Force, law_2: Force, p_1: Array, p_2: Array,
+) -> tuple[Array, Array]:  # fmt: skip
     """Deflection and speed under a force, at every sample.
 
     Parameters
@@ -295,9 +309,10 @@ def driven_motion(force, state, substeps, p, limits, law_1, law_2, p_1, p_2):  #
     cache=True,
     nogil=True,
 )
-def restoring_force(  # type: ignore[no-untyped-def]
-    q, v, acceleration, p, limits, law_1, law_2, p_1, p_2
-):
+def restoring_force(
+    q: Array, v: Array, acceleration: Array,
+    p: Array, limits: Array, law_1: Force, law_2: Force, p_1: Array, p_2: Array,
+) -> Array:  # fmt: skip
     """Force that a given motion needs, at every sample.
 
     Parameters

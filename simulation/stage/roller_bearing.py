@@ -185,6 +185,7 @@ def stiffness_at(rollers: RollerSet, load: float) -> tuple[float, float]:
     )
 
     def answer(approach: float) -> NDArray[np.float64]:
+        """Load [N], radial and tilting stiffness at an approach [m], mean over the cage's turn."""
         force = np.zeros(4)
         tangent = np.zeros((4, 4))
         motion = np.array([0.0, -approach, 0.0, 0.0])

@@ -268,6 +268,7 @@ def _loads(
     hub, arm = layout.body.model.coordinates_of(layout.hub), layout.hub_arm
 
     def unit(*parts: tuple[int, float]) -> NDArray[np.float64]:
+        """Unit loads on rows of the unreduced coordinates, as independent coordinates see them."""
         f = np.zeros(layout.n)
         for row, value in parts:
             f[row] = value

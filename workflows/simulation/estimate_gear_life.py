@@ -137,6 +137,7 @@ def _swept(
     aligned = mesh_contact(pair, flank, force).largest_pressure
 
     def ratio(slope: float) -> float:
+        """Larger contact pressure of both senses of a misalignment, over the aligned one."""
         both = (
             mesh_contact(pair, flank, force, misalignment=sign * slope).largest_pressure
             for sign in (1, -1)

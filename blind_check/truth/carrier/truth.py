@@ -88,6 +88,7 @@ def carrier_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     known = _known_state(contained, rng, len(records))
 
     def residuals(read_state: CarrierState) -> list[FloatArray]:
+        """Measured less baseline of every run, as the state's readings make it."""
         # Of everything, not of the effect alone: what the baseline holds keeps its bound from
         # acting too early.
         return baseline.residuals(read_state.read(records))

@@ -76,6 +76,7 @@ class ForcedRefit:
         scale = np.concatenate([self.signals[run] for run in runs]).std()
 
         def residual(theta: FloatArray) -> FloatArray:
+            """Misfit of the runs over their scatter."""
             return np.concatenate([self._left(run, theta) for run in runs]) / scale
 
         lowest = [1e-3, 1e-3, 1e-3, -np.inf]

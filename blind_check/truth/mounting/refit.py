@@ -64,6 +64,7 @@ class MountingRefit:
         scale = np.concatenate([signals[run] for run in runs]).std()
 
         def residual(logarithms: FloatArray) -> FloatArray:
+            """Misfit of the runs over their scatter."""
             theta = np.exp(logarithms)
             return (
                 np.concatenate(
