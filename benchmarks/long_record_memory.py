@@ -95,7 +95,7 @@ def _written(folder: Path, n_samples: int, suffix: str) -> CarrierMotion:
     rig: dict[str, Any] = {"nominal_torque": 360e3, "sensor_radius": 0.412, "n_planets": 3}
     campaign = simulated_campaign("long", sensors, [(run, response)], rig=rig, noise_std=5e-6)
     record = replace(campaign.runs[0], file=f"{campaign.runs[0].name}.{suffix}")
-    write_campaign(replace(campaign, rig=rig, runs=(record,)), folder)
+    write_campaign(replace(campaign, rig=rig, runs=(record,)), folder, simulated=True)
     columns = {"time": record.time, **record.columns()}
     _write_repeated(folder / record.file, columns, n_samples, rng)
     return run.motion

@@ -21,3 +21,15 @@ def shown(value: Any) -> str:
 def shortened(text: str) -> str:
     """Text of at most 80 characters, cut where it is longer."""
     return text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
+
+
+def printable(text: str, most: int = 2000) -> str:
+    r"""Text for a terminal: one line, control characters as ``\x1b``, the middle of a long one cut.
+
+    >>> print(printable("a" + chr(27) + "]0;b"))
+    a\x1b]0;b
+    """
+    line = " ".join(text.split())
+    if len(line) > most:
+        line = f"{line[: most // 2]} ... {line[-most // 2 :]}"
+    return "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in line)

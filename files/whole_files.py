@@ -1,16 +1,20 @@
 """Files that appear whole or not at all: written under another name, then renamed."""
 
 import os
+import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from carrierflex.files.temporary_names import remove_abandoned, unfinished_name
 
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
     """Give a temporary name beside `path`, of the same suffix.
 
-    Rename it to `path` when the block ends well.
+    Rename it to `path` when the block ends well. What killed processes left of the same file is
+    removed first.
 
     Parameters
     ----------
@@ -21,10 +25,52 @@ def whole_file(path: Path) -> Iterator[Path]:
     ------
     Path
         Name to write to; removed where the block raises or is interrupted.
+
+    Raises
+    ------
+    OSError
+        Where the file cannot be written (disk full, no permission); the message names it.
     """
-    temporary = path.with_name(f".part-{os.getpid()}-{path.name}")
+    remove_abandoned(path.parent, path.name)
+    temporary = path.with_name(unfinished_name(path.name))
     try:
-        yield temporary
-        os.replace(temporary, path)
+        with errors_naming(path, temporary):
+            yield temporary
+            os.replace(temporary, path)
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):
+            temporary.unlink()
+
+
+@contextmanager
+def errors_naming(path: Path, temporary: Path) -> Iterator[None]:
+    """Tell errors of writing `temporary` as those of the file that it is to become.
+
+    Parameters
+    ----------
+    path, temporary : Path
+        File that the user asked for; name that it is written under.
+
+    Raises
+    ------
+    OSError
+        In place of one about `temporary`, or about no file at all.
+    """
+    try:
+        yield
+    except (OSError, RuntimeError) as error:
+        reason = _reason(error, temporary)
+        if reason is None:
+            raise
+        raise OSError(f"{path}: cannot be written ({reason})") from error
+
+
+def _reason(error: OSError | RuntimeError, temporary: Path) -> str | None:
+    """What the system says against writing; None where the error is about another file."""
+    if isinstance(error, OSError):
+        if error.filename is not None and Path(os.fsdecode(error.filename)) != temporary:
+            return None
+        return os.strerror(error.errno) if error.errno else " ".join(str(error).split())
+    # HDF5 tells a full disk in the text of a RuntimeError when the file is closed.
+    told = re.search(r"errno = (\d+)", str(error))
+    return os.strerror(int(told[1])) if told else None

@@ -10,10 +10,17 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-#: Exit codes: a check failed, refused input, and interruption by the user (128 + SIGINT).
+from carrierflex.files.shown_values import printable
+from carrierflex.workflows.support.interruption import (
+    EXIT_INTERRUPTED,
+    EXIT_TERMINATED,
+    TerminationError,
+    interrupt_on_sigterm,
+)
+
+#: Exit codes: a check failed, refused input; :mod:`interruption` holds those of interruptions.
 EXIT_FAILED = 1
 EXIT_REFUSED = 2
-EXIT_INTERRUPTED = 130
 
 #: Module of the workflow behind each command, and what shows its result.
 _COMMANDS = {
@@ -47,11 +54,15 @@ All quantities are in SI units (m, kg, s, N, rad) unless a name says otherwise."
 def main() -> None:
     """Run the command line.
 
-    The process ends with 0, 1 (a check failed), 2 (refused input) or 130 (interrupted).
+    The process ends with 0, 1 (a check failed), 2 (refused input), 130 (interrupted by Ctrl-C) or
+    143 (asked to end by SIGTERM).
     """
     logging.basicConfig(level=logging.ERROR, format="%(name)s: %(message)s")
+    interrupt_on_sigterm()
     try:
         _application()(sys.argv[1:], exit_on_error=False, print_error=False)
+    except TerminationError:
+        _end("asked to end; files that were finished are whole and stay", EXIT_TERMINATED)
     except KeyboardInterrupt:
         _end("interrupted; files that were finished are whole and stay", EXIT_INTERRUPTED)
     except ImportError as error:
@@ -109,11 +120,11 @@ def _shown_by(table: Callable[[Any], Any], workflow: Callable[..., Any]) -> Call
 def _one_line(error: BaseException) -> str:
     # A KeyError's text is the repr of its message.
     text = str(error.args[0]) if isinstance(error, KeyError) and error.args else str(error)
-    return " ".join(text.split()) or type(error).__name__
+    return text.strip() or type(error).__name__
 
 
 def _end(message: str, code: int) -> None:
-    print(f"carrierflex: {message}", file=sys.stderr)
+    print(f"carrierflex: {printable(message)}", file=sys.stderr)
     sys.exit(code)
 
 

@@ -18,6 +18,7 @@ from carrierflex.files.versions import provenance, versions
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.mesh_files import write_mesh
 from carrierflex.geometry.parameter_files import read_parameters
+from carrierflex.identification.campaign.campaign_files import prepare_campaign_folder
 from carrierflex.reduction.body_files import write_body
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.workflows.diagnosis import diagnose_load_cases
@@ -72,6 +73,7 @@ def main(
     stage = read_parameters(parameters)
     for folder in (out, out / "meshes", out / "bodies", out / "pictures"):
         prepared_folder(folder)
+    prepare_campaign_folder(out / "campaign")
     stages = Stages(9, quiet)
     variants = {}
     with stages.stage("carrier without pins: mesh, matrices, load cases"):

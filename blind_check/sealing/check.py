@@ -10,6 +10,7 @@ import shutil
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -157,7 +158,7 @@ def diagnosed(
         remaining = (time.perf_counter() - start) / done * (len(waiting) - done)
         note(f"{done} of {len(waiting)}, about {remaining / 60.0:.0f} min left")
     if not keep:
-        shutil.rmtree(sealed.out / "campaigns", ignore_errors=True)
+        _remove_campaigns(sealed)
     return {case: read_verdict(sealed.diagnosis(case)) for case in sealed.labels}
 
 
@@ -189,6 +190,14 @@ def opened(sealed: SealedCheck) -> Mapping[str, Label]:
     }
     save_json(sealed.out / LABELS_FILE, rows)
     return sealed.labels
+
+
+def _remove_campaigns(sealed: SealedCheck) -> None:
+    """Remove the campaigns of the check, and their folder where nothing else is in it."""
+    for case in sealed.labels:
+        shutil.rmtree(sealed.campaign(case), ignore_errors=True)
+    with suppress(OSError):
+        (sealed.out / "campaigns").rmdir()
 
 
 def _refuse_opened(out: Path, plans: Sequence[CasePlan]) -> None:

@@ -27,7 +27,7 @@ def write_case(plan: CasePlan, folder: Path, *, repeat: int = 0) -> Label:
     plan : CasePlan
         What to withhold. The same plan gives the same records and label.
     folder : Path
-        Folder of the campaign; new, empty, or an earlier campaign, which is replaced.
+        Folder of the campaign; new, empty, or an earlier simulated campaign, which is replaced.
     repeat : int
         Repeats of a case hold the same truth under the same loads with other noise: records that no
         diagnosis has seen, on which what one has claimed can be measured.
@@ -45,5 +45,5 @@ def write_case(plan: CasePlan, folder: Path, *, repeat: int = 0) -> Label:
     if plan.kind not in _MAKERS:
         raise ValueError(f"kind is '{plan.kind}'; expected one of {', '.join(_MAKERS)}")
     campaign, label = _MAKERS[plan.kind](plan, repeat)
-    write_campaign(campaign, folder)
+    write_campaign(campaign, folder, simulated=True)
     return label

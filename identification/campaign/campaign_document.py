@@ -15,12 +15,14 @@ from carrierflex.identification.campaign.campaign_kinds import (
     campaign_kind,
 )
 from carrierflex.identification.campaign.file_names import DOCUMENT_NAME
+from carrierflex.identification.campaign.simulated_mark import SimulatedMark
 
 CAMPAIGN_FILE = TomlKind(
     "a campaign",
     holds="the keys of the campaign format",
     most_bytes=10_000_000,
     format="carrierflex-campaign",
+    version=2,
 )
 
 
@@ -37,7 +39,8 @@ class RunEntry:
 class CampaignHeader:
     """A campaign without its records.
 
-    Fields as in :class:`carrierflex.identification.campaign.campaign.Campaign`.
+    Fields as in :class:`carrierflex.identification.campaign.campaign.Campaign`; `simulated` where a
+    simulation wrote it.
     """
 
     contract: CampaignKind
@@ -47,6 +50,7 @@ class CampaignHeader:
     channels: tuple[Channel, ...]
     runs: tuple[RunEntry, ...]
     input_units: Mapping[str, str]
+    simulated: SimulatedMark | None = None
 
 
 def campaign_header(document: Mapping[str, Any], where: str = DOCUMENT_NAME) -> CampaignHeader:
@@ -85,6 +89,8 @@ def campaign_header(document: Mapping[str, Any], where: str = DOCUMENT_NAME) -> 
         channels=channels,
         runs=tuple(RunEntry(run.name, run.file, run.condition) for run in checked.runs),
         input_units=input_units,
+        simulated=checked.simulated
+        and SimulatedMark(checked.simulated.software, checked.simulated.sha256),
     )
 
 
@@ -107,7 +113,7 @@ def campaign_document(campaign: Campaign) -> dict[str, Any]:
         channels.append({"name": name, "quantity": name, "unit": unit})
     return {
         "format": CAMPAIGN_FILE.format,
-        "version": CAMPAIGN_FILE.version,
+        "version": 1,
         "kind": campaign.kind,
         "name": campaign.name,
         "baseline": {

@@ -1,10 +1,8 @@
 """Reading and writing of campaign folders: campaign.toml with one CSV or Parquet file a run."""
 
 import os
-import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from uuid import uuid4
 
 import numpy as np
 import pyarrow as pa
@@ -13,6 +11,8 @@ import pyarrow.parquet as pa_parquet
 import tomli_w
 
 from carrierflex.files.toml_files import toml_document
+from carrierflex.files.whole_files import errors_naming
+from carrierflex.files.whole_folders import check_writable, taken_up, whole_folder
 from carrierflex.identification.campaign.campaign import Campaign, check_columns, expected_columns
 from carrierflex.identification.campaign.campaign_document import (
     CAMPAIGN_FILE,
@@ -23,6 +23,7 @@ from carrierflex.identification.campaign.campaign_document import (
 )
 from carrierflex.identification.campaign.file_names import DOCUMENT_NAME, checked_file_name
 from carrierflex.identification.campaign.records import PREDICTION_SUFFIX, Run
+from carrierflex.identification.campaign.simulated_mark import simulated_mark
 
 #: Sanity limits, checked before anything is allocated.
 LARGEST_HEADER = 100_000  # bytes of the header line of a CSV file
@@ -88,6 +89,7 @@ def write_campaign(
     campaign: Campaign,
     folder: Path,
     *,
+    simulated: bool = False,
     more_files: Mapping[str, Callable[[Path], None]] | None = None,
     written_files: Mapping[str, Path] | None = None,
 ) -> None:
@@ -98,7 +100,9 @@ def write_campaign(
     campaign : Campaign
         What to write.
     folder : Path
-        New, empty, or an earlier campaign, which is replaced.
+        New, empty, or an earlier simulated campaign, which is replaced.
+    simulated : bool
+        Mark the folder as simulated (``[simulated]``): only then may a later one replace it.
     more_files : mapping of str to callable, optional
         Functions that write further files of the folder (deflection curves), by file name.
     written_files : mapping of str to Path, optional
@@ -109,53 +113,50 @@ def write_campaign(
     Raises
     ------
     ValueError
-        Where the folder holds something that is not a campaign.
+        Where the folder holds a measurement or something that is no campaign.
+    OSError
+        Where a file cannot be written; the message names it.
     """
     document = campaign_document(campaign)
     campaign_header(document)  # what is written must be readable again
-    refuse_foreign_folder(folder)
-    partial = folder.with_name(f".{folder.name}.{uuid4().hex[:8]}.partial")
-    partial.mkdir(parents=True)
-    try:
+    prepare_campaign_folder(folder)
+    with whole_folder(folder) as partial:
         for name, write in (more_files or {}).items():
-            write(partial / checked_file_name(name, "file"))
+            path = partial / checked_file_name(name, "file")
+            with errors_naming(folder / name, path):
+                write(path)
         for run in campaign.runs:
             path = partial / checked_file_name(run.file, f"run {run.name}: file")
             if written_files and run.file in written_files:
                 os.replace(written_files[run.file], path)
             else:
-                _write_run(run, path)
-        (partial / DOCUMENT_NAME).write_bytes(tomli_w.dumps(document).encode())
-        _replace_folder(partial, folder)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
+                with errors_naming(folder / run.file, path):
+                    _write_run(run, path)
+        if simulated:
+            mark = simulated_mark(partial, [run.file for run in campaign.runs])
+            document |= {"version": CAMPAIGN_FILE.version, "simulated": mark.table()}
+        path = partial / DOCUMENT_NAME
+        with errors_naming(folder / DOCUMENT_NAME, path):
+            path.write_bytes(tomli_w.dumps(document).encode())
 
 
-def _replace_folder(new: Path, folder: Path) -> None:
-    """Put `new` in the place of `folder`, which is removed only once the new one stands."""
-    if not folder.exists():
-        os.replace(new, folder)
-        return
-    old = folder.with_name(f".{folder.name}.{uuid4().hex[:8]}.old")
-    os.replace(folder, old)
-    try:
-        os.replace(new, folder)
-    except OSError:
-        os.replace(old, folder)
-        raise
-    shutil.rmtree(old)
+def prepare_campaign_folder(folder: Path) -> None:
+    """Make sure that a campaign can be written to `folder`, before the work.
 
-
-def refuse_foreign_folder(folder: Path) -> None:
-    """Only an empty folder or one that holds nothing but a campaign may be replaced.
+    What a killed run left there is finished or removed. Only an empty folder or one that this
+    program simulated may be replaced.
 
     Raises
     ------
     ValueError
-        Where it is a file or a link, or holds something else; the message names it.
+        Where it is a file or a link, holds a measurement or something else; the message names it.
+    OSError
+        Where the folder cannot be written.
     """
     if folder.is_file() or folder.is_symlink():
         raise ValueError(f"{folder}: a file or a link; expected a new folder for the campaign")
+    check_writable(folder.parent)
+    taken_up(folder)
     if not folder.exists() or not any(folder.iterdir()):
         return
     try:
@@ -174,6 +175,22 @@ def refuse_foreign_folder(folder: Path) -> None:
     if foreign:
         raise ValueError(
             f"{folder}: holds '{foreign[0]}' beside the campaign; expected a new or empty folder"
+        )
+    _refuse_measurement(folder, header)
+
+
+def _refuse_measurement(folder: Path, header: CampaignHeader) -> None:
+    """Refuse records that this program did not simulate: they may be the only ones."""
+    if header.simulated is None:
+        raise ValueError(
+            f"{folder / DOCUMENT_NAME}: no table [simulated], so these are measured records, which "
+            "are never replaced; expected a new or empty folder"
+        )
+    other = header.simulated.first_other(folder, [run.file for run in header.runs])
+    if other is not None:
+        raise ValueError(
+            f"{folder / other}: not as [simulated] in {DOCUMENT_NAME} says that it was written; "
+            "changed records are never replaced; expected a new or empty folder"
         )
 
 

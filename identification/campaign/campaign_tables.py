@@ -1,4 +1,4 @@
-"""What campaign.toml holds, one top table a kind of campaign (version 1 of the contract)."""
+"""What campaign.toml holds, one top table a kind of campaign (versions 1 and 2 of the contract)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -232,9 +232,23 @@ class ElementRigTable(TomlTable):
         return self
 
 
+class SimulatedTable(TomlTable):
+    """Mark of a campaign that this program simulated: such a folder may be replaced."""
+
+    software: Text = key("Program that wrote the run files")
+    sha256: Annotated[
+        dict[str, Annotated[str, Field(pattern="^[0-9a-f]{64}$")]],
+        Expected("SHA-256 in 64 hexadecimal digits by file name"),
+    ] = key("SHA-256 of each run file")
+
+
 class _CampaignDocument(TomlTable):
     format: Literal["carrierflex-campaign"] = key("Kind of the file")
-    version: Literal[1] = key("Version of the format")
+    version: Annotated[Literal[1, 2], Expected("1 or 2")] = key("Version of the format")
+    simulated: SimulatedTable | None = key(
+        "Mark of a simulated campaign; a folder without it is a measurement and never replaced",
+        default=None,
+    )
     name: Text = key("Title")
     runs: Annotated[
         list[RunTable],

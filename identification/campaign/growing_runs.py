@@ -5,13 +5,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from uuid import uuid4
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.csv as pa_csv
 
-from carrierflex.identification.campaign.campaign_files import refuse_foreign_folder
+from carrierflex.files.whole_files import errors_naming
+from carrierflex.files.whole_folders import unfinished_folder
+from carrierflex.identification.campaign.campaign_files import prepare_campaign_folder
 from carrierflex.identification.campaign.file_names import checked_file_name
 from carrierflex.identification.campaign.records import Run
 
@@ -60,7 +61,7 @@ class GrowingRuns:
                 f"run {piece.name}: a piece from {piece.time[0]:g} s follows one until "
                 f"{last.time[-1]:g} s; expected a later one with the same columns"
             )
-        with path.open("ab") as file:
+        with errors_naming(path, path), path.open("ab") as file:
             if last is None:
                 # Arrow would quote the column names.
                 file.write((",".join(columns) + "\n").encode())
@@ -93,11 +94,12 @@ def growing_runs(folder: Path) -> Iterator[GrowingRuns]:
     Raises
     ------
     ValueError
-        At once where the folder holds something that is not a campaign.
+        At once where the folder holds a measurement or something that is not a campaign.
+    OSError
+        At once where the folder cannot be written.
     """
-    refuse_foreign_folder(folder)
-    partial = folder.with_name(f".{folder.name}.{uuid4().hex[:8]}.runs")
-    partial.mkdir(parents=True)
+    prepare_campaign_folder(folder)
+    partial = unfinished_folder(folder)
     try:
         yield GrowingRuns(partial)
     finally:

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from carrierflex.blind_check.labels import SINGLE, CasePlan, Label
+from carrierflex.blind_check.sealing.check import SealedCheck, diagnosed
 from carrierflex.blind_check.sealing.seals import (
     Seals,
     new_salt,
@@ -19,6 +20,7 @@ from carrierflex.blind_check.sealing.seals import (
     write_seals,
 )
 from carrierflex.blind_check.truth.campaigns import write_case
+from carrierflex.workflows.support.executors import SerialExecutor
 
 ROOT = Path(__file__).parents[3]
 LABEL = Label(
@@ -150,3 +152,24 @@ def test_diagnosis_reads_its_campaign_and_nothing_else_of_the_check(tmp_path):
         "carrierflex.blind_check.sealing",
         "carrierflex.blind_check.sealing.verdicts",
     }
+
+
+def test_campaigns_of_the_check_go_and_other_folders_stay(tmp_path):
+    plans = [
+        CasePlan("element", number, 5, SINGLE, ("cubic_stiffness",), 10.0) for number in (1, 2)
+    ]
+    sealed = SealedCheck(tmp_path, {plan.name: LABEL for plan in plans}, {}, Seals({}, {}))
+    mine = tmp_path / "campaigns" / "my_measurement" / "campaign.toml"
+    mine.parent.mkdir(parents=True)
+    mine.write_text("mine")
+    for plan in plans:
+        sealed.campaign(plan.name).mkdir()
+
+    def diagnose(campaign, out):
+        out.mkdir(parents=True)
+        (out / "times.json").write_text('{"seconds": 1.0, "error": "none"}')
+
+    with SerialExecutor() as executor:
+        diagnosed(sealed, diagnose, executor, keep=False, note=lambda text: None)
+    assert [path.name for path in (tmp_path / "campaigns").iterdir()] == ["my_measurement"]
+    assert mine.read_text() == "mine"

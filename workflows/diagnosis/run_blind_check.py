@@ -7,11 +7,10 @@ blind_check.json and blind_check.md. A good answer: every wanted figure is met b
 (docs/blind_check.md).
 """
 
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager
 from datetime import datetime
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Literal
 
@@ -29,7 +28,7 @@ from carrierflex.files.versions import software_name
 from carrierflex.files.whole_files import whole_file
 from carrierflex.workflows.diagnosis.diagnose_case import diagnose_case
 from carrierflex.workflows.screen.score_tables import score_page
-from carrierflex.workflows.support.executors import work_executor
+from carrierflex.workflows.support.executors import other_processes, work_executor
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
 
@@ -107,20 +106,11 @@ def main(
     return BlindCheck(result, sealed.published.digest)
 
 
-@contextmanager
-def _processes(workers: int, scheduler: str | None) -> Iterator[Executor]:
+def _processes(workers: int, scheduler: str | None) -> AbstractContextManager[Executor]:
     """Executor in other processes, even if it is only one: this one holds the labels."""
-    if workers != 1 or scheduler is not None:
-        with work_executor(workers, scheduler) as executor:
-            yield executor
-        return
-    executor = ProcessPoolExecutor(1, mp_context=get_context("spawn"))
-    try:
-        yield executor
-    except BaseException:
-        executor.shutdown(wait=False, cancel_futures=True)
-        raise
-    executor.shutdown()
+    if workers == 1 and scheduler is None:
+        return other_processes(1)
+    return work_executor(workers, scheduler)
 
 
 def _write(

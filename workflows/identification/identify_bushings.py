@@ -97,6 +97,7 @@ def identify(
         if options.per_run
         else {"": measured}
     )
+    prepared_folder(out)
     estimates: dict[str, tuple[BushingEstimate, ...]] = {}
     profiles: dict[str, Any] = {}
     with work_executor(options.workers, options.scheduler) as executor:
@@ -109,7 +110,6 @@ def identify(
                     )
                     for parameter in options.profile
                 }
-    prepared_folder(out)
     searches, seconds = {}, {}
     if options.compare_complex:
         with stages.stage("complex method on the same record"):

@@ -110,6 +110,7 @@ def main(
         gearbox_stiffness=gearbox_stiffness,
         bushing_stiffness=bushing_stiffness,
     )
+    prepared_folder(out)
     rig, bushings = _mounting(mounting)
     on_mounting = mounting_sweep(rig, bushings, torque)
     stages = Stages(2, quiet)
@@ -121,7 +122,7 @@ def main(
         {"main shaft": sweeps.main_shaft, "gearbox": sweeps.gearbox, "mounting": on_mounting},
         mounted_and_held_hz(train),
     )
-    _write(result, train, prepared_folder(out))
+    _write(result, train, out)
     return result
 
 

@@ -12,6 +12,7 @@ from carrierflex.simulation.mounting.case_files import read_mounting_case
 from carrierflex.simulation.mounting.functional_mockup import c_compiler, mounting_system, write_fmu
 from carrierflex.simulation.mounting.parameters import parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.workflows.support.outputs import prepared_folder
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +64,7 @@ def main(
         what = read_mounting_case(case)
         rig, parameters = what.rig, what.truth
     system = mounting_system(rig, parameters, step=step)
-    out.parent.mkdir(parents=True, exist_ok=True)
+    prepared_folder(out.parent)
     compiler = None if sources_only else c_compiler()
     write_fmu(system, out, compiler=compiler, notes=versions())
     return ExportedUnit(out, step, compiler is not None)

@@ -15,7 +15,11 @@ import numpy as np
 
 from carrierflex.fe.curve_files import read_curves, write_curves
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.campaign_files import CASE_COPY, write_campaign
+from carrierflex.identification.campaign.campaign_files import (
+    CASE_COPY,
+    prepare_campaign_folder,
+    write_campaign,
+)
 from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE, simulated_campaign
 from carrierflex.simulation.carrier.case_files import SimulationCase, read_case
 from carrierflex.simulation.carrier.motion import simulate_run
@@ -51,7 +55,7 @@ def main(
     case : Path
         Case file (TOML): rig, sensors and runs with the carrier's true motion; SI units.
     out : Path
-        Campaign folder to write: new, empty, or an earlier campaign.
+        Campaign folder to write: new, empty, or an earlier simulated campaign.
     curves : Path, optional
         Deflection curves (CSV: theta_deg, delta_s, delta_f [m per kN m]); without it those of the
         default carrier serve.
@@ -76,6 +80,7 @@ def main(
     else:
         curve_set = read_curves(curves)
     what = read_case(case, curve_set["delta_f"])
+    prepare_campaign_folder(out)
     rng = np.random.default_rng(what.seed)
     stages = Stages(len(what.runs) + 1, quiet)
     records = []
@@ -97,5 +102,5 @@ def main(
         CASE_COPY: partial(shutil.copyfile, case),
     }
     with stages.stage(f"writing {out}"):
-        write_campaign(campaign, out, more_files=more_files)
+        write_campaign(campaign, out, simulated=True, more_files=more_files)
     return SimulatedLoadCases(what, campaign, out)

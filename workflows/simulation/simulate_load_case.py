@@ -52,7 +52,7 @@ def main(
         Case file (TOML): rig, sensors and runs with the carrier's true motion, or of kind mounting,
         or a stage case, in which the whole planetary stage runs; SI units.
     out : Path
-        Campaign folder to write: new, empty, or an earlier campaign.
+        Campaign folder to write: new, empty, or an earlier simulated campaign.
     curves : Path, optional
         Deflection curves of the carrier (CSV: theta_deg, delta_s, delta_f [m per kN m]); without it
         those of the default carrier serve. A case of kind mounting has none.

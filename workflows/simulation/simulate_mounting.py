@@ -15,10 +15,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.files.whole_folders import check_writable
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import (
     CASE_COPY,
-    refuse_foreign_folder,
+    prepare_campaign_folder,
     write_campaign,
 )
 from carrierflex.identification.campaign.simulated_campaign import simulated_mounting_campaign
@@ -81,7 +82,7 @@ def main(
     case : Path
         Case file of kind mounting (TOML); SI units.
     out : Path
-        Campaign folder to write: new, empty, or an earlier campaign.
+        Campaign folder to write: new, empty, or an earlier simulated campaign.
     linearised : Path, optional
         Folder for modes, frequency response and Campbell diagram where each run carries its largest
         torque.
@@ -106,7 +107,9 @@ def main(
         Likewise.
     """
     what = read_mounting_case(case)
-    refuse_foreign_folder(out)
+    prepare_campaign_folder(out)
+    if linearised is not None:
+        check_writable(linearised.parent)
     rng = np.random.default_rng(what.seed)
     stages = Stages(len(what.runs) * (1 + energy_balance) + 1 + (linearised is not None), quiet)
     runs, records = [], []
@@ -126,7 +129,8 @@ def main(
     campaign = simulated_mounting_campaign(replace(what, runs=tuple(runs)), records)
     if records:
         with stages.stage(f"writing {out}"):
-            write_campaign(campaign, out, more_files={CASE_COPY: partial(shutil.copyfile, case)})
+            copies = {CASE_COPY: partial(shutil.copyfile, case)}
+            write_campaign(campaign, out, simulated=True, more_files=copies)
     if stopped is not None:
         raise stopped
     if linearised is not None:

@@ -20,7 +20,11 @@ from carrierflex.fe.curve_files import read_curves, write_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
-from carrierflex.identification.campaign.campaign_files import CASE_COPY, write_campaign
+from carrierflex.identification.campaign.campaign_files import (
+    CASE_COPY,
+    prepare_campaign_folder,
+    write_campaign,
+)
 from carrierflex.identification.campaign.growing_runs import GrowingRuns, growing_runs
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE
@@ -79,7 +83,7 @@ def main(
     case : Path
         Stage case (TOML).
     out : Path
-        Campaign folder to write: new, empty, or an earlier campaign.
+        Campaign folder to write: new, empty, or an earlier simulated campaign.
     curves : Path, optional
         Deflection curves kept with the campaign; without it those of the default carrier.
     linearised : Path, optional
@@ -103,6 +107,7 @@ def main(
     steps_per_sample(
         what.speed, what.data.gear.ring_teeth, sample_rate=what.sample_rate, step=what.step
     )
+    prepare_campaign_folder(out)
     curve_set = _curves(curves)
     stages = Stages(len(what.runs) + 2 + (linearised is not None), quiet)
     with stages.stage(f"reduced carrier and pins, elements of {size} m"):
@@ -127,7 +132,11 @@ def main(
         campaign = stage_campaign(what, list(growing.runs))
         with stages.stage(f"writing {out}"):
             write_campaign(
-                campaign, out, more_files=_files(case, curve_set), written_files=growing.files
+                campaign,
+                out,
+                simulated=True,
+                more_files=_files(case, curve_set),
+                written_files=growing.files,
             )
     if stopped is not None:
         raise stopped

@@ -40,7 +40,7 @@ def main(case: Path, *, out: Path, quiet: bool = False) -> SimulatedMounting:
     case : Path
         Case file of kind mounting (TOML) without a sensor delay; SI units.
     out : Path
-        Campaign folder to write: new, empty, or an earlier campaign.
+        Campaign folder to write: new, empty, or an earlier simulated campaign.
     quiet : bool
         Show no progress.
 
@@ -81,6 +81,7 @@ def main(case: Path, *, out: Path, quiet: bool = False) -> SimulatedMounting:
                 write_campaign(
                     campaign,
                     out,
+                    simulated=True,
                     more_files={CASE_COPY: partial(shutil.copyfile, case)},
                     written_files=files,
                 )

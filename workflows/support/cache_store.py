@@ -12,7 +12,6 @@ import json
 import logging
 import os
 import shutil
-import tempfile
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -20,7 +19,9 @@ from pathlib import Path
 
 from carrierflex.fe.materials import BODY_MATERIALS
 from carrierflex.files.json_files import plain, save_json
+from carrierflex.files.temporary_names import remove_abandoned
 from carrierflex.files.versions import versions
+from carrierflex.files.whole_folders import unfinished_folder
 
 log = logging.getLogger(__name__)
 
@@ -105,7 +106,8 @@ class CacheStore:
         """
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            part = Path(tempfile.mkdtemp(prefix=".part-", dir=self.folder))
+            remove_abandoned(self.folder)
+            part = unfinished_folder(self.folder / key)
         except OSError as error:
             log.error(
                 "%s: cannot write into the cache (%s); the result is not kept",
@@ -160,7 +162,7 @@ class CacheStore:
 
     def _remove(self, entry: Path) -> None:
         """Take the entry away in one step, so that no reader meets half of it, then delete it."""
-        grave = Path(tempfile.mkdtemp(prefix=".part-", dir=self.folder))
+        grave = unfinished_folder(entry)
         try:
             os.rename(entry, grave / "entry")
         except FileNotFoundError:

@@ -9,6 +9,12 @@ from contextlib import contextmanager
 from multiprocessing import get_context
 from typing import Any
 
+from carrierflex.workflows.support.interruption import (
+    call_or_end,
+    end_children,
+    interrupt_on_sigterm,
+)
+
 #: Seconds to wait for a scheduler that does not answer.
 _CONNECT_TIMEOUT = 10.0
 
@@ -61,16 +67,47 @@ def work_executor(workers: int = 1, scheduler: str | None = None) -> Iterator[Ex
         with _dask_executor(scheduler) as executor:
             yield executor
         return
-    # Fresh processes: forked ones inherit the locks of running threads (MKL, gmsh).
-    executor = (
-        SerialExecutor()
-        if workers == 1
-        else ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
-    )
+    if workers == 1:
+        yield SerialExecutor()
+        return
+    with other_processes(workers) as executor:
+        yield executor
+
+
+class _Processes(ProcessPoolExecutor):
+    """Processes of this machine that end, and leave nothing unfinished, where they are told to."""
+
+    def __init__(self, workers: int) -> None:
+        # Fresh processes: forked ones inherit the locks of running threads (MKL, gmsh).
+        context = get_context("spawn")
+        super().__init__(workers, mp_context=context, initializer=interrupt_on_sigterm)
+
+    def submit(self, function: Any, /, *arguments: Any, **options: Any) -> Future[Any]:
+        """Run the call in one of the processes."""
+        return super().submit(call_or_end, function, *arguments, **options)
+
+
+@contextmanager
+def other_processes(workers: int) -> Iterator[Executor]:
+    """Executor in other processes of this machine, even if it is only one.
+
+    Parameters
+    ----------
+    workers : int
+        Number of processes.
+
+    Yields
+    ------
+    Executor
+        Standard executor; where the block is interrupted, its processes end at once.
+    """
+    executor = _Processes(workers)
     try:
         yield executor
-    except BaseException:
+    except BaseException as error:
         executor.shutdown(wait=False, cancel_futures=True)
+        if isinstance(error, KeyboardInterrupt):
+            end_children()
         raise
     executor.shutdown()
 

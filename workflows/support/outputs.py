@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.files.temporary_names import remove_abandoned
 from carrierflex.files.whole_files import whole_file
+from carrierflex.files.whole_folders import check_writable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,21 +21,15 @@ _PICTURE_DPI = 130
 def prepared_folder(path: Path) -> Path:
     """Create the output folder and make sure that files can be written into it.
 
+    Unfinished files that killed processes left in it are removed.
+
     Raises
     ------
     OSError
         Where the path is a file or cannot be written; the message is one line.
     """
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        probe = path / ".write-test"
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise OSError(
-            f"{path}: cannot write into this output folder ({error.strerror}); expected a writable "
-            "--out"
-        ) from error
+    check_writable(path)
+    remove_abandoned(path)
     return path
 
 
@@ -48,9 +44,21 @@ def save_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[object
 
 
 def save_figure(path: Path, figure: "Figure") -> None:
-    """Write a matplotlib figure as PNG."""
+    """Write a matplotlib figure as PNG.
+
+    Raises
+    ------
+    OSError
+        Where it cannot be written.
+    ValueError
+        Where it cannot be drawn; the message names the file.
+    """
     with whole_file(path) as file:
-        figure.savefig(file, dpi=_PICTURE_DPI)
+        try:
+            figure.savefig(file, dpi=_PICTURE_DPI)
+        except (ValueError, ArithmeticError, RuntimeError) as error:
+            reason = " ".join(str(error).split())
+            raise ValueError(f"{path}: cannot be drawn ({reason})") from error
 
 
 def save_image(path: Path, image: NDArray[np.uint8]) -> None:

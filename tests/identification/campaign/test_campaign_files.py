@@ -112,10 +112,10 @@ def test_campaigns_of_the_other_kinds_come_back(tmp_path, campaign):
     assert dict(read_campaign(tmp_path / "c").input_units) == dict(campaign.input_units)
 
 
-def test_an_earlier_campaign_is_replaced_and_anything_else_is_left_alone(tmp_path):
+def test_an_earlier_simulated_campaign_is_replaced_and_anything_else_is_left_alone(tmp_path):
     folder = tmp_path / "c"
-    write_campaign(carrier_campaign(), folder)
-    write_campaign(carrier_campaign(seed=3), folder)
+    write_campaign(carrier_campaign(), folder, simulated=True)
+    write_campaign(carrier_campaign(seed=3), folder, simulated=True)
     same(read_campaign(folder), carrier_campaign(seed=3))
     (folder / "notes.txt").write_text("mine")
     with pytest.raises(ValueError, match=r"holds 'notes\.txt' beside the campaign"):
@@ -174,12 +174,12 @@ REFUSALS = {
         r"campaign\.toml: key 'format' is 'x'; expected 'carr",
     ),
     "newer": (
-        edit_document(lambda d: d.update(version=2)),
-        r"'version' is 2, written by a newer version; expected 1",
+        edit_document(lambda d: d.update(version=3)),
+        r"'version' is 3, written by a newer version; expected 1 to 2",
     ),
     "version text": (
         edit_document(lambda d: d.update(version="1")),
-        r"key 'version' is '1'; expected 1",
+        r"key 'version' is '1'; expected 1 to 2",
     ),
     "unknown key": (
         edit_document(lambda d: d.update(owner="me")),
