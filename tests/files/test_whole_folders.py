@@ -110,7 +110,8 @@ def test_the_next_writing_of_a_file_removes_its_litter(tmp_path):
     program = (
         "import os, sys; from pathlib import Path; "
         "from carrierflex.files.whole_files import whole_file\n"
-        "with whole_file(Path(sys.argv[1])) as part: part.write_text('half'); os.kill(os.getpid(), 9)"
+        "with whole_file(Path(sys.argv[1])) as part: part.write_text('half'); "
+        "os.kill(os.getpid(), 9)"
     )
     path = tmp_path / "a.json"
     subprocess.run([sys.executable, "-P", "-c", program, str(path)], check=False)

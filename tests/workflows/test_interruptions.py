@@ -1,4 +1,4 @@
-"""A command that is asked to end, or killed, loses nothing that stands and leaves no litter for long."""
+"""A command that is asked to end, or killed, loses nothing that stands; its litter goes."""
 
 import os
 import resource

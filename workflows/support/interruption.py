@@ -13,7 +13,8 @@ from typing import Any
 #: Exit codes: 128 + number of the signal, as shells count.
 EXIT_INTERRUPTED = 128 + signal.SIGINT
 EXIT_TERMINATED = 128 + signal.SIGTERM
-#: Seconds that a working process gets to remove what it has not finished; one that compiles hears late.
+#: Seconds that a working process gets to remove what it has not finished; one that compiles
+#: hears late.
 _PATIENCE = 60.0
 
 
