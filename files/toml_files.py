@@ -49,11 +49,6 @@ class TomlKind:
     holds: str = ""
 
     @property
-    def versions(self) -> str:
-        """Versions of the format that are read, in words."""
-        return f"1 to {self.version}" if self.version > 1 else "1"
-
-    @property
     def described(self) -> str:
         """The kind with what it holds, for somebody who has no such file yet."""
         return f"{self.what} (TOML with {self.holds})" if self.holds else f"{self.what} (TOML)"
@@ -183,13 +178,13 @@ def check_header(document: Mapping[str, Any], kind: TomlKind, file: str) -> None
             f"{file}: key 'format' is {defect}; expected '{kind.format}' for {kind.what}",
         )
     if "version" not in document:
-        raise ValueError(f"{file}: missing key 'version'; expected {kind.versions}")
+        raise ValueError(f"{file}: missing key 'version'; expected {kind.version}")
     version = document["version"]
     if isinstance(version, bool) or not isinstance(version, int) or version < 1:
-        raise ValueError(f"{file}: key 'version' is {shown(version)}; expected {kind.versions}")
+        raise ValueError(f"{file}: key 'version' is {shown(version)}; expected {kind.version}")
     if version > kind.version:
         defect = f"key 'version' is {shown(version)}, written by a newer version"
-        raise ValueError(f"{file}: {defect}; expected {kind.versions}: update carrierflex")
+        raise ValueError(f"{file}: {defect}; expected {kind.version}: update carrierflex")
 
 
 def _content(path: Path, kind: TomlKind) -> bytes:
