@@ -2,7 +2,15 @@
 
 from typing import Annotated
 
-from carrierflex.files.toml_values import FieldsOf, Key, Positive, Teeth, TomlTable, key
+from carrierflex.files.toml_values import (
+    FieldsOf,
+    Key,
+    NotNegative,
+    Positive,
+    Teeth,
+    TomlTable,
+    key,
+)
 from carrierflex.geometry.main_shaft_parameters import MainShaftParameters
 from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters
 
@@ -28,7 +36,7 @@ _PIN = {
     "diameter": "Diameter of the planet pins, equal to the pin bores'",
     "bearing_width": "Width of the planet bearings' seat on each pin",
 }
-_GEAR = {
+GEAR_KEYS = {
     "ring_teeth": Key(Teeth, "Number of teeth of the ring gear"),
     "planet_teeth": Key(Teeth, "Number of teeth of a planet"),
     "sun_teeth": Key(Teeth, "Number of teeth of the sun"),
@@ -38,7 +46,9 @@ _GEAR = {
         "m",
     ),
     "pressure_angle": Key(Positive, "Normal pressure angle", "rad"),
-    "helix_angle": Key(Positive, "Helix angle; the sun is right-handed", "rad"),
+    "helix_angle": Key(
+        NotNegative, "Helix angle; the sun is right-handed; 0 for spur gears", "rad"
+    ),
 }
 _MAIN_SHAFT = {
     "outer_diameter": "Outer diameter of the main shaft",
@@ -65,7 +75,9 @@ class ParameterTables(TomlTable):
         "Planet pins",
         default_factory=PinParameters,
     )
-    gear: Annotated[GearData, FieldsOf(_GEAR)] = key("Planetary gears", default_factory=GearData)
+    gear: Annotated[GearData, FieldsOf(GEAR_KEYS)] = key(
+        "Planetary gears", default_factory=GearData
+    )
     main_shaft: Annotated[MainShaftParameters, _lengths(_MAIN_SHAFT)] = key(
         "Main shaft",
         default_factory=MainShaftParameters,

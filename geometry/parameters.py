@@ -29,14 +29,16 @@ def pin_angles() -> NDArray[np.float64]:
     return 2.0 * np.pi * np.arange(N_PINS) / N_PINS
 
 
-def refuse_non_positive(parameters: object) -> None:
-    """Raise ValueError naming every field that is not a finite positive number."""
-    refuse(_non_positive(parameters))
+def refuse_non_positive(parameters: object, *, but: tuple[str, ...] = ()) -> None:
+    """Raise ValueError naming every field that is not a finite positive number, or 0 for one of `but`."""
+    refuse(_non_positive(parameters, but))
 
 
-def _non_positive(parameters: object) -> Iterator[str]:
+def _non_positive(parameters: object, but: tuple[str, ...]) -> Iterator[str]:
     for field in fields(parameters):  # type: ignore[arg-type]
         value = getattr(parameters, field.name)
+        if field.name in but and value == 0.0:
+            continue
         if not (isinstance(value, (int, float)) and math.isfinite(value) and value > 0.0):
             key = f"{type(parameters).__name__}.{field.name}"
             yield f"{key} is {value!r}; expected a positive number"
@@ -278,7 +280,8 @@ class GearData:
     Raises
     ------
     ValueError
-        Where a value is not positive or the tooth numbers cannot be assembled.
+        Where a value is not positive (the helix angle may be 0: spur gears) or the tooth numbers
+        cannot be assembled.
     """
 
     ring_teeth: int = 99
@@ -292,10 +295,10 @@ class GearData:
     pressure_angle: float = math.radians(20.0)
     """Paper, Table 3 [rad]."""
     helix_angle: float = math.radians(7.5)
-    """Paper, Table 3 [rad]; sun right-handed, planet and ring left-handed (GRC)."""
+    """Paper, Table 3 [rad]; sun right-handed, planet and ring left-handed (GRC). 0 for spur gears (paper, section 3.2)."""
 
     def __post_init__(self) -> None:
-        refuse_non_positive(self)
+        refuse_non_positive(self, but=("helix_angle",))
         refuse(self._conflicts())
 
     def _conflicts(self) -> Iterator[str]:

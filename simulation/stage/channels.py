@@ -8,7 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
+from carrierflex.geometry.dihedral import rotation_about_x
 from carrierflex.geometry.parameters import N_PINS
 from carrierflex.simulation.stage.coordinate_layout import CoordinateLayout
 from carrierflex.simulation.stage.effects import StageEffects
@@ -20,7 +22,7 @@ from carrierflex.simulation.stage.gear_meshes import (
 )
 from carrierflex.simulation.stage.roller_bearing import no_rollers, roller_set
 from carrierflex.simulation.stage.roller_contact import RollerSet
-from carrierflex.simulation.stage.springs import Spring
+from carrierflex.simulation.stage.springs import Spring, unequal_bearings
 
 #: Channel 0 is the carrier angle: the mesh stiffness depends on it, and answers with a torque.
 ANGLE = 0
@@ -33,8 +35,8 @@ class Channels:
     """Columns ``B`` of the channels, ``delta = Bᵀ c - free``, and what each needs.
 
     Order: carrier angle; six drive flanks (sun 1-3, ring 1-3); six coast flanks; six motions of the
-    housing; two a bearing with clearance; four a roller bearing: y, z, ry, rz of planet 1, 2, 3
-    against its pin.
+    housing; two a carrier bearing with unequal stiffnesses; two a bearing with clearance; four a
+    roller bearing: y, z, ry, rz of planet 1, 2, 3 against its pin.
 
     Parameters
     ----------
@@ -48,12 +50,15 @@ class Channels:
         The twelve flanks.
     stiffness : tuple of MeshStiffness
         Of the six meshes, sun 1-3, ring 1-3.
-    K_mount, C_mount, K_mean, C_mean : ndarray, shape (6, 6)
-        Mount in the fixed frame, and what the linear part has of it.
+    K_fixed, C_fixed, K_mean, C_mean : ndarray, shape (t, t)
+        Stiffness and damping in the fixed frame of what stands still there, and what the linear
+        part has of it: t = 6 motions of the housing on its mount and 2 an unequal bearing.
     clearance : ndarray, shape (k,)
         Radial play [m] of each bearing with clearance.
     bearings : tuple of str
         Their names.
+    unequal : tuple of str
+        Names of the carrier bearings with unequal stiffnesses.
     rollers : RollerSet
         Rollers of the planet bearings; no bearings where those are springs.
     mesh_teeth : int
@@ -65,12 +70,13 @@ class Channels:
     reference: NDArray[np.float64]
     lines: tuple[FlankLine, ...]
     stiffness: tuple[MeshStiffness, ...]
-    K_mount: NDArray[np.float64]
-    C_mount: NDArray[np.float64]
+    K_fixed: NDArray[np.float64]
+    C_fixed: NDArray[np.float64]
     K_mean: NDArray[np.float64]
     C_mean: NDArray[np.float64]
     clearance: NDArray[np.float64]
     bearings: tuple[str, ...]
+    unequal: tuple[str, ...]
     rollers: RollerSet
     mesh_teeth: int
 
@@ -86,13 +92,14 @@ class Channels:
             f"housing {coordinate}"
             for coordinate in ("Tx [m]", "Ty [m]", "Tz [m]", "Rx [rad]", "Ry [rad]", "Rz [rad]")
         ]
+        unequal = [f"{name} along {axis} [m]" for name in self.unequal for axis in "yz"]
         clearances = [f"clearance of {name}, {axis}" for name in self.bearings for axis in "yz"]
         rollers = [
             f"rollers of planet {i + 1}, {motion}"
             for i in range(len(self.rollers.directions))
             for motion in ("Ty [m]", "Tz [m]", "Ry [rad]", "Rz [rad]")
         ]
-        return ("carrier angle [rad]", *flanks, *housing, *clearances, *rollers)
+        return ("carrier angle [rad]", *flanks, *housing, *unequal, *clearances, *rollers)
 
     @property
     def meshes(self) -> slice:
@@ -105,9 +112,25 @@ class Channels:
         return slice(self.meshes.stop, self.meshes.stop + 6)
 
     @property
+    def turning(self) -> slice:
+        """Channels of the housing's motion and of the unequal bearings.
+
+        Their stiffness stands still in the fixed frame.
+        """
+        return slice(self.housing.start, self.housing.stop + 2 * len(self.unequal))
+
+    def turned(self, angle: float) -> NDArray[np.float64]:
+        """Matrix R that takes the motions of the turning channels to the fixed frame, shape (t, t).
+
+        At a carrier angle [rad].
+        """
+        R = rotation_about_x(angle)
+        return np.asarray(block_diag(R, R, *len(self.unequal) * [R[1:, 1:]]))
+
+    @property
     def clearances(self) -> slice:
         """Channels of the bearings with clearance."""
-        return slice(self.housing.stop, self.housing.stop + 2 * len(self.bearings))
+        return slice(self.turning.stop, self.turning.stop + 2 * len(self.bearings))
 
     @property
     def rolling(self) -> slice:
@@ -126,17 +149,22 @@ def stage_channels(
     """Channels of a stage; `mount`, `mean_mount` are (K, D); `L` as in :class:`StageModel`."""
     lines, stiffness = _meshes(layout, effects)
     loose = tuple(name for name, spring in springs.items() if spring.clearance > 0.0)
+    unequal = unequal_bearings(layout.data.bearings)
     n_lines = len(lines)
     rollers = _rollers(layout, effects)
-    rows = np.zeros((1 + n_lines + 6 + 2 * len(loose) + 4 * len(rollers.directions), layout.n))
+    n_turning = 6 + 2 * len(unequal)
+    n_rows = 1 + n_lines + n_turning + 2 * len(loose) + 4 * len(rollers.directions)
+    rows = np.zeros((n_rows, layout.n))
     rows[1 : 1 + n_lines] = [_approach_row(layout, line) for line in lines]
     rows[1 + n_lines + np.arange(6), layout.rows["housing"]] = 1.0
-    free, reference = np.zeros(len(rows)), np.zeros(len(rows))
+    for i, name in enumerate(unequal):
+        rows[1 + n_lines + 6 + 2 * i + np.arange(2)] = springs[name].G[1:3]
+    free, reference = np.zeros(n_rows), np.zeros(n_rows)
     reference[1 : 1 + len(stiffness)] = [mesh.mean for mesh in stiffness]
     # Which rows of which spring each channel that takes over from one has.
     taken = [(springs[name], [1, 2]) for name in loose]
     taken += [(springs[f"planet_{i + 1}"], ROLLING_ROWS) for i in range(len(rollers.directions))]
-    first = 1 + n_lines + 6
+    first = 1 + n_lines + n_turning
     for spring, own_rows in taken:
         channels = first + np.arange(len(own_rows))
         rows[channels] = spring.G[own_rows]
@@ -148,10 +176,23 @@ def stage_channels(
     # the angle.
     B[0] = 0.0
     B[0, ANGLE] = 1.0
-    clearance = np.array([springs[name].clearance for name in loose])
-    teeth = layout.data.gear.ring_teeth
+    # Bearings have no damping of their own: the structural one holds for their mean.
+    no_damping = len(unequal) * [np.zeros((2, 2))]
     return Channels(
-        B, free, reference, lines, stiffness, *mount, *mean_mount, clearance, loose, rollers, teeth
+        B,
+        free,
+        reference,
+        lines,
+        stiffness,
+        K_fixed=block_diag(mount[0], *(np.diag(pair) for pair in unequal.values())),
+        C_fixed=block_diag(mount[1], *no_damping),
+        K_mean=block_diag(mean_mount[0], *(pair.mean() * np.eye(2) for pair in unequal.values())),
+        C_mean=block_diag(mean_mount[1], *no_damping),
+        clearance=np.array([springs[name].clearance for name in loose]),
+        bearings=loose,
+        unequal=tuple(unequal),
+        rollers=rollers,
+        mesh_teeth=layout.data.gear.ring_teeth,
     )
 
 

@@ -60,13 +60,10 @@ class CoordinateLayout:
             else "main_bearing_seat"
         )
 
-    @property
-    def hub_arm(self) -> float:
-        """Distance of the dynamometer coupling upwind of the hub pilot [m]."""
+    def arm_at_hub(self, arm: float) -> float:
+        """Distance upwind of the hub pilot [m] of a point `arm` [m] upwind of the main bearing."""
         pilots = self.body.model.pilots
-        return self.data.mounting.coupling_arm - float(
-            pilots["main_bearing_seat"][0] - pilots[self.hub][0]
-        )
+        return arm - float(pilots["main_bearing_seat"][0] - pilots[self.hub][0])
 
     @property
     def parts(self) -> dict[str, RigidPart]:

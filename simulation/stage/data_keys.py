@@ -1,6 +1,13 @@
 """Keys of a stage case for the data of meshes, bearings, parallel stages, mounting and rollers."""
 
-from carrierflex.files.toml_values import Harmonics, Key, NotNegative, Positive, PositiveCount
+from carrierflex.files.toml_values import (
+    Harmonics,
+    Key,
+    NotNegative,
+    Number,
+    Positive,
+    PositiveCount,
+)
 
 MESH_KEYS = {
     "sun_stiffness": Key(Positive, "Mean stiffness of a sun mesh along the tooth normal", "N/m"),
@@ -17,6 +24,16 @@ BEARING_KEYS = {
         NotNegative,
         "Radial stiffness of the carrier's downwind bearing",
         "N/m",
+    ),
+    "upwind_tilt": Key(NotNegative, "Tilting stiffness of the carrier's upwind bearing", "N m/rad"),
+    "downwind_tilt": Key(
+        NotNegative, "Tilting stiffness of the carrier's downwind bearing", "N m/rad"
+    ),
+    "upwind_y_factor": Key(
+        NotNegative, "Stiffness of the carrier's upwind bearing along y over the one along z"
+    ),
+    "downwind_y_factor": Key(
+        NotNegative, "Stiffness of the carrier's downwind bearing along y over the one along z"
     ),
     "carrier_axial": Key(NotNegative, "Axial stiffness of the carrier's bearings", "N/m"),
     "main_radial": Key(NotNegative, "Radial stiffness of the main bearing", "N/m"),
@@ -60,14 +77,18 @@ CHAIN_KEYS = {
 }
 MOUNTING_KEYS = {
     "arm": Key(NotNegative, "Distance of each bushing from the axis along y", "m"),
-    "x": Key(NotNegative, "Axial position of the bushings", "m"),
+    "x": Key(Number, "Axial position of the bushings, downwind of the rim's face", "m"),
     "radial_stiffness": Key(NotNegative, "Stiffness of each bushing in y and z", "N/m"),
     "axial_stiffness": Key(NotNegative, "Stiffness of each bushing in x", "N/m"),
+    "tilt_stiffness": Key(
+        NotNegative, "Stiffness of each bushing against tilt about y and z", "N m/rad"
+    ),
     "radial_damping": Key(NotNegative, "Damping of each bushing in y and z", "N s/m"),
     "axial_damping": Key(NotNegative, "Damping of each bushing in x", "N s/m"),
     "rotor_inertia": Key(NotNegative, "Inertia of the rotor", "kg m^2"),
     "coupling_mass": Key(NotNegative, "Equivalent mass of the dynamometer's coupling", "kg"),
     "coupling_arm": Key(NotNegative, "Distance of the coupling upwind of the main bearing", "m"),
+    "ntl_arm": Key(NotNegative, "Distance of the radial load upwind of the main bearing", "m"),
 }
 ROLLER_KEYS = {
     "n_rollers": Key(PositiveCount, "Rollers in a row"),

@@ -119,10 +119,10 @@ class StepMatrices(NamedTuple):
     """Play of the loose bearings [m]."""
     rollers: RollerSet
     """Rollers of the planet bearings."""
-    K_mount: NDArray[np.float64]
-    """(6, 6), fixed frame."""
-    C_mount: NDArray[np.float64]
-    """(6, 6), fixed frame."""
+    K_fixed: NDArray[np.float64]
+    """Mount and unequal bearings, (t, t), fixed frame."""
+    C_fixed: NDArray[np.float64]
+    """The same, damping."""
     K_mean: NDArray[np.float64]
     """What the linear part has of it."""
     C_mean: NDArray[np.float64]
@@ -166,8 +166,8 @@ def step_matrices(stage: ModalStage, h: float, gravity: float) -> StepMatrices:
         gaps=np.array([line.gap for line in channels.lines]),
         clearance=channels.clearance,
         rollers=channels.rollers,
-        K_mount=channels.K_mount,
-        C_mount=channels.C_mount,
+        K_fixed=channels.K_fixed,
+        C_fixed=channels.C_fixed,
         K_mean=channels.K_mean,
         C_mean=channels.C_mean,
         speed=model.speed,

@@ -49,7 +49,7 @@ class ReadingEffects:
     Raises
     ------
     ValueError
-        Where the noise is negative or an order of the run-out is below 2.
+        Where the noise is negative, an order of the run-out is below 2 or the reference is unknown.
     """
 
     axial_offset: float = 0.0
@@ -70,6 +70,8 @@ class ReadingEffects:
     """``thermal_drift`` [m/s], axial sensors."""
     sensors: Mapping[str, SensorError] | None = None
     """``sensor_gain``, ``sensor_angle``, ``sensor_zero`` by sensor name."""
+    reference: str = "housing"
+    """What the sensors stand on: ``housing`` or ``ground``."""
     delay: float = 0.0
     """``sensor_delay``: displacement behind the carrier angle [s]."""
     noise_std: float = 0.0
@@ -78,6 +80,8 @@ class ReadingEffects:
     def __post_init__(self) -> None:
         if self.noise_std < 0.0:
             raise ValueError(f"noise_std is {self.noise_std} m; expected a value >= 0")
+        if self.reference not in ("housing", "ground"):
+            raise ValueError(f"reference is {self.reference!r}; expected housing or ground")
         for order in self.runout or {}:
             if order < 2:
                 raise ValueError(
@@ -211,15 +215,17 @@ def _read(
 ) -> NDArray[np.float64]:
     """Signal of one sensor with its errors, neither delayed nor noisy."""
     angle = sensor.angle + error.angle
-    clean = _clean(model, record, reader, sensor, angle)
+    clean = _rim_motion(model, record, reader, sensor, angle)
+    if effects.reference == "housing":
+        clean = clean - _housing_motion(model, record, sensor, angle)
     clean = clean + _patterns(model, record, sensor, angle, effects)
     return error.reading(clean)
 
 
-def _clean(
+def _rim_motion(
     model: StageModel, record: StageRecord, reader: RimReader, sensor: Sensor, angle: float
 ) -> NDArray[np.float64]:
-    """Rim less housing at one sensor."""
+    """Motion of the rim under one sensor, which looks at the angle [rad]."""
     phi = angle - record.c[:, 0]
     axial = sensor.quantity == AXIAL
     rows, tilt = (
@@ -228,14 +234,21 @@ def _clean(
         else (reader.radial, reader.misaligned_radial)
     )
     amplitude = record.c @ rows.T + tilt
-    rim = (amplitude * np.exp(1j * np.outer(phi, reader.orders))).sum(axis=1).real
+    return np.asarray((amplitude * np.exp(1j * np.outer(phi, reader.orders))).sum(axis=1).real)
+
+
+def _housing_motion(
+    model: StageModel, record: StageRecord, sensor: Sensor, angle: float
+) -> NDArray[np.float64]:
+    """Motion of the housing where a sensor stands, along the sensor."""
+    phi = angle - record.c[:, 0]
     tx, ty, tz, _, wy, wz = (record.c @ model.channels.B[:, model.channels.housing]).T
     y, z = -sensor.radius * np.sin(phi), sensor.radius * np.cos(phi)
     # The rim face is the plane x = 0.
     x = -model.data.housing.x
-    if axial:
-        return np.asarray(rim - (tx + wy * z - wz * y))
-    return np.asarray(rim - (-np.sin(phi) * (ty + wz * x) + np.cos(phi) * (tz - wy * x)))
+    if sensor.quantity == AXIAL:
+        return np.asarray(tx + wy * z - wz * y)
+    return np.asarray(-np.sin(phi) * (ty + wz * x) + np.cos(phi) * (tz - wy * x))
 
 
 def _patterns(

@@ -14,7 +14,7 @@ from carrierflex.geometry.parameters import N_PINS, pin_angles
 from carrierflex.simulation.stage.coordinate_layout import CoordinateLayout, motion_at
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.roller_bearing import roller_set, stiffness_at
-from carrierflex.simulation.stage.stage_data import MountingData
+from carrierflex.simulation.stage.stage_data import BearingData, MountingData
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,12 +57,13 @@ def stage_springs(layout: CoordinateLayout, effects: StageEffects) -> dict[str, 
             G, np.array([axial, radial, radial, torsion, tilt, tilt]), np.zeros(6), clearance
         )
 
-    for side, radial, axial, clearance in (
-        ("upwind_seat", bearings.upwind_radial, bearings.carrier_axial, bearings.upwind_clearance),
-        ("downwind_seat", bearings.downwind_radial, 0.0, bearings.downwind_clearance),
-    ):
-        G = layout.pilot_motion(side) - layout.part_motion("housing", points[side])
-        springs[side] = bearing(G, (axial, radial, radial, 0.0, 0.0), clearance)
+    for side, axial in (("upwind", bearings.carrier_axial), ("downwind", 0.0)):
+        seat = f"{side}_seat"
+        G = layout.pilot_motion(seat) - layout.part_motion("housing", points[seat])
+        # Of unequal stiffnesses the mean over a turn; the rest turns (unequal_bearings).
+        radial = _mean_radial(bearings, side)
+        stiffness = (axial, radial, radial, getattr(bearings, f"{side}_tilt"), 0.0)
+        springs[seat] = bearing(G, stiffness, getattr(bearings, f"{side}_clearance"))
     main = (bearings.main_axial, bearings.main_radial, bearings.main_radial, 0.0, 0.0)
     springs["main_bearing"] = bearing(layout.pilot_motion("main_bearing_seat"), main)
     centre = layout.centre("sun")
@@ -77,6 +78,25 @@ def stage_springs(layout: CoordinateLayout, effects: StageEffects) -> dict[str, 
         layout.part_motion("ring", centre) - layout.part_motion("housing", centre), ring
     )
     return springs | _parallel_stages(layout) | _pin_fits(layout, effects)
+
+
+def _mean_radial(bearings: BearingData, side: str) -> float:
+    """Radial stiffness of a carrier bearing, mean of y and z [N/m]."""
+    factor: float = getattr(bearings, f"{side}_y_factor")
+    return float(getattr(bearings, f"{side}_radial")) * 0.5 * (1.0 + factor)
+
+
+def unequal_bearings(bearings: BearingData) -> dict[str, NDArray[np.float64]]:
+    """Stiffness along the housing's y and z of carrier bearings where the two differ [N/m].
+
+    By their spring's name, shape (2,) each.
+    """
+    unequal = {}
+    for side in ("upwind", "downwind"):
+        factor, radial = getattr(bearings, f"{side}_y_factor"), getattr(bearings, f"{side}_radial")
+        if factor != 1.0:
+            unequal[f"{side}_seat"] = radial * np.array([factor, 1.0])
+    return unequal
 
 
 def _pin_fits(layout: CoordinateLayout, effects: StageEffects) -> dict[str, Spring]:
@@ -162,7 +182,9 @@ def mount_matrices(
     """Stiffness and damping of both bushings at the housing's centre [m], fixed frame, (6, 6)."""
     K, C = np.zeros((6, 6)), np.zeros((6, 6))
     for y in (-mounting.arm, mounting.arm):
-        G = motion_at(np.array([mounting.x, y, 0.0]) - centre)[:3]
-        K += G.T @ np.diag([mounting.axial_stiffness] + 2 * [mounting.radial_stiffness]) @ G
-        C += G.T @ np.diag([mounting.axial_damping] + 2 * [mounting.radial_damping]) @ G
+        G = motion_at(np.array([mounting.x, y, 0.0]) - centre)
+        tilt = [0.0, mounting.tilt_stiffness, mounting.tilt_stiffness]
+        stiffness = [mounting.axial_stiffness, *2 * [mounting.radial_stiffness], *tilt]
+        K += G.T @ np.diag(stiffness) @ G
+        C += G[:3].T @ np.diag([mounting.axial_damping] + 2 * [mounting.radial_damping]) @ G[:3]
     return K, C

@@ -1,7 +1,7 @@
 """Reading of stage cases (TOML): runs of the whole planetary stage, its effects and its sensors."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -68,6 +68,8 @@ class StageCase:
         Runs.
     bodies : mapping of str to Path
         Body files in place of the default carrier, pin or main shaft.
+    main_shaft : str
+        Default main shaft: ``beam`` or ``finite_elements``.
     rest_angle : float or None
         Carrier angle [rad] of the rest reading that the signals count from; None where they count
         from the unloaded model.
@@ -87,6 +89,7 @@ class StageCase:
     sensors: tuple[Sensor, ...]
     runs: tuple[StageRun, ...]
     bodies: Mapping[str, Path] = field(default_factory=dict)
+    main_shaft: str = "beam"
     rest_angle: float | None = None
 
     def __post_init__(self) -> None:
@@ -131,21 +134,34 @@ def read_stage_case(path: Path) -> StageCase:
         reading=_reading(document.reading, document.sensors),
         sensors=sensors,
         runs=tuple(
-            StageRun(run.name, run.condition, SteadyLoad(run.torque, run.ntl_y, run.ntl_z))
+            StageRun(
+                run.name,
+                run.condition,
+                SteadyLoad(run.torque, run.ntl_y, run.ntl_z, document.gravity),
+            )
             for run in document.runs
         ),
         bodies={name: path.parent / file for name, file in document.bodies.given().items()},
+        main_shaft=document.main_shaft,
         rest_angle=None if zeroing is None else float(np.deg2rad(zeroing.carrier_angle_deg)),
     )
 
 
 def _data(document: "StageCaseDocument") -> StageData:
+    nominal = StageData()
+    parts = {
+        name: replace(getattr(nominal, name), **getattr(document, name).given())
+        for name in ("housing", "planet", "sun", "ring")
+    }
     return StageData(
+        gear=document.gear,
         mesh=document.mesh,
         bearings=document.bearings,
         chain=document.chain,
         mounting=document.mounting,
         planet_rollers=document.planet_rollers,
+        damping_ratio=document.damping_ratio,
+        **parts,
     )
 
 

@@ -12,11 +12,20 @@ from carrierflex.geometry.parameters import GearData
 from carrierflex.simulation.stage.roller_bearing import RollerBearingData
 
 
-def _refuse_negative(data: object) -> None:
-    """Raise ValueError naming the first number that is not finite or is negative."""
+def _refuse_negative(data: object, *, but: tuple[str, ...] = ()) -> None:
+    """Raise ValueError naming the first number that is not finite or is negative.
+
+    The fields `but` may be negative.
+    """
     for entry in fields(data):  # type: ignore[arg-type]
         value = getattr(data, entry.name)
-        if isinstance(value, int | float) and not (math.isfinite(value) and value >= 0.0):
+        if not isinstance(value, int | float):
+            continue
+        if not math.isfinite(value):
+            raise ValueError(
+                f"{type(data).__name__}.{entry.name} is {value!r}; expected a finite number"
+            )
+        if value < 0.0 and entry.name not in but:
             raise ValueError(
                 f"{type(data).__name__}.{entry.name} is {value!r}; expected a finite number >= 0"
             )
@@ -81,12 +90,17 @@ class MeshData:
 
 @dataclass(frozen=True)
 class BearingData:
-    """Bearings as springs: radial, axial [N/m] and tilting [N m/rad], all isotropic about the axis.
+    """Bearings as springs: radial, axial [N/m] and tilting [N m/rad].
+
+    All are isotropic about the axis but for the carrier's, whose stiffness may differ between the
+    housing's y and z. One merged bearing in place of two is ``downwind_radial`` = 0 with
+    ``upwind_tilt``.
 
     Raises
     ------
     ValueError
-        Where a value is negative.
+        Where a value is negative, or a carrier bearing has both a clearance and unequal
+        stiffnesses: under weight and load a clearance makes its own inequality.
     """
 
     planet_radial: float = 1.7e10
@@ -99,6 +113,14 @@ class BearingData:
     """Derived: PLC-A, line contact."""
     downwind_radial: float = 5e9
     """Derived: PLC-B."""
+    upwind_tilt: float = 0.0
+    """Chosen: one row of rollers hardly resists tilt."""
+    downwind_tilt: float = 0.0
+    """Chosen, as above."""
+    upwind_y_factor: float = 1.0
+    """Chosen: stiffness of PLC-A along the housing's y over the one along z, which is `upwind_radial`."""
+    downwind_y_factor: float = 1.0
+    """Chosen, as above for PLC-B."""
     carrier_axial: float = 1.6e9
     """GRC: 63 um at 100 kN thrust (NREL/CP-5000-55207)."""
     main_radial: float = 5e9
@@ -122,6 +144,14 @@ class BearingData:
 
     def __post_init__(self) -> None:
         _refuse_negative(self)
+        for side in ("upwind", "downwind"):
+            clearance = getattr(self, f"{side}_clearance")
+            factor = getattr(self, f"{side}_y_factor")
+            if clearance > 0.0 and factor != 1.0:
+                raise ValueError(
+                    f"BearingData.{side}_y_factor is {factor} with a clearance of {clearance} m; "
+                    "expected 1 where there is a clearance"
+                )
 
 
 @dataclass(frozen=True)
@@ -178,17 +208,22 @@ class MountingData:
     Raises
     ------
     ValueError
-        Where a value is negative.
+        Where a value is not finite, or is negative (`x` may be).
     """
 
     arm: float = 0.75
     """2011 paper, figure 5: bushings at y = +-arm [m]."""
     x: float = 0.1
-    """Chosen: axial position of the bushings [m]."""
+    """Chosen: axial position of the bushings [m], downwind of the rim's face; the housing's centre is at 0.5."""
     radial_stiffness: float = 20.2e6
     """2011 paper, table 3: K1 of one bushing, y and z [N/m]."""
     axial_stiffness: float = 1e6
-    """Chosen: the pins slide axially [N/m]."""
+    """Chosen: the pins slide axially [N/m]. A bonded bush has 1/39 to 1/2.4 of the radial stiffness, 0.5e6 to 8.3e6
+    (Adkins and Gent 1954, long and short bush of radius ratio 1.5); 20.2e6 where one reads the paper's stiffness for all three
+    components. What it decides: ``carrierflex order-one``."""
+    tilt_stiffness: float = 0.0
+    """Paper: "three component" bushings carry no moment. Of each bushing, about y and z [N m/rad]; two bushes a trunnion, each
+    half as stiff, at +-h along x have ``radial_stiffness h^2`` about y."""
     radial_damping: float = 4e4
     """Chosen: 1 % of k/omega of the drive train's first mode [N s/m]; the paper's 4.83e6 locks the
     mode."""
@@ -200,9 +235,12 @@ class MountingData:
     """2011 paper: equivalent mass of the dynamometer coupling [kg]."""
     coupling_arm: float = 1.75
     """2011 paper: its distance upwind of the main bearing [m]."""
+    ntl_arm: float = 1.22
+    """Chosen: distance of the radial load upwind of the main bearing [m], where the hub stands (GRC): 200 kN make 244 kN m,
+    within the 300 kN m of the rig's published range; at the coupling's 1.75 m they would make 350."""
 
     def __post_init__(self) -> None:
-        _refuse_negative(self)
+        _refuse_negative(self, but=("x",))
 
 
 @dataclass(frozen=True)

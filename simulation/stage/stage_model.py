@@ -39,7 +39,7 @@ class Loads:
     weight_y, weight_z : ndarray
         Of an acceleration of 1 m/s^2 along y or z.
     radial_y, radial_z : ndarray
-        Of 1 N along y or z at the dynamometer coupling.
+        Of 1 N along y or z where the radial load acts.
     constant : ndarray
         Misalignment, free elongations, and ``Omega^2 J M r_0``, which with the Coriolis force of
         the drive's speed, ``-2 Omega^2 J M r_0``, is the centrifugal force.
@@ -190,8 +190,9 @@ def _elastic(
     for shaft in ("low_speed", "intermediate", "high_speed", "generator"):
         M[layout.rows[shaft][0], layout.rows[shaft][0]] = getattr(chain, f"{shaft}_inertia")
     hub = body.model.coordinates_of(layout.hub)
-    moment = data.mounting.coupling_mass * layout.hub_arm
-    M[np.ix_(hub, hub)] += _point_mass(data.mounting.coupling_mass, moment, moment * layout.hub_arm)
+    arm = layout.arm_at_hub(data.mounting.coupling_arm)
+    moment = data.mounting.coupling_mass * arm
+    M[np.ix_(hub, hub)] += _point_mass(data.mounting.coupling_mass, moment, moment * arm)
     M[hub[3], hub[3]] += data.mounting.rotor_inertia
     for spring in springs.values():
         K += spring.G.T @ (spring.stiffness[:, None] * spring.G)
@@ -265,7 +266,8 @@ def _loads(
     L: NDArray[np.float64],
     constant: NDArray[np.float64],
 ) -> Loads:
-    hub, arm = layout.body.model.coordinates_of(layout.hub), layout.hub_arm
+    hub = layout.body.model.coordinates_of(layout.hub)
+    arm = layout.arm_at_hub(layout.data.mounting.ntl_arm)
 
     def unit(*parts: tuple[int, float]) -> NDArray[np.float64]:
         """Unit loads on rows of the unreduced coordinates, as independent coordinates see them."""

@@ -84,7 +84,7 @@ def simulate_stage(
     reader, start = rim_reader(model), quasi_static_start(model, load)
     zero = dict.fromkeys((sensor.name for sensor in sensors), 0.0)
     if rest_angle is not None:
-        zero |= rest_readings(model, sensors, rest_angle, effects=effects)
+        zero |= rest_readings(model, sensors, rest_angle, effects=effects, gravity=load.gravity)
     records = run_stage(
         model,
         steady_drive(model, load),

@@ -20,7 +20,9 @@ from carrierflex.files.toml_values import (
     different,
     key,
 )
-from carrierflex.simulation.carrier.case_tables import RigTable, SensorTable
+from carrierflex.geometry.parameter_tables import GEAR_KEYS
+from carrierflex.geometry.parameters import GearData
+from carrierflex.simulation.carrier.case_tables import RigTable, SensorTable, Share
 from carrierflex.simulation.stage.data_keys import (
     BEARING_KEYS,
     CHAIN_KEYS,
@@ -30,7 +32,14 @@ from carrierflex.simulation.stage.data_keys import (
 )
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.roller_bearing import RollerBearingData
-from carrierflex.simulation.stage.stage_data import BearingData, ChainData, MeshData, MountingData
+from carrierflex.simulation.stage.stage_data import (
+    BearingData,
+    ChainData,
+    MeshData,
+    MountingData,
+    StageData,
+)
+from carrierflex.simulation.stage.stage_model import GRAVITY
 
 _Order = Annotated[int, Field(ge=2), Expected("a whole number >= 2, order 1 is a tilt of the face")]
 
@@ -113,6 +122,10 @@ class RunoutTable(TomlTable):
 class ReadingTable(TomlTable):
     """Effects between the stage's motion and the record; what is left out is none."""
 
+    reference: Literal["housing", "ground"] = key(
+        "What the sensors stand on: the housing, which moves, or the ground",
+        default="housing",
+    )
     axial_offset: Number = key("Axial offset of all axial sensors", "m", default=0.0)
     phi_H: Number = key("Tilt of the housing", "rad", default=0.0)  # noqa: N815
     theta_H_deg: Number = key("Housing angle of the tilt's axis", "deg", default=0.0)  # noqa: N815
@@ -132,6 +145,19 @@ class ReadingTable(TomlTable):
         "Standard deviation of the noise of every sensor",
         "m",
         default=0.0,
+    )
+
+
+class PartTable(TomlTable):
+    """Mass and inertia of a rigid part; what is left out keeps its default."""
+
+    mass: Positive | None = key("Mass", "kg", default=None)
+    polar_inertia: Positive | None = key(
+        "Inertia about x through its centre", "kg m^2", default=None
+    )
+    transverse_inertia: Positive | None = key("Inertia about y and z", "kg m^2", default=None)
+    x: Number | None = key(
+        "Axial position of its centre, downwind of the rim's face", "m", default=None
     )
 
 
@@ -161,11 +187,24 @@ class StageCaseDocument(TomlTable):
     sample_rate_hz: Positive = key("Samples a second", "1/s")
     step: Positive = key("Longest step of the integration", "s")
     pin_fit_stiffness: NotNegative = key("Bending stiffness of each pin interface", "N m/rad")
+    gravity: NotNegative = key("Acceleration of gravity; 0 for none", "m/s^2", default=GRAVITY)
+    damping_ratio: Share = key(
+        "Structural damping of every elastic mode, share of critical",
+        default=StageData.damping_ratio,
+    )
+    main_shaft: Literal["beam", "finite_elements"] = key(
+        "Main shaft: one beam, or finite elements with their lowest modes",
+        default="beam",
+    )
     rig: RigTable = key("Nominal facts of the rig")
     sensors: Annotated[list[StageSensorTable], Field(min_length=1), different("sensor name")] = key(
         "Sensors",
     )
     runs: Annotated[list[StageRunTable], Field(min_length=1), different("run name")] = key("Runs")
+    gear: Annotated[GearData, FieldsOf(GEAR_KEYS)] = key(
+        "Planetary gears",
+        default_factory=GearData,
+    )
     mesh: Annotated[MeshData, FieldsOf(MESH_KEYS)] = key(
         "Tooth meshes of the stage",
         default_factory=MeshData,
@@ -182,6 +221,10 @@ class StageCaseDocument(TomlTable):
         "Bushings under the housing",
         default_factory=MountingData,
     )
+    housing: PartTable = key("Housing with the parallel stages", default_factory=PartTable)
+    planet: PartTable = key("Each planet with its bearings", default_factory=PartTable)
+    sun: PartTable = key("Sun", default_factory=PartTable)
+    ring: PartTable = key("Ring", default_factory=PartTable)
     planet_rollers: Annotated[RollerBearingData, FieldsOf(ROLLER_KEYS)] | None = key(
         "Planet bearings roller by roller in place of springs; may be empty",
         default=None,

@@ -9,7 +9,6 @@ import scipy.linalg
 import scipy.optimize
 from numpy.typing import NDArray
 
-from carrierflex.geometry.dihedral import rotation_about_x
 from carrierflex.simulation.stage.channels import Channels
 from carrierflex.simulation.stage.contact_laws import mesh_stiffness_at, play_force, play_stiffness
 from carrierflex.simulation.stage.roller_contact import roller_load
@@ -111,10 +110,9 @@ def channel_forces(
             stiffness * penetration if touching else 0.0
         )
         tangent[channel, channel] = channels.reference[channel] - (stiffness if touching else 0.0)
-    house = channels.housing
-    R = np.kron(np.eye(2), rotation_about_x(angle))
-    tangent[house, house] = channels.K_mean - R.T @ channels.K_mount @ R
-    force[house] = tangent[house, house] @ delta[house]
+    turning, R = channels.turning, channels.turned(angle)
+    tangent[turning, turning] = channels.K_mean - R.T @ channels.K_fixed @ R
+    force[turning] = tangent[turning, turning] @ delta[turning]
     for i, clearance in enumerate(channels.clearance):
         first = channels.clearances.start + 2 * i
         y, z = delta[first : first + 2]
@@ -192,6 +190,16 @@ def _lowest(slope: Callable[[float], float]) -> float:
     )
 
 
+def _refuse_free(model: StageModel) -> None:
+    """Raise ValueError naming a coordinate besides the drive's that meets no stiffness."""
+    free = np.flatnonzero(~(model.K.diagonal()[1:] > 0.0))
+    if len(free):
+        raise ValueError(
+            f"'{model.labels[1 + free[0]]}' meets no stiffness; expected some, see [bearings] and "
+            "[mounting]"
+        )
+
+
 def static_coordinates(
     model: StageModel, load: SteadyLoad, angle: float = 0.0, *, mean_stiffness: bool = False
 ) -> NDArray[np.float64]:
@@ -218,11 +226,12 @@ def static_coordinates(
     NotConvergedError
         Where the contact iteration does not settle.
     ValueError
-        Where centrifugal forces outweigh a stiffness.
+        Where a coordinate meets no stiffness, or centrifugal forces outweigh one.
     """
     K = model.K[1:, 1:]
     B = model.channels.B[1:]
     channels = model.channels
+    _refuse_free(model)
     scale = 1.0 / np.sqrt(K.diagonal())
     k = frozen_stiffness(channels, None if mean_stiffness else angle)
     f = turning_force(model, load, angle)[1:]

@@ -47,28 +47,30 @@ _PLAIN = 8
 _PLAIN_ROLLERS = 2
 #: First channels: the carrier angle, then the flanks.
 _FLANKS = 1
-#: Channels of the housing's motion.
+#: Channels of the housing's motion; unequal bearings follow with two each.
 _HOUSING = 6
 
 
 @numba.njit(cache=True)
-def _mount_tangent(
+def _turning_tangent(
     k: StepMatrices, angle: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Stiffness and damping of the mount beyond the linear part, carrier frame, shape (6, 6)."""
+    """Stiffness and damping of mount and unequal bearings beyond the linear part, carrier frame.
+
+    Shape (t, t).
+    """
     c, s = np.cos(angle), np.sin(angle)
-    R = np.zeros((6, 6))
-    J = np.zeros((6, 6))
-    for i in (0, 3):
-        R[i, i] = 1.0
-        R[i + 1, i + 1] = c
-        R[i + 1, i + 2] = -s
-        R[i + 2, i + 1] = s
-        R[i + 2, i + 2] = c
-        J[i + 1, i + 2], J[i + 2, i + 1] = -1.0, 1.0
-    damping = R.T @ k.C_mount @ R
-    # The housing's velocity in the fixed frame, seen from the carrier's: x' + Omega J x.
-    return R.T @ k.K_mount @ R - k.K_mean + k.speed * (damping @ J), damping - k.C_mean
+    R = np.eye(len(k.K_fixed))
+    J = np.zeros_like(R)
+    for pair in range(len(R) // 2 - 1):
+        # y and z of the housing's translation and rotation, then of each bearing.
+        y = (1, 4)[pair] if pair < 2 else _HOUSING + 2 * (pair - 2)
+        z = y + 1
+        R[y, y], R[y, z], R[z, y], R[z, z] = c, -s, s, c
+        J[y, z], J[z, y] = -1.0, 1.0
+    damping = R.T @ k.C_fixed @ R
+    # The velocity in the fixed frame, seen from the carrier's: x' + Omega J x.
+    return R.T @ k.K_fixed @ R - k.K_mean + k.speed * (damping @ J), damping - k.C_mean
 
 
 @numba.njit(cache=True)
@@ -113,7 +115,7 @@ def _clearances(
 ) -> None:
     """Force and tangent of the bearings with clearance."""
     for i in range(len(k.clearance)):
-        y = _FLANKS + len(k.gaps) + _HOUSING + 2 * i
+        y = _FLANKS + len(k.gaps) + len(k.K_fixed) + 2 * i
         z = y + 1
         stiffness = k.reference[y]
         new_y, new_z = delta[y] + k.h * s[y], delta[z] + k.h * s[z]
@@ -138,7 +140,7 @@ def _rollers(
 
     The torque that their rollers' passing puts on the carrier angle.
     """
-    first = _FLANKS + len(k.gaps) + _HOUSING + 2 * len(k.clearance)
+    first = _FLANKS + len(k.gaps) + len(k.K_fixed) + 2 * len(k.clearance)
     gradient, stiffness = np.zeros(4), np.zeros((4, 4))
     angles = (delta[0], delta[0] + k.h * s[0])
     for b in range(len(old_energy)):
@@ -154,7 +156,7 @@ def _roller_energies(k: StepMatrices, delta: NDArray[np.float64]) -> NDArray[np.
     """Energy of every roller bearing [J]."""
     energy = np.zeros(len(k.rollers.directions))
     for b in range(len(energy)):
-        first = _FLANKS + len(k.gaps) + _HOUSING + 2 * len(k.clearance) + 4 * b
+        first = _FLANKS + len(k.gaps) + len(k.K_fixed) + 2 * len(k.clearance) + 4 * b
         energy[b] = roller_energy(k.rollers, b, delta[first : first + 4], delta[0])
     return energy
 
@@ -163,12 +165,12 @@ def _roller_energies(k: StepMatrices, delta: NDArray[np.float64]) -> NDArray[np.
 def _newton_matrix(k: StepMatrices, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
     """``1 - W tangent``, shape (m, m).
 
-    The tangent has blocks of one flank, the housing, a play (2) or a bearing (4).
+    The tangent has blocks of one flank, what turns, a play (2) or a bearing (4).
     """
     matrix, first = np.eye(len(tangent)), _FLANKS
     for size, count in (
         (1, len(k.gaps)),
-        (_HOUSING, 1),
+        (len(k.K_fixed), 1),
         (2, len(k.clearance)),
         (4, len(k.rollers.directions)),
     ):
@@ -202,8 +204,8 @@ def solve_channels(
     tangent = np.zeros((m, m))
     angle = delta[0]
     first = _FLANKS + len(k.gaps)
-    channel = slice(first, first + _HOUSING)
-    K_turned, C_turned = _mount_tangent(k, angle + 0.5 * k.h * s_free[0])
+    channel = slice(first, first + len(k.K_fixed))
+    K_turned, C_turned = _turning_tangent(k, angle + 0.5 * k.h * s_free[0])
     mount = 0.5 * k.h * K_turned + C_turned
     tangent[channel, channel] = -mount
     new_k, old_energy = old_k, _roller_energies(k, delta)
@@ -279,7 +281,7 @@ def advance(
     a = np.ones(len(k.P))
     force = np.zeros(len(delta))
     before = np.zeros(len(delta))
-    house = slice(_FLANKS + len(k.gaps), _FLANKS + len(k.gaps) + _HOUSING)
+    turning = slice(_FLANKS + len(k.gaps), _FLANKS + len(k.gaps) + len(k.K_fixed))
     stiffness = mesh_stiffness_at(k.real, k.imag, k.mesh_teeth * delta[0])
     for step in range(len(drive)):
         middle = delta[0] + 0.5 * k.h * (k.B[0] @ v)
@@ -304,8 +306,8 @@ def advance(
         total[0] += k.h * a[0] * rates[0]
         total[1] += k.h * (a[1] - k.generator_constant * rates[1]) * rates[1]
         total[2] += k.h * (a[2:] @ rates[2:])
-        total[3] += k.h * (force[house] @ s[house])
-        total[4] += k.h * (k.structural @ (w * w) + s[house] @ (k.C_mean @ s[house]))
+        total[3] += k.h * (force[turning] @ s[turning])
+        total[4] += k.h * (k.structural @ (w * w) + s[turning] @ (k.C_mean @ s[turning]))
         q += k.h * w
         v[:] = 2.0 * w - v
         delta += k.h * s

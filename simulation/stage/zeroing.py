@@ -11,7 +11,7 @@ import numpy as np
 from carrierflex.simulation.carrier.run_cases import Sensor
 from carrierflex.simulation.stage.readings import ReadingEffects, rim_reader, sensor_signals
 from carrierflex.simulation.stage.response import StageRecord
-from carrierflex.simulation.stage.stage_model import StageModel, stage_model
+from carrierflex.simulation.stage.stage_model import GRAVITY, StageModel, stage_model
 from carrierflex.simulation.stage.statics import SteadyLoad, static_coordinates
 
 
@@ -21,6 +21,7 @@ def rest_readings(
     carrier_angle: float,
     *,
     effects: ReadingEffects | None = None,
+    gravity: float = GRAVITY,
 ) -> Mapping[str, float]:
     """Reading of every sensor [m] with the stage at rest under its weight alone, free of noise.
 
@@ -34,6 +35,8 @@ def rest_readings(
         Where the carrier stands [rad]: a tilt of the carrier reads differently at each angle.
     effects : ReadingEffects, optional
         Errors and static patterns of the run; they belong to the zero too.
+    gravity : float
+        [m/s^2].
 
     Raises
     ------
@@ -41,7 +44,7 @@ def rest_readings(
         Where the contact iteration does not settle.
     """
     still = stage_model(model.layout.body, model.data, effects=model.effects, speed=0.0)
-    c = static_coordinates(still, SteadyLoad(0.0), carrier_angle)[None]
+    c = static_coordinates(still, SteadyLoad(0.0, gravity=gravity), carrier_angle)[None]
     record = StageRecord(np.zeros(1), c, np.zeros_like(c), np.zeros((1, 4)), np.zeros((1, 6)))
     quiet = replace(effects or ReadingEffects(), noise_std=0.0, delay=0.0)
     signals = sensor_signals(still, record, sensors, effects=quiet, reader=rim_reader(still))

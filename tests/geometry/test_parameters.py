@@ -84,6 +84,8 @@ def test_a_shaft_end_as_wide_as_the_plate_is_refused(name):
 @pytest.mark.parametrize("value", [0.0, -0.1, math.nan, math.inf, "0.1", None])
 def test_every_parameter_must_be_a_positive_number(kind, value):
     for field in fields(kind):
+        if (field.name, value) == ("helix_angle", 0.0):
+            continue  # spur gears
         with pytest.raises(
             ValueError, match=rf"^{kind.__name__}\.{field.name} is .*; expected a positive number$"
         ):

@@ -145,8 +145,10 @@ def main(
 
 def _body(what: StageCase, size: float) -> StageBody:
     if what.bodies:
-        return stage_body_of_files(what.bodies, what.pin_fit_stiffness, size)
-    return default_stage_body(what.pin_fit_stiffness, size)
+        return stage_body_of_files(
+            what.bodies, what.pin_fit_stiffness, size, main_shaft=what.main_shaft
+        )
+    return default_stage_body(what.pin_fit_stiffness, size, main_shaft=what.main_shaft)
 
 
 def _curves(curves: Path | None) -> Mapping[str, DeflectionCurve]:

@@ -25,7 +25,7 @@ from carrierflex.workflows.support.named_bodies import body_structure
 
 #: Fixed-interface modes of carrier and pin: up to about 2 kHz, far beyond the mesh frequency's
 #: harmonics.
-_N_MODES = {"flexible_carrier": 20, "pin": 4}
+_N_MODES = {"flexible_carrier": 20, "pin": 4, "main_shaft": 10}
 #: What each body file must bring; a carrier is checked as a whole.
 _PILOTS = {
     "pin": ("pin_1_upwind", "pin_1_midspan", "pin_1_downwind"),
@@ -34,23 +34,32 @@ _PILOTS = {
 
 
 def default_stage_body(
-    pin_fit_stiffness: float, size: float, *, carrier_factor: float = 1.0
+    pin_fit_stiffness: float,
+    size: float,
+    *,
+    carrier_factor: float = 1.0,
+    main_shaft: str = "beam",
 ) -> StageBody:
-    """Default carrier and pins by finite elements of `size` [m], reduced and joined.
+    """Default carrier and pins by finite elements of `size` [m], reduced and joined to the main shaft.
 
-    On the beam of the main shaft.
-
-    `carrier_factor` multiplies the carrier's stiffness: a large one makes it rigid.
+    `carrier_factor` multiplies the carrier's stiffness: a large one makes it rigid. The shaft is a
+    ``beam`` or of ``finite_elements`` with its lowest modes.
     """
     body = _reduced("flexible_carrier", size)
     carrier = carrier_with_pins(
         replace(body, K=carrier_factor * body.K), _reduced("pin", size), pin_fit_stiffness
     )
-    return joined_to_shaft(carrier, beam_shaft(ShaftData(), carrier.pilots["shaft_face"]))
+    return joined_to_shaft(carrier, _default_shaft(main_shaft, carrier, size))
+
+
+def _default_shaft(kind: str, carrier: ReducedModel, size: float) -> ReducedModel:
+    if kind == "finite_elements":
+        return _reduced("main_shaft", size)
+    return beam_shaft(ShaftData(), carrier.pilots["shaft_face"])
 
 
 def stage_body_of_files(
-    files: Mapping[str, Path], pin_fit_stiffness: float, size: float
+    files: Mapping[str, Path], pin_fit_stiffness: float, size: float, *, main_shaft: str = "beam"
 ) -> StageBody:
     """Body of a stage in which files stand for some of carrier, pin and main shaft.
 
@@ -63,6 +72,8 @@ def stage_body_of_files(
         Bending stiffness of each pin interface [N m/rad].
     size : float
         Element edge length [m] of default bodies.
+    main_shaft : str
+        Default main shaft, as in :func:`default_stage_body`.
 
     Raises
     ------
@@ -83,9 +94,7 @@ def stage_body_of_files(
         carrier = carrier_with_pins(
             carrier or _reduced("flexible_carrier", size), pin, pin_fit_stiffness
         )
-    return joined_to_shaft(
-        carrier, read.get("shaft") or beam_shaft(ShaftData(), carrier.pilots["shaft_face"])
-    )
+    return joined_to_shaft(carrier, read.get("shaft") or _default_shaft(main_shaft, carrier, size))
 
 
 def _reduced(name: str, size: float) -> ReducedModel:

@@ -146,3 +146,49 @@ def test_a_missing_file_is_named(tmp_path):
         FileNotFoundError, match=r"none\.toml: no such file; expected a case file of the stage"
     ):
         read_stage_case(tmp_path / "none.toml")
+
+
+def test_gravity_parts_gears_supports_and_reference_come_from_the_case(tmp_path):
+    path = changed(
+        tmp_path,
+        ("pin_fit_stiffness = 1e6 ", 'gravity = 0.0\ndamping_ratio = 0.01\nmain_shaft = "finite_elements"\npin_fit_stiffness = 1e6 '),
+        ("[reading] ", '[reading]\nreference = "ground"\n#'),
+    )  # fmt: skip
+    extra = """
+[gear]
+helix_angle = 0.0
+
+[housing]
+mass = 2500.0
+x = 0.4
+
+[planet]
+polar_inertia = 4.0
+
+[bearings]
+upwind_tilt = 1e7
+downwind_y_factor = 0.1
+
+[mounting]
+x = -0.2
+tilt_stiffness = 5e6
+ntl_arm = 1.75
+"""
+    path.write_text(path.read_text(encoding="utf-8") + extra, encoding="utf-8")
+    case = read_stage_case(path)
+    plain = read_stage_case(shipped_case("stage_lc1"))
+    assert (case.runs[0].load.gravity, plain.runs[0].load.gravity) == (0.0, 9.81)
+    assert (case.main_shaft, plain.main_shaft) == ("finite_elements", "beam")
+    assert (case.reading.reference, plain.reading.reference) == ("ground", "housing")
+    data, nominal = case.data, plain.data
+    assert (data.damping_ratio, data.gear.helix_angle) == (0.01, 0.0)
+    assert (data.housing.mass, data.housing.x, data.planet.polar_inertia) == (2500.0, 0.4, 4.0)
+    assert data.housing.polar_inertia == nominal.housing.polar_inertia
+    assert data.planet.mass == nominal.planet.mass
+    assert (data.bearings.upwind_tilt, data.bearings.downwind_y_factor) == (1e7, 0.1)
+    assert (data.mounting.x, data.mounting.tilt_stiffness, data.mounting.ntl_arm) == (
+        -0.2,
+        5e6,
+        1.75,
+    )
+    assert nominal.mounting.ntl_arm == 1.22

@@ -53,7 +53,7 @@ def coarse_body():
 @pytest.fixture
 def coarse(coarse_body, monkeypatch):
     assert isinstance(coarse_body, StageBody)
-    monkeypatch.setattr(simulate_stage, "default_stage_body", lambda *_: coarse_body)
+    monkeypatch.setattr(simulate_stage, "default_stage_body", lambda *_, **__: coarse_body)
     return coarse_body
 
 
@@ -84,7 +84,11 @@ def test_a_refused_stage_case_leaves_nothing(tmp_path, curves):
 
 #: Radial load that lifts the housing by metres; as the carrier turns, its motion passes what counts
 #: as small here.
-RUNAWAY = (("ntl_y = 0.0", "ntl_y = 1.3e8"), ("ntl_z = 0.0 ", "ntl_z = 1.3e8 "))
+RUNAWAY = (
+    ("ntl_y = 0.0", "ntl_y = 1.3e8"),
+    ("ntl_z = 0.0 ", "ntl_z = 1.3e8 "),
+    ("[effects] ", "[mounting]\nntl_arm = 1.75\n\n[effects] "),
+)
 
 
 @pytest.mark.usefixtures("coarse")

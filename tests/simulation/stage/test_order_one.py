@@ -1,0 +1,222 @@
+"""How much of a kink in the shaft's joint the sensors see: limits in closed form, and every key that decides it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from carrierflex.geometry.parameters import GearData
+from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, carrier_with_pins
+from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
+from carrierflex.simulation.stage.effects import StageEffects
+from carrierflex.simulation.stage.quasi_static import (
+    quasi_static_turn,
+    sensor_orders,
+    static_tilt,
+)
+from carrierflex.simulation.stage.readings import ReadingEffects
+from carrierflex.simulation.stage.stage_body import ShaftData, beam_shaft, joined_to_shaft
+from carrierflex.simulation.stage.stage_data import BearingData, MountingData, StageData
+from carrierflex.simulation.stage.stage_model import stage_model
+from carrierflex.simulation.stage.stage_run import simulate_stage
+from carrierflex.simulation.stage.statics import SteadyLoad, static_coordinates
+from carrierflex.simulation.stage.zeroing import rest_readings
+from tests.simulation.stage.conftest import SPEED
+
+PHI = 0.58e-3
+RADIUS = 0.412
+SENSORS = tuple(
+    Sensor(f"s{angle:03d}", AXIAL, float(np.deg2rad(angle)), RADIUS)
+    for angle in (47, 137, 227, 317)
+)
+WEIGHTLESS = SteadyLoad(360e3, gravity=0.0)
+#: Stiffness of a mounting that holds the housing; the bearings' is 6e9.
+HELD = MountingData(radial_stiffness=1e13, axial_stiffness=1e13, tilt_stiffness=1e13)
+#: Distance of the joint and of both bearings' seats from the main bearing [m].
+JOINT, UPWIND, DOWNWIND = 2.1, 2.16, 2.6
+
+
+@pytest.fixture(scope="module")
+def rigid_body(flexible_reduction, pin_reduction):
+    carrier = replace(flexible_reduction.model, K=1e3 * flexible_reduction.model.K)
+    pinned = carrier_with_pins(carrier, pin_reduction.model, PAPER_STIFFNESS)
+    return joined_to_shaft(pinned, beam_shaft(ShaftData(), pinned.pilots["shaft_face"]))
+
+
+def share_of_kink(body, data, load=WEIGHTLESS, effects=None):
+    """Order 1 at the sensors over the rim's motion of a kink that nothing holds."""
+    model = stage_model(body, data, effects=StageEffects(phi_PLC=PHI, theta_PLC=1.0), speed=0.0)
+    orders = sensor_orders(model, quasi_static_turn(model, load), SENSORS, effects)
+    return orders.mean_amplitude(1) / (RADIUS * PHI)
+
+
+def rigid_carrier_on_two_springs(upwind, downwind, main, tilt=0.0):
+    """Rotation of a rigid carrier on a beam over the kink between them, in the plane x-z."""
+    K = beam_shaft(ShaftData(), np.zeros(3)).K[np.ix_([2, 4, 8, 10], [2, 4, 8, 10])].copy()
+    K[0, 0] += main
+    near, far = K[2:, 2:], K[2:, :2]
+    shaft = near - far @ np.linalg.solve(K[:2, :2], far.T)
+    bearings = np.diag([0.0, tilt])
+    for stiffness, x in ((upwind, UPWIND), (downwind, DOWNWIND)):
+        row = np.array(
+            [1.0, -(x - JOINT)]
+        )  # z of the seat from z and rotation about y at the joint
+        bearings += stiffness * np.outer(row, row)
+    return np.linalg.solve(shaft + bearings, shaft @ [0.0, 1.0])[1]
+
+
+@pytest.mark.parametrize(
+    ("upwind", "downwind", "expected"), [(6e9, 5e9, 0.2815), (1e8, 1e8, 0.8425)]
+)
+def test_a_held_housing_sees_what_two_bearings_leave_of_the_kink(
+    rigid_body, upwind, downwind, expected
+):
+    bearings = BearingData(upwind_radial=upwind, downwind_radial=downwind)
+    beam = rigid_carrier_on_two_springs(upwind, downwind, bearings.main_radial)
+    assert_allclose(beam, expected, rtol=1e-4)
+    share = share_of_kink(rigid_body, StageData(bearings=bearings, mounting=HELD))
+    assert_allclose(share, beam, rtol=2e-3)
+
+
+def test_the_flexible_carrier_bends_and_shows_a_little_more(stage_body):
+    assert_allclose(share_of_kink(stage_body, StageData(mounting=HELD)), 0.29, rtol=0.01)
+
+
+def test_one_bearing_shows_the_kink_but_for_its_distance_from_the_joint(stage_body):
+    # Statically determinate: L / (L + a), whatever the stiffnesses; the sun must not hold a planet.
+    bearings = BearingData(downwind_radial=0.0, sun_radial=1.0, sun_tilt=1.0)
+    share = share_of_kink(stage_body, StageData(bearings=bearings, mounting=HELD))
+    assert_allclose(share, JOINT / UPWIND, rtol=1e-5)
+
+
+def test_a_housing_without_moment_support_follows_the_carrier(stage_body):
+    free = MountingData(axial_stiffness=1e-3)
+    assert share_of_kink(stage_body, StageData(mounting=free)) < 1e-4
+    # Seen from the ground the same carrier wobbles as a shaft on two pins does: the bushings stand
+    # 0.22 m behind the joint.
+    seen = share_of_kink(
+        stage_body, StageData(mounting=free), effects=ReadingEffects(reference="ground")
+    )
+    assert_allclose(seen, JOINT / (JOINT + 0.22), rtol=0.01)
+
+
+def test_every_support_against_tilt_brings_the_kink_to_the_sensors(stage_body):
+    loose = BearingData(upwind_clearance=0.1375e-3, downwind_clearance=0.1225e-3)
+    weight = SteadyLoad(360e3)
+
+    def share(load=weight, **mounting):
+        data = StageData(bearings=loose, mounting=MountingData(**mounting))
+        return share_of_kink(stage_body, data, load)
+
+    plain = share()
+    axial = share(axial_stiffness=20.2e6)
+    assert 0.02 < plain < 0.06
+    assert plain < axial < share(axial_stiffness=20.2e6, x=0.5)
+    assert plain < share(tilt_stiffness=5e6) < share(tilt_stiffness=5e7)
+    # Bushings upwind of the rim's face are a support too.
+    assert np.isfinite(share(x=-0.2))
+
+
+def test_unequal_bearings_turn_with_the_housing(stage_body):
+    # One bearing, statically determinate: equal loads along y and z at every carrier angle.
+    bearings = BearingData(
+        upwind_y_factor=1 / 6, downwind_radial=0.0, sun_radial=1.0, sun_tilt=1.0
+    )
+    model = stage_model(stage_body, StageData(bearings=bearings, mounting=HELD), speed=0.0)
+    load = SteadyLoad(360e3, ntl_y=1e4, ntl_z=1e4, gravity=0.0)
+    channels = model.channels
+    assert_allclose(np.diag(channels.K_fixed[6:, 6:]), [1e9, 6e9])
+    for angle in (0.0, 1.0):
+        turned = (
+            channels.turned(angle)
+            @ (static_coordinates(model, load, angle) @ channels.B)[channels.turning]
+        )
+        force = channels.K_fixed[6:, 6:] @ turned[6:]
+        assert_allclose(force, -1e4 * 1.22 / UPWIND, rtol=0.01)
+
+
+def test_unequal_bearings_keep_the_energy_and_run_as_statics_say(stage_body):
+    bearings = BearingData(upwind_y_factor=1 / 60, downwind_y_factor=1 / 50)
+    data = StageData(
+        bearings=bearings,
+        mounting=replace(HELD, radial_stiffness=1e9, axial_stiffness=1e9, tilt_stiffness=1e9),
+    )
+    effects = StageEffects(phi_PLC=PHI, theta_PLC=1.0)
+    model = stage_model(stage_body, data, effects=effects, speed=SPEED)
+    pieces = list(
+        simulate_stage(
+            model, SteadyLoad(360e3), SENSORS, duration=2.0 * np.pi / SPEED, sample_rate=120 * SPEED / (2.0 * np.pi), step=1e-3
+        )
+    )  # fmt: skip
+    theta = pieces[0].record.c[:, 0]
+    assert np.abs(pieces[0].record.imbalance).max() < 1e-9 * pieces[0].record.energy[-1, 0]
+    static = sensor_orders(model, quasi_static_turn(model, SteadyLoad(360e3)), SENSORS)
+    for i, sensor in enumerate(SENSORS):
+        in_time = 2.0 * np.mean(pieces[0].signals[sensor.name] * np.exp(-1j * theta))
+        assert_allclose(in_time, static.amplitudes[i, 1], rtol=0.02)
+
+
+def test_a_merged_bearing_resists_by_its_tilt_stiffness_alone(rigid_body):
+    merged = BearingData(downwind_radial=0.0, upwind_tilt=1e8, sun_radial=1.0, sun_tilt=1.0)
+    share = share_of_kink(rigid_body, StageData(bearings=merged, mounting=HELD))
+    beam = rigid_carrier_on_two_springs(6e9, 0.0, merged.main_radial, tilt=1e8)
+    assert 0.3 < beam < 0.9 * JOINT / UPWIND
+    assert_allclose(share, beam, rtol=2e-3)
+
+
+def test_the_radial_load_has_an_arm_of_its_own(stage_body):
+    moments = []
+    for arm in (1.22, 1.75):
+        model = stage_model(stage_body, StageData(mounting=MountingData(ntl_arm=arm)), speed=0.0)
+        hub = model.layout.body.model.coordinates_of(model.layout.hub)
+        q = np.linalg.pinv(model.L.T) @ model.loads.radial_z
+        moments.append(q[hub[4]])
+    assert_allclose(moments, [1.22, 1.75], rtol=1e-9)
+
+
+def test_gravity_tilts_and_none_does_not(stage_body):
+    model = stage_model(stage_body, speed=0.0)
+    tilts = [
+        static_tilt(sensor_orders(model, quasi_static_turn(model, load), SENSORS), SENSORS)
+        for load in (SteadyLoad(360e3), WEIGHTLESS)
+    ]
+    # The carrier sinks at its downwind end against the housing: a tilt about y alone, by weight.
+    assert 2e-5 < np.abs(tilts[0]).max() < 8e-5
+    assert np.abs(tilts[1]).max() < 1e-7
+
+
+def test_spur_gears_push_nothing_along_the_axis(stage_body):
+    gear = GearData(helix_angle=0.0)
+    model = stage_model(stage_body, StageData(gear=gear), speed=0.0)
+    normals = np.array([line.normal for line in model.channels.lines])
+    assert_allclose(normals[:, 0], 0.0, atol=1e-15)
+    # Without overlap the number of teeth in contact jumps.
+    helical = stage_model(stage_body, speed=0.0).channels.stiffness[0].amplitudes
+    assert np.abs(model.channels.stiffness[0].amplitudes[1]) > 2.0 * np.abs(helical[1])
+
+
+def test_wrong_supports_are_refused():
+    with pytest.raises(ValueError, match=r"upwind_y_factor is 0\.5 with a clearance of 0\.0001 m"):
+        BearingData(upwind_y_factor=0.5, upwind_clearance=1e-4)
+    with pytest.raises(ValueError, match=r"MountingData\.tilt_stiffness is -1\.0; expected"):
+        MountingData(tilt_stiffness=-1.0)
+    with pytest.raises(ValueError, match=r"MountingData\.x is nan; expected a finite number"):
+        MountingData(x=float("nan"))
+    assert MountingData(x=-0.3).x == -0.3
+    with pytest.raises(ValueError, match="reference is 'moon'; expected housing or ground"):
+        ReadingEffects(reference="moon")
+
+
+def test_a_motion_without_stiffness_is_named(stage_body):
+    loose = StageData(bearings=BearingData(planet_tilt=0.0))
+    with pytest.raises(ValueError, match=r"'planet_1 R[yz] \[rad\]' meets no stiffness"):
+        static_coordinates(stage_model(stage_body, loose, speed=0.0), WEIGHTLESS)
+
+
+def test_without_gravity_the_sensors_rest_at_zero(stage_body):
+    model = stage_model(stage_body, speed=0.0)
+    rest = np.array(list(rest_readings(model, SENSORS, 0.3).values()))
+    weightless = np.array(list(rest_readings(model, SENSORS, 0.3, gravity=0.0).values()))
+    assert np.abs(rest).max() > 1e-6
+    assert np.abs(weightless).max() < 1e-12
