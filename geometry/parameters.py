@@ -30,7 +30,10 @@ def pin_angles() -> NDArray[np.float64]:
 
 
 def refuse_non_positive(parameters: object, *, but: tuple[str, ...] = ()) -> None:
-    """Raise ValueError naming every field that is not a finite positive number, or 0 for one of `but`."""
+    """Raise ValueError naming every field that is not a finite positive number.
+
+    The fields `but` may be 0.
+    """
     refuse(_non_positive(parameters, but))
 
 
@@ -295,7 +298,9 @@ class GearData:
     pressure_angle: float = math.radians(20.0)
     """Paper, Table 3 [rad]."""
     helix_angle: float = math.radians(7.5)
-    """Paper, Table 3 [rad]; sun right-handed, planet and ring left-handed (GRC). 0 for spur gears (paper, section 3.2)."""
+    """Paper, Table 3 [rad]; sun right-handed, planet and ring left-handed (GRC).
+
+    0 for spur gears (paper, section 3.2)."""
 
     def __post_init__(self) -> None:
         refuse_non_positive(self, but=("helix_angle",))

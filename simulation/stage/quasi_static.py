@@ -94,7 +94,7 @@ def sensor_orders(
 
 
 def static_tilt(orders: SensorOrders, sensors: Sequence[Sensor]) -> NDArray[np.float64]:
-    """Tilt of the rim against the sensors that stands still: rotation about y and z [rad], shape (2,).
+    """Rotation of the rim against the sensors about y and z that stands still [rad], shape (2,).
 
     Least squares of ``u_x = d + ry z - rz y`` over the axial sensors' means.
 

@@ -118,7 +118,7 @@ class BearingData:
     downwind_tilt: float = 0.0
     """Chosen, as above."""
     upwind_y_factor: float = 1.0
-    """Chosen: stiffness of PLC-A along the housing's y over the one along z, which is `upwind_radial`."""
+    """Chosen: stiffness of PLC-A along the housing's y over `upwind_radial`, the one along z."""
     downwind_y_factor: float = 1.0
     """Chosen, as above for PLC-B."""
     carrier_axial: float = 1.6e9
@@ -214,16 +214,21 @@ class MountingData:
     arm: float = 0.75
     """2011 paper, figure 5: bushings at y = +-arm [m]."""
     x: float = 0.1
-    """Chosen: axial position of the bushings [m], downwind of the rim's face; the housing's centre is at 0.5."""
+    """Chosen: axial position of the bushings [m], downwind of the rim's face.
+
+    The housing's centre is at 0.5."""
     radial_stiffness: float = 20.2e6
     """2011 paper, table 3: K1 of one bushing, y and z [N/m]."""
     axial_stiffness: float = 1e6
-    """Chosen: the pins slide axially [N/m]. A bonded bush has 1/39 to 1/2.4 of the radial stiffness, 0.5e6 to 8.3e6
-    (Adkins and Gent 1954, long and short bush of radius ratio 1.5); 20.2e6 where one reads the paper's stiffness for all three
-    components. What it decides: ``carrierflex order-one``."""
+    """Chosen: the pins slide axially [N/m].
+
+    A bonded bush has 1/39 to 1/2.4 of the radial stiffness, 0.5e6 to 8.3e6 (Adkins and Gent 1954,
+    long and short bush of radius ratio 1.5); 20.2e6 where one reads the paper's stiffness for all
+    three components. What it decides: ``carrierflex order-one``."""
     tilt_stiffness: float = 0.0
-    """Paper: "three component" bushings carry no moment. Of each bushing, about y and z [N m/rad]; two bushes a trunnion, each
-    half as stiff, at +-h along x have ``radial_stiffness h^2`` about y."""
+    """Paper: "three component" bushings carry no moment. Of each bushing, about y and z [N m/rad].
+
+    Two bushes a trunnion, each half as stiff, at +-h along x have ``radial_stiffness h^2``."""
     radial_damping: float = 4e4
     """Chosen: 1 % of k/omega of the drive train's first mode [N s/m]; the paper's 4.83e6 locks the
     mode."""
@@ -236,8 +241,10 @@ class MountingData:
     coupling_arm: float = 1.75
     """2011 paper: its distance upwind of the main bearing [m]."""
     ntl_arm: float = 1.22
-    """Chosen: distance of the radial load upwind of the main bearing [m], where the hub stands (GRC): 200 kN make 244 kN m,
-    within the 300 kN m of the rig's published range; at the coupling's 1.75 m they would make 350."""
+    """Chosen: distance of the radial load upwind of the main bearing [m], at the hub (GRC).
+
+    200 kN make 244 kN m, within the 300 kN m of the rig's published range; at the coupling's 1.75 m
+    they would make 350."""
 
     def __post_init__(self) -> None:
         _refuse_negative(self, but=("x",))

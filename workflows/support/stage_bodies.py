@@ -40,7 +40,7 @@ def default_stage_body(
     carrier_factor: float = 1.0,
     main_shaft: str = "beam",
 ) -> StageBody:
-    """Default carrier and pins by finite elements of `size` [m], reduced and joined to the main shaft.
+    """Default carrier and pins by finite elements of `size` [m], joined to the main shaft.
 
     `carrier_factor` multiplies the carrier's stiffness: a large one makes it rigid. The shaft is a
     ``beam`` or of ``finite_elements`` with its lowest modes.

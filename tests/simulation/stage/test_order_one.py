@@ -1,4 +1,7 @@
-"""How much of a kink in the shaft's joint the sensors see: limits in closed form, and every key that decides it."""
+"""How much of a kink in the shaft's joint the sensors see.
+
+Limits in closed form, and every key that decides it.
+"""
 
 from dataclasses import replace
 
@@ -120,9 +123,7 @@ def test_every_support_against_tilt_brings_the_kink_to_the_sensors(stage_body):
 
 def test_unequal_bearings_turn_with_the_housing(stage_body):
     # One bearing, statically determinate: equal loads along y and z at every carrier angle.
-    bearings = BearingData(
-        upwind_y_factor=1 / 6, downwind_radial=0.0, sun_radial=1.0, sun_tilt=1.0
-    )
+    bearings = BearingData(upwind_y_factor=1 / 6, downwind_radial=0.0, sun_radial=1.0, sun_tilt=1.0)
     model = stage_model(stage_body, StageData(bearings=bearings, mounting=HELD), speed=0.0)
     load = SteadyLoad(360e3, ntl_y=1e4, ntl_z=1e4, gravity=0.0)
     channels = model.channels
@@ -146,9 +147,14 @@ def test_unequal_bearings_keep_the_energy_and_run_as_statics_say(stage_body):
     model = stage_model(stage_body, data, effects=effects, speed=SPEED)
     pieces = list(
         simulate_stage(
-            model, SteadyLoad(360e3), SENSORS, duration=2.0 * np.pi / SPEED, sample_rate=120 * SPEED / (2.0 * np.pi), step=1e-3
+            model,
+            SteadyLoad(360e3),
+            SENSORS,
+            duration=2.0 * np.pi / SPEED,
+            sample_rate=120 * SPEED / (2.0 * np.pi),
+            step=1e-3,
         )
-    )  # fmt: skip
+    )
     theta = pieces[0].record.c[:, 0]
     assert np.abs(pieces[0].record.imbalance).max() < 1e-9 * pieces[0].record.energy[-1, 0]
     static = sensor_orders(model, quasi_static_turn(model, SteadyLoad(360e3)), SENSORS)

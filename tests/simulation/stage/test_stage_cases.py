@@ -151,7 +151,11 @@ def test_a_missing_file_is_named(tmp_path):
 def test_gravity_parts_gears_supports_and_reference_come_from_the_case(tmp_path):
     path = changed(
         tmp_path,
-        ("pin_fit_stiffness = 1e6 ", 'gravity = 0.0\ndamping_ratio = 0.01\nmain_shaft = "finite_elements"\npin_fit_stiffness = 1e6 '),
+        (
+            "pin_fit_stiffness = 1e6 ",
+            'gravity = 0.0\ndamping_ratio = 0.01\nmain_shaft = "finite_elements"\n'
+            "pin_fit_stiffness = 1e6 ",
+        ),
         ("[reading] ", '[reading]\nreference = "ground"\n#'),
     )  # fmt: skip
     extra = """
