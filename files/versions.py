@@ -5,8 +5,6 @@ import json
 import platform
 from importlib.metadata import PackageNotFoundError, version
 
-from carrierflex.files.json_files import plain
-
 #: Packages whose version can change a result.
 _RECORDED_PACKAGES = ("carrierflex", "numpy", "scipy", "scikit-fem", "gmsh", "pygmsh")
 
@@ -31,4 +29,7 @@ def provenance(**inputs: object) -> dict[str, str]:
 
     Dataclasses are spelled out.
     """
+    # Late: it needs numpy, for which `carrierflex --version` should not wait.
+    from carrierflex.files.json_files import plain
+
     return {name: json.dumps(plain(value)) for name, value in inputs.items()} | versions()

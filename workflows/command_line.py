@@ -3,12 +3,12 @@
 One sub-command a workflow; errors in one line, exit codes for scripts.
 """
 
+import difflib
 import functools
 import importlib
 import logging
 import sys
-from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from carrierflex.files.shown_values import printable
 from carrierflex.workflows.support.interruption import (
@@ -18,32 +18,126 @@ from carrierflex.workflows.support.interruption import (
     interrupt_on_sigterm,
 )
 
+if TYPE_CHECKING:
+    import cyclopts
+
 #: Exit codes: a check failed, refused input; :mod:`interruption` holds those of interruptions.
 EXIT_FAILED = 1
 EXIT_REFUSED = 2
 
-#: Module of the workflow behind each command, and what shows its result.
+
+class _Command(NamedTuple):
+    """A workflow and how it is shown, by name: nothing of it is imported before it is asked for."""
+
+    workflow: str
+    """Module below carrierflex.workflows whose `main` it is."""
+    table: str
+    """Module below carrierflex.workflows.screen and the function that shows the result."""
+    help: str
+    """First line of the workflow's docstring."""
+
+
 _COMMANDS = {
-    "run": ("run", "summary_table"),
-    "mesh": ("geometry.mesh_carrier", "quality_table"),
-    "cad": ("geometry.write_cad", "cad_table"),
-    "cad-faces": ("geometry.list_cad_faces", "cad_table"),
-    "curves": ("fe.compute_curves", "curve_table"),
-    "reduce": ("reduction.reduce_body", "reduced_table"),
-    "join": ("reduction.join_rotating_group", "joined_table"),
-    "couplings": ("fe.compare_couplings", "coupling_table"),
-    "pin-fit": ("fe.study_pin_fit", "pin_fit_table"),
-    "export": ("reduction.export_body", "export_table"),
-    "certificate": ("reduction.check_certificate", "certificate_table"),
-    "simulate": ("simulation.simulate_load_case", "campaign_table"),
-    "table-5": ("simulation.simulate_table_5", "table_5_table"),
-    "torsion": ("simulation.compute_torsion", "torsion_table"),
-    "export-fmu": ("simulation.export_fmu", "fmu_table"),
-    "gear-life": ("simulation.estimate_gear_life", "gear_life_table"),
-    "identify": ("identification.identify_parameters", "estimate_table"),
-    "diagnose": ("diagnosis.diagnose_campaign", "diagnosis_table"),
-    "blind-check": ("diagnosis.run_blind_check", "blind_check_table"),
-    "printed-tables": ("identification.read_printed_tables", "printed_tables_table"),
+    "run": _Command(
+        "run",
+        "tables:summary_table",
+        "Do the whole chain for one planet carrier and leave every result in one folder.",
+    ),
+    "mesh": _Command(
+        "geometry.mesh_carrier",
+        "tables:quality_table",
+        "Mesh the planet carrier with quadratic tetrahedra; write it with named surfaces as sets.",
+    ),
+    "cad": _Command(
+        "geometry.write_cad",
+        "tables:cad_table",
+        "Write the parametric carrier as carrier.step (unit mm) and surfaces.toml, a template.",
+    ),
+    "cad-faces": _Command(
+        "geometry.list_cad_faces",
+        "tables:cad_table",
+        "List the faces of a STEP file's solid: type, axis, radius, station and area, in metres.",
+    ),
+    "curves": _Command(
+        "fe.compute_curves",
+        "tables:curve_table",
+        "Compute the rim's deflection curves by finite elements.",
+    ),
+    "reduce": _Command(
+        "reduction.reduce_body",
+        "tables:reduced_table",
+        "Reduce a body to its pilot nodes and fixed-interface modes (Craig-Bampton).",
+    ),
+    "join": _Command(
+        "reduction.join_rotating_group",
+        "body_tables:joined_table",
+        "Join main shaft, carrier and pins to one reduced body, the carrier tilted on the shaft.",
+    ),
+    "couplings": _Command(
+        "fe.compare_couplings",
+        "body_tables:coupling_table",
+        "Bracket pilot stiffness and deflection curves between distributing and rigid couplings.",
+    ),
+    "pin-fit": _Command(
+        "fe.study_pin_fit",
+        "tables:pin_fit_table",
+        "Sweep the pin fit from simply supported to rigid.",
+    ),
+    "export": _Command(
+        "reduction.export_body",
+        "tables:export_table",
+        "Write a reduced body for another multibody code.",
+    ),
+    "certificate": _Command(
+        "reduction.check_certificate",
+        "tables:certificate_table",
+        "Show the reduction certificate of a body file; the exit code is 1 where a check fails.",
+    ),
+    "simulate": _Command(
+        "simulation.simulate_load_case",
+        "simulation_tables:campaign_table",
+        "Simulate the sensors in a set of load cases and write them as a campaign folder.",
+    ),
+    "table-5": _Command(
+        "simulation.simulate_table_5",
+        "simulation_tables:table_5_table",
+        "Simulate the eight cases of the 2012 paper's table 5; compare with a simulated reference.",
+    ),
+    "torsion": _Command(
+        "simulation.compute_torsion",
+        "simulation_tables:torsion_table",
+        "Torsional stiffness of main shaft, gearbox and mounting.",
+    ),
+    "export-fmu": _Command(
+        "simulation.export_fmu",
+        "simulation_tables:fmu_table",
+        "Export the linear mounting model as an FMI 2.0 co-simulation unit.",
+    ),
+    "gear-life": _Command(
+        "simulation.estimate_gear_life",
+        "simulation_tables:gear_life_table",
+        "Contact pressure and pitting life of sun and ring mesh over the misalignment of a planet.",
+    ),
+    "identify": _Command(
+        "identification.identify_parameters",
+        "tables:estimate_table",
+        "Identify the motion of the planet carrier, or the bushings of the mounting.",
+    ),
+    "diagnose": _Command(
+        "diagnosis.diagnose_campaign",
+        "diagnosis_tables:diagnosis_table",
+        "Diagnose the gap between a measurement campaign and its baseline simulation.",
+    ),
+    "blind-check": _Command(
+        "diagnosis.run_blind_check",
+        "score_tables:blind_check_table",
+        "Diagnose sealed campaigns and score the answers.",
+    ),
+    "printed-tables": _Command(
+        "identification.read_printed_tables",
+        "tables:printed_tables_table",
+        "Derive rim deflection, phi_PLC and static saddle from tables 4 and 5 of the 2012 paper.",
+    ),
 }
 
 _HELP = """From a planet carrier's parameters to a diagnosed gap between simulation and measurement.
@@ -59,6 +153,7 @@ def main() -> None:
     """
     logging.basicConfig(level=logging.ERROR, format="%(name)s: %(message)s")
     interrupt_on_sigterm()
+    _refuse_unknown_command(sys.argv[1:])
     try:
         _application()(sys.argv[1:], exit_on_error=False, print_error=False)
     except TerminationError:
@@ -67,8 +162,8 @@ def main() -> None:
         _end("interrupted; files that were finished are whole and stay", EXIT_INTERRUPTED)
     except ImportError as error:
         _end(
-            f"a library is missing or does not load: {_one_line(error)}; `make` installs what is "
-            "needed",
+            f"a library is missing or does not load: {_one_line(error.__cause__ or error)}; `make` "
+            "installs what is needed",
             EXIT_REFUSED,
         )
     except Exception as error:
@@ -81,40 +176,54 @@ def main() -> None:
         _end(_one_line(error), EXIT_REFUSED)
 
 
-def _application() -> Any:
-    """Import the workflows and register them.
+def _refuse_unknown_command(arguments: list[str]) -> None:
+    """Refuse a name that is no command; cyclopts would import every workflow to say so."""
+    name = arguments[0] if arguments else "--help"
+    if name in _COMMANDS or name.startswith("-"):
+        return
+    close = difflib.get_close_matches(name, _COMMANDS, n=1)
+    instead = f'did you mean "{close[0]}"?' if close else f"expected one of {', '.join(_COMMANDS)}"
+    _end(f'unknown command "{name}"; {instead} (carrierflex --help)', EXIT_REFUSED)
+
+
+def _application() -> "cyclopts.App":
+    """Register the workflows by name; only the one that is called is imported.
 
     Late, so that a library that does not load is told in one line.
     """
     import cyclopts
 
     from carrierflex.files.versions import software_name
-    from carrierflex.workflows.screen import tables
 
     app = cyclopts.App(
-        name="carrierflex", help=_HELP, version=software_name, suppress_keyboard_interrupt=False
+        name="carrierflex",
+        help=_HELP,
+        version=software_name,
+        version_format="plaintext",
+        suppress_keyboard_interrupt=False,
     )
-    for name, (module, table) in _COMMANDS.items():
-        workflow = importlib.import_module(f"carrierflex.workflows.{module}").main
-        app.command(_shown_by(getattr(tables, table), workflow), name=name)
+    for name, command in _COMMANDS.items():
+        app.command(
+            f"carrierflex.workflows.{command.workflow}:main",
+            name=name,
+            help=command.help,
+            result_action=functools.partial(_show, command.table),
+        )
     return app
 
 
-def _shown_by(table: Callable[[Any], Any], workflow: Callable[..., Any]) -> Callable[..., None]:
-    """Workflow with the same signature that shows its result on the screen."""
+def _show(table: str, result: Any) -> None:
+    """Show a workflow's result on the screen; a command's help has none."""
+    if result is None:
+        return
+    from rich.console import Console
 
-    @functools.wraps(workflow)
-    def shown(*arguments: Any, **options: Any) -> None:
-        from rich.console import Console
-
-        result = workflow(*arguments, **options)
-        Console(highlight=False).print(table(result))
-        # A certificate knows whether its checks are met; a result without such knowledge counts as
-        # met.
-        if not getattr(result, "met", True):
-            sys.exit(EXIT_FAILED)
-
-    return shown
+    module, function = table.split(":")
+    tables = importlib.import_module(f"carrierflex.workflows.screen.{module}")
+    Console(highlight=False).print(getattr(tables, function)(result))
+    # A certificate knows whether its checks are met; a result without such knowledge counts as met.
+    if not getattr(result, "met", True):
+        sys.exit(EXIT_FAILED)
 
 
 def _one_line(error: BaseException) -> str:

@@ -3,6 +3,8 @@
 Every exit code is seen once from a process of its own; the other refusals run in this one.
 """
 
+import importlib
+import inspect
 import os
 import signal
 import subprocess
@@ -10,6 +12,8 @@ import sys
 import time
 
 import pytest
+
+from carrierflex.workflows import command_line
 
 COMMAND = [sys.executable, "-m", "carrierflex.workflows.command_line"]
 
@@ -87,12 +91,31 @@ def test_all_mistakes_of_a_file_are_told_in_one_line(tmp_path):
     )
 
 
-def test_a_command_that_reads_no_toml_does_not_load_pydantic():
+def test_version_help_and_refusal_of_a_command_load_no_workflow(tmp_path):
     program = (
-        "import sys; from carrierflex.workflows.command_line import _application; _application(); "
-        "sys.exit('pydantic' in sys.modules)"
+        "import sys\nfrom carrierflex.workflows.command_line import main\ntry:\n    main()\n"
+        "except SystemExit:\n    pass\n"
+        "heavy = {'numpy', 'scipy', 'numba', 'gmsh', 'pydantic', 'pandas', 'skfem'}\n"
+        "sys.exit(f'loaded {heavy & set(sys.modules)}' if heavy & set(sys.modules) else 0)"
     )
-    subprocess.run([sys.executable, "-c", program], check=True)
+    for argument in ("--version", "--help", "diagnoze"):
+        subprocess.run([sys.executable, "-c", program, argument], check=True, cwd=tmp_path)
+
+
+def test_a_misspelt_command_is_told_the_nearest_name(command):
+    assert 'unknown command "diagnoze"; did you mean "diagnose"?' in refused(command("diagnoze"))
+    assert "expected one of run, mesh, cad" in refused(command("xyz"))
+
+
+@pytest.mark.parametrize("name", command_line._COMMANDS)
+def test_the_help_of_a_command_is_that_of_its_workflow_and_its_table_exists(name):
+    registered = command_line._COMMANDS[name]
+    workflow = importlib.import_module(f"carrierflex.workflows.{registered.workflow}").main
+    assert inspect.getdoc(workflow).splitlines()[0] == registered.help
+    module, function = registered.table.split(":")
+    assert callable(
+        getattr(importlib.import_module(f"carrierflex.workflows.screen.{module}"), function)
+    )
 
 
 def test_unknown_variant_option_and_suffix_are_refused(tmp_path, command):

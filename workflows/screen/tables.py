@@ -23,15 +23,6 @@ from carrierflex.reduction.mode_names import mode_names
 from carrierflex.reduction.pin_joints import PIN_FITS
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.simulation.mounting.rig import HOUSING_MOTION
-from carrierflex.workflows.screen.body_tables import coupling_table as coupling_table
-from carrierflex.workflows.screen.body_tables import joined_table as joined_table
-from carrierflex.workflows.screen.diagnosis_tables import diagnosis_table as diagnosis_table
-from carrierflex.workflows.screen.score_tables import blind_check_table as blind_check_table
-from carrierflex.workflows.screen.simulation_tables import campaign_table as campaign_table
-from carrierflex.workflows.screen.simulation_tables import fmu_table as fmu_table
-from carrierflex.workflows.screen.simulation_tables import gear_life_table as gear_life_table
-from carrierflex.workflows.screen.simulation_tables import table_5_table as table_5_table
-from carrierflex.workflows.screen.simulation_tables import torsion_table as torsion_table
 from carrierflex.workflows.screen.titled_table import titled_table as _table
 from carrierflex.workflows.support.units import MICROMETRES
 

@@ -18,7 +18,7 @@ from carrierflex.reduction.assembly_modes import assembly_modes
 from carrierflex.reduction.body_files import read_body, write_body
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.workflows.reduction import join_rotating_group
-from carrierflex.workflows.screen.tables import joined_table
+from carrierflex.workflows.screen.body_tables import joined_table
 
 SHAFT = MainShaftParameters()
 R_PHI = 0.412 * 0.6e-3

@@ -12,7 +12,7 @@ from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.mounting import energy
 from carrierflex.simulation.mounting.time_integration import DivergedError
-from carrierflex.workflows.screen.tables import campaign_table
+from carrierflex.workflows.screen.simulation_tables import campaign_table
 from carrierflex.workflows.simulation import stream_mounting
 from carrierflex.workflows.simulation.simulate_load_case import main
 
