@@ -1,0 +1,106 @@
+"""Runs that are one record under two names: equal samples, or the same noise under the same inputs."""
+
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, sample_of
+
+FloatArray = NDArray[np.float64]
+
+#: Difference of two inputs over their size that is none.
+_SAME_INPUT = 1e-3
+#: Correlation of the noise of two independent records is below this by many deviations; that of a
+#: copy with new noise twice as large as the old is 0.45.
+_CORRELATED = 0.3
+_NOISE_ORDER = 6
+_FEWEST_SAMPLES = 100
+
+
+def copied_runs(campaign: Campaign) -> dict[str, str]:
+    """Runs that are copies, each with the name of the first run that it is a copy of.
+
+    Two runs are one record where their inputs agree and their samples are equal, or the noise of
+    their channels (differences of order 6) is correlated.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Records.
+
+    Returns
+    -------
+    dict of str to str
+        Empty where every run is a record of its own.
+    """
+    original: dict[str, str] = {}
+    for first, second in combinations(campaign.runs, 2):
+        if second.name not in original and _is_copy(first, second):
+            original[second.name] = original.get(first.name, first.name)
+    return original
+
+
+def _is_copy(first: Run, second: Run) -> bool:
+    if first.time.size != second.time.size:
+        return False
+    if all(_same(first.signals[name], second.signals[name]) for name in first.signals):
+        return True
+    if not all(_alike(first.inputs[name], second.inputs[name]) for name in first.inputs):
+        return False
+    correlation = [
+        _noise_correlation(first.signals[name], second.signals[name]) for name in first.signals
+    ]
+    known = [value for value in correlation if np.isfinite(value)]
+    return bool(known) and float(np.median(known)) > _CORRELATED
+
+
+def _same(first: FloatArray, second: FloatArray) -> bool:
+    """Whether a signal that is not constant has equal samples."""
+    return bool(
+        np.array_equal(first, second, equal_nan=True)
+        and np.isfinite(first).any()
+        and np.nanmax(first) > np.nanmin(first)
+    )
+
+
+def _alike(first: FloatArray, second: FloatArray) -> bool:
+    size = float(np.sqrt(np.mean(first**2)))
+    return float(np.sqrt(np.mean((first - second) ** 2))) <= _SAME_INPUT * size
+
+
+def _noise_correlation(first: FloatArray, second: FloatArray) -> float:
+    one, two = np.diff(first, _NOISE_ORDER), np.diff(second, _NOISE_ORDER)
+    both = np.isfinite(one) & np.isfinite(two)
+    if np.count_nonzero(both) < _FEWEST_SAMPLES:
+        return float("nan")
+    norm = float(np.sqrt(np.sum(one[both] ** 2) * np.sum(two[both] ** 2)))
+    # Signals without noise differ by rounding, whose correlation says nothing.
+    smallest = 1e-9 * float(np.nanmax(np.abs(first)))
+    if norm <= both.sum() * smallest**2:
+        return float("nan")
+    return float(np.sum(one[both] * two[both]) / norm)
+
+
+def copy_findings(campaign: Campaign, copies: Mapping[str, str]) -> Iterator[CampaignWarning]:
+    """One finding for every copy.
+
+    Yields
+    ------
+    CampaignWarning
+        Check ``copy``.
+    """
+    files = {run.name: run.file for run in campaign.runs}
+    for copy, original in copies.items():
+        yield CampaignWarning(
+            "copy",
+            copy,
+            f"run {copy} is the record of run {original} under another name: the same inputs and "
+            "the same samples or noise",
+            "leave one of the two out; the diagnosis holds both out together",
+            1.0,
+            sample_of(files[copy], 0),
+        )

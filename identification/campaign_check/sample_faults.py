@@ -1,0 +1,231 @@
+"""Samples that no sensor gives: clipped, stuck, repeated, zeroed, far outside, coarsely quantised."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.identification.campaign.campaign import Campaign, Channel
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, sample_of
+from carrierflex.identification.campaign_check.sample_statistics import (
+    expected_equal,
+    moving,
+    neighbour_noise,
+    quantisation_step,
+    resolution,
+    stretches,
+)
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+#: Equal neighbours in a row that make a plateau at an extreme, and samples in such plateaus.
+_PLATEAU, _CLIPPED = 3, 5
+#: Equal neighbours in a row that are a stuck sensor.
+_STUCK = 6
+#: Distance of an outlier from what its neighbours say, over the median distance.
+_FAR = 15.0
+#: Quantisation step over the noise: its error has 0.29 of the step, from here on half a floor.
+_COARSE = 1.5
+#: A distance below this share of the signal's range is no outlier.
+_OF_RANGE = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class _Signal:
+    """A channel in one run.
+
+    `moves` is False where no input changes; `turns` tells samples at which a driven motion turns
+    round: friction jumps there and back within one sample.
+    """
+
+    run: Run
+    channel: Channel
+    values: FloatArray
+    moves: BoolArray
+    turns: BoolArray
+
+    def warning(
+        self, check: str, sample: int, figure: float, text: str, remedy: str
+    ) -> CampaignWarning:
+        about = self.channel.name
+        line = sample_of(self.run.file, sample)
+        return CampaignWarning(check, about, f"run {self.run.name}: {text}", remedy, figure, line)
+
+
+def sample_faults(campaign: Campaign) -> Iterator[CampaignWarning]:
+    """Findings about single samples of every channel and run.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Records.
+
+    Yields
+    ------
+    CampaignWarning
+        Checks ``clipping``, ``stuck``, ``repeated``, ``zeros``, ``outliers``, ``quantised``.
+    """
+    checks: tuple[Callable[[_Signal], Iterator[CampaignWarning]], ...] = (
+        _clipping,
+        _stuck,
+        _zeros,
+        _outliers,
+        _quantised,
+    )
+    for run in campaign.runs:
+        moves, turns = moving(run), _turns(run)
+        for channel in campaign.channels:
+            signal = _Signal(run, channel, run.signals[channel.name], moves, turns)
+            if np.count_nonzero(np.isfinite(signal.values)) > 2 * _STUCK:
+                for check in checks:
+                    yield from check(signal)
+
+
+def _turns(run: Run) -> BoolArray:
+    """Samples within two of a turn of a driven motion, shape (n,)."""
+    turns = np.zeros(run.time.size, dtype=bool)
+    drive = run.inputs.get("displacement")
+    if drive is not None:
+        step = np.diff(drive)
+        turns[1:-1] = step[1:] * step[:-1] <= 0.0
+        turns = np.convolve(turns, np.ones(5), mode="same") > 0.5
+    return turns
+
+
+def _clipping(signal: _Signal) -> Iterator[CampaignWarning]:
+    """Plateaus at the largest or smallest value."""
+    for name, extreme in (("largest", np.nanmax), ("smallest", np.nanmin)):
+        value = float(extreme(signal.values))
+        at = (signal.values == value) & signal.moves
+        plateaus = [(a, b) for a, b in stretches(at) if b - a >= _PLATEAU]
+        clipped = sum(b - a for a, b in plateaus)
+        beside = np.abs(signal.values - value)
+        # A coarse signal also has equal neighbours elsewhere.
+        next_level = float(beside[beside > 0.0].min()) if (beside > 0.0).any() else 0.0
+        n_next = int((beside <= 1.5 * next_level).sum()) - int((beside == 0.0).sum())
+        if clipped >= _CLIPPED and int(at.sum()) > 3 * n_next and len(plateaus) > 1:
+            yield signal.warning(
+                "clipping",
+                plateaus[0][0],
+                float(at.sum()),
+                f"{int(at.sum())} samples stand at the {name} value {value:.4g} "
+                f"{signal.channel.unit}, {clipped} of them in plateaus",
+                "the range of sensor or amplifier ends there: record it again with a wider range, "
+                "or leave the channel out",
+            )
+
+
+def _stuck(signal: _Signal) -> Iterator[CampaignWarning]:
+    """Long stretches of one value, and samples that repeat the one before."""
+    values = signal.values
+    equal = np.concatenate([[False], np.diff(values) == 0.0]) & signal.moves
+    inside = (values != np.nanmax(values)) & (values != np.nanmin(values))
+    all_stretches = [(a, b) for a, b in stretches(equal & inside)]
+    chance = expected_equal(values)
+    share = min(chance / values.size, 1.0)
+    length = _STUCK
+    if share > 0.0:
+        # Chance makes a stretch this long less than once in a million records.
+        length = max(length, int(np.ceil(np.log(1e-6 / values.size) / np.log(min(share, 0.97)))))
+    long = [(a, b) for a, b in all_stretches if b - a >= length]
+    if long:
+        a, b = max(long, key=lambda stretch: stretch[1] - stretch[0])
+        part = (b - a) / values.size
+        yield signal.warning(
+            "stuck",
+            a,
+            float(b - a),
+            f"{b - a + 1} samples in a row ({part:.1%} of the record) hold {values[a]:.4g} "
+            f"{signal.channel.unit} while the inputs change",
+            "the sensor or the logger stood still: leave the stretch empty (missing samples)",
+        )
+    repeats = [(a, b) for a, b in all_stretches if b - a < length]
+    count = sum(b - a for a, b in repeats)
+    if count > 2.0 + 4.0 * chance:
+        yield signal.warning(
+            "repeated",
+            repeats[0][0],
+            float(count),
+            f"{count} samples repeat the one before to the last digit",
+            "dropouts filled with the last value: leave the cells empty instead",
+        )
+
+
+def _zeros(signal: _Signal) -> Iterator[CampaignWarning]:
+    """Exact zeros in a signal that does not stand still."""
+    values = signal.values
+    zero = (values == 0.0) & signal.moves
+    present = values[np.isfinite(values)]
+    width = 0.05 * float(np.std(present)) or 1.0
+    chance = np.count_nonzero(np.abs(present) < width) / (2.0 * width) * resolution(values)
+    count = int(zero.sum())
+    if count >= 2 and count > 1.0 + 4.0 * chance:
+        yield signal.warning(
+            "zeros",
+            int(np.argmax(zero)),
+            float(count),
+            f"{count} samples are exactly zero",
+            "dropouts written as zeros: leave the cells empty instead",
+        )
+
+
+def _outliers(signal: _Signal) -> Iterator[CampaignWarning]:
+    """Single samples far from what both neighbours on either side say."""
+    values = signal.values
+    before = 2.0 * values[1:-3] - values[:-4]
+    after = 2.0 * values[3:-1] - values[4:]
+    middle = values[2:-2]
+    between = (4.0 * (values[1:-3] + values[3:-1]) - values[:-4] - values[4:]) / 6.0
+    distance = np.min(np.abs([middle - before, middle - after, middle - between]), axis=0)
+    known = np.isfinite(distance) & ~signal.turns[2:-2]
+    if not known.any():
+        return
+    scale = np.maximum(
+        float(np.median(distance[known])), _local_median(np.where(known, distance, 0.0))
+    )
+    least = max(
+        _OF_RANGE * float(np.ptp(np.quantile(values[np.isfinite(values)], (0.01, 0.99)))),
+        4.0 * (signal.channel.noise_std or 0.0),
+        3.0 * quantisation_step(values),
+    )
+    far = known & (distance > _FAR * scale) & (distance > least)
+    if far.any():
+        worst = int(np.argmax(np.where(far, distance, 0.0)))
+        yield signal.warning(
+            "outliers",
+            worst + 2,
+            float(distance[worst]),
+            f"{int(far.sum())} samples stand alone, the worst {distance[worst]:.3g} "
+            f"{signal.channel.unit} from its neighbours",
+            "spikes of the measuring chain: leave these cells empty, or identify with --loss huber",
+        )
+
+
+def _local_median(values: FloatArray) -> FloatArray:
+    """Median over 65 samples around each, from medians of a coarser grid."""
+    width = 65
+    if values.size <= width:
+        return np.full(values.size, float(np.median(values)))
+    centres = np.arange(0, values.size, width // 4)
+    medians = [
+        np.median(values[max(c - width // 2, 0) : c + width // 2 + 1]) for c in centres.tolist()
+    ]
+    return np.interp(np.arange(values.size), centres, medians)
+
+
+def _quantised(signal: _Signal) -> Iterator[CampaignWarning]:
+    """A quantisation step beside which the noise floor is small."""
+    step = quantisation_step(signal.values)
+    floor = signal.channel.noise_std or neighbour_noise(signal.values)
+    if step > 0.0 and floor > 0.0 and step > _COARSE * floor:
+        yield signal.warning(
+            "quantised",
+            0,
+            step / floor,
+            f"values stand on a grid of {step:.3g} {signal.channel.unit}, {step / floor:.1f} "
+            "times the noise floor",
+            "take the amplifier's finer range, or declare a noise_std of at least 0.3 of the step",
+        )

@@ -1,0 +1,89 @@
+"""Statistics of one signal that need no model: noise between neighbours, resolution, moving inputs."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.identification.campaign.records import Run
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+#: Order of the differences that tell noise from a smooth signal, and their mean square over the
+#: variance of white noise (10 choose 5).
+_ORDER, _GAIN = 5, 252.0
+#: Median of chi² with one degree of freedom: a median is not moved by few jumps.
+_MEDIAN_CHI2 = 0.4549
+
+
+def neighbour_noise(values: FloatArray) -> float:
+    """Standard deviation of the noise between neighbouring samples, in the unit of `values`.
+
+    ``median((difference of order 5)²) / (0.4549 · 252)`` is the variance of white noise beside a
+    signal that is smooth over six samples; noise with a memory is underestimated.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Signal, missing samples NaN.
+
+    Returns
+    -------
+    float
+        NaN where fewer than two differences can be taken.
+    """
+    square = np.diff(values, _ORDER) ** 2
+    square = square[np.isfinite(square)]
+    if square.size < 2:
+        return float("nan")
+    return float(np.sqrt(np.median(square) / (_MEDIAN_CHI2 * _GAIN)))
+
+
+def resolution(values: FloatArray) -> float:
+    """Smallest change between neighbouring samples; zero where nothing changes."""
+    change = np.abs(np.diff(values))
+    change = change[np.isfinite(change) & (change > 0.0)]
+    return float(change.min()) if change.size else 0.0
+
+
+def quantisation_step(values: FloatArray) -> float:
+    """Step of a quantised signal, zero where it has none.
+
+    Distinct values whose distances are all whole multiples of the smallest one.
+    """
+    distinct = np.unique(values[np.isfinite(values)])
+    if distinct.size < 3:
+        return 0.0
+    distance = np.diff(distinct)
+    # Values that differ by rounding alone are the same level.
+    distance = distance[distance > 1e-9 * max(abs(distinct[0]), abs(distinct[-1]))]
+    if distance.size < 2:
+        return 0.0
+    step = float(distance.min())
+    multiple = distance / step
+    return step if np.abs(multiple - np.round(multiple)).max() < 0.05 else 0.0
+
+
+def moving(run: Run) -> BoolArray:
+    """Whether an input changes from the sample before, shape (n,); False for the first.
+
+    Where no input changes the machine may stand still, and a signal may be constant.
+    """
+    changes = np.zeros(run.time.size, dtype=bool)
+    for values in run.inputs.values():
+        changes[1:] |= np.diff(values) != 0.0
+    return changes
+
+
+def expected_equal(values: FloatArray) -> float:
+    """Neighbours that chance makes equal in a signal of limited resolution."""
+    change = np.diff(values)
+    change = change[np.isfinite(change)]
+    spread = float(np.median(np.abs(change))) if change.size else 0.0
+    step = resolution(values)
+    return change.size * min(1.0, step / spread) if spread > 0.0 else float(change.size)
+
+
+def stretches(equal: BoolArray) -> list[tuple[int, int]]:
+    """First and one past the last index of every stretch of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], equal, [False]]).astype(np.int8)))
+    return [(int(first), int(end)) for first, end in edges.reshape(-1, 2)]

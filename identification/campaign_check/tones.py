@@ -1,0 +1,147 @@
+"""Lines in the spectrum that belong to nothing that turns or drives: mains hum and other tones."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+from carrierflex.identification.campaign.campaign import Campaign, Channel
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, sample_of
+
+FloatArray = NDArray[np.float64]
+
+#: A line's power over the median of its surroundings, and the half width of these in lines.
+_STANDS_OUT, _SURROUNDINGS = 60.0, 40
+#: Lines beside the peak that may still stand out: a tone keeps its frequency, an order does not.
+_NARROW = 3
+#: Distance from a whole order that is not one.
+_OFF_ORDER = 0.15
+#: Amplitude of a tone over the noise that is told.
+_LOUD = 1.0
+_FEWEST_SAMPLES = 256
+_MAINS_HZ = (50.0, 60.0)
+
+
+@dataclass(frozen=True)
+class _Tone:
+    frequency_hz: float
+    amplitude: float
+
+
+def tone_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
+    """Tones that stand at the same frequency in most runs of a channel.
+
+    Yields
+    ------
+    CampaignWarning
+        Check ``tone``.
+    """
+    runs = [run for run in campaign.runs if run.time.size >= _FEWEST_SAMPLES]
+    for channel in campaign.channels:
+        tones = [(run, tone) for run in runs for tone in _tones(campaign, run, channel)]
+        for run, tone in sorted(tones, key=lambda pair: -pair[1].amplitude):
+            width = 2.0 / float(run.time[-1] - run.time[0])
+            alike = {
+                other.name
+                for other, own in tones
+                if abs(own.frequency_hz - tone.frequency_hz)
+                < max(width, 2.0 / float(other.time[-1] - other.time[0]))
+            }
+            if len(alike) > 0.6 * len(runs):
+                yield CampaignWarning(
+                    "tone",
+                    channel.name,
+                    f"{_named(tone.frequency_hz, run)}, amplitude {tone.amplitude:.3g} "
+                    f"{channel.unit}, in {len(alike)} of {len(runs)} runs; nothing turns or drives "
+                    "there",
+                    "look for electrical hum (shield, ground, filter before sampling) or for "
+                    "something else that vibrates at this frequency",
+                    tone.frequency_hz,
+                    sample_of(run.file, 0),
+                )
+                break
+
+
+def _tones(campaign: Campaign, run: Run, channel: Channel) -> list[_Tone]:
+    """Narrow lines of one record off the orders and off the drive."""
+    values = run.signals[channel.name]
+    present = np.isfinite(values)
+    if np.count_nonzero(present) < _FEWEST_SAMPLES:
+        return []
+    level = np.interp(run.time, run.time[present], values[present])
+    frequency, power, scale = _spectrum(level, run.time)
+    typical = median_filter(power, 2 * _SURROUNDINGS + 1, mode="nearest")
+    stands_out = power > _STANDS_OUT * np.maximum(typical, np.finfo(float).tiny)
+    tones = []
+    for line in np.flatnonzero(stands_out[1:-1]).tolist():
+        k = line + 1
+        amplitude = float(np.sqrt(power[k]) * scale)
+        floor = np.sqrt(typical[k]) * scale * np.sqrt(values.size) / 2.0
+        around = stands_out[max(k - 3 * _NARROW, 0) : k + 3 * _NARROW + 1]
+        is_peak = power[k] >= power[k - 1] and power[k] >= power[k + 1]
+        if not is_peak or around.sum() > 2 * _NARROW + 1 or amplitude < _LOUD * floor:
+            continue
+        if not _is_expected(campaign, run, float(frequency[k])):
+            tones.append(_Tone(float(frequency[k]), amplitude))
+    return tones
+
+
+def _spectrum(values: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Frequency [Hz], power, and the factor from its root to an amplitude."""
+    window = np.blackman(values.size)
+    step = float(time[-1] - time[0]) / (time.size - 1)
+    line = np.polynomial.Polynomial.fit(time, values, 1)(time)
+    power = np.abs(np.fft.rfft((values - line) * window)) ** 2
+    return np.fft.rfftfreq(values.size, step), power, 2.0 / float(window.sum())
+
+
+def _is_expected(campaign: Campaign, run: Run, frequency: float) -> bool:
+    """Whether a frequency is that of an order of the shaft, or of an input or its harmonics."""
+    step = float(run.time[-1] - run.time[0]) / (run.time.size - 1)
+    resolved = 3.0 / float(run.time[-1] - run.time[0])
+    angle = run.inputs.get("carrier_angle")
+    if angle is not None:
+        turns = np.abs(np.diff(angle)) / (2.0 * np.pi * step)
+        typical = float(np.median(turns))
+        if typical <= 0.0 or frequency < resolved:
+            return True
+        order = frequency / typical
+        distance = abs(order - np.round(order)) * typical
+        if distance < max(_OFF_ORDER * typical, resolved):
+            return True
+    for values in run.inputs.values():
+        if _drives_at(values, run.time, frequency):
+            return True
+    return False
+
+
+def _drives_at(values: FloatArray, time: FloatArray, frequency: float) -> bool:
+    """Whether an input has power at a frequency, or at one that it is a multiple of."""
+    if not np.ptp(values) > 0.0:
+        return False
+    lines, power, _ = _spectrum(values, time)
+    width = 4
+    strong = power > 1e-6 * power.max()
+    nearest = int(np.argmin(np.abs(lines - frequency)))
+    if strong[max(nearest - width, 0) : nearest + width + 1].any():
+        return True
+    # Harmonics of a drive of few lines: a nonlinear element answers there too.
+    loud = np.flatnonzero(power > 0.05 * power.max())
+    if loud.size > 30:
+        return False
+    ratio = frequency / np.maximum(lines[loud], lines[1])
+    return bool((np.abs(ratio - np.round(ratio)) * lines[loud] < width * lines[1]).any())
+
+
+def _named(frequency: float, run: Run) -> str:
+    """Frequency in words, with the mains behind it where it folds back there."""
+    rate = (run.time.size - 1) / float(run.time[-1] - run.time[0])
+    for mains in _MAINS_HZ:
+        for harmonic in (1, 2, 3):
+            folded = abs(harmonic * mains - rate * np.round(harmonic * mains / rate))
+            if abs(folded - frequency) < 2.0 / float(run.time[-1] - run.time[0]) + 1e-3 * rate:
+                return f"a tone of {frequency:.3f} Hz, where {harmonic * mains:.0f} Hz would appear"
+    return f"a tone of {frequency:.3f} Hz"
