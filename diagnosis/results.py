@@ -9,6 +9,7 @@ from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.gap.findings import GapDetail
 from carrierflex.diagnosis.inference.results import Attribution, GapReduction
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +38,8 @@ class Diagnosis:
         Class of the missing effect; None where the kind has no classes.
     reduction_law : GapReduction, optional
         How far the nearest laws shrink the gap, where `reduction` is that of the class.
+    warnings : tuple of CampaignWarning
+        What does not look right in the campaign itself.
     """
 
     campaign: str
@@ -50,3 +53,4 @@ class Diagnosis:
     gap: GapDetail | None = None
     classes: ClassAnswer | None = None
     reduction_law: GapReduction | None = None
+    warnings: tuple[CampaignWarning, ...] = ()

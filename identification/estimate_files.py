@@ -6,6 +6,7 @@ from typing import Any
 
 from carrierflex.files.json_files import plain, save_json
 from carrierflex.files.versions import software_name
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.identification.carrier.parameter_estimate import SHARED, ParameterEstimate
 from carrierflex.identification.carrier.robust_loss import Outliers
 
@@ -20,6 +21,7 @@ def identification_document(
     seconds: float,
     model_runs: int,
     outliers: Sequence[Outliers] = (),
+    warnings: Sequence[CampaignWarning] = (),
 ) -> dict[str, Any]:
     """Content of identification.json.
 
@@ -35,6 +37,8 @@ def identification_document(
         Evaluations of the model; 1 for a closed-form fit.
     outliers : sequence of Outliers
         Flagged samples; they took part in the fit.
+    warnings : sequence of CampaignWarning
+        What does not look right in the campaign.
 
     Returns
     -------
@@ -65,6 +69,7 @@ def identification_document(
         "runs": {run: _run(estimate, run) for run, estimate in by_run.items()},
         "undetermined": list(texts),
         "outliers": outliers,
+        "warnings": [warning.entry() for warning in warnings],
         "covariance_source": first.covariance_source,
         "correlation": {
             key: _correlation(estimate)

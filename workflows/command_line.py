@@ -118,6 +118,11 @@ _COMMANDS = {
         "simulation_tables:gear_life_table",
         "Contact pressure and pitting life of sun and ring mesh over the misalignment of a planet.",
     ),
+    "check": _Command(
+        "diagnosis.check_campaign",
+        "diagnosis_tables:check_table",
+        "Check a measurement campaign; the exit code is 0 without a finding, 1 with, 2 where refused.",
+    ),
     "identify": _Command(
         "identification.identify_parameters",
         "tables:estimate_table",

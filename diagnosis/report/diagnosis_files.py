@@ -69,6 +69,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "validation": reduction.validation if reduction else (),
         "gap": None if diagnosis.gap is None else _gap(diagnosis.gap, diagnosis.unit),
         "separating_test": which.discriminating_experiment,
+        "warnings": [warning.entry() for warning in diagnosis.warnings],
     }
     document: dict[str, Any] = plain(content)
     return document

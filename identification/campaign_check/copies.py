@@ -1,6 +1,7 @@
 """Runs that are one record under two names: equal samples, or the same noise under the same inputs."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -42,6 +43,18 @@ def copied_runs(campaign: Campaign) -> dict[str, str]:
         if second.name not in original and _is_copy(first, second):
             original[second.name] = original.get(first.name, first.name)
     return original
+
+
+def without_copies(campaign: Campaign) -> Campaign:
+    """Campaign with every record once; the same object where there are no copies.
+
+    A copy in the training records tells what is held out, whatever its condition is called, and in
+    a bootstrap it counts one record twice.
+    """
+    copies = copied_runs(campaign)
+    if not copies:
+        return campaign
+    return replace(campaign, runs=tuple(run for run in campaign.runs if run.name not in copies))
 
 
 def _is_copy(first: Run, second: Run) -> bool:
@@ -100,7 +113,8 @@ def copy_findings(campaign: Campaign, copies: Mapping[str, str]) -> Iterator[Cam
             copy,
             f"run {copy} is the record of run {original} under another name: the same inputs and "
             "the same samples or noise",
-            "leave one of the two out; the diagnosis holds both out together",
+            "leave one of the two out, as the diagnosis does: a copy in the training records would "
+            "tell what is held out",
             1.0,
             sample_of(files[copy], 0),
         )

@@ -14,7 +14,6 @@ from carrierflex.identification.campaign_check.sample_statistics import (
     moving,
     neighbour_noise,
     quantisation_step,
-    resolution,
     stretches,
 )
 
@@ -30,7 +29,7 @@ _FAR = 15.0
 #: Quantisation step over the noise: its error has 0.29 of the step, from here on half a floor.
 _COARSE = 1.5
 #: A distance below this share of the signal's range is no outlier.
-_OF_RANGE = 0.02
+_OF_RANGE = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,13 +84,13 @@ def sample_faults(campaign: Campaign) -> Iterator[CampaignWarning]:
 
 
 def _turns(run: Run) -> BoolArray:
-    """Samples within two of a turn of a driven motion, shape (n,)."""
+    """Samples within four of a turn of a driven motion, shape (n,)."""
     turns = np.zeros(run.time.size, dtype=bool)
     drive = run.inputs.get("displacement")
     if drive is not None:
         step = np.diff(drive)
         turns[1:-1] = step[1:] * step[:-1] <= 0.0
-        turns = np.convolve(turns, np.ones(5), mode="same") > 0.5
+        turns = np.convolve(turns, np.ones(9), mode="same") > 0.5
     return turns
 
 
@@ -160,7 +159,8 @@ def _zeros(signal: _Signal) -> Iterator[CampaignWarning]:
     zero = (values == 0.0) & signal.moves
     present = values[np.isfinite(values)]
     width = 0.05 * float(np.std(present)) or 1.0
-    chance = np.count_nonzero(np.abs(present) < width) / (2.0 * width) * resolution(values)
+    chance = np.count_nonzero(np.abs(present) < width) / (2.0 * width)
+    chance *= quantisation_step(values)
     count = int(zero.sum())
     if count >= 2 and count > 1.0 + 4.0 * chance:
         yield signal.warning(

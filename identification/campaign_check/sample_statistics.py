@@ -38,13 +38,6 @@ def neighbour_noise(values: FloatArray) -> float:
     return float(np.sqrt(np.median(square) / (_MEDIAN_CHI2 * _GAIN)))
 
 
-def resolution(values: FloatArray) -> float:
-    """Smallest change between neighbouring samples; zero where nothing changes."""
-    change = np.abs(np.diff(values))
-    change = change[np.isfinite(change) & (change > 0.0)]
-    return float(change.min()) if change.size else 0.0
-
-
 def quantisation_step(values: FloatArray) -> float:
     """Step of a quantised signal, zero where it has none.
 
@@ -75,12 +68,14 @@ def moving(run: Run) -> BoolArray:
 
 
 def expected_equal(values: FloatArray) -> float:
-    """Neighbours that chance makes equal in a signal of limited resolution."""
-    change = np.diff(values)
+    """Neighbours that chance makes equal in a quantised signal; none in another."""
+    step = quantisation_step(values)
+    if step == 0.0:
+        return 0.0
+    change = np.abs(np.diff(values))
     change = change[np.isfinite(change)]
-    spread = float(np.median(np.abs(change))) if change.size else 0.0
-    step = resolution(values)
-    return change.size * min(1.0, step / spread) if spread > 0.0 else float(change.size)
+    spread = float(np.median(change[change > 0.0]))
+    return change.size * min(1.0, step / spread)
 
 
 def stretches(equal: BoolArray) -> list[tuple[int, int]]:

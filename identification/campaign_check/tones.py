@@ -22,6 +22,11 @@ _OFF_ORDER = 0.15
 #: Amplitude of a tone over the noise that is told.
 _LOUD = 1.0
 _FEWEST_SAMPLES = 256
+#: Harmonics of a drive of few lines that a nonlinear element shows.
+_MOST_HARMONICS = 10.0
+#: A line of a drive over its surroundings; power that drives whatever is beside it, and power that
+#: is rounding, both over the strongest line.
+_LINE_OF_DRIVE, _STRONG, _ROUNDING = 20.0, 1e-3, 1e-12
 _MAINS_HZ = (50.0, 60.0)
 
 
@@ -95,13 +100,14 @@ def _spectrum(values: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatAr
     step = float(time[-1] - time[0]) / (time.size - 1)
     line = np.polynomial.Polynomial.fit(time, values, 1)(time)
     power = np.abs(np.fft.rfft((values - line) * window)) ** 2
-    return np.fft.rfftfreq(values.size, step), power, 2.0 / float(window.sum())
+    frequency = np.asarray(np.fft.rfftfreq(values.size, step), dtype=np.float64)
+    return frequency, np.asarray(power, dtype=np.float64), 2.0 / float(window.sum())
 
 
 def _is_expected(campaign: Campaign, run: Run, frequency: float) -> bool:
     """Whether a frequency is that of an order of the shaft, or of an input or its harmonics."""
     step = float(run.time[-1] - run.time[0]) / (run.time.size - 1)
-    resolved = 3.0 / float(run.time[-1] - run.time[0])
+    resolved = 2.0 / float(run.time[-1] - run.time[0])
     angle = run.inputs.get("carrier_angle")
     if angle is not None:
         turns = np.abs(np.diff(angle)) / (2.0 * np.pi * step)
@@ -112,8 +118,8 @@ def _is_expected(campaign: Campaign, run: Run, frequency: float) -> bool:
         distance = abs(order - np.round(order)) * typical
         if distance < max(_OFF_ORDER * typical, resolved):
             return True
-    for values in run.inputs.values():
-        if _drives_at(values, run.time, frequency):
+    for name, values in run.inputs.items():
+        if name != "carrier_angle" and _drives_at(values, run.time, frequency):
             return True
     return False
 
@@ -124,7 +130,9 @@ def _drives_at(values: FloatArray, time: FloatArray, frequency: float) -> bool:
         return False
     lines, power, _ = _spectrum(values, time)
     width = 4
-    strong = power > 1e-6 * power.max()
+    typical = median_filter(power, 2 * _SURROUNDINGS + 1, mode="nearest")
+    is_line = (power > _LINE_OF_DRIVE * typical) & (power > _ROUNDING * power.max())
+    strong = is_line | (power > _STRONG * power.max())
     nearest = int(np.argmin(np.abs(lines - frequency)))
     if strong[max(nearest - width, 0) : nearest + width + 1].any():
         return True
@@ -133,7 +141,8 @@ def _drives_at(values: FloatArray, time: FloatArray, frequency: float) -> bool:
     if loud.size > 30:
         return False
     ratio = frequency / np.maximum(lines[loud], lines[1])
-    return bool((np.abs(ratio - np.round(ratio)) * lines[loud] < width * lines[1]).any())
+    near = np.abs(ratio - np.round(ratio)) * lines[loud] < width * lines[1]
+    return bool((near & (ratio < _MOST_HARMONICS)).any())
 
 
 def _named(frequency: float, run: Run) -> str:

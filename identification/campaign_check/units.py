@@ -200,11 +200,7 @@ def _radial_load(campaign: Campaign, smallest: float, largest: float) -> Iterato
     """A load that acts, too small or too large; without one there is noise about zero."""
     for name in ("ntl_y", "ntl_z"):
         columns = [run.inputs[name] for run in campaign.runs if name in run.inputs]
-        acts = [
-            column
-            for column in columns
-            if abs(np.mean(column)) > _IS_LOAD * np.std(np.diff(column))
-        ]
+        acts = [column for column in columns if _is_load(column)]
         size = max((float(np.abs(column).max()) for column in acts), default=0.0)
         if 0.0 < size < smallest or size > largest:
             yield _warning(
@@ -216,6 +212,12 @@ def _radial_load(campaign: Campaign, smallest: float, largest: float) -> Iterato
                 else f"the radial load reaches {size:.4g} N",
                 "give radial loads in N (kN times 1000)",
             )
+
+
+def _is_load(column: FloatArray) -> bool:
+    """Whether a column is more than noise about zero."""
+    size = max(abs(float(np.mean(column))), float(np.std(column)))
+    return size > _IS_LOAD * float(np.std(np.diff(column)))
 
 
 def _speed_beside_angle(campaign: Campaign) -> Iterator[CampaignWarning]:

@@ -23,7 +23,15 @@ def test_joint_document_separates_shared_parameters_from_those_of_the_runs(tmp_p
     document = json.loads(path.read_text())
     assert list(document) == [
         *("format", "version", "campaign", "model", "software", "shared", "runs"),
-        *("undetermined", "outliers", "covariance_source", "correlation", "model_runs", "seconds"),
+        *(
+            "undetermined",
+            "outliers",
+            "warnings",
+            "covariance_source",
+            "correlation",
+            "model_runs",
+            "seconds",
+        ),
     ]
     assert (document["format"], document["version"]) == ("carrierflex-identification", 1)
     assert (document["campaign"], document["model"]) == ("twin", "m2")

@@ -5,6 +5,7 @@ excludes one, a negative control that does not shrink the gap, and a remaining g
 floor; "none of these" and "not diagnosable" are answers too.
 """
 
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -24,6 +25,8 @@ from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.files.versions import versions
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.identification.campaign_check.copies import without_copies
+from carrierflex.identification.campaign_check.records_check import records_findings
 from carrierflex.workflows.support.default_curves import default_curves
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
@@ -64,8 +67,10 @@ def main(campaign: Path, *, out: Path, quiet: bool = False) -> Diagnosis:
 def _diagnosed(campaign: Path, out: Path, stages: Stages) -> Diagnosis:
     with stages.stage(f"reading {campaign}"):
         measured = read_campaign(campaign)
+        curves = campaign_curves(measured, campaign)
+        warnings = records_findings(measured, curves)
     with stages.stage("signals and noise floor"):
-        problem, floor_is_measured = problem_of(measured, campaign_curves(measured, campaign))
+        problem, floor_is_measured = problem_of(without_copies(measured), curves)
     prepared_folder(out)
     with stages.stage("which effect, and how far"):
         diagnosis = diagnose(
@@ -75,6 +80,7 @@ def _diagnosed(campaign: Path, out: Path, stages: Stages) -> Diagnosis:
             floor_is_measured=floor_is_measured,
             note=stages.note,
         )
+        diagnosis = replace(diagnosis, warnings=warnings)
     with stages.stage(f"writing {out / REPORT_FILE}"):
         write_diagnosis(out / DIAGNOSIS_FILE, diagnosis)
         written = f"{datetime.now():%Y-%m-%d %H:%M}"

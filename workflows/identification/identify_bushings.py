@@ -20,6 +20,8 @@ from carrierflex.files.json_files import plain
 from carrierflex.files.versions import software_name
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
+from carrierflex.identification.campaign_check.records_check import records_findings
 from carrierflex.identification.estimate_files import FORMAT, VERSION, write_identification
 from carrierflex.identification.estimation.complex_method import ComplexSearch
 from carrierflex.identification.mounting.bushing_identification import (
@@ -51,6 +53,7 @@ class BushingIdentification:
     search_seconds: Mapping[str, float]
     files: tuple[Path, ...]
     motion_rms: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    warnings: tuple[CampaignWarning, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -85,6 +88,7 @@ def identify(
     stages = Stages(3 + options.compare_complex, options.quiet)
     with stages.stage(f"reading {campaign}"):
         measured = read_campaign(campaign)
+        warnings = records_findings(measured)
     for name in options.profile:
         if name not in last.names:
             raise ValueError(
@@ -119,7 +123,9 @@ def identify(
                     measured, entry, weights=options.weights, seed=options.seed
                 )
                 seconds[entry.name] = perf_counter() - begin
-    result = BushingIdentification(measured.name, estimates, searches, seconds, ())
+    result = BushingIdentification(
+        measured.name, estimates, searches, seconds, (), warnings=warnings
+    )
     with stages.stage(f"writing {out}"):
         files = _written(out, measured, result, profiles)
         if motion is None:
@@ -195,6 +201,7 @@ def _document(measured: Campaign, result: BushingIdentification) -> dict[str, An
         },
         "model_runs": sum(estimate.fit.model_runs for estimate in every),
         "seconds": sum(estimate.seconds for estimate in every),
+        "warnings": [warning.entry() for warning in result.warnings],
         "models": {
             group: benchmark_rows(estimates, result)
             for group, estimates in result.estimates.items()

@@ -19,6 +19,8 @@ from carrierflex.identification.campaign.angle_resampling import resampled_to_an
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_document import CampaignHeader
 from carrierflex.identification.campaign.campaign_files import read_campaign, read_campaign_header
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
+from carrierflex.identification.campaign_check.records_check import records_findings
 from carrierflex.identification.carrier.carrier_identification import (
     LEAST_SQUARES,
     FitOptions,
@@ -57,8 +59,8 @@ Fits = Mapping[str, Mapping[str, tuple[CarrierModel, ParameterEstimate]]]
 class Identification:
     """What the workflow found.
 
-    Names, estimates by model and run (a joint one under every run), fit time [s], files, and
-    samples far outside.
+    Names, estimates by model and run (a joint one under every run), fit time [s], files,
+    samples far outside, and what does not look right in the records in memory.
     """
 
     campaign: str
@@ -67,6 +69,7 @@ class Identification:
     seconds: float
     files: tuple[Path, ...]
     outliers: tuple[Outliers, ...] = field(default=())
+    warnings: tuple[CampaignWarning, ...] = field(default=())
 
 
 def main(
@@ -284,6 +287,7 @@ def _written(
 ) -> Identification:
     """Write identification.json and the plots."""
     outliers = _outliers(measured, fits[model])
+    warnings = records_findings(measured)
     estimates = {
         name: {run: estimate for run, (_, estimate) in by_run.items()}
         for name, by_run in fits.items()
@@ -291,12 +295,17 @@ def _written(
     reported = estimates[model] if per_run else next(iter(estimates[model].values()))
     with stages.stage(f"writing {out}"):
         document = identification_document(
-            measured.name, reported, seconds=seconds, model_runs=1, outliers=outliers
+            measured.name,
+            reported,
+            seconds=seconds,
+            model_runs=1,
+            outliers=outliers,
+            warnings=warnings,
         )
         write_identification(out / "identification.json", document)
         names = _drawn(out, measured, fits)
     files = tuple(out / name for name in ("identification.json", *names))
-    return Identification(measured.name, model, estimates, seconds, files, outliers)
+    return Identification(measured.name, model, estimates, seconds, files, outliers, warnings)
 
 
 def _identified(

@@ -1,5 +1,7 @@
 """Result of a diagnosis as a table on the screen."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from rich.console import RenderableType
 from rich.markup import escape
@@ -8,6 +10,23 @@ from carrierflex.diagnosis.inference.results import GapReduction, NamedValue
 from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.workflows.screen.titled_table import titled_table
+
+if TYPE_CHECKING:
+    from carrierflex.workflows.diagnosis.check_campaign import CampaignCheck
+
+
+def check_table(check: "CampaignCheck") -> RenderableType:
+    """Findings about a campaign, one row each: what, where, what to do."""
+    table = titled_table(f"check of {escape(check.campaign)}", "about", "finding", "remedy", "line")
+    for column in table.columns[1:]:
+        column.justify = "left"
+        column.overflow = "fold"
+    for warning in check.warnings:
+        cells = (warning.about, warning.text, warning.remedy, warning.line)
+        table.add_row(*(escape(cell) for cell in cells))
+    if check.met:
+        table.add_row("nothing", "stands out", "", "")
+    return table
 
 
 def _value_text(named: NamedValue) -> str:
@@ -54,6 +73,7 @@ def diagnosis_table(diagnosis: Diagnosis) -> RenderableType:
         rows += _reduction_rows(reduction, diagnosis.unit)
     if which.discriminating_experiment:
         rows.append(("discriminating experiment", which.discriminating_experiment))
+    rows += [("check " + warning.about, warning.text) for warning in diagnosis.warnings]
     for name, value in rows:
-        table.add_row(name, escape(value))
+        table.add_row(escape(name), escape(value))
     return table

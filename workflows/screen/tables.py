@@ -190,7 +190,15 @@ def estimate_table(identified: "Identification | BushingIdentification") -> Rend
         f"the largest {outlier.largest:.3g} at {outlier.time:.6g} s"
         for outlier in identified.outliers
     ]
-    return Group(rms_table(identified), "", table, *flagged)
+    return Group(rms_table(identified), "", table, *flagged, *_warning_lines(identified))
+
+
+def _warning_lines(identified: "Identification | BushingIdentification") -> list[str]:
+    """Findings about the campaign, one line each."""
+    return [
+        escape(f"check {warning.about}: {warning.text}; {warning.remedy}")
+        for warning in identified.warnings
+    ]
 
 
 def _bushing_table(identified: "BushingIdentification") -> RenderableType:

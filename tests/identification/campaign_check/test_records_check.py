@@ -1,0 +1,240 @@
+"""Every check finds its fault, on a campaign that gives no finding without it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from carrierflex.identification.campaign_check.copies import copied_runs, without_copies
+from carrierflex.identification.campaign_check.records_check import records_findings
+from tests.identification.campaign_check.faulty_campaigns import (
+    changed,
+    checks,
+    faultless,
+    with_channels,
+    with_rig,
+)
+from tests.simulation.synthetic_curves import curve_set
+
+KINDS = ("carrier", "mounting", "element", "driven")
+CHANNEL = {"carrier": "s137", "mounting": "ssz", "element": "q", "driven": "F"}
+
+
+def scaled(factor):
+    return lambda values: factor * values
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_campaign_without_a_fault_gives_no_finding(kind):
+    assert checks(faultless(kind)) == set()
+
+
+@pytest.mark.parametrize(
+    ("kind", "column", "factor"),
+    [
+        ("carrier", "s137", 1e3),
+        ("carrier", "s137", 1e6),
+        ("carrier", "torque", 1e-3),
+        ("carrier", "carrier_angle", 180.0 / np.pi),
+        ("mounting", "ssz", 1e3),
+        ("mounting", "torque", 1e-3),
+        ("mounting", "ntl_z", 1e-3),
+        ("element", "q", 1e6),
+    ],
+)
+def test_a_column_in_another_unit_is_found(kind, column, factor):
+    about = "displacement" if column == "q" else column
+    assert ("unit", about) in checks(changed(faultless(kind), column, scaled(factor)))
+
+
+def test_time_in_milliseconds_is_found():
+    about = {"carrier": "carrier_angle", "mounting": "speed", "element": "time", "driven": "time"}
+    for kind, name in about.items():
+        assert ("unit", name) in checks(changed(faultless(kind), "time", scaled(1e3))), kind
+
+
+def test_a_speed_that_is_not_the_slope_of_the_angle_is_found():
+    found = checks(changed(faultless("mounting"), "speed", scaled(30.0 / np.pi)))
+    assert ("unit", "speed") in found
+
+
+def test_torque_against_the_rotation_is_found():
+    for column in ("torque", "carrier_angle"):
+        assert ("torque_sign", "torque") in checks(
+            changed(faultless("carrier"), column, scaled(-1.0))
+        )
+
+
+def test_what_the_rig_declares_is_held_against_curves_and_channels():
+    campaign = faultless("carrier")
+    assert ("n_planets", "n_planets") in checks(with_rig(campaign, n_planets=4))
+    assert ("sensor_radius", "s047") in checks(with_channels(campaign, radius=1.1 * 0.412))
+    assert ("unit", "sensor_radius") in checks(with_rig(campaign, sensor_radius=412.0))
+
+
+def test_declared_noise_far_below_that_between_neighbours_is_found():
+    for kind in KINDS:
+        campaign = faultless(kind)
+        channel = campaign.channels[0]
+        quiet = with_channels(campaign, noise_std=0.1 * channel.noise_std)
+        assert checks(quiet) == {("declared_noise", channel.name)}, kind
+
+
+def test_a_wrong_period_is_found():
+    found = checks(with_rig(faultless("element"), period_samples=500))
+    assert {check for check, _ in found} == {"period_samples"}
+
+
+def test_zeroing_beyond_the_rest_is_found():
+    found = checks(with_rig(faultless("mounting"), zeroing_samples=1000))
+    assert {check for check, _ in found} == {"zeroing"}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_clipping_at_70_per_cent_of_the_range_is_found(kind):
+    name = CHANNEL[kind]
+
+    def clipped(values):
+        middle, half = 0.5 * (values.max() + values.min()), 0.5 * np.ptp(values)
+        return np.clip(values, middle - 0.7 * half, middle + 0.7 * half)
+
+    assert ("clipping", name) in checks(changed(faultless(kind), name, clipped))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_stuck_stretch_and_repeated_samples_are_found(kind):
+    name = CHANNEL[kind]
+
+    def stuck(values):
+        values[values.size // 2 : values.size // 2 + values.size // 20] = values[values.size // 2]
+        return values
+
+    def repeated(values):
+        lost = np.arange(values.size // 3, values.size, values.size // 12)
+        values[lost] = values[lost - 1]
+        return values
+
+    assert ("stuck", name) in checks(changed(faultless(kind), name, stuck))
+    assert ("repeated", name) in checks(changed(faultless(kind), name, repeated))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_zeros_and_outliers_are_found(kind):
+    name = CHANNEL[kind]
+
+    def zeroed(values):
+        values[values.size // 3 :: values.size // 9] = 0.0
+        return values
+
+    def with_spike(values):
+        values[values.size // 2] += 2.0 * np.ptp(values)
+        return values
+
+    assert ("zeros", name) in checks(changed(faultless(kind), name, zeroed))
+    assert ("outliers", name) in checks(changed(faultless(kind), name, with_spike))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_grid_coarser_than_the_noise_is_found_and_a_finer_one_is_not(kind):
+    campaign = faultless(kind)
+    channel = campaign.channels[0]
+
+    def on_grid(floors):
+        step = floors * channel.noise_std
+        return changed(campaign, channel.name, lambda values: step * np.round(values / step))
+
+    assert ("quantised", channel.name) in checks(on_grid(2.0))
+    assert ("quantised", channel.name) in checks(on_grid(20.0))
+    assert checks(on_grid(0.5)) == set()
+
+
+# Friction of a driven element makes a broad spectrum far above its noise.
+@pytest.mark.parametrize("kind", KINDS[:3])
+def test_a_tone_that_nothing_makes_is_found(kind):
+    campaign = faultless(kind)
+    channel = campaign.channels[0]
+
+    def with_tone(run):
+        # Below half the sampling rate, above the drive or between two orders of the shaft.
+        angle = run.inputs.get("carrier_angle")
+        phase = 2.0 * np.pi * 87.4 * run.time
+        if angle is not None:
+            phase = 24.5 * np.ptp(angle) / np.ptp(run.time) * run.time
+        tone = np.sin(phase)
+        signal = run.signals[channel.name] + 2.0 * np.sqrt(2.0) * channel.noise_std * tone
+        return replace(run, signals={**run.signals, channel.name: signal})
+
+    humming = replace(campaign, runs=tuple(with_tone(run) for run in campaign.runs))
+    assert ("tone", channel.name) in checks(humming)
+
+
+def test_gaps_and_too_few_samples_are_found():
+    campaign = faultless("carrier")
+
+    def with_gap(time):
+        time[200:] += 37.0
+        return time
+
+    assert ("sampling_gap", "LC1") in checks(changed(campaign, "time", with_gap, runs=["LC1"]))
+    sparse = replace(
+        campaign,
+        runs=tuple(
+            replace(
+                run,
+                time=run.time[::6],
+                inputs={name: values[::6] for name, values in run.inputs.items()},
+                signals={name: values[::6] for name, values in run.signals.items()},
+            )
+            for run in campaign.runs
+        ),
+    )
+    assert ("sampling_rate", "LC1") in checks(sparse)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("floors", [0.0, 1.0])
+def test_a_copy_under_another_name_is_found_and_left_out(kind, floors):
+    campaign = faultless(kind)
+    rng = np.random.default_rng(4)
+    first = campaign.runs[0]
+    signals = {
+        channel.name: first.signals[channel.name]
+        + floors * channel.noise_std * rng.standard_normal(first.time.size)
+        for channel in campaign.channels
+    }
+    copy = replace(first, name="copy", file="copy.csv", condition="another day", signals=signals)
+    twice = replace(campaign, runs=(*campaign.runs, copy))
+    assert copied_runs(twice) == {"copy": first.name}
+    assert ("copy", "copy") in checks(twice)
+    assert [run.name for run in without_copies(twice).runs] == [run.name for run in campaign.runs]
+    assert without_copies(campaign) is campaign
+
+
+def test_repeats_with_their_own_noise_are_no_copies():
+    campaign = faultless("element")
+    again = replace(
+        changed(
+            campaign, "q", lambda q: q + 2e-6 * np.random.default_rng(9).standard_normal(q.size)
+        ),
+        runs=campaign.runs,
+    )
+    first = campaign.runs[0]
+    # The same drive: what repeats is the motion, not the noise.
+    smooth = np.convolve(first.signals["q"], np.ones(5) / 5.0, mode="same")
+    noise = 2e-6 * np.random.default_rng(9).standard_normal(smooth.size)
+    repeat = replace(first, name="again", file="again.csv", signals={"q": smooth + noise})
+    assert copied_runs(replace(again, runs=(*campaign.runs, repeat))) == {}
+
+
+def test_a_finding_names_figure_file_line_and_remedy():
+    def with_spike(values):
+        values[100] += 1e-3
+        return values
+
+    campaign = changed(faultless("carrier"), "s137", with_spike, runs=["LC2"])
+    (found,) = records_findings(campaign, curve_set())  # nothing else is wrong with it
+    assert found.line == "LC2.csv, line 102"
+    assert found.check == "outliers"
+    assert found.figure == pytest.approx(1e-3, rel=0.1)
+    assert set(found.entry()) >= {"about", "text", "remedy"}
+    assert "leave these cells empty" in found.remedy

@@ -1,0 +1,61 @@
+"""Tell what does not look right in a campaign before anything is concluded from it.
+
+Units, signs, order and clock of the wiring, single samples, and what campaign.toml states beside
+what the records show. A good answer: no finding. Each finding has its figure, its place and what to
+do about it.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from threadpoolctl import threadpool_limits
+
+from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
+from carrierflex.identification.campaign_check.records_check import records_findings
+from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
+from carrierflex.workflows.support.progress import Stages
+
+
+@dataclass(frozen=True, eq=False)
+class CampaignCheck:
+    """Findings about a campaign; `met` tells whether there are none."""
+
+    campaign: str
+    kind: str
+    warnings: tuple[CampaignWarning, ...]
+
+    @property
+    def met(self) -> bool:
+        """Whether nothing stands out."""
+        return not self.warnings
+
+
+def main(campaign: Path, *, quiet: bool = False) -> CampaignCheck:
+    """Check a measurement campaign; the exit code is 0 without a finding, 1 with, 2 where refused.
+
+    Parameters
+    ----------
+    campaign : Path
+        Campaign folder.
+    quiet : bool
+        Show no progress.
+
+    Returns
+    -------
+    CampaignCheck
+        Findings, each with its figure, place and remedy.
+
+    Raises
+    ------
+    ValueError
+        Where the campaign is refused.
+    """
+    stages = Stages(2, quiet)
+    with threadpool_limits(limits=1):
+        with stages.stage(f"reading {campaign}"):
+            measured = read_campaign(campaign)
+            curves = campaign_curves(measured, campaign)
+        with stages.stage("records and wiring"):
+            warnings = records_findings(measured, curves)
+    return CampaignCheck(measured.name, measured.kind, warnings)
