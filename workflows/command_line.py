@@ -121,7 +121,7 @@ _COMMANDS = {
     "check": _Command(
         "diagnosis.check_campaign",
         "diagnosis_tables:check_table",
-        "Check a measurement campaign; the exit code is 0 without a finding, 1 with, 2 where refused.",
+        "Check a measurement campaign; the exit code is 0 without a finding, 1 with one.",
     ),
     "identify": _Command(
         "identification.identify_parameters",

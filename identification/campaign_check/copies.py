@@ -1,4 +1,4 @@
-"""Runs that are one record under two names: equal samples, or the same noise under the same inputs."""
+"""Runs that are one record under two names: equal samples, or equal noise under equal inputs."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace

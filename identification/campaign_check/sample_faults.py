@@ -1,4 +1,4 @@
-"""Samples that no sensor gives: clipped, stuck, repeated, zeroed, far outside, coarsely quantised."""
+"""Samples that no sensor gives: clipped, stuck, repeated, zeroed, far outside, on a coarse grid."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Statistics of one signal that need no model: noise between neighbours, resolution, moving inputs."""
+"""Statistics of one signal that need no model: noise between neighbours, resolution, motion."""
 
 import numpy as np
 from numpy.typing import NDArray

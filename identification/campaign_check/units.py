@@ -1,4 +1,4 @@
-"""Values that no rig of this kind has: micrometres for metres, kilonewton metres, degrees, milliseconds.
+"""Values that no rig of this kind has: micrometres for metres, kN m, degrees, milliseconds.
 
 Every limit lies at least a factor of ten beyond what such a rig does and at least ten short of what
 a wrong prefix makes of it.

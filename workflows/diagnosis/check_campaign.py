@@ -32,7 +32,7 @@ class CampaignCheck:
 
 
 def main(campaign: Path, *, quiet: bool = False) -> CampaignCheck:
-    """Check a measurement campaign; the exit code is 0 without a finding, 1 with, 2 where refused.
+    """Check a measurement campaign; the exit code is 0 without a finding, 1 with one.
 
     Parameters
     ----------
