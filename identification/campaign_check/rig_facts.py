@@ -99,10 +99,9 @@ def _torque_against_rotation(campaign: Campaign) -> Iterator[CampaignWarning]:
     against = [
         run
         for run in campaign.runs
-        if run.inputs["torque"].mean() * (run.inputs["carrier_angle"][-1] - run.inputs["carrier_angle"][0])
-        < 0.0
+        if run.inputs["torque"].mean() * _turned(run) < 0.0
         and abs(run.inputs["torque"].mean()) > _LOADED * largest
-    ]  # fmt: skip
+    ]
     if against:
         mean = float(against[0].inputs["torque"].mean())
         yield CampaignWarning(
@@ -115,6 +114,12 @@ def _torque_against_rotation(campaign: Campaign) -> Iterator[CampaignWarning]:
             mean,
             sample_of(against[0].file, 0),
         )
+
+
+def _turned(run: Run) -> float:
+    """Angle by which the carrier turns in a run [rad]."""
+    angle = run.inputs["carrier_angle"]
+    return float(angle[-1] - angle[0])
 
 
 def _period(campaign: Campaign, period: int) -> Iterator[CampaignWarning]:
