@@ -1,12 +1,14 @@
 """Stiffness and mass of linear elasticity on curved quadratic tetrahedra.
 
-Shape functions and quadrature rules are scikit-fem's; the loops over elements are compiled
-(:mod:`carrierflex.fe.element_kernels`) and write straight into the node graph's blocks. The mass of
-a vector element is a scalar matrix times the identity and is assembled as such.
+The forms are those of :mod:`carrierflex.fe.weak_forms`, shape functions and quadrature rules
+scikit-fem's; the loops over elements are compiled (:mod:`carrierflex.fe.element_kernels`) and write
+straight into the node graph's blocks. The mass of a vector element is a scalar matrix times the
+identity and is assembled as such. :mod:`carrierflex.fe.scikit_fem_path` assembles the same matrices
+with scikit-fem alone.
 """
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,13 +24,17 @@ from carrierflex.fe.element_kernels import (
     node_pair_blocks,
     threefold_rows,
 )
-from carrierflex.fe.materials import Material
+from carrierflex.fe.materials import Material, material_of
 from carrierflex.geometry.tet_mesh import TetMesh
 
 #: Exact for straight elements: products of linear gradients.
-_STIFFNESS_ORDER = 2
+STIFFNESS_ORDER = 2
 #: Exact for straight elements: products of quadratic shape functions.
-_MASS_ORDER = 4
+MASS_ORDER = 4
+
+
+#: What makes stiffness and mass of a mesh and the materials of its bodies.
+Assembly = Callable[[TetMesh, Mapping[str, Material]], tuple[sp.csr_array, sp.csr_array]]
 
 
 def assemble_stiffness(mesh: TetMesh, materials: Mapping[str, Material]) -> sp.csr_array:
@@ -94,9 +100,9 @@ class _NodeGraph:
 def _stiffness(mesh: TetMesh, materials: Mapping[str, Material], graph: _NodeGraph) -> sp.csr_array:
     n = len(mesh.points)
     blocks = np.zeros((len(graph.indices), 3, 3))
-    _, gradients, weights = _reference_element(_STIFFNESS_ORDER)
+    _, gradients, weights = _reference_element(STIFFNESS_ORDER)
     for body, elements in mesh.bodies.items():
-        lame, block_indices = _material(materials, body).lame, graph.block_indices[elements]
+        lame, block_indices = material_of(materials, body).lame, graph.block_indices[elements]
         add_stiffness(
             mesh.points, mesh.tets[elements], lame, (gradients, weights), block_indices, blocks
         )
@@ -105,10 +111,10 @@ def _stiffness(mesh: TetMesh, materials: Mapping[str, Material], graph: _NodeGra
 
 def _mass(mesh: TetMesh, materials: Mapping[str, Material], graph: _NodeGraph) -> sp.csr_array:
     values = np.zeros(len(graph.indices))
-    shapes, gradients, weights = _reference_element(_MASS_ORDER)
+    shapes, gradients, weights = _reference_element(MASS_ORDER)
     rule = (np.einsum("qi,qj->qij", shapes, shapes).reshape(-1, 100), gradients, weights)
     for body, elements in mesh.bodies.items():
-        rho, block_indices = _material(materials, body).rho, graph.block_indices[elements]
+        rho, block_indices = material_of(materials, body).rho, graph.block_indices[elements]
         add_scalar_mass(mesh.points, mesh.tets[elements], rho, rule, block_indices, values)
     return _repeated_for_three_axes(values, graph)
 
@@ -120,14 +126,6 @@ def _repeated_for_three_axes(values: NDArray[np.float64], graph: _NodeGraph) -> 
     repeated = sp.csr_array((data, columns, indptr), shape=(3 * n, 3 * n))
     repeated.has_sorted_indices = True
     return repeated
-
-
-def _material(materials: Mapping[str, Material], body: str) -> Material:
-    if body not in materials:
-        raise ValueError(
-            f"body {body!r} has no material; materials are given for {', '.join(sorted(materials))}"
-        )
-    return materials[body]
 
 
 def _node_graph(mesh: TetMesh) -> _NodeGraph:

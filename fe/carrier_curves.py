@@ -17,7 +17,7 @@ from carrierflex.fe.load_cases import (
     simply_supported_pin_load,
     together,
 )
-from carrierflex.fe.static import clamped_displacement
+from carrierflex.fe.static import HeldSolver, clamped_displacement, held_displacement
 from carrierflex.fe.structural_model import N_SENSOR_ANGLES, Sensors, StructuralModel
 from carrierflex.geometry.carrier_interface import CarrierInterface
 from carrierflex.geometry.parameters import N_PINS, CarrierParameters, GearData
@@ -90,6 +90,8 @@ def carrier_deflection(
     structure: StructuralModel,
     shaft_face: NDArray[np.int64],
     cases: Sequence[Mapping[str, PilotLoad]],
+    *,
+    solver: HeldSolver = held_displacement,
 ) -> CarrierDeflection:
     """Solve the unit load cases of one carrier variant, the upwind shaft face fixed.
 
@@ -103,6 +105,8 @@ def carrier_deflection(
         Nodes that are held in all directions.
     cases : sequence
         Pilot loads in the order of `CASES`, from :func:`flexible_cases` or :func:`stiff_cases`.
+    solver : callable
+        What solves K u = f with the shaft face held.
 
     Raises
     ------
@@ -112,7 +116,7 @@ def carrier_deflection(
         Where the structure has no sensors.
     """
     loads = np.stack([structure.load_vector(case) for case in cases], axis=1)
-    solution = clamped_displacement(structure, shaft_face, loads)
+    solution = clamped_displacement(structure, shaft_face, loads, solver=solver)
     both = CASES.index("both")
     return CarrierDeflection(
         curves={

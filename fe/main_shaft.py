@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.fe.assembly import assemble_mass, assemble_stiffness
+from carrierflex.fe.assembly import Assembly, assemble_stiffness_and_mass
 from carrierflex.fe.couplings import distributing_pilot
 from carrierflex.fe.materials import BODY_MATERIALS
 from carrierflex.fe.pilot_overlaps import refuse_dependent_pilots
@@ -36,7 +36,11 @@ def main_shaft_pilot_points(
 
 
 def main_shaft_structure(
-    mesh: TetMesh, carrier: CarrierParameters, shaft: MainShaftParameters
+    mesh: TetMesh,
+    carrier: CarrierParameters,
+    shaft: MainShaftParameters,
+    *,
+    assembly: Assembly = assemble_stiffness_and_mass,
 ) -> StructuralModel:
     """Assemble the main shaft and couple its three pilots, distributing.
 
@@ -46,6 +50,8 @@ def main_shaft_structure(
         From :func:`carrierflex.geometry.main_shaft_mesh.main_shaft_mesh`.
     carrier, shaft : CarrierParameters, MainShaftParameters
         Dimensions that place the pilots [m].
+    assembly : callable
+        What makes K and M of mesh and materials.
 
     Returns
     -------
@@ -62,5 +68,5 @@ def main_shaft_structure(
         distributing_pilot(mesh, surface, points[surface]) for surface in MAIN_SHAFT_PILOTS
     )
     refuse_dependent_pilots(pilots, mesh.points)
-    K, M = assemble_stiffness(mesh, BODY_MATERIALS), assemble_mass(mesh, BODY_MATERIALS)
+    K, M = assembly(mesh, BODY_MATERIALS)
     return StructuralModel("main_shaft", K, M, mesh.points, pilots)

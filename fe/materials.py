@@ -1,5 +1,6 @@
 """Linear-elastic isotropic materials, with the source of their values."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 
@@ -55,3 +56,18 @@ STEEL = Material("steel", E=210e9, nu=0.3, rho=7850.0)
 #: Material of each body of :mod:`carrierflex.geometry.carrier_mesh` and
 #: :mod:`carrierflex.geometry.main_shaft_mesh`.
 BODY_MATERIALS = {"carrier": CAST_IRON, "pins": STEEL, "main_shaft": STEEL}
+
+
+def material_of(materials: Mapping[str, Material], body: str) -> Material:
+    """Material of a body of a mesh.
+
+    Raises
+    ------
+    ValueError
+        Where the body has none.
+    """
+    if body not in materials:
+        raise ValueError(
+            f"body {body!r} has no material; materials are given for {', '.join(sorted(materials))}"
+        )
+    return materials[body]

@@ -1,8 +1,10 @@
 """Static displacement of a body clamped on a surface, equilibrium checked in every solve."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from carrierflex.fe.factorisation import factorise
@@ -16,6 +18,10 @@ _EQUILIBRIUM_TOLERANCE = 1e-9
 
 class AccuracyError(ArithmeticError):
     """A numerical check failed; the message holds the measured and the allowed figure."""
+
+
+#: What returns u of ``K u = f``, shape (n_dofs, n_cases), from K, held degrees of freedom and f.
+HeldSolver = Callable[[sp.csr_array, NDArray[np.int64], NDArray[np.float64]], NDArray[np.float64]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +43,44 @@ class StaticSolution:
     imbalance: float
 
 
+def held_displacement(
+    K: sp.csr_array, fixed: NDArray[np.int64], loads: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Displacement [m] under `loads` [N] with the degrees of freedom `fixed` held at zero.
+
+    One factorisation serves all columns.
+
+    Parameters
+    ----------
+    K : csr_array, shape (n_dofs, n_dofs)
+        Stiffness [N/m].
+    fixed : ndarray of int
+        Degrees of freedom that are held.
+    loads : ndarray, shape (n_dofs, n_cases)
+        Forces [N].
+
+    Returns
+    -------
+    ndarray, shape (n_dofs, n_cases)
+        Displacement [m].
+
+    Raises
+    ------
+    SingularMatrixError
+        Where what is held does not hold the body.
+    """
+    free = np.setdiff1d(np.arange(K.shape[0]), fixed)
+    u = np.zeros_like(loads)
+    u[free] = factorise(K[free][:, free].tocsr()).solve(loads[free])
+    return u
+
+
 def clamped_displacement(
-    model: StructuralModel, clamped_nodes: NDArray[np.int64], loads: NDArray[np.float64]
+    model: StructuralModel,
+    clamped_nodes: NDArray[np.int64],
+    loads: NDArray[np.float64],
+    *,
+    solver: HeldSolver = held_displacement,
 ) -> StaticSolution:
     """Solve K u = f with the displacement of `clamped_nodes` zero.
 
@@ -50,6 +92,8 @@ def clamped_displacement(
         Nodes held in all three directions.
     loads : ndarray, shape (n_dofs, n_cases)
         Nodal forces [N], one column a load case; one factorisation serves them all.
+    solver : callable
+        What solves K u = f with some degrees of freedom held.
 
     Returns
     -------
@@ -64,9 +108,7 @@ def clamped_displacement(
         Where load and reaction do not balance to 1e-9.
     """
     fixed = dofs_of(np.unique(clamped_nodes)).ravel()
-    free = np.setdiff1d(np.arange(model.n_dofs), fixed)
-    u = np.zeros_like(loads)
-    u[free] = factorise(model.K[free][:, free].tocsr()).solve(loads[free])
+    u = solver(model.K, fixed, loads)
     nodal_reaction = np.zeros_like(loads)
     nodal_reaction[fixed] = (model.K[fixed] @ u) - loads[fixed]
     R = rigid_motion(model.points, np.zeros(3)).reshape(model.n_dofs, 6)

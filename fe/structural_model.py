@@ -7,7 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from carrierflex.fe.assembly import assemble_stiffness_and_mass
+from carrierflex.fe.assembly import Assembly, assemble_stiffness_and_mass
 from carrierflex.fe.couplings import Pilot, distributing_pilot, weighted_pilot
 from carrierflex.fe.load_cases import PilotLoad, midspan_x, radial
 from carrierflex.fe.materials import BODY_MATERIALS, Material
@@ -141,6 +141,7 @@ def structural_model(
     pilots: tuple[str, ...],
     *,
     materials: Mapping[str, Material] = BODY_MATERIALS,
+    assembly: Assembly = assemble_stiffness_and_mass,
 ) -> StructuralModel:
     """Assemble a body and couple its pilots; a body with a rim face gets the sensor circle's rows.
 
@@ -156,6 +157,8 @@ def structural_model(
         Surfaces to couple, in the order the reduced coordinates will have.
     materials : mapping
         Material of every body of the mesh.
+    assembly : callable
+        What makes K and M of mesh and materials.
 
     Returns
     -------
@@ -172,7 +175,7 @@ def structural_model(
     coupled = tuple(distributing_pilot(mesh, surface, points[surface]) for surface in pilots)
     refuse_dependent_pilots(coupled, mesh.points)
     sensors = _rim_sensors(mesh, carrier.sensor_radius) if "rim_face" in mesh.surfaces else None
-    K, M = assemble_stiffness_and_mass(mesh, materials)
+    K, M = assembly(mesh, materials)
     return StructuralModel(name, K, M, mesh.points, coupled, sensors)
 
 

@@ -5,16 +5,14 @@ And another assembly of the same matrix.
 
 import numpy as np
 import pytest
-import skfem
 from numpy.testing import assert_allclose
-from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from carrierflex.fe.assembly import assemble_mass, assemble_stiffness, assemble_stiffness_and_mass
 from carrierflex.fe.materials import BODY_MATERIALS, CAST_IRON, STEEL
 from carrierflex.fe.surface_integrals import rigid_motion
 from carrierflex.geometry.quality import mesh_quality
 from tests.analytic import box_inertia
-from tests.fe.box_meshes import box_mesh, round_bar
+from tests.fe.box_meshes import box_mesh
 
 MATERIALS = {"carrier": CAST_IRON}
 STRUCTURES = pytest.mark.parametrize(
@@ -85,28 +83,6 @@ def test_patch_test_linear_displacement_leaves_no_interior_force_and_has_its_exa
     assert not on_skin.all()
     assert_allclose(force[~on_skin], 0.0, rtol=0.0, atol=1e-12 * np.abs(force).max())
     assert_allclose(u @ (K @ u), 0.012 * np.sum(stress * strain), rtol=1e-12)  # 0.012 m^3, rounding
-
-
-def test_stiffness_equals_scikit_fems_own_linear_elasticity_on_a_curved_mesh():
-    mesh = round_bar(0.05, 0.1, 1)
-    own = skfem.MeshTet2(np.ascontiguousarray(mesh.points.T), np.ascontiguousarray(mesh.tets.T))
-    basis = skfem.Basis(own, skfem.ElementVector(skfem.ElementTetP2()), intorder=2)
-    reference = (
-        linear_elasticity(*lame_parameters(CAST_IRON.E, CAST_IRON.nu)).assemble(basis).tocsr()
-    )
-    # Node and direction of every vector degree of freedom, read from where it lies and what it
-    # moves.
-    distance = np.linalg.norm(basis.doflocs.T[:, None] - mesh.points[None], axis=2)
-    assert distance.min(axis=1).max() < 1e-12
-    direction = np.zeros(basis.N, dtype=np.int64)
-    for axis in range(3):
-        direction[basis.nodal_dofs[axis]] = axis
-        direction[basis.edge_dofs[axis]] = axis
-    place = 3 * distance.argmin(axis=1) + direction
-    K = assemble_stiffness(mesh, MATERIALS)[place][:, place]
-    assert (
-        abs(K - reference).max() < 1e-12 * abs(reference).max()
-    )  # rounding of another order of summation
 
 
 def test_stiffness_and_mass_scale_with_the_material_of_each_body(stiff_half):

@@ -20,6 +20,7 @@ from carrierflex.workflows.support.carrier_variants import (
     stiff_variant,
 )
 from carrierflex.workflows.support.cost_preview import CostPreview, curves_cost, tell
+from carrierflex.workflows.support.finite_elements import FINITE_ELEMENTS, AssemblyName
 from carrierflex.workflows.support.outputs import prepared_folder, save_figure
 from carrierflex.workflows.support.progress import Stages
 
@@ -37,6 +38,7 @@ def main(
     surfaces: Path | None = None,
     flexible_mesh: Path | None = None,
     stiff_mesh: Path | None = None,
+    assembly: AssemblyName = "compiled",
     preview: bool = False,
     cache: bool = True,
     quiet: bool = False,
@@ -62,6 +64,9 @@ def main(
     flexible_mesh, stiff_mesh
         Mesh files (.msh, metres) of the carrier without and with bonded pins, instead of the
         parametric carrier.
+    assembly
+        compiled: element loops compiled, a sparse factorisation library solves; scikit-fem: its
+        forms and scipy's solver do both, the same numbers some fifty times slower.
     preview
         Only tell what the work will cost.
     cache
@@ -77,14 +82,17 @@ def main(
     """
     stage = read_parameters(parameters)
     files = _files(step, surfaces, flexible_mesh, stiff_mesh)
-    inputs = {"kind": "deflection curves", "stage": stage, "size": size, "files": files.digests()}
+    inputs = {
+        "kind": "deflection curves", "stage": stage, "size": size, "files": files.digests(),
+        "assembly": assembly,
+    }  # fmt: skip
     if preview:
         return curves_cost(stage, size, files)
     prepared_folder(out)
 
     def compute() -> None:
         tell(curves_cost(stage, size, files), quiet=quiet)
-        _compute(out, stage, size, files, quiet=quiet)
+        _compute(out, stage, size, files, assembly, quiet=quiet)
 
     results = {name: out / name for name in (_CURVES, _PICTURE, _INPUTS)}
     cached_files(results, compute, use=cache, quiet=quiet, inputs=inputs)
@@ -110,20 +118,27 @@ def _files(
 
 
 def _compute(
-    out: Path, stage: StageParameters, size: float, files: CarrierFiles, *, quiet: bool
+    out: Path,
+    stage: StageParameters,
+    size: float,
+    files: CarrierFiles,
+    assembly: AssemblyName,
+    *,
+    quiet: bool,
 ) -> None:
     stages = Stages(3, quiet)
+    finite_elements = FINITE_ELEMENTS[assembly]
     with stages.stage(f"flexible carrier, elements of {size} m"):
         flexible = (
-            given_variant("flexible", files, stage, size)
+            given_variant("flexible", files, stage, size, finite_elements)
             if files.given
-            else flexible_variant(stage, size)
+            else flexible_variant(stage, size, finite_elements)
         )
     with stages.stage(f"stiff carrier, elements of {size} m"):
         stiff = (
-            given_variant("stiff", files, stage, size)
+            given_variant("stiff", files, stage, size, finite_elements)
             if files.given
-            else stiff_variant(stage, size)
+            else stiff_variant(stage, size, finite_elements)
         )
     _refuse_different_carriers(flexible, stiff)
     with stages.stage("files"):
@@ -135,6 +150,7 @@ def _compute(
             "size": size,
             "stage": plain(stage),
             "files": files.record(),
+            "assembly": assembly,
             "sensor_radius": radius,
         }
         save_json(out / _INPUTS, {**content, "versions": versions()})

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
+from carrierflex.fe.assembly import Assembly
 from carrierflex.fe.rigid_couplings import rigidly_coupled
 from carrierflex.fe.structural_model import StructuralModel, with_equal_node_weights
 from carrierflex.files.versions import provenance
@@ -24,6 +25,7 @@ from carrierflex.reduction.residual_vectors import body_loads
 from carrierflex.workflows.support.cached_results import cached_files
 from carrierflex.workflows.support.carrier_files import CarrierFiles, given_structure
 from carrierflex.workflows.support.cost_preview import CostPreview, reduction_cost, tell
+from carrierflex.workflows.support.finite_elements import FINITE_ELEMENTS, AssemblyName
 from carrierflex.workflows.support.half_sector_bodies import (
     reduced_by_symmetry,
     refuse_whole_body_options,
@@ -50,6 +52,7 @@ def main(
     step: Path | None = None,
     surfaces: Path | None = None,
     mesh: Path | None = None,
+    assembly: AssemblyName = "compiled",
     by_symmetry: bool = False,
     preview: bool = False,
     cache: bool = True,
@@ -103,6 +106,9 @@ def main(
         TOML file that states the STEP file's surfaces; carrierflex cad writes one to start from.
     mesh
         Mesh file (.msh, metres) of the carrier's variant, instead of the parametric carrier.
+    assembly
+        Who makes K and M; compiled: element loops of this program; scikit-fem: its forms, the same
+        matrices some fifty times slower.
     by_symmetry
         Compute the parametric carrier's body from its half sector: the same numbers several times
         faster and in a third of the memory, but with the inner checks of the certificate only,
@@ -126,7 +132,7 @@ def main(
         "body": body, "variant": variant, "coupling": coupling, "interface": interface,
         "modes": modes,
         "max_frequency": max_frequency, "frf_tolerance": frf_tolerance, "frf_up_to": frf_up_to,
-        "residual_vectors": residual_vectors,
+        "residual_vectors": residual_vectors, "assembly": assembly,
     }  # fmt: skip
     _refuse_contradictions(out, files, options, by_symmetry=by_symmetry)
     options["by_symmetry"] = by_symmetry
@@ -225,11 +231,14 @@ def _reduce(
     stages = Stages(4, quiet)
     body, variant, coupling = (options[name] for name in ("body", "variant", "coupling"))
     with stages.stage(f"finite elements of {size} m"):
-        structure = _structure(body, variant, stage, size, coupling=coupling, files=files)
+        assembly = FINITE_ELEMENTS[options["assembly"]].assembly
+        structure = _structure(
+            body, variant, stage, size, coupling=coupling, files=files, assembly=assembly
+        )
     with stages.stage(f"reduction of {structure.n_dofs} degrees of freedom"):
         grounded = GroundedBody(structure.K, structure.points, structure.rigid_points)
         n_modes = chosen_mode_count(structure, grounded, options)
-        chosen = ("body", "variant", "coupling", "interface")
+        chosen = ("body", "variant", "coupling", "interface", "assembly")
         choices = {name: options[name] for name in chosen} | {"modes": n_modes}
         # A free mesh has no symmetry to certify.
         origin = {"carrier_files": files.record(), "symmetry_order": 1} if files.given else {}
@@ -270,12 +279,13 @@ def _structure(
     *,
     coupling: str,
     files: CarrierFiles,
+    assembly: Assembly,
 ) -> StructuralModel:
     if files.given:
         mesh = files.mesh(variant, size)
-        structure, _ = given_structure(variant, mesh)
+        structure, _ = given_structure(variant, mesh, assembly)
     else:
-        mesh, structure = body_structure(body_name(body, variant), stage, size)
+        mesh, structure = body_structure(body_name(body, variant), stage, size, assembly)
     if coupling == "rbe3-nodes":
         return with_equal_node_weights(structure, mesh)
     return structure if coupling == "rbe3" else rigidly_coupled(structure, mesh)

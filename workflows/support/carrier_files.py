@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from carrierflex.fe.assembly import Assembly, assemble_stiffness_and_mass
 from carrierflex.fe.structural_model import (
     FLEXIBLE_CARRIER_PILOTS,
     STIFF_CARRIER_PILOTS,
@@ -122,7 +123,9 @@ def _digest(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def given_structure(variant: str, mesh: TetMesh) -> tuple[StructuralModel, CarrierInterface]:
+def given_structure(
+    variant: str, mesh: TetMesh, assembly: Assembly = assemble_stiffness_and_mass
+) -> tuple[StructuralModel, CarrierInterface]:
     """Finite elements of a carrier whose dimensions are read off its mesh, and these dimensions.
 
     Raises
@@ -131,4 +134,5 @@ def given_structure(variant: str, mesh: TetMesh) -> tuple[StructuralModel, Carri
         Where a surface is missing or does not fit, or a body of the mesh has no material.
     """
     interface = carrier_interface(mesh)
-    return structural_model(f"{variant}_carrier", mesh, interface, _PILOTS[variant]), interface
+    name, pilots = f"{variant}_carrier", _PILOTS[variant]
+    return structural_model(name, mesh, interface, pilots, assembly=assembly), interface

@@ -3,6 +3,7 @@
 The part that several workflows share.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from carrierflex.fe.carrier_curves import (
@@ -11,12 +12,12 @@ from carrierflex.fe.carrier_curves import (
     flexible_cases,
     stiff_cases,
 )
-from carrierflex.fe.structural_model import (
-    StructuralModel,
-)
+from carrierflex.fe.load_cases import PilotLoad
+from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.geometry.parameter_files import StageParameters
 from carrierflex.geometry.tet_mesh import TetMesh
 from carrierflex.workflows.support.carrier_files import CarrierFiles, given_structure
+from carrierflex.workflows.support.finite_elements import COMPILED, FiniteElements
 from carrierflex.workflows.support.named_bodies import body_structure
 
 
@@ -29,35 +30,48 @@ class CarrierVariant:
     deflection: CarrierDeflection
 
 
-def flexible_variant(stage: StageParameters, size: float) -> CarrierVariant:
+def flexible_variant(
+    stage: StageParameters, size: float, finite_elements: FiniteElements = COMPILED
+) -> CarrierVariant:
     """Carrier without pins, solved under the unit load cases."""
-    mesh, structure = body_structure("flexible_carrier", stage, size)
+    mesh, structure = body_structure("flexible_carrier", stage, size, finite_elements.assembly)
     cases = flexible_cases(stage.carrier, stage.gear)
-    return CarrierVariant(
-        mesh, structure, carrier_deflection(structure, mesh.surface("shaft_face"), cases)
-    )
+    return _solved(mesh, structure, cases, finite_elements)
 
 
-def stiff_variant(stage: StageParameters, size: float) -> CarrierVariant:
+def stiff_variant(
+    stage: StageParameters, size: float, finite_elements: FiniteElements = COMPILED
+) -> CarrierVariant:
     """Carrier with bonded pins, solved under the unit load cases."""
-    mesh, structure = body_structure("stiff_carrier", stage, size)
+    mesh, structure = body_structure("stiff_carrier", stage, size, finite_elements.assembly)
     cases = stiff_cases(stage.gear)
-    return CarrierVariant(
-        mesh, structure, carrier_deflection(structure, mesh.surface("shaft_face"), cases)
-    )
+    return _solved(mesh, structure, cases, finite_elements)
 
 
 def given_variant(
-    variant: str, files: CarrierFiles, stage: StageParameters, size: float
+    variant: str,
+    files: CarrierFiles,
+    stage: StageParameters,
+    size: float,
+    finite_elements: FiniteElements = COMPILED,
 ) -> CarrierVariant:
     """Carrier from a CAD model or mesh, solved under the unit load cases.
 
     The gear's centre distance is that of its bores.
     """
     mesh = files.mesh(variant, size)
-    structure, interface = given_structure(variant, mesh)
+    structure, interface = given_structure(variant, mesh, finite_elements.assembly)
     gear = replace(stage.gear, centre_distance=interface.centre_distance)
     cases = flexible_cases(interface, gear) if variant == "flexible" else stiff_cases(gear)
-    return CarrierVariant(
-        mesh, structure, carrier_deflection(structure, mesh.surface("shaft_face"), cases)
-    )
+    return _solved(mesh, structure, cases, finite_elements)
+
+
+def _solved(
+    mesh: TetMesh,
+    structure: StructuralModel,
+    cases: Sequence[Mapping[str, PilotLoad]],
+    finite_elements: FiniteElements,
+) -> CarrierVariant:
+    shaft_face = mesh.surface("shaft_face")
+    deflection = carrier_deflection(structure, shaft_face, cases, solver=finite_elements.solver)
+    return CarrierVariant(mesh, structure, deflection)

@@ -26,6 +26,7 @@ _NEEDS_WHOLE_BODY = {
     "coupling": "rbe3",
     "interface": "fixed",
     "max_frequency": None,
+    "assembly": "compiled",
 }
 
 

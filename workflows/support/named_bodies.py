@@ -1,5 +1,6 @@
 """The bodies that workflows know by name: mesh and finite elements of each."""
 
+from carrierflex.fe.assembly import Assembly, assemble_stiffness_and_mass
 from carrierflex.fe.main_shaft import main_shaft_structure
 from carrierflex.fe.structural_model import (
     FLEXIBLE_CARRIER_PILOTS,
@@ -20,7 +21,10 @@ def body_name(body: str, variant: str) -> str:
 
 
 def body_structure(
-    name: str, stage: StageParameters, size: float
+    name: str,
+    stage: StageParameters,
+    size: float,
+    assembly: Assembly = assemble_stiffness_and_mass,
 ) -> tuple[TetMesh, StructuralModel]:
     """Finite elements of ``pin``, ``main_shaft``, ``flexible_carrier``, ``stiff_carrier``; RBE3.
 
@@ -31,7 +35,7 @@ def body_structure(
     """
     if name == "main_shaft":
         mesh = main_shaft_mesh(stage.carrier, stage.main_shaft, size)
-        return mesh, main_shaft_structure(mesh, stage.carrier, stage.main_shaft)
+        return mesh, main_shaft_structure(mesh, stage.carrier, stage.main_shaft, assembly=assembly)
     pilots: tuple[str, ...]
     if name == "pin":
         mesh, pilots = pin_mesh(stage.carrier, stage.pin, size), PIN_PILOTS
@@ -45,4 +49,4 @@ def body_structure(
             "flexible_carrier, stiff_carrier or "
             "main_shaft"
         )
-    return mesh, structural_model(name, mesh, stage.carrier, pilots)
+    return mesh, structural_model(name, mesh, stage.carrier, pilots, assembly=assembly)

@@ -147,3 +147,12 @@ def test_rigid_couplings_bound_the_stiffness_from_above(tmp_path):
     )
     written = json.loads((tmp_path / "couplings.json").read_text())
     assert written["curve_change"]["delta_f"]["pins"] == brackets["flexible"].curve_change("pins")
+
+
+def test_a_pin_assembled_by_scikit_fem_is_the_same_body(tmp_path):
+    arguments = {"body": "pin", "modes": 2, "size": 0.08, "cache": False, "quiet": True}
+    compiled = reduce_body.main(out=tmp_path / "a.h5", **arguments)
+    plain = reduce_body.main(out=tmp_path / "b.h5", assembly="scikit-fem", **arguments)
+    # Rounding, enlarged by the condition of the static condensation.
+    assert_allclose(plain.K, compiled.K, rtol=0.0, atol=1e-8 * np.abs(compiled.K).max())
+    assert json.loads(plain.provenance["assembly"]) == "scikit-fem"

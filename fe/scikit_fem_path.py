@@ -1,0 +1,102 @@
+"""Assembly and statics by scikit-fem alone: the plain path beside the compiled one.
+
+It reads like the weak form (:mod:`carrierflex.fe.weak_forms`) and takes some fifty times longer;
+the compiled assembly is tested against it.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg
+import skfem
+from numpy.typing import NDArray
+
+from carrierflex.fe.assembly import MASS_ORDER, STIFFNESS_ORDER
+from carrierflex.fe.materials import Material, material_of
+from carrierflex.fe.weak_forms import mass_form, stiffness_form
+from carrierflex.geometry.tet_mesh import TetMesh
+
+
+def stiffness_and_mass_by_scikit_fem(
+    mesh: TetMesh, materials: Mapping[str, Material]
+) -> tuple[sp.csr_array, sp.csr_array]:
+    """K [N/m] and M [kg] of the free structure, assembled by scikit-fem.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+        Quadratic tetrahedra, n nodes.
+    materials : mapping of str to Material
+        Material of every body of the mesh.
+
+    Returns
+    -------
+    K, M : csr_array, shape (3 n, 3 n)
+        Degrees of freedom node by node, as :func:`carrierflex.fe.assembly.assemble_stiffness` has
+        them.
+
+    Raises
+    ------
+    ValueError
+        Where a body has no material.
+    """
+    n_dofs = 3 * len(mesh.points)
+    K, M = sp.csr_array((n_dofs, n_dofs)), sp.csr_array((n_dofs, n_dofs))
+    for body, elements in mesh.bodies.items():
+        material = material_of(materials, body)
+        K = K + _assembled(stiffness_form(*material.lame), mesh, elements, STIFFNESS_ORDER)
+        M = M + _assembled(mass_form(material.rho), mesh, elements, MASS_ORDER)
+    return K, M
+
+
+def displacement_by_scikit_fem(
+    K: sp.csr_array, fixed: NDArray[np.int64], loads: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Displacement [m] under `loads` [N] with the degrees of freedom `fixed` held at zero.
+
+    scikit-fem's ``solve(*condense(K, f, D=fixed))``: scipy's direct solver, which factorises once
+    for all columns.
+
+    Parameters
+    ----------
+    K : csr_array, shape (n_dofs, n_dofs)
+        Stiffness [N/m].
+    fixed : ndarray of int
+        Degrees of freedom that are held.
+    loads : ndarray, shape (n_dofs, n_cases)
+        Forces [N].
+
+    Returns
+    -------
+    ndarray, shape (n_dofs, n_cases)
+        Displacement [m].
+    """
+    held = skfem.condense(K, loads, x=np.zeros_like(loads), D=fixed)
+    return np.asarray(skfem.solve(*held, solver=_direct))
+
+
+def _direct(A: sp.csr_array, b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The solution of ``A x = b`` by SuperLU with the ordering for symmetric patterns."""
+    factor = scipy.sparse.linalg.splu(
+        sp.csc_array(A),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    return np.asarray(factor.solve(b))
+
+
+def _assembled(
+    form: skfem.BilinearForm, mesh: TetMesh, elements: NDArray[np.int64], order: int
+) -> sp.csr_array:
+    """Matrix of a form over some elements, in the node-by-node order of degrees of freedom."""
+    own = skfem.MeshTet2(np.ascontiguousarray(mesh.points.T), np.ascontiguousarray(mesh.tets.T))
+    element = skfem.ElementVector(skfem.ElementTetP2())
+    basis = skfem.CellBasis(own, element, intorder=order, elements=elements)
+    place = np.empty(basis.N, dtype=np.int64)
+    node_dofs = 3 * mesh.tets[:, :, None] + np.arange(3)
+    place[basis.dofs.element_dofs] = node_dofs.reshape(-1, 30).T
+    matrix = sp.coo_array(form.assemble(basis))
+    shape = (3 * len(mesh.points), 3 * len(mesh.points))
+    return sp.csr_array((matrix.data, (place[matrix.row], place[matrix.col])), shape=shape)
