@@ -12,7 +12,7 @@ millimetres with the radial load, and the roll that opens ssz from spz with the 
 from pathlib import Path
 
 from carrierflex.files.toml_files import toml_document
-from carrierflex.simulation.carrier.case_files import CARRIER_CASE
+from carrierflex.simulation.carrier.case_files import CARRIER_CASE, shipped_case
 from carrierflex.simulation.stage.stage_cases import STAGE_FORMAT
 from carrierflex.workflows.simulation import (
     simulate_carrier,
@@ -50,7 +50,8 @@ def main(
     ----------
     case : Path
         Case file (TOML): rig, sensors and runs with the carrier's true motion, or of kind mounting,
-        or a stage case, in which the whole planetary stage runs; SI units.
+        or a stage case, in which the whole planetary stage runs; SI units. A name without .toml is
+        that of a case that comes along: carrier_lc1_to_lc4, stage_lc1 to stage_lc4, mounting_2011.
     out : Path
         Campaign folder to write: new, empty, or an earlier simulated campaign.
     curves : Path, optional
@@ -87,6 +88,8 @@ def main(
         Where the case or the curves are refused, or the folder holds something that is not a
         campaign.
     """
+    if not case.suffix and not case.exists():
+        case = shipped_case(str(case))
     document = toml_document(case, CARRIER_CASE)
     options = {"energy-balance": energy_balance, "parquet": parquet, "variants": variants}
     given = [name for name, value in options.items() if value]
