@@ -30,7 +30,6 @@ from carrierflex.files.json_files import save_json
 SEALS_FILE = "seals.json"
 SALTS_FILE = "salts.json"
 LABELS_FILE = "labels.json"
-_REPORT_FILE = "report.html"
 
 WriteCase = Callable[[CasePlan, Path], Label]
 DiagnoseCase = Callable[[Path, Path], None]
@@ -135,7 +134,7 @@ def diagnosed(
     executor : concurrent.futures.Executor
         Where cases are diagnosed.
     keep : bool
-        Keep campaigns and reports; otherwise they go once a case is diagnosed.
+        Keep campaigns; otherwise they go once a case is diagnosed.
     note : callable
         Is told the progress and the time left.
 
@@ -153,7 +152,6 @@ def diagnosed(
     for done, future in enumerate(as_completed(futures), 1):
         future.result()
         if not keep:
-            (sealed.diagnosis(futures[future]) / _REPORT_FILE).unlink(missing_ok=True)
             shutil.rmtree(sealed.campaign(futures[future]))
         remaining = (time.perf_counter() - start) / done * (len(waiting) - done)
         note(f"{done} of {len(waiting)}, about {remaining / 60.0:.0f} min left")

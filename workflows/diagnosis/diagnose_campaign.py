@@ -34,7 +34,7 @@ from carrierflex.workflows.support.progress import Stages
 REPORT_FILE = "report.html"
 
 
-def main(campaign: Path, *, out: Path, quiet: bool = False) -> Diagnosis:
+def main(campaign: Path, *, out: Path, report: bool = True, quiet: bool = False) -> Diagnosis:
     """Diagnose the gap between a measurement campaign and its baseline simulation.
 
     Parameters
@@ -43,6 +43,8 @@ def main(campaign: Path, *, out: Path, quiet: bool = False) -> Diagnosis:
         Campaign folder.
     out : Path
         Folder for diagnosis.json and report.html, which need no network to be read.
+    report : bool
+        Draw report.html; without, one of an earlier diagnosis goes.
     quiet : bool
         Show no progress.
 
@@ -61,10 +63,10 @@ def main(campaign: Path, *, out: Path, quiet: bool = False) -> Diagnosis:
     # Small matrices in long loops: on a busy machine the threads of a parallel product wait for
     # each other ten times longer.
     with threadpool_limits(limits=1):
-        return _diagnosed(campaign, out, Stages(4, quiet))
+        return _diagnosed(campaign, out, Stages(4, quiet), report=report)
 
 
-def _diagnosed(campaign: Path, out: Path, stages: Stages) -> Diagnosis:
+def _diagnosed(campaign: Path, out: Path, stages: Stages, *, report: bool) -> Diagnosis:
     with stages.stage(f"reading {campaign}"):
         measured = read_campaign(campaign)
         curves = campaign_curves(measured, campaign)
@@ -81,8 +83,11 @@ def _diagnosed(campaign: Path, out: Path, stages: Stages) -> Diagnosis:
             note=stages.note,
         )
         diagnosis = replace(diagnosis, warnings=warnings)
-    with stages.stage(f"writing {out / REPORT_FILE}"):
+    with stages.stage(f"writing {out / (REPORT_FILE if report else DIAGNOSIS_FILE)}"):
         write_diagnosis(out / DIAGNOSIS_FILE, diagnosis)
+        if not report:
+            (out / REPORT_FILE).unlink(missing_ok=True)
+            return diagnosis
         written = f"{datetime.now():%Y-%m-%d %H:%M}"
         source = ReportSource(measured, str(campaign), versions(), written)
         write_report(out / REPORT_FILE, report_page(diagnosis, source))

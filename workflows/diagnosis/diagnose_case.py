@@ -13,7 +13,7 @@ from carrierflex.files.json_files import save_json
 from carrierflex.workflows.diagnosis.diagnose_campaign import main as diagnose_campaign
 
 
-def diagnose_case(campaign: Path, out: Path) -> None:
+def diagnose_case(campaign: Path, out: Path, *, report: bool = True) -> None:
     """Diagnose a campaign and write diagnosis.json, report.html and the time it took.
 
     An input that is refused or a numerical failure is an answer too, and a wrong one: it is kept as
@@ -23,11 +23,13 @@ def diagnose_case(campaign: Path, out: Path) -> None:
     ----------
     campaign, out : Path
         Folder of the campaign, folder for the files.
+    report : bool
+        Draw report.html too.
     """
     start = time.perf_counter()
     error = None
     try:
-        diagnose_campaign(campaign, out=out, quiet=True)
+        diagnose_campaign(campaign, out=out, report=report, quiet=True)
     except (ValueError, ArithmeticError, RuntimeError, KeyError) as raised:
         error = f"{type(raised).__name__}: {raised}"
     out.mkdir(parents=True, exist_ok=True)

@@ -7,6 +7,7 @@ blind_check.json and blind_check.md. A good answer: every wanted figure is met b
 (docs/blind_check.md).
 """
 
+import functools
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
@@ -64,7 +65,7 @@ def main(
         Address of a Dask scheduler (tcp://host:8786) for the same, instead of workers; its workers
         see the folder.
     keep : bool
-        Keep the campaigns and reports.
+        Keep the campaigns and draw the reports.
     quiet : bool
         Show no progress and no digest before the diagnoses.
 
@@ -93,7 +94,8 @@ def main(
     )
     # Fresh processes: those that wrote the cases have held labels.
     with stages.stage("diagnosing"), _processes(workers, scheduler) as executor:
-        verdicts = diagnosed(sealed, diagnose_case, executor, keep=keep, note=stages.note)
+        diagnose = functools.partial(diagnose_case, report=keep)
+        verdicts = diagnosed(sealed, diagnose, executor, keep=keep, note=stages.note)
     with stages.stage("opening the labels"):
         judged = judged_cases(opened(sealed), verdicts)
         result = score(judged)

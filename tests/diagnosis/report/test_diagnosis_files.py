@@ -13,6 +13,7 @@ from carrierflex.diagnosis.report.diagnosis_files import (
     write_diagnosis,
 )
 from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.workflows.diagnosis import diagnose_campaign
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 
 
@@ -88,6 +89,17 @@ def test_the_command_writes_the_file_and_ends_with_zero(tmp_path, campaign, comm
     assert "cubic_stiffness" in done.stdout
     assert read_diagnosis(tmp_path / "out" / "diagnosis.json")["verdict"] == "named"
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"diagnosis.json", "report.html"}
+
+
+def test_without_a_report_none_is_drawn_and_none_of_an_earlier_diagnosis_stays(
+    tmp_path, campaign, diagnosis, command, monkeypatch
+):
+    monkeypatch.setattr(diagnose_campaign, "diagnose", lambda *args, **options: diagnosis)
+    write_campaign(campaign, tmp_path / "campaign")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "report.html").write_text("of an earlier diagnosis")
+    assert command("diagnose", "campaign", "--out", "out", "--no-report").returncode == 0
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["diagnosis.json"]
 
 
 def test_an_unknown_effect_in_the_baseline_gets_one_line(tmp_path, campaign, command):

@@ -175,3 +175,4 @@ def test_fixed_part_of_the_check_names_no_wrong_class(kind, tmp_path):
     document = json.loads((tmp_path / "blind_check.json").read_text(encoding="utf-8"))
     assert len(document["cases"]) == 6
     assert not [case for case in document["cases"] if case["verdict"] == "error"]
+    assert not list(tmp_path.rglob("report.html"))
