@@ -135,7 +135,10 @@ def _missing(problem: ComparisonProblem, limits: Thresholds) -> str:
             "a longer record or another run"
         )
     if not problem.cards:
-        return "the baseline contains every effect of the library; nothing is left to look for"
+        return (
+            "the baseline contains, or rules out, every effect of the library; nothing is left to "
+            "look for"
+        )
     return ""
 
 

@@ -97,7 +97,13 @@ def toml_document(path: Path, kind: TomlKind) -> dict[str, Any]:
         ) from error
 
 
-def checked_document(document: Mapping[str, Any], table: "type[Table]", file: str) -> "Table":
+def checked_document(
+    document: Mapping[str, Any],
+    table: "type[Table]",
+    file: str,
+    *,
+    version: int | None = None,
+) -> "Table":
     """Content of a document as the tables of its kind; all that is wrong is refused in one error.
 
     Parameters
@@ -108,6 +114,8 @@ def checked_document(document: Mapping[str, Any], table: "type[Table]", file: st
         The document's top table.
     file : str
         Name of the file, for the message.
+    version : int, optional
+        Version that the document states: keys that came later are refused by name.
 
     Returns
     -------
@@ -122,13 +130,16 @@ def checked_document(document: Mapping[str, Any], table: "type[Table]", file: st
     """
     from pydantic import ValidationError
 
-    from carrierflex.files.toml_refusals import problems_in
+    from carrierflex.files.toml_refusals import newer_keys_in, problems_in
 
+    newer = newer_keys_in(document, table, version) if version else ()
     try:
-        return table.model_validate(document)
+        checked = table.model_validate(document)
     except ValidationError as error:
-        refuse(problems_in(error, document, table), file)
+        refuse((*newer, *problems_in(error, document, table)), file)
         raise
+    refuse(newer, file)
+    return checked
 
 
 def read_toml(path: Path, kind: TomlKind, table: "type[Table]") -> "Table":

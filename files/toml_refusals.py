@@ -45,6 +45,45 @@ def problems_in(
     return tuple(lines)
 
 
+def newer_keys_in(
+    document: Mapping[str, Any], table: type[TomlTable], version: int
+) -> tuple[str, ...]:
+    """One line for every key, and every value, that a later version of the format brought.
+
+    Parameters
+    ----------
+    document : mapping
+        Parsed document.
+    table : type of TomlTable
+        Its top table.
+    version : int
+        Version that the document states.
+    """
+    schema = json_schema(table)
+    return tuple(_newer_keys((), document, document, schema, version))
+
+
+def _newer_keys(
+    path: KeyPath, value: Any, document: Any, schema: Schema, version: int
+) -> Iterator[str]:
+    if isinstance(value, list):
+        for number, entry in enumerate(value):
+            yield from _newer_keys((*path, number), entry, document, schema, version)
+    if not isinstance(value, dict):
+        return
+    for name, known in _properties(path, document, schema).items():
+        if name not in value:
+            continue
+        words, since = f"key '{name}'", known.get("since", 1)
+        values = known.get("newer_values", {})
+        if isinstance(value[name], str) and value[name] in values:
+            words = f"key '{name}' is '{value[name]}', which"
+            since = max(since, values[value[name]])
+        if since > version:
+            yield f"{_at(path)}{words} belongs to version {since}; expected version = {since}"
+        yield from _newer_keys((*path, name), value[name], document, schema, version)
+
+
 def _lines(entry: Mapping[str, Any], document: Any, schema: Schema) -> Iterator[str]:
     """Lines of one error of the validation; a check may have found several problems."""
     path = entry["loc"]

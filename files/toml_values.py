@@ -92,7 +92,15 @@ class Expected:
         return {**handler(schema), "expected": self.words}
 
 
-def key(words: str, unit: str = "", *, expected: str = "", **options: Any) -> Any:
+def key(
+    words: str,
+    unit: str = "",
+    *,
+    expected: str = "",
+    since: int = 1,
+    newer_values: Mapping[str, int] | None = None,
+    **options: Any,
+) -> Any:
     """Key of a table.
 
     Parameters
@@ -104,12 +112,21 @@ def key(words: str, unit: str = "", *, expected: str = "", **options: Any) -> An
     expected : str, optional
         What a refusal says where the key is missing. Types of this module, tables and lists of
         tables say it themselves.
+    since : int
+        Version of the file's format that brought the key.
+    newer_values : mapping of str to int, optional
+        Versions that brought some of its values.
     **options
         ``default`` or ``default_factory`` of a key that may be left out.
     """
     described = f"{words} [{unit}]." if unit else f"{words}."
-    annotations = {"unit": unit, "expected": expected}
-    extra: dict[str, Any] = {name: text for name, text in annotations.items() if text}
+    annotations = {
+        "unit": unit,
+        "expected": expected,
+        "since": since if since > 1 else None,
+        "newer_values": newer_values,
+    }
+    extra: dict[str, Any] = {name: value for name, value in annotations.items() if value}
     return Field(description=described, json_schema_extra=extra or None, **options)
 
 

@@ -57,6 +57,13 @@ class EffectParameter(FitParameter):
     pair: PolarPair | None = None
 
 
+def published_names(parameter: EffectParameter) -> tuple[str, ...]:
+    """Names under which a parameter is published: size and angle of a vector's component."""
+    if parameter.pair is not None:
+        return (parameter.pair.size, parameter.pair.angle)
+    return (parameter.name,)
+
+
 def vector_parameters(
     size: str, angle: str, unit: str, *, bound: float, scale: float
 ) -> tuple[EffectParameter, EffectParameter]:

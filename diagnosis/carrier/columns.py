@@ -178,6 +178,8 @@ def typical_speed(campaign: Campaign) -> float:
 
 def largest_load(campaign: Campaign) -> float:
     """Largest radial load [N]; 1 where there is none."""
+    if "ntl_y" not in campaign.contract.inputs:
+        return 1.0
     largest = max(
         float(np.hypot(run.inputs["ntl_y"], run.inputs["ntl_z"]).max()) for run in campaign.runs
     )

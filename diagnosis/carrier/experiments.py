@@ -46,6 +46,7 @@ def carrier_experiments(
         Each a short campaign of several steady runs.
     """
     nominal = source.rig.nominal_torque
+    has_radial_load = "ntl_y" in campaign.contract.inputs
     size = source.largest_load
     force = size if size > 1.0 else _RADIAL_LOAD
     shares = (-1.0, -0.5, 0.25, 0.5, 1.0)
@@ -69,7 +70,7 @@ def carrier_experiments(
         ),
     ]
     candidate_experiments = []
-    for text, shares_of_loads in plans:
+    for text, shares_of_loads in plans if has_radial_load else plans[:1]:
         loads = [(torque * nominal, y * force, z * force) for torque, y, z in shares_of_loads]
         runs = _steady_runs(campaign, loads, source.speed)
         candidate_experiments.append(CandidateExperiment(text, _builder(runs, under)))
@@ -97,10 +98,14 @@ def _steady_runs(campaign: Campaign, loads: Sequence[_Load], speed: float) -> Ca
             f"step {k + 1}",
             angle / speed,
             {
-                "carrier_angle": angle,
-                "torque": np.full(n, t),
-                "ntl_y": np.full(n, y),
-                "ntl_z": np.full(n, z),
+                name: values
+                for name, values in {
+                    "carrier_angle": angle,
+                    "torque": np.full(n, t),
+                    "ntl_y": np.full(n, y),
+                    "ntl_z": np.full(n, z),
+                }.items()
+                if name in campaign.contract.inputs
             },
             blank,
         )

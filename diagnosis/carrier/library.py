@@ -14,6 +14,10 @@ from carrierflex.diagnosis.carrier.cards import KIND, NEGATIVE_CONTROLS, card_of
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard, effect_library, users_cards
 from carrierflex.diagnosis.comparison.user_laws import check_is_function, first_line, refusal
 from carrierflex.simulation.carrier.effect import Effect
+from carrierflex.simulation.carrier.effects.deflection import (
+    UNEQUAL_LOAD_SHARING,
+    load_sharing_of,
+)
 from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
 
@@ -45,7 +49,8 @@ def carrier_library(rig: CarrierRig) -> dict[str, Effect]:
     ValueError
         Where a user's card cannot be computed.
     """
-    effects = (*CARRIER_EFFECTS.values(), *NEGATIVE_CONTROLS)
+    sharing = {UNEQUAL_LOAD_SHARING.id: load_sharing_of(rig.n_planets)}
+    effects = (*{**CARRIER_EFFECTS, **sharing}.values(), *NEGATIVE_CONTROLS)
     cards = tuple(card_of(effect) for effect in effects)
     users = users_cards(effect_library(KIND, cards), cards)
     refuse_wrong_carrier_laws(users, rig)

@@ -23,6 +23,7 @@ from carrierflex.diagnosis.carrier.columns import (
     ColumnIndex,
     ColumnSource,
 )
+from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
 from carrierflex.diagnosis.comparison.problem import Effects, Parameter
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.effect_parameters import EffectParameter
@@ -109,6 +110,8 @@ class CarrierModel:
         Effects of the baseline.
     runs, channels : tuple of str
         Names.
+    known : KnownPhysics
+        Known values and declared errors of the sensors.
     """
 
     source: ColumnSource
@@ -116,6 +119,7 @@ class CarrierModel:
     contained: Effects
     runs: tuple[str, ...]
     channels: tuple[str, ...]
+    known: KnownPhysics = NOTHING_KNOWN
 
     @property
     def effects(self) -> Mapping[str, Effect]:
@@ -142,7 +146,7 @@ class CarrierModel:
         if effect.id in choice:
             name = f"{name}_{self.channels[choice[effect.id]]}"
         is_free = parameter.shape or effect.id in self.contained
-        return Parameter(
+        unknown = Parameter(
             name,
             parameter.unit,
             lower,
@@ -154,6 +158,8 @@ class CarrierModel:
             shape=parameter.shape,
             pair=parameter.pair,
         )
+        unknown = self.known.sensor_prior(unknown, effect.measurement, choice.get(effect.id))
+        return self.known.prior(unknown, parameter.name)
 
     def _bounds(self, effect: Effect, parameter: EffectParameter) -> tuple[float, float]:
         """Bounds of the effect, or those within which its columns are interpolated."""

@@ -26,6 +26,7 @@ from carrierflex.diagnosis.carrier.sums import (
     used_columns,
 )
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.diagnosis.comparison.known_physics import known_physics
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
@@ -83,7 +84,13 @@ class CarrierProblem:
     @cached_property
     def cards(self) -> Mapping[str, EffectCard]:
         """Candidates by id."""
-        left_out = {*self.model.contained, *self.campaign.baseline.effects, *self.negative_controls}
+        baseline = self.campaign.baseline
+        left_out = {
+            *self.model.contained,
+            *baseline.effects,
+            *baseline.impossible,
+            *self.negative_controls,
+        }
         return {
             name: card_of(effect)
             for name, effect in self.model.effects.items()
@@ -308,7 +315,7 @@ def carrier_problem(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -
         Where a channel is missing throughout or constant, a run has no whole revolution, or a
         user's card is refused.
     """
-    refuse_silent_channels(campaign)
+    refuse_silent_channels(campaign.within_use())
     n_planets = int(campaign.rig["n_planets"])
     pin_radius = np.nan
     if "g_f" in curves:
@@ -324,5 +331,6 @@ def carrier_problem(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -
         contained = tuple(name for name in contained if name == AXIAL_OFFSET.id)
     runs = tuple(run.name for run in campaign.runs)
     channels = tuple(channel.name for channel in campaign.channels)
-    model = CarrierModel(source, records.index, contained, runs, channels)
+    known = known_physics(campaign)
+    model = CarrierModel(source, records.index, contained, runs, channels, known)
     return CarrierProblem(campaign, model, records, channel_noise(campaign, records))

@@ -101,7 +101,9 @@ class CarrierSums:
 
 def inputs_of(run: Run) -> CarrierInputs:
     """Inputs of a whole run."""
-    return inputs_of_columns({**run.inputs, "time": run.time})
+    zero = np.zeros(run.time.size)
+    # A rig without radial load has no columns of it.
+    return inputs_of_columns({"ntl_y": zero, "ntl_z": zero, **run.inputs, "time": run.time})
 
 
 def accumulated_sums(campaign: Campaign, source: ColumnSource) -> CarrierSums:
@@ -124,7 +126,7 @@ def accumulated_sums(campaign: Campaign, source: ColumnSource) -> CarrierSums:
     ValueError
         Where the carrier turns by less than one revolution in a run.
     """
-    runs = [_run_sums(run, campaign, source) for run in campaign.runs]
+    runs = [_run_sums(run, campaign, source) for run in campaign.within_use().runs]
     segments = tuple(
         Segment(run.name, run.condition, block, int(count.sum()))
         for run, sums in zip(campaign.runs, runs, strict=True)

@@ -56,7 +56,9 @@ class Parameter(FitParameter):
     effect : str
         Owner: an effect id or ``baseline``.
     prior_std : float
-        Standard deviation of the Gaussian prior about zero; infinite: none.
+        Standard deviation of the Gaussian prior; infinite: none.
+    prior_mean : float
+        Mean of the prior: zero where the effect may be absent, or what is known of it.
     run : str, optional
         The run it belongs to; None where all runs share it. A run's own parameters are fitted again
         on part of a held-out condition, as no other condition knows them.
@@ -69,6 +71,7 @@ class Parameter(FitParameter):
 
     effect: str = field(kw_only=True)
     prior_std: float = field(default=np.inf, kw_only=True)
+    prior_mean: float = field(default=0.0, kw_only=True)
     run: str | None = field(default=None, kw_only=True)
     shape: bool = field(default=False, kw_only=True)
     pair: PolarPair | None = field(default=None, kw_only=True)

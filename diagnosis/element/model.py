@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
 from carrierflex.diagnosis.element.cards import NEGATIVE_CONTROLS
 from carrierflex.diagnosis.element.records import ElementRecord
@@ -87,6 +88,8 @@ class ElementModel:
         Users' compiled laws by effect.
     held : tuple of float
         Values at which the baseline's own parameters are held; empty where they are fitted.
+    known : KnownPhysics
+        Known values and declared errors of the channel.
     """
 
     by_force: bool
@@ -98,6 +101,7 @@ class ElementModel:
     substeps: int
     laws: Mapping[str, Force]
     held: tuple[float, ...] = ()
+    known: KnownPhysics = NOTHING_KNOWN
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns: mass (where it is not given), K1, C1, f0, then those of every effect."""
@@ -117,6 +121,7 @@ class ElementModel:
             )
             for name, powers, lower in base
         ]
+        own = [self.known.prior(parameter, parameter.name) for parameter in own]
         if self.held:
             own = [
                 replace(one, lower=value, upper=value)
@@ -132,7 +137,7 @@ class ElementModel:
         powers = parameter.powers
         size = self.scale.of(powers) if powers else 1.0
         scale = parameter.scale * size
-        return Parameter(
+        unknown = Parameter(
             parameter.name,
             _unit(powers, self.units) if powers else parameter.unit,
             parameter.lower * size,
@@ -143,6 +148,9 @@ class ElementModel:
             shape=parameter.shape,
             pair=parameter.pair,
         )
+        if is_delay(effect):
+            unknown = self.known.sensor_prior(unknown, Measurement.DELAY)
+        return self.known.prior(unknown, parameter.name)
 
     def predicted(
         self, record: ElementRecord, effects: Effects, theta: FloatArray, *, refined: int = 1

@@ -8,6 +8,7 @@ measured less predicted.
 from dataclasses import replace
 
 from carrierflex.diagnosis.element.problem import ElementProblem
+from carrierflex.diagnosis.element.records import run_in_use
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.signals import even_time, filled
@@ -30,9 +31,8 @@ def element_beside_prediction(problem: ElementProblem, campaign: Campaign) -> El
     """
     by_force = problem.model.by_force
     name = campaign.channels[0].name
-    predicted = [
-        filled(run.predictions[name], run.time, even_time(run.time)) for run in campaign.runs
-    ]
+    runs = [run_in_use(run) for run in campaign.runs]
+    predicted = [filled(run.predictions[name], run.time, even_time(run.time)) for run in runs]
     simulated = tuple(
         record.with_response(own) if by_force else record.with_force(own)
         for record, own in zip(problem.records, predicted, strict=True)

@@ -15,6 +15,7 @@ from carrierflex.diagnosis.comparison.finite_differences import (
     DifferencedResiduals,
     step_halving_error,
 )
+from carrierflex.diagnosis.comparison.known_physics import known_physics
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
@@ -35,7 +36,7 @@ from carrierflex.diagnosis.element.gap_map import element_gap_cells
 from carrierflex.diagnosis.element.model import ElementModel, ElementScale, substeps_for
 from carrierflex.diagnosis.element.pictures import element_loops
 from carrierflex.diagnosis.element.records import ElementRecord, element_records, noise_variance
-from carrierflex.diagnosis.element.scale import element_scale
+from carrierflex.diagnosis.element.scale import carried_noise, element_scale
 from carrierflex.diagnosis.element.score_cells import ScoreCells, score_cells, segment_squares
 from carrierflex.diagnosis.element.signatures import Column, element_signatures, signature_columns
 from carrierflex.diagnosis.element.starts import element_starts
@@ -254,11 +255,12 @@ def element_problem(campaign: Campaign) -> ElementProblem:
     noise, measured = noise_variance(campaign, records)
     by_force = campaign.rig["drive"] == "force"
     channel = campaign.channels[0]
-    input_name, input_unit = next(iter(campaign.contract.inputs.items()))
+    input_name = next(iter(campaign.contract.inputs))
     _refuse_mixed_units(campaign, input_name)
-    input_unit = campaign.input_units.get(input_name, input_unit)
+    input_unit = campaign.input_units[input_name]
     units = (input_unit, channel.unit) if by_force else (channel.unit, input_unit)
     cards, laws = force_library(KIND, (*ELEMENT_CARDS, *NEGATIVE_CONTROLS))
+    cards = {name: card for name, card in cards.items() if name not in campaign.baseline.impossible}
     unscaled = ElementModel(
         by_force=by_force,
         mass=campaign.rig.get("mass"),
@@ -268,13 +270,20 @@ def element_problem(campaign: Campaign) -> ElementProblem:
         units=units,
         substeps=1,
         laws=laws,
+        known=known_physics(campaign),
     )
     scale = element_scale(unscaled, records)
     model = replace(
         unscaled, scale=scale, substeps=substeps_for(scale, max(record.step for record in records))
     )
+    carried = [carried_noise(model, record, campaign.input_of(input_name)) for record in records]
     return ElementProblem(
-        model, records, noise, measured, channel.name, channel.noise_std is not None
+        model,
+        records,
+        noise + np.array(carried),
+        measured,
+        channel.name,
+        channel.noise_std is not None,
     )
 
 
@@ -285,7 +294,7 @@ def _refuse_mixed_units(campaign: Campaign, input_name: str) -> None:
     """
     channel = campaign.channels[0]
     foreign = channel.unit != campaign.contract.quantities[channel.quantity]
-    declared = campaign.input_units.get(input_name, campaign.contract.inputs[input_name])
+    declared = campaign.input_units[input_name]
     if foreign != (declared != campaign.contract.inputs[input_name]):
         raise ValueError(
             f"[[channels]]: unit of '{channel.name}' is {channel.unit} and that of the input "

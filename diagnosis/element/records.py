@@ -109,10 +109,12 @@ def element_records(campaign: Campaign) -> tuple[ElementRecord, ...]:
     by_force = campaign.rig["drive"] == "force"
     channel = campaign.channels[0]
     input_name = next(iter(campaign.contract.inputs))
-    for run in campaign.runs:
+    runs = [run_in_use(run) for run in campaign.runs]
+    for run in runs:
         _refuse_empty(run, run.inputs[input_name], input_name)
         _refuse_empty(run, run.signals[channel.name], channel.name)
     n_blocks = max(2, min(12, round(_PIECES / len(campaign.runs))))
+    settle = int(campaign.rig.get("settle_samples", 0))
     return tuple(
         _record(
             run,
@@ -121,8 +123,25 @@ def element_records(campaign: Campaign) -> tuple[ElementRecord, ...]:
             run.signals[channel.name],
             by_force=by_force,
             n_blocks=n_blocks,
+            settle=max(0, settle - int(np.searchsorted(whole.time, run.time[0]))),
         )
-        for run in campaign.runs
+        for run, whole in zip(runs, campaign.runs, strict=True)
+    )
+
+
+def run_in_use(run: Run) -> Run:
+    """Run from the first to the last sample that counts; between windows, signals are missing."""
+    if not run.use:
+        return run
+    counted = np.flatnonzero(run.in_use)
+    span = slice(int(counted[0]), int(counted[-1]) + 1)
+    masked = run.within_use()
+    return replace(
+        run,
+        time=run.time[span],
+        inputs={name: values[span] for name, values in run.inputs.items()},
+        signals={name: values[span] for name, values in masked.signals.items()},
+        predictions={name: values[span] for name, values in masked.predictions.items()},
     )
 
 
@@ -148,13 +167,14 @@ def _record(
     *,
     by_force: bool,
     n_blocks: int,
+    settle: int,
 ) -> ElementRecord:
     rig = campaign.rig
-    settle = int(rig.get("settle_samples", 0))
     period = int(rig.get("period_samples", 0)) if rig.get("periodic") else 0
     even = even_time(run.time)
     measured = np.isfinite(response) if even is run.time else np.ones(even.size, dtype=bool)
-    counts = measured & (np.arange(even.size) >= settle)
+    known = replace(run, time=even).in_use
+    counts = measured & known & (np.arange(even.size) >= settle)
     if counts.sum() < 2 * FEWEST_IN_BLOCK:
         raise ValueError(
             f"run {run.name}: {counts.sum()} measured samples after the first {settle} "
@@ -167,6 +187,7 @@ def _record(
         filled(response, run.time, even),
         by_force=by_force,
         counts=counts,
+        known=known,
         period=period if settle + 2 * period <= even.size else 0,
         in_steady_state=bool(period) and settle == 0,
         n_blocks=n_blocks,
@@ -181,18 +202,22 @@ def prepared_record(
     *,
     by_force: bool,
     counts: NDArray[np.bool_],
+    known: NDArray[np.bool_] | None = None,
     period: int = 0,
     in_steady_state: bool = False,
     n_blocks: int = 4,
 ) -> ElementRecord:
     """Record of evenly sampled signals.
 
-    Fields as in :class:`ElementRecord`, `names` are run and condition.
+    Fields as in :class:`ElementRecord`, `names` are run and condition; `known` are the samples in
+    the windows that count, all of them where it is left out.
     """
     deflection, force = (response, drive) if by_force else (drive, response)
-    cutoff = trusted_frequency(deflection, step)
+    spans = _spans(np.ones(counts.size, dtype=bool) if known is None else known)
+    longest = max(spans, key=lambda span: span.stop - span.start)
+    cutoff = trusted_frequency(deflection[longest], step)
     if not (by_force and period):
-        counts = counts & _is_inner(counts.size, cutoff * step)
+        counts = counts & _is_inner(counts.size, spans, cutoff * step)
     block, n_blocks = _blocks(counts, period, n_blocks)
     return ElementRecord(
         name=names[0],
@@ -212,17 +237,26 @@ def prepared_record(
     )
 
 
-def _is_inner(n: int, cutoff: float) -> NDArray[np.bool_]:
-    """Samples far enough from the ends of a record of `n` for their derivatives.
+def _spans(known: NDArray[np.bool_]) -> list[slice]:
+    """Stretches of samples that are known, in order."""
+    changes = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(int)))
+    return [slice(int(a), int(b)) for a, b in changes.reshape(-1, 2)]
+
+
+def _is_inner(n: int, spans: Sequence[slice], cutoff: float) -> NDArray[np.bool_]:
+    """Samples of `n` that are far enough from the ends of a known span for their derivatives.
 
     `cutoff` in cycles a sample.
 
-    Beyond its ends a record is unknown: the acceleration there is a guess that is felt some periods
-    into the record. Where the deflection is predicted whole periods count more.
+    Beyond its ends a span is unknown: the acceleration there is a guess that is felt some periods
+    into the span. Where the deflection is predicted whole periods count more.
     """
-    edge = min(int(np.ceil(_EDGE_PERIODS / cutoff)), int(_LARGEST_EDGE * n))
-    place = np.arange(n)
-    return (place >= edge) & (place < n - edge)
+    inner = np.zeros(n, dtype=bool)
+    for span in spans:
+        length = span.stop - span.start
+        edge = min(int(np.ceil(_EDGE_PERIODS / cutoff)), int(_LARGEST_EDGE * length))
+        inner[span.start + edge : span.stop - edge] = True
+    return inner
 
 
 def _placebo_seeds(run: str) -> tuple[int, int]:
@@ -292,6 +326,8 @@ def _scatter_over_periods(record: ElementRecord) -> float | None:
         return None
     values = record.response[first : first + n * record.period].reshape(n, record.period)
     counted = record.counts[first : first + n * record.period].reshape(n, record.period).all(axis=0)
+    if not counted.any():
+        return None
     return float(values[:, counted].var(axis=0, ddof=1).mean())
 
 

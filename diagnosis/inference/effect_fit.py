@@ -36,6 +36,41 @@ STOP_RULE = StopRule()
 
 
 @dataclass(frozen=True, eq=False)
+class Prior:
+    """Gaussian prior of the unknowns of a set, in the units of the residuals' squares.
+
+    ``cost = sum_k w_k ((theta_k - mu_k)² - mu_k² [k may be absent])``: a set that leaves an effect
+    out has paid for its absence, so that a larger set is never the dearer one.
+
+    Parameters
+    ----------
+    weight, mean : ndarray, shape (p,)
+        w and mu; a weight of zero is no prior.
+    may_be_absent : ndarray of bool, shape (p,)
+        Whether the parameter belongs to an effect beside the baseline.
+    """
+
+    weight: FloatArray
+    mean: FloatArray
+    may_be_absent: BoolArray
+
+    @classmethod
+    def none(cls, n_parameters: int) -> "Prior":
+        """No prior."""
+        zero = np.zeros(n_parameters)
+        return cls(zero, zero, np.zeros(n_parameters, dtype=bool))
+
+    def cost(self, theta: FloatArray) -> float:
+        """What is added to the sum of squares."""
+        absent = np.where(self.may_be_absent, self.mean**2, 0.0)
+        return float(self.weight @ ((theta - self.mean) ** 2 - absent))
+
+    def slope(self, theta: FloatArray) -> FloatArray:
+        """Half the descent of the cost, shape (p,)."""
+        return np.asarray(self.weight * (self.mean - theta))
+
+
+@dataclass(frozen=True, eq=False)
 class EffectFit:
     """Fitted parameters of baseline + effects.
 
@@ -51,8 +86,8 @@ class EffectFit:
         Sum of squared residuals and prior terms.
     sums : SegmentSums
         Sums at `theta`, by segment.
-    prior : ndarray, shape (p,)
-        Weight of each squared parameter in the cost.
+    prior : Prior
+        What the cost adds for the parameters themselves.
     at_bound : ndarray of bool, shape (p,)
         Whether a parameter of an added effect stands on a physical bound.
     """
@@ -62,7 +97,7 @@ class EffectFit:
     theta: FloatArray
     cost: float
     sums: SegmentSums
-    prior: FloatArray
+    prior: Prior
     at_bound: BoolArray
 
     @property
@@ -82,7 +117,7 @@ class EffectFit:
 
         Not a number where neither the records nor a prior see a parameter.
         """
-        matrix = self.sums.matrix.sum(axis=0) + np.diag(self.prior)
+        matrix = self.sums.matrix.sum(axis=0) + np.diag(self.prior.weight)
         inverse = normal_inverse(matrix)
         scores = self.sums.right_side - self.sums.right_side.mean(axis=0)
         segments = max(len(scores), 2)
@@ -152,7 +187,7 @@ def fit_effects(
     parameters = problem.parameters(effects)
     everything = np.ones(len(problem.segments), dtype=bool)
     free = np.ones(len(parameters), dtype=bool)
-    prior = prior_weights(problem, parameters)
+    prior = prior_of(problem, parameters, effects)
     best = min(contained, key=lambda fit: fit.cost, default=None)
     candidates = [*problem.starts(effects, best.known if best else {}), *starts]
     costs = [trial_cost(problem, effects, theta, everything, prior) for theta in candidates]
@@ -179,7 +214,7 @@ def minimised(
     *,
     chosen: BoolArray,
     free: BoolArray,
-    prior: FloatArray,
+    prior: Prior,
     first_sums: SegmentSums | None = None,
     stop: StopRule = STOP_RULE,
 ) -> tuple[FloatArray, float, SegmentSums]:
@@ -191,8 +226,8 @@ def minimised(
         What is fitted, from where, shape (p,).
     chosen, free : ndarray of bool
         Segments that count, shape (n_segments,); parameters that move, shape (p,).
-    prior : ndarray, shape (p,)
-        Weight of each squared parameter.
+    prior : Prior
+        What the cost adds for the parameters themselves.
     first_sums : SegmentSums, optional
         Sums at `start`, where they are known.
     stop : StopRule
@@ -207,9 +242,9 @@ def minimised(
     def totals(theta: FloatArray, sums: SegmentSums) -> CostSums[SegmentSums]:
         """Cost, matrix and slope at `theta`: chosen segments and prior together."""
         return CostSums(
-            cost=float(sums.square[chosen].sum() + prior @ theta**2),
-            matrix=sums.matrix[chosen].sum(axis=0) + np.diag(prior),
-            slope=sums.right_side[chosen].sum(axis=0) - prior * theta,
+            cost=float(sums.square[chosen].sum()) + prior.cost(theta),
+            matrix=sums.matrix[chosen].sum(axis=0) + np.diag(prior.weight),
+            slope=sums.right_side[chosen].sum(axis=0) + prior.slope(theta),
             detail=sums,
         )
 
@@ -226,13 +261,25 @@ def minimised(
     return theta, reached.cost, reached.detail
 
 
-def prior_weights(problem: ComparisonProblem, parameters: Sequence[Parameter]) -> FloatArray:
-    """Weight of each squared parameter.
+def prior_of(
+    problem: ComparisonProblem, parameters: Sequence[Parameter], effects: Effects
+) -> Prior:
+    """Prior of a set: weights are the noise variance over the prior's variance.
 
-    The noise variance over the prior's variance, shape (p,).
+    Parameters
+    ----------
+    problem : ComparisonProblem
+        Records with their noise.
+    parameters : sequence of Parameter
+        Unknowns.
+    effects : tuple of str
+        Effects beside the baseline: they may be absent.
     """
     variance = float(problem.noise_square.sum() / max(problem.cell_counts.sum(), 1.0))
-    return np.array([variance / parameter.prior_std**2 for parameter in parameters])
+    weight = np.array([variance / parameter.prior_std**2 for parameter in parameters])
+    mean = np.array([parameter.prior_mean for parameter in parameters])
+    may_be_absent = np.array([parameter.effect in effects for parameter in parameters], dtype=bool)
+    return Prior(weight, mean, may_be_absent)
 
 
 def trial_cost(
@@ -240,13 +287,15 @@ def trial_cost(
     effects: Effects,
     theta: FloatArray,
     chosen: BoolArray,
-    prior: FloatArray,
+    prior: Prior,
 ) -> float:
     """Cost of one parameter set over the chosen segments."""
-    return float(problem.squares(effects, theta, chosen)[chosen].sum() + prior @ theta**2)
+    return float(problem.squares(effects, theta, chosen)[chosen].sum()) + prior.cost(theta)
 
 
 def _bound_hits(parameters: Sequence[Parameter], theta: FloatArray) -> BoolArray:
     """Which parameters of added effects stand on a physical bound."""
     margin = np.array([_ON_BOUND * parameter.scale for parameter in parameters])
-    return Bounds(*bounds_of(parameters)).hits(theta, margin)
+    bounds = Bounds(*bounds_of(parameters))
+    # A value that is held stands on no bound.
+    return bounds.hits(theta, margin) & (bounds.lower < bounds.upper)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
 from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS
 from carrierflex.diagnosis.mounting.records import MountingRecord
@@ -73,6 +74,8 @@ class MountingModel:
         Sizes of everything.
     held : tuple of float
         Values at which K1 and C1 are held; empty where they are fitted.
+    known : KnownPhysics
+        Known values and declared errors of the sensors.
     """
 
     rig: MountingRig
@@ -83,6 +86,7 @@ class MountingModel:
     sensors: tuple[str, ...]
     scale: MountingScale
     held: tuple[float, ...] = ()
+    known: KnownPhysics = NOTHING_KNOWN
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns: K1, C1, then those of every effect."""
@@ -98,6 +102,7 @@ class MountingModel:
             ),
             Parameter("C1", "N s/m", 0.0, PARAMETERS[INDEX["C1"]].upper, C, effect=BASELINE),
         ]
+        own = [self.known.prior(parameter, parameter.name) for parameter in own]
         if self.held:
             own = [
                 replace(one, lower=value, upper=value)
@@ -114,7 +119,7 @@ class MountingModel:
         lower, upper = self._bounds(effect, parameter, size)
         scale = parameter.scale * size
         prior = np.inf if parameter.shape or effect in self.contained else _PRIOR * scale
-        return Parameter(
+        unknown = Parameter(
             parameter.name,
             parameter.unit,
             lower,
@@ -125,6 +130,8 @@ class MountingModel:
             shape=parameter.shape,
             pair=parameter.pair,
         )
+        unknown = self.known.sensor_prior(unknown, _measurement(effect))
+        return self.known.prior(unknown, parameter.name)
 
     def _bounds(self, effect: str, parameter: EffectParameter, size: float) -> tuple[float, float]:
         """Bounds of the card within those that the simulator accepts."""

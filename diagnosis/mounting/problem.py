@@ -12,6 +12,7 @@ from carrierflex.diagnosis.comparison.finite_differences import (
     DifferencedResiduals,
     step_halving_error,
 )
+from carrierflex.diagnosis.comparison.known_physics import known_physics
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
@@ -27,7 +28,7 @@ from carrierflex.diagnosis.comparison.problem import (
 from carrierflex.diagnosis.comparison.spectral_cells import block_powers
 from carrierflex.diagnosis.comparison.user_laws import force_library
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
-from carrierflex.diagnosis.inference.effect_fit import minimised
+from carrierflex.diagnosis.inference.effect_fit import Prior, minimised
 from carrierflex.diagnosis.mounting.cards import (
     KIND,
     MOUNTING_CARDS,
@@ -282,7 +283,7 @@ class MountingProblem:
         rig = self.model.rig
         start = np.array([rig.bushing_radial_stiffness, rig.bushing_radial_damping])
         everything, free = np.ones(len(self.segments), dtype=bool), np.ones(2, dtype=bool)
-        return minimised(self, (), start, chosen=everything, free=free, prior=np.zeros(2))[0]
+        return minimised(self, (), start, chosen=everything, free=free, prior=Prior.none(2))[0]
 
     @cached_property
     def _found(self) -> dict[Effects, list[Solution]]:
@@ -336,11 +337,14 @@ def mounting_problem(campaign: Campaign) -> MountingProblem:
         Where a signal is missing throughout, the loads never change, or a user's card is refused.
     """
     records = mounting_records(campaign)
-    rig = MountingRig.from_table(campaign.rig)
     cards, laws = force_library(KIND, (*MOUNTING_CARDS, *NEGATIVE_CONTROLS))
+    cards = {name: card for name, card in cards.items() if name not in campaign.baseline.impossible}
+    rig = MountingRig.from_table(campaign.rig)
     sensors = tuple(str(channel.sensor) for channel in campaign.channels)
     names = tuple(channel.name for channel in campaign.channels)
     scale = mounting_scale(rig, records)
-    model = MountingModel(rig, cards, laws, tuple(campaign.baseline.effects), names, sensors, scale)
+    contained = tuple(campaign.baseline.effects)
+    known = known_physics(campaign)
+    model = MountingModel(rig, cards, laws, contained, names, sensors, scale, known=known)
     declared = all(channel.noise_std is not None for channel in campaign.channels)
     return MountingProblem(model, records, declared)

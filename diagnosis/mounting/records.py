@@ -94,7 +94,7 @@ def mounting_records(campaign: Campaign) -> tuple[MountingRecord, ...]:
         Where a channel holds nothing, no signal changes, the loads never change, or a run is too
         short.
     """
-    for run in campaign.runs:
+    for run in campaign.within_use().runs:
         _check(run, campaign)
     if all(_is_constant(run.inputs[name]) for run in campaign.runs for name in _LOADS):
         raise ValueError(
@@ -129,8 +129,11 @@ def _is_constant(values: FloatArray) -> bool:
 
 def _record(run: Run, campaign: Campaign) -> MountingRecord:
     inputs = MountingInputs.from_columns(run.time, run.inputs)
-    signals = np.column_stack([run.signals[channel.name] for channel in campaign.channels])
+    names = [channel.name for channel in campaign.channels]
+    signals = np.column_stack([run.within_use().signals[name] for name in names])
     zeroing = int(campaign.rig["zeroing_samples"])
+    # The zero is that of the record's beginning, whether or not it counts.
+    first = np.column_stack([run.signals[name][:zeroing] for name in names])
     noise = np.array(
         [
             _noise_variance(signals[:, k]) if channel.noise_std is None else channel.noise_std**2
@@ -139,19 +142,31 @@ def _record(run: Run, campaign: Campaign) -> MountingRecord:
     )
     q = _thinning(inputs)
     columns = {name: _means(values, q) for name, values in inputs.columns().items()}
-    n = columns["time"].size
-    blocks = max(2, min(_BLOCKS, n // FEWEST_IN_BLOCK))
+    counts = _means(run.in_use, q) == 1.0
     return MountingRecord(
         run.name,
         run.condition,
         MountingInputs(**columns),
         # A group with a missing sample is missing: the mean of its rest belongs to another instant.
         np.column_stack([_means(column, q) for column in signals.T]),
-        np.arange(n) * blocks // n,
+        _blocks(counts),
         noise / q,
-        _zero_noise(signals[:zeroing], noise),
+        _zero_noise(first, noise),
         max(1, round(zeroing / q)),
     )
+
+
+def _blocks(counts: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Block of every sample: like numbers of samples that count, the others in between."""
+    n = int(counts.sum())
+    if n < 2 * FEWEST_IN_BLOCK:
+        raise ValueError(
+            f"{n} averaged samples lie in the windows of 'use'; expected at least "
+            f"{2 * FEWEST_IN_BLOCK}"
+        )
+    blocks = max(2, min(_BLOCKS, n // FEWEST_IN_BLOCK))
+    number = np.maximum(np.cumsum(counts) - 1, 0)
+    return np.asarray(number * blocks // n, dtype=np.int64)
 
 
 def _thinning(inputs: MountingInputs) -> int:

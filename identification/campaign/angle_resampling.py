@@ -68,6 +68,7 @@ def resampled_to_angle(run: Run, samples_per_revolution: int) -> Run:
         predictions={
             name: _interpolated(travel, values, grid) for name, values in run.predictions.items()
         },
+        use=run.use,
     )
 
 

@@ -5,7 +5,7 @@ written in :mod:`carrierflex.identification.campaign.campaign_files`.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from carrierflex.files.problems import refuse, repeated_names
@@ -35,6 +35,11 @@ class Channel:
         Position on the housing (kind mounting).
     noise_std : float, optional
         Standard deviation of the noise, in `unit`.
+    gain_std, zero_std, delay_std, angle_std : float, optional
+        Standard deviations of the sensor's constant errors: of its gain (relative), its zero (in
+        `unit`), its delay [s] and its angular position [rad].
+    motion : str, optional
+        ``relative`` to the moving base or ``absolute`` (kind element, base drive).
     """
 
     name: str
@@ -44,6 +49,11 @@ class Channel:
     radius: float | None = None
     sensor: str | None = None
     noise_std: float | None = None
+    gain_std: float | None = None
+    zero_std: float | None = None
+    delay_std: float | None = None
+    angle_std: float | None = None
+    motion: str | None = None
 
     def __post_init__(self) -> None:
         if any(mark in self.name for mark in ',"\r\n') or self.name != self.name.strip():
@@ -51,6 +61,40 @@ class Channel:
                 f"channel name {self.name!r} cannot head a CSV column; expected no commas, quotes "
                 "or outer spaces"
             )
+
+
+@dataclass(frozen=True, eq=False)
+class InputSignal:
+    """What a campaign declares of one input column.
+
+    Parameters
+    ----------
+    name : str
+        Input of the kind.
+    unit : str
+        Its unit; another one than the contract's in a voltage analogue.
+    noise_std, gain_std, zero_std, delay_std, angle_std : float, optional
+        As of a :class:`Channel`.
+    """
+
+    name: str
+    unit: str
+    noise_std: float | None = None
+    gain_std: float | None = None
+    zero_std: float | None = None
+    delay_std: float | None = None
+    angle_std: float | None = None
+
+
+@dataclass(frozen=True)
+class KnownValue:
+    """What is known of a parameter beforehand: a value and its standard deviation.
+
+    A standard deviation of zero holds the parameter at the value.
+    """
+
+    value: float
+    std: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,10 +108,16 @@ class Baseline:
         the run files).
     effects : tuple of str
         Effects the baseline already contains, re-fitted together with any candidate.
+    fixed : mapping of str to KnownValue
+        Known physics by ``effect.parameter``, published names; a prior of every fit.
+    impossible : tuple of str
+        Effects that are not to be looked for.
     """
 
     source: str
     effects: tuple[str, ...] = ()
+    fixed: Mapping[str, KnownValue] = field(default_factory=dict)
+    impossible: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.source not in ("model", "columns"):
@@ -94,8 +144,10 @@ class Campaign:
         Measured signals.
     runs : tuple of Run
         Records.
-    input_units : mapping of str to str
-        Units of inputs that differ from the contract's (kind element: voltage analogue).
+    inputs : tuple of InputSignal
+        What is declared of input columns: units of a voltage analogue, errors.
+    notes : tuple of str
+        What the reader left out of the files, for the user.
 
     Raises
     ------
@@ -109,7 +161,8 @@ class Campaign:
     rig: Mapping[str, Any]
     channels: tuple[Channel, ...]
     runs: tuple[Run, ...]
-    input_units: Mapping[str, str] = field(default_factory=dict)
+    inputs: tuple[InputSignal, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         kind = self.contract
@@ -118,18 +171,33 @@ class Campaign:
                 f"{len(self.channels)} channels and {len(self.runs)} runs; expected at least one "
                 "of each"
             )
-        check_effects(self.baseline.effects, kind)
+        refuse(f"[baseline]: {conflict}" for conflict in baseline_conflicts(self.baseline, kind))
+        refuse(input_conflicts(self.inputs, kind))
         check_channels(self.channels, kind)
         for what in ("name", "file"):
             check_different([getattr(run, what) for run in self.runs], f"[[runs]] {what}")
         expected = expected_columns(kind, self.channels, self.baseline)
         for run in self.runs:
-            check_columns(["time", *run.columns()], expected, f"run {run.name}")
+            refuse(column_conflicts(["time", *run.columns()], expected, f"run {run.name}"))
 
     @property
     def contract(self) -> CampaignKind:
         """What this kind of campaign holds."""
-        return campaign_kind(self.kind, self.rig.get("drive"))
+        return campaign_kind(self.kind, self.rig, [declared.name for declared in self.inputs])
+
+    @property
+    def input_units(self) -> dict[str, str]:
+        """Units of all inputs, as declared or by the contract."""
+        return {**self.contract.inputs, **{own.name: own.unit for own in self.inputs}}
+
+    def input_of(self, name: str) -> InputSignal:
+        """What is declared of one input; its unit alone where nothing is."""
+        declared = {own.name: own for own in self.inputs}
+        return declared.get(name) or InputSignal(name, self.contract.inputs[name])
+
+    def within_use(self) -> "Campaign":
+        """Copy whose samples outside the windows that count are missing."""
+        return replace(self, runs=tuple(run.within_use() for run in self.runs))
 
     def channels_of(self, quantity: str) -> tuple[Channel, ...]:
         """Channels that measure one quantity, in the order of the campaign."""
@@ -147,25 +215,59 @@ def check_different(names: Iterable[str], what: str) -> None:
     refuse(repeated_names(names, what))
 
 
-def check_effects(effects: Iterable[str], kind: CampaignKind) -> None:
-    """Refuse effect ids that the kind does not know.
+def baseline_conflicts(baseline: Baseline, kind: CampaignKind) -> Iterator[str]:
+    """One text for everything in a baseline that the kind does not know or that contradicts."""
+    for key, effects in (("effects", baseline.effects), ("impossible", baseline.impossible)):
+        yield from repeated_names(effects, "effect")
+        for effect in dict.fromkeys(effects):
+            if effect not in kind.effects:
+                known = ", ".join(kind.effects)
+                yield f"unknown effect '{effect}' in '{key}'; kind {kind.name} knows {known}"
+    for effect in baseline.effects:
+        if effect in baseline.impossible:
+            yield f"effect '{effect}' stands in 'effects' and in 'impossible'; expected one of them"
+    for name in baseline.fixed:
+        yield from _fixed_conflicts(name, baseline, kind)
 
-    Raises
-    ------
-    ValueError
-        Where an id is unknown or stands twice.
-    """
-    refuse(f"[baseline]: {conflict}" for conflict in effect_conflicts(effects, kind))
+
+def _fixed_conflicts(name: str, baseline: Baseline, kind: CampaignKind) -> Iterator[str]:
+    """What is wrong with one key of ``[baseline.fixed]``."""
+    effect, _, parameter = name.partition(".")
+    if effect not in kind.parameters:
+        known = ", ".join(kind.parameters)
+        yield f"key 'fixed' holds '{name}'; expected 'effect.parameter' with one of {known}"
+        return
+    if parameter not in kind.parameters[effect]:
+        known = ", ".join(kind.parameters[effect])
+        yield f"key 'fixed' holds '{name}'; expected one of the parameters {known} of {effect}"
+        return
+    if effect in baseline.impossible:
+        yield f"key 'fixed' holds '{name}', an effect of 'impossible'; expected another effect"
+    partner = kind.partners.get((effect, parameter))
+    if partner is not None and f"{effect}.{partner}" not in baseline.fixed:
+        yield f"key 'fixed' holds '{name}' alone; expected '{effect}.{partner}' beside it"
 
 
-def effect_conflicts(effects: Iterable[str], kind: CampaignKind) -> Iterator[str]:
-    """One text for every effect id that stands twice or that the kind does not know."""
-    effects = tuple(effects)
-    yield from repeated_names(effects, "effect")
-    for effect in dict.fromkeys(effects):
-        if effect not in kind.effects:
-            known = ", ".join(kind.effects)
-            yield f"unknown effect '{effect}' in 'effects'; kind {kind.name} knows {known}"
+def input_conflicts(inputs: Iterable[InputSignal], kind: CampaignKind) -> Iterator[str]:
+    """One text for every input that the kind does not have, stands twice or has a wrong unit."""
+    inputs = tuple(inputs)
+    yield from repeated_names([own.name for own in inputs], "[[inputs]] name")
+    for own in inputs:
+        if own.name not in kind.inputs:
+            known = ", ".join(kind.inputs) or "none: this drive has no input"
+            yield f"[[inputs]]: key 'name' is '{own.name}'; expected one of {known}"
+            continue
+        expected = kind.inputs[own.name]
+        if not _is_unit(own.unit, expected, kind):
+            yield f"[[inputs]] {own.name}: key 'unit' is '{own.unit}'; expected '{expected}'"
+
+
+def _is_unit(unit: str, expected: str, kind: CampaignKind) -> bool:
+    """Whether a unit is the contract's, or that of an analogue where the kind allows one."""
+    if not kind.any_unit:
+        return unit == expected
+    others = {*kind.inputs.values(), *kind.quantities.values(), *NOT_SI_UNITS} - {expected}
+    return unit not in others
 
 
 def check_channels(channels: Iterable[Channel], kind: CampaignKind) -> None:
@@ -192,9 +294,7 @@ def channel_conflicts(channels: Iterable[Channel], kind: CampaignKind) -> Iterat
             yield f"{where}: key 'quantity' is '{channel.quantity}'; expected one of {known}"
             continue
         expected = kind.quantities[channel.quantity]
-        others = {*kind.inputs.values(), *NOT_SI_UNITS} - {expected}
-        allowed = channel.unit not in others if kind.any_unit else channel.unit == expected
-        if not allowed:
+        if not _is_unit(channel.unit, expected, kind):
             yield f"{where}: key 'unit' is '{channel.unit}'; expected '{expected}'"
 
 
@@ -220,8 +320,14 @@ def expected_columns(
     }
 
 
-def check_columns(columns: Iterable[str], expected: Mapping[str, str], where: str) -> None:
-    """Refuse a run file whose header does not match the campaign.
+def column_conflicts(
+    columns: Iterable[str],
+    expected: Mapping[str, str],
+    where: str,
+    *,
+    others_allowed: bool = False,
+) -> Iterator[str]:
+    """One text for everything in which a header does not match the campaign.
 
     Parameters
     ----------
@@ -231,26 +337,19 @@ def check_columns(columns: Iterable[str], expected: Mapping[str, str], where: st
         Result of :func:`expected_columns`.
     where : str
         File or run, for the message.
-
-    Raises
-    ------
-    ValueError
-        Where ``time`` does not come first, or a column is missing, unknown or repeated.
+    others_allowed : bool
+        Whether columns that are neither input nor channel are left out instead of refused.
     """
     columns = tuple(columns)
     if not columns or columns[0] != "time":
-        raise ValueError(
-            f"{where}: first column is '{columns[0] if columns else ''}'; expected 'time'"
-        )
-    check_different(columns, f"{where}: column")
+        yield f"{where}: first column is '{columns[0] if columns else ''}'; expected 'time'"
+    yield from repeated_names(columns, f"{where}: column")
     for name, what in expected.items():
         if name not in columns:
-            raise ValueError(
-                f"{where}: no column for the {what} '{name}'; found {', '.join(columns)}"
-            )
-    for name in columns[1:]:
-        if name not in expected:
-            raise ValueError(
+            yield f"{where}: no column for the {what} '{name}'; found {', '.join(columns)}"
+    for name in dict.fromkeys(columns[1:]):
+        if name not in expected and name != "time" and not others_allowed:
+            yield (
                 f"{where}: column '{name}' is neither an input nor a channel; expected time, "
                 f"{', '.join(expected)}"
             )

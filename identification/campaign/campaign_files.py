@@ -1,7 +1,7 @@
 """Reading and writing of campaign folders: campaign.toml with one CSV or Parquet file a run."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +10,11 @@ import pyarrow.csv as pa_csv
 import pyarrow.parquet as pa_parquet
 import tomli_w
 
+from carrierflex.files.problems import Problems, ProblemsError, problems_of, refuse
 from carrierflex.files.toml_files import toml_document
 from carrierflex.files.whole_files import errors_naming
 from carrierflex.files.whole_folders import check_writable, taken_up, whole_folder
-from carrierflex.identification.campaign.campaign import Campaign, check_columns, expected_columns
+from carrierflex.identification.campaign.campaign import Campaign, expected_columns
 from carrierflex.identification.campaign.campaign_document import (
     CAMPAIGN_FILE,
     CampaignHeader,
@@ -21,21 +22,23 @@ from carrierflex.identification.campaign.campaign_document import (
     campaign_document,
     campaign_header,
 )
-from carrierflex.identification.campaign.file_names import DOCUMENT_NAME, checked_file_name
+from carrierflex.identification.campaign.file_names import (
+    DOCUMENT_NAME,
+    RUN_SUFFIXES,
+    checked_file_name,
+)
 from carrierflex.identification.campaign.records import PREDICTION_SUFFIX, Run
+from carrierflex.identification.campaign.run_files import (
+    ExpectedColumns,
+    left_out_columns,
+    run_columns,
+    run_file_header,
+)
 from carrierflex.identification.campaign.simulated_mark import simulated_mark
-
-#: Sanity limits, checked before anything is allocated.
-LARGEST_HEADER = 100_000  # bytes of the header line of a CSV file
-LARGEST_CSV = 8 * 1024**3  # bytes of a CSV file
-LARGEST_TABLE = 1_000_000_000  # cells of a Parquet file: 8 GB of numbers
 
 #: Copy of the simulation case that a campaign was made from; it may stand beside the campaign's own
 #: files.
 CASE_COPY = "case.toml"
-
-#: How a missing sample may be written.
-MISSING = ["", "nan", "NaN", "NAN", "NA"]
 
 
 def read_campaign(folder: Path) -> Campaign:
@@ -55,19 +58,40 @@ def read_campaign(folder: Path) -> Campaign:
     ------
     ValueError
         Where a file is missing or anything in it is not as the contract says; one line that names
-        the file, the key or column, what was found and what is expected.
+        the file, the key or column, what was found and what is expected, for everything that is
+        wrong at once.
     """
-    header = read_campaign_header(folder)
-    expected = expected_columns(header.contract, header.channels, header.baseline)
-    runs = tuple(_read_run(folder, entry, header, expected) for entry in header.runs)
+    try:
+        header = read_campaign_header(folder)
+        expected = columns_of(header)
+    except ValueError as error:
+        more = tuple(_problems_of_records(folder))
+        if not more:
+            raise
+        about = f"{folder / DOCUMENT_NAME}: " if isinstance(error, ProblemsError) else ""
+        refuse((*(about + problem for problem in problems_of(error)), *more))
+        raise
+    problems = Problems()
+    curves = header.rig.get("deflection_curves")
+    if curves is not None and not (folder / curves).is_file():
+        problems.messages.append(
+            f"{DOCUMENT_NAME}: [rig]: file '{curves}' of key 'deflection_curves' is not in the "
+            f"folder {folder}"
+        )
+    runs = []
+    for entry in header.runs:
+        with problems.at():
+            runs.append(_read_run(folder, entry, header, expected))
+    refuse(problems.messages)
     return Campaign(
         kind=header.contract.name,
         name=header.name,
         baseline=header.baseline,
         rig=header.rig,
         channels=header.channels,
-        runs=runs,
-        input_units=header.input_units,
+        runs=tuple(runs),
+        inputs=header.inputs,
+        notes=tuple(_left_out(folder, header, expected)),
     )
 
 
@@ -194,27 +218,31 @@ def _refuse_measurement(folder: Path, header: CampaignHeader) -> None:
         )
 
 
+def columns_of(header: CampaignHeader) -> ExpectedColumns:
+    """Columns that the run files of a campaign must have."""
+    kinds = expected_columns(header.contract, header.channels, header.baseline)
+    return ExpectedColumns(kinds, others_allowed=header.version >= 2)
+
+
 def _read_run(
-    folder: Path, entry: RunEntry, header: CampaignHeader, expected: Mapping[str, str]
+    folder: Path, entry: RunEntry, header: CampaignHeader, expected: ExpectedColumns
 ) -> Run:
     path = folder / entry.file
     if not path.is_file():
         raise ValueError(
             f"{DOCUMENT_NAME}: run {entry.name}: file '{entry.file}' is not in the folder {folder}"
         )
-    table = (
-        _read_parquet(path, expected)
-        if path.suffix.lower() == ".parquet"
-        else _read_csv(path, expected)
-    )
-    columns = {
-        name: as_floats(table[name], f"{path.name}: column '{name}'") for name in table.column_names
-    }
-    return run_of_table(columns, entry, header, path.name)
+    run = run_of_columns(run_columns(path, expected), entry, header)
+    if not run.in_use.any():
+        raise ValueError(
+            f"{DOCUMENT_NAME}: run {run.name}: no sample of {entry.file} lies in a window of "
+            f"'use'; its time runs from {run.time[0]:g} to {run.time[-1]:g} s"
+        )
+    return run
 
 
-def run_of_table(
-    columns: Mapping[str, np.ndarray], entry: RunEntry, header: CampaignHeader, file: str
+def run_of_columns(
+    columns: Mapping[str, np.ndarray], entry: RunEntry, header: CampaignHeader
 ) -> Run:
     """Run from the columns of its file, or of a piece of it.
 
@@ -237,84 +265,54 @@ def run_of_table(
                 for name in names
                 if name + PREDICTION_SUFFIX in columns
             },
+            use=entry.use,
         )
     except ValueError as error:
-        raise ValueError(f"{file}: {error}") from error
+        refuse(f"{entry.file}: {problem}" for problem in problems_of(error))
+        raise
 
 
-def _read_csv(path: Path, expected: Mapping[str, str]) -> pa.Table:
-    if path.stat().st_size > LARGEST_CSV:
+def _left_out(folder: Path, header: CampaignHeader, expected: ExpectedColumns) -> Iterator[str]:
+    """One note for every run file with columns that are neither input nor channel."""
+    for entry in header.runs:
+        names = left_out_columns(folder / entry.file, expected)
+        if names:
+            listed = ", ".join(f"'{name}'" for name in names)
+            yield f"{entry.file}: left out, neither an input nor a channel: {listed}"
+
+
+def _problems_of_records(folder: Path) -> Iterator[str]:
+    """What is wrong with the run files by themselves, where the document already is."""
+    try:
+        document = toml_document(folder / DOCUMENT_NAME, CAMPAIGN_FILE)
+    except (ValueError, OSError):
+        return
+    entries = document.get("runs")
+    for entry in entries if isinstance(entries, list) else []:
+        file = entry.get("file") if isinstance(entry, dict) else None
+        if not isinstance(file, str) or not file.lower().endswith(RUN_SUFFIXES):
+            continue
+        problems = Problems()
+        with problems.at():
+            _check_alone(folder / checked_file_name(file, "key 'file'"), str(entry.get("name")))
+        if not any("leads out of" in message for message in problems.messages):
+            yield from problems.messages
+
+
+def _check_alone(path: Path, name: str) -> None:
+    """Refuse a run file that no document could make a run of."""
+    if not path.is_file():
         raise ValueError(
-            f"{path.name}: {path.stat().st_size} bytes; expected at most {LARGEST_CSV}"
+            f"{DOCUMENT_NAME}: run {name}: file '{path.name}' is not in the folder {path.parent}"
         )
-    columns = csv_header(path, expected)
-    convert = pa_csv.ConvertOptions(
-        column_types=dict.fromkeys(columns, pa.float64()),
-        null_values=MISSING,
-        quoted_strings_can_be_null=True,
-    )
-    read = pa_csv.ReadOptions(column_names=columns, skip_rows=1)
+    names = run_file_header(path)
+    columns = run_columns(path, ExpectedColumns(dict.fromkeys(names[1:], "column")))
+    signals = {column: values for column, values in columns.items() if column != "time"}
     try:
-        return pa_csv.read_csv(path, read_options=read, convert_options=convert)
-    except pa.ArrowInvalid as error:
-        if "Empty CSV" in str(error):
-            raise ValueError(
-                f"{path.name}: no samples below the header; expected at least one"
-            ) from error
-        raise ValueError(
-            f"{path.name}: {one_line(error)}; expected numbers in every column"
-        ) from error
-
-
-def csv_header(path: Path, expected: Mapping[str, str]) -> list[str]:
-    """Column names of a CSV run file, checked against the campaign.
-
-    Raises
-    ------
-    ValueError
-        Where the header line is too long, not text, or does not match.
-    """
-    with path.open("rb") as file:
-        line = file.readline(LARGEST_HEADER + 1)
-    if len(line) > LARGEST_HEADER:
-        raise ValueError(
-            f"{path.name}: the header line exceeds {LARGEST_HEADER} bytes; expected column names"
-        )
-    try:
-        text = line.decode("utf-8-sig").strip("\r\n")
-    except UnicodeDecodeError as error:
-        raise ValueError(
-            f"{path.name}: the header line is not UTF-8 text; expected column names"
-        ) from error
-    columns = [name.strip('"') for name in text.split(",")]
-    check_columns(columns, expected, path.name)
-    return columns
-
-
-def _read_parquet(path: Path, expected: Mapping[str, str]) -> pa.Table:
-    try:
-        file = pa_parquet.ParquetFile(path)
-        check_columns(file.schema_arrow.names, expected, path.name)
-        cells = file.metadata.num_rows * file.metadata.num_columns
-        if cells > LARGEST_TABLE:
-            raise ValueError(f"{path.name}: {cells} cells; expected at most {LARGEST_TABLE}")
-        return file.read()
-    except (pa.ArrowInvalid, OSError) as error:
-        raise ValueError(f"{path.name}: not a Parquet file: {one_line(error)}") from error
-
-
-def as_floats(column: pa.ChunkedArray, where: str) -> np.ndarray:
-    """Numbers of a column, missing ones NaN, in an array of their own.
-
-    Raises
-    ------
-    ValueError
-        Where the column holds something else.
-    """
-    if not (pa.types.is_floating(column.type) or pa.types.is_integer(column.type)):
-        raise ValueError(f"{where}: holds {column.type}; expected numbers")
-    values = column.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
-    return np.array(values, dtype=np.float64)
+        Run(name, path.name, "", columns["time"], {}, signals)
+    except ValueError as error:
+        refuse(f"{path.name}: {problem}" for problem in problems_of(error))
+        raise
 
 
 def _write_run(run: Run, path: Path) -> None:
@@ -327,8 +325,3 @@ def _write_run(run: Run, path: Path) -> None:
             # Arrow would quote the column names.
             file.write((",".join(columns) + "\n").encode())
             pa_csv.write_csv(table, file, pa_csv.WriteOptions(include_header=False))
-
-
-def one_line(error: Exception) -> str:
-    """First line of an exception's message."""
-    return str(error).splitlines()[0].rstrip(".") if str(error) else type(error).__name__

@@ -1,14 +1,18 @@
 """What each kind of measurement campaign holds: inputs, quantities, units and effect ids.
 
-Data only, after the file contract (docs: campaign format, version 1). The keys of the file, those
+Data only, after the file contract (docs/campaign_format.md). The keys of the file, those
 of the rig among them, are stated in :mod:`carrierflex.identification.campaign.campaign_tables`.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
 
+from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
+from carrierflex.simulation.effect_parameters import published_names
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
+from carrierflex.simulation.force_effect import ForceEffect
 from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
 
 #: Units of a declared element quantity that are SI multiples or foreign units of length and force;
@@ -30,6 +34,10 @@ class CampaignKind:
         Quantities a channel may measure and their units.
     effects : tuple of str
         Effect ids.
+    parameters : mapping of str to tuple of str
+        Published names of the parameters by effect; those of ``baseline`` are its own.
+    partners : mapping of (str, str) to str
+        Angle of a size and size of an angle, by effect and parameter: together they are a vector.
     any_unit : bool
         Whether a channel may declare another unit than that of its quantity (voltage analogue).
     """
@@ -38,7 +46,38 @@ class CampaignKind:
     inputs: Mapping[str, str]
     quantities: Mapping[str, str]
     effects: tuple[str, ...] = ()
+    parameters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    partners: Mapping[tuple[str, str], str] = field(default_factory=dict)
     any_unit: bool = False
+
+
+def _published(
+    effects: Mapping[str, Effect] | Mapping[str, ForceEffect],
+) -> dict[str, tuple[str, ...]]:
+    """Published names of the parameters of every effect."""
+    return {
+        name: tuple(
+            dict.fromkeys(
+                published
+                for parameter in effect.parameters
+                for published in published_names(parameter)
+            )
+        )
+        for name, effect in effects.items()
+    }
+
+
+def _partners(
+    effects: Mapping[str, Effect] | Mapping[str, ForceEffect],
+) -> dict[tuple[str, str], str]:
+    """Other half of every vector of the effects."""
+    partners: dict[tuple[str, str], str] = {}
+    for name, effect in effects.items():
+        for parameter in effect.parameters:
+            if parameter.pair is not None:
+                partners[name, parameter.pair.size] = parameter.pair.angle
+                partners[name, parameter.pair.angle] = parameter.pair.size
+    return partners
 
 
 CARRIER = CampaignKind(
@@ -46,44 +85,57 @@ CARRIER = CampaignKind(
     inputs={"carrier_angle": "rad", "torque": "N m", "ntl_y": "N", "ntl_z": "N"},
     quantities={"axial_displacement": "m", "radial_displacement": "m"},
     effects=tuple(CARRIER_EFFECTS),
+    parameters=_published(CARRIER_EFFECTS),
+    partners=_partners(CARRIER_EFFECTS),
 )
+#: A rig without radial load has no columns of it.
+_WITHOUT_RADIAL_LOAD = replace(CARRIER, inputs={"carrier_angle": "rad", "torque": "N m"})
 
 MOUNTING = CampaignKind(
     name="mounting",
     inputs={"torque": "N m", "speed": "rad/s", "carrier_angle": "rad", "ntl_y": "N", "ntl_z": "N"},
     quantities={"housing_displacement": "m"},
     effects=tuple(MOUNTING_EFFECTS),
+    parameters={"baseline": ("K1", "C1"), **_published(MOUNTING_EFFECTS)},
+    partners=_partners(MOUNTING_EFFECTS),
 )
 
 
-def _element(input_name: str, input_unit: str, quantity: str, unit: str) -> CampaignKind:
+def _element(inputs: Mapping[str, str], quantity: str, unit: str) -> CampaignKind:
     return CampaignKind(
         name="element",
-        inputs={input_name: input_unit},
+        inputs=inputs,
         quantities={quantity: unit},
         effects=tuple(ELEMENT_EFFECTS),
+        parameters={"baseline": ("m", "K1", "C1", "f0"), **_published(ELEMENT_EFFECTS)},
+        partners=_partners(ELEMENT_EFFECTS),
         any_unit=True,
     )
 
 
 #: One mount, damper or spring, by what drives it.
 ELEMENT_BY_DRIVE = {
-    "force": _element("force", "N", "displacement", "m"),
-    "displacement": _element("displacement", "m", "force", "N"),
+    "force": _element({"force": "N"}, "displacement", "m"),
+    "displacement": _element({"displacement": "m"}, "force", "N"),
 }
 
 KIND_NAMES = ("carrier", "mounting", "element")
 
 
-def campaign_kind(name: str, drive: str | None = None) -> CampaignKind:
+def campaign_kind(
+    name: str, rig: Mapping[str, Any] | None = None, inputs: Iterable[str] = ()
+) -> CampaignKind:
     """Contract of one kind of campaign.
 
     Parameters
     ----------
     name : str
         ``carrier``, ``mounting`` or ``element``.
-    drive : str, optional
-        The rig key ``drive`` of an element campaign; it decides which column is the input.
+    rig : mapping, optional
+        Keys of the rig: ``drive`` of an element and ``radial_load`` of a carrier decide which
+        columns are inputs.
+    inputs : iterable of str
+        Inputs that the campaign declares: a choice where a drive leaves one.
 
     Returns
     -------
@@ -95,12 +147,14 @@ def campaign_kind(name: str, drive: str | None = None) -> CampaignKind:
     ValueError
         Where the kind, or the drive of an element, is unknown.
     """
+    facts = rig or {}
     if name == "carrier":
-        return CARRIER
+        return CARRIER if facts.get("radial_load") is None else _WITHOUT_RADIAL_LOAD
     if name == "mounting":
         return MOUNTING
     if name != "element":
         raise ValueError(f"key 'kind' is '{name}'; expected one of {', '.join(KIND_NAMES)}")
+    drive = facts.get("drive")
     if drive not in ELEMENT_BY_DRIVE:
         raise ValueError(
             f"[rig]: key 'drive' is {drive!r}; expected one of {', '.join(ELEMENT_BY_DRIVE)}"

@@ -1,10 +1,9 @@
 """What campaign.toml holds, one top table a kind of campaign (versions 1 and 2 of the contract)."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Annotated, Any, Literal
 
-import numpy as np
 from pydantic import (
     AfterValidator,
     Field,
@@ -15,12 +14,13 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, core_schema
 
-from carrierflex.files.problems import Problems, refuse
+from carrierflex.files.problems import refuse
 from carrierflex.files.toml_values import (
     Count,
     Expected,
     Flag,
     KeysOf,
+    NotNegative,
     Number,
     Positive,
     PositiveCount,
@@ -30,10 +30,11 @@ from carrierflex.files.toml_values import (
     different,
     key,
 )
+from carrierflex.geometry.parameters import N_PINS
 from carrierflex.identification.campaign.campaign import (
-    Channel,
-    channel_conflicts,
-    effect_conflicts,
+    Baseline,
+    KnownValue,
+    baseline_conflicts,
 )
 from carrierflex.identification.campaign.campaign_kinds import (
     CARRIER,
@@ -42,6 +43,17 @@ from carrierflex.identification.campaign.campaign_kinds import (
     CampaignKind,
 )
 from carrierflex.identification.campaign.file_names import RUN_SUFFIXES, checked_file_name
+from carrierflex.identification.campaign.signal_tables import (
+    CarrierChannelTable,
+    CarrierInputTable,
+    ChannelTable,
+    InputTable,
+    MountingChannelTable,
+    channels_of,
+    channels_of_kind,
+    inputs_of,
+    inputs_of_kind,
+)
 from carrierflex.simulation.mounting.rig_keys import RIG_KEYS
 
 
@@ -57,32 +69,17 @@ def _run_file(name: str, info: ValidationInfo) -> str:
     return name
 
 
-class ChannelTable(TomlTable):
-    """One measured signal."""
-
-    name: Text = key("Column name in the run files")
-    quantity: Text = key("What is measured")
-    unit: Text = key("Unit of the column")
-    noise_std: Positive | None = key(
-        "Standard deviation of the noise, in the channel's unit",
-        default=None,
-    )
+_WINDOWS = "a list of windows [start, end] with start < end"
+Window = Annotated[tuple[float, float], Field(strict=False)]
 
 
-class CarrierChannelTable(ChannelTable):
-    """One proximity sensor at the rim of the carrier."""
-
-    angle_deg: Number = key("Housing angle about x from the z axis", "deg")
-    radius_m: Positive = key("Radius of the point that the sensor looks at", "m")
-
-
-class MountingChannelTable(ChannelTable):
-    """One motion sensor on the housing."""
-
-    sensor: Annotated[
-        Literal["ssx", "spx", "ssz", "spz", "spy", "sbx"],
-        Expected("one of ssx, spx, ssz, spz, spy, sbx"),
-    ] = key("Position on the housing")
+def _apart(windows: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Refuse windows that end before they start, or before the one before them."""
+    times = [time for window in windows for time in window]
+    if not all(first < second for first, second in pairwise(times)):
+        listed = ", ".join(f"[{start:g}, {end:g}]" for start, end in windows)
+        raise ValueError(f"key 'use' is {listed}; expected {_WINDOWS}, in order and apart")
+    return windows
 
 
 class RunTable(TomlTable):
@@ -93,6 +90,22 @@ class RunTable(TomlTable):
         "File of the run in the campaign's folder, CSV or Parquet",
     )
     condition: Text = key("Free text; runs of the same condition are repeats of one another")
+    use: (
+        Annotated[list[Window], Field(min_length=1), Expected(_WINDOWS), AfterValidator(_apart)]
+        | None
+    ) = key(
+        "Windows of time that count; samples outside are left out of fits and scores",
+        "s",
+        since=2,
+        default=None,
+    )
+
+
+class KnownValueTable(TomlTable):
+    """What is known of a parameter beforehand."""
+
+    value: Number = key("Value, in the unit of the parameter")
+    std: NotNegative = key("Standard deviation, in the same unit; zero holds the value")
 
 
 class BaselineTable(TomlTable):
@@ -102,6 +115,12 @@ class BaselineTable(TomlTable):
         "model: this program's simulator; columns: predictions <channel>_sim in the run files",
     )
     effects: Texts = key("Effects that the baseline already contains", default_factory=list)
+    fixed: Annotated[dict[str, KnownValueTable], Expected("a table")] = key(
+        "Known physics by 'effect.parameter': a value and its standard deviation",
+        since=2,
+        default_factory=dict,
+    )
+    impossible: Texts = key("Effects that are not to be looked for", since=2, default_factory=list)
 
     @model_validator(mode="after")
     def _states_effects(self) -> "BaselineTable":
@@ -133,63 +152,23 @@ class KnownEffects:
     ) -> dict[str, Any]:
         """Schema of the table with the ids that the kind knows."""
         table = dict(handler.resolve_ref_schema(handler(schema)))
-        effects = {**table["properties"]["effects"], "items": {"enum": list(self.kind.effects)}}
-        return {**table, "properties": {**table["properties"], "effects": effects}}
+        properties = dict(table["properties"])
+        for name in ("effects", "impossible"):
+            properties[name] = {**properties[name], "items": {"enum": list(self.kind.effects)}}
+        return {**table, "properties": properties}
 
     def _checked(self, table: BaselineTable) -> BaselineTable:
-        refuse(effect_conflicts(table.effects, self.kind))
+        refuse(baseline_conflicts(baseline_of(table), self.kind))
         return table
 
 
-def channels_of(
-    tables: Sequence[ChannelTable],
-    kind: CampaignKind,
-) -> tuple[tuple[Channel, ...], dict[str, str]]:
-    """Channels of the tables, and the units of inputs that a voltage analogue declares among them.
-
-    Raises
-    ------
-    ValueError
-        Where a name repeats, a name, quantity or unit is not of the kind, or nothing is measured.
-    """
-    channels: list[Channel] = []
-    input_units: dict[str, str] = {}
-    problems = Problems()
-    for table in tables:
-        if kind.any_unit and table.name in kind.inputs and table.quantity == table.name:
-            input_units[table.name] = table.unit
-            continue
-        with problems.at():
-            channels.append(_channel(table))
-    problems.messages += channel_conflicts(channels, kind)
-    if not channels and not problems.messages:
-        problems.messages.append(
-            "[[channels]]: every channel is an input; expected at least one measured channel",
-        )
-    refuse(problems.messages)
-    return tuple(channels), input_units
+def baseline_of(table: BaselineTable) -> Baseline:
+    """Baseline that a table states."""
+    fixed = {name: KnownValue(known.value, known.std) for name, known in table.fixed.items()}
+    return Baseline(table.source, tuple(table.effects), fixed, tuple(table.impossible))
 
 
-def _channel(table: ChannelTable) -> Channel:
-    values = table.given()
-    angle = values.get("angle_deg")
-    return Channel(
-        name=table.name,
-        quantity=table.quantity,
-        unit=table.unit,
-        angle=None if angle is None else float(np.deg2rad(angle)),
-        radius=values.get("radius_m"),
-        sensor=values.get("sensor"),
-        noise_std=table.noise_std,
-    )
-
-
-def _channels_of_kind(kind: CampaignKind) -> AfterValidator:
-    def checked(tables: list[ChannelTable]) -> list[ChannelTable]:
-        channels_of(tables, kind)
-        return tables
-
-    return AfterValidator(checked)
+Planets = Annotated[int, Field(ge=3, le=8), Expected("a whole number from 3 to 8")]
 
 
 class CarrierRigTable(TomlTable):
@@ -197,11 +176,25 @@ class CarrierRigTable(TomlTable):
 
     nominal_torque: Positive = key("Torque on the main shaft that counts as 100 %", "N m")
     sensor_radius: Positive = key("Radius of the circle that the sensors face", "m")
-    n_planets: PositiveCount = key("Number of planets")
+    n_planets: Planets = key("Number of planets, 3 to 8")
+    radial_load: Annotated[Literal["none"], Expected("'none', or no such key")] | None = key(
+        "none: the rig has no radial load, and the run files have no columns of it",
+        since=2,
+        default=None,
+    )
     deflection_curves: Annotated[Text, AfterValidator(_plain_file)] | None = key(
         "Deflection curves, a CSV file in the campaign's folder; by default the default carrier's",
         default=None,
     )
+
+    @model_validator(mode="after")
+    def _has_curves_of_its_planets(self) -> "CarrierRigTable":
+        if self.n_planets != N_PINS and self.deflection_curves is None:
+            raise ValueError(
+                f"key 'n_planets' is {self.n_planets}, and the default carrier has {N_PINS}; "
+                "expected key 'deflection_curves' with those of the carrier"
+            )
+        return self
 
 
 class MountingRigTable(TomlTable):
@@ -247,6 +240,7 @@ class _CampaignDocument(TomlTable):
     version: Annotated[Literal[1, 2], Expected("1 or 2")] = key("Version of the format")
     simulated: SimulatedTable | None = key(
         "Mark of a simulated campaign; a folder without it is a measurement and never replaced",
+        since=2,
         default=None,
     )
     name: Text = key("Title")
@@ -269,8 +263,11 @@ class CarrierCampaignDocument(_CampaignDocument):
     channels: Annotated[
         list[CarrierChannelTable],
         Field(min_length=1),
-        _channels_of_kind(CARRIER),
+        channels_of_kind(CARRIER),
     ] = key("Sensors")
+    inputs: Annotated[list[CarrierInputTable], inputs_of_kind(CARRIER)] = key(
+        "What is known of the errors of input columns", since=2, default_factory=list
+    )
 
 
 class MountingCampaignDocument(_CampaignDocument):
@@ -284,14 +281,23 @@ class MountingCampaignDocument(_CampaignDocument):
     channels: Annotated[
         list[MountingChannelTable],
         Field(min_length=1),
-        _channels_of_kind(MOUNTING),
+        channels_of_kind(MOUNTING),
     ] = key("Sensors")
+    inputs: Annotated[list[InputTable], inputs_of_kind(MOUNTING)] = key(
+        "What is known of the errors of input columns", since=2, default_factory=list
+    )
 
 
 def _channels_of_drive(tables: list[ChannelTable], info: ValidationInfo) -> list[ChannelTable]:
     # A wrong rig is told for itself; without its drive nothing can be said about the channels.
     if "rig" in info.data:
         channels_of(tables, ELEMENT_BY_DRIVE[info.data["rig"].drive])
+    return tables
+
+
+def _inputs_of_drive(tables: list[InputTable], info: ValidationInfo) -> list[InputTable]:
+    if "rig" in info.data:
+        inputs_of(tables, ELEMENT_BY_DRIVE[info.data["rig"].drive])
     return tables
 
 
@@ -307,7 +313,12 @@ class ElementCampaignDocument(_CampaignDocument):
         list[ChannelTable],
         Field(min_length=1),
         AfterValidator(_channels_of_drive),
-    ] = key("Measured signal; the input too where its unit is not SI")
+    ] = key("Measured signal")
+    inputs: Annotated[list[InputTable], AfterValidator(_inputs_of_drive)] = key(
+        "Units of an analogue's input, and what is known of the errors of input columns",
+        since=2,
+        default_factory=list,
+    )
 
 
 CampaignDocument = CarrierCampaignDocument | MountingCampaignDocument | ElementCampaignDocument

@@ -1,10 +1,12 @@
 """One measured record: time, inputs and signals of a run."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+
+from carrierflex.files.problems import refuse
 
 #: Column of a run file that holds another simulator's prediction of a channel.
 PREDICTION_SUFFIX = "_sim"
@@ -24,6 +26,8 @@ class Run:
         Input columns by name, finite; channels by name, missing samples NaN.
     predictions : mapping of str to ndarray, shape (n,)
         Another simulator's prediction by channel name.
+    use : tuple of (float, float)
+        Windows of time [s] whose samples count, ends included; all samples where empty.
 
     Raises
     ------
@@ -39,6 +43,7 @@ class Run:
     inputs: Mapping[str, NDArray[np.float64]]
     signals: Mapping[str, NDArray[np.float64]]
     predictions: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    use: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
         if self.time.ndim != 1 or self.time.size == 0:
@@ -52,16 +57,37 @@ class Run:
                     f"run {self.name}: column '{name}' holds {values.size} samples; expected "
                     f"{self.time.size} as 'time'"
                 )
+        refuse(f"run {self.name}: {defect}" for defect in self._defects())
+
+    def _defects(self) -> Iterator[str]:
+        """One text for every column that holds what it must not."""
         for name, values in {"time": self.time, **self.inputs}.items():
-            _refuse(
-                ~np.isfinite(values), values, f"run {self.name}: column '{name}'", "a finite number"
-            )
+            yield from _first_wrong(name, ~np.isfinite(values), values, "a finite number")
         for name, values in {**self.signals, **self.predictions}.items():
             expected = "a finite number, or an empty cell where the sample is missing"
-            _refuse(np.isinf(values), values, f"run {self.name}: column '{name}'", expected)
+            yield from _first_wrong(name, np.isinf(values), values, expected)
         not_later = np.concatenate([[False], np.diff(self.time) <= 0.0])
-        _refuse(not_later, self.time, f"run {self.name}: column 'time'", "strictly increasing time")
-        self._refuse_wrapped_angle()
+        yield from _first_wrong("time", not_later, self.time, "strictly increasing time")
+        yield from self._wrapped_angle()
+
+    @property
+    def in_use(self) -> NDArray[np.bool_]:
+        """Which samples lie in a window that counts, shape (n,); all where there is no window."""
+        if not self.use:
+            return np.ones(self.time.size, dtype=bool)
+        inside = [(self.time >= start) & (self.time <= end) for start, end in self.use]
+        return np.any(inside, axis=0)
+
+    def within_use(self) -> "Run":
+        """Copy whose signals and predictions are missing outside the windows that count."""
+        if not self.use:
+            return self
+        out = ~self.in_use
+        signals = {name: np.where(out, np.nan, values) for name, values in self.signals.items()}
+        predictions = {
+            name: np.where(out, np.nan, values) for name, values in self.predictions.items()
+        }
+        return replace(self, signals=signals, predictions=predictions)
 
     def columns(self) -> dict[str, NDArray[np.float64]]:
         """All columns of the run file after ``time``, by name."""
@@ -70,8 +96,8 @@ class Run:
         }
         return {**self.inputs, **self.signals, **predictions}
 
-    def _refuse_wrapped_angle(self) -> None:
-        """Refuse an angle that jumps back by a turn while it runs forward.
+    def _wrapped_angle(self) -> Iterator[str]:
+        """Text where an angle jumps back by a turn while it runs forward.
 
         It was never unwrapped.
         """
@@ -80,22 +106,17 @@ class Run:
             return
         step = np.diff(angle)
         jump_back = step * np.sign(np.median(step)) < -np.pi
-        _refuse(
-            np.concatenate([[False], jump_back]),
-            angle,
-            f"run {self.name}: column 'carrier_angle'",
-            "no jump back",
-        )
+        wrong = np.concatenate([[False], jump_back])
+        yield from _first_wrong("carrier_angle", wrong, angle, "no jump back; unwrap it")
 
 
-def _refuse(
-    wrong: NDArray[np.bool_], values: NDArray[np.float64], where: str, expected: str
-) -> None:
-    """Raise for the first sample that is wrong."""
+def _first_wrong(
+    column: str, wrong: NDArray[np.bool_], values: NDArray[np.float64], expected: str
+) -> Iterator[str]:
+    """Text for the first sample of a column that is wrong."""
     if wrong.any():
         sample = int(np.argmax(wrong))
-        hint = "; unwrap it" if expected == "no jump back" else ""
-        raise ValueError(
-            f"{where} is {values[sample]} at sample {sample} (counted from 0); expected "
-            f"{expected}{hint}"
+        yield (
+            f"column '{column}' is {values[sample]} at sample {sample} (counted from 0); expected "
+            f"{expected}"
         )

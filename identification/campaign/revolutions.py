@@ -16,7 +16,7 @@ class Revolutions:
     ----------
     samples : tuple of ndarray of int
         Sample numbers of each revolution, ascending; what lies beyond the last whole one is left
-        out.
+        out, and so is a revolution without a sample that counts (key ``use``).
     """
 
     samples: tuple[NDArray[np.int64], ...]
@@ -47,7 +47,7 @@ def whole_revolutions(run: Run) -> Revolutions:
     Raises
     ------
     ValueError
-        Where the carrier turns by less than one revolution.
+        Where the carrier turns by less than one revolution, or none of them counts.
     """
     angle = run.inputs["carrier_angle"]
     travel = (angle - angle[0]) * np.sign(angle[-1] - angle[0])
@@ -63,4 +63,12 @@ def whole_revolutions(run: Run) -> Revolutions:
     number = np.floor(travel / (2.0 * np.pi)).astype(np.int64)
     order = np.argsort(number, kind="stable")
     bounds = np.searchsorted(number[order], np.arange(n_whole + 1))
-    return Revolutions(tuple(order[bounds[k] : bounds[k + 1]] for k in range(n_whole)))
+    samples = [order[bounds[k] : bounds[k + 1]] for k in range(n_whole)]
+    in_use = run.in_use
+    counted = tuple(rows for rows in samples if in_use[rows].any())
+    if not counted:
+        raise ValueError(
+            f"run {run.name}: no whole revolution has a sample in a window of 'use'; expected at "
+            "least one"
+        )
+    return Revolutions(counted)

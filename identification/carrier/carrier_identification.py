@@ -124,7 +124,8 @@ def identify_jointly(
     .. [1] 2012 paper, section 2.3. Its five parameters need no search: equations (1) and (7) are
        linear in d_x, the two components of each tilt, rho_s and rho_f.
     """
-    return _identify(campaign.runs, _fitted_channels(campaign, options), model, options)
+    runs = campaign.within_use().runs
+    return _identify(runs, _fitted_channels(campaign, options), model, options)
 
 
 def identify_each_run(
@@ -155,7 +156,8 @@ def identify_each_run(
     """
     each_run = model.each_run()
     channels = _fitted_channels(campaign, options)
-    return {run.name: _identify((run,), channels, each_run, options) for run in campaign.runs}
+    runs = campaign.within_use().runs
+    return {run.name: _identify((run,), channels, each_run, options) for run in runs}
 
 
 def identify_from_sums(
@@ -196,9 +198,10 @@ def fitted_equations(
 ) -> list[NormalEquations]:
     """Sums of every run for the sensors and the loss that the options ask for."""
     channels = _fitted_channels(campaign, options)
+    runs = campaign.within_use().runs
     if options.huber:
-        return huber_equations(campaign.runs, channels, model)
-    return [normal_equations(run, channels, model) for run in campaign.runs]
+        return huber_equations(runs, channels, model)
+    return [normal_equations(run, channels, model) for run in runs]
 
 
 def _identify(

@@ -1,31 +1,21 @@
 """Records too long for memory: read in pieces, reduced to sums while they pass."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.csv as pa_csv
 import pyarrow.parquet as pa_parquet
 from numpy.typing import NDArray
 
-from carrierflex.identification.campaign.campaign import Channel, check_columns, expected_columns
+from carrierflex.identification.campaign.campaign import Channel
 from carrierflex.identification.campaign.campaign_document import CampaignHeader, RunEntry
-from carrierflex.identification.campaign.campaign_files import (
-    MISSING,
-    as_floats,
-    csv_header,
-    one_line,
-    run_of_table,
-)
+from carrierflex.identification.campaign.campaign_files import columns_of, run_of_columns
 from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign.run_files import column_pieces
 from carrierflex.identification.carrier.models import CarrierModel
 from carrierflex.identification.estimation.normal_equations import NormalEquations, RevolutionSums
 
-#: Samples of one piece: a dozen columns of it take some 20 MB.
-PIECE = 200_000
-#: Bytes of CSV text read at a time.
-_CSV_BLOCK = 32_000_000
 #: Groups of revolutions kept apart for the jackknife; beyond, neighbours are put together in pairs.
 LARGEST_GROUPS = 2048
 
@@ -52,7 +42,7 @@ def run_pieces(folder: Path, entry: RunEntry, header: CampaignHeader) -> Iterato
     ValueError
         Where the file is not as the contract says; time must increase from piece to piece as well.
     """
-    expected = expected_columns(header.contract, header.channels, header.baseline)
+    expected = columns_of(header)
     path = folder / entry.file
     if not path.is_file():
         raise ValueError(
@@ -61,11 +51,7 @@ def run_pieces(folder: Path, entry: RunEntry, header: CampaignHeader) -> Iterato
         )
     last = -np.inf
     first_sample = 0
-    for table in _tables(path, expected):
-        columns = {
-            name: as_floats(table[name], f"{path.name}: column '{name}'")
-            for name in table.column_names
-        }
+    for columns in column_pieces(path, expected):
         if columns["time"].size == 0:
             continue
         if not columns["time"][0] > last:
@@ -74,35 +60,11 @@ def run_pieces(folder: Path, entry: RunEntry, header: CampaignHeader) -> Iterato
                 f"after {last}; "
                 "expected strictly increasing time"
             )
-        yield run_of_table(columns, entry, header, path.name)
+        yield run_of_columns(columns, entry, header)
         last = float(columns["time"][-1])
         first_sample += columns["time"].size
     if first_sample == 0:
         raise ValueError(f"{path.name}: no samples below the header; expected at least one")
-
-
-def _tables(path: Path, expected: Mapping[str, str]) -> Iterator[pa.Table]:
-    try:
-        if path.suffix.lower() == ".parquet":
-            with pa_parquet.ParquetFile(path, pre_buffer=False) as file:
-                check_columns(file.schema_arrow.names, expected, path.name)
-                for batch in file.iter_batches(batch_size=PIECE):
-                    yield pa.Table.from_batches([batch])
-            return
-        columns = csv_header(path, expected)
-        convert = pa_csv.ConvertOptions(
-            column_types=dict.fromkeys(columns, pa.float64()),
-            null_values=MISSING,
-            quoted_strings_can_be_null=True,
-        )
-        read = pa_csv.ReadOptions(column_names=columns, skip_rows=1, block_size=_CSV_BLOCK)
-        with pa_csv.open_csv(path, read_options=read, convert_options=convert) as reader:
-            for batch in reader:
-                yield pa.Table.from_batches([batch])
-    except (pa.ArrowInvalid, OSError) as error:
-        raise ValueError(
-            f"{path.name}: {one_line(error)}; expected numbers in every column"
-        ) from error
 
 
 def streamed_equations(
@@ -136,7 +98,8 @@ def streamed_equations(
     """
     groups = _Groups(len(channels), len(model.coefficients))
     name = ""
-    for piece in pieces:
+    for measured in pieces:
+        piece = measured.within_use()
         name = piece.name
         rows = groups.rows_by_group(piece.inputs["carrier_angle"])
         for c, channel in enumerate(channels):

@@ -102,7 +102,7 @@ def _campaign(header: CampaignHeader, runs: tuple[Run, ...]) -> Campaign:
         header.rig,
         header.channels,
         runs,
-        header.input_units,
+        header.inputs,
     )
 
 

@@ -194,7 +194,7 @@ def mounting_residuals(
         inputs=tuple(MountingInputs.from_columns(run.time, run.inputs) for run in campaign.runs),
         signals=tuple(
             np.column_stack([run.signals[channel.name] for channel in campaign.channels])
-            for run in campaign.runs
+            for run in campaign.within_use().runs
         ),
         sensors=sensors,
         weight=weight,

@@ -10,7 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign import (
+    Baseline,
+    Campaign,
+    Channel,
+    InputSignal,
+)
 from carrierflex.identification.campaign.campaign_files import write_campaign
 from carrierflex.identification.campaign.records import Run
 
@@ -69,7 +74,7 @@ def main(folder: Path, *, out: Path) -> Path:
         rig={"drive": "displacement"},
         channels=(Channel("force", "force", "V"),),
         runs=runs,
-        input_units={"displacement": "V"},
+        inputs=(InputSignal("displacement", "V"),),
     )
     write_campaign(campaign, out)
     return out

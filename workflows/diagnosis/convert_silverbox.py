@@ -10,7 +10,12 @@ from pathlib import Path
 import numpy as np
 from scipy.io import loadmat
 
-from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign import (
+    Baseline,
+    Campaign,
+    Channel,
+    InputSignal,
+)
 from carrierflex.identification.campaign.campaign_files import write_campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import band_limited
@@ -74,7 +79,7 @@ def main(folder: Path, *, out: Path) -> Path:
         rig={"drive": "force", "settle_samples": _SETTLE_SAMPLES},
         channels=(channel,),
         runs=tuple(runs),
-        input_units={"force": "V"},
+        inputs=(InputSignal("force", "V"),),
     )
     write_campaign(campaign, out)
     return out

@@ -71,6 +71,8 @@ def _diagnosed(campaign: Path, out: Path, stages: Stages, *, report: bool) -> Di
         measured = read_campaign(campaign)
         curves = campaign_curves(measured, campaign)
         warnings = records_findings(measured, curves)
+    for note in measured.notes:
+        stages.tell(note)
     with stages.stage("signals and noise floor"):
         problem, floor_is_measured = problem_of(without_copies(measured), curves)
     prepared_folder(out)

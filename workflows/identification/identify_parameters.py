@@ -235,6 +235,8 @@ def identify_carrier(
         if measured is not None and samples_per_revolution:
             even = tuple(resampled_to_angle(run, samples_per_revolution) for run in measured.runs)
             measured = replace(measured, runs=even)
+    for note in measured.notes if measured else ():
+        stages.tell(note)
     models = _models(header, campaign, model, options)
     prepared_folder(out)
     with stages.stage("least squares" if measured else "least squares, record in pieces"):
@@ -263,7 +265,7 @@ def identify_carrier(
 def _in_memory(folder: Path, header: CampaignHeader, *, one_pass: bool) -> Campaign | None:
     """Campaign with its records; None where they are too long and one pass over them is enough."""
     if not is_long(folder, header):
-        campaign = read_campaign(folder)
+        campaign = read_campaign(folder).within_use()
         axial_channels(campaign)  # refuses a campaign of another kind before anything is written
         return campaign
     if not one_pass:

@@ -28,6 +28,11 @@ class Stages:
         if self._status is not None:
             self._status.update(f"{self._name}: {text}")
 
+    def tell(self, text: str) -> None:
+        """Print a note that must not be missed, also where no terminal shows the stages."""
+        console = Console(stderr=True, quiet=self.quiet, highlight=False, soft_wrap=True)
+        console.print(f"note: {text}", markup=False)
+
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
         """Show `name` with a spinner while the block runs, then a line with its time."""

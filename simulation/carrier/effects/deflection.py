@@ -1,8 +1,11 @@
 """Deflection of the carrier: flexible and stiff pins, clearance, uneven pin loads."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.geometry.parameters import N_PINS
 from carrierflex.simulation.carrier import kinematics, patterns
 from carrierflex.simulation.carrier.effect import Effect, others, per_newton
 from carrierflex.simulation.carrier.effects.alike import (
@@ -39,8 +42,8 @@ def _pin_clearance(
 
 
 def _unequal_load_sharing(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
-    """Excess on pin 1, then on pin 2, each taken from the last pin."""
-    shares = np.eye(rig.n_planets)[:2]
+    """Excess on every pin but the last, each taken from the last one."""
+    shares = np.eye(rig.n_planets)[:-1]
     shares[:, -1] -= 1.0
     return np.array([_uneven_pins(sensor, inputs, rig, share) for share in shares])
 
@@ -123,10 +126,18 @@ PIN_CLEARANCE = Effect(
         "closes"
     ),
 )
+
+
+def _pin_shares(n_planets: int) -> tuple[EffectParameter, ...]:
+    """Excess loads of all pins but the last, whose own follows from their sum of zero."""
+    names = (f"e_{pin}" for pin in range(1, n_planets))
+    return tuple(EffectParameter(name, "1", -1.0, 1.0, 0.1) for name in names)
+
+
 UNEQUAL_LOAD_SHARING = Effect(
     "unequal_load_sharing",
-    equation="sum_i T/(3a) e_i g_f(v - theta - alpha_i), sum e_i = 0",
-    parameters=tuple(EffectParameter(name, "1", -1.0, 1.0, 0.1) for name in ("e_1", "e_2")),
+    equation="sum_i T/(n a) e_i g_f(v - theta - alpha_i), sum e_i = 0",
+    parameters=_pin_shares(N_PINS),
     signature="orders 1, 2, 4 and 5 fixed to the carrier, growing as the torque",
     pattern=_unequal_load_sharing,
     curves=("g_f",),
@@ -146,5 +157,11 @@ LOAD_SHARING_NTL = Effect(
     aliases=WITH_RADIAL_LOAD,
     discriminating_experiment="the same radial load at a quarter and at full torque",
 )
+
+
+def load_sharing_of(n_planets: int) -> Effect:
+    """Unequal load sharing among some number of pins."""
+    return replace(UNEQUAL_LOAD_SHARING, parameters=_pin_shares(n_planets))
+
 
 DEFLECTION = (FLEXIBLE_PINS, STIFF_PINS, PIN_CLEARANCE, UNEQUAL_LOAD_SHARING, LOAD_SHARING_NTL)

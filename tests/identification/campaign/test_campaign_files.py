@@ -7,7 +7,12 @@ import pytest
 import tomli_w
 from numpy.testing import assert_allclose
 
-from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign import (
+    Baseline,
+    Campaign,
+    Channel,
+    InputSignal,
+)
 from carrierflex.identification.campaign.campaign_document import campaign_document
 from carrierflex.identification.campaign.campaign_files import read_campaign, write_campaign
 from carrierflex.identification.campaign.records import Run
@@ -92,9 +97,9 @@ def element_campaign(unit="m", **rig):
     run = Run("A", "A.parquet", "c", time, {"force": time**2}, {"y": time})
     channel = Channel("y", "displacement", unit, noise_std=1e-6)
     baseline = Baseline("model", ("coulomb_friction",))
-    input_units = {"force": unit} if unit != "m" else {}
+    inputs = (InputSignal("force", unit),) if unit != "m" else ()
     return Campaign(
-        "element", "mount", baseline, {"drive": "force", **rig}, (channel,), (run,), input_units
+        "element", "mount", baseline, {"drive": "force", **rig}, (channel,), (run,), inputs
     )
 
 

@@ -7,7 +7,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.identification.campaign.campaign_files import read_campaign_header, write_campaign
+from carrierflex.identification.campaign import run_files
+from carrierflex.identification.campaign.campaign_files import (
+    columns_of,
+    read_campaign_header,
+    write_campaign,
+)
 from carrierflex.identification.carrier import long_records
 from carrierflex.identification.carrier.carrier_identification import FitOptions, identify_jointly
 from carrierflex.identification.carrier.long_records import (
@@ -35,8 +40,8 @@ def folder(request, tmp_path_factory):
 
 @pytest.fixture
 def small_pieces(monkeypatch):
-    monkeypatch.setattr(long_records, "PIECE", 100)
-    monkeypatch.setattr(long_records, "_CSV_BLOCK", 5000)
+    monkeypatch.setattr(run_files, "PIECE", 100)
+    monkeypatch.setattr(run_files, "_CSV_BLOCK", 5000)
 
 
 @pytest.mark.usefixtures("small_pieces")
@@ -108,12 +113,9 @@ def _shortened(run):
 
 def test_time_that_goes_back_between_pieces_is_refused(folder, small_pieces, monkeypatch):
     header = read_campaign_header(folder)
-    expected = dict.fromkeys(
-        [*header.contract.inputs, *(channel.name for channel in header.channels)], "column"
-    )
-    tables = list(long_records._tables(folder / header.runs[0].file, expected))
+    pieces = list(run_files.column_pieces(folder / header.runs[0].file, columns_of(header)))
     monkeypatch.setattr(
-        long_records, "_tables", lambda path, expected: iter([tables[1], tables[0]])
+        long_records, "column_pieces", lambda path, expected: iter([pieces[1], pieces[0]])
     )
     with pytest.raises(
         ValueError,

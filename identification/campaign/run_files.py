@@ -1,0 +1,199 @@
+"""Run files of a campaign: columns of CSV or Parquet files, whole or in pieces."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv as pa_csv
+import pyarrow.parquet as pa_parquet
+from numpy.typing import NDArray
+
+from carrierflex.files.problems import refuse
+from carrierflex.identification.campaign.campaign import column_conflicts
+
+#: Sanity limits, checked before anything is allocated.
+LARGEST_HEADER = 100_000  # bytes of the header line of a CSV file
+LARGEST_CSV = 8 * 1024**3  # bytes of a CSV file
+LARGEST_TABLE = 1_000_000_000  # cells of a Parquet file: 8 GB of numbers
+
+#: Samples of one piece: a dozen columns of it take some 20 MB.
+PIECE = 200_000
+#: Bytes of CSV text read at a time.
+_CSV_BLOCK = 32_000_000
+#: How a missing sample may be written.
+_MISSING = ["", "nan", "NaN", "NAN", "NA"]
+
+
+@dataclass(frozen=True, eq=False)
+class ExpectedColumns:
+    """Columns that a run file must have after ``time``.
+
+    Parameters
+    ----------
+    kinds : mapping of str to str
+        What each one is, by its name
+        (:func:`carrierflex.identification.campaign.campaign.expected_columns`).
+    others_allowed : bool
+        Whether other columns are left out instead of refused.
+    """
+
+    kinds: Mapping[str, str]
+    others_allowed: bool = False
+
+    def kept(self, columns: list[str], file: str) -> list[str]:
+        """Columns of a file that are read, in its order.
+
+        Raises
+        ------
+        ValueError
+            Where the header does not match; the message names the file.
+        """
+        refuse(column_conflicts(columns, self.kinds, file, others_allowed=self.others_allowed))
+        return [name for name in columns if name == "time" or name in self.kinds]
+
+
+def run_file_header(path: Path) -> list[str]:
+    """Column names of a run file.
+
+    Raises
+    ------
+    ValueError
+        Where the file is not what its name says, or the header line is too long or not text.
+    """
+    if path.suffix.lower() == ".parquet":
+        try:
+            return list(pa_parquet.read_schema(path).names)
+        except (pa.ArrowInvalid, OSError) as error:
+            raise ValueError(f"{path.name}: not a Parquet file: {_one_line(error)}") from error
+    with path.open("rb") as file:
+        line = file.readline(LARGEST_HEADER + 1)
+    if len(line) > LARGEST_HEADER:
+        raise ValueError(
+            f"{path.name}: the header line exceeds {LARGEST_HEADER} bytes; expected column names"
+        )
+    try:
+        text = line.decode("utf-8-sig").strip("\r\n")
+    except UnicodeDecodeError as error:
+        raise ValueError(
+            f"{path.name}: the header line is not UTF-8 text; expected column names"
+        ) from error
+    return [name.strip('"') for name in text.split(",")]
+
+
+def left_out_columns(path: Path, expected: ExpectedColumns) -> list[str]:
+    """Columns of a run file that are neither input nor channel, in its order."""
+    names = run_file_header(path)
+    return [name for name in names if name != "time" and name not in expected.kinds]
+
+
+def run_columns(path: Path, expected: ExpectedColumns) -> dict[str, NDArray[np.float64]]:
+    """Columns of a whole run file, ``time`` first; missing samples NaN.
+
+    Raises
+    ------
+    ValueError
+        Where the file is too large, its header does not match or it holds something else than
+        numbers; the message names the file.
+    """
+    table = (
+        _read_parquet(path, expected)
+        if path.suffix.lower() == ".parquet"
+        else _read_csv(path, expected)
+    )
+    return _floats(table, path)
+
+
+def column_pieces(
+    path: Path, expected: ExpectedColumns
+) -> Iterator[dict[str, NDArray[np.float64]]]:
+    """Columns of a run file in consecutive pieces, whatever its length.
+
+    Raises
+    ------
+    ValueError
+        As :func:`run_columns`.
+    """
+    try:
+        for table in _tables(path, expected):
+            yield _floats(table, path)
+    except (pa.ArrowInvalid, OSError) as error:
+        raise ValueError(
+            f"{path.name}: {_one_line(error)}; expected numbers in every column"
+        ) from error
+
+
+def _tables(path: Path, expected: ExpectedColumns) -> Iterator[pa.Table]:
+    columns = run_file_header(path)
+    kept = expected.kept(columns, path.name)
+    if path.suffix.lower() == ".parquet":
+        with pa_parquet.ParquetFile(path, pre_buffer=False) as file:
+            for batch in file.iter_batches(batch_size=PIECE, columns=kept):
+                yield pa.Table.from_batches([batch])
+        return
+    read = pa_csv.ReadOptions(column_names=columns, skip_rows=1, block_size=_CSV_BLOCK)
+    with pa_csv.open_csv(path, read_options=read, convert_options=_convert(kept)) as reader:
+        for batch in reader:
+            yield pa.Table.from_batches([batch])
+
+
+def _convert(kept: list[str]) -> pa_csv.ConvertOptions:
+    return pa_csv.ConvertOptions(
+        column_types=dict.fromkeys(kept, pa.float64()),
+        include_columns=kept,
+        null_values=_MISSING,
+        quoted_strings_can_be_null=True,
+    )
+
+
+def _read_csv(path: Path, expected: ExpectedColumns) -> pa.Table:
+    if path.stat().st_size > LARGEST_CSV:
+        raise ValueError(
+            f"{path.name}: {path.stat().st_size} bytes; expected at most {LARGEST_CSV}"
+        )
+    columns = run_file_header(path)
+    kept = expected.kept(columns, path.name)
+    read = pa_csv.ReadOptions(column_names=columns, skip_rows=1)
+    try:
+        return pa_csv.read_csv(path, read_options=read, convert_options=_convert(kept))
+    except pa.ArrowInvalid as error:
+        if "Empty CSV" in str(error):
+            raise ValueError(
+                f"{path.name}: no samples below the header; expected at least one"
+            ) from error
+        raise ValueError(
+            f"{path.name}: {_one_line(error)}; expected numbers in every column"
+        ) from error
+
+
+def _read_parquet(path: Path, expected: ExpectedColumns) -> pa.Table:
+    kept = expected.kept(run_file_header(path), path.name)
+    try:
+        file = pa_parquet.ParquetFile(path)
+        cells = file.metadata.num_rows * len(kept)
+        if cells > LARGEST_TABLE:
+            raise ValueError(f"{path.name}: {cells} cells; expected at most {LARGEST_TABLE}")
+        return file.read(columns=kept)
+    except (pa.ArrowInvalid, OSError) as error:
+        raise ValueError(f"{path.name}: not a Parquet file: {_one_line(error)}") from error
+
+
+def _floats(table: pa.Table, path: Path) -> dict[str, NDArray[np.float64]]:
+    return {
+        name: _as_floats(table[name], f"{path.name}: column '{name}'")
+        for name in table.column_names
+    }
+
+
+def _as_floats(column: pa.ChunkedArray, where: str) -> NDArray[np.float64]:
+    """Numbers of a column, missing ones NaN, in an array that can be written to."""
+    if not (pa.types.is_floating(column.type) or pa.types.is_integer(column.type)):
+        raise ValueError(f"{where}: holds {column.type}; expected numbers")
+    values = column.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
+    return np.array(values, dtype=np.float64)
+
+
+def _one_line(error: Exception) -> str:
+    """First line of an exception's message."""
+    return str(error).splitlines()[0].rstrip(".") if str(error) else type(error).__name__
