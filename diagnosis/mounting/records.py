@@ -142,7 +142,7 @@ def _record(run: Run, campaign: Campaign) -> MountingRecord:
     )
     q = _thinning(inputs)
     columns = {name: _means(values, q) for name, values in inputs.columns().items()}
-    counts = _means(run.in_use, q) == 1.0
+    counts = _means(run.in_use.astype(np.float64), q) == 1.0
     return MountingRecord(
         run.name,
         run.condition,

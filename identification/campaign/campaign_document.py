@@ -99,6 +99,7 @@ def campaign_header(document: Mapping[str, Any], where: str = DOCUMENT_NAME) -> 
     channels, among_channels = channels_of(checked.channels, kind)
     inputs = (*inputs_of(checked.inputs, kind), *among_channels)
     refuse([f"{where}: {conflict}" for conflict in input_conflicts(inputs, kind)])
+    mark = checked.simulated
     return CampaignHeader(
         contract=kind,
         name=checked.name,
@@ -112,8 +113,7 @@ def campaign_header(document: Mapping[str, Any], where: str = DOCUMENT_NAME) -> 
         ),
         inputs=inputs,
         version=checked.version,
-        simulated=checked.simulated
-        and SimulatedMark(checked.simulated.software, checked.simulated.sha256),
+        simulated=SimulatedMark(mark.software, mark.sha256) if mark else None,
     )
 
 

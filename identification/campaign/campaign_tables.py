@@ -115,7 +115,7 @@ class BaselineTable(TomlTable):
         "model: this program's simulator; columns: predictions <channel>_sim in the run files",
     )
     effects: Texts = key("Effects that the baseline already contains", default_factory=list)
-    fixed: Annotated[dict[str, KnownValueTable], Expected("a table")] = key(
+    fixed: dict[str, KnownValueTable] = key(
         "Known physics by 'effect.parameter': a value and its standard deviation",
         since=2,
         default_factory=dict,
