@@ -87,8 +87,9 @@ def identify(
     last = next(entry for entry in BUSHING_MODELS if entry.name == model)
     stages = Stages(3 + options.compare_complex, options.quiet)
     with stages.stage(f"reading {campaign}"):
-        measured = read_campaign(campaign).within_use()
-        warnings = records_findings(measured)
+        whole = read_campaign(campaign)
+        warnings = records_findings(whole)
+        measured = whole.within_use()
     for note in measured.notes:
         stages.tell(note)
     for name in options.profile:
