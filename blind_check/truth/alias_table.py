@@ -7,6 +7,7 @@ from any diagnosis.
 """
 
 from carrierflex.blind_check.truth.carrier.signals import SIGNALS
+from carrierflex.blind_check.truth.mounting.state import EFFECTS
 
 #: Classes of more than one effect; every other is alone. Beside each, what the truth's own signals
 #: share over the loads of a check once the baseline is refitted: the cosine of their residuals, or
@@ -45,13 +46,7 @@ SINGLES: dict[str, tuple[str, ...]] = {
         "backlash",
         "maxwell_branch", "friction_asymmetry", "sensor_delay",
     ),
-    "mounting": (
-        "cubic_stiffness", "quintic_stiffness", "deflection_dependent_damping", "fluid_branch",
-        "elasto_plastic_friction",
-        "parasitic_torque", "axial_bushing_stiffness", "main_bearing_compliance", "ntl_direction",
-        "unequal_bushings",
-        "sensor_gain", "sensor_zero", "sensor_delay",
-    ),
+    "mounting": EFFECTS,
 }  # fmt: skip
 
 #: Effects that leave one and the same signal where torque and radial load, or the amplitude, never

@@ -149,6 +149,8 @@ _LAW_PARAMETERS: dict[
     ),
     "softening_in_time": lambda k, u, q, v: ((), (k, 40.0)),
 }
+#: Laws of no library: they have no parameters in the contract's symbols.
+_OUTSIDE_LAWS = ("softening_in_time",)
 _Change = Callable[
     [MountingState, float, float, np.random.Generator], tuple[MountingState, dict[str, float]]
 ]
@@ -228,3 +230,5 @@ _CHANGES: dict[str, _Change] = {
     "sensor_zero": _zero,
     "sensor_delay": _delay,
 }
+#: Effects of the contract that this truth withholds.
+EFFECTS = (*(name for name in _LAW_PARAMETERS if name not in _OUTSIDE_LAWS), *_CHANGES)
