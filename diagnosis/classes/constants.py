@@ -1,0 +1,83 @@
+"""Every constant of the comparison of classes that can change a verdict, with its reason."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class ClassConstants:
+    """Limits of the comparison of classes.
+
+    Parameters
+    ----------
+    n_folds : int
+        Parts of the blocks that are held out in turn: three quarters of the records fit every
+        class, and each condition is in every fit.
+    ridges : tuple of float
+        Weights of the penalties that the folds choose from, in units of a group's mean energy: from
+        no smoothing beyond rounding to a curve that is all but straight.
+    pair_ridges : tuple of float
+        Factors on the members' own weights in a pair: beside its partner a class meets less noise.
+    jitter : float
+        Ridge on every class column, in the same units: keeps what the baseline already holds (a
+        straight line, a constant) from making the matrix singular.
+    named_share : float
+        Share from which a class is named: what is left is less than 45 % of the gap's amplitude.
+    leading_share : float
+        Share from which a class leads: it explains more than everything else together.
+    nothing_ratio : float
+        Held-out square of the baseline over the floor that counts as at the floor.
+    coloured_ratio : float
+        The same where no class learns anything: noise whose neighbours are correlated carries up to
+        three times the density of white noise in the band of the motion.
+    nothing_learnt : float
+        Share of the gap that counts as nothing learnt.
+    standard_errors : float
+        Differences within so many standard errors over the blocks are none.
+    equal_left, most_equal_left : float
+        Ratios of what two classes leave: equal up to the first; never equal beyond the second (an
+        RMS of 1.25), whatever the blocks scatter.
+    least_left, floor_error : float
+        What a class leaves is never taken as less than the first share of the floor, and the second
+        is added: a floor is known to 5 % at best, and ratios of less would be ratios of its error.
+    least_gain : float
+        Share of the gap that a second class must gain: less is an error in the form of the first.
+    gain_of_left : float
+        Share of what the first answer leaves that a richer one must take.
+    separable_from_drive : float
+        R² of the drive's amplitude, or of its frequency, on the time splines above which a change
+        with time is not separable from the drive (sweeps and decays 0.6 to 1.0; multisines, noise
+        and steady sines below 0.1).
+    law_named : float
+        Difference of shares up to which a law is not distinguishable from its class.
+    law_parameter : float
+        Share that a further parameter of a law must gain among laws.
+    bootstrap_samples : int
+        Draws of the blocks for standard errors and intervals.
+    band_samples : int
+        Draws of the blocks for the band of a measured shape.
+    fewest_blocks : int
+        Fewer blocks carry no comparison: each fold must hold two at least.
+    """
+
+    n_folds: int = 4
+    ridges: tuple[float, ...] = (1e-8, 1e-6, 1e-4, 1e-2)
+    pair_ridges: tuple[float, ...] = (1e-2, 1.0)
+    jitter: float = 1e-10
+    named_share: float = 0.8
+    leading_share: float = 0.5
+    nothing_ratio: float = 1.15
+    coloured_ratio: float = 3.0
+    nothing_learnt: float = 0.1
+    standard_errors: float = 2.0
+    equal_left: float = 1.1
+    most_equal_left: float = 1.56
+    least_left: float = 0.02
+    floor_error: float = 0.05
+    least_gain: float = 0.01
+    gain_of_left: float = 0.5
+    separable_from_drive: float = 0.3
+    law_named: float = 0.01
+    law_parameter: float = 0.005
+    bootstrap_samples: int = 400
+    band_samples: int = 100
+    fewest_blocks: int = 8

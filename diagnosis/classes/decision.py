@@ -1,0 +1,137 @@
+"""The rule that names a class: nothing, one class, ties, pairs, a coupled surface."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
+from carrierflex.diagnosis.classes.results import (
+    LEADING_CLASS,
+    NAMED_CLASS,
+    NO_CLASS,
+    NOTHING,
+)
+from carrierflex.diagnosis.classes.shares import Shares
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """Which classes the rule names.
+
+    Parameters
+    ----------
+    state : str
+        As :class:`carrierflex.diagnosis.classes.results.ClassAnswer`.
+    classes : tuple of str
+        Answer; empty for "nothing". Where no class is named, the best one all the same.
+    ties : tuple of tuple of str
+        Sets that are equal to the answer.
+    held : HeldOutSquares
+        Result of the answer.
+    best_pair : tuple of str
+        The pair that leaves least.
+    note : str
+        What is not separable in these records.
+    """
+
+    state: str
+    classes: Classes
+    ties: tuple[Classes, ...]
+    held: HeldOutSquares
+    best_pair: Classes
+    note: str = ""
+
+
+def decide(
+    scores: ClassScores, shares: Shares, candidates: Sequence[str], *, drive_note: str = ""
+) -> Decision:
+    """Name the class, or the pair, that the held-out blocks show.
+
+    Parameters
+    ----------
+    scores : ClassScores
+        Held-out squares of any set.
+    shares : Shares
+        Gap, floor and scatter.
+    candidates : sequence of str
+        Classes that the records can show, the coupled one left out.
+    drive_note : str
+        What to say where a class that was left out would explain as much.
+
+    Returns
+    -------
+    Decision
+        Answer with its ties.
+    """
+    singles = {name: scores.of((name,)) for name in candidates}
+    best = min(singles, key=lambda name: singles[name].total)
+    pairs = {pair: scores.of(pair) for pair in combinations(sorted(candidates), 2)}
+    best_pair = min(pairs, key=lambda pair: pairs[pair].total)
+    if _is_nothing(scores, shares, [*singles.values(), pairs[best_pair]]):
+        return Decision(NOTHING, (), (), scores.of(()), best_pair)
+    answer, ties = _single_or_pair(shares, singles, pairs, best)
+    surface = scores.table.surface
+    coupled = bool(surface) and shares.is_clear_gain(scores.of((surface,)), scores.of(answer))
+    if coupled:
+        answer, ties = (surface,), ()
+    held = scores.of(answer)
+    share = shares.of(held)
+    limits = scores.constants
+    if share >= limits.named_share:
+        state = NAMED_CLASS
+    elif share >= limits.leading_share:
+        state = LEADING_CLASS
+    else:
+        state = NO_CLASS
+    return Decision(state, answer, ties, held, best_pair, drive_note)
+
+
+def _is_nothing(
+    scores: ClassScores, shares: Shares, results: Sequence[HeldOutSquares]
+) -> bool:
+    """Whether there is no gap above the floor, or one that looks like coloured noise."""
+    limits = scores.constants
+    before = scores.of(())
+    ratio = before.total / max(float(shares.floor.sum()), 1e-300)
+    if ratio <= limits.nothing_ratio:
+        return True
+    if ratio > limits.coloured_ratio:
+        return False
+    return not any(
+        shares.gain(result, before)
+        > max(limits.nothing_learnt, limits.standard_errors * shares.gain_error(result, before))
+        for result in results
+    )
+
+
+def _single_or_pair(
+    shares: Shares,
+    singles: dict[str, HeldOutSquares],
+    pairs: dict[Classes, HeldOutSquares],
+    best: str,
+) -> tuple[Classes, tuple[Classes, ...]]:
+    """The best class with its ties, or the best pair where it clearly gains."""
+    held = singles[best]
+    tied = tuple(
+        (name,)
+        for name, other in singles.items()
+        if name != best and shares.are_equal(other, held)
+    )
+    pair = _best_pair(shares, pairs, best)
+    if not shares.is_clear_gain(pairs[pair], held):
+        return (best,), tied
+    equal = [
+        other
+        for other, result in pairs.items()
+        if other != pair and shares.are_equal(result, pairs[pair])
+    ]
+    return pair, tuple(equal)
+
+
+def _best_pair(shares: Shares, pairs: dict[Classes, HeldOutSquares], best: str) -> Classes:
+    """The pair that leaves least; one that holds the best single class where that is equal."""
+    first = min(pairs, key=lambda pair: pairs[pair].total)
+    if best in first:
+        return first
+    holding = min((pair for pair in pairs if best in pair), key=lambda pair: pairs[pair].total)
+    return holding if shares.are_equal(pairs[holding], pairs[first]) else first

@@ -1,0 +1,150 @@
+"""Penalised least squares on products of columns, some coefficients at least zero."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import LinAlgError, cho_factor, cho_solve, solve_triangular
+from scipy.optimize import nnls
+
+from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, IntArray
+from carrierflex.diagnosis.comparison.problem import FloatArray
+
+#: Rounding of a product of columns of unit energy.
+_ROUNDING = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class ClassModel:
+    """Columns of one fit, their penalty and which coefficients are at least zero.
+
+    Parameters
+    ----------
+    columns : ndarray of int, shape (n,)
+        Places in the table, the baseline's first.
+    penalty : ndarray, shape (n, n)
+        Quadratic penalty.
+    is_nonnegative : ndarray of bool, shape (n,)
+        Coefficients that are >= 0.
+    """
+
+    columns: IntArray
+    penalty: FloatArray
+    is_nonnegative: np.ndarray
+
+
+def class_model(
+    table: GramTable,
+    groups: Sequence[str],
+    ridges: Sequence[float],
+    *,
+    jitter: float,
+    further: IntArray | None = None,
+) -> ClassModel:
+    """Model of the baseline with some groups, each at its own ridge.
+
+    Parameters
+    ----------
+    table : GramTable
+        Products.
+    groups : sequence of str
+        Groups of columns.
+    ridges : sequence of float
+        Weight of each group's penalty.
+    jitter : float
+        Ridge on every class column.
+    further : ndarray of int, optional
+        Columns of laws, which are not penalised.
+
+    Returns
+    -------
+    ClassModel
+        Ready to be fitted.
+    """
+    members: list[ColumnGroup] = [table.groups[name] for name in groups]
+    laws = np.empty(0, dtype=np.int64) if further is None else further
+    columns = np.concatenate([table.base, laws, *(member.columns for member in members)])
+    penalty = np.zeros((columns.size, columns.size))
+    nonnegative = np.zeros(columns.size, dtype=bool)
+    first = table.n_base + laws.size
+    energy = table.total[columns, columns].max()
+    penalty[range(table.n_base), range(table.n_base)] = _ROUNDING * energy
+    for place in range(table.n_base, first):
+        penalty[place, place] = jitter * energy
+    for member, ridge in zip(members, ridges, strict=True):
+        place = np.arange(first, first + member.columns.size)
+        penalty[np.ix_(place, place)] = ridge * member.penalty + jitter * np.eye(place.size)
+        nonnegative[place] = member.is_nonnegative
+        first += place.size
+    return ClassModel(columns, penalty, nonnegative)
+
+
+def coefficients(gram: FloatArray, model: ClassModel) -> FloatArray:
+    """Coefficients c that minimise ``|target - columns c|² + c' P c``, some c >= 0.
+
+    The free coefficients are projected out of the products first; what remains is a small problem
+    of non-negative least squares.
+
+    Parameters
+    ----------
+    gram : ndarray, shape (n_table, n_table)
+        Products of all columns of the table, the target first.
+    model : ClassModel
+        Columns and penalty.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In the order of the model's columns.
+
+    References
+    ----------
+    .. [1] C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems" (1974), chapter 23.
+    """
+    A = gram[np.ix_(model.columns, model.columns)] + model.penalty
+    b = gram[model.columns, 0]
+    n = model.is_nonnegative
+    if not n.any():
+        return _solved(A, b)
+    free = ~n
+    factor = _factor(A[np.ix_(free, free)])
+    coupling = cho_solve(factor, A[np.ix_(free, n)])
+    schur = A[np.ix_(n, n)] - A[np.ix_(n, free)] @ coupling
+    right = b[n] - coupling.T @ b[free]
+    found = np.empty(b.size)
+    found[n] = _nonnegative(schur, right)
+    found[free] = cho_solve(factor, b[free]) - coupling @ found[n]
+    return found
+
+
+def block_squares(gram: FloatArray, model: ClassModel, c: FloatArray) -> FloatArray:
+    """Sum of squares that coefficients leave in each block, shape (n_blocks,)."""
+    weights = np.zeros(gram.shape[-1])
+    weights[0] = 1.0
+    weights[model.columns] = -c
+    return np.asarray(np.einsum("i,bij,j->b", weights, gram, weights, optimize=True))
+
+
+def _factor(A: FloatArray) -> tuple[FloatArray, bool]:
+    """Cholesky factor; a rounding more on the diagonal where the matrix is singular to rounding."""
+    lift = 0.0
+    size = float(np.diag(A).max())
+    for _ in range(8):
+        try:
+            return cho_factor(A + lift * np.eye(len(A)), lower=True, check_finite=False)
+        except LinAlgError:
+            lift = max(100.0 * lift, _ROUNDING * size)
+    raise ArithmeticError(f"the products of {len(A)} columns are not positive: table is corrupt")
+
+
+def _solved(A: FloatArray, b: FloatArray) -> FloatArray:
+    return np.asarray(cho_solve(_factor(A), b, check_finite=False))
+
+
+def _nonnegative(A: FloatArray, b: FloatArray) -> FloatArray:
+    """Minimiser of ``c' A c / 2 - b' c`` for c >= 0."""
+    size = np.sqrt(np.maximum(np.diag(A), _ROUNDING))
+    lower, _ = _factor(A / np.outer(size, size))
+    L = np.tril(lower)
+    right = solve_triangular(L, b / size, lower=True, check_finite=False)
+    return nnls(L.T, right, maxiter=30 * b.size)[0] / size

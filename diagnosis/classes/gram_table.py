@@ -1,0 +1,114 @@
+"""One table for all classes: products of target, baseline, class and law columns by block."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.diagnosis.comparison.problem import FloatArray
+
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class ColumnGroup:
+    """Columns that are penalised together.
+
+    Parameters
+    ----------
+    columns : ndarray of int, shape (n,)
+        Places in the table.
+    penalty : ndarray, shape (n, n)
+        Penalty ``c' P c`` of their coefficients, of unit mean diagonal.
+    is_nonnegative : bool
+        Whether the coefficients are >= 0.
+    """
+
+    columns: IntArray
+    penalty: FloatArray
+    is_nonnegative: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class LawColumns:
+    """A law of the library: one column, or several, for each of its shapes.
+
+    Parameters
+    ----------
+    id : str
+        Effect.
+    variants : tuple of ndarray of int
+        Places of the columns of each shape.
+    n_parameters : int
+        Parameters of the law.
+    """
+
+    id: str
+    variants: tuple[IntArray, ...]
+    n_parameters: int
+
+
+@dataclass(frozen=True, eq=False)
+class GramTable:
+    """Products of all columns by block; every fit and score is a small solve on them.
+
+    Columns in this order: the target, `n_base` regressors of the baseline, then groups and laws.
+
+    Parameters
+    ----------
+    gram : ndarray, shape (n_blocks, n, n)
+        Products of the columns by block.
+    n_base : int
+        Regressors of the baseline.
+    groups : mapping of str to ColumnGroup
+        Columns by name of the group.
+    classes : mapping of str to tuple of str
+        Groups of each class.
+    surface : str
+        Class that contains others (coupled); empty where none.
+    ceiling : tuple of str
+        Groups of the union of all classes.
+    laws : mapping of str to tuple of LawColumns
+        Laws that lie in each class.
+    floor : ndarray, shape (n_blocks,)
+        Sum of squares that noise alone leaves; NaN where it is not known.
+    folds : ndarray of int, shape (n_blocks,)
+        Fold in which each block is held out.
+    scale : ndarray, shape (n,)
+        Factor that each column was multiplied by.
+    """
+
+    gram: FloatArray
+    n_base: int
+    groups: Mapping[str, ColumnGroup]
+    classes: Mapping[str, tuple[str, ...]]
+    surface: str
+    ceiling: tuple[str, ...]
+    laws: Mapping[str, tuple[LawColumns, ...]]
+    floor: FloatArray
+    folds: IntArray
+    scale: FloatArray
+
+    @cached_property
+    def total(self) -> FloatArray:
+        """Products over all blocks, shape (n, n)."""
+        return np.asarray(self.gram.sum(axis=0))
+
+    @cached_property
+    def training(self) -> FloatArray:
+        """Products over the blocks outside each fold, shape (n_folds, n, n)."""
+        return np.array(
+            [self.total - self.gram[self.folds == fold].sum(axis=0) for fold in self.fold_numbers]
+        )
+
+    @property
+    def fold_numbers(self) -> range:
+        """Numbers of the folds."""
+        return range(int(self.folds.max()) + 1)
+
+    @property
+    def base(self) -> IntArray:
+        """Places of the baseline's regressors."""
+        return np.arange(1, 1 + self.n_base)

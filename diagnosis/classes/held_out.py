@@ -1,0 +1,136 @@
+"""What sets of classes leave on blocks that they were not fitted to."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.classes.fits import (
+    ClassModel,
+    block_squares,
+    class_model,
+    coefficients,
+)
+from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray
+from carrierflex.diagnosis.comparison.problem import FloatArray
+
+Classes = tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOutSquares:
+    """Held-out result of one model.
+
+    Parameters
+    ----------
+    squares : ndarray, shape (n_blocks,)
+        Sum of squares left in each block by the fit to the other folds.
+    groups, ridges : tuple
+        Groups of columns, and the weights of their penalties that the folds chose.
+    further : ndarray of int, optional
+        Columns of laws.
+    """
+
+    squares: FloatArray
+    groups: tuple[str, ...]
+    ridges: tuple[float, ...]
+    further: IntArray | None = None
+
+    @property
+    def total(self) -> float:
+        """Sum over the blocks."""
+        return float(self.squares.sum())
+
+
+@dataclass(frozen=True, eq=False)
+class ClassScores:
+    """Held-out squares of every set of classes that was asked for; each is computed once.
+
+    Parameters
+    ----------
+    table : GramTable
+        Products.
+    constants : ClassConstants
+        Limits.
+    known : dict
+        Results so far, by sorted class ids.
+    """
+
+    table: GramTable
+    constants: ClassConstants
+    known: dict[Classes, HeldOutSquares] = field(default_factory=dict)
+
+    def of(self, classes: Sequence[str]) -> HeldOutSquares:
+        """Held-out squares of a set of classes; of the baseline for the empty set."""
+        key = tuple(sorted(classes))
+        if key not in self.known:
+            self.known[key] = self._scored(key)
+        return self.known[key]
+
+    def ceiling(self) -> HeldOutSquares:
+        """Held-out squares of the union of all classes."""
+        key = ("union",)
+        if key not in self.known:
+            groups = self.table.ceiling
+            self.known[key] = self._best(groups, [(r,) * len(groups) for r in self._ridges])
+        return self.known[key]
+
+    def with_law(self, classes: Sequence[str], columns: IntArray) -> HeldOutSquares:
+        """Held-out squares of some classes and a law's columns beside them."""
+        beside = self.of(classes)
+        model = class_model(
+            self.table,
+            beside.groups,
+            beside.ridges,
+            jitter=self.constants.jitter,
+            further=columns,
+        )
+        return HeldOutSquares(self._held_out(model), beside.groups, beside.ridges, columns)
+
+    def model(self, held: HeldOutSquares) -> ClassModel:
+        """Model of a result."""
+        return class_model(
+            self.table,
+            held.groups,
+            held.ridges,
+            jitter=self.constants.jitter,
+            further=held.further,
+        )
+
+    @property
+    def _ridges(self) -> tuple[float, ...]:
+        return self.constants.ridges
+
+    def _scored(self, key: Classes) -> HeldOutSquares:
+        groups = tuple(dict.fromkeys(name for own in key for name in self.table.classes[own]))
+        if len(key) < 2:
+            options = [(ridge,) * len(groups) for ridge in self._ridges] if groups else [()]
+            return self._best(groups, options)
+        known: dict[str, float] = {}
+        for own in key:
+            single = self.of((own,))
+            for name, ridge in zip(single.groups, single.ridges, strict=True):
+                known[name] = min(ridge, known.get(name, np.inf))
+        options = [
+            tuple(factor * known[name] for name in groups) for factor in self.constants.pair_ridges
+        ]
+        return self._best(groups, options)
+
+    def _best(
+        self, groups: tuple[str, ...], options: Sequence[tuple[float, ...]]
+    ) -> HeldOutSquares:
+        """Result of the ridges that leave least."""
+        results = []
+        for ridges in options:
+            model = class_model(self.table, groups, ridges, jitter=self.constants.jitter)
+            results.append(HeldOutSquares(self._held_out(model), groups, ridges))
+        return min(results, key=lambda result: result.total)
+
+    def _held_out(self, model: ClassModel) -> FloatArray:
+        squares = np.empty(len(self.table.gram))
+        for fold in self.table.fold_numbers:
+            held = self.table.folds == fold
+            c = coefficients(self.table.training[fold], model)
+            squares[held] = block_squares(self.table.gram[held], model, c)
+        return squares

@@ -1,0 +1,95 @@
+"""Shares of the gap on held-out blocks, their scatter, and when two results are equal."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.classes.held_out import HeldOutSquares
+from carrierflex.diagnosis.comparison.problem import FloatArray
+
+_SEED = 7
+_INTERVAL = (0.025, 0.975)
+
+
+@dataclass(frozen=True, eq=False)
+class Shares:
+    """Shares of the gap above the floor, ``1 - sum(e - s) / sum(e_0 - s)``.
+
+    Parameters
+    ----------
+    before : ndarray, shape (n_blocks,)
+        Squares that the baseline leaves, e_0.
+    floor : ndarray, shape (n_blocks,)
+        Squares of the noise, s.
+    constants : ClassConstants
+        Limits.
+    """
+
+    before: FloatArray
+    floor: FloatArray
+    constants: ClassConstants
+
+    @cached_property
+    def gap(self) -> float:
+        """Squares of the baseline above the floor; a rounding at least."""
+        total = float(self.before.sum())
+        return max(total - float(self.floor.sum()), 1e-12 * total)
+
+    @cached_property
+    def _counts(self) -> FloatArray:
+        """How often each block is drawn, shape (n_draws, n_blocks)."""
+        n = self.before.size
+        rng = np.random.default_rng(_SEED)
+        draws = rng.multinomial(n, np.full(n, 1.0 / n), size=self.constants.bootstrap_samples)
+        return np.asarray(draws, dtype=np.float64)
+
+    def of(self, held: HeldOutSquares) -> float:
+        """Share that a result explains; negative where it is worse than the baseline."""
+        return 1.0 - (held.total - float(self.floor.sum())) / self.gap
+
+    def interval(self, held: HeldOutSquares) -> tuple[float, float]:
+        """95 % interval of a share over the blocks."""
+        above = self._counts @ (self.before - self.floor)
+        kept = np.maximum(above, 0.05 * self.gap)
+        draws = 1.0 - (self._counts @ (held.squares - self.floor)) / kept
+        low, high = np.quantile(draws, _INTERVAL)
+        return float(low), float(high)
+
+    def gain(self, better: HeldOutSquares, worse: HeldOutSquares) -> float:
+        """Share of the gap by which one result is better than another."""
+        return (worse.total - better.total) / self.gap
+
+    def gain_error(self, better: HeldOutSquares, worse: HeldOutSquares) -> float:
+        """Standard error of :meth:`gain` over the blocks."""
+        return float((self._counts @ (worse.squares - better.squares)).std()) / self.gap
+
+    def left(self, held: HeldOutSquares) -> float:
+        """What a result leaves above the floor, never less than the floor is known to."""
+        floor = float(self.floor.sum())
+        least = self.constants.least_left * floor
+        return max(held.total - floor, least) + self.constants.floor_error * floor
+
+    def are_equal(self, first: HeldOutSquares, second: HeldOutSquares) -> bool:
+        """Whether the blocks cannot tell two results apart.
+
+        What is left is compared, not the shares: 0.999 against 0.991 is nine times.
+        """
+        low, high = sorted((self.left(first), self.left(second)))
+        ratio = high / max(low, 1e-300)
+        if ratio <= self.constants.equal_left:
+            return True
+        difference = abs(self.gain(first, second))
+        error = self.gain_error(first, second)
+        return (
+            ratio <= self.constants.most_equal_left
+            and difference <= self.constants.standard_errors * error
+        )
+
+    def is_clear_gain(self, better: HeldOutSquares, worse: HeldOutSquares) -> bool:
+        """Whether a richer result gains enough over a simpler one to take its place."""
+        limits = self.constants
+        gain = self.gain(better, worse)
+        least = max(limits.standard_errors * self.gain_error(better, worse), limits.least_gain)
+        return gain > least and gain * self.gap >= limits.gain_of_left * self.left(worse)

@@ -1,0 +1,117 @@
+"""Columns with memory along a motion: stops that slip and relaxing branches."""
+
+import numpy as np
+from numba import njit
+from scipy.signal import lfilter
+
+from carrierflex.diagnosis.comparison.problem import FloatArray
+
+
+@njit(cache=True)
+def _stops(x, yields, state):  # type: ignore[no-untyped-def]
+    """Deflection of every stop along x; `state` is where they begin and is changed."""
+    found = np.empty((yields.size, x.size))
+    last = x[0]
+    for k in range(x.size):
+        moved = x[k] - last
+        last = x[k]
+        for i in range(yields.size):
+            state[i] = min(max(state[i] + moved, -yields[i]), yields[i])
+            found[i, k] = state[i]
+    return found
+
+
+def stops(x: FloatArray, yields: FloatArray) -> FloatArray:
+    """Deflection of Jenkins elements (a spring that slips) along a motion, shape (n_yields, n).
+
+    The record is played backwards first, so that the sliders begin where a motion like this one
+    leaves them.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        Deflection.
+    yields : ndarray, shape (n_yields,)
+        Deflection at which each slips.
+
+    Returns
+    -------
+    ndarray, shape (n_yields, n)
+        Divided by the yield deflection: within -1 and 1.
+
+    References
+    ----------
+    .. [1] W. D. Iwan, "A distributed-element model for hysteresis", J. Appl. Mech. 33 (1966) 893.
+    """
+    state = np.zeros(yields.size)
+    _stops(np.ascontiguousarray(x[::-1]), yields, state)
+    return np.asarray(_stops(np.ascontiguousarray(x), yields, state) / yields[:, None])
+
+
+@njit(cache=True)
+def _dahl(x, lengths, state):  # type: ignore[no-untyped-def]
+    found = np.empty((lengths.size, x.size))
+    last = x[0]
+    for k in range(x.size):
+        moved = x[k] - last
+        last = x[k]
+        sign = 1.0 if moved > 0.0 else -1.0
+        for i in range(lengths.size):
+            # Exact for a step in one direction: z tends to the sign of the motion.
+            state[i] = sign + (state[i] - sign) * np.exp(-abs(moved) / lengths[i])
+            found[i, k] = state[i]
+    return found
+
+
+def dahl_friction(x: FloatArray, lengths: FloatArray) -> FloatArray:
+    """Dry friction with pre-sliding along a motion, ``dz/dx = (1 - z sign(v)) / length``.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        Deflection.
+    lengths : ndarray, shape (n_lengths,)
+        Deflection over which the friction turns.
+
+    Returns
+    -------
+    ndarray, shape (n_lengths, n)
+        Within -1 and 1.
+
+    References
+    ----------
+    .. [1] P. R. Dahl, "A solid friction model", Aerospace Corporation TOR-0158 (1968).
+    """
+    state = np.zeros(lengths.size)
+    _dahl(np.ascontiguousarray(x[::-1]), lengths, state)
+    return np.asarray(_dahl(np.ascontiguousarray(x), lengths, state))
+
+
+def relaxing_branches(x: FloatArray, taus: FloatArray, step: float) -> FloatArray:
+    """Deflection of the springs of Maxwell elements along a motion, shape (n_taus, n).
+
+    ``dz/dt = v - z / tau``, exact for straight lines between the samples; the record is played
+    backwards first.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        Deflection.
+    taus : ndarray, shape (n_taus,)
+        Relaxation times [s].
+    step : float
+        Sampling interval [s].
+
+    Returns
+    -------
+    ndarray, shape (n_taus, n)
+        Deflection of each spring.
+    """
+    moved = np.concatenate([x[::-1], x])
+    moved = np.diff(moved, prepend=moved[0])
+    rows = []
+    for tau in taus:
+        decay = np.exp(-step / tau)
+        gain = tau / step * (1.0 - decay)
+        rows.append(lfilter([gain], [1.0, -decay], moved)[x.size :])
+    return np.array(rows)
