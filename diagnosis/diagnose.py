@@ -4,7 +4,10 @@ Screening, forward selection, choice, alias classes, shrinkage, verdict.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
+from carrierflex.diagnosis.class_verdict import joint_verdict
+from carrierflex.diagnosis.classes.answer import WithClasses
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, Signatures
 from carrierflex.diagnosis.gap.findings import Detailed, GapDetail
@@ -93,18 +96,40 @@ def diagnose(
         floor_is_measured=floor_is_measured,
         explainable=explainable,
     )
-    return Diagnosis(
+    attribution = _attribution(
+        search, screened, selection, classes, kind_of_verdict, explainable, far
+    )
+    diagnosis = Diagnosis(
         campaign=campaign,
         kind=kind,
         verdict=kind_of_verdict,
         reason=reason,
         unit=problem.unit,
-        attribution=_attribution(
-            search, screened, selection, classes, kind_of_verdict, explainable, far
-        ),
+        attribution=attribution,
         reduction=far,
         pictures=_pictures(search, selection),
         gap=_gap_detail(search, selection, far),
+    )
+    note("classes")
+    return _with_classes(diagnosis, problem)
+
+
+def _with_classes(diagnosis: Diagnosis, problem: ComparisonProblem) -> Diagnosis:
+    """Diagnosis with the class of the missing effect, where the kind has classes."""
+    answer = problem.class_answer() if isinstance(problem, WithClasses) else None
+    far = diagnosis.reduction
+    if answer is None or far is None:
+        return diagnosis
+    laws = tuple(step.added for step in far.steps[1:])
+    joint = joint_verdict(diagnosis.verdict, diagnosis.reason, laws, far, answer)
+    return replace(
+        diagnosis,
+        verdict=joint.verdict,
+        reason=joint.reason,
+        attribution=replace(diagnosis.attribution, effects=joint.effects),
+        reduction=joint.reduction,
+        reduction_law=far,
+        classes=joint.answer,
     )
 
 

@@ -86,9 +86,7 @@ def decide(
     return Decision(state, answer, ties, held, best_pair, drive_note)
 
 
-def _is_nothing(
-    scores: ClassScores, shares: Shares, results: Sequence[HeldOutSquares]
-) -> bool:
+def _is_nothing(scores: ClassScores, shares: Shares, results: Sequence[HeldOutSquares]) -> bool:
     """Whether there is no gap above the floor, or one that looks like coloured noise."""
     limits = scores.constants
     before = scores.of(())
@@ -113,9 +111,7 @@ def _single_or_pair(
     """The best class with its ties, or the best pair where it clearly gains."""
     held = singles[best]
     tied = tuple(
-        (name,)
-        for name, other in singles.items()
-        if name != best and shares.are_equal(other, held)
+        (name,) for name, other in singles.items() if name != best and shares.are_equal(other, held)
     )
     pair = _best_pair(shares, pairs, best)
     if not shares.is_clear_gain(pairs[pair], held):

@@ -119,10 +119,10 @@ def coefficients(gram: FloatArray, model: ClassModel) -> FloatArray:
 
 def block_squares(gram: FloatArray, model: ClassModel, c: FloatArray) -> FloatArray:
     """Sum of squares that coefficients leave in each block, shape (n_blocks,)."""
-    weights = np.zeros(gram.shape[-1])
-    weights[0] = 1.0
-    weights[model.columns] = -c
-    return np.asarray(np.einsum("i,bij,j->b", weights, gram, weights, optimize=True))
+    places = np.concatenate([[0], model.columns])
+    weights = np.concatenate([[1.0], -c])
+    products = gram[:, places[:, None], places[None]] @ weights
+    return np.asarray(products @ weights)
 
 
 def _factor(A: FloatArray) -> tuple[FloatArray, bool]:

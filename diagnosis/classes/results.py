@@ -99,8 +99,12 @@ class ClassAnswer:
         Classes of the best pair beside the answer; empty where none adds to it.
     law_share : float
         Share that the nearest laws explain together.
+    rho, rho_ci95 : float, tuple of float
+        Held-out RMS after over before, in force space.
     floor_multiple : float
         RMS that the answer leaves over the floor; NaN where the floor is not known.
+    classes_of_law : mapping of str to tuple of str
+        Classes that hold each law, the narrowest first.
     note : str
         What the records cannot say, as a sentence; empty where nothing.
     """
@@ -114,8 +118,16 @@ class ClassAnswer:
     learnable: float
     learnt_by: tuple[str, ...]
     law_share: float
+    rho: float
+    rho_ci95: Interval
     floor_multiple: float
+    classes_of_law: Mapping[str, tuple[str, ...]]
     note: str = ""
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Classes of the answer."""
+        return tuple(finding.id for finding in self.classes)
 
     @property
     def beyond_share(self) -> float:

@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.finite_differences import (
     DifferencedResiduals,
@@ -30,6 +31,7 @@ from carrierflex.diagnosis.comparison.problem import (
 )
 from carrierflex.diagnosis.comparison.user_laws import force_library
 from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, KIND, NEGATIVE_CONTROLS
+from carrierflex.diagnosis.element.classes.answer import element_class_answer
 from carrierflex.diagnosis.element.experiments import element_experiments
 from carrierflex.diagnosis.element.gap_findings import element_findings, element_scalars
 from carrierflex.diagnosis.element.gap_map import element_gap_cells
@@ -198,6 +200,10 @@ class ElementProblem:
             self.records,
             lambda record, factor: self.model.predicted(record, effects, theta, refined=factor),
         )
+
+    def class_answer(self) -> ClassAnswer | None:
+        """Class of the missing effect."""
+        return element_class_answer(self.model, self.records, self.noise)
 
     @cached_property
     def _columns(self) -> tuple[Column, ...]:

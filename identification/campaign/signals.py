@@ -3,10 +3,11 @@
 Even steps, the trusted band, derivatives, the drive between the samples.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import next_fast_len
 from scipy.interpolate import CubicSpline
 from scipy.signal import resample_poly, welch
 
@@ -97,19 +98,59 @@ def band_limited(
     ndarray, shape (..., n)
         Filtered signal.
     """
+    slope = (signal[..., -1:] - signal[..., :1]) / (signal.shape[-1] - 1)
+    filtered = with_gain(
+        signal,
+        step,
+        lambda frequency: pass_gain(frequency, cutoff_hz) * (2j * np.pi * frequency) ** derivative,
+        reach=int(20.0 / (cutoff_hz * step)) + 10,
+    )
+    trend = {
+        0: slope * np.arange(signal.shape[-1]),
+        1: slope / step * np.ones(signal.shape[-1]),
+    }.get(derivative, 0.0)
+    return filtered + trend
+
+
+def with_gain(
+    signal: FloatArray,
+    step: float,
+    gain: Callable[[FloatArray], NDArray[np.generic]],
+    *,
+    reach: int,
+) -> FloatArray:
+    """Signal less the straight line between its ends, each frequency multiplied by a gain.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (..., n)
+        Evenly sampled.
+    step : float
+        Sampling interval [s].
+    gain : callable
+        Gain at frequencies [Hz].
+    reach : int
+        Samples by which the record is continued at both ends, by its point mirror.
+
+    Returns
+    -------
+    ndarray, shape (..., n)
+        Filtered signal, without the straight line.
+    """
     n = signal.shape[-1]
-    pad = min(n - 1, int(20.0 / (cutoff_hz * step)) + 10)
+    pad = min(n - 1, reach)
     slope = (signal[..., -1:] - signal[..., :1]) / (n - 1)
-    ramp = slope * np.arange(n)
-    level = signal - ramp
+    level = signal - slope * np.arange(n)
     head = 2.0 * level[..., :1] - level[..., pad:0:-1]
     tail = 2.0 * level[..., -1:] - level[..., -2 : -pad - 2 : -1]
     long = np.concatenate([head, level, tail], axis=-1)
-    frequency = np.asarray(np.fft.rfftfreq(long.shape[-1], step), dtype=np.float64)
-    gain = pass_gain(frequency, cutoff_hz) * (2j * np.pi * frequency) ** derivative
-    filtered = np.fft.irfft(np.fft.rfft(long) * gain, n=long.shape[-1])[..., pad : pad + n]
-    trend = {0: ramp, 1: slope / step * np.ones(n)}.get(derivative, 0.0)
-    return filtered + trend
+    size = next_fast_len(long.shape[-1], real=True)
+    if size > long.shape[-1]:
+        # What is added for a fast transform lies beyond the mirrored end: it is cut off again.
+        fill = np.linspace(long[..., -1], long[..., 0], size - long.shape[-1], axis=-1)
+        long = np.concatenate([long, fill], axis=-1)
+    frequency = np.asarray(np.fft.rfftfreq(size, step), dtype=np.float64)
+    return np.fft.irfft(np.fft.rfft(long) * gain(frequency), n=size)[..., pad : pad + n]
 
 
 def pass_gain(frequency_hz: FloatArray, cutoff_hz: float) -> FloatArray:

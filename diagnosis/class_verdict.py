@@ -1,0 +1,183 @@
+"""The verdict of both answers: the class that the records show, and the laws that the search named.
+
+Columns of the table: class, law, what is left; see docs/diagnosis.md.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import permutations
+
+from carrierflex.diagnosis.classes.results import (
+    LEADING_CLASS,
+    NAMED_CLASS,
+    NO_CLASS,
+    ClassAnswer,
+)
+from carrierflex.diagnosis.comparison.effect_names import plain_name
+from carrierflex.diagnosis.comparison.problem import Effects
+from carrierflex.diagnosis.inference.results import (
+    ALIASED,
+    CLASS_NAMED,
+    NAMED,
+    NAMED_WITH_REMAINDER,
+    NONE_OF_THESE,
+    GapReduction,
+)
+
+#: Share by which laws may stay behind their class and still be named.
+_BEHIND = 0.01
+_NAMING = (NAMED, NAMED_WITH_REMAINDER, ALIASED)
+
+
+@dataclass(frozen=True, eq=False)
+class JointVerdict:
+    """Verdict of both answers.
+
+    Parameters
+    ----------
+    verdict, reason : str
+        Verdict and its reason.
+    effects : tuple of str
+        Laws that are named.
+    answer : ClassAnswer
+        Classes, where the law decides between tied ones reduced to its own.
+    reduction : GapReduction
+        How far what is named shrinks the gap.
+    """
+
+    verdict: str
+    reason: str
+    effects: Effects
+    answer: ClassAnswer
+    reduction: GapReduction
+
+
+def joint_verdict(
+    verdict: str,
+    reason: str,
+    laws: Effects,
+    reduction: GapReduction,
+    answer: ClassAnswer,
+) -> JointVerdict:
+    """Verdict from the search for laws and the comparison of classes.
+
+    Parameters
+    ----------
+    verdict, reason : str
+        What the search for laws alone says.
+    laws : tuple of str
+        Laws of its best set.
+    reduction : GapReduction
+        How far that set shrinks the gap.
+    answer : ClassAnswer
+        What the comparison of classes says.
+
+    Returns
+    -------
+    JointVerdict
+        One row of the table.
+    """
+    named = laws if verdict in _NAMING else ()
+    if answer.state not in (NAMED_CLASS, LEADING_CLASS, NO_CLASS):
+        return JointVerdict(verdict, reason, named, answer, reduction)
+    covered = _covered(named, answer)
+    if covered is not None and _follow(answer, reduction):
+        resolved = _with_named_laws(answer, covered, named)
+        return JointVerdict(verdict, reason, named, resolved, reduction)
+    if answer.state == NO_CLASS:
+        return _without_class(verdict, reason, named, answer, reduction)
+    return _of_class(answer, named, reduction)
+
+
+def _follow(answer: ClassAnswer, reduction: GapReduction) -> bool:
+    """Whether the laws explain what their class does."""
+    equal = all(finding.law_named for finding in answer.classes)
+    return equal or reduction.phi >= min(answer.share, 1.0) - _BEHIND
+
+
+def _covered(laws: Effects, answer: ClassAnswer) -> tuple[str, ...] | None:
+    """Classes of the answer, or of a tie, each of which holds one law and every law in one."""
+    if not laws:
+        return None
+    for classes in (answer.ids, *answer.ties):
+        if _covers(laws, classes, answer):
+            return classes
+    return None
+
+
+def _covers(laws: Effects, classes: Sequence[str], answer: ClassAnswer) -> bool:
+    """Whether every class holds a law, and every law lies in one of the classes."""
+    holders = {law: set(answer.classes_of_law.get(law, ())) for law in laws}
+    if not all(holders[law] & set(classes) for law in laws):
+        return False
+    if len(laws) < len(classes):
+        return False
+    return any(
+        all(own in holders[law] for own, law in zip(classes, order, strict=False))
+        for order in permutations(laws)
+    )
+
+
+def _with_named_laws(answer: ClassAnswer, classes: tuple[str, ...], laws: Effects) -> ClassAnswer:
+    """Answer whose laws are those that are named."""
+    if set(classes) != set(answer.ids):
+        return answer
+    findings = []
+    for finding in answer.classes:
+        held = [law for law in laws if finding.id in answer.classes_of_law.get(law, ())]
+        law = finding.law if finding.law in held or not held else held[0]
+        findings.append(replace(finding, law=law, law_named=True))
+    return replace(answer, classes=tuple(findings))
+
+
+def _without_class(
+    verdict: str, reason: str, named: Effects, answer: ClassAnswer, reduction: GapReduction
+) -> JointVerdict:
+    """No class explains the gap: nothing is named."""
+    if not named:
+        return JointVerdict(verdict, reason, (), answer, reduction)
+    text = (
+        f"the best class explains {max(answer.share, 0.0):.0%} of the gap in force space, so that "
+        f"{_listed(named)} is no cause of it; all classes together learn "
+        f"{min(max(answer.learnable, 0.0), 1.0):.0%}"
+    )
+    return JointVerdict(NONE_OF_THESE, text, (), answer, reduction)
+
+
+def _of_class(answer: ClassAnswer, laws: Effects, reduction: GapReduction) -> JointVerdict:
+    """The class is the answer; its laws are the nearest ones."""
+    share = min(answer.share, 1.0)
+    classes = " with ".join(plain_name(name) for name in answer.ids)
+    text = f"{classes} explains {share:.1%} of the gap above the floor on held-out records"
+    nearest = [finding for finding in answer.classes if finding.law]
+    if nearest:
+        text += "; nearest law " + ", ".join(
+            f"{plain_name(finding.law)} {min(max(finding.law_share, 0.0), 1.0):.0%}"
+            for finding in nearest
+        )
+    findings = tuple(replace(finding, law_named=False) for finding in answer.classes)
+    kept = replace(answer, classes=findings)
+    if answer.ties and answer.state == NAMED_CLASS:
+        tied = {name for names in (answer.ids, *answer.ties) for name in names}
+        effects = tuple(law for law in laws if tied <= set(answer.classes_of_law.get(law, ())))
+        others = ", ".join(" with ".join(plain_name(n) for n in names) for names in answer.ties)
+        text += f"; {others} predicts held-out records as well"
+        return JointVerdict(ALIASED, text, effects, kept, _class_reduction(answer, reduction))
+    return JointVerdict(CLASS_NAMED, text, (), kept, _class_reduction(answer, reduction))
+
+
+def _class_reduction(answer: ClassAnswer, reduction: GapReduction) -> GapReduction:
+    """How far the class model shrinks the gap; ratios in force space, RMS in the channel's unit."""
+    return replace(
+        reduction,
+        rms_after=answer.rho * reduction.rms_before,
+        rho=answer.rho,
+        rho_ci95=answer.rho_ci95,
+        phi=min(answer.share, 1.0),
+        phi_ci95=(min(answer.share_ci95[0], 1.0), min(answer.share_ci95[1], 1.0)),
+        floor_multiple=answer.floor_multiple,
+    )
+
+
+def _listed(laws: Effects) -> str:
+    return " with ".join(plain_name(law) for law in laws)

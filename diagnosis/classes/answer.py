@@ -1,0 +1,156 @@
+"""The answer of a comparison of classes, from its table."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.classes.decision import Decision, decide
+from carrierflex.diagnosis.classes.gram_table import GramTable
+from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
+from carrierflex.diagnosis.classes.laws import NearestLaw, nearest_law
+from carrierflex.diagnosis.classes.results import (
+    NO_CLASS,
+    NOTHING,
+    ClassAnswer,
+    ClassFinding,
+    MeasuredShape,
+)
+from carrierflex.diagnosis.classes.shares import Shares
+
+#: Measured shape of one class of an answer: class, result of the answer, nearest law.
+ShapeOf = Callable[[ClassScores, str, HeldOutSquares, NearestLaw], MeasuredShape | None]
+
+
+@runtime_checkable
+class WithClasses(Protocol):
+    """A comparison problem whose kind has classes."""
+
+    def class_answer(self) -> ClassAnswer | None:
+        """Class of the missing effect; None where the records are too short for the comparison."""
+        ...
+
+
+def class_answer(
+    table: GramTable,
+    constants: ClassConstants,
+    candidates: Sequence[str],
+    *,
+    shape_of: ShapeOf,
+    drive_note: str = "",
+) -> ClassAnswer:
+    """Which class the gap shows, the nearest law in it, and what remains.
+
+    Parameters
+    ----------
+    table : GramTable
+        Products of all columns.
+    constants : ClassConstants
+        Limits.
+    candidates : sequence of str
+        Classes that these records can show.
+    shape_of : callable
+        Gives the measured shape of a class.
+    drive_note : str
+        What the drive does not separate.
+
+    Returns
+    -------
+    ClassAnswer
+        Answer with shares, ties and rivals.
+    """
+    scores = ClassScores(table, constants)
+    shares = Shares(scores.of(()).squares, table.floor, constants)
+    plain = [name for name in candidates if name != table.surface]
+    decision = decide(scores, shares, plain, drive_note=drive_note)
+    singles = {name: shares.of(scores.of((name,))) for name in (*plain, table.surface) if name}
+    if decision.state == NOTHING:
+        return _nothing(scores, decision, shares, table)
+    findings, laws = [], []
+    for own in decision.classes:
+        finding, law = _finding(scores, shares, decision, own, shape_of)
+        findings.append(finding)
+        laws.append(law)
+    held = decision.held
+    learnable = max(shares.of(scores.ceiling()), shares.of(scores.of(decision.best_pair)))
+    pair_gains = shares.gain(scores.of(decision.best_pair), held) > constants.least_gain
+    floor = float(table.floor.sum())
+    return ClassAnswer(
+        state=decision.state,
+        classes=tuple(findings) if decision.state != NO_CLASS else (),
+        ties=decision.ties if decision.state != NO_CLASS else (),
+        rivals={name: share for name, share in singles.items() if (name,) != decision.classes},
+        share=shares.of(held),
+        share_ci95=shares.interval(held),
+        learnable=learnable,
+        learnt_by=tuple(set(decision.best_pair) - set(decision.classes)) if pair_gains else (),
+        law_share=_law_share(scores, shares, laws),
+        rho=float(np.sqrt(held.total / scores.of(()).total)),
+        rho_ci95=shares.ratio_interval(held),
+        floor_multiple=float(np.sqrt(held.total / floor)) if floor > 0.0 else float("inf"),
+        classes_of_law=classes_of_law(table),
+        note=decision.note,
+    )
+
+
+def classes_of_law(table: GramTable) -> Mapping[str, tuple[str, ...]]:
+    """Classes that hold each law of a table, in the order of its classes."""
+    found: dict[str, tuple[str, ...]] = {}
+    for name, laws in table.laws.items():
+        for law in laws:
+            found[law.id] = (*found.get(law.id, ()), name)
+    return found
+
+
+def _nothing(
+    scores: ClassScores, decision: Decision, shares: Shares, table: GramTable
+) -> ClassAnswer:
+    before = scores.of(()).total
+    floor = float(table.floor.sum())
+    nan = float("nan")
+    return ClassAnswer(
+        state=decision.state,
+        classes=(),
+        ties=(),
+        rivals={},
+        share=nan,
+        share_ci95=(nan, nan),
+        learnable=nan,
+        learnt_by=(),
+        law_share=nan,
+        rho=1.0,
+        rho_ci95=(nan, nan),
+        floor_multiple=float(np.sqrt(before / floor)) if floor > 0.0 else float("inf"),
+        classes_of_law=classes_of_law(table),
+        note=decision.note,
+    )
+
+
+def _finding(
+    scores: ClassScores, shares: Shares, decision: Decision, own: str, shape_of: ShapeOf
+) -> tuple[ClassFinding, NearestLaw]:
+    """One class of the answer; in a pair its share is what is lost without it."""
+    beside = tuple(name for name in decision.classes if name != own)
+    law = nearest_law(scores, shares, own, beside)
+    without = shares.of(scores.of(beside)) if beside else 0.0
+    low, high = shares.interval(decision.held)
+    law_share = shares.of(law.held) - without if law.held is not None else float("nan")
+    finding = ClassFinding(
+        id=own,
+        share=shares.of(decision.held) - without,
+        share_ci95=(low - without, high - without),
+        law=law.id,
+        law_share=law_share,
+        law_named=law.is_equal,
+        shape=shape_of(scores, own, decision.held, law),
+    )
+    return finding, law
+
+
+def _law_share(scores: ClassScores, shares: Shares, laws: Sequence[NearestLaw]) -> float:
+    """Share of the nearest laws together, without any class."""
+    known = [law.columns for law in laws if law.id]
+    if not known:
+        return float("nan")
+    return shares.of(scores.with_law((), np.concatenate(known)))

@@ -1,0 +1,73 @@
+"""Laws of the library held against the class that the records show."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from carrierflex.diagnosis.classes.gram_table import IntArray, LawColumns
+from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
+from carrierflex.diagnosis.classes.shares import Shares
+
+
+@dataclass(frozen=True, eq=False)
+class NearestLaw:
+    """Law of a class that explains most.
+
+    Parameters
+    ----------
+    id : str
+        Law; empty where the class holds none.
+    columns : ndarray of int
+        Places of its columns, at its best shape.
+    held : HeldOutSquares, optional
+        Its result in place of the class.
+    is_equal : bool
+        Whether the records cannot tell it from the class.
+    """
+
+    id: str
+    columns: IntArray
+    held: HeldOutSquares | None
+    is_equal: bool
+
+
+def nearest_law(scores: ClassScores, shares: Shares, own: str, beside: Classes) -> NearestLaw:
+    """Law that takes the place of a class best.
+
+    Parameters
+    ----------
+    scores : ClassScores
+        Held-out squares.
+    shares : Shares
+        Gap and scatter.
+    own : str
+        Class whose place the law takes.
+    beside : tuple of str
+        Other classes of the answer, which stay.
+
+    Returns
+    -------
+    NearestLaw
+        Best of ``share - 0.005 n_parameters`` over the laws and their shapes.
+    """
+    limits = scores.constants
+    found: list[tuple[float, str, IntArray, HeldOutSquares]] = []
+    for law in scores.table.laws.get(own, ()):
+        columns, held = _best_shape(scores, beside, law)
+        value = shares.of(held) - limits.law_parameter * law.n_parameters
+        found.append((value, law.id, columns, held))
+    if not found:
+        return NearestLaw("", np.empty(0, dtype=np.int64), None, False)
+    _, name, columns, held = max(found, key=lambda entry: entry[0])
+    with_class = scores.of((own, *beside))
+    behind = shares.gain(with_class, held)
+    error = limits.standard_errors * shares.gain_error(with_class, held)
+    return NearestLaw(name, columns, held, behind <= max(limits.law_named, error))
+
+
+def _best_shape(
+    scores: ClassScores, beside: Classes, law: LawColumns
+) -> tuple[IntArray, HeldOutSquares]:
+    """Shape of a law that leaves least."""
+    results = [(columns, scores.with_law(beside, columns)) for columns in law.variants]
+    return min(results, key=lambda result: result[1].total)

@@ -1,0 +1,93 @@
+"""Class of the missing effect of an element: table, what the drive can show, decision, shapes."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from carrierflex.diagnosis.classes.answer import class_answer
+from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.classes.results import ClassAnswer
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.classes.laws import TIME_VARIATION
+from carrierflex.diagnosis.element.classes.splines import SplineBasis
+from carrierflex.diagnosis.element.classes.table import CLASS_GROUPS, ElementTable, element_table
+from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.records import ElementRecord
+
+#: Windows of a run over which its amplitude and frequency are followed.
+_WINDOWS = 40
+_DRIVE_NOTE = (
+    "the drive itself changes with time: a slow change with time is not separable from it in these "
+    "records"
+)
+
+
+def element_class_answer(
+    model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray
+) -> ClassAnswer | None:
+    """Class of the missing effect.
+
+    Parameters
+    ----------
+    model : ElementModel
+        Baseline and library.
+    records : sequence of ElementRecord
+        Runs.
+    noise : ndarray, shape (n_runs,)
+        Variance of the channel's noise by run.
+
+    Returns
+    -------
+    ClassAnswer or None
+        None where the records are too short.
+    """
+    constants = ClassConstants()
+    own = element_table(model, records, noise, constants)
+    if own is None:
+        return None
+    with_time = is_separable_from_time(own, constants.separable_from_drive)
+    candidates = [name for name in CLASS_GROUPS if with_time or name != TIME_VARIATION]
+    return class_answer(
+        own.table,
+        constants,
+        candidates,
+        shape_of=lambda scores, name, held, law: None,
+        drive_note="" if with_time else _DRIVE_NOTE,
+    )
+
+
+def is_separable_from_time(own: ElementTable, highest: float) -> bool:
+    """Whether neither amplitude nor frequency of the motion follows time.
+
+    R² of the windowed log RMS of x, and of v / x, on the time splines common to all runs.
+    """
+    rows, amplitudes, frequencies = [], [], []
+    for record in own.records:
+        parts = np.array_split(np.flatnonzero(record.counts), _WINDOWS)
+        x = np.array([np.std(record.x[part]) for part in parts])
+        v = np.array([np.std(record.v[part]) for part in parts])
+        middle = np.array([part.mean() for part in parts]) * record.step
+        level = np.log(np.maximum(x, 1e-12 * own.bases.size.half_range))
+        rate = np.log(np.maximum(v, 1e-12 * own.bases.size.speed)) - level
+        amplitudes.append(level - level.mean())
+        frequencies.append(rate - rate.mean())
+        rows.append(_centred(own.bases.time, middle))
+    design = np.concatenate(rows, axis=1).T
+    follows = [_r_squared(design, np.concatenate(values)) for values in (amplitudes, frequencies)]
+    return max(follows) <= highest
+
+
+def _centred(basis: SplineBasis, time: FloatArray) -> FloatArray:
+    values = basis(time)
+    return values - values.mean(axis=1, keepdims=True)
+
+
+def _r_squared(design: FloatArray, target: FloatArray) -> float:
+    """Adjusted R² of a least-squares fit."""
+    c = np.linalg.lstsq(design, target, rcond=None)[0]
+    total = float(target @ target)
+    if total == 0.0:
+        return 0.0
+    degrees = max(target.size - np.linalg.matrix_rank(design), 1)
+    left = float(np.sum((target - design @ c) ** 2)) / degrees
+    return 1.0 - left / (total / target.size)

@@ -1,0 +1,187 @@
+"""Columns of every class along a run."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.classes.laws import MotionSize, yields
+from carrierflex.diagnosis.element.classes.memory_columns import relaxing_branches, stops
+from carrierflex.diagnosis.element.classes.motion import ForceRecord
+from carrierflex.diagnosis.element.classes.splines import (
+    SplineBasis,
+    basis_over,
+    difference_penalty,
+)
+
+#: Splines of f(x), g(v), h(x), of each side of f(x, v), of time and of the drive side.
+_N_FORCE, _N_SPEED, _N_COUPLED, _N_SURFACE, _N_TIME, _N_SIDE = 24, 12, 8, 6, 5, 12
+#: Speed of the asinh scale over its RMS: a third of the splines lie below a tenth of the RMS.
+_SPEED_SCALE = 0.1
+_N_PRONY = 8
+#: Relaxation times from so many steps to this share of the longest record.
+_TAU_STEPS, _TAU_SHARE = 1.5, 0.2
+#: Yield deflections of the sliders whose strength changes with deflection: every second one.
+_COUPLED_YIELDS = slice(0, None, 2)
+
+
+@dataclass(frozen=True, eq=False)
+class GroupColumns:
+    """Columns of one group as a function of a run.
+
+    Parameters
+    ----------
+    id : str
+        Group.
+    columns : callable
+        ``ForceRecord -> array (n_columns, n)``.
+    penalty : ndarray, shape (n_columns, n_columns)
+        Penalty of unit mean diagonal.
+    is_nonnegative : bool
+        Whether coefficients are >= 0.
+    """
+
+    id: str
+    columns: Callable[[ForceRecord], FloatArray]
+    penalty: FloatArray
+    is_nonnegative: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class ElementBases:
+    """Splines and sizes that all runs share.
+
+    Parameters
+    ----------
+    size : MotionSize
+        Sizes of the motion.
+    force, speed, coupled, surface_x, surface_v, time, side : SplineBasis
+        Splines over the range of all runs; speed in asinh(v / scale).
+    taus : ndarray, shape (n,)
+        Relaxation times [s].
+    """
+
+    size: MotionSize
+    force: SplineBasis
+    speed: SplineBasis
+    coupled: SplineBasis
+    surface_x: SplineBasis
+    surface_v: SplineBasis
+    time: SplineBasis
+    side: SplineBasis
+    taus: FloatArray
+
+    def curved_speed(self, v: FloatArray) -> FloatArray:
+        """asinh(v / (0.1 v_rms)): fine near rest, coarse far from it."""
+        return np.arcsinh(v / (_SPEED_SCALE * self.size.speed))
+
+
+def element_bases(own: Sequence[ForceRecord], size: MotionSize) -> ElementBases:
+    """Splines over what the runs visit."""
+    x = np.concatenate([record.x[record.counts] for record in own])
+    v = np.concatenate([record.v[record.counts] for record in own])
+    side = np.concatenate([record.side[record.counts] for record in own])
+    curved = np.arcsinh(v / (_SPEED_SCALE * size.speed))
+    longest = max(record.x.size * record.step for record in own)
+    step = min(record.step for record in own)
+    return ElementBases(
+        size=size,
+        force=basis_over(x, _N_FORCE),
+        speed=basis_over(curved, _N_SPEED),
+        coupled=basis_over(x, _N_COUPLED),
+        surface_x=basis_over(x, _N_SURFACE),
+        surface_v=basis_over(curved, _N_SURFACE),
+        time=SplineBasis(0.0, longest, _N_TIME),
+        side=basis_over(side, _N_SIDE),
+        taus=np.geomspace(_TAU_STEPS * step, _TAU_SHARE * longest, _N_PRONY),
+    )
+
+
+def group_columns(bases: ElementBases, side_line: FloatArray) -> tuple[GroupColumns, ...]:
+    """Every group of columns.
+
+    Parameters
+    ----------
+    bases : ElementBases
+        Splines and sizes.
+    side_line : ndarray, shape (2, n_side)
+        Constant and slope of every spline of the drive side on the drive, which are projected out.
+
+    Returns
+    -------
+    tuple of GroupColumns
+        Names: f, g, jump, stops, prony, delay, h, surface, time, side.
+    """
+    size = bases.size
+    n_plain = yields(size).size
+    n_coupled = yields(size)[_COUPLED_YIELDS].size
+
+    def jump(own: ForceRecord) -> FloatArray:
+        sign = np.tanh(own.v / size.rest_speed)
+        return np.array([np.maximum(sign, 0.0), np.minimum(sign, 0.0)])
+
+    def surface(own: ForceRecord) -> FloatArray:
+        along_x = bases.surface_x(own.x)
+        along_v = bases.surface_v(bases.curved_speed(own.v))
+        return (along_x[:, None] * along_v[None]).reshape(-1, own.x.size)
+
+    def in_time(own: ForceRecord) -> FloatArray:
+        splines = bases.time(own.step * np.arange(own.x.size))
+        rows = (own.x / size.half_range, own.v / size.speed, np.ones(own.x.size))
+        return np.concatenate([splines * row for row in rows])
+
+    def side(own: ForceRecord) -> FloatArray:
+        return bases.side(own.side) - side_line[0][:, None] - np.outer(side_line[1], own.side)
+
+    return (
+        GroupColumns("f", lambda own: bases.force(own.x), difference_penalty(_N_FORCE, 2)),
+        GroupColumns(
+            "g",
+            lambda own: bases.speed(bases.curved_speed(own.v)),
+            difference_penalty(_N_SPEED, 2),
+        ),
+        GroupColumns("jump", jump, np.zeros((2, 2))),
+        GroupColumns(
+            "stops",
+            lambda own: stops_columns(own.x, size),
+            np.zeros((n_plain + 3 * n_coupled,) * 2),
+            is_nonnegative=True,
+        ),
+        GroupColumns(
+            "prony",
+            lambda own: relaxing_branches(own.x, bases.taus, own.step),
+            np.zeros((_N_PRONY, _N_PRONY)),
+            is_nonnegative=True,
+        ),
+        GroupColumns("delay", lambda own: np.gradient(own.side, own.step)[None], np.zeros((1, 1))),
+        GroupColumns(
+            "h",
+            lambda own: bases.coupled(own.x) * own.v,
+            difference_penalty(_N_COUPLED, 2),
+        ),
+        GroupColumns("surface", surface, np.eye(_N_SURFACE**2)),
+        GroupColumns("time", in_time, np.kron(np.eye(3), difference_penalty(_N_TIME, 1))),
+        GroupColumns("side", side, difference_penalty(_N_SIDE, 2)),
+    )
+
+
+def stops_columns(x: FloatArray, size: MotionSize) -> FloatArray:
+    """Sliders, and sliders whose strength falls or grows with deflection, shape (n, x.size).
+
+    ``z_i``, ``z_i (1 - |x|/X)``, ``z_i max(x, 0)/X``, ``z_i max(-x, 0)/X``: with weights of at
+    least zero the strength is nowhere negative, and loops may soften, harden, be pinched, or differ
+    from side to side.
+    """
+    z = stops(x, yields(size))
+    middle = 0.5 * (size.low + size.high)
+    place = np.clip((x - middle) / size.half_range, -1.0, 1.0)
+    varying = z[_COUPLED_YIELDS]
+    return np.concatenate(
+        [
+            z,
+            varying * (1.0 - np.abs(place)),
+            varying * np.maximum(place, 0.0),
+            varying * np.maximum(-place, 0.0),
+        ]
+    )

@@ -1,0 +1,176 @@
+"""Laws of the library as columns along a motion, and the classes that each lies in."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.classes.memory_columns import (
+    dahl_friction,
+    relaxing_branches,
+    stops,
+)
+from carrierflex.diagnosis.element.classes.motion import ForceRecord
+from carrierflex.diagnosis.element.model import ElementModel
+
+RESTORING_FORCE = "restoring_force"
+DISSIPATION = "dissipation"
+HYSTERESIS = "hysteresis"
+MEMORY = "memory"
+DELAY = "delay"
+COUPLED_DAMPING = "coupled_damping"
+FORCE_SURFACE = "force_surface"
+TIME_VARIATION = "time_variation"
+DRIVE_SIDE = "drive_side"
+
+_STATIC = (RESTORING_FORCE, FORCE_SURFACE)
+_FRICTION = (DISSIPATION, FORCE_SURFACE)
+#: Classes that hold each law, the narrowest first.
+CLASSES_OF_LAW: dict[str, tuple[str, ...]] = {
+    "quadratic_stiffness": _STATIC,
+    "cubic_stiffness": _STATIC,
+    "quintic_stiffness": _STATIC,
+    "backlash": _STATIC,
+    "coulomb_friction": (DISSIPATION, HYSTERESIS, FORCE_SURFACE),
+    "friction_asymmetry": _FRICTION,
+    "stribeck_friction": _FRICTION,
+    "quadratic_damping": _FRICTION,
+    "cubic_damping": _FRICTION,
+    "elasto_plastic_friction": (HYSTERESIS,),
+    "maxwell_branch": (MEMORY,),
+    "sensor_delay": (DELAY,),
+    "deflection_dependent_damping": (COUPLED_DAMPING, FORCE_SURFACE),
+}
+#: Yield deflections, gaps and turning lengths over the half range; rise speeds over the RMS speed;
+#: relaxation times over the time scale of the motion.
+_YIELDS = np.geomspace(0.004, 1.2, 14)
+_GAPS = np.linspace(0.08, 0.95, 12)
+_RISE_SPEEDS = np.geomspace(0.03, 2.0, 7)
+_TAUS = np.geomspace(0.05, 50.0, 12)
+
+
+@dataclass(frozen=True, eq=False)
+class MotionSize:
+    """Sizes of the motion over all runs.
+
+    Parameters
+    ----------
+    low, high : float
+        Range of the deflection.
+    speed, acceleration : float
+        RMS.
+    rest_speed : float
+        Speed below which the sign of the speed is uncertain.
+    least_yield : float
+        Least deflection that a slider's yield can be told from noise.
+    """
+
+    low: float
+    high: float
+    speed: float
+    acceleration: float
+    rest_speed: float
+    least_yield: float
+
+    @property
+    def half_range(self) -> float:
+        """Half of the range of the deflection."""
+        return 0.5 * (self.high - self.low)
+
+    @property
+    def time(self) -> float:
+        """Time scale of the motion [s]."""
+        return self.half_range / self.speed
+
+
+def classes_of(law: str) -> tuple[str, ...]:
+    """Classes that hold a law; of a user's law f(q, v) those of any surface."""
+    return CLASSES_OF_LAW.get(law, (RESTORING_FORCE, DISSIPATION, COUPLED_DAMPING, FORCE_SURFACE))
+
+
+def law_columns(model: ElementModel, own: ForceRecord, law: str, size: MotionSize) -> FloatArray:
+    """Columns of one law along a run, by shape, shape (n_shapes, n_columns, n).
+
+    Parameters
+    ----------
+    model : ElementModel
+        Its scale, and users' laws.
+    own : ForceRecord
+        Run.
+    law : str
+        Effect.
+    size : MotionSize
+        Sizes over all runs, so that shapes are the same in each.
+
+    Returns
+    -------
+    ndarray, shape (n_shapes, n_columns, n)
+        Force for unit amplitude.
+    """
+    if law == "sensor_delay":
+        return _delayed(own, is_force=model.by_force)[None]
+    if law == "maxwell_branch":
+        return relaxing_branches(own.x, _TAUS * size.time, own.step)[:, None]
+    if law == "elasto_plastic_friction":
+        return stops(own.x, yields(size))[:, None]
+    static = static_law(law, own.x, own.v, size)
+    if static is not None:
+        return static
+    return _user_law(model, own, law)
+
+
+def _delayed(own: ForceRecord, *, is_force: bool) -> FloatArray:
+    """Rate of the driving force, or of the force that the baseline predicts, shape (1, n)."""
+    sign = 1.0 if is_force else -1.0
+    return sign * np.gradient(own.side, own.step)[None]
+
+
+def yields(size: MotionSize) -> FloatArray:
+    """Yield deflections of the sliders, shape (n,)."""
+    least = max(_YIELDS[0] * size.half_range, size.least_yield)
+    return np.geomspace(least, max(_YIELDS[-1] * size.half_range, 2.0 * least), _YIELDS.size)
+
+
+def static_law(law: str, x: FloatArray, v: FloatArray, size: MotionSize) -> FloatArray | None:
+    """Columns of a law without memory by shape, shape (n_shapes, n_columns, n).
+
+    None for any other.
+    """
+    sign = np.tanh(v / size.rest_speed)
+    simple: Mapping[str, tuple[FloatArray, ...]] = {
+        "quadratic_stiffness": (x**2,),
+        "cubic_stiffness": (x**3,),
+        "quintic_stiffness": (x**5,),
+        "coulomb_friction": (sign,),
+        "friction_asymmetry": (np.maximum(sign, 0.0), np.minimum(sign, 0.0)),
+        "quadratic_damping": (v * np.abs(v),),
+        "cubic_damping": (v**3,),
+        "deflection_dependent_damping": (x**2 * v,),
+    }
+    if law in simple:
+        return np.array(simple[law])[None]
+    if law == "backlash":
+        gaps = _GAPS * max(abs(size.low), abs(size.high))
+        return np.array([[-np.clip(x, -gap, gap)] for gap in gaps])
+    if law == "stribeck_friction":
+        speeds = _RISE_SPEEDS * size.speed
+        return np.array([[sign, sign * np.exp(-((v / own) ** 2))] for own in speeds])
+    return None
+
+
+def _user_law(model: ElementModel, own: ForceRecord, law: str) -> FloatArray:
+    """Columns of a user's law at the scale of its shapes."""
+    parameters = [p for p in model.parameters((law,)) if p.effect == law]
+    shapes = {p.name: p.scale for p in parameters if p.shape}
+    rows = []
+    for parameter in parameters:
+        if not parameter.shape:
+            values = dict.fromkeys([p.name for p in parameters], 0.0) | shapes
+            rows.append(model.signature(own.record, law, values | {parameter.name: 1.0}))
+    return np.array([rows])
+
+
+def presliding_columns(own: ForceRecord, size: MotionSize) -> FloatArray:
+    """Dry friction that turns over a length (Dahl) by length, shape (n_lengths, n)."""
+    return dahl_friction(own.x, yields(size)[:10])

@@ -1,0 +1,151 @@
+"""What the classes see of a run: target force, motion, drive and blocks, whatever the drive was."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.diagnosis.element.signatures import base_columns, known_force
+
+#: Periods of the band's end left out at each end of a record, where derivatives are guesses, and
+#: the largest share of the record that they may take.
+_EDGE_PERIODS, _LARGEST_EDGE = 15.0, 0.1
+#: A motion is narrow where its energy fills less than this share of its band; the information is
+#: then in the harmonics of the force, and the force's band is kept whole.
+_NARROW = 0.15
+_WIDEST = 0.95
+_BLOCKS = 24
+FEWEST_IN_BLOCK = 16
+
+
+@dataclass(frozen=True, eq=False)
+class ForceRecord:
+    """One run in force space, before the common filter.
+
+    A drive by a base or a free decay fits in: `target` is then the force that the motion needs,
+    with the mass left out (a force for each unit of mass).
+
+    Parameters
+    ----------
+    record : ElementRecord
+        The run.
+    target : ndarray, shape (n,)
+        Force to be explained.
+    base : ndarray, shape (n_base, n)
+        Regressors of the baseline.
+    x, v, a : ndarray, shape (n,)
+        Motion in its trusted band.
+    side : ndarray, shape (n,)
+        Signal of the drive side: the force applied, or the baseline's own force.
+    band_hz : float
+        End of the band in which forces are compared.
+    block : ndarray of int, shape (n,)
+        Block of every sample; -1 where it does not count.
+    """
+
+    record: ElementRecord
+    target: FloatArray
+    base: FloatArray
+    x: FloatArray
+    v: FloatArray
+    a: FloatArray
+    side: FloatArray
+    band_hz: float
+    block: np.ndarray
+
+    @property
+    def step(self) -> float:
+        """Sampling interval [s]."""
+        return self.record.step
+
+    @property
+    def counts(self) -> np.ndarray:
+        """Samples that count."""
+        return self.block >= 0
+
+
+def force_records(model: ElementModel, records: Sequence[ElementRecord]) -> tuple[ForceRecord, ...]:
+    """Runs in force space.
+
+    Parameters
+    ----------
+    model : ElementModel
+        Baseline and its scale.
+    records : sequence of ElementRecord
+        Runs.
+
+    Returns
+    -------
+    tuple of ForceRecord
+        Those that hold enough samples away from their ends.
+    """
+    n_blocks = max(2, round(_BLOCKS / len(records)))
+    found = []
+    for record in records:
+        block = _blocks(record, n_blocks)
+        if block.max(initial=-1) < 0:
+            continue
+        q, v, a = record.motion
+        band = _band(model, record)
+        base = base_columns(model, record)
+        scale = model.scale
+        own = (model.mass if model.mass is not None else scale.m) * a + scale.C1 * v + scale.K1 * q
+        found.append(
+            ForceRecord(
+                record=record,
+                target=_target(model, record, band),
+                base=base,
+                x=q,
+                v=v,
+                a=a,
+                side=record.drive if model.by_force else own,
+                band_hz=band,
+                block=block,
+            )
+        )
+    return tuple(found)
+
+
+def _target(model: ElementModel, record: ElementRecord, band_hz: float) -> FloatArray:
+    """Measured force less that of a given mass, in the band of the motion as the regressors are.
+
+    Over the whole band where the motion is narrow: it has nothing near the end of its own.
+    """
+    if record.gap is not None or band_hz == record.cutoff_hz:
+        return known_force(model, record)
+    force = record.drive if model.by_force else record.response
+    return force - (model.mass or 0.0) * record.motion[2]
+
+
+def _band(model: ElementModel, record: ElementRecord) -> float:
+    """End of the band of the force: the motion's, or all of it where the motion is narrow."""
+    if model.by_force or record.gap is not None:
+        return record.cutoff_hz
+    q = record.motion[0][record.block >= 0]
+    power = np.abs(np.fft.rfft((q - q.mean()) * np.hanning(q.size))) ** 2
+    resolution = 1.0 / (q.size * record.step)
+    participation = power.sum() ** 2 / np.square(power).sum() * resolution
+    if participation < _NARROW * record.cutoff_hz:
+        return _WIDEST * 0.5 / record.step
+    return record.cutoff_hz
+
+
+def _blocks(record: ElementRecord, wanted: int) -> np.ndarray:
+    """Blocks of like length of the samples that count, away from the ends."""
+    n = record.counts.size
+    edge = min(
+        int(np.ceil(_EDGE_PERIODS / (record.cutoff_hz * record.step))), int(_LARGEST_EDGE * n)
+    )
+    place = np.arange(n)
+    counted = np.flatnonzero(record.counts & (place >= edge) & (place < n - edge))
+    block = np.full(n, -1)
+    if counted.size < 2 * FEWEST_IN_BLOCK:
+        return block
+    length = counted[-1] - counted[0] + 1
+    n_blocks = max(2, min(wanted, int(counted.size // FEWEST_IN_BLOCK)))
+    number = (counted - counted[0]) * n_blocks // length
+    block[counted] = np.unique(number, return_inverse=True)[1]
+    return block

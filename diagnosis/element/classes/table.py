@@ -1,0 +1,291 @@
+"""The Gram table of kind element: all columns through one filter, products by block."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, LawColumns
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.cards import NEGATIVE_CONTROLS
+from carrierflex.diagnosis.element.classes.columns import (
+    ElementBases,
+    GroupColumns,
+    element_bases,
+    group_columns,
+)
+from carrierflex.diagnosis.element.classes.laws import (
+    COUPLED_DAMPING,
+    DELAY,
+    DISSIPATION,
+    DRIVE_SIDE,
+    FORCE_SURFACE,
+    HYSTERESIS,
+    MEMORY,
+    RESTORING_FORCE,
+    TIME_VARIATION,
+    MotionSize,
+    classes_of,
+    law_columns,
+    presliding_columns,
+)
+from carrierflex.diagnosis.element.classes.motion import ForceRecord, force_records
+from carrierflex.diagnosis.element.classes.weighting import NoiseWeight
+from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.identification.estimation.scaled_least_squares import normal_solution
+
+#: Groups of columns of each class.
+CLASS_GROUPS: dict[str, tuple[str, ...]] = {
+    RESTORING_FORCE: ("f",),
+    DISSIPATION: ("g", "jump"),
+    HYSTERESIS: ("stops",),
+    MEMORY: ("prony",),
+    DELAY: ("delay",),
+    COUPLED_DAMPING: ("h",),
+    FORCE_SURFACE: ("f", "g", "jump", "h", "surface"),
+    TIME_VARIATION: ("time",),
+    DRIVE_SIDE: ("side",),
+}
+CEILING = ("f", "g", "jump", "h", "surface", "stops", "prony", "delay", "time", "side")
+PRESLIDING = "dahl_friction"
+#: Speed below which the sign is uncertain: this share of the RMS at least, at most.
+_REST_SPEED = (0.01, 0.3)
+#: Standard deviations of noise that a yield deflection stands above.
+_CLEAR = 3.0
+#: Passes of weight and baseline.
+_PASSES = 3
+#: Columns filtered together, to bound the memory.
+_CHUNK = 32
+
+
+@dataclass(frozen=True, eq=False)
+class ElementTable:
+    """Gram table with what its columns are.
+
+    Parameters
+    ----------
+    table : GramTable
+        Products.
+    bases : ElementBases
+        Splines and sizes.
+    groups : tuple of GroupColumns
+        Groups in the order of the table.
+    records : tuple of ForceRecord
+        Runs.
+    weights : tuple of NoiseWeight
+        Filter of each run.
+    """
+
+    table: GramTable
+    bases: ElementBases
+    groups: tuple[GroupColumns, ...]
+    records: tuple[ForceRecord, ...]
+    weights: tuple[NoiseWeight, ...]
+
+
+def element_table(
+    model: ElementModel,
+    records: Sequence[ElementRecord],
+    noise: FloatArray,
+    constants: ClassConstants,
+) -> ElementTable | None:
+    """Gram table of all classes and laws; None where the records are too short.
+
+    Parameters
+    ----------
+    model : ElementModel
+        Baseline, library and scale.
+    records : sequence of ElementRecord
+        Runs.
+    noise : ndarray, shape (n_runs,)
+        Variance of the channel's noise by run.
+    constants : ClassConstants
+        Number of folds.
+
+    Returns
+    -------
+    ElementTable or None
+        Table with its columns.
+    """
+    own = force_records(model, records)
+    n_blocks = sum(int(record.block.max()) + 1 for record in own)
+    if n_blocks < constants.fewest_blocks:
+        return None
+    variance = [float(noise[list(records).index(record.record)]) for record in own]
+    weights = _weights(model, own, variance)
+    size = motion_size(model, own, variance)
+    bases = element_bases(own, size)
+    groups = group_columns(bases, _side_line(bases, own))
+    laws = [name for name in model.cards if name not in (*model.contained, *_CONTROLS)]
+    grams, floors, folds, layout = [], [], [], None
+    for number, (record, weight) in enumerate(zip(own, weights, strict=True)):
+        raw, layout = _raw_columns(model, record, groups, laws, size)
+        rows = _filtered(raw, weight)
+        for block in range(int(record.block.max()) + 1):
+            inside = rows[:, record.block == block]
+            grams.append(inside @ inside.T)
+            floors.append(weight.floor() * inside.shape[1])
+            folds.append((block + number) % constants.n_folds)
+    assert layout is not None
+    table = _assembled(np.array(grams), np.array(floors), np.array(folds), layout)
+    return ElementTable(table, bases, groups, own, weights)
+
+
+_CONTROLS = tuple(card.id for card in NEGATIVE_CONTROLS)
+
+
+def motion_size(
+    model: ElementModel, own: Sequence[ForceRecord], variance: Sequence[float]
+) -> MotionSize:
+    """Sizes of the motion over all runs."""
+    x, v, a = (
+        np.concatenate([getattr(record, name)[record.counts] for record in own]) for name in "xva"
+    )
+    speed, acceleration = float(np.sqrt(np.mean(v**2))), float(np.sqrt(np.mean(a**2)))
+    step = max(record.step for record in own)
+    sigma = _CLEAR * float(np.sqrt(np.mean(variance))) if model.by_force else 0.0
+    band = max(record.record.cutoff_hz for record in own)
+    # Noise of the deflection in the trusted band, differentiated.
+    sigma_v = sigma / _CLEAR * 2.0 * np.pi * band * np.sqrt(min(2.0 * band * step, 1.0) / 3.0)
+    rest = max(_REST_SPEED[0] * speed, 0.5 * step * acceleration, 2.0 * sigma_v)
+    return MotionSize(
+        low=float(x.min()),
+        high=float(x.max()),
+        speed=speed,
+        acceleration=acceleration,
+        rest_speed=min(rest, _REST_SPEED[1] * speed),
+        least_yield=sigma,
+    )
+
+
+def _weights(
+    model: ElementModel, own: Sequence[ForceRecord], variance: Sequence[float]
+) -> tuple[NoiseWeight, ...]:
+    """Filter of each run; under a force its element follows from the weighted baseline."""
+    scale = model.scale
+    element = (scale.m, scale.C1, scale.K1) if model.by_force else None
+    weights: list[NoiseWeight] = []
+    for _ in range(_PASSES if model.by_force else 1):
+        weights = [
+            NoiseWeight(
+                record.step,
+                record.band_hz,
+                element,
+                value,
+                float(record.target[record.counts].std()),
+            )
+            for record, value in zip(own, variance, strict=True)
+        ]
+        if element is not None:
+            element = _baseline(model, own, weights) or element
+    return tuple(weights)
+
+
+def _baseline(
+    model: ElementModel, own: Sequence[ForceRecord], weights: Sequence[NoiseWeight]
+) -> tuple[float, float, float] | None:
+    """m, C1, K1 by least squares through the filter; None where they are no element."""
+    n = len(own[0].base) + 1
+    gram = np.zeros((n, n))
+    for record, weight in zip(own, weights, strict=True):
+        rows = weight.filtered(np.vstack([record.target, record.base]))[:, record.counts]
+        gram += rows @ rows.T
+    c = normal_solution(gram[1:, 1:], gram[1:, 0])
+    m, first = (model.mass, 0) if model.mass is not None else (float(c[0]), 1)
+    K1, C1 = float(c[first]), float(c[first + 1])
+    return (m, max(C1, 0.0), K1) if m > 0.0 and K1 > 0.0 else None
+
+
+def _side_line(bases: ElementBases, own: Sequence[ForceRecord]) -> FloatArray:
+    """Straight line of every spline of the drive side on the drive, shape (2, n_side)."""
+    side = np.concatenate([record.side[record.counts] for record in own])
+    design = np.array([np.ones(side.size), side])
+    return np.linalg.lstsq(design.T, bases.side(side).T, rcond=None)[0]
+
+
+@dataclass(frozen=True, eq=False)
+class _Layout:
+    """Which rows of the table are what."""
+
+    n_base: int
+    groups: tuple[tuple[GroupColumns, slice], ...]
+    laws: tuple[LawColumns, ...]
+
+
+def _raw_columns(
+    model: ElementModel,
+    own: ForceRecord,
+    groups: Sequence[GroupColumns],
+    laws: Sequence[str],
+    size: MotionSize,
+) -> tuple[FloatArray, _Layout]:
+    """Target, baseline, groups and laws along a run, and where they stand."""
+    rows = [own.target[None], own.base]
+    first = 1 + len(own.base)
+    places = []
+    for group in groups:
+        rows.append(group.columns(own))
+        places.append((group, slice(first, first + len(rows[-1]))))
+        first += len(rows[-1])
+    known = []
+    for law in laws:
+        known.append(_law(rows, first, law, law_columns(model, own, law, size), model))
+        first += len(rows[-1])
+    shapes = presliding_columns(own, size)[:, None]
+    known.append(_law(rows, first, PRESLIDING, shapes, model))
+    return np.concatenate(rows), _Layout(len(own.base), tuple(places), tuple(known))
+
+
+def _law(
+    rows: list[FloatArray], first: int, law: str, shapes: FloatArray, model: ElementModel
+) -> LawColumns:
+    """Place of a law's columns, which are appended to the rows."""
+    n_shapes, n_columns, n = shapes.shape
+    rows.append(shapes.reshape(-1, n))
+    places = first + np.arange(n_shapes * n_columns).reshape(n_shapes, n_columns)
+    card = model.cards.get(law)
+    return LawColumns(law, tuple(places), len(card.parameters) if card else 2)
+
+
+def _filtered(raw: FloatArray, weight: NoiseWeight) -> FloatArray:
+    return np.concatenate(
+        [weight.filtered(raw[k : k + _CHUNK]) for k in range(0, len(raw), _CHUNK)]
+    )
+
+
+def _assembled(
+    gram: FloatArray, floor: FloatArray, folds: FloatArray, layout: _Layout
+) -> GramTable:
+    """Table with scaled columns: target, regressors and laws of unit energy, each group as one."""
+    energy = np.diag(gram.sum(axis=0)).copy()
+    for _, place in layout.groups:
+        energy[place] = energy[place].mean()
+    scale = 1.0 / np.sqrt(np.maximum(energy, 1e-300))
+    groups = {
+        group.id: ColumnGroup(
+            np.arange(place.start, place.stop), group.penalty, group.is_nonnegative
+        )
+        for group, place in layout.groups
+    }
+    laws = {
+        name: tuple(law for law in layout.laws if name in _classes_of(law.id))
+        for name in CLASS_GROUPS
+    }
+    return GramTable(
+        gram=gram * np.outer(scale, scale),
+        n_base=layout.n_base,
+        groups=groups,
+        classes=CLASS_GROUPS,
+        surface=FORCE_SURFACE,
+        ceiling=CEILING,
+        laws=laws,
+        floor=floor * scale[0] ** 2,
+        folds=folds,
+        scale=scale,
+    )
+
+
+def _classes_of(law: str) -> tuple[str, ...]:
+    return (DISSIPATION, HYSTERESIS) if law == PRESLIDING else classes_of(law)

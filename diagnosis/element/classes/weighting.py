@@ -1,0 +1,83 @@
+"""The common filter of all columns: band and noise weight, and the floor that it leaves.
+
+Under a force the noise n of the deflection enters force space as ``D(w) n``,
+``D = -w² m + j w C1 + K1``. Every column is weighted by ``|W|² = S_f / (S_f + |D|² S_n)`` without
+phase: where the noise is low this is force space, where it is high it is the space of the measured
+deflection.
+
+References
+----------
+.. [1] P. C. Young, "Recursive Estimation and Time-Series Analysis" (2011), prefilter of SRIVC.
+.. [2] K. Steiglitz, L. E. McBride, IEEE Trans. Automatic Control 10 (1965) 461.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.identification.campaign.signals import pass_gain, with_gain
+
+#: RMS of a force error that is allowed everywhere, over the RMS of the force.
+_FORCE_ERROR = 0.003
+#: Periods of the band's end by which records are continued before filtering.
+_REACH = 20.0
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseWeight:
+    """Band and weight of one run.
+
+    Parameters
+    ----------
+    step : float
+        Sampling interval [s].
+    band_hz : float
+        End of the band.
+    element : tuple of float, optional
+        m, C1, K1 of a force drive; None where the force is measured.
+    variance : float
+        Variance of the channel's noise.
+    force : float
+        RMS of the force.
+    """
+
+    step: float
+    band_hz: float
+    element: tuple[float, float, float] | None
+    variance: float
+    force: float
+
+    def noise_gain(self, frequency_hz: FloatArray) -> FloatArray:
+        """|D|: what noise of the channel is multiplied by in force space."""
+        if self.element is None:
+            return np.ones_like(frequency_hz)
+        m, C1, K1 = self.element
+        w = 2.0 * np.pi * frequency_hz
+        return np.abs(-(w**2) * m + 1j * w * C1 + K1)
+
+    def gain(self, frequency_hz: FloatArray) -> FloatArray:
+        """Gain of the common filter."""
+        inside = pass_gain(frequency_hz, self.band_hz)
+        if self.element is None:
+            return inside
+        S_f = (_FORCE_ERROR * self.force) ** 2 / self.band_hz
+        S_n = self.variance / (0.5 / self.step)
+        return inside * np.sqrt(S_f / (S_f + self.noise_gain(frequency_hz) ** 2 * S_n))
+
+    def floor(self) -> float:
+        """Mean square that the channel's noise leaves after the filter."""
+        frequency = np.linspace(0.0, 0.5 / self.step, 4097)
+        # Motion, or force, was limited to the same band before.
+        first = pass_gain(frequency, self.band_hz)
+        density = (self.gain(frequency) * self.noise_gain(frequency) * first) ** 2
+        return float(self.variance * density.mean())
+
+    def filtered(self, columns: FloatArray) -> FloatArray:
+        """Columns through the filter, shape (n_columns, n)."""
+        reach = int(_REACH / (self.band_hz * self.step)) + 10
+        kept = with_gain(columns, self.step, self.gain, reach=reach)
+        n = columns.shape[-1]
+        slope = (columns[..., -1:] - columns[..., :1]) / (n - 1)
+        zero = self.gain(np.zeros(1))[0]
+        return np.asarray(kept + zero * slope * np.arange(n))
