@@ -11,7 +11,10 @@ from carrierflex.diagnosis.classes.results import (
     LEADING_CLASS,
     NAMED_CLASS,
     NO_CLASS,
+    NOT_VISIBLE,
+    NOTHING,
     ClassAnswer,
+    ClassFinding,
 )
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.comparison.problem import Effects
@@ -26,6 +29,8 @@ from carrierflex.diagnosis.inference.results import (
 
 #: Share by which laws may stay behind their class and still be named.
 _BEHIND = 0.01
+#: Share from which laws that were simulated are believed although no class is seen in force space.
+_NAMED_BY_SIMULATION = 0.91
 _NAMING = (NAMED, NAMED_WITH_REMAINDER, ALIASED)
 
 
@@ -78,8 +83,9 @@ def joint_verdict(
         One row of the table.
     """
     named = laws if verdict in _NAMING else ()
-    if answer.state not in (NAMED_CLASS, LEADING_CLASS, NO_CLASS):
-        return JointVerdict(verdict, reason, named, answer, reduction)
+    if answer.state in (NOTHING, NOT_VISIBLE):
+        kept = _of_laws(answer, named, reduction)
+        return JointVerdict(verdict, reason, named, kept, reduction)
     covered = _covered(named, answer)
     if covered is not None and _follow(answer, reduction):
         resolved = _with_named_laws(answer, covered, named)
@@ -133,15 +139,46 @@ def _with_named_laws(answer: ClassAnswer, classes: tuple[str, ...], laws: Effect
 def _without_class(
     verdict: str, reason: str, named: Effects, answer: ClassAnswer, reduction: GapReduction
 ) -> JointVerdict:
-    """No class explains the gap: nothing is named."""
+    """No class explains the gap in force space.
+
+    Nothing is named, unless simulated laws explain what no class can see there: while dry friction
+    sticks, the speed is zero and its force is no function of the motion.
+    """
     if not named:
         return JointVerdict(verdict, reason, (), answer, reduction)
+    if reduction.phi >= max(_NAMED_BY_SIMULATION, answer.learnable):
+        kept = _of_laws(answer, named, reduction)
+        return JointVerdict(verdict, reason, named, kept, reduction)
     text = (
         f"the best class explains {max(answer.share, 0.0):.0%} of the gap in force space, so that "
         f"{_listed(named)} is no cause of it; all classes together learn "
         f"{min(max(answer.learnable, 0.0), 1.0):.0%}"
     )
     return JointVerdict(NONE_OF_THESE, text, (), answer, reduction)
+
+
+def _of_laws(answer: ClassAnswer, laws: Effects, reduction: GapReduction) -> ClassAnswer:
+    """Answer whose classes are those of the laws that the search named."""
+    held: dict[str, str] = {}
+    for law in laws:
+        for name in answer.classes_of_law.get(law, ())[:1]:
+            held.setdefault(name, law)
+    if not held:
+        return answer
+    share, interval = min(reduction.phi, 1.0), reduction.phi_ci95
+    findings = tuple(
+        ClassFinding(name, share, interval, law, share, law_named=True)
+        for name, law in held.items()
+    )
+    return replace(
+        answer,
+        state=NAMED_CLASS,
+        classes=findings,
+        rivals={name: share for name, share in answer.rivals.items() if name not in held},
+        share=share,
+        share_ci95=interval,
+        law_share=share,
+    )
 
 
 def _of_class(answer: ClassAnswer, laws: Effects, reduction: GapReduction) -> JointVerdict:

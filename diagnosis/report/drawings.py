@@ -6,12 +6,14 @@ from functools import partial
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import Effects, GapCell
 from carrierflex.diagnosis.gap.findings import GapMoment
 from carrierflex.diagnosis.inference.results import GapReduction
 from carrierflex.diagnosis.inference.screening import Screen
+from carrierflex.diagnosis.report.class_figure import shape_figure
 from carrierflex.diagnosis.report.figures import (
     MOST_EFFECTS,
     colour_limits,
@@ -51,6 +53,8 @@ class Drawings:
         Gap over time.
     motion : tuple of (Picture, tuple of Drawing)
         Loops or polar plots.
+    shapes : tuple of Drawing
+        Measured shape of each class of the answer.
     """
 
     gap_maps: tuple[Drawing, ...]
@@ -59,6 +63,7 @@ class Drawings:
     signature_correlation: Drawing | None
     in_time: Drawing | None
     motion: tuple[tuple[Picture, tuple[Drawing, ...]], ...]
+    shapes: tuple[Drawing, ...]
 
 
 def drawings(diagnosis: Diagnosis) -> Drawings:
@@ -91,7 +96,22 @@ def drawings(diagnosis: Diagnosis) -> Drawings:
         signature_correlation=correlation,
         in_time=_in_time(diagnosis.gap.findings.in_time, diagnosis.unit) if diagnosis.gap else None,
         motion=motion,
+        shapes=_shapes(diagnosis.classes),
     )
+
+
+def _shapes(answer: ClassAnswer | None) -> tuple[Drawing, ...]:
+    drawn = []
+    for finding in answer.classes if answer is not None else ():
+        if finding.shape is None:
+            continue
+        law = plain_name(finding.law)
+        name = plain_name(finding.id)
+        draw = partial(shape_figure, finding.shape, law)
+        svg = inline_svg(draw, f"shape-{len(drawn)}", f"Measured {name}: {finding.shape.words}")
+        over = f" Dashed: {law}, the nearest law." if finding.shape.law.size else ""
+        drawn.append(Drawing(svg, f"Measured {name} over the visited range.{over}"))
+    return tuple(drawn)
 
 
 def _in_time(moments: Sequence[GapMoment], unit: str) -> Drawing | None:

@@ -11,7 +11,7 @@ from carrierflex.diagnosis.comparison import effect_names
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.significance import significant
-from carrierflex.diagnosis.report import gap_words, words
+from carrierflex.diagnosis.report import class_words, gap_words, words
 from carrierflex.diagnosis.report.drawings import Drawing, Drawings, drawings
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.files.versions import software_name
@@ -88,6 +88,7 @@ def _content(diagnosis: Diagnosis, source: ReportSource) -> dict[str, Any]:
         "campaign": source.campaign,
         "words": words,
         "gap_words": gap_words,
+        "class_words": class_words,
         "names": effect_names,
         "software": software_name(),
         "drawn": _marked(drawings(diagnosis)),
@@ -111,6 +112,7 @@ def _marked(drawn: Drawings) -> dict[str, Any]:
         "selection": _markup(drawn.selection),
         "signature_correlation": _markup(drawn.signature_correlation),
         "motion": motion,
+        "shapes": [_markup(drawing) for drawing in drawn.shapes],
     }
 
 

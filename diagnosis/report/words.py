@@ -24,6 +24,7 @@ from carrierflex.diagnosis.inference.results import (
     Interval,
     RankedSet,
 )
+from carrierflex.diagnosis.report.class_words import class_names
 from carrierflex.diagnosis.report.phrases import (
     Phrase,
     in_scientific_notation,
@@ -84,6 +85,12 @@ def verdict_heading(diagnosis: Diagnosis) -> str:
     str
         For example ``The simulation lacks cubic stiffness, and something more``.
     """
+    answer = diagnosis.classes
+    if answer is not None and answer.classes:
+        if diagnosis.verdict == CLASS_NAMED:
+            return f"The simulation lacks {class_names(answer)}, by no law of the library"
+        if diagnosis.verdict == ALIASED and not diagnosis.attribution.effects:
+            return f"The simulation lacks {class_names(answer)}, or what looks the same here"
     return _HEADINGS[diagnosis.verdict].format(
         effects=listed([plain_name(effect) for effect in diagnosis.attribution.effects])
     )

@@ -1,6 +1,7 @@
 """Class of the missing effect of an element: table, what the drive can show, decision, shapes."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.laws import TIME_VARIATION
+from carrierflex.diagnosis.element.classes.shapes import measured_shape
 from carrierflex.diagnosis.element.classes.splines import SplineBasis
 from carrierflex.diagnosis.element.classes.table import CLASS_GROUPS, ElementTable, element_table
 from carrierflex.diagnosis.element.model import ElementModel
@@ -51,7 +53,7 @@ def element_class_answer(
         own.table,
         constants,
         candidates,
-        shape_of=lambda scores, name, held, law: None,
+        shape_of=partial(measured_shape, own, model.units),
         drive_note="" if with_time else _DRIVE_NOTE,
     )
 
