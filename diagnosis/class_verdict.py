@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from itertools import permutations
 
 from carrierflex.diagnosis.classes.results import (
-    LEADING_CLASS,
     NAMED_CLASS,
     NO_CLASS,
     NOT_VISIBLE,
