@@ -229,6 +229,7 @@ def without_figures(diagnosis):
         diagnosis,
         pictures=(),
         gap=None,
+        classes=None,
         reduction=reduction,
         attribution=replace(diagnosis.attribution, screen=None),
     )

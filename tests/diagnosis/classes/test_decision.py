@@ -1,0 +1,106 @@
+"""Every branch of the rule that names a class, on linear toy problems."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from carrierflex.diagnosis.classes.answer import class_answer
+from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.classes.fits import block_squares, class_model, coefficients
+from carrierflex.diagnosis.classes.gram_table import ColumnGroup
+from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, NO_CLASS, NOTHING
+from tests.diagnosis.classes.toy_table import N_BLOCKS, N_SAMPLES, toy_columns, toy_table
+
+LIMITS = ClassConstants()
+COLUMNS = toy_columns()
+A = COLUMNS["a"].sum(axis=0)
+B = COLUMNS["b"].sum(axis=0)
+MORE = COLUMNS["more"].sum(axis=0)
+
+
+def answered(signal, columns=COLUMNS, **changed):
+    table = toy_table(signal, columns, **changed)
+    return class_answer(table, LIMITS, tuple(table.classes), shape_of=lambda *_: None)
+
+
+def test_noise_alone_is_nothing():
+    found = answered(np.zeros(A.size))
+    assert found.state == NOTHING
+    assert found.ids == ()
+
+
+def test_coloured_noise_up_to_three_floors_is_nothing_and_a_cause_of_that_size_is_not():
+    unknown = 0.12 * np.random.default_rng(5).standard_normal(A.size)
+    assert answered(unknown).state == NOTHING
+    assert answered(0.07 * A).ids == ("a",)
+
+
+def test_a_single_cause_is_named_with_its_share():
+    found = answered(A)
+    assert (found.state, found.ids, found.ties) == (NAMED_CLASS, ("a",), ())
+    assert 0.99 < found.share <= 1.01
+    assert found.share_ci95[0] < found.share < found.share_ci95[1]
+    assert found.rivals["b"] < 0.1
+    assert found.beyond_share < 0.01
+
+
+def test_a_cause_that_two_classes_hold_is_a_tie():
+    tied = COLUMNS | {
+        "b": np.vstack([COLUMNS["a"][:2], COLUMNS["a"][2:] + 1e-4 * COLUMNS["b"][2:]])
+    }
+    found = answered(A, tied)
+    assert found.ids in (("a",), ("b",))
+    assert found.ties == ((("b",),) if found.ids == ("a",) else (("a",),))
+
+
+def test_two_causes_are_a_pair_whose_members_say_what_is_lost_without_them():
+    found = answered(A + 0.5 * B)
+    assert found.ids == ("a", "b")
+    # Energies 1 and 0.25.
+    assert_allclose([own.share for own in found.classes], [0.8, 0.2], atol=0.05)
+
+
+def test_a_second_cause_below_a_hundredth_of_the_gap_is_no_cause():
+    assert answered(A + 0.06 * B, noise=0.01).ids == ("a",)
+
+
+def test_a_coupled_cause_is_the_surface():
+    found = answered(A + MORE)
+    assert found.ids == ("surface",)
+
+
+def test_words_follow_the_share():
+    other = np.random.default_rng(9).standard_normal(A.size)
+    other *= A.std() / other.std()
+    assert answered(A + 0.7 * other).state == LEADING_CLASS
+    found = answered(A + 2.0 * other)
+    assert found.state == NO_CLASS
+    assert found.classes == ()
+
+
+def test_a_law_is_named_where_the_blocks_cannot_tell_it_from_its_class():
+    named = answered(A, laws={"a": A}).classes[0]
+    assert (named.law, named.law_named) == ("law_a", True)
+    near = A + 0.3 * A.std() * COLUMNS["a"][0]
+    nearest = answered(near, laws={"a": A}).classes[0]
+    assert (nearest.law, nearest.law_named) == ("law_a", False)
+    assert 0.8 < nearest.law_share < nearest.share
+
+
+def test_weights_of_one_sign_do_not_fit_the_other_sign():
+    table = toy_table(-A, COLUMNS, noise=1e-3)
+    places = table.groups["a"].columns
+    signed = replace(
+        table, groups=table.groups | {"a": ColumnGroup(places, np.eye(places.size), True)}
+    )
+    model = class_model(signed, ("a",), (0.0,), jitter=0.0)
+    c = coefficients(signed.total, model)
+    assert_allclose(c[1:], 0.0, atol=1e-12)
+    free = class_model(table, ("a",), (0.0,), jitter=0.0)
+    c = coefficients(table.total, free)
+    assert (c[1:] < 0.0).all()
+    # The products give the same squares as the samples.
+    left = block_squares(table.gram, free, c).sum() / table.scale[0] ** 2
+    assert left == pytest.approx(1e-6 * N_BLOCKS * N_SAMPLES, rel=0.1)

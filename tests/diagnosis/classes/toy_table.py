@@ -1,0 +1,55 @@
+"""A linear toy problem with classes of random columns: every branch of the rule is reached."""
+
+import numpy as np
+
+from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, LawColumns
+
+N_BLOCKS, N_SAMPLES = 24, 60
+SIZE = 3
+
+
+def toy_columns(seed=0):
+    """Columns of three classes a, b, c and of a surface that holds them and six further columns."""
+    rng = np.random.default_rng(seed)
+    n = N_BLOCKS * N_SAMPLES
+    return {
+        name: rng.standard_normal((SIZE if name != "more" else 6, n))
+        for name in ("a", "b", "c", "more")
+    }
+
+
+def toy_table(signal, columns, *, noise=0.1, seed=1, laws=None):
+    """Table of a signal with white noise; `columns` as :func:`toy_columns`, the base a constant.
+
+    `laws` are columns by class.
+    """
+    rng = np.random.default_rng(seed)
+    n = N_BLOCKS * N_SAMPLES
+    target = signal + noise * rng.standard_normal(n)
+    rows = [target[None], np.ones((1, n)), *columns.values()]
+    first, groups = 2, {}
+    for name, own in columns.items():
+        places = np.arange(first, first + len(own))
+        groups[name] = ColumnGroup(places, np.eye(len(own)))
+        first += len(own)
+    known = {name: () for name in (*columns, "surface")}
+    for name, own in (laws or {}).items():
+        known[name] = (LawColumns(f"law_{name}", (np.array([first]),), 1),)
+        rows.append(own[None])
+        first += 1
+    table = np.concatenate(rows)
+    scale = 1.0 / np.sqrt(np.sum(table**2, axis=1))
+    gram = np.array([part @ part.T for part in np.split(table * scale[:, None], N_BLOCKS, axis=1)])
+    classes = {name: (name,) for name in columns if name != "more"}
+    return GramTable(
+        gram=gram,
+        n_base=1,
+        groups=groups,
+        classes=classes | {"surface": tuple(columns)},
+        surface="surface",
+        ceiling=tuple(columns),
+        laws=known,
+        floor=np.full(N_BLOCKS, noise**2 * N_SAMPLES * scale[0] ** 2),
+        folds=np.arange(N_BLOCKS) % 4,
+        scale=scale,
+    )
