@@ -80,7 +80,11 @@ def class_answer(
         state=decision.state,
         classes=tuple(findings) if decision.state != NO_CLASS else (),
         ties=decision.ties if decision.state != NO_CLASS else (),
-        rivals={name: share for name, share in singles.items() if (name,) != decision.classes},
+        rivals={
+            name: share
+            for name, share in singles.items()
+            if not _holds(table, name, decision.classes)
+        },
         share=shares.of(held),
         share_ci95=shares.interval(held),
         learnable=learnable,
@@ -92,6 +96,12 @@ def class_answer(
         classes_of_law=classes_of_law(table),
         note=decision.note,
     )
+
+
+def _holds(table: GramTable, name: str, classes: Sequence[str]) -> bool:
+    """Whether a class is the answer, or contains it: neither is a rival."""
+    inside = {group for own in classes for group in table.classes[own]}
+    return (name,) == tuple(classes) or inside <= set(table.classes[name])
 
 
 def classes_of_law(table: GramTable) -> Mapping[str, tuple[str, ...]]:

@@ -15,6 +15,8 @@ from carrierflex.diagnosis.element.classes.laws import (
 _ZERO = 0.05
 #: Ratio of both sides from which a curve is called one-sided, or stronger on one side.
 _ONE_SIDED, _STRONGER = 0.15, 0.8
+#: Ratio of the slopes of the outer and the inner half from which a curve is called bent.
+_CURVED = 1.3
 
 
 def shape_words(
@@ -77,7 +79,8 @@ def _force_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
     if far > 0.05 * float(np.abs(x).max()):
         words.append(f"zero below {_sized(far, units[0])}")
     outer = np.flatnonzero(side & (np.abs(x) >= far))
-    words.append(_bending(x[outer], y[outer]) + (" above" if words else ""))
+    bending = _bending(x[outer], y[outer])
+    words.append(f"{bending} above" if words else bending)
     if is_one_sided:
         words.append("one side only")
     elif weaker < _STRONGER * stronger and x[0] < 0.0 < x[-1]:
@@ -98,7 +101,9 @@ def _bending(x: FloatArray, y: FloatArray) -> str:
     second = np.polyfit(d[half:], f[half:], 1)[0]
     if f[-1] < 0.0:
         return "softening" if second < first else "softening, then straight"
-    return "stiffening" if second > first else "stiffening, less so further out"
+    if second > _CURVED * first:
+        return "stiffening"
+    return "straight" if second > first / _CURVED else "stiffening ever less"
 
 
 def _dissipation_words(x: FloatArray, y: FloatArray, units: tuple[str, str]) -> str:
