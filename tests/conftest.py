@@ -3,6 +3,7 @@
 With CI=true in the environment a test that skips fails, save those with the marker `may_skip`.
 """
 
+import importlib
 import os
 import signal
 import sys
@@ -39,9 +40,14 @@ EVERY_CHECK_RUNS = os.environ.get("CI") == "true"
 
 
 @pytest.hookimpl(trylast=True)
-def pytest_configure():
-    """Let an interruption interrupt: a process in the background, and its children, ignore it."""
+def pytest_configure(config):
+    """Let an interruption interrupt: a process in the background, and its children, ignore it.
+
+    Compile what is compiled at import before there are several processes to do it at once.
+    """
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    if config.getoption("numprocesses", None):
+        importlib.import_module("carrierflex.simulation.element.kernels")
 
 
 def pytest_collection_modifyitems(config, items):
@@ -49,16 +55,12 @@ def pytest_collection_modifyitems(config, items):
 
     So all end at about the same time.
 
-    So does the file that compiles the stage: the others then find the compiled code and none
+    Before them the file that compiles the stage: the others then find the compiled code and none
     compiles it a second time.
     """
     if hasattr(config, "workerinput"):
-        first = {
-            item.path
-            for item in items
-            if item.get_closest_marker("slow") or item.path.name == COMPILES_STAGE
-        }
-        items.sort(key=lambda item: item.path not in first)
+        slow = {item.path for item in items if item.get_closest_marker("slow")}
+        items.sort(key=lambda item: (item.path.name != COMPILES_STAGE, item.path not in slow))
 
 
 @pytest.hookimpl(wrapper=True)

@@ -61,6 +61,15 @@ def test_every_command_of_the_readme_exists_and_finds_the_files_it_reads():
         there |= made_by(line)
 
 
+@pytest.mark.parametrize(
+    "line", [line for line in dict.fromkeys(commands()) if line.startswith("carrierflex")]
+)
+def test_every_option_of_the_readme_is_one_of_its_command(line):
+    tokens = [token for token in shlex.split(line)[1:] if token != "..."]
+    parsed = command_line._application().parse_args(tokens, exit_on_error=False, print_error=False)
+    assert parsed[0].__name__ == "main"
+
+
 @pytest.mark.parametrize("link", sorted(set(re.findall(r"\]\(([^)#:]+)\)", README))))
 def test_every_file_that_the_readme_links_exists(link):
     assert (ROOT / link).exists()
