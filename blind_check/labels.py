@@ -1,6 +1,7 @@
 """What is true of a case: the label that is sealed, and the plan it is made from."""
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -118,4 +119,7 @@ def _rounded(value: Any) -> Any:
         return {name: _rounded(item) for name, item in value.items()}
     if isinstance(value, (list, tuple)):
         return [_rounded(item) for item in value]
-    return float(f"{value:.6g}") if isinstance(value, float) else value
+    if isinstance(value, float):
+        # JSON knows no infinity: a ratio to a floor of zero is not known.
+        return float(f"{value:.6g}") if math.isfinite(value) else None
+    return value

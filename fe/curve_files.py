@@ -4,6 +4,7 @@
 """
 
 import csv
+import io
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -11,12 +12,15 @@ from pathlib import Path
 import numpy as np
 
 from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.files.plain_files import plain_content
+from carrierflex.files.shown_values import shown
 from carrierflex.files.whole_files import whole_file
 
 #: Curve names and the unit load each column's values belong to [N m or N].
 UNIT_LOADS = {"delta_s": 1000.0, "delta_f": 1000.0, "g_s": 1.0, "g_f": 1.0}
 _RADIAL = "_radial"
 _MOST_ROWS = 100_000
+_MOST_BYTES = 20_000_000
 #: Sensor radius of the 2012 paper [m], for files without a radius of their own.
 _PAPER_RADIUS = 0.412
 
@@ -70,7 +74,7 @@ def read_curves(path: Path, *, radius: float = _PAPER_RADIUS) -> dict[str, Defle
     unknown = [name for name in columns if name not in known]
     missing = [name for name in ("theta_deg", *UNIT_LOADS) if name not in columns]
     if unknown or missing:
-        what = f"unknown column {unknown[0]!r}" if unknown else f"no column {missing[0]!r}"
+        what = f"unknown column {shown(unknown[0])}" if unknown else f"no column {missing[0]!r}"
         raise ValueError(
             f"{path}: {what}; expected {', '.join(('theta_deg', *UNIT_LOADS))} and, optionally, "
             f"*{_RADIAL}"
@@ -96,13 +100,17 @@ def read_curves(path: Path, *, radius: float = _PAPER_RADIUS) -> dict[str, Defle
 
 def _read_columns(path: Path) -> dict[str, np.ndarray]:
     try:
-        with path.open(newline="", encoding="utf-8") as file:
-            header, rows = _parsed(csv.reader(file), path)
+        text = plain_content(path, "a CSV file of deflection curves", _MOST_BYTES).decode("utf-8")
+        header, rows = _parsed(csv.reader(io.StringIO(text, newline="")), path)
+    except FileNotFoundError as error:
+        raise ValueError(str(error)) from error
     except (csv.Error, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: not a CSV file of deflection curves ({error})") from error
     repeated = [name for name in header if header.count(name) > 1]
     if repeated:
-        raise ValueError(f"{path}: column {repeated[0]!r} stands twice; expected different names")
+        raise ValueError(
+            f"{path}: column {shown(repeated[0])} stands twice; expected different names"
+        )
     if len(rows) < 8:
         raise ValueError(f"{path}: {len(rows)} rows of numbers; expected at least eight angles")
     return dict(zip(header, np.array(rows).T, strict=True))
@@ -128,5 +136,5 @@ def _number(cell: str, path: Path, line: int) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise ValueError(f"{path}: line {line} holds {cell!r}; expected a finite number")
+        raise ValueError(f"{path}: line {line} holds {shown(cell)}; expected a finite number")
     return value

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from carrierflex.files.plain_files import plain_content
 from carrierflex.files.whole_files import whole_file
 
 
@@ -30,6 +31,41 @@ def plain(value: Any) -> Any:
     if isinstance(value, (float, np.floating)):
         return float(value) if np.isfinite(value) else None
     return value if isinstance(value, (str, int)) or value is None else str(value)
+
+
+def read_json(path: Path, expected: str, most_bytes: int = 100_000_000) -> Any:
+    """Content of a JSON file.
+
+    Parameters
+    ----------
+    path : Path
+        File.
+    expected : str
+        What it should be, for the message: ``a list of seals``.
+    most_bytes : int
+        A larger file [bytes] is something else and is not read.
+
+    Raises
+    ------
+    ValueError
+        Where there is no such file, it is a folder or a device, too large, or not JSON; one line
+        that names the file.
+    """
+    try:
+        content = plain_content(path, expected, most_bytes)
+        return json.loads(content.decode("utf-8"))
+    except FileNotFoundError as error:
+        raise ValueError(str(error)) from error
+    except RecursionError as error:
+        raise ValueError(f"{path}: stands too deep in one another; expected {expected}") from error
+    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        reason = " ".join(str(error).split())
+        raise ValueError(f"{path}: not JSON ({reason}); expected {expected}") from error
+    except ValueError as error:
+        # Whole numbers of thousands of digits raise a ValueError of their own.
+        if str(path) in str(error):
+            raise
+        raise ValueError(f"{path}: not JSON ({error}); expected {expected}") from error
 
 
 def save_json(path: Path, content: Mapping[str, Any]) -> None:

@@ -18,9 +18,14 @@ def shown(value: Any) -> str:
     return shortened(" ".join(text.split()))
 
 
-def shortened(text: str) -> str:
-    """Text of at most 80 characters, cut where it is longer."""
-    return text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
+def shortened(text: str, most: int = _SHOWN) -> str:
+    """Text of at most so many characters, cut where it is longer."""
+    return text if len(text) <= most else text[: most - 3] + "..."
+
+
+def literal(text: str) -> str:
+    """Text for a matplotlib figure in which ``$`` begins no formula."""
+    return text.replace("$", r"\$")
 
 
 def printable(text: str, most: int = 2000) -> str:

@@ -5,15 +5,17 @@ refused before its keys are looked at. What the tables hold is checked all at on
 (:func:`checked_document`): a file with five mistakes is corrected once, not five times.
 """
 
-import stat
+import math
+import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from carrierflex.files.problems import refuse
-from carrierflex.files.shown_values import shown
+from carrierflex.files.plain_files import plain_content
+from carrierflex.files.problems import ProblemsError, refuse
+from carrierflex.files.shown_values import shortened, shown
 
 if TYPE_CHECKING:
     from carrierflex.files.toml_values import TomlTable
@@ -22,6 +24,13 @@ if TYPE_CHECKING:
 
 #: What an editor of another encoding puts first: UTF-8 with a mark, UTF-16 of either byte order.
 _BYTE_ORDER_MARKS = (b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")
+
+#: Sizes of numbers; powers of larger and smaller ones would leave the range of floats.
+_LARGEST, _SMALLEST = 1e30, 1e-30
+#: Parts of a key, as in ``rig.n_planets``; this program's files have three at most.
+_MOST_PARTS = 20
+_PART = r"""(?:(?<![\w-])[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+"""
+_DEEP_KEY = re.compile(f"(?:{_PART}){{{_MOST_PARTS}}}")
 
 
 @dataclass(frozen=True)
@@ -85,11 +94,18 @@ def toml_document(path: Path, kind: TomlKind) -> dict[str, Any]:
         raise ValueError(
             f"{path}: not a TOML file: {defect}; expected {kind.what} in UTF-8",
         ) from error
+    _refuse_costly(text, path)
     try:
         # Line ends of any system count, as in Python's text files.
-        return tomllib.loads(text.replace("\r\n", "\n").replace("\r", "\n"))
+        document = tomllib.loads(text.replace("\r\n", "\n").replace("\r", "\n"))
+        refuse(_odd_numbers(document), str(path))
+        return document
+    except ProblemsError:
+        raise
     except ValueError as error:
         # Numbers of thousands of digits raise a ValueError of their own.
+        if str(error).startswith(str(path)):
+            raise
         raise ValueError(f"{path}: not a TOML file: {' '.join(str(error).split())}") from error
     except RecursionError as error:
         raise ValueError(
@@ -201,23 +217,40 @@ def check_header(document: Mapping[str, Any], kind: TomlKind, file: str) -> None
 def _content(path: Path, kind: TomlKind) -> bytes:
     """Bytes of a file of at most ``kind.most_bytes``."""
     try:
-        status = path.stat()
-    except (FileNotFoundError, NotADirectoryError) as error:
+        content = plain_content(path, kind.what, kind.most_bytes)
+    except FileNotFoundError as error:
         raise FileNotFoundError(f"{path}: no such file; expected {kind.described}") from error
-    if stat.S_ISDIR(status.st_mode):
-        raise ValueError(f"{path}: a folder; expected {kind.described}")
-    if not stat.S_ISREG(status.st_mode):
-        raise ValueError(f"{path}: a device or a pipe; expected {kind.described}")
-    expected = f"expected {kind.what} of at most {kind.most_bytes} bytes"
-    if status.st_size > kind.most_bytes:
-        raise ValueError(f"{path}: {status.st_size} bytes; {expected}")
-    with path.open("rb") as file:
-        content = file.read(kind.most_bytes + 1)
-    if len(content) > kind.most_bytes:
-        # Files that the system makes as they are read state no size.
-        raise ValueError(f"{path}: more bytes than it states; {expected}")
     if content.startswith(_BYTE_ORDER_MARKS):
         raise ValueError(
             f"{path}: not a TOML file: begins with a byte order mark; expected UTF-8 without one",
         )
     return content
+
+
+def _refuse_costly(text: str, path: Path) -> None:
+    """Refuse keys of many parts: reading them takes the square of their length."""
+    deep = _DEEP_KEY.search(text)
+    if deep is not None:
+        line = text.count("\n", 0, deep.start()) + 1
+        raise ValueError(
+            f"{path}: not a TOML file: a key of more than {_MOST_PARTS} parts in line {line}; "
+            "expected keys of a few"
+        )
+
+
+def _odd_numbers(value: Any, where: tuple[str, ...] = ()) -> Iterator[str]:
+    """One text for every number beyond 64 bits, or beyond what any quantity in SI units is."""
+    if isinstance(value, dict):
+        for name, item in value.items():
+            yield from _odd_numbers(item, (*where, shortened(name)))
+    elif isinstance(value, list):
+        for item in value:
+            yield from _odd_numbers(item, where)
+    elif isinstance(value, int) and not -(2**63) <= value < 2**63:
+        yield f"key '{'.'.join(where)}' is {shown(value)}; expected a whole number of 64 bits"
+    elif isinstance(value, float) and math.isfinite(value):
+        size = abs(value)
+        if size > _LARGEST:
+            yield f"key '{'.'.join(where)}' is {value:g}; expected a number of {_LARGEST:g} at most"
+        elif 0.0 < size < _SMALLEST:
+            yield f"key '{'.'.join(where)}' is {value:g}; expected 0, or {_SMALLEST:g} at least"

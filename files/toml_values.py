@@ -246,10 +246,18 @@ _Finite = Annotated[float, Field(allow_inf_nan=False)]
 #: TOML has lists only; a list of fixed length becomes a tuple.
 _Fixed = Field(strict=False)
 
+#: Control characters and line ends: in a terminal, a deck or a figure they do something else.
+_CONTROL = r"\x00-\x1f\x7f-\x9f\u{2028}\u{2029}"
 Text = Annotated[
     str,
-    Field(pattern=r"^[^\n]*\S[^\n]*$"),
+    Field(pattern=rf"^[^{_CONTROL}]*[^\s{_CONTROL}][^{_CONTROL}]*$", max_length=500),
     Expected("a non-empty string on one line"),
+]
+#: Becomes the name of a file.
+FileStem = Annotated[
+    str,
+    Field(pattern=rf"^[^\s./\\{_CONTROL}][^/\\{_CONTROL}]*$", max_length=100),
+    Expected("a name that a file can have: on one line, not hidden, without slashes"),
 ]
 Texts = Annotated[list[Text], Expected("a list of strings")]
 Flag = Annotated[bool, Expected("true or false")]

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
+from carrierflex.files.child_process import in_child, limited
+from carrierflex.files.plain_files import plain_content
 from carrierflex.geometry.cad_faces import CadFace, cad_faces
 from carrierflex.geometry.cad_surface_files import CadFrame, CadStatements
 from carrierflex.geometry.cad_surfaces import Circle, SurfaceStatement
@@ -33,6 +35,9 @@ from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
 
 log = logging.getLogger(__name__)
 
+#: Who reads STEP files, for messages; the largest one that is read [bytes].
+_READER = "OpenCASCADE"
+_MOST_BYTES = 500_000_000
 _HXT = 10
 _TRIANGLE6 = 9
 #: Distance [m] within which a node of gmsh's and one of the mesh are the same.
@@ -60,8 +65,12 @@ def step_faces(path: Path, frame: CadFrame) -> tuple[CadFace, ...]:
 
     Errors as in :func:`step_carrier_mesh`.
     """
-    with _step_solid(path, frame):
-        return cad_faces()
+    return in_child(_step_faces, path, frame, about=path, what=_READER)
+
+
+def _step_faces(path: Path, frame: CadFrame) -> tuple[CadFace, ...]:
+    with _step_solid(path, frame) as (_, faces):
+        return faces
 
 
 def step_volume_and_area(
@@ -71,8 +80,11 @@ def step_volume_and_area(
 
     Errors as in :func:`step_carrier_mesh`.
     """
-    with _step_solid(path, statements.frame) as solid:
-        faces = cad_faces()
+    return in_child(_step_volume_and_area, path, statements, pins, about=path, what=_READER)
+
+
+def _step_volume_and_area(path: Path, statements: CadStatements, pins: bool) -> tuple[float, float]:
+    with _step_solid(path, statements.frame) as (solid, faces):
         volume, area = float(gmsh.model.occ.getMass(3, solid)), sum(face.area for face in faces)
         for _, along, radius in (_pins(statements, faces) if pins else CadPins((), ())).solids:
             length = float(np.linalg.norm(along))
@@ -112,8 +124,13 @@ def step_carrier_mesh(path: Path, statements: CadStatements, size: float, *, pin
         From meshing and from the quality check.
     """
     refuse_useless_size(size)
-    with _step_solid(path, statements.frame) as solid:
-        faces = cad_faces()
+    mesh = in_child(_step_carrier_mesh, path, statements, size, pins, about=path, what=_READER)
+    check_mesh(mesh, str(path))
+    return mesh
+
+
+def _step_carrier_mesh(path: Path, statements: CadStatements, size: float, pins: bool) -> TetMesh:
+    with _step_solid(path, statements.frame) as (solid, faces):
         bonded = _pins(statements, faces) if pins else CadPins((), ())
         carrier_volume, overlaps = _cut(solid, _circles(statements, faces, bonded), bonded)
         if overlaps:
@@ -128,41 +145,48 @@ def step_carrier_mesh(path: Path, statements: CadStatements, size: float, *, pin
         }
         _mesh(path, size)
         mesh = extracted(lambda volume: "carrier" if volume in carrier_volume else "pins")
-        mesh = replace(
+        return replace(
             mesh, surfaces={name: _facets(mesh, name, tags) for name, tags in chosen.items()}
         )
-    check_mesh(mesh, str(path))
-    return mesh
 
 
 @contextmanager
-def _step_solid(path: Path, frame: CadFrame) -> Iterator[int]:
+def _step_solid(path: Path, frame: CadFrame) -> Iterator[tuple[int, tuple[CadFace, ...]]]:
     """Open the file's solid in the carrier's frame, in metres, inside a gmsh session.
 
-    Gives its number.
+    Gives its number and its faces.
     """
     unit = declared_unit(path)
     with quiet_geometry():
         gmsh.option.setString("Geometry.OCCTargetUnit", "M")
-        try:
-            with silent_stdout():
-                gmsh.model.occ.importShapes(str(path), highestDimOnly=False)
-            gmsh.model.occ.synchronize()
-        except Exception as error:
-            raise ValueError(
-                f"{path}: OpenCASCADE cannot read this STEP file ({error}); it may be cut short"
-            ) from error
-        solids = [tag for _, tag in gmsh.model.getEntities(3)]
-        if len(solids) != 1:
-            raise ValueError(
-                f"{path}: holds {len(solids)} solids; expected one, the carrier without pins and "
-                "planets"
-            )
-        low, high = np.split(np.array(gmsh.model.getBoundingBox(3, solids[0])), 2)
-        refuse_wrong_unit(high - low, f"{path} (declared unit: {unit})")
-        log.info("%s: unit %s, converted to metres", path, unit)
-        _move(solids[0], frame)
-        yield solids[0]
+        size = path.stat().st_size
+        with limited(60 + size // 100_000, 1_000_000_000 + 100 * size):
+            solid = _imported_solid(path, unit)
+            _move(solid, frame)
+            faces = cad_faces()
+        yield solid, faces
+
+
+def _imported_solid(path: Path, unit: str) -> int:
+    """Number of the one solid that the file holds."""
+    try:
+        with silent_stdout():
+            gmsh.model.occ.importShapes(str(path), highestDimOnly=False)
+        gmsh.model.occ.synchronize()
+    except Exception as error:
+        raise ValueError(
+            f"{path}: OpenCASCADE cannot read this STEP file ({error}); it may be cut short"
+        ) from error
+    solids = [tag for _, tag in gmsh.model.getEntities(3)]
+    if len(solids) != 1:
+        raise ValueError(
+            f"{path}: holds {len(solids)} solids; expected one, the carrier without pins and "
+            "planets"
+        )
+    low, high = np.split(np.array(gmsh.model.getBoundingBox(3, solids[0])), 2)
+    refuse_wrong_unit(high - low, f"{path} (declared unit: {unit})")
+    log.info("%s: unit %s, converted to metres", path, unit)
+    return solids[0]
 
 
 def declared_unit(path: Path) -> str:
@@ -175,9 +199,8 @@ def declared_unit(path: Path) -> str:
     ValueError
         Where the file is no STEP file, is cut short or declares no unit.
     """
-    if not path.is_file():
-        raise FileNotFoundError(f"{path}: no such file; expected a STEP file (.step, .stp)")
-    text = path.read_text(encoding="latin-1")
+    content = plain_content(path, "a STEP file (.step, .stp)", _MOST_BYTES)
+    text = content.decode("latin-1")
     if not text.lstrip().startswith("ISO-10303-21"):
         raise ValueError(f"{path}: not a STEP file; expected one that begins with ISO-10303-21")
     if "END-ISO-10303-21" not in text[-1000:]:

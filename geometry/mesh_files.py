@@ -12,6 +12,9 @@ import meshio.gmsh
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.files.child_process import in_child, limited
+from carrierflex.files.plain_files import check_plain_file
+from carrierflex.files.shown_values import shortened
 from carrierflex.files.whole_files import whole_file
 from carrierflex.geometry.mesh_checks import check_mesh
 from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
@@ -19,6 +22,8 @@ from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
 #: Format of meshio's writer by suffix.
 _FORMATS = {".msh": "gmsh22", ".vtu": "vtu", ".inp": "abaqus"}
 _ABAQUS_WIDTH = 20
+#: Largest mesh file that is read [bytes]: some ten million nodes.
+_MOST_BYTES = 4_000_000_000
 
 
 def write_mesh(mesh: TetMesh, path: Path) -> None:
@@ -136,12 +141,22 @@ def read_mesh(path: Path) -> TetMesh:
             f"{path}: suffix {path.suffix!r}; expected .msh, the format that holds bodies and "
             "surfaces"
         )
-    if not path.is_file():
-        raise FileNotFoundError(f"{path}: no such file; expected a gmsh mesh (.msh)")
+    size = check_plain_file(path, "a gmsh mesh (.msh)", _MOST_BYTES, text=True)
+    points, blocks = in_child(_points_and_blocks, path, size, about=path, what="meshio")
+    mesh = _from_blocks(points, blocks, path)
+    check_mesh(mesh, str(path))
+    return mesh
+
+
+def _points_and_blocks(
+    path: Path, size: int
+) -> tuple[NDArray[np.float64], list[tuple[str, str, NDArray[np.int64]]]]:
+    """Points and named parts of a gmsh mesh of `size` bytes."""
     try:
-        _refuse_cut_short(path)
-        gmsh_mesh = meshio.gmsh.read(path)
-        blocks = _named_blocks(gmsh_mesh)
+        with limited(30 + size // 500_000, 100_000_000 + 60 * size):
+            _refuse_cut_short(path)
+            gmsh_mesh = meshio.gmsh.read(path)
+            blocks = _named_blocks(gmsh_mesh)
     except (
         meshio.ReadError,
         ValueError,
@@ -152,14 +167,12 @@ def read_mesh(path: Path) -> TetMesh:
         EOFError,
         MemoryError,
     ) as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
+        reason = shortened(" ".join(str(error).split())) or type(error).__name__
         raise ValueError(
             f"{path}: not a complete gmsh mesh ({reason}); expected .msh of version 2.2 or 4.1, "
             "whole, with physical groups"
         ) from error
-    mesh = _from_blocks(gmsh_mesh.points, blocks, path)
-    check_mesh(mesh, str(path))
-    return mesh
+    return gmsh_mesh.points, blocks
 
 
 def _refuse_cut_short(path: Path) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.files.shown_values import literal
 from carrierflex.identification.campaign.campaign import Campaign, Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.carrier.carrier_identification import fitted_signal, two_revolutions
@@ -91,7 +92,8 @@ def signals_figure(
                 label=model.name.upper(),
             )
         panel.set_title(
-            f"{channel.name}, sensor at {np.rad2deg(channel.angle or 0.0):.0f}°", fontsize=10
+            f"{literal(channel.name)}, sensor at {np.rad2deg(channel.angle or 0.0):.0f}°",
+            fontsize=10,
         )
         panel.set_ylabel("axial displacement [mm]")
         panel.grid(alpha=0.3)
@@ -100,7 +102,7 @@ def signals_figure(
     for panel in panels[max(len(channels) - 2, 0) : len(channels)]:
         panel.set_xlabel("carrier angle [revolutions]")
         panel.tick_params(labelbottom=True)
-    figure.suptitle(f"{run.name} ({run.condition}): measured and identified")
+    figure.suptitle(literal(f"{run.name} ({run.condition}): measured and identified"))
     figure.legend(
         *panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=1 + len(fits)
     )
@@ -131,7 +133,7 @@ def rms_figure(estimates: Mapping[str, Mapping[str, ParameterEstimate]]) -> "Fig
         heights = [1e3 * by_run[run].rms_by_run[run] for run in runs]
         bars = panel.bar(position, heights, width, label=name.upper(), color=_COLOURS.get(name))
         panel.bar_label(bars, fmt="%.3f", fontsize=8, padding=2)
-    panel.set_xticks(np.arange(len(runs)), runs)
+    panel.set_xticks(np.arange(len(runs)), [literal(run) for run in runs])
     panel.set_ylabel("RMS of measured minus identified [mm]")
     panel.margins(y=0.1)
     panel.grid(axis="y", alpha=0.3)
@@ -216,7 +218,7 @@ def _draw_parameter(
         color=_COLOURS.get(model),
         label=model.upper(),
     )
-    panel.set_xticks(range(len(by_run)), list(by_run))
+    panel.set_xticks(range(len(by_run)), [literal(run) for run in by_run])
     panel.set_xlim(-0.6, len(by_run) - 0.4)
     panel.set_ylabel(f"{_SYMBOLS.get(name, name)} [{unit}]")
     panel.grid(alpha=0.3)
@@ -339,9 +341,9 @@ def bushing_signals_figure(
                 linewidth=0.8,
                 label=estimate.model.name,
             )
-            axes.set_ylabel(f"{channel.name}, mm")
+            axes.set_ylabel(f"{literal(channel.name)}, mm")
         panels[0, column].set_title(
-            f"{run.name}, RMS of the gap {estimate.rms * 1e6:.3g} um over all sensors"
+            f"{literal(run.name)}, RMS of the gap {estimate.rms * 1e6:.3g} um over all sensors"
         )
         panels[-1, column].set_xlabel("time, s")
     panels[0, 0].legend(loc="lower right")

@@ -9,14 +9,17 @@ from typing import TypeVar
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
+from carrierflex.files.plain_files import check_plain_file
+from carrierflex.files.shown_values import shortened, shown
 from carrierflex.files.whole_files import whole_file
+from carrierflex.reduction.body_datasets import checked_name, length, names, numbers
 from carrierflex.reduction.certificate import Certificate, Check
 from carrierflex.reduction.ffrf_data import FfrfData
 from carrierflex.reduction.interface_mass import effective_interface_mass, has_fixed_interface_modes
 from carrierflex.reduction.orthonormal_form import orthonormal_form
 from carrierflex.reduction.reduced_model import MassProperties, ReducedModel
+from carrierflex.reduction.soundness import refuse_unsound
 
 T = TypeVar("T")
 
@@ -25,6 +28,7 @@ VERSION = 1
 #: Larger matrices than this are refused before memory is taken for them.
 _MOST_COORDINATES = 20_000
 _MOST_SENSORS = 100_000
+_MOST_FILE_BYTES = 20_000_000_000
 _UNITS = (
     "SI: m, kg, s, N, rad; frame: x downwind along the rotation axis, z up, right-handed, "
     "origin on the upwind face of the upwind plate"
@@ -135,13 +139,12 @@ def read_certificate(path: Path) -> Certificate | None:
     return _read(path, _certificate)
 
 
-def _read(path: Path, part: Callable[[h5py.File, Path], T]) -> T:
-    if not path.is_file():
-        raise FileNotFoundError(f"{path}: no such file; expected a body file (.h5)")
+def _read(path: Path, part: Callable[[h5py.File], T]) -> T:
+    check_plain_file(path, "a body file (.h5)", _MOST_FILE_BYTES)
     try:
         with h5py.File(path, "r") as file:
             _check_header(file, path)
-            return part(file, path)
+            return part(file)
     except BodyFileError:
         raise
     except (OSError, KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
@@ -149,16 +152,19 @@ def _read(path: Path, part: Callable[[h5py.File, Path], T]) -> T:
             f"{path}: not a complete body file ({_one_line(error)}); expected HDF5 of format "
             f"{FORMAT}"
         ) from error
+    except (RuntimeError, ArithmeticError, MemoryError) as error:
+        # HDF5 tells damaged trees and heaps so.
+        raise BodyFileError(f"{path}: damaged ({_one_line(error)}); expected HDF5") from error
 
 
 def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())
+    return shortened(" ".join(str(error).split()), 400)
 
 
 def _check_header(file: h5py.File, path: Path) -> None:
     file_format = file.attrs.get("format")
     if file_format != FORMAT:
-        raise BodyFileError(f"{path}: format is {file_format!r}; expected {FORMAT!r}")
+        raise BodyFileError(f"{path}: format is {shown(file_format)}; expected {FORMAT!r}")
     version = int(file.attrs["version"])
     if version > VERSION:
         raise BodyFileError(
@@ -167,87 +173,64 @@ def _check_header(file: h5py.File, path: Path) -> None:
         )
 
 
-def _model(file: h5py.File, path: Path) -> ReducedModel:
-    n, n_sensors = file["labels"].shape[0], file["sensors/names"].shape[0]
-    if max(n, file["pilots/names"].shape[0]) > _MOST_COORDINATES or n_sensors > _MOST_SENSORS:
-        raise BodyFileError(
-            f"{path}: {n} coordinates and {n_sensors} sensors; expected at most "
-            f"{_MOST_COORDINATES} and {_MOST_SENSORS}"
-        )
-    n_pilots = file["pilots/names"].shape[0]
-    names = _strings(file["pilots/names"])
-    points = _array(file["pilots/points"], (n_pilots, 3), path)
-    coordinates = _array(file["pilots/coordinates"], (n_pilots, 6), path).astype(np.int64)
+def _model(file: h5py.File) -> ReducedModel:
+    n = length(file, "labels", _MOST_COORDINATES)
+    n_pilots = length(file, "pilots/names", _MOST_COORDINATES)
+    n_sensors = length(file, "sensors/names", _MOST_SENSORS)
+    pilots = names(file, "pilots/names")
+    points = numbers(file, "pilots/points", (n_pilots, 3))
+    coordinates = numbers(file, "pilots/coordinates", (n_pilots, 6)).astype(np.int64)
     if coordinates.size and not (0 <= coordinates.min() and coordinates.max() < n):
-        raise BodyFileError(
-            f"{path}: a pilot refers to coordinate {coordinates.max()}; expected numbers below {n}"
+        raise ValueError(
+            f"a pilot refers to coordinate {coordinates.max()}; expected numbers below {n}"
         )
-    if len(set(names)) != len(names):
-        raise BodyFileError(
-            f"{path}: pilots are named {', '.join(names)}; expected different names"
-        )
-    mass = file["mass_properties"]
-    return ReducedModel(
-        name=str(file.attrs["name"]),
-        K=_array(file["K"], (n, n), path),
-        M=_array(file["M"], (n, n), path),
-        D=_array(file["D"], (n, n), path),
-        labels=_strings(file["labels"]),
-        pilots=dict(zip(names, points, strict=True)),
-        pilot_coordinates=dict(zip(names, coordinates, strict=True)),
-        sensor_names=_strings(file["sensors/names"]),
-        sensor_rows=_array(file["sensors/rows"], (n_sensors, n), path),
+    if len(set(pilots)) != len(pilots):
+        raise ValueError(f"pilots are named {shown(', '.join(pilots))}; expected different names")
+    model = ReducedModel(
+        name=checked_name(str(file.attrs["name"]), "attribute name"),
+        K=numbers(file, "K", (n, n)),
+        M=numbers(file, "M", (n, n)),
+        D=numbers(file, "D", (n, n)),
+        labels=names(file, "labels"),
+        pilots=dict(zip(pilots, points, strict=True)),
+        pilot_coordinates=dict(zip(pilots, coordinates, strict=True)),
+        sensor_names=names(file, "sensors/names"),
+        sensor_rows=numbers(file, "sensors/rows", (n_sensors, n)),
         mass_properties=MassProperties(
-            float(_array(mass["mass"], (), path)),
-            _array(mass["centre"], (3,), path),
-            _array(mass["inertia_about_centre"], (3, 3), path),
+            float(numbers(file, "mass_properties/mass", ())),
+            numbers(file, "mass_properties/centre", (3,)),
+            numbers(file, "mass_properties/inertia_about_centre", (3, 3)),
         ),
         provenance={key: str(value) for key, value in file["provenance"].attrs.items()},
-        ffrf=_ffrf(file["ffrf"], n, path) if "ffrf" in file else None,
+        ffrf=_ffrf(file, n) if "ffrf" in file else None,
     )
+    refuse_unsound(model)
+    return model
 
 
-def _ffrf(group: h5py.Group, n: int, path: Path) -> FfrfData:
+def _ffrf(file: h5py.File, n: int) -> FfrfData:
     return FfrfData(
-        float(_array(group["mass"], (), path)),
-        _array(group["first_moment"], (3,), path),
-        _array(group["second_moment"], (3, 3), path),
-        _array(group["N"], (3, n), path),
-        _array(group["P"], (3, 3, n), path),
-        _array(group["Q"], (6, n, n), path),
+        float(numbers(file, "ffrf/mass", ())),
+        numbers(file, "ffrf/first_moment", (3,)),
+        numbers(file, "ffrf/second_moment", (3, 3)),
+        numbers(file, "ffrf/N", (3, n)),
+        numbers(file, "ffrf/P", (3, 3, n)),
+        numbers(file, "ffrf/Q", (6, n, n)),
     )
 
 
-def _certificate(file: h5py.File, path: Path) -> Certificate | None:
+def _certificate(file: h5py.File) -> Certificate | None:
     if "certificate" not in file:
         return None
-    group = file["certificate"]
-    n = group["names"].shape[0]
-    if n > _MOST_COORDINATES:
-        raise BodyFileError(
-            f"{path}: {n} checks in the certificate; expected at most {_MOST_COORDINATES}"
-        )
+    n = length(file, "certificate/names", _MOST_COORDINATES)
     columns = (
-        _strings(group["names"]),
-        _strings(group["wanted"]),
-        _array(group["reached"], (n,), path),
-        _array(group["met"], (n,), path),
+        names(file, "certificate/names"),
+        names(file, "certificate/wanted"),
+        numbers(file, "certificate/reached", (n,)),
+        numbers(file, "certificate/met", (n,), "b"),
     )
     checks = tuple(
         Check(name, wanted, float(reached), bool(met))
         for name, wanted, reached, met in zip(*columns, strict=True)
     )
-    return Certificate(float(group.attrs["cut_off_hz"]), checks)
-
-
-def _strings(dataset: h5py.Dataset) -> tuple[str, ...]:
-    return tuple(dataset.asstr()[:]) if dataset.shape[0] else ()
-
-
-def _array(dataset: h5py.Dataset, shape: tuple[int, ...], path: Path) -> NDArray[np.float64]:
-    if dataset.shape != shape:
-        raise BodyFileError(f"{path}: {dataset.name} has shape {dataset.shape}; expected {shape}")
-    values = dataset[()]
-    if not np.isfinite(values).all():
-        raise BodyFileError(f"{path}: {dataset.name} holds a value that is not finite")
-    return np.asarray(values, dtype=np.float64)
+    return Certificate(float(file["certificate"].attrs["cut_off_hz"]), checks)

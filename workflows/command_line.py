@@ -8,9 +8,11 @@ import functools
 import importlib
 import logging
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from carrierflex.files.shown_values import printable
+from carrierflex.workflows.support.compiled_code import with_sound_cache
 from carrierflex.workflows.support.interruption import (
     EXIT_INTERRUPTED,
     EXIT_TERMINATED,
@@ -160,7 +162,9 @@ def main() -> None:
     interrupt_on_sigterm()
     _refuse_unknown_command(sys.argv[1:])
     try:
-        _application()(sys.argv[1:], exit_on_error=False, print_error=False)
+        with_sound_cache(
+            lambda: _application()(sys.argv[1:], exit_on_error=False, print_error=False)
+        )
     except TerminationError:
         _end("asked to end; files that were finished are whole and stay", EXIT_TERMINATED)
     except KeyboardInterrupt:
@@ -178,7 +182,7 @@ def main() -> None:
             error, (ValueError, OSError, KeyError, ArithmeticError, RuntimeError, MemoryError)
         ):
             raise
-        _end(_one_line(error), EXIT_REFUSED)
+        _end(_about_input(error, sys.argv[1:]), EXIT_REFUSED)
 
 
 def _refuse_unknown_command(arguments: list[str]) -> None:
@@ -225,10 +229,34 @@ def _show(table: str, result: Any) -> None:
 
     module, function = table.split(":")
     tables = importlib.import_module(f"carrierflex.workflows.screen.{module}")
-    Console(highlight=False).print(getattr(tables, function)(result))
+    # Names in square brackets are names, no markup.
+    Console(highlight=False, markup=False).print(getattr(tables, function)(result))
     # A certificate knows whether its checks are met; a result without such knowledge counts as met.
     if not getattr(result, "met", True):
         sys.exit(EXIT_FAILED)
+
+
+def _about_input(error: Exception, arguments: list[str]) -> str:
+    """Message of an error; where it names no file that is given, the first of them before it."""
+    text = _one_line(error)
+    if isinstance(error, ArithmeticError) or type(error).__name__ == "LinAlgError":
+        text = (
+            "its numbers leave no equations that can be solved; expected sizes that differ by "
+            "less: units, masses and declared noise"
+        )
+    given = [
+        Path(argument)
+        for before, argument in zip(arguments, arguments[1:], strict=False)
+        if before != "--out" and not argument.startswith("-") and Path(argument).exists()
+    ]
+    names = [name for path in given for name in (str(path), path.name, *_files_in(path))]
+    if not given or "--" in text or any(name in text for name in names):
+        return text
+    return f"{given[0]}: {text}"
+
+
+def _files_in(path: Path) -> list[str]:
+    return [entry.name for entry in path.iterdir()] if path.is_dir() else []
 
 
 def _one_line(error: BaseException) -> str:

@@ -25,7 +25,7 @@ from carrierflex.blind_check.sealing.seals import (
     write_seals,
 )
 from carrierflex.blind_check.sealing.verdicts import Verdict, is_finished, read_verdict
-from carrierflex.files.json_files import save_json
+from carrierflex.files.json_files import read_json, save_json
 
 SEALS_FILE = "seals.json"
 SALTS_FILE = "salts.json"
@@ -211,11 +211,9 @@ def _refuse_opened(out: Path, plans: Sequence[CasePlan]) -> None:
 
 def _read_salts(path: Path) -> dict[str, str]:
     try:
-        return {
-            str(case): str(salt)
-            for case, salt in json.loads(path.read_text(encoding="utf-8")).items()
-        }
-    except (OSError, json.JSONDecodeError, AttributeError) as error:
+        salts = read_json(path, "the salts of the published seals")
+        return {str(case): str(salt) for case, salt in salts.items()}
+    except (ValueError, AttributeError) as error:
         raise ValueError(
             f"{path}: no salts of the published seals: {error}; expected a new --out"
         ) from error

@@ -6,7 +6,6 @@ afterwards.
 """
 
 import hashlib
-import json
 import secrets
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from carrierflex.blind_check.labels import Label
-from carrierflex.files.json_files import save_json
+from carrierflex.files.json_files import read_json, save_json
+from carrierflex.files.shown_values import shortened, shown
 
 FORMAT = "carrierflex-seals"
 VERSION = 1
@@ -105,16 +105,27 @@ def read_seals(path: Path) -> Seals:
     ValueError
         Where the file is no list of seals, of another version, or changed since it was written.
     """
+    expected = "a list of seals"
+    content = read_json(path, expected)
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
         known = content["format"] == FORMAT and content["version"] == VERSION
-        published = Seals(content["check"], content["seals"])
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError, KeyError, TypeError) as error:
-        raise ValueError(f"{path}: not a list of seals: {error}") from error
+        check, seals = content["check"], content["seals"]
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"{path}: not a list of seals: {shortened(str(error))}") from error
     if not known:
         raise ValueError(f"{path}: found another format or version; expected '{FORMAT}' {VERSION}")
+    if not isinstance(check, dict) or not _is_seals(seals):
+        raise ValueError(
+            f"{path}: keys 'check' and 'seals' are {shown(check)} and {shown(seals)}; expected "
+            "what was asked for, and a seal for each case"
+        )
+    published = Seals(check, seals)
     if published.digest != content.get("digest"):
         raise ValueError(
             f"{path}: its seals do not give its digest; expected a file that nobody has changed"
         )
     return published
+
+
+def _is_seals(value: object) -> bool:
+    return isinstance(value, dict) and all(isinstance(seal, str) for seal in value.values())

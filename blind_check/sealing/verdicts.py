@@ -1,12 +1,13 @@
 """What a diagnosis said of one sealed case, read from its folder."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, read_diagnosis
+from carrierflex.files.json_files import read_json
+from carrierflex.files.shown_values import shortened
 
 #: Written last: a folder that holds it is finished.
 TIMES_FILE = "times.json"
@@ -44,10 +45,12 @@ def read_verdict(out: Path) -> Verdict:
         Where a file is missing or no diagnosis.
     """
     try:
-        times = json.loads((out / TIMES_FILE).read_text(encoding="utf-8"))
+        times = read_json(out / TIMES_FILE, "the times of a diagnosis")
         seconds, error = float(times["seconds"]), times["error"]
-    except (OSError, json.JSONDecodeError, KeyError, TypeError) as raised:
-        raise ValueError(f"{out / TIMES_FILE}: no times of a diagnosis: {raised}") from raised
+    except (KeyError, TypeError, OverflowError) as raised:
+        raise ValueError(
+            f"{out / TIMES_FILE}: no times of a diagnosis: {shortened(str(raised))}"
+        ) from raised
     if error is not None:
         return Verdict({"verdict": ERROR, "reason": error}, seconds)
     return Verdict(read_diagnosis(out / DIAGNOSIS_FILE), seconds)

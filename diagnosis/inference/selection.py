@@ -55,14 +55,20 @@ def selected(search: ForwardSelection) -> Selection:
         effects for effects in search.scores if not set(effects) & set(problem.negative_controls)
     ]
     rejections = {effects: search.rejection(effects) for effects in sets if effects}
-    supported = [effects for effects in rejections if rejections[effects] is None]
+    supported = [
+        effects
+        for effects in rejections
+        if rejections[effects] is None and np.isfinite(search.mean_square(effects))
+    ]
     accepted: Effects = ()
     rivals: list[Effects] = []
     if supported:
         # Supported sets shrink the gap whatever conditions are drawn; the densities of the smallest
         # residuals are overconfident.
         best = min(supported, key=search.mean_square)
-        equal = [effects for effects in supported if _equal(search, effects, best)]
+        # The best is as good as itself, also where nothing is left and no ratio can be made.
+        others = [effects for effects in supported if effects != best]
+        equal = [best, *(effects for effects in others if _equal(search, effects, best))]
         accepted = min(
             equal, key=lambda effects: (*_size(search, effects), -search.scores[effects].elpd)
         )

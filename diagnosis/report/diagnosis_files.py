@@ -3,7 +3,6 @@
 A file appears complete or not at all.
 """
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,8 @@ from carrierflex.diagnosis.gap.significance import SIGNIFICANCE
 from carrierflex.diagnosis.inference.results import CLASS_NAMED, Attribution, GapReduction
 from carrierflex.diagnosis.report.gap_words import parity_words, scatter_words, where_text
 from carrierflex.diagnosis.results import Diagnosis
-from carrierflex.files.json_files import plain, save_json, save_text
+from carrierflex.files.json_files import plain, read_json, save_json, save_text
+from carrierflex.files.shown_values import shown
 from carrierflex.files.versions import software_name
 
 DIAGNOSIS_FILE = "diagnosis.json"
@@ -127,21 +127,17 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
     ValueError
         Where the file is missing, no JSON, of another format, or written by a newer version.
     """
-    if not path.is_file():
-        raise ValueError(f"{path}: no such file; expected a diagnosis.json")
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: not a JSON file: {error}") from error
+    document = read_json(path, "a diagnosis.json")
     name = document.get("format") if isinstance(document, dict) else None
     if name != FORMAT:
-        raise ValueError(f"{path}: key 'format' is {name!r}; expected '{FORMAT}'")
+        raise ValueError(f"{path}: key 'format' is {shown(name)}; expected '{FORMAT}'")
     version = document.get("version")
     if not isinstance(version, int) or isinstance(version, bool) or version < 1:
-        raise ValueError(f"{path}: key 'version' is {version!r}; expected {VERSION}")
+        raise ValueError(f"{path}: key 'version' is {shown(version)}; expected {VERSION}")
     if version > VERSION:
         raise ValueError(
-            f"{path}: key 'version' is {version}, written by a newer version; expected {VERSION}"
+            f"{path}: key 'version' is {shown(version)}, written by a newer version; "
+            f"expected {VERSION}"
         )
     return document
 

@@ -29,6 +29,7 @@ CHANCE = "#e6e9ed"
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",  # selectable, and a tenth of the size of outlines
     "svg.hashsalt": "carrierflex",  # the same figure gives the same file
+    "text.parse_math": False,  # a $ in the name of a channel begins no formula
     "font.size": 9.0,
     "axes.linewidth": 0.7,
     "axes.titlesize": 9.5,

@@ -28,7 +28,7 @@ from carrierflex.identification.campaign.simulated_mark import SimulatedMark
 CAMPAIGN_FILE = TomlKind(
     "a campaign",
     holds="the keys of the campaign format",
-    most_bytes=10_000_000,
+    most_bytes=1_000_000,
     format="carrierflex-campaign",
     version=2,
 )

@@ -10,7 +10,7 @@ import pyarrow.csv as pa_csv
 import pyarrow.parquet as pa_parquet
 import tomli_w
 
-from carrierflex.files.problems import Problems, ProblemsError, problems_of, refuse
+from carrierflex.files.problems import Problems, ProblemsError, problems_of, refuse, repeated_names
 from carrierflex.files.toml_files import toml_document
 from carrierflex.files.whole_files import errors_naming
 from carrierflex.files.whole_folders import check_writable, taken_up, whole_folder
@@ -144,6 +144,8 @@ def write_campaign(
     document = campaign_document(campaign)
     campaign_header(document)  # what is written must be readable again
     prepare_campaign_folder(folder)
+    names = [*(more_files or {}), *(run.file for run in campaign.runs)]
+    refuse(repeated_names(names, f"{folder}: file"))
     with whole_folder(folder) as partial:
         for name, write in (more_files or {}).items():
             path = partial / checked_file_name(name, "file")

@@ -10,6 +10,8 @@ from carrierflex.files.problems import refuse
 
 #: Column of a run file that holds another simulator's prediction of a channel.
 PREDICTION_SUFFIX = "_sim"
+#: Largest size of a sample, in any unit: squares and fifth powers of it are numbers still.
+_LARGEST = 1e30
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +68,9 @@ class Run:
         for name, values in {**self.signals, **self.predictions}.items():
             expected = "a finite number, or an empty cell where the sample is missing"
             yield from _first_wrong(name, np.isinf(values), values, expected)
+        for name, values in {"time": self.time, **self.columns()}.items():
+            too_large = (np.abs(values) > _LARGEST) & np.isfinite(values)
+            yield from _first_wrong(name, too_large, values, f"a number of {_LARGEST:g} at most")
         not_later = np.concatenate([[False], np.diff(self.time) <= 0.0])
         yield from _first_wrong("time", not_later, self.time, "strictly increasing time")
         yield from self._wrapped_angle()

@@ -10,13 +10,17 @@ import pyarrow.csv as pa_csv
 import pyarrow.parquet as pa_parquet
 from numpy.typing import NDArray
 
+from carrierflex.files.plain_files import check_plain_file
 from carrierflex.files.problems import refuse
 from carrierflex.identification.campaign.campaign import column_conflicts
 
 #: Sanity limits, checked before anything is allocated.
 LARGEST_HEADER = 100_000  # bytes of the header line of a CSV file
-LARGEST_CSV = 8 * 1024**3  # bytes of a CSV file
+LARGEST_FILE = 8 * 1024**3  # bytes of a run file
 LARGEST_TABLE = 1_000_000_000  # cells of a Parquet file: 8 GB of numbers
+#: Cells that a Parquet file may hold for each byte of it, and whatever its size.
+CELLS_OF_A_BYTE = 10
+CELLS_OF_A_SMALL_FILE = 1_000_000
 
 #: Samples of one piece: a dozen columns of it take some 20 MB.
 PIECE = 200_000
@@ -62,7 +66,9 @@ def run_file_header(path: Path) -> list[str]:
     ValueError
         Where the file is not what its name says, or the header line is too long or not text.
     """
-    if path.suffix.lower() == ".parquet":
+    is_parquet = path.suffix.lower() == ".parquet"
+    check_plain_file(path, "a run file", LARGEST_FILE, text=not is_parquet)
+    if is_parquet:
         try:
             return list(pa_parquet.read_schema(path).names)
         except (pa.ArrowInvalid, OSError) as error:
@@ -129,6 +135,7 @@ def _tables(path: Path, expected: ExpectedColumns) -> Iterator[pa.Table]:
     kept = expected.kept(columns, path.name)
     if path.suffix.lower() == ".parquet":
         with pa_parquet.ParquetFile(path, pre_buffer=False) as file:
+            _check_cells(file, path, len(kept))
             for batch in file.iter_batches(batch_size=PIECE, columns=kept):
                 yield pa.Table.from_batches([batch])
         return
@@ -148,10 +155,6 @@ def _convert(kept: list[str]) -> pa_csv.ConvertOptions:
 
 
 def _read_csv(path: Path, expected: ExpectedColumns) -> pa.Table:
-    if path.stat().st_size > LARGEST_CSV:
-        raise ValueError(
-            f"{path.name}: {path.stat().st_size} bytes; expected at most {LARGEST_CSV}"
-        )
     columns = run_file_header(path)
     kept = expected.kept(columns, path.name)
     read = pa_csv.ReadOptions(column_names=columns, skip_rows=1)
@@ -171,12 +174,24 @@ def _read_parquet(path: Path, expected: ExpectedColumns) -> pa.Table:
     kept = expected.kept(run_file_header(path), path.name)
     try:
         file = pa_parquet.ParquetFile(path)
-        cells = file.metadata.num_rows * len(kept)
-        if cells > LARGEST_TABLE:
-            raise ValueError(f"{path.name}: {cells} cells; expected at most {LARGEST_TABLE}")
+        _check_cells(file, path, len(kept))
         return file.read(columns=kept)
     except (pa.ArrowInvalid, OSError) as error:
         raise ValueError(f"{path.name}: not a Parquet file: {_one_line(error)}") from error
+
+
+def _check_cells(file: pa_parquet.ParquetFile, path: Path, n_columns: int) -> None:
+    """Refuse a Parquet file that would fill the memory.
+
+    Too many cells in all, or for the bytes that are stored: time increases, and cannot be packed as
+    tightly as columns of one value.
+    """
+    cells, stored = file.metadata.num_rows * n_columns, path.stat().st_size
+    most = min(LARGEST_TABLE, CELLS_OF_A_SMALL_FILE + CELLS_OF_A_BYTE * stored)
+    if cells > most:
+        raise ValueError(
+            f"{path.name}: {cells} cells in {stored} bytes; expected at most {most} cells"
+        )
 
 
 def _floats(table: pa.Table, path: Path) -> dict[str, NDArray[np.float64]]:

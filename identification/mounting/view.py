@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.files.shown_values import literal
 from carrierflex.simulation.mounting.rig import HOUSING_MOTION
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ def housing_motion_figure(motions: Mapping[str, MotionRecord]) -> "Figure":
                 time, simulated[:, row] * 1e3, color="tab:blue", linewidth=0.8, label="simulated"
             )
             axes.set_ylabel(f"{name}, {'mm' if name.startswith('d') else 'mrad'}")
-        panels[0, column].set_title(run)
+        panels[0, column].set_title(literal(run))
         panels[-1, column].set_xlabel("time, s")
     panels[0, 0].legend(loc="lower right")
     return figure

@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 from carrierflex.files.toml_values import (
     Count,
     Expected,
+    FileStem,
     NotNegative,
     Number,
     Positive,
@@ -60,7 +61,7 @@ class MotionTable(TomlTable):
 class RunTable(TomlTable):
     """One run."""
 
-    name: Text = key("Name of the run, also of its file")
+    name: FileStem = key("Name of the run, also of its file")
     condition: Text = key("Free text, equal for repeats")
     torque: Number = key("Mean torque on the main shaft about +x", "N m")
     ntl_y: Number = key("Radial load at the dynamometer coupling along y", "N")

@@ -10,7 +10,15 @@ from carrierflex.simulation.mounting.bushings import TABLE_3
 from carrierflex.simulation.mounting.load_history import LoadHistory
 from carrierflex.simulation.mounting.parameters import ParameterArray, parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.simulation.record_size import (
+    MOST_IN_A_FILE,
+    MOST_IN_MEMORY,
+    refuse_size,
+    refuse_steps,
+)
 
+#: Time, five inputs and six sensors.
+_COLUMNS = 12
 MOUNTING_CASE = TomlKind(
     "a case file of kind mounting",
     most_bytes=MOST_CASE_BYTES,
@@ -99,3 +107,31 @@ def read_mounting_case(path: Path) -> MountingCase:
         runs,
         document.step,
     )
+
+
+def refuse_long_runs(case: MountingCase, file: str, *, piecewise: bool = False) -> None:
+    """Refuse a case whose records are too long, before anything is simulated.
+
+    Parameters
+    ----------
+    case : MountingCase
+        The case.
+    file : str
+        Its file, for the message.
+    piecewise : bool
+        Whether records are written piece by piece.
+
+    Raises
+    ------
+    ValueError
+        Where there are too many samples or steps.
+    """
+    numbers = 0.0
+    for run in case.runs:
+        history = run.history
+        mine = history.duration * history.sample_rate * _COLUMNS
+        numbers = mine if piecewise else numbers + mine
+        most = MOST_IN_A_FILE if piecewise else MOST_IN_MEMORY
+        keys = {"duration [s]": history.duration, "sample_rate [1/s]": history.sample_rate}
+        refuse_size(file, keys, numbers, most)
+        refuse_steps(file, history.duration, case.step)

@@ -8,6 +8,7 @@ from carrierflex.files.toml_values import (
     Count,
     Expected,
     FieldsOf,
+    FileStem,
     Key,
     KeysOf,
     NotNegative,
@@ -72,7 +73,7 @@ _TRUTH = KeysOf(
 class RunTable(TomlTable):
     """One run."""
 
-    name: Text = key("Name of the run, also of its file")
+    name: FileStem = key("Name of the run, also of its file")
     condition: Text = key("Free text, equal for repeats")
     history: Annotated[LoadHistory, FieldsOf(_HISTORY)] = key(
         "Loads of the run, after figure 6 of the 2011 paper",

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.files.shown_values import literal
 from carrierflex.simulation.mounting.rig import SENSORS
 from carrierflex.simulation.stage.linearised import CampbellDiagram
 
@@ -51,7 +52,7 @@ def linearised_figure(
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(12.0, 8.0), layout="constrained")
-    figure.suptitle(title)
+    figure.suptitle(literal(title))
     axes = figure.subplots(2, 2)
     for place, (axis, (load, factor, unit)) in enumerate(zip(axes.flat[:3], _LOADS, strict=True)):
         amplitude = np.abs(response[:, :, place])

@@ -8,6 +8,7 @@ from carrierflex.files.toml_values import (
     Count,
     Expected,
     FieldsOf,
+    FileStem,
     FourNumbers,
     NotNegative,
     Number,
@@ -59,7 +60,7 @@ class StageSensorTable(SensorTable):
 class StageRunTable(TomlTable):
     """One run."""
 
-    name: Text = key("Name of the run, also of its file")
+    name: FileStem = key("Name of the run, also of its file")
     condition: Text = key("Free text, equal for repeats")
     torque: Number = key("Torque on the main shaft about +x", "N m")
     ntl_y: Number = key("Radial load at the dynamometer coupling along y", "N")

@@ -147,7 +147,7 @@ WRONG_PARTS = {
     "too many labels": (
         "labels",
         STRINGS,
-        r"20001 coordinates and 0 sensors; expected at most 20000 and 100000",
+        r"/labels has shape \(20001,\); expected a list of at most 20000",
     ),
     "text in K": ("K", np.full((22, 22), b"x"), r"not a complete body file"),
     "numbers for labels": ("labels", np.zeros(22), r"not a complete body file"),
@@ -205,3 +205,83 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(written, pin_reduct
 def test_a_missing_folder_is_an_error_of_the_system(tmp_path, pin_reduction):
     with pytest.raises(OSError, match="absent"):
         write_body(pin_reduction.model, tmp_path / "absent" / "pin.h5")
+
+
+def changed(path, name, change):
+    with h5py.File(path, "r+") as file:
+        file[name][...] = change(file[name][...])
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "told"),
+    [
+        ("K", lambda K: K + np.triu(K, 1), r"K differs from its transpose"),
+        ("M", lambda M: M + np.triu(M, 1), r"M differs from its transpose"),
+        ("K", lambda K: -K, r"K, scaled to unit diagonal, has the eigenvalue -1"),
+        ("M", lambda M: -M, r"M, scaled to unit diagonal, has the eigenvalue -1"),
+        ("mass_properties/mass", lambda m: -m, r"mass is -[\d.]+ kg; expected a positive mass"),
+        ("M", lambda M: 2.0 * M, r"M moved as a rigid body has the mass .* expected the same"),
+    ],
+)
+def test_matrices_of_no_body_are_refused(written, name, change, told):
+    changed(written, name, change)
+    with pytest.raises(BodyFileError, match=rf"pin\.h5: .*{told}"):
+        read_body(written)
+
+
+@pytest.mark.parametrize(
+    ("name", "dtype", "told"),
+    [
+        # Declared and never written: 24 million numbers of no bytes.
+        ("ffrf/Q", "f8", "states .* bytes and stores 0"),
+        ("labels", "S50000000", "holds texts of 50000000 bytes; expected names"),
+        ("mass_properties/centre", "S1500000000", "expected numbers"),
+        ("K", h5py.string_dtype(), "expected numbers"),
+    ],
+)
+def test_what_is_declared_and_not_stored_is_refused_unread(written, name, dtype, told):
+    n = 2000
+    with h5py.File(written, "r+") as file:
+        shapes = {"labels": (22,), "ffrf/Q": (6, n, n), "mass_properties/centre": (3,)}
+        for part, shape in {"K": (22, 22)}.items() if name != "ffrf/Q" else []:
+            assert file[part].shape == shape
+        del file[name]
+        file.create_dataset(name, shape=shapes.get(name, (22, 22)), dtype=dtype)
+        if name == "ffrf/Q":
+            for part, shape in {"labels": (n,), "K": (n, n)}.items():
+                del file[part]
+                if part == "labels":
+                    file[part] = [f"mode {i}" for i in range(n)]
+                else:
+                    file.create_dataset(part, shape=shape, dtype="f8")
+    with pytest.raises(BodyFileError, match=rf"pin\.h5: .*{told}"):
+        read_body(written)
+
+
+@pytest.mark.parametrize("name", ["p0\nGRID,999,,1.,2.,3.", "\x1b]0;x", "n" * 501])
+@pytest.mark.parametrize("part", ["pilots/names", "labels"])
+def test_names_that_end_a_line_of_a_deck_are_refused(written, name, part):
+    with h5py.File(written, "r+") as file:
+        names = [name, *file[part].asstr()[1:]]
+        del file[part]
+        file[part] = names
+    with pytest.raises(BodyFileError, match=rf"pin\.h5: .*/{part} holds the name"):
+        read_body(written)
+
+
+def test_a_list_of_one_long_text_is_not_multiplied(written):
+    with h5py.File(written, "r+") as file:
+        del file["labels"]
+        file["labels"] = ["x" * 3_000_000] * 22
+    with pytest.raises(BodyFileError, match="/labels holds the name 'xxx"):
+        read_body(written)
+
+
+def test_links_to_other_files_are_refused(written, tmp_path):
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["K"] = np.eye(22)
+    with h5py.File(written, "r+") as file:
+        del file["K"]
+        file["K"] = h5py.ExternalLink(str(tmp_path / "other.h5"), "/K")
+    with pytest.raises(BodyFileError, match="/K is missing or a link"):
+        read_body(written)

@@ -1,13 +1,12 @@
 """How does the rim deflect under drive torque? Six peaks with bonded pins, three without pins."""
 
-import json
 from pathlib import Path
 
 from carrierflex.fe.carrier_curves import named_curves
 from carrierflex.fe.curve_files import read_curves, write_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.fe.view import curves_figure
-from carrierflex.files.json_files import plain, save_json
+from carrierflex.files.json_files import plain, read_json, save_json
 from carrierflex.files.versions import versions
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
@@ -96,7 +95,7 @@ def main(
 
     results = {name: out / name for name in (_CURVES, _PICTURE, _INPUTS)}
     cached_files(results, compute, use=cache, quiet=quiet, inputs=inputs)
-    radius = float(json.loads((out / _INPUTS).read_text(encoding="utf-8"))["sensor_radius"])
+    radius = float(read_json(out / _INPUTS, "the inputs of the curves")["sensor_radius"])
     return read_curves(out / _CURVES, radius=radius)
 
 

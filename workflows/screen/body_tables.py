@@ -3,7 +3,6 @@
 from typing import TYPE_CHECKING
 
 from rich.console import Group, RenderableType
-from rich.markup import escape
 
 from carrierflex.reduction.reduced_model import PILOT_COORDINATES
 from carrierflex.workflows.screen.titled_table import titled_table as _table
@@ -24,7 +23,7 @@ def joined_table(joined: "JoinedGroup") -> RenderableType:
         for name, value in joined.swing.items():
             swing.add_row(name, f"{value * 1e6:.1f}")
         parts += ["", swing]
-    return Group(*parts, "", *(escape(str(file)) for file in joined.files))
+    return Group(*parts, "", *map(str, joined.files))
 
 
 def coupling_table(brackets: "dict[str, CouplingBracket]") -> RenderableType:

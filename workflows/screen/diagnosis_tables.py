@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import RenderableType
-from rich.markup import escape
 
 from carrierflex.diagnosis.inference.results import GapReduction, NamedValue
 from carrierflex.diagnosis.report.gap_words import where_text
@@ -17,13 +16,13 @@ if TYPE_CHECKING:
 
 def check_table(check: "CampaignCheck") -> RenderableType:
     """Findings about a campaign, one row each: what, where, what to do."""
-    table = titled_table(f"check of {escape(check.campaign)}", "about", "finding", "remedy", "line")
+    table = titled_table(f"check of {check.campaign}", "about", "finding", "remedy", "line")
     for column in table.columns[1:]:
         column.justify = "left"
         column.overflow = "fold"
     for warning in check.warnings:
         cells = (warning.about, warning.text, warning.remedy, warning.line)
-        table.add_row(*(escape(cell) for cell in cells))
+        table.add_row(*(cell for cell in cells))
     if check.met:
         table.add_row("nothing", "stands out", "", "")
     return table
@@ -75,5 +74,5 @@ def diagnosis_table(diagnosis: Diagnosis) -> RenderableType:
         rows.append(("discriminating experiment", which.discriminating_experiment))
     rows += [("check " + warning.about, warning.text) for warning in diagnosis.warnings]
     for name, value in rows:
-        table.add_row(escape(name), escape(value))
+        table.add_row(name, value)
     return table

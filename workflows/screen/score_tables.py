@@ -4,7 +4,6 @@ import math
 from typing import TYPE_CHECKING
 
 from rich.console import Group, RenderableType
-from rich.markup import escape
 
 from carrierflex.blind_check.scoring.judging import Judged
 from carrierflex.blind_check.scoring.scoring import ClassRow, Figure, Score
@@ -24,7 +23,7 @@ def blind_check_table(check: "BlindCheck") -> RenderableType:
     for title, columns, rows in _sections(check.score):
         table = titled_table(title, *columns)
         for row in rows:
-            table.add_row(*(escape(cell) for cell in row))
+            table.add_row(*row)
         parts += [table, ""]
     return Group(*parts, f"digest of the seals: {check.digest}")
 

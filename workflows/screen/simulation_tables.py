@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Group, RenderableType
-from rich.markup import escape
 
 from carrierflex.simulation.mounting.rig import SENSORS
 from carrierflex.workflows.screen.titled_table import titled_table
@@ -60,7 +59,7 @@ def _variants_table(variants: "Variants") -> RenderableType:
             numbers = ("diverged" if np.isnan(value) else f"{value * 1e6:.4g}" for value in values)
             table.add_row(*(f"{value:.4g}" for value in parameters), *numbers)
         parts.append(table)
-    return Group(*parts, f"{len(variants.sets)} parameter sets in {escape(str(variants.file))}")
+    return Group(*parts, f"{len(variants.sets)} parameter sets in {variants.file}")
 
 
 def table_5_table(table_5: "Table5") -> RenderableType:
@@ -83,7 +82,7 @@ def table_5_table(table_5: "Table5") -> RenderableType:
 def fmu_table(unit: "ExportedUnit") -> RenderableType:
     """File of the unit and what it holds."""
     table = titled_table("co-simulation unit", "figure", "value")
-    table.add_row("file", escape(str(unit.file)))
+    table.add_row("file", str(unit.file))
     table.add_row("own step, s", f"{unit.step:g}")
     compiled = (
         "sources and a library for this platform"

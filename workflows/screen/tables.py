@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Group, RenderableType
-from rich.markup import escape
+from rich.text import Text
 
 from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.fe.deflection_curves import DeflectionCurve
@@ -25,6 +25,8 @@ from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.simulation.mounting.rig import HOUSING_MOTION
 from carrierflex.workflows.screen.titled_table import titled_table as _table
 from carrierflex.workflows.support.units import MICROMETRES
+
+_NO = Text("no", style="red")
 
 if TYPE_CHECKING:
     from carrierflex.workflows.fe.pin_fit_pictures import PinFitStudy
@@ -48,7 +50,7 @@ def quality_table(quality: MeshQuality) -> RenderableType:
 
 def cad_table(faces: tuple[CadFace, ...]) -> RenderableType:
     """Faces of a CAD model, one a line."""
-    return Group("[bold]faces of the CAD model[/]", *(escape(str(face)) for face in faces))
+    return Group(Text("faces of the CAD model", style="bold"), *(str(face) for face in faces))
 
 
 def curve_table(curves: "dict[str, DeflectionCurve] | CostPreview") -> RenderableType:
@@ -133,8 +135,7 @@ def export_table(exported: "ExportedBody") -> RenderableType:
     for file in exported.files:
         table.add_row("file", str(file))
     for name, value in exported.figures.items():
-        # Square brackets would be read as markup.
-        table.add_row(escape(name), f"{value:.4g}")
+        table.add_row(name, f"{value:.4g}")
     return table
 
 
@@ -142,9 +143,7 @@ def certificate_table(certificate: Certificate) -> RenderableType:
     """Every check of a reduction certificate."""
     table = _table("reduction certificate", "check", "wanted", "reached", "met")
     for check in certificate.checks:
-        table.add_row(
-            check.name, check.wanted, f"{check.reached:.2g}", "yes" if check.met else "[red]no[/]"
-        )
+        table.add_row(check.name, check.wanted, f"{check.reached:.2g}", "yes" if check.met else _NO)
     responses = any("response" in check.name for check in certificate.checks)
     what = "frequencies and responses" if responses else "frequencies"
     return Group(table, f"{what} were checked up to {certificate.cut_off_hz:.0f} Hz")
@@ -258,7 +257,7 @@ def summary_table(job: "Job") -> RenderableType:
             row["check"],
             row["wanted"],
             f"{row['reached']:.3g}",
-            "yes" if row["met"] else "[red]no[/]",
+            "yes" if row["met"] else _NO,
         )
     search = _table("held-out RMS, um, as effects are added", "effect", "alone", "in turn", "rho")
     steps = zip(("baseline", *in_turn.effects), (np.nan, *in_turn.rms_alone), strict=True)

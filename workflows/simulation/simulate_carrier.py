@@ -23,6 +23,7 @@ from carrierflex.identification.campaign.campaign_files import (
 from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE, simulated_campaign
 from carrierflex.simulation.carrier.case_files import SimulationCase, read_case
 from carrierflex.simulation.carrier.motion import simulate_run
+from carrierflex.simulation.record_size import MOST_IN_MEMORY, refuse_size
 from carrierflex.workflows.support.progress import Stages
 
 
@@ -80,6 +81,7 @@ def main(
     else:
         curve_set = read_curves(curves)
     what = read_case(case, curve_set["delta_f"])
+    _refuse_size(case, what)
     prepare_campaign_folder(out)
     rng = np.random.default_rng(what.seed)
     stages = Stages(len(what.runs) + 1, quiet)
@@ -104,3 +106,14 @@ def main(
     with stages.stage(f"writing {out}"):
         write_campaign(campaign, out, simulated=True, more_files=more_files)
     return SimulatedLoadCases(what, campaign, out)
+
+
+def _refuse_size(case: Path, what: SimulationCase) -> None:
+    first = what.runs[0]
+    columns = len(what.sensors) + 5  # time and four inputs
+    refuse_size(
+        str(case),
+        {"duration [s]": first.duration, "sample_rate_hz [1/s]": first.sample_rate},
+        first.duration * first.sample_rate * columns * len(what.runs),
+        MOST_IN_MEMORY,
+    )

@@ -24,7 +24,12 @@ from carrierflex.identification.campaign.campaign_files import (
 )
 from carrierflex.identification.campaign.simulated_campaign import simulated_mounting_campaign
 from carrierflex.simulation.mounting import energy
-from carrierflex.simulation.mounting.case_files import MountingCase, MountingRun, read_mounting_case
+from carrierflex.simulation.mounting.case_files import (
+    MountingCase,
+    MountingRun,
+    read_mounting_case,
+    refuse_long_runs,
+)
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.simulate import (
     DivergedError,
@@ -107,6 +112,7 @@ def main(
         Likewise.
     """
     what = read_mounting_case(case)
+    refuse_long_runs(what, str(case))
     prepare_campaign_folder(out)
     if linearised is not None:
         check_writable(linearised.parent)

@@ -28,6 +28,7 @@ from carrierflex.identification.campaign.campaign_files import (
 from carrierflex.identification.campaign.growing_runs import GrowingRuns, growing_runs
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE
+from carrierflex.simulation.record_size import MOST_IN_A_FILE, refuse_size, refuse_steps
 from carrierflex.simulation.stage.response import (
     StageDivergedError,
     joined_records,
@@ -104,6 +105,7 @@ def main(
         Likewise.
     """
     what = read_stage_case(case)
+    _refuse_size(case, what)
     steps_per_sample(
         what.speed, what.data.gear.ring_teeth, sample_rate=what.sample_rate, step=what.step
     )
@@ -246,3 +248,10 @@ def _files(
         shutil.copyfile(case, path)
 
     return {CURVES_FILE: lambda path: write_curves(path, curve_set), CASE_COPY: copy}
+
+
+def _refuse_size(case: Path, what: StageCase) -> None:
+    keys = {"duration [s]": what.duration, "sample_rate_hz [1/s]": what.sample_rate}
+    columns = len(what.sensors) + 5  # time and four inputs
+    refuse_size(str(case), keys, what.duration * what.sample_rate * columns, MOST_IN_A_FILE)
+    refuse_steps(str(case), what.duration, what.step)

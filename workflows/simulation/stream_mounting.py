@@ -17,7 +17,12 @@ import numpy as np
 from carrierflex.identification.campaign.campaign_files import CASE_COPY, write_campaign
 from carrierflex.identification.campaign.growing_runs import growing_runs
 from carrierflex.identification.campaign.simulated_campaign import simulated_mounting_campaign
-from carrierflex.simulation.mounting.case_files import MountingCase, MountingRun, read_mounting_case
+from carrierflex.simulation.mounting.case_files import (
+    MountingCase,
+    MountingRun,
+    read_mounting_case,
+    refuse_long_runs,
+)
 from carrierflex.simulation.mounting.record_files import (
     Piece,
     extreme_loads,
@@ -52,6 +57,7 @@ def main(case: Path, *, out: Path, quiet: bool = False) -> SimulatedMounting:
         Where a run stops; what there is of it is written first.
     """
     what = read_mounting_case(case)
+    refuse_long_runs(what, str(case), piecewise=True)
     rng = np.random.default_rng(what.seed)
     stages = Stages(len(what.runs) + 1, quiet)
     runs = []

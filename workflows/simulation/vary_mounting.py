@@ -15,7 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.simulation.mounting.batch import rms_of_sensors, simulate_batch
-from carrierflex.simulation.mounting.case_files import read_mounting_case
+from carrierflex.simulation.mounting.case_files import (
+    read_mounting_case,
+    refuse_long_runs,
+)
 from carrierflex.simulation.mounting.parameters import INDEX, PARAMETERS
 from carrierflex.simulation.mounting.rig import SENSORS
 from carrierflex.simulation.mounting.time_integration import DivergedError
@@ -69,6 +72,7 @@ def main(
         Where the case, the table or a set is refused; before anything runs.
     """
     what = read_mounting_case(case)
+    refuse_long_runs(what, str(case))
     names, sets = _read(variants)
     parameters = np.tile(what.truth, (len(sets), 1))
     parameters[:, [INDEX[name] for name in names]] = sets

@@ -18,7 +18,8 @@ from functools import cache
 from pathlib import Path
 
 from carrierflex.fe.materials import BODY_MATERIALS
-from carrierflex.files.json_files import plain, save_json
+from carrierflex.files.json_files import plain, read_json, save_json
+from carrierflex.files.shown_values import shortened, shown
 from carrierflex.files.temporary_names import remove_abandoned
 from carrierflex.files.versions import versions
 from carrierflex.files.whole_folders import unfinished_folder
@@ -182,15 +183,15 @@ def _mark_used(entry: Path) -> None:
 def _damage(entry: Path, key: str, names: Collection[str]) -> str | None:
     """What is wrong with an entry, None where nothing is."""
     try:
-        header = json.loads((entry / _ENTRY).read_text(encoding="utf-8"))
+        header = read_json(entry / _ENTRY, "an entry of the cache", most_bytes=10_000_000)
         stated = {name: header[name] for name in ("format", "version", "key")}
         files = {str(name): str(digest) for name, digest in header["files"].items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        return f"its {_ENTRY} cannot be read ({' '.join(str(error).split())})"
+        return f"its {_ENTRY} cannot be read ({shortened(' '.join(str(error).split()))})"
     if stated != {"format": FORMAT, "version": VERSION, "key": key}:
         return (
-            f"its {_ENTRY} says {stated}; expected format {FORMAT}, version {VERSION} and its own "
-            "key"
+            f"its {_ENTRY} says {shown(stated)}; expected format {FORMAT}, version {VERSION} and "
+            "its own key"
         )
     for name in names:
         if name not in files or not (entry / name).is_file():

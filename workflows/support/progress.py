@@ -8,6 +8,9 @@ from dataclasses import dataclass, field
 
 from rich.console import Console
 from rich.status import Status
+from rich.text import Text
+
+from carrierflex.files.shown_values import printable
 
 
 @dataclass
@@ -26,7 +29,7 @@ class Stages:
     def note(self, text: str) -> None:
         """Show beside the spinner of the running stage what it is at."""
         if self._status is not None:
-            self._status.update(f"{self._name}: {text}")
+            self._status.update(Text(f"{self._name}: {printable(text)}"))
 
     def tell(self, text: str) -> None:
         """Print a note that must not be missed, also where no terminal shows the stages."""
@@ -39,11 +42,16 @@ class Stages:
         number = len(self.seconds) + 1
         start = time.perf_counter()
         console = Console(stderr=True, quiet=self.quiet or not sys.stderr.isatty(), highlight=False)
-        with console.status(f"[{number}/{self.total}] {name}") as self._status:
-            self._name = f"[{number}/{self.total}] {name}"
+        # Names of files and runs may hold what rich takes for markup or a terminal for commands.
+        self._name = f"[{number}/{self.total}] {printable(name)}"
+        with console.status(Text(self._name)) as self._status:
             yield
         self._status = None
         self.seconds[name] = time.perf_counter() - start
         console.print(
-            f"[dim]\\[{number}/{self.total}][/] {name} [dim]{self.seconds[name]:.1f} s[/]"
+            Text.assemble(
+                (f"[{number}/{self.total}] ", "dim"),
+                printable(name),
+                (f" {self.seconds[name]:.1f} s", "dim"),
+            )
         )

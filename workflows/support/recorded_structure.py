@@ -10,6 +10,7 @@ import numpy as np
 from carrierflex.fe.structural_model import (
     StructuralModel,
 )
+from carrierflex.files.shown_values import shortened
 from carrierflex.geometry.main_shaft_parameters import MainShaftParameters
 from carrierflex.geometry.parameter_files import StageParameters
 from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters
@@ -49,23 +50,36 @@ def recorded_structure(model: ReducedModel) -> tuple[TetMesh, StructuralModel, i
             "rbe3 --interface fixed: "
             "Exudyn needs the finite elements, which are made again from its inputs"
         )
-    inputs = {key: json.loads(model.provenance[key]) for key in _RECORDED}
-    tables, size = inputs["parameters"], float(inputs["size"])
-    stage = StageParameters(
-        CarrierParameters(**tables["carrier"]),
-        PinParameters(**tables["pin"]),
-        GearData(**tables["gear"]),
-        # Absent from files written before there was a main shaft; no other body depends on it.
-        MainShaftParameters(**tables.get("main_shaft", {})),
-    )
+    stage, size, n_modes = _recorded_inputs(model)
     if "carrier_files" in model.provenance:
         variant = model.name.removesuffix("_carrier")
         mesh = CarrierFiles.recorded(json.loads(model.provenance["carrier_files"])).mesh(
             variant, size
         )
-        return mesh, given_structure(variant, mesh)[0], int(inputs["modes"])
+        return mesh, given_structure(variant, mesh)[0], n_modes
     mesh, structure = body_structure(model.name, stage, size)
-    return mesh, structure, int(inputs["modes"])
+    return mesh, structure, n_modes
+
+
+def _recorded_inputs(model: ReducedModel) -> tuple[StageParameters, float, int]:
+    """Parameters, element size [m] and number of modes that a body was made with."""
+    try:
+        inputs = {key: json.loads(model.provenance[key]) for key in _RECORDED}
+        tables = inputs["parameters"]
+        stage = StageParameters(
+            CarrierParameters(**tables["carrier"]),
+            PinParameters(**tables["pin"]),
+            GearData(**tables["gear"]),
+            # Absent from files written before there was a main shaft; no other body depends on it.
+            MainShaftParameters(**tables.get("main_shaft", {})),
+        )
+        return stage, float(inputs["size"]), int(inputs["modes"])
+    except (TypeError, KeyError, ValueError, AttributeError, RecursionError) as error:
+        reason = shortened(" ".join(str(error).split()))
+        raise ValueError(
+            f"{model.name}: the inputs recorded in the body file cannot be read ({reason}); "
+            "expected those that carrierflex reduce wrote"
+        ) from error
 
 
 def differences_from(model: ReducedModel, again: ReducedModel) -> dict[str, float]:
