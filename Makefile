@@ -7,6 +7,7 @@ OUT := out
 ONLY :=
 QUICK :=
 WORKERS := 2
+FUZZ_INPUTS := 2000
 BIN := .venv/bin
 PACKAGES := files geometry fe reduction simulation identification diagnosis blind_check workflows
 # The import name over the folders, as links; what mypy and pytest read.
@@ -18,13 +19,14 @@ PYTEST := OMP_NUM_THREADS=1 $(BIN)/pytest --doctest-modules $(LINKS) tests \
 MAKEFLAGS += --no-print-directory
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: help install run test lint types tests quick acceptance bench clean
+.PHONY: help install run test lint types tests quick fuzz acceptance bench clean install-extras
 
 help:
 	@echo "make run     meshes, curves, reduced bodies, simulations and the gap report, written to $(OUT)/"
 	@echo "make test    ruff, mypy, doctests and all tests, in two processes (WORKERS=4: in four)"
 	@echo "make quick   doctests and tests without the slow ones"
-	@echo "make acceptance   the tests that take minutes: coverage of intervals, full blind check"
+	@echo "make acceptance   the tests that take minutes: coverage of intervals, kills, 100000 damaged files, full blind check"
+	@echo "make fuzz    2000 damaged files through every reader (FUZZ_INPUTS=20000: more), one table of how they end"
 	@echo "make bench   every benchmark beside its peer, one table of ratios, also in $(OUT)/bench.json; QUICK=1 takes minutes,"
 	@echo "             ONLY=\"mounting_speed assembly\" chooses by name or part of a name"
 	@echo "make clean   removes everything the other targets made, .venv included"
@@ -33,6 +35,10 @@ install:
 	@tools/install.sh $(PYTHON)
 	@tools/link_packages.sh
 
+# What tests and benchmarks compare with as well: MKL and Exudyn, which have licences of their own.
+install-extras: install
+	@tools/install.sh --extras
+
 run: install
 	$(BIN)/carrierflex run --out $(OUT)
 
@@ -40,24 +46,29 @@ run: install
 test: lint
 	@$(MAKE) --jobs types tests
 
-lint: install
+lint: install-extras
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 
-types: install
+types: install-extras
 	$(BIN)/mypy
 
-tests: install
+tests: install-extras
 	$(PYTEST)
 
-quick: install
-	$(PYTEST) -m "not slow and not acceptance"
+quick: install-extras
+	$(PYTEST) -m "not slow and not acceptance and not fuzz"
 
-acceptance: install
+acceptance: install-extras
 	$(PYTEST) -m acceptance
+	FUZZ_INPUTS=100000 $(BIN)/pytest -m fuzz tests/fuzz
 	$(BIN)/carrierflex blind-check --workers 2 --no-keep --out $(OUT)/blind_check
 
-bench: install
+# Every reader with damaged files; another number: make fuzz FUZZ_INPUTS=20000
+fuzz: install-extras
+	FUZZ_INPUTS=$(FUZZ_INPUTS) $(BIN)/pytest -q -m fuzz tests/fuzz
+
+bench: install-extras
 	$(BIN)/python -m benchmarks $(ONLY) $(if $(filter-out 0,$(QUICK)),--quick) --json $(OUT)/bench.json
 
 clean:

@@ -247,7 +247,7 @@ _Finite = Annotated[float, Field(allow_inf_nan=False)]
 _Fixed = Field(strict=False)
 
 #: Control characters and line ends: in a terminal, a deck or a figure they do something else.
-_CONTROL = r"\x00-\x1f\x7f-\x9f\u{2028}\u{2029}"
+_CONTROL = r"\x00-\x1f\x7f-\x9f" + "\u2028\u2029"
 Text = Annotated[
     str,
     Field(pattern=rf"^[^{_CONTROL}]*[^\s{_CONTROL}][^{_CONTROL}]*$", max_length=500),

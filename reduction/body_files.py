@@ -10,16 +10,16 @@ from typing import TypeVar
 import h5py
 import numpy as np
 
+from carrierflex.files.hdf5_datasets import PartError, checked_name, length, names, numbers
 from carrierflex.files.plain_files import check_plain_file
 from carrierflex.files.shown_values import shortened, shown
 from carrierflex.files.whole_files import whole_file
-from carrierflex.reduction.body_datasets import checked_name, length, names, numbers
 from carrierflex.reduction.certificate import Certificate, Check
 from carrierflex.reduction.ffrf_data import FfrfData
 from carrierflex.reduction.interface_mass import effective_interface_mass, has_fixed_interface_modes
 from carrierflex.reduction.orthonormal_form import orthonormal_form
 from carrierflex.reduction.reduced_model import MassProperties, ReducedModel
-from carrierflex.reduction.soundness import refuse_unsound
+from carrierflex.reduction.rigid_body_checks import refuse_unsound
 
 T = TypeVar("T")
 
@@ -147,6 +147,8 @@ def _read(path: Path, part: Callable[[h5py.File], T]) -> T:
             return part(file)
     except BodyFileError:
         raise
+    except PartError as error:
+        raise BodyFileError(f"{path}: {error}") from error
     except (OSError, KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise BodyFileError(
             f"{path}: not a complete body file ({_one_line(error)}); expected HDF5 of format "
@@ -181,11 +183,11 @@ def _model(file: h5py.File) -> ReducedModel:
     points = numbers(file, "pilots/points", (n_pilots, 3))
     coordinates = numbers(file, "pilots/coordinates", (n_pilots, 6)).astype(np.int64)
     if coordinates.size and not (0 <= coordinates.min() and coordinates.max() < n):
-        raise ValueError(
+        raise PartError(
             f"a pilot refers to coordinate {coordinates.max()}; expected numbers below {n}"
         )
     if len(set(pilots)) != len(pilots):
-        raise ValueError(f"pilots are named {shown(', '.join(pilots))}; expected different names")
+        raise PartError(f"pilots are named {shown(', '.join(pilots))}; expected different names")
     model = ReducedModel(
         name=checked_name(str(file.attrs["name"]), "attribute name"),
         K=numbers(file, "K", (n, n)),

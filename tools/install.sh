@@ -2,6 +2,8 @@
 # Installs into .venv what carrierflex needs, and says nothing when all of it is there already.
 #
 #   tools/install.sh [PYTHON]     PYTHON: interpreter to build .venv with; default: the last one chosen, or python3
+#   tools/install.sh --extras     into the .venv that stands: what only tests and benchmarks need and that has a licence of its
+#                                 own (requirements-extras.lock: Intel's MKL and Exudyn)
 #
 # .venv/installed is written last. It holds the key of the locked packages, the key of the project, the
 # interpreter, and the RECORD file of every installed package; without it .venv is built afresh.
@@ -10,6 +12,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 unset PYTHONPATH PYTHONHOME
 
 stamp=.venv/installed
+extras_stamp=.venv/installed-extras
 venv_python=.venv/bin/python
 
 # Shared library : Debian package. gmsh needs all but the last, off-screen VTK the last.
@@ -105,11 +108,23 @@ PYTHON
 }
 
 install_locked_packages() {
-    say "locked packages into .venv with Python $version (2.6 GB; a minute or more)"
+    say "locked packages into .venv with Python $version (2 GB; a minute or more)"
     rm -rf .venv
     "$python" -m venv .venv || fail "'$python -m venv .venv' failed (see above)"
     "$venv_python" -m pip install -q --disable-pip-version-check --only-binary :all: --require-hashes -r requirements.lock \
         || fail "pip could not install requirements.lock (see above); run make again to start afresh"
+}
+
+# Without dependencies: what they need beside one another is in requirements.lock.
+install_extras() {
+    local extras_key
+    extras_key=$(cat requirements-extras.lock "$stamp" | key)
+    [ "$(cat "$extras_stamp" 2>/dev/null || true)" != "$extras_key" ] || return 0
+    say "MKL and Exudyn for tests and benchmarks into .venv (licences of their own, see README)"
+    rm -f "$extras_stamp"
+    "$venv_python" -m pip install -q --disable-pip-version-check --only-binary :all: --no-deps --require-hashes \
+        -r requirements-extras.lock || fail "pip could not install requirements-extras.lock (see above)"
+    echo "$extras_key" >"$extras_stamp"
 }
 
 install_project() {
@@ -121,6 +136,11 @@ install_project() {
 # Two makes at once take turns. Opened for appending because locks on network drives ask for it; nothing is written.
 exec 9>>requirements.lock
 flock -n 9 || { say "waiting for another installation to finish"; flock 9; }
+
+if [ "${1:-}" = --extras ]; then
+    install_extras
+    exit 0
+fi
 
 python=${1:-$(stamp_line 3)}
 [ -n "${1:-}" ] || command -v "${python:-none}" >/dev/null || python=python3

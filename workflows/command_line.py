@@ -7,7 +7,9 @@ import difflib
 import functools
 import importlib
 import logging
+import re
 import sys
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -246,13 +248,18 @@ def _about_input(error: Exception, arguments: list[str]) -> str:
         )
     given = [
         Path(argument)
-        for before, argument in zip(arguments, arguments[1:], strict=False)
+        for before, argument in pairwise(arguments)
         if before != "--out" and not argument.startswith("-") and Path(argument).exists()
     ]
     names = [name for path in given for name in (str(path), path.name, *_files_in(path))]
-    if not given or "--" in text or any(name in text for name in names):
+    if not given or "--" in text or any(_is_named(name, text) for name in names):
         return text
     return f"{given[0]}: {text}"
+
+
+def _is_named(name: str, text: str) -> bool:
+    """Whether a text holds a name as a word: a folder ``c`` is not named by every c."""
+    return re.search(rf"(?<![\w.-]){re.escape(name)}(?![\w-])", text) is not None
 
 
 def _files_in(path: Path) -> list[str]:

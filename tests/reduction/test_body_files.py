@@ -112,7 +112,7 @@ def test_a_missing_file_is_named(tmp_path):
 def test_a_missing_part_is_refused(written, name):
     with h5py.File(written, "r+") as file:
         del file[name]
-    with pytest.raises(BodyFileError, match=r"pin\.h5: not a complete body file"):
+    with pytest.raises(BodyFileError, match=r"pin\.h5: "):
         read_body(written)
 
 
@@ -149,8 +149,8 @@ WRONG_PARTS = {
         STRINGS,
         r"/labels has shape \(20001,\); expected a list of at most 20000",
     ),
-    "text in K": ("K", np.full((22, 22), b"x"), r"not a complete body file"),
-    "numbers for labels": ("labels", np.zeros(22), r"not a complete body file"),
+    "text in K": ("K", np.full((22, 22), b"x"), r"/K holds .*expected numbers"),
+    "numbers for labels": ("labels", np.zeros(22), r"/labels holds .*; expected text"),
     "one word for labels": ("labels", "K", r"pin\.h5"),
     "pilots of one name": (
         "pilots/names",
@@ -243,8 +243,6 @@ def test_what_is_declared_and_not_stored_is_refused_unread(written, name, dtype,
     n = 2000
     with h5py.File(written, "r+") as file:
         shapes = {"labels": (22,), "ffrf/Q": (6, n, n), "mass_properties/centre": (3,)}
-        for part, shape in {"K": (22, 22)}.items() if name != "ffrf/Q" else []:
-            assert file[part].shape == shape
         del file[name]
         file.create_dataset(name, shape=shapes.get(name, (22, 22)), dtype=dtype)
         if name == "ffrf/Q":

@@ -23,6 +23,10 @@ _LONGEST_NAME = 500
 _MOST_TEXT = 50_000_000
 
 
+class PartError(ValueError):
+    """A part of an HDF5 file is not what it should be; the message names the part."""
+
+
 def numbers(
     group: h5py.Group, name: str, shape: tuple[int, ...], kinds: str = "fiu"
 ) -> NDArray[np.float64]:
@@ -41,19 +45,19 @@ def numbers(
 
     Raises
     ------
-    ValueError
+    PartError
         Where it has another shape or type, is larger than what is stored, or holds a value that is
         not finite.
     """
     dataset = _dataset(group, name)
     if dataset.shape != shape:
-        raise ValueError(f"{dataset.name} has shape {dataset.shape}; expected {shape}")
+        raise PartError(f"{dataset.name} has shape {dataset.shape}; expected {shape}")
     if dataset.dtype.kind not in kinds:
-        raise ValueError(f"{dataset.name} holds {shown(dataset.dtype)}; expected numbers")
+        raise PartError(f"{dataset.name} holds {shown(dataset.dtype)}; expected numbers")
     _refuse_unstored(dataset)
     values = dataset[()]
     if not np.isfinite(values).all():
-        raise ValueError(f"{dataset.name} holds a value that is not finite")
+        raise PartError(f"{dataset.name} holds a value that is not finite")
     return np.asarray(values, dtype=np.float64)
 
 
@@ -62,12 +66,12 @@ def length(group: h5py.Group, name: str, most: int) -> int:
 
     Raises
     ------
-    ValueError
+    PartError
         Where it is no list, or a longer one than `most`.
     """
     dataset = _dataset(group, name)
     if dataset.ndim != 1 or dataset.shape[0] > most:
-        raise ValueError(
+        raise PartError(
             f"{dataset.name} has shape {dataset.shape}; expected a list of at most {most}"
         )
     return int(dataset.shape[0])
@@ -78,16 +82,16 @@ def names(group: h5py.Group, name: str) -> tuple[str, ...]:
 
     Raises
     ------
-    ValueError
+    PartError
         Where the list holds something else, names with control characters, or long ones.
     """
     dataset = _dataset(group, name)
     if dataset.shape[0] == 0:
         return ()
     if h5py.check_string_dtype(dataset.dtype) is None:
-        raise ValueError(f"{dataset.name} holds {shown(dataset.dtype)}; expected text")
+        raise PartError(f"{dataset.name} holds {shown(dataset.dtype)}; expected text")
     if dataset.dtype.kind == "S" and dataset.dtype.itemsize > 4 * _LONGEST_NAME:
-        raise ValueError(
+        raise PartError(
             f"{dataset.name} holds texts of {dataset.dtype.itemsize} bytes; expected names"
         )
     _refuse_unstored(dataset)
@@ -103,11 +107,11 @@ def checked_name(text: str, where: str) -> str:
 
     Raises
     ------
-    ValueError
+    PartError
         Where it holds control characters or line ends, or is long.
     """
     if len(text) > _LONGEST_NAME or not text.isprintable():
-        raise ValueError(
+        raise PartError(
             f"{where} holds the name {shown(text)}; expected at most {_LONGEST_NAME} characters on "
             "one line"
         )
@@ -120,10 +124,10 @@ def _dataset(group: h5py.Group, name: str) -> h5py.Dataset:
     here = group
     for part in parts:
         if not isinstance(here.get(part, getlink=True), h5py.HardLink):
-            raise ValueError(f"{group.name.rstrip('/')}/{name} is missing or a link")
+            raise PartError(f"{group.name.rstrip('/')}/{name} is missing or a link")
         here = here[part]
     if not isinstance(here, h5py.Dataset) or here.is_virtual or here.external:
-        raise ValueError(f"{group.name.rstrip('/')}/{name} is no dataset of this file")
+        raise PartError(f"{group.name.rstrip('/')}/{name} is no dataset of this file")
     return here
 
 
@@ -132,7 +136,7 @@ def _refuse_unstored(dataset: h5py.Dataset) -> None:
     declared = int(np.prod(dataset.shape, dtype=np.float64)) * dataset.dtype.itemsize
     stored = int(dataset.id.get_storage_size())
     if declared > min(MOST_BYTES, _PACKED * stored + _SMALL):
-        raise ValueError(
+        raise PartError(
             f"{dataset.name} states {declared} bytes and stores {stored}; expected what is stored, "
             f"and at most {MOST_BYTES}"
         )

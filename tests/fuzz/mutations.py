@@ -1,0 +1,147 @@
+"""Damage that files meet: lost and doubled parts, other numbers and encodings, hostile values."""
+
+import re
+from collections.abc import Callable
+
+import h5py
+import numpy as np
+from hypothesis import strategies as st
+
+#: Values that stand for a number or a word.
+HOSTILE = [
+    "",
+    "0",
+    "-1",
+    "1e308",
+    "-1e-308",
+    "1e400",
+    "nan",
+    "inf",
+    "9" * 25,
+    "9" * 5000,
+    "1_0",
+    "0x10",
+    "true",
+    "''",
+    '"[/x]"',
+    '"\\u001b]0;x"',
+    '"../../etc/passwd"',
+    "[]",
+    "[[]]",
+    "{}",
+    "{a=1}",
+    "[1, 'a']",
+    "2026-01-01",
+    "null",
+    "[" * 3000,
+    ".".join(["a"] * 2000),
+    "x" * 20_000,
+    "\x00",
+    "ÿ",
+    "=",
+    "#",
+    ",",
+    ";",
+    "\n[rig]\n",
+    '"',
+    "'''",
+]
+_TOKEN = re.compile(r"-?\d[\w.+-]*|\"[^\"\n]*\"|\w+")
+_ENDS = [b"", b"\xef\xbb\xbf", b"\xff\xfe", b"\x00" * 64, b"\xf0\x9f", b"\r\r\n", b"\x1a"]
+
+Mutation = Callable[[bytes], bytes]
+
+
+def _tokens(draw: st.DrawFn, content: bytes) -> bytes:
+    """Replace a number, a word or a text by something else."""
+    text = content.decode("latin-1")
+    found = list(_TOKEN.finditer(text))
+    if not found:
+        return content
+    token = found[draw(st.integers(0, len(found) - 1))]
+    other = draw(st.sampled_from([*HOSTILE, *(each.group() for each in found[:60])]))
+    return (text[: token.start()] + other + text[token.end() :]).encode("latin-1", "replace")
+
+
+def _lines(draw: st.DrawFn, content: bytes) -> bytes:
+    """Lose, double or move lines."""
+    lines = content.split(b"\n")
+    first = draw(st.integers(0, len(lines) - 1))
+    last = min(first + draw(st.integers(1, 4)), len(lines))
+    part = lines[first:last]
+    what = draw(st.sampled_from(["lose", "double", "move"]))
+    rest = lines[:first] + lines[last:] if what != "double" else lines
+    if what != "lose":
+        place = draw(st.integers(0, len(rest)))
+        rest = rest[:place] + part + rest[place:]
+    return b"\n".join(rest)
+
+
+def _bytes(draw: st.DrawFn, content: bytes) -> bytes:
+    """Overwrite, insert or cut bytes."""
+    if not content:
+        return content
+    place = draw(st.integers(0, len(content) - 1))
+    what = draw(st.sampled_from(["overwrite", "insert", "cut", "end", "begin"]))
+    new = draw(st.binary(min_size=1, max_size=8))
+    if what == "overwrite":
+        return content[:place] + new + content[place + len(new) :]
+    if what == "insert":
+        return content[:place] + new + content[place:]
+    if what == "cut":
+        return content[:place] + content[place + draw(st.integers(1, 200)) :]
+    mark = draw(st.sampled_from(_ENDS))
+    return content[:place] + mark if what == "end" else mark + content
+
+
+@st.composite
+def damaged(draw: st.DrawFn, content: bytes) -> bytes:
+    """Content with one to three kinds of damage."""
+    for _ in range(draw(st.integers(1, 3))):
+        content = draw(st.sampled_from([_tokens, _tokens, _lines, _bytes]))(draw, content)
+    return content
+
+
+_VALUES = [
+    np.float64(np.nan),
+    np.array(-1.0),
+    np.zeros((2, 2)),
+    np.arange(3),
+    np.zeros(0),
+    b"x",
+    "text",
+    ["a\nb", "c"],
+    np.full((22, 22), -1.0),
+    np.array(1 + 2j),
+]
+_TYPES = ["f8", "i1", "S1000000", "S5", "bool", "f4", h5py.string_dtype()]
+_SHAPES = [(), (0,), (3,), (22, 22), (20_000, 20_000), (6, 22, 22), (10**6, 10**6), (1, 1)]
+
+
+@st.composite
+def damaged_hdf5(draw: st.DrawFn, names: list[str]) -> Callable[[h5py.File], None]:
+    """Change of one part of an HDF5 file: lost, replaced, declared and never written, renamed."""
+    name = draw(st.sampled_from(names))
+    what = draw(st.sampled_from(["lose", "replace", "declare", "swap", "attribute", "link"]))
+    value = draw(st.sampled_from(_VALUES))
+    shape, dtype = draw(st.sampled_from(_SHAPES)), draw(st.sampled_from(_TYPES))
+    other = draw(st.sampled_from(names))
+
+    def change(file: h5py.File) -> None:
+        if what == "attribute":
+            keys = [*sorted(file.attrs), "cut_off_hz"]
+            file.attrs[keys[len(name) % len(keys)]] = value
+            return
+        content = file[other][()] if what == "swap" else None
+        del file[name]
+        if what == "replace":
+            file[name] = value
+        elif what == "declare":
+            chunks = tuple(min(n, 64) for n in shape) if 0 not in shape and shape else None
+            file.create_dataset(name, shape=shape, dtype=dtype, chunks=chunks)
+        elif what == "swap":
+            file[name] = content
+        elif what == "link":
+            file[name] = h5py.SoftLink(f"/{other}")
+
+    return change

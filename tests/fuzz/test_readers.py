@@ -1,0 +1,274 @@
+"""Every reader, fed with damaged files: one line that names the file, or a result; nothing else.
+
+``make fuzz`` tries 2 000 files, ``make acceptance`` 100 000 (FUZZ_INPUTS). The files of a run with
+the same number are the same.
+"""
+
+import io
+import os
+import resource
+import signal
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import pytest
+from hypothesis import HealthCheck, given, settings
+
+from carrierflex.blind_check.sealing.seals import Seals, read_seals, write_seals
+from carrierflex.blind_check.sealing.verdicts import read_verdict
+from carrierflex.diagnosis.report.diagnosis_files import read_diagnosis
+from carrierflex.fe.curve_files import read_curves, write_curves
+from carrierflex.files.json_files import save_json
+from carrierflex.files.shown_values import printable
+from carrierflex.geometry import mesh_files
+from carrierflex.geometry.cad_surface_files import read_cad_statements, write_cad_statements
+from carrierflex.geometry.mesh_files import read_mesh, write_mesh
+from carrierflex.geometry.parameter_files import read_parameters
+from carrierflex.geometry.parameters import CarrierParameters, PinParameters
+from carrierflex.identification.campaign.campaign_files import read_campaign, write_campaign
+from carrierflex.reduction.body_files import read_body, read_certificate, write_body
+from carrierflex.reduction.certificate import Certificate, Check
+from carrierflex.simulation.carrier.case_files import read_case, shipped_case
+from carrierflex.simulation.mounting.case_files import read_mounting_case
+from carrierflex.simulation.stage.stage_cases import read_stage_case
+from carrierflex.workflows.support.cache_store import CacheStore
+from tests.fuzz.counts import COUNTS
+from tests.fuzz.mutations import damaged, damaged_hdf5
+from tests.identification.campaign.test_campaign_files import element_campaign, mounting_campaign
+from tests.identification.synthetic_campaigns import carrier_campaign, run_case
+from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
+
+pytestmark = pytest.mark.fuzz
+
+#: What ends as one line (carrierflex.workflows.command_line).
+TOLD = (ValueError, OSError, KeyError, ArithmeticError, RuntimeError, MemoryError)
+#: Seconds of processor time after which a reader counts as hanging.
+PATIENCE = 20.0
+#: Memory beyond what stood before [kB] that no small file may take.
+MOST_MEMORY = 400_000
+
+
+class HangError(BaseException):
+    """A reader does not come to an end."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A reader, the valid files it is given, and the one of them that is damaged."""
+
+    files: dict[str, bytes]
+    damaged: str
+    read: Callable[[Path], Any]
+
+
+def _tree(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def _campaigns(folder: Path) -> dict[str, Target]:
+    campaigns = {
+        "carrier": carrier_campaign([run_case("LC1", duration=2.0)]),
+        "mounting": mounting_campaign(),
+        "element": element_campaign(),
+    }
+    targets = {}
+    for kind, campaign in campaigns.items():
+        write_campaign(campaign, folder / kind, simulated=True)
+        files = _tree(folder / kind)
+        run = campaign.runs[0].file
+        for what, name in (("document", "campaign.toml"), ("run", run)):
+            targets[f"campaign {kind} {what}"] = Target(files, name, read_campaign)
+    return targets
+
+
+def _documents(folder: Path) -> dict[str, Target]:
+    """Files that are read by themselves."""
+    curves = {
+        name: (stiff_curve() if name.endswith("_s") else flexible_curve())
+        for name in ("delta_s", "delta_f", "g_s", "g_f")
+    }
+    write_curves(folder / "curves.csv", curves)
+    write_cad_statements(folder / "surfaces.toml", CarrierParameters(), PinParameters())
+    write_seals(folder / "seals.json", Seals({"seed": 1}, {"element-0001": "ab" * 32}))
+    save_json(folder / "times.json", {"seconds": 1.0, "error": "ValueError: no"})
+    diagnosis = {"format": "carrierflex-diagnosis", "version": 1, "verdict": "named"}
+    save_json(folder / "diagnosis.json", diagnosis | {"effects": ["backlash"], "how_far": {}})
+    entry = {"format": "carrierflex-cache-entry", "version": 1, "key": "k"}
+    save_json(folder / "entry.json", entry | {"files": {"a.csv": "0" * 64}, "inputs": {}})
+    parameters = b"[carrier]\nplate_gap = 0.25\nouter_radius = 0.5\n[gear]\nring_teeth = 99\n"
+    (folder / "parameters.toml").write_bytes(parameters)
+    readers: dict[str, Callable[[Path], Any]] = {
+        "curves.csv": lambda path: read_curves(path / "curves.csv"),
+        "parameters.toml": lambda path: read_parameters(path / "parameters.toml"),
+        "surfaces.toml": lambda path: read_cad_statements(path / "surfaces.toml"),
+        "seals.json": lambda path: read_seals(path / "seals.json"),
+        "times.json": read_verdict,
+        "diagnosis.json": lambda path: read_diagnosis(path / "diagnosis.json"),
+        "entry.json": lambda path: CacheStore(path.parent).lookup(path.name, ["a.csv"]),
+    }
+    beside = {"times.json": ["diagnosis.json"]}
+    return {
+        name: Target(
+            {each: (folder / each).read_bytes() for each in (name, *beside.get(name, []))},
+            name,
+            read,
+        )
+        for name, read in readers.items()
+    }
+
+
+def _cases() -> dict[str, Target]:
+    readers = {
+        "carrier_lc1_to_lc4": lambda path: read_case(path / "a.toml", flexible_curve()),
+        "mounting_2011": lambda path: read_mounting_case(path / "a.toml"),
+        "stage_lc1": lambda path: read_stage_case(path / "a.toml"),
+    }
+    return {
+        f"case {name}": Target({"a.toml": shipped_case(name).read_bytes()}, "a.toml", read)
+        for name, read in readers.items()
+    }
+
+
+TEXTS = [
+    *("campaign carrier document", "campaign carrier run", "campaign mounting document"),
+    *("campaign mounting run", "campaign element document", "campaign element run"),
+    *("curves.csv", "parameters.toml", "surfaces.toml", "seals.json"),
+    *("times.json", "diagnosis.json", "entry.json"),
+    *("case carrier_lc1_to_lc4", "case mounting_2011", "case stage_lc1"),
+    "mesh .msh",
+    "body .h5 bytes",
+]
+#: Every reader has its share; the body is damaged in two ways.
+SHARE = max(1, round(int(os.environ.get("FUZZ_INPUTS", "2000")) / (len(TEXTS) + 1)))
+SETTINGS = settings(
+    max_examples=SHARE,
+    deadline=None,
+    database=None,
+    derandomize=True,
+    suppress_health_check=list(HealthCheck),
+)
+
+
+@pytest.fixture(scope="module")
+def body(tmp_path_factory, pin_reduction):
+    path = tmp_path_factory.mktemp("body") / "a.h5"
+    certificate = Certificate(1000.0, (Check("mass", "1e-9", 1e-12, True),))
+    write_body(pin_reduction.model, path, certificate)
+    return path.read_bytes()
+
+
+def _read_both(path: Path) -> None:
+    read_body(path / "a.h5")
+    read_certificate(path / "a.h5")
+
+
+@pytest.fixture(scope="module")
+def targets(tmp_path_factory, one_pin_mesh, body):
+    folder = tmp_path_factory.mktemp("valid")
+    write_mesh(one_pin_mesh, folder / "a.msh")
+    mesh = {"a.msh": (folder / "a.msh").read_bytes()}
+    return {
+        **_campaigns(tmp_path_factory.mktemp("campaigns")),
+        **_documents(tmp_path_factory.mktemp("documents")),
+        **_cases(),
+        "mesh .msh": Target(mesh, "a.msh", lambda path: read_mesh(path / "a.msh")),
+        "body .h5 bytes": Target({"a.h5": body}, "a.h5", _read_both),
+    }
+
+
+@pytest.fixture(autouse=True)
+def careful(monkeypatch):
+    """The mesh is read in this process, which is faster; all of it may take two gigabytes more."""
+    monkeypatch.setattr(
+        mesh_files, "in_child", lambda function, *arguments, about, what: function(*arguments)
+    )
+    limits = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (_virtual_bytes() + 4_000_000_000, limits[1]))
+    previous = signal.signal(signal.SIGVTALRM, _hang)
+    yield
+    signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+    signal.signal(signal.SIGVTALRM, previous)
+    resource.setrlimit(resource.RLIMIT_AS, limits)
+
+
+def _virtual_bytes() -> int:
+    return int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+
+
+def _hang(number, frame):
+    raise HangError
+
+
+def tried(name: str, read: Callable[[Path], Any], folder: Path, file: str) -> None:
+    """Read once; count how it ends and fail where it ends otherwise than told in one line."""
+    counts = COUNTS.setdefault(name, Counter())
+    counts["tried"] += 1
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    signal.setitimer(signal.ITIMER_VIRTUAL, PATIENCE)
+    bad = ""
+    try:
+        read(folder)
+        counts["accepted"] += 1
+    except TOLD as error:
+        message = printable(str(error.args[0] if isinstance(error, KeyError) else error))
+        counts["refused"] += 1
+        if file not in message or len(message) > 2100:
+            bad = "unnamed"
+            told = message
+    except HangError:
+        bad, told = "hang", "no end"
+    except Exception as error:
+        bad, told = "traceback", repr(error)
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+    if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before > MOST_MEMORY:
+        bad, told = "above 400 MB", "memory"
+    if bad:
+        counts[bad] += 1
+        pytest.fail(f"{bad}: {told}")
+
+
+def written(target: Target, content: bytes, folder: Path) -> Path:
+    place = folder / "k"
+    place.mkdir(exist_ok=True)
+    for name, valid in target.files.items():
+        (place / name).write_bytes(content if name == target.damaged else valid)
+    return place
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_damaged_files_are_told_in_one_line(tmp_path, targets, name):
+    target = targets[name]
+    # The valid file first: a reader that refuses it would pass all the rest.
+    if name not in ("entry.json",):
+        target.read(written(target, target.files[target.damaged], tmp_path))
+
+    @SETTINGS
+    @given(content=damaged(target.files[target.damaged]))
+    def check(content):
+        tried(name, target.read, written(target, content, tmp_path), target.damaged)
+
+    check()
+
+
+def test_damaged_parts_of_a_body_are_told_in_one_line(tmp_path, body):
+    parts: list[str] = []
+    with h5py.File(io.BytesIO(body)) as file:
+        file.visititems(
+            lambda name, part: parts.append(name) if isinstance(part, h5py.Dataset) else None
+        )
+
+    @SETTINGS
+    @given(change=damaged_hdf5(sorted(parts)))
+    def check(change):
+        buffer = io.BytesIO(body)
+        with h5py.File(buffer, "r+") as file:
+            change(file)
+        (tmp_path / "a.h5").write_bytes(buffer.getvalue())
+        tried("body .h5 parts", _read_both, tmp_path, "a.h5")
+
+    check()
