@@ -195,7 +195,7 @@ def estimate_table(identified: "Identification | BushingIdentification") -> Rend
 def _warning_lines(identified: "Identification | BushingIdentification") -> list[str]:
     """Findings about the campaign, one line each."""
     return [
-        escape(f"check {warning.about}: {warning.text}; {warning.remedy}")
+        f"check {warning.about}: {warning.text}; {warning.remedy}"
         for warning in identified.warnings
     ]
 
