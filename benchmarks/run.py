@@ -17,6 +17,7 @@ BENCHMARKS = (
     "reduction_stages",
     "distributing_against_rigid",
     "symmetric_reduction",
+    "cholmod_against_mkl",
     "reduction_against_exudyn",
     "reduction_against_calculix",
     "fixed_against_free_interface",

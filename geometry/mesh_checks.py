@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from carrierflex.geometry.quality import MeshQuality, check_quality
+from carrierflex.geometry.quality import InvertedElementError, MeshQuality, check_quality
 from carrierflex.geometry.tet_mesh import TetMesh
 
 #: Sizes of a part of a wind turbine's gearbox [m]: one of ten metres is in millimetres, one of two
@@ -40,7 +40,10 @@ def check_mesh(mesh: TetMesh, where: str) -> MeshQuality:
     refuse_wrong_unit(np.ptp(mesh.points, axis=0), where)
     _refuse_unused_nodes(mesh, where)
     _refuse_pieces(mesh, where)
-    return check_quality(mesh)
+    try:
+        return check_quality(mesh)
+    except InvertedElementError as error:
+        raise InvertedElementError(f"{where}: {error}") from error
 
 
 def refuse_wrong_unit(extent: NDArray[np.float64], where: str) -> None:

@@ -44,10 +44,10 @@ def read_verdict(out: Path) -> Verdict:
     ValueError
         Where a file is missing or no diagnosis.
     """
+    times = read_json(out / TIMES_FILE, "the times of a diagnosis")
     try:
-        times = read_json(out / TIMES_FILE, "the times of a diagnosis")
         seconds, error = float(times["seconds"]), times["error"]
-    except (KeyError, TypeError, OverflowError) as raised:
+    except (KeyError, TypeError, ValueError, OverflowError) as raised:
         raise ValueError(
             f"{out / TIMES_FILE}: no times of a diagnosis: {shortened(str(raised))}"
         ) from raised
