@@ -35,6 +35,5 @@ def printable(text: str, most: int = 2000) -> str:
     a\x1b]0;b
     """
     line = " ".join(text.split())
-    if len(line) > most:
-        line = f"{line[: most // 2]} ... {line[-most // 2 :]}"
-    return "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in line)
+    line = "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in line)
+    return line if len(line) <= most else f"{line[: most // 2]} ... {line[-most // 2 :]}"

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from carrierflex.files.problems import refuse, repeated_names
+from carrierflex.files.shown_values import shortened
 from carrierflex.identification.campaign.campaign_kinds import (
     NOT_SI_UNITS,
     CampaignKind,
@@ -342,14 +343,16 @@ def column_conflicts(
     """
     columns = tuple(columns)
     if not columns or columns[0] != "time":
-        yield f"{where}: first column is '{columns[0] if columns else ''}'; expected 'time'"
+        first = shortened(columns[0]) if columns else ""
+        yield f"{where}: first column is '{first}'; expected 'time'"
     yield from repeated_names(columns, f"{where}: column")
     for name, what in expected.items():
         if name not in columns:
-            yield f"{where}: no column for the {what} '{name}'; found {', '.join(columns)}"
+            found = shortened(", ".join(columns), 400)
+            yield f"{where}: no column for the {what} '{name}'; found {found}"
     for name in dict.fromkeys(columns[1:]):
         if name not in expected and name != "time" and not others_allowed:
             yield (
-                f"{where}: column '{name}' is neither an input nor a channel; expected time, "
+                f"{where}: column '{shortened(name)}' is neither an input nor a channel; expected time, "
                 f"{', '.join(expected)}"
             )
