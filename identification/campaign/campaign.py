@@ -353,6 +353,6 @@ def column_conflicts(
     for name in dict.fromkeys(columns[1:]):
         if name not in expected and name != "time" and not others_allowed:
             yield (
-                f"{where}: column '{shortened(name)}' is neither an input nor a channel; expected time, "
-                f"{', '.join(expected)}"
+                f"{where}: column '{shortened(name)}' is neither an input nor a channel; expected "
+                f"time, {', '.join(expected)}"
             )

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from carrierflex.identification.campaign.campaign_files import read_campaign, write_campaign
+from carrierflex.identification.campaign.campaign_files import write_campaign
 from carrierflex.simulation.carrier.case_files import shipped_case
 from tests.identification.synthetic_campaigns import carrier_campaign
 
@@ -75,14 +75,9 @@ def test_whole_numbers_beyond_64_bits_are_one_line(tmp_path, command):
 
 
 def test_curves_that_are_a_pipe_are_refused(tmp_path, command):
-    write_campaign(carrier_campaign(), tmp_path / "c")
-    os.mkfifo(tmp_path / "c" / "curves.csv")
-    document = tmp_path / "c" / "campaign.toml"
-    text = document.read_text().replace("[rig]\n", '[rig]\ndeflection_curves = "curves.csv"\n')
-    document.write_text(text)
-    read_campaign(tmp_path / "c")
-    line = one_line(command("diagnose", "c", "--out", "out"))
-    assert "c/curves.csv: a device or a pipe; expected a CSV file of deflection curves" in line
+    os.mkfifo(tmp_path / "curves.csv")
+    line = one_line(command("simulate", shipped_case(), "--curves", "curves.csv", "--out", "out"))
+    assert "curves.csv: a device or a pipe; expected a CSV file of deflection curves" in line
 
 
 def test_a_refusal_in_the_middle_of_the_work_names_its_input(tmp_path, command, monkeypatch):
