@@ -27,7 +27,7 @@ from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
 from carrierflex.workflows.support.executors import work_executor
 
-QUICK = {"rate": 50.0, "seconds": 130.0, "evaluations": 500}
+QUICK = {"rate": 50.0, "seconds": 130.0, "evaluations": 300}
 
 NOISE = 5e-6
 #: Nonlinear bushings and the parasitic torque of the 2011 paper's fit [SI].

@@ -32,7 +32,7 @@ from carrierflex.simulation.carrier.motion import simulate_run
 from carrierflex.simulation.carrier.run_cases import CarrierMotion
 from carrierflex.workflows.support.default_curves import default_curves
 
-QUICK = {"samples": 3e6}
+QUICK = {"samples": 1.5e6}
 
 _CHUNK_SECONDS = 5000.0
 _N_COLUMNS = 9
