@@ -85,7 +85,7 @@ class DerivedFacts:
     deflection_per_torque: dict[str, Printed]
     common_deflection_per_torque: Printed | None
     order_3_amplitude: Printed | None
-    phi_PLC: dict[str, Printed]  # noqa: N815  the paper's symbol
+    phi_PLC: dict[str, Printed]
     saddle_line: tuple[Printed, Printed]
     saddle_zero: Printed
 

@@ -46,10 +46,10 @@ class MotionTable(TomlTable):
     """True motion of the carrier in one run."""
 
     d_x: Number = key("Axial offset", "m")
-    phi_H: Number = key("Tilt of the housing", "rad")  # noqa: N815 - the paper's symbol
-    theta_H_deg: Number = key("Housing angle of the tilt's axis", "deg")  # noqa: N815
-    phi_PLC: Number = key("Tilt of the carrier against the main shaft", "rad")  # noqa: N815
-    theta_PLC_deg: Number = key("Carrier-frame angle of the tilt's axis", "deg")  # noqa: N815
+    phi_H: Number = key("Tilt of the housing", "rad")
+    theta_H_deg: Number = key("Housing angle of the tilt's axis", "deg")
+    phi_PLC: Number = key("Tilt of the carrier against the main shaft", "rad")
+    theta_PLC_deg: Number = key("Carrier-frame angle of the tilt's axis", "deg")
     rim_order3_amplitude: NotNegative = key(
         "Amplitude of the rim's third order at the run's torque",
         "m",

@@ -62,10 +62,10 @@ class CarrierMotion:
     """
 
     d_x: float
-    phi_H: float  # noqa: N815 - the paper's symbol
-    theta_H: float  # noqa: N815
-    phi_PLC: float  # noqa: N815
-    theta_PLC: float  # noqa: N815
+    phi_H: float
+    theta_H: float
+    phi_PLC: float
+    theta_PLC: float
     rho_s: float
     rho_f: float
     saddle: float = 0.0

@@ -30,9 +30,9 @@ class StageEffects:
         Where a list does not hold one number a planet, or a factor is not positive.
     """
 
-    phi_PLC: float = 0.0  # noqa: N815 - the paper's symbol
+    phi_PLC: float = 0.0
     """``carrier_tilt``: tilt of the carrier against the main shaft [rad], paper eq. 1."""
-    theta_PLC: float = 0.0  # noqa: N815
+    theta_PLC: float = 0.0
     """``carrier_tilt``: carrier-frame angle of its axis [rad]."""
     pin_offset: tuple[float, ...] = _NONE_EACH
     """``unequal_load_sharing``: tangential position error of each pin, along increasing angle

@@ -54,9 +54,9 @@ class ReadingEffects:
 
     axial_offset: float = 0.0
     """``axial_offset`` [m]."""
-    phi_H: float = 0.0  # noqa: N815 - the paper's symbol
+    phi_H: float = 0.0
     """``housing_tilt``: assembly misalignment of the housing [rad]; the bearings keep theirs."""
-    theta_H: float = 0.0  # noqa: N815
+    theta_H: float = 0.0
     """``housing_tilt``: housing angle of its axis [rad]."""
     phi_face: float = 0.0
     """``carrier_tilt``: tilt of the measured face against the carrier [rad], phi_PLC of eq. 1."""

@@ -70,9 +70,9 @@ class StageRunTable(TomlTable):
 class EffectsTable(TomlTable):
     """What departs from the symmetric, aligned stage; what is left out does not."""
 
-    # Symbols of the paper, hence N815.
-    phi_PLC: Number = key("Tilt of the carrier on the main shaft", "rad", default=0.0)  # noqa: N815
-    theta_PLC_deg: Number = key("Carrier angle of its axis", "deg", default=0.0)  # noqa: N815
+    # Symbols of the paper.
+    phi_PLC: Number = key("Tilt of the carrier on the main shaft", "rad", default=0.0)
+    theta_PLC_deg: Number = key("Carrier angle of its axis", "deg", default=0.0)
     pin_offset: ThreeNumbers = key(
         "Tangential position error of each pin",
         "m",
@@ -128,8 +128,8 @@ class ReadingTable(TomlTable):
         default="housing",
     )
     axial_offset: Number = key("Axial offset of all axial sensors", "m", default=0.0)
-    phi_H: Number = key("Tilt of the housing", "rad", default=0.0)  # noqa: N815
-    theta_H_deg: Number = key("Housing angle of the tilt's axis", "deg", default=0.0)  # noqa: N815
+    phi_H: Number = key("Tilt of the housing", "rad", default=0.0)
+    theta_H_deg: Number = key("Housing angle of the tilt's axis", "deg", default=0.0)
     phi_face: Number = key("Tilt of the measured face against the carrier", "rad", default=0.0)
     theta_face_deg: Number = key("Carrier-frame angle of that tilt's axis", "deg", default=0.0)
     saddle: ThreeNumbers = key(
