@@ -8,6 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from carrierflex.blind_check.element_plans import FULL_SIZE, element_plans, strata_weights
 from carrierflex.blind_check.labels import (
     ALIASED,
     FAMILIES,
@@ -38,6 +39,8 @@ _STREAM = {kind: number for number, kind in enumerate(KINDS)}
 
 def full_size(kind: str) -> int:
     """Cases of a full check of one kind."""
+    if kind == "element":
+        return FULL_SIZE
     return sum(_weights(kind).values()) if kind != "mounting" else 60
 
 
@@ -70,6 +73,8 @@ def case_plans(kind: str, cases: int, seed: int) -> tuple[CasePlan, ...]:
     if seed < 0:
         raise ValueError(f"--seed is {seed}; expected 0 or more")
     rng = np.random.default_rng([seed, _STREAM[kind], 0])
+    if kind == "element":
+        return tuple(element_plans(_counts(strata_weights(), cases), seed, rng))
     drawn = []
     for family, count in _counts(_weights(kind), cases).items():
         for k, effects in enumerate(_effects(kind, family, count, rng)):

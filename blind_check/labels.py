@@ -28,9 +28,11 @@ class CasePlan:
         One of FAMILIES.
     effects : tuple of str
         Effects to withhold; for the family "outside" the name of a disturbance that no library
-        holds.
+        holds. For kind element causes of the truth.
     ratio : float
         Wanted gap over the floor.
+    drive : str
+        How an element is driven; empty for the other kinds.
     """
 
     kind: str
@@ -39,6 +41,7 @@ class CasePlan:
     family: str
     effects: tuple[str, ...]
     ratio: float
+    drive: str = ""
 
     @property
     def name(self) -> str:
@@ -76,6 +79,15 @@ class Label:
     where : mapping of str to str or float
         Largest cell of the gap: ``run``; for the carrier also ``order`` and ``channel_pattern``.
         Empty where the gap has none.
+    classes : tuple of str
+        Class ids of the withheld causes, sorted (kinds judged by class); empty where no class holds
+        them.
+    class_aliases : tuple of tuple of str
+        Other sets of class ids that these records may not tell from `classes`.
+    drive : str
+        How an element is driven.
+    changes : tuple of float
+        Change of form of each cause, RMS over that of what the cause leaves.
     """
 
     case: str
@@ -89,6 +101,10 @@ class Label:
     rho: float
     parameters: Mapping[str, Mapping[str, float]]
     where: Mapping[str, Any]
+    classes: tuple[str, ...] = ()
+    class_aliases: tuple[tuple[str, ...], ...] = ()
+    drive: str = ""
+    changes: tuple[float, ...] = ()
 
     def text(self) -> str:
         """The label as JSON of one form only: what is sealed.
@@ -107,9 +123,14 @@ class Label:
         return cls(
             **{
                 **content,
-                "effects": tuple(content["effects"]),
-                "present": tuple(content["present"]),
-                "acceptable": tuple(tuple(members) for members in content["acceptable"]),
+                **{
+                    name: tuple(content[name])
+                    for name in ("effects", "present", "classes", "changes")
+                },
+                **{
+                    name: tuple(tuple(members) for members in content[name])
+                    for name in ("acceptable", "class_aliases")
+                },
             }
         )
 

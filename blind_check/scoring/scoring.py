@@ -135,41 +135,43 @@ def _figures(kind: str, cases: Sequence[Judged]) -> list[Figure]:
     false_nothing = [bool(case.named) for case in cases if case.label.family == NOTHING]
     unreal = [not set(case.named) <= set(case.label.present) for case in outside]
     figures = [
-        _share(
+        share_figure(
             kind,
             "class right, gap >= 5 floors",
             [c.is_right for c in clear],
             ">= 90 %",
             lambda p, n: p >= 0.9,
         ),
-        _share(kind, 'false naming, "nothing"', false_nothing, "<= 5 %", lambda p, n: p <= 0.05),
-        _share(
+        share_figure(
+            kind, 'false naming, "nothing"', false_nothing, "<= 5 %", lambda p, n: p <= 0.05
+        ),
+        share_figure(
             kind,
             'false naming, "outside"',
             [bool(c.named) for c in outside],
             "<= 15 %",
             lambda p, n: p <= 0.15,
         ),
-        _share(kind, '"outside": real sensor errors not counted', unreal),
-        _share(
+        share_figure(kind, '"outside": real sensor errors not counted', unreal),
+        share_figure(
             kind,
             "rho inside its 95 % interval",
             [_is_covered(c) for c in named],
             "90 to 99 %",
-            _is_nominal,
+            is_nominal,
         ),
-        _share(
+        share_figure(
             kind,
             "parameters inside their 95 % interval",
             [hit for c in named for hit in _parameter_hits(c)],
         ),
-        _share(
+        share_figure(
             kind,
             f"the same, or within {_CLOSE:.0%}".replace("%", " %"),
             [hit for c in named for hit in _parameter_hits(c, close=_CLOSE)],
         ),
         _median_error(kind, named),
-        _share(
+        share_figure(
             kind,
             "largest cell right, gap >= 5 floors",
             [_top_cell(c) for c in clear if c.label.where],
@@ -177,17 +179,18 @@ def _figures(kind: str, cases: Sequence[Judged]) -> list[Figure]:
     ]
     for low, high in pairwise(BINS):
         inside = [case.is_right for case in effects if low <= case.label.gap_over_floor < high]
-        figures.append(_share(kind, f"class right, gap {low:g} to {high:g} floors", inside))
-    return figures + _times(kind, [case.verdict.seconds for case in cases])
+        figures.append(share_figure(kind, f"class right, gap {low:g} to {high:g} floors", inside))
+    return figures + time_figures(kind, [case.verdict.seconds for case in cases])
 
 
-def _share(
+def share_figure(
     kind: str,
     name: str,
     hits: Iterable[bool],
     wanted: str = "",
     is_met: Callable[[float, int], bool] | None = None,
 ) -> Figure:
+    """Figure of a share; fewer than FEWEST cases judge nothing."""
     outcomes = list(hits)
     n, k = len(outcomes), sum(outcomes)
     share = k / n if n else math.nan
@@ -195,7 +198,8 @@ def _share(
     return Figure(kind, name, wanted, share, wilson(k, n), n, met)
 
 
-def _is_nominal(share: float, cases: int) -> bool:
+def is_nominal(share: float, cases: int) -> bool:
+    """Whether a coverage is 90 to 99 %; few cases cannot miss the upper end."""
     return share >= 0.9 and (share <= 0.99 or cases < _FEWEST_FOR_99)
 
 
@@ -208,7 +212,8 @@ def _median_error(kind: str, named: Sequence[Judged]) -> Figure:
     return Figure(kind, "median |rho claimed - rho true|", "<= 0.05", value, None, len(errors), met)
 
 
-def _times(kind: str, seconds: Sequence[float]) -> list[Figure]:
+def time_figures(kind: str, seconds: Sequence[float]) -> list[Figure]:
+    """Median and longest time of a diagnosis."""
     limit, n = _SECONDS[kind], len(seconds)
     longest = max(seconds)
     met = longest <= limit if n >= FEWEST else None

@@ -3,7 +3,8 @@
 The alias classes of the score, and what is outside the library.
 
 The classes follow from the equations of the truth and the loads of the check; they are not taken
-from any diagnosis.
+from any diagnosis. Kind element is judged by class of cause and has its table in
+:mod:`carrierflex.blind_check.truth.element.families`.
 """
 
 from carrierflex.blind_check.truth.carrier.signals import SIGNALS
@@ -18,19 +19,6 @@ _CLASSES: dict[str, dict[str, tuple[str, ...]]] = {
         # the tilt bends over six loads.
         "load tilt": ("ntl_tilt", "bearing_clearance"),
     },
-    "element": {
-        "hardening": ("cubic_stiffness", "quintic_stiffness"),  # 0.93 to 0.97
-        # 0.84 to 0.99; friction that creeps gives before it slides, as an elasto-plastic spring
-        # does.
-        "dry friction": (
-            "coulomb_friction",
-            "elasto_plastic_friction",
-            "stribeck_friction",
-            "friction_asymmetry",
-        ),
-        # 0.88 to 0.99 where the force is driven, less where the motion is.
-        "nonlinear damping": ("quadratic_damping", "cubic_damping", "deflection_dependent_damping"),
-    },
     "mounting": {
         "hardening": ("cubic_stiffness", "quintic_stiffness"),  # 0.97
     },
@@ -39,13 +27,6 @@ _CLASSES: dict[str, dict[str, tuple[str, ...]]] = {
 #: Effects withheld one at a time.
 SINGLES: dict[str, tuple[str, ...]] = {
     "carrier": (*SIGNALS, "sensor_gain", "sensor_angle", "sensor_zero", "sensor_delay"),
-    "element": (
-        "quadratic_stiffness", "cubic_stiffness", "quintic_stiffness", "coulomb_friction",
-        "elasto_plastic_friction",
-        "stribeck_friction", "quadratic_damping", "cubic_damping", "deflection_dependent_damping",
-        "backlash",
-        "maxwell_branch", "friction_asymmetry", "sensor_delay",
-    ),
     "mounting": EFFECTS,
 }  # fmt: skip
 
@@ -53,7 +34,6 @@ SINGLES: dict[str, tuple[str, ...]] = {
 #: change.
 CONSTANT_LOAD: dict[str, tuple[str, ...]] = {
     "carrier": ("stiff_pins", "pin_clearance", "face_runout", "unequal_load_sharing"),
-    "element": ("cubic_stiffness", "quintic_stiffness"),
     "mounting": (),
 }
 #: Effects of the cases with a single condition.
@@ -66,7 +46,6 @@ ONE_CONDITION_EFFECTS: dict[str, tuple[str, ...]] = {
         "thermal_drift",
         "sensor_gain",
     ),
-    "element": ("cubic_stiffness", "coulomb_friction", "quadratic_damping", "quadratic_stiffness"),
     "mounting": ("cubic_stiffness", "parasitic_torque", "axial_bushing_stiffness"),
 }
 #: At one constant load every signal of the carrier's order n is a wave on its face, whatever makes
@@ -76,14 +55,12 @@ _ONE_LOAD: dict[str, tuple[str, ...]] = {
         "flexible_pins", "stiff_pins", "pin_clearance", "face_runout", "unequal_load_sharing",
         "load_sharing_ntl",
     ),
-    "element": ("cubic_stiffness", "quintic_stiffness"),
     "mounting": ("cubic_stiffness", "quintic_stiffness"),
 }  # fmt: skip
 
 #: Causes that no library of the contract holds.
 OUTSIDE_NAMES: dict[str, tuple[str, ...]] = {
     "carrier": ("thermal_bow", "oil_whirl", "loose_probe_bracket"),
-    "element": ("softening_in_time", "attached_absorber", "unmeasured_force", "end_stop"),
     "mounting": ("ground_motion", "loose_probe_bracket", "softening_in_time"),
 }
 

@@ -7,6 +7,7 @@ import pytest
 
 from carrierflex.blind_check.labels import ALIASED, NOTHING, OUTSIDE, PAIR, SINGLE, Label
 from carrierflex.blind_check.scoring.judging import judge, judged_cases
+from carrierflex.blind_check.scoring.result import BlindCheck
 from carrierflex.blind_check.scoring.scoring import score, wilson
 from carrierflex.blind_check.sealing.verdicts import ERROR, Verdict
 from carrierflex.workflows.screen.score_tables import score_page
@@ -19,10 +20,10 @@ def label(number, effects=(), family=None, *, ratio=10.0, present=(), acceptable
     members = acceptable or tuple((effect,) for effect in effects)
     where = {"run": "run1"} if effects else {}
     parameters = {effect: {"p": 2.0} for effect in effects}
-    case = f"element-{number:04d}"
+    case = f"mounting-{number:04d}"
     return Label(
         case,
-        "element",
+        "mounting",
         family,
         tuple(effects),
         members,
@@ -148,7 +149,7 @@ def table():
     ]
     outside = [(label(k, family=OUTSIDE), verdict("none_of_these")) for k in range(45, 61)]
     outside += [
-        (label(k, family=OUTSIDE), verdict("named", "backlash", seconds=70.0))
+        (label(k, family=OUTSIDE), verdict("named", "backlash", seconds=130.0))
         for k in range(61, 65)
     ]
     return clear + small + empty + outside
@@ -167,7 +168,7 @@ def test_figures_of_a_table_made_by_hand():
         "class right, gap 1 to 2 floors": (1 / 4, 4, None),
         "class right, gap 10 to 20 floors": (18 / 20, 20, None),
         "seconds a case, median": (3.0, 64, None),
-        "seconds a case, longest": (70.0, 64, False),
+        "seconds a case, longest": (130.0, 64, False),
     }
     for name, (value, cases, met) in expected.items():
         assert figures[name].value == pytest.approx(value, rel=1e-9), name
@@ -179,18 +180,19 @@ def test_confusion_and_wrong_cases_of_a_table_made_by_hand():
     result = scored(table())
     rows = {row.name: (row.cases, row.right, dict(row.answers)) for row in result.confusion}
     assert rows == {
-        "backlash": (20, 18, {"backlash": 18, "nonlinear damping": 2}),
+        "backlash": (20, 18, {"backlash": 18, "cubic_damping": 2}),
         NOTHING: (20, 19, {"no effect": 19, "backlash": 1}),
         OUTSIDE: (20, 16, {"no effect": 16, "backlash": 4}),
     }
     assert len(result.wrong) == 2 + 1 + 4
     page = score_page(
-        result, command="carrierflex blind-check", date="2026-01-01", digest="ab", software="x 1"
+        BlindCheck(result, None, "ab"),
+        command="carrierflex blind-check",
+        date="2026-01-01",
+        software="x 1",
     )
-    assert (
-        "| element | backlash | 20 | 18 | 70 to 97 % | backlash: 18, nonlinear damping: 2 |" in page
-    )
-    assert '| element | false naming, "outside" | <= 15 % | 20.0 % | 8 to 42 % | 20 | no |' in page
+    assert "| mounting | backlash | 20 | 18 | 70 to 97 % | backlash: 18, cubic_damping: 2 |" in page
+    assert '| mounting | false naming, "outside" | <= 15 % | 20.0 % | 8 to 42 % | 20 | no |' in page
 
 
 def test_few_cases_judge_nothing():
@@ -218,5 +220,5 @@ def test_shuffled_labels_destroy_the_score():
 
 
 def test_a_case_without_verdict_is_refused():
-    with pytest.raises(ValueError, match=r"other cases \(element-0001\)"):
-        judged_cases({"element-0001": label(1)}, {})
+    with pytest.raises(ValueError, match=r"other cases \(mounting-0001\)"):
+        judged_cases({"mounting-0001": label(1)}, {})

@@ -8,7 +8,7 @@ blind_check.json and blind_check.md. A good answer: every wanted figure is met b
 """
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
 from datetime import datetime
@@ -18,11 +18,18 @@ from typing import Any, Literal
 from rich.console import Console
 
 from carrierflex.blind_check.case_plans import case_plans, full_size
-from carrierflex.blind_check.labels import KINDS
+from carrierflex.blind_check.labels import KINDS, Label
+from carrierflex.blind_check.scoring.class_judging import (
+    CLASS_KINDS,
+    ClassJudged,
+    cases_judged_by_class,
+)
+from carrierflex.blind_check.scoring.class_score import class_score
 from carrierflex.blind_check.scoring.judging import Judged, judged_cases
 from carrierflex.blind_check.scoring.result import BlindCheck
-from carrierflex.blind_check.scoring.scoring import Score, score
+from carrierflex.blind_check.scoring.scoring import score
 from carrierflex.blind_check.sealing.check import diagnosed, opened, sealed_check
+from carrierflex.blind_check.sealing.verdicts import Verdict
 from carrierflex.blind_check.truth.campaigns import write_case
 from carrierflex.files.json_files import plain, save_json
 from carrierflex.files.versions import software_name
@@ -97,15 +104,29 @@ def main(
         diagnose = functools.partial(diagnose_case, report=keep)
         verdicts = diagnosed(sealed, diagnose, executor, keep=keep, note=stages.note)
     with stages.stage("opening the labels"):
-        judged = judged_cases(opened(sealed), verdicts)
-        result = score(judged)
+        labels = opened(sealed)
+        by_class = cases_judged_by_class(labels, verdicts)
+        by_effect = judged_cases(
+            *({case: rows[case] for case in _by_effect(labels)} for rows in (labels, verdicts))
+        )
+        result = BlindCheck(
+            score(by_effect) if by_effect else None,
+            class_score(by_class) if by_class else None,
+            sealed.published.digest,
+        )
         command = " ".join(
             ["carrierflex blind-check", *(f"--kind {name}" for name in kinds)]
             + ([f"--cases {cases}"] if cases is not None else [])
             + [f"--seed {seed}"]
         )
-        _write(folder, result, judged, command=command, digest=sealed.published.digest)
-    return BlindCheck(result, sealed.published.digest)
+        rows = [*(_row(case) for case in by_effect), *(_class_row(case) for case in by_class)]
+        _write(folder, result, rows, command=command)
+    return result
+
+
+def _by_effect(labels: Mapping[str, Label]) -> list[str]:
+    """Cases of the kinds that are judged by effect."""
+    return [case for case, label in labels.items() if label.kind not in CLASS_KINDS]
 
 
 def _processes(workers: int, scheduler: str | None) -> AbstractContextManager[Executor]:
@@ -116,34 +137,56 @@ def _processes(workers: int, scheduler: str | None) -> AbstractContextManager[Ex
 
 
 def _write(
-    out: Path, result: Score, judged: Sequence[Judged], *, command: str, digest: str
+    out: Path, result: BlindCheck, rows: Sequence[Mapping[str, Any]], *, command: str
 ) -> None:
     date, software = f"{datetime.now():%Y-%m-%d}", software_name()
-    head = {"format": "carrierflex-blind-check", "version": 1, "software": software, "date": date}
+    head = {"format": "carrierflex-blind-check", "version": 2, "software": software, "date": date}
+    scores = [own for own in (result.score, result.class_score) if own is not None]
     figures: dict[str, Any] = {
         "met": result.met,
-        "figures": plain(result.figures),
-        "confusion": plain(result.confusion),
+        "figures": plain([figure for own in scores for figure in own.figures]),
+        "confusion": plain([row for own in scores for row in own.confusion]),
     }
-    rows = [
-        {
-            **{
-                name: getattr(case.label, name)
-                for name in ("case", "family", "effects", "gap_over_floor", "rho")
-            },
-            **{
-                "verdict": case.verdict.document["verdict"],
-                "named": case.named,
-                "right": case.is_right,
-            },
-            **{"reason": case.verdict.document.get("reason"), "seconds": case.verdict.seconds},
-        }
-        for case in judged
-    ]
+    if result.class_score is not None:
+        figures["by_change_of_form"] = plain(result.class_score.changes)
     save_json(
         out / "blind_check.json",
-        head | {"command": command, "digest": digest} | figures | {"cases": rows},
+        head | {"command": command, "digest": result.digest} | figures | {"cases": rows},
     )
-    page = score_page(result, command=command, date=date, digest=digest, software=software)
+    page = score_page(result, command=command, date=date, software=software)
     with whole_file(out / "blind_check.md") as file:
         file.write_text(page, encoding="utf-8")
+
+
+def _row(case: Judged) -> dict[str, Any]:
+    names = ("case", "family", "effects", "gap_over_floor", "rho")
+    return {
+        **{name: getattr(case.label, name) for name in names},
+        **_answer(case.verdict),
+        "named": case.named,
+        "right": case.is_right,
+    }
+
+
+def _class_row(case: ClassJudged) -> dict[str, Any]:
+    names = ("case", "family", "effects", "gap_over_floor", "classes", "drive", "changes")
+    document = case.verdict.document
+    return {
+        **{name: getattr(case.label, name) for name in names},
+        **_answer(case.verdict),
+        "named": case.laws,
+        "answer": case.answer,
+        "class_ties": document.get("class_ties", ()),
+        "rivals": document.get("class_rivals", {}),
+        "outcome": case.outcome,
+        "false_laws": case.false_laws,
+    }
+
+
+def _answer(verdict: Verdict) -> dict[str, Any]:
+    document = verdict.document
+    return {
+        "verdict": document["verdict"],
+        "reason": document.get("reason"),
+        "seconds": verdict.seconds,
+    }

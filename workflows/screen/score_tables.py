@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 
 from rich.console import Group, RenderableType
 
+from carrierflex.blind_check.scoring.class_judging import ClassJudged
+from carrierflex.blind_check.scoring.class_score import ChangeRow, ClassScore
 from carrierflex.blind_check.scoring.judging import Judged
 from carrierflex.blind_check.scoring.scoring import ClassRow, Figure, Score
 from carrierflex.workflows.screen.titled_table import titled_table
@@ -15,12 +17,35 @@ if TYPE_CHECKING:
 _FIGURES = ("kind", "figure", "wanted", "reached", "95 %", "cases", "met")
 _CLASSES = ("kind", "true class", "cases", "right", "95 %", "answers")
 _WRONG = ("case", "family", "truth", "gap / floor", "verdict", "named")
+_CHANGES = (
+    "change of form",
+    "cases",
+    "class right",
+    "95 %",
+    "law named",
+    "own or kin",
+    "class share",
+    "law share",
+)
+_FALSE = (
+    "case",
+    "drive",
+    "cause",
+    "class",
+    "gap / floor",
+    "change",
+    "outcome",
+    "answer",
+    "law named",
+    "false law",
+)
+Section = tuple[str, tuple[str, ...], list[list[str]]]
 
 
 def blind_check_table(check: "BlindCheck") -> RenderableType:
     """Figures, confusion matrix and wrong cases."""
     parts: list[RenderableType] = []
-    for title, columns, rows in _sections(check.score):
+    for title, columns, rows in _sections(check):
         table = titled_table(title, *columns)
         for row in rows:
             table.add_row(*row)
@@ -28,23 +53,24 @@ def blind_check_table(check: "BlindCheck") -> RenderableType:
     return Group(*parts, f"digest of the seals: {check.digest}")
 
 
-def score_page(score: Score, *, command: str, date: str, digest: str, software: str) -> str:
+def score_page(check: "BlindCheck", *, command: str, date: str, software: str) -> str:
     """Markdown of a score.
 
     Parameters
     ----------
-    score : Score
-        What was reached.
-    command, date, digest, software : str
-        What made it, when, under which seals, with which version.
+    check : BlindCheck
+        What was reached, under which seals.
+    command, date, software : str
+        What made it, when, with which version.
 
     Returns
     -------
     str
         Page with one table a section.
     """
-    lines = [f"Run of {date}, {software}, by `{command}`; digest of the seals `{digest}`.", ""]
-    for title, columns, rows in _sections(score):
+    seals = f"digest of the seals `{check.digest}`"
+    lines = [f"Run of {date}, {software}, by `{command}`; {seals}.", ""]
+    for title, columns, rows in _sections(check):
         lines += [
             f"### {title[0].upper()}{title[1:]}",
             "",
@@ -55,7 +81,16 @@ def score_page(score: Score, *, command: str, date: str, digest: str, software: 
     return "\n".join(lines)
 
 
-def _sections(score: Score) -> list[tuple[str, tuple[str, ...], list[list[str]]]]:
+def _sections(check: "BlindCheck") -> list[Section]:
+    sections: list[Section] = []
+    if check.score is not None:
+        sections += _effect_sections(check.score)
+    if check.class_score is not None:
+        sections += _class_sections(check.class_score)
+    return sections
+
+
+def _effect_sections(score: Score) -> list[Section]:
     return [
         ("figures", _FIGURES, [_figure(row) for row in score.figures]),
         (
@@ -64,6 +99,23 @@ def _sections(score: Score) -> list[tuple[str, tuple[str, ...], list[list[str]]]
             [_class(row) for row in score.confusion],
         ),
         ("wrong cases", _WRONG, [_wrong(row) for row in score.wrong]),
+    ]
+
+
+def _class_sections(score: ClassScore) -> list[Section]:
+    return [
+        ("figures by class", _FIGURES, [_figure(row) for row in score.figures]),
+        (
+            "confusion by class, gap >= 2 floors",
+            _CLASSES,
+            [_class(row) for row in score.confusion],
+        ),
+        (
+            "single causes by their change of form, gap >= 2 floors",
+            _CHANGES,
+            [_change(row) for row in score.changes],
+        ),
+        ("wrong classes, ties and false laws", _FALSE, [_false(row) for row in score.wrong]),
     ]
 
 
@@ -96,6 +148,36 @@ def _figure(figure: Figure) -> list[str]:
 def _class(row: ClassRow) -> list[str]:
     answers = ", ".join(f"{name}: {count}" for name, count in row.answers)
     return [row.kind, row.name, str(row.cases), str(row.right), _interval(row.interval), answers]
+
+
+def _change(row: ChangeRow) -> list[str]:
+    return [
+        row.name,
+        str(row.cases),
+        str(row.right),
+        _interval(row.interval),
+        str(row.laws_named),
+        str(row.laws_right),
+        _percent(row.class_share),
+        _percent(row.law_share),
+    ]
+
+
+def _false(case: ClassJudged) -> list[str]:
+    label = case.label
+    changes = ", ".join(f"{100.0 * change:.0f} %" for change in label.changes)
+    return [
+        label.case,
+        label.drive,
+        " + ".join(label.effects) or "-",
+        case.truth,
+        f"{label.gap_over_floor:.1f}",
+        changes,
+        case.outcome,
+        case.answered,
+        " + ".join(case.laws) or "-",
+        " + ".join(case.false_laws) or "-",
+    ]
 
 
 def _wrong(case: Judged) -> list[str]:

@@ -1,6 +1,7 @@
-"""The baseline's own refit of an element.
+"""What the baseline's own refit leaves of an element's records.
 
-Mass, spring, damper and constant force, in sample and held out.
+Mass, spring, damper and constant force; of a decay its frequency, damping and position of rest, and
+the start of each run.
 """
 
 from collections.abc import Sequence
@@ -16,89 +17,148 @@ from carrierflex.blind_check.truth.linear_refit import LinearBaseline
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class Refit:
-    """What is left of each run after a refit to all runs, and after one to the other runs.
+def driven_residuals(
+    columns: Sequence[FloatArray], signals: Sequence[FloatArray]
+) -> list[FloatArray]:
+    """What is left of driven elements, whose force is linear in the baseline's parameters.
 
-    Shape (n,) each.
+    Parameters
+    ----------
+    columns : sequence of ndarray, shape (n, 4)
+        Deflection, speed, acceleration and one of every run.
+    signals : sequence of ndarray, shape (n,)
+        Forces.
+
+    Returns
+    -------
+    list of ndarray, shape (n,)
+        Residuals.
     """
-
-    residuals: list[FloatArray]
-    held_out: list[FloatArray]
-
-
-def driven_refit(
-    motions: Sequence[tuple[FloatArray, ...]], signals: Sequence[FloatArray], *, settle: int
-) -> Refit:
-    """Refit of a driven element: force linear in deflection, rate, second rate and one."""
-    columns = [np.array([*motion, np.ones_like(motion[0])]).T[settle:] for motion in motions]
     baseline = LinearBaseline(columns, own_offset=False)
-    rows = [signal[None, settle:] for signal in signals]
-    return Refit(
-        [series[0] for series in baseline.residuals(rows)],
-        [series[0] for series in baseline.held_out(rows)],
-    )
+    return [series[0] for series in baseline.residuals([signal[None] for signal in signals])]
 
 
 @dataclass(frozen=True, eq=False)
 class ForcedRefit:
-    """Refit of a mass on an element under a force.
-
-    Its response with straight lines between finely sampled forces.
+    """Refit of a mass on an element under a force, with straight lines between fine samples.
 
     `forces` by run at `fine` times the samples, `step` of the fine samples [s], `start` mass,
-    stiffness, damping, constant force.
+    stiffness, damping, constant force; `settle` samples do not count.
     """
 
     forces: Sequence[FloatArray]
-    signals: Sequence[FloatArray]
     step: float
     fine: int
     start: FloatArray
     settle: int
 
-    def refit(self) -> Refit:
-        """Residuals after a refit to all runs, and to the other runs.
+    def residuals(self, signals: Sequence[FloatArray]) -> list[FloatArray]:
+        """What is left after Gauss-Newton steps with the response's exact sensitivities.
 
-        One run is scored by itself.
+        Parameters
+        ----------
+        signals : sequence of ndarray, shape (n,)
+            Deflections.
+
+        Returns
+        -------
+        list of ndarray, shape (n - settle,)
+            Residuals.
         """
-        every = list(range(len(self.signals)))
-        theta = self._fitted(every, np.ones(4))
-        residuals = [self._left(run, theta) for run in every]
-        if len(every) == 1:
-            return Refit(residuals, residuals)
-        held_out = [
-            self._left(run, self._fitted([k for k in every if k != run], theta)) for run in every
-        ]
-        return Refit(residuals, held_out)
+        theta = self.start.copy()
+        left, columns = self._linearised(theta, signals)
+        for _ in range(30):
+            target, matrix = np.concatenate(left), np.concatenate(columns)
+            size = np.linalg.norm(matrix, axis=0)
+            # At one frequency mass and spring are one parameter: the shortest step then.
+            change = np.linalg.lstsq(matrix / size, target, rcond=1e-7)[0] / size
+            cost = float(target @ target)
+            for share in (1.0, 0.5, 0.25, 0.1, 0.03):
+                trial = theta + share * change
+                if (trial[:3] <= 0.0).any():
+                    continue
+                trial_left, trial_columns = self._linearised(trial, signals)
+                if sum(float(run @ run) for run in trial_left) < cost:
+                    break
+            else:
+                return left
+            gain = cost - sum(float(run @ run) for run in trial_left)
+            theta, left, columns = trial, trial_left, trial_columns
+            if gain <= 1e-6 * cost:
+                return left
+        return left
 
-    def _fitted(self, runs: list[int], start: FloatArray) -> FloatArray:
-        scale = np.concatenate([self.signals[run] for run in runs]).std()
-
-        def residual(theta: FloatArray) -> FloatArray:
-            """Misfit of the runs over their scatter."""
-            return np.concatenate([self._left(run, theta) for run in runs]) / scale
-
-        lowest = [1e-3, 1e-3, 1e-3, -np.inf]
-        solution = least_squares(
-            residual,
-            start,
-            bounds=(lowest, np.inf),
-            x_scale="jac",
-            diff_step=1e-6,
-            xtol=1e-9,
-            ftol=1e-11,
-            gtol=1e-12,
-        )
-        return np.asarray(solution.x)
-
-    def _left(self, run: int, theta: FloatArray) -> FloatArray:
-        mass, stiffness, damping = self.start[:3] * theta[:3]
-        # The constant force in units of the force that moves the spring by the size of the signal.
-        constant = self.start[3] * theta[3]
+    def _linearised(
+        self, theta: FloatArray, signals: Sequence[FloatArray]
+    ) -> tuple[list[FloatArray], list[FloatArray]]:
+        """Residuals and the response's derivatives to mass, stiffness, damping, constant force."""
+        mass, stiffness, damping, constant = theta
         system = ([1.0], [mass, damping, stiffness])
         numerator, denominator, _ = cont2discrete(system, self.step, method="foh")
-        predicted = lfilter(numerator.reshape(-1), denominator, self.forces[run] - constant)[
-            :: self.fine
-        ]
-        return np.asarray((self.signals[run] - predicted)[self.settle :])
+        numerator = numerator.reshape(-1)
+        left, columns = [], []
+        for force, signal in zip(self.forces, signals, strict=True):
+            x = lfilter(numerator, denominator, force - constant)
+            v = np.gradient(x, self.step)
+            causes = np.array([np.gradient(v, self.step), x, v, np.ones_like(x)])
+            slopes = -lfilter(numerator, denominator, causes, axis=-1)
+            left.append((signal - x[:: self.fine])[self.settle :])
+            columns.append(slopes[:, :: self.fine].T[self.settle :])
+        return left, columns
+
+
+@dataclass(frozen=True, eq=False)
+class DecayRefit:
+    """Refit of free decays: one frequency, damping and position of rest, own starts.
+
+    `step` of the samples [s], `omega`, `ratio` natural frequency [rad/s] and damping ratio to start
+    from.
+    """
+
+    step: float
+    omega: float
+    ratio: float
+
+    def residuals(self, signals: Sequence[FloatArray]) -> list[FloatArray]:
+        """What is left.
+
+        Parameters
+        ----------
+        signals : sequence of ndarray, shape (n,)
+            Deflections.
+
+        Returns
+        -------
+        list of ndarray, shape (n,)
+            Residuals.
+        """
+        scale = np.concatenate(signals).std()
+
+        def residual(theta: FloatArray) -> FloatArray:
+            return np.concatenate(self._left(signals, theta)) / scale
+
+        solution = least_squares(
+            residual, [1.0, 1.0], bounds=([0.3, 0.01], [3.0, 100.0]), x_scale=[0.01, 0.3]
+        )
+        return self._left(signals, np.asarray(solution.x))
+
+    def _left(self, signals: Sequence[FloatArray], theta: FloatArray) -> list[FloatArray]:
+        """Residuals at a frequency and a damping, over those to start from."""
+        swings = [self._swing(signal.size, theta) for signal in signals]
+        moved, one = [], []
+        for signal, swing in zip(signals, swings, strict=True):
+            both = np.array([signal, np.ones(signal.size)]).T
+            left = both - swing @ np.linalg.lstsq(swing, both, rcond=None)[0]
+            moved.append(left[:, 0])
+            one.append(left[:, 1])
+        # The position of rest is that of all runs, the start of each its own.
+        rests = np.concatenate(one)
+        rest = float(np.concatenate(moved) @ rests / (rests @ rests))
+        return [signal - rest * own for signal, own in zip(moved, one, strict=True)]
+
+    def _swing(self, n: int, theta: FloatArray) -> FloatArray:
+        omega = self.omega * theta[0]
+        ratio = min(self.ratio * theta[1], 0.99)
+        time = self.step * np.arange(n)
+        turn = omega * np.sqrt(1.0 - ratio**2) * time
+        return np.exp(-ratio * omega * time)[:, None] * np.array([np.cos(turn), np.sin(turn)]).T

@@ -2,7 +2,7 @@
 
 Integrated by a fixed-step Runge-Kutta method, with every force at its own bushing.
 
-Radial forces beside the linear ones are those of :mod:`carrierflex.blind_check.truth.element.laws`;
+Radial forces beside the linear ones are those of :mod:`carrierflex.blind_check.truth.mounting.laws`;
 hardening springs are stacks of leaves: straight between steps of an eighth of the deflection's
 size. A main bearing that gives way is a spring and damper at its two coordinates.
 """
@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from carrierflex.blind_check.truth.element.laws import law_force
+from carrierflex.blind_check.truth.mounting.laws import law_force
 from carrierflex.blind_check.truth.mounting.rig import N_FREE, RIG, Bodies
 
 FloatArray = NDArray[np.float64]

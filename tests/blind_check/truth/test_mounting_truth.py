@@ -11,7 +11,7 @@ import pytest
 from carrierflex.blind_check.labels import NOTHING, ONE_CONDITION, OUTSIDE, SINGLE, CasePlan
 from carrierflex.blind_check.truth.alias_table import OUTSIDE_NAMES
 from carrierflex.blind_check.truth.campaigns import write_case
-from carrierflex.blind_check.truth.element.laws import LAWS
+from carrierflex.blind_check.truth.mounting.laws import LAWS
 from carrierflex.blind_check.truth.mounting.loads import RATE, MountingRecord, drawn_record
 from carrierflex.blind_check.truth.mounting.refit import MountingRefit
 from carrierflex.blind_check.truth.mounting.rig import RIG, bodies

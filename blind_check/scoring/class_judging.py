@@ -1,0 +1,154 @@
+"""How one answer is judged by class of the missing cause, and its law apart from that.
+
+The answer is the ids of ``classes``; ``class_ties`` are sets of ids that the records cannot tell
+from it.
+
+right
+    The ids equal the truth's set. With ties: the truth's set is the answer or one of the ties, and
+    every other stands in the truth's own alias table. With nothing missing, or a cause outside
+    every class: no class is named.
+tie
+    The truth's set is among the answer and its ties, beside others that the table does not hold.
+wrong
+    Any other answer that names a class.
+abstained, silent
+    No class: the diagnosis says that something is missing that it cannot name, or that nothing is
+    to be seen. An error is its own outcome.
+
+A named law is false where none of its classes is the truth's or in its alias table.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from carrierflex.blind_check.labels import NOTHING, OUTSIDE, Label
+from carrierflex.blind_check.sealing.verdicts import ERROR, Verdict
+from carrierflex.blind_check.truth.element.families import CLASSES_OF_LAW
+
+#: Kinds whose answers are judged by class.
+CLASS_KINDS = ("element",)
+
+OUTCOMES = ("right", "tie", "wrong", "abstained", "silent", "error")
+RIGHT, TIE, WRONG, ABSTAINED, SILENT, FAILED = OUTCOMES
+_SEES_NOTHING = ("at_noise_floor", "not_diagnosable")
+_NAMES_NO_LAW = ("none_of_these", *_SEES_NOTHING, ERROR)
+
+
+@dataclass(frozen=True)
+class ClassJudged:
+    """A case with its label, its answer and what that is worth.
+
+    Parameters
+    ----------
+    label : Label
+        The truth.
+    verdict : Verdict
+        What the diagnosis said.
+    answer : tuple of str
+        Class ids of the answer, sorted.
+    outcome : str
+        One of OUTCOMES.
+    laws : tuple of str
+        Laws that are named.
+    false_laws : tuple of str
+        Those whose class is wrong.
+    """
+
+    label: Label
+    verdict: Verdict
+    answer: tuple[str, ...]
+    outcome: str
+    laws: tuple[str, ...]
+    false_laws: tuple[str, ...]
+
+    @property
+    def has_class(self) -> bool:
+        """Whether a class holds what is missing."""
+        return self.label.family not in (NOTHING, OUTSIDE)
+
+    @property
+    def truth(self) -> str:
+        """The truth's classes in words."""
+        return " + ".join(self.label.classes) if self.has_class else self.label.family
+
+    @property
+    def answered(self) -> str:
+        """The answer in words: its classes, ties included, or the outcome without any."""
+        if not self.answer:
+            return self.outcome if self.outcome in (ABSTAINED, SILENT, FAILED) else "no class"
+        sets = sorted({self.answer, *_ties(self.verdict.document)})
+        return " or ".join(" + ".join(ids) for ids in sets)
+
+    @property
+    def largest_change(self) -> float:
+        """Largest change of form of the causes."""
+        return max(self.label.changes, default=0.0)
+
+
+def judge_by_class(label: Label, verdict: Verdict) -> ClassJudged:
+    """Judge the answer to one case.
+
+    Parameters
+    ----------
+    label : Label
+        The truth.
+    verdict : Verdict
+        What the diagnosis said.
+
+    Returns
+    -------
+    ClassJudged
+        Outcome and laws.
+    """
+    document = verdict.document
+    answer = _ids([entry["id"] for entry in document.get("classes") or ()])
+    names_laws = document["verdict"] not in _NAMES_NO_LAW
+    laws = tuple(document.get("effects", ())) if names_laws else ()
+    false = tuple(law for law in laws if not _is_of_truth(law, label))
+    outcome = _outcome(label, document, answer, bool(laws))
+    return ClassJudged(label, verdict, answer, outcome, laws, false)
+
+
+def cases_judged_by_class(
+    labels: Mapping[str, Label], verdicts: Mapping[str, Verdict]
+) -> tuple[ClassJudged, ...]:
+    """Judge every case of the kinds that are judged by class."""
+    return tuple(
+        judge_by_class(label, verdicts[case])
+        for case, label in sorted(labels.items())
+        if label.kind in CLASS_KINDS
+    )
+
+
+def _outcome(
+    label: Label, document: Mapping[str, Any], answer: tuple[str, ...], names_law: bool
+) -> str:
+    if document["verdict"] == ERROR:
+        return FAILED
+    if label.family in (NOTHING, OUTSIDE):
+        return WRONG if answer or names_law else RIGHT
+    if not answer:
+        return SILENT if document["verdict"] in _SEES_NOTHING else ABSTAINED
+    sets = {answer, *_ties(document)}
+    if label.classes not in sets:
+        return WRONG
+    others = sets - {label.classes}
+    return RIGHT if others <= set(label.class_aliases) else TIE
+
+
+def _is_of_truth(law: str, label: Label) -> bool:
+    """Whether a class of the law is the truth's, or in its alias table."""
+    if label.family in (NOTHING, OUTSIDE):
+        return False
+    true = {*label.classes, *(member for ids in label.class_aliases for member in ids)}
+    # A law of the user, or of a later library, is of no class that this table knows.
+    return not true.isdisjoint(CLASSES_OF_LAW.get(law, ()))
+
+
+def _ties(document: Mapping[str, Any]) -> list[tuple[str, ...]]:
+    return [_ids(ids) for ids in document.get("class_ties") or ()]
+
+
+def _ids(ids: Any) -> tuple[str, ...]:
+    return tuple(sorted(str(name) for name in ids))

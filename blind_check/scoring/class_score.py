@@ -1,0 +1,238 @@
+"""Score by class of the missing cause: figures by stratum, confusion, false laws, change of form.
+
+Wanted figures hold from two floors upwards; a stratum is a kind of drive.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from carrierflex.blind_check.labels import NOTHING, OUTSIDE
+from carrierflex.blind_check.scoring.class_coverage import covered_parameters
+from carrierflex.blind_check.scoring.class_judging import (
+    ABSTAINED,
+    FAILED,
+    RIGHT,
+    SILENT,
+    TIE,
+    WRONG,
+    ClassJudged,
+)
+from carrierflex.blind_check.scoring.scoring import (
+    ClassRow,
+    Figure,
+    is_nominal,
+    share_figure,
+    time_figures,
+    wilson,
+)
+from carrierflex.blind_check.truth.element.drives import STRATUM
+from carrierflex.blind_check.truth.element.families import CAUSES
+
+#: Gap over the floor from which a class has to be found.
+CLEAR_CLASS_GAP = 2.0
+#: Right of those answered at least, and not answered at most, by stratum.
+_WANTED = {"wide_band": (0.95, 0.10), "levels": (0.85, 0.30)}
+STRATA = ("wide_band", "levels", "single_level", "decay")
+#: Ends of the bins of the change of form; textbook laws have none.
+CHANGES = (0.0, 0.05, 0.10, 0.15, 0.20, 0.25, 0.30)
+
+
+@dataclass(frozen=True)
+class ChangeRow:
+    """Cases of one cause by the change of its form.
+
+    How often the class is right, a law is named, and the law is the cause's own or its kin; median
+    shares of the gap that class and law are said to explain.
+    """
+
+    name: str
+    cases: int
+    right: int
+    interval: tuple[float, float]
+    laws_named: int
+    laws_right: int
+    class_share: float
+    law_share: float
+
+
+@dataclass(frozen=True)
+class ClassScore:
+    """Score of the cases that are judged by class.
+
+    `wrong`: clear cases whose class is wrong or tied, and every false class and law; `false_laws`:
+    cases that name a law whose class is wrong.
+    """
+
+    figures: tuple[Figure, ...]
+    confusion: tuple[ClassRow, ...]
+    changes: tuple[ChangeRow, ...]
+    wrong: tuple[ClassJudged, ...]
+    false_laws: tuple[ClassJudged, ...]
+
+    @property
+    def met(self) -> bool:
+        """Whether no figure is missed that enough cases judge."""
+        return all(figure.met is not False for figure in self.figures)
+
+
+def class_score(cases: Sequence[ClassJudged]) -> ClassScore:
+    """Score of cases judged by class, all of one kind.
+
+    Parameters
+    ----------
+    cases : sequence of ClassJudged
+        Every case of the check.
+
+    Returns
+    -------
+    ClassScore
+        What is reached beside what is wanted.
+    """
+    wrong = tuple(
+        case
+        for case in cases
+        if (is_clear(case) and case.outcome in (WRONG, TIE, FAILED)) or case.false_laws
+    )
+    return ClassScore(
+        figures=tuple(_figures(cases)),
+        confusion=tuple(_confusion(cases)),
+        changes=tuple(_changes(cases)),
+        wrong=wrong,
+        false_laws=tuple(case for case in cases if case.false_laws),
+    )
+
+
+def is_clear(case: ClassJudged) -> bool:
+    """Whether a case must be answered rightly: a gap of two floors, or nothing to name."""
+    return not case.has_class or case.label.gap_over_floor >= CLEAR_CLASS_GAP
+
+
+def _figures(cases: Sequence[ClassJudged]) -> list[Figure]:
+    kind = cases[0].label.kind
+    figures: list[Figure] = []
+    for stratum in STRATA:
+        figures += _stratum_figures(kind, stratum, cases)
+    nothing = [case for case in cases if case.label.family == NOTHING]
+    outside = [case for case in cases if case.label.family == OUTSIDE]
+    inside = [case for case in cases if case.has_class]
+
+    def figure(
+        name: str,
+        hits: Sequence[bool],
+        wanted: str = "",
+        is_met: Callable[[float, int], bool] | None = None,
+    ) -> Figure:
+        return share_figure(kind, name, hits, wanted, is_met)
+
+    false = [bool(case.answer or case.laws) for case in nothing]
+    named = [bool(case.laws) for case in outside]
+    false_laws = [bool(case.false_laws) for case in inside]
+    figures += [
+        figure("nothing missing: false class or law", false, "<= 3 %", lambda p, n: p <= 0.03),
+        figure("outside: law named", named, "<= 1 %", lambda p, n: p <= 0.01),
+        figure("outside: class named", [bool(case.answer) for case in outside]),
+        figure("law named, class wrong", false_laws, "<= 1 %", lambda p, n: p <= 0.01),
+    ]
+    hits = [hit for case in cases for hit in covered_parameters(case)]
+    for name, of in (("m and K1", True), ("textbook laws' parameters", False)):
+        inside_own = [hit.is_covered for hit in hits if hit.is_baseline is of]
+        figures.append(
+            figure(f"{name} inside their 95 % interval", inside_own, "90 to 99 %", is_nominal)
+        )
+    return figures + time_figures(kind, [case.verdict.seconds for case in cases])
+
+
+def _stratum_figures(kind: str, stratum: str, cases: Sequence[ClassJudged]) -> list[Figure]:
+    own = [case for case in cases if case.has_class and STRATUM[case.label.drive] == stratum]
+    if not own:
+        return []
+    clear = [case.outcome for case in own if is_clear(case)]
+    answered = [outcome for outcome in clear if outcome in (RIGHT, TIE, WRONG, FAILED)]
+    least, most = _WANTED.get(stratum, (None, None))
+    head = f"{stratum}, gap >= {CLEAR_CLASS_GAP:g}"
+    right = [outcome == RIGHT for outcome in answered]
+    quiet = [outcome in (ABSTAINED, SILENT) for outcome in clear]
+    figures = [
+        share_figure(kind, f"{head}: class right of those answered", right)
+        if least is None
+        else share_figure(
+            kind,
+            f"{head}: class right of those answered",
+            right,
+            f">= {100 * least:.0f} %",
+            lambda p, n: p >= least,
+        ),
+        share_figure(kind, f"{head}: class right of all", [o == RIGHT for o in clear]),
+        share_figure(kind, f"{head}: not answered", quiet)
+        if most is None
+        else share_figure(
+            kind,
+            f"{head}: not answered",
+            quiet,
+            f"<= {100 * most:.0f} %",
+            lambda p, n: p <= most,
+        ),
+    ]
+    for outcome in (WRONG, TIE, ABSTAINED, SILENT, FAILED):
+        figures.append(share_figure(kind, f"{head}: {outcome}", [o == outcome for o in clear]))
+    small = [case.outcome for case in own if not is_clear(case)]
+    below = f"{stratum}, gap < {CLEAR_CLASS_GAP:g}"
+    figures.append(share_figure(kind, f"{below}: right", [o == RIGHT for o in small]))
+    figures.append(share_figure(kind, f"{below}: wrong", [o in (WRONG, FAILED) for o in small]))
+    return figures
+
+
+def _confusion(cases: Sequence[ClassJudged]) -> list[ClassRow]:
+    clear = [case for case in cases if is_clear(case)]
+    rows = []
+    for name in sorted({case.truth for case in clear}):
+        own = [case for case in clear if case.truth == name]
+        right = sum(case.outcome == RIGHT for case in own)
+        answers = Counter(case.answered for case in own).most_common()
+        kind = own[0].label.kind
+        rows.append(ClassRow(kind, name, len(own), right, wilson(right, len(own)), tuple(answers)))
+    return rows
+
+
+def _changes(cases: Sequence[ClassJudged]) -> list[ChangeRow]:
+    """Clear cases of a single cause, by the change of its form."""
+    single = [
+        case for case in cases if case.has_class and len(case.label.effects) == 1 and is_clear(case)
+    ]
+    rows = []
+    for k, high in enumerate(CHANGES):
+        low = CHANGES[k - 1] if k else -1.0
+        name = "textbook" if k == 0 else f"{100 * low:.0f} to {100 * high:.0f} %"
+        own = [case for case in single if low < case.largest_change <= high]
+        rows.append(_change_row(name, own))
+    others = [case for case in single if not CAUSES[case.label.effects[0]].library]
+    return [*rows, _change_row("no law of the library", others)]
+
+
+def _change_row(name: str, cases: Sequence[ClassJudged]) -> ChangeRow:
+    right = sum(case.outcome == RIGHT for case in cases)
+    named = [case for case in cases if case.laws]
+    own = sum(set(case.laws) <= set(case.label.acceptable[0]) for case in named)
+    return ChangeRow(
+        name,
+        len(cases),
+        right,
+        wilson(right, len(cases)),
+        len(named),
+        own,
+        _median(_values(cases, "share")),
+        _median(_values(cases, "law_share")),
+    )
+
+
+def _values(cases: Sequence[ClassJudged], key: str) -> list[float]:
+    """A figure of the first class of every answer that has one."""
+    first = [(case.verdict.document.get("classes") or ({},))[0] for case in cases]
+    return [float(entry[key]) for entry in first if entry.get(key) is not None]
+
+
+def _median(values: Sequence[float]) -> float:
+    return float(np.median(values)) if values else float("nan")
