@@ -6,6 +6,7 @@ Wanted figures hold from two floors upwards; a stratum is a kind of drive.
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -230,8 +231,8 @@ def _change_row(name: str, cases: Sequence[ClassJudged]) -> ChangeRow:
 
 def _values(cases: Sequence[ClassJudged], key: str) -> list[float]:
     """A figure of the first class of every answer that has one."""
-    first = [(case.verdict.document.get("classes") or ({},))[0] for case in cases]
-    return [float(entry[key]) for entry in first if entry.get(key) is not None]
+    answers: list[Any] = [case.verdict.document.get("classes") or ({},) for case in cases]
+    return [float(entries[0][key]) for entries in answers if entries[0].get(key) is not None]
 
 
 def _median(values: Sequence[float]) -> float:

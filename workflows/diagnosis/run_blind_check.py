@@ -106,9 +106,8 @@ def main(
     with stages.stage("opening the labels"):
         labels = opened(sealed)
         by_class = cases_judged_by_class(labels, verdicts)
-        by_effect = judged_cases(
-            *({case: rows[case] for case in _by_effect(labels)} for rows in (labels, verdicts))
-        )
+        effect_labels = _by_effect(labels)
+        by_effect = judged_cases(effect_labels, {case: verdicts[case] for case in effect_labels})
         result = BlindCheck(
             score(by_effect) if by_effect else None,
             class_score(by_class) if by_class else None,
@@ -124,9 +123,9 @@ def main(
     return result
 
 
-def _by_effect(labels: Mapping[str, Label]) -> list[str]:
-    """Cases of the kinds that are judged by effect."""
-    return [case for case, label in labels.items() if label.kind not in CLASS_KINDS]
+def _by_effect(labels: Mapping[str, Label]) -> dict[str, Label]:
+    """Labels of the kinds that are judged by effect."""
+    return {case: label for case, label in labels.items() if label.kind not in CLASS_KINDS}
 
 
 def _processes(workers: int, scheduler: str | None) -> AbstractContextManager[Executor]:

@@ -1,4 +1,4 @@
-"""Records of the truth in the form of a measurement campaign; its words tell nothing of the truth."""
+"""Records of the truth as a measurement campaign; its words tell nothing of the truth."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.blind_check.labels import CasePlan
-from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel, InputSignal
 from carrierflex.identification.campaign.records import Run
 
 FloatArray = NDArray[np.float64]
@@ -51,11 +51,22 @@ def campaign_of(plan: CasePlan, records: Records) -> Campaign:
     )
     rig = {"drive": records.drive}
     settle = {"settle_samples": records.settle} if records.settle else {}
+    declared = () if records.drive == "free_decay" else (records.drive,)
+    inputs = tuple(InputSignal(name, _UNIT[name], gain_std=GAIN_STD) for name in declared)
     return Campaign(
         kind="element",
         name=plan.name,
         baseline=Baseline("model"),
         rig={**rig, **settle},
-        channels=(Channel(channel, quantity, _UNIT[quantity], noise_std=records.noise_std),),
+        channels=(
+            Channel(
+                channel,
+                quantity,
+                _UNIT[quantity],
+                noise_std=records.noise_std,
+                gain_std=GAIN_STD,
+            ),
+        ),
         runs=runs,
+        inputs=inputs,
     )

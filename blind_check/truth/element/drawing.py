@@ -250,7 +250,8 @@ def _drive_side(
     reference: Reference,
 ) -> DriveSide:
     largest = largest_value([reference.force])
-    side = DriveSide(name, *(parameters or (0.0,)), _PLAIN_FORM, largest, 1.0)
+    (parameter,) = parameters or (0.0,)
+    side = DriveSide(name, parameter, _PLAIN_FORM, largest, 1.0)
     own = side.added(reference.force)
     form = drawn_form(rng)
     added = replace(side, form=form).added(reference.force) - own

@@ -59,7 +59,8 @@ def true_parameters(
             values[library] = {"delay": float(element.delay)}
             continue
         law = next(laws)
-        own = _VALUES[name](*law.scale, law)
+        force, deflection, speed = (float(value) for value in law.scale)
+        own = _VALUES[name](force, deflection, speed, law)
         of_mass = {symbol for symbol in own if symbol not in ("gap", "tau", "v_s")}
         values[library] = {
             symbol: float(value / (per if symbol in of_mass else 1.0))

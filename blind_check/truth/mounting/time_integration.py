@@ -2,7 +2,8 @@
 
 Integrated by a fixed-step Runge-Kutta method, with every force at its own bushing.
 
-Radial forces beside the linear ones are those of :mod:`carrierflex.blind_check.truth.mounting.laws`;
+Radial forces beside the linear ones are those of
+:mod:`carrierflex.blind_check.truth.mounting.laws`;
 hardening springs are stacks of leaves: straight between steps of an eighth of the deflection's
 size. A main bearing that gives way is a spring and damper at its two coordinates.
 """
