@@ -72,5 +72,5 @@ bench: install-extras
 	$(BIN)/python -m benchmarks $(ONLY) $(if $(filter-out 0,$(QUICK)),--quick) --json $(OUT)/bench.json
 
 clean:
-	rm -rf .venv $(OUT) build *.egg-info .mypy_cache .ruff_cache .pytest_cache
+	rm -rf .venv $(OUT) build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find $(PACKAGES) tests benchmarks -name __pycache__ -prune -exec rm -rf {} +

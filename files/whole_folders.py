@@ -56,6 +56,20 @@ def unfinished_folder(folder: Path) -> Path:
     return new
 
 
+@contextmanager
+def scratch_folder(path: Path) -> Iterator[Path]:
+    """Folder for what is needed while `path` is written; removed when the block ends.
+
+    It stands beside `path`: what a killed process leaves of it goes with the next writing of
+    `path`, while the system's folder for temporary files is nobody's to clear.
+    """
+    folder = unfinished_folder(path)
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
 def taken_up(folder: Path) -> None:
     """Finish what killed processes began at `folder`.
 

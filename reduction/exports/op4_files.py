@@ -5,12 +5,12 @@ Matrices in OP4, assembly and punch files, and a text that says what they hold.
 
 from contextlib import ExitStack
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 from pyyeti.nastran import bulk, n2p
 
 from carrierflex.files.whole_files import whole_file
+from carrierflex.files.whole_folders import scratch_folder
 from carrierflex.reduction.exports.ordered_body import comments, header, ordered_body
 from carrierflex.reduction.reduced_model import ReducedModel
 
@@ -68,9 +68,10 @@ def write_op4(model: ReducedModel, path: Path) -> tuple[Path, ...]:
         # Four renames are not one step: what would stop one of them is looked for before the first.
         if file.is_dir():
             raise IsADirectoryError(f"{file}: is a folder; expected the name of a file")
-    with TemporaryDirectory() as folder, ExitStack() as stack:
+    with ExitStack() as stack:
+        folder = stack.enter_context(scratch_folder(files[0]))
         bulk.wtextseout(
-            str(Path(folder) / "body"),
+            str(folder / "body"),
             se=SUPERELEMENT,
             bset=np.arange(6 * len(grids)),
             uset=uset,
@@ -80,10 +81,10 @@ def write_op4(model: ReducedModel, path: Path) -> tuple[Path, ...]:
             baa=body.D,
         )
         targets = [stack.enter_context(whole_file(file)) for file in files]
-        targets[0].write_bytes((Path(folder) / "body.op4").read_bytes())
+        targets[0].write_bytes((folder / "body.op4").read_bytes())
         for target in targets[1:3]:
             # The first line names a temporary file; ours says what the body is.
-            text = (Path(folder) / f"body{target.suffix}").read_text().split("\n", 1)[1]
+            text = (folder / f"body{target.suffix}").read_text().split("\n", 1)[1]
             target.write_text("\n".join(comments("$", lines)) + "\n" + text, encoding="utf-8")
         targets[3].write_text("\n".join(lines) + "\n", encoding="utf-8")
     return files

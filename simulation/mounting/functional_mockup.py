@@ -11,7 +11,6 @@ import hashlib
 import shutil
 import subprocess
 import sys
-import tempfile
 import uuid
 import zipfile
 from collections.abc import Mapping
@@ -24,6 +23,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from carrierflex.files.whole_files import whole_file
+from carrierflex.files.whole_folders import scratch_folder
 from carrierflex.simulation.mounting.equations import mounting_blocks
 from carrierflex.simulation.mounting.parameters import INDEX, ParameterArray, check_parameters
 from carrierflex.simulation.mounting.propagators import propagator
@@ -226,8 +226,7 @@ def write_fmu(
     ).hexdigest()
     # The same matrices give the same identity, others another one.
     guid = "{" + str(uuid.UUID(digest[:32])) + "}"
-    with tempfile.TemporaryDirectory() as name, whole_file(path) as part:
-        folder = Path(name)
+    with whole_file(path) as part, scratch_folder(path) as folder:
         shutil.copyfile(_C_FILE, folder / _C_FILE.name)
         (folder / "linear_system.h").write_text(c_header(system, guid), encoding="ascii")
         with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:

@@ -4,6 +4,7 @@ Faces, surfaces, volumes, frames and units.
 """
 
 import math
+import re
 from dataclasses import replace
 
 import gmsh
@@ -265,3 +266,13 @@ def test_two_solids_are_refused(tmp_path, statements):
         gmsh.write(str(path))
     with pytest.raises(ValueError, match="holds 2 solids; expected one"):
         step_faces(path, CadFrame.of_the_file())
+
+
+def test_a_damaged_file_that_brings_opencascade_down_is_one_line(tmp_path, folder):
+    # Faces whose inner bounds are gone: read in this process, the tests would end here.
+    text = (folder / "carrier.step").read_text()
+    damaged, count = re.subn(r"#\d+ = FACE_BOUND\('',#\d+,\.F\.\);\n", "", text)
+    assert count > 0
+    (tmp_path / "a.step").write_text(damaged)
+    with pytest.raises(ValueError, match=r"a\.step: OpenCASCADE ended by SIGSEGV while reading"):
+        step_faces(tmp_path / "a.step", CadFrame.of_the_file())
