@@ -11,6 +11,7 @@ import signal
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -143,7 +144,7 @@ TEXTS = [
     "body .h5 bytes",
 ]
 #: Every reader has its share; the body is damaged in two ways.
-SHARE = max(1, round(int(os.environ.get("FUZZ_INPUTS", "2000")) / (len(TEXTS) + 1)))
+SHARE = ceil(int(os.environ.get("FUZZ_INPUTS", "2000")) / (len(TEXTS) + 1))
 SETTINGS = settings(
     max_examples=SHARE,
     deadline=None,
