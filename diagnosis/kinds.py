@@ -1,17 +1,28 @@
 """The comparison problem of a campaign, by its kind; a new kind joins this table."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.problem import carrier_problem
-from carrierflex.diagnosis.comparison.problem import ComparisonProblem
+from carrierflex.diagnosis.carrier.problem import CarrierProblem, carrier_problem
+from carrierflex.diagnosis.carrier.wiring import carrier_predictions, carrier_rivals
+from carrierflex.diagnosis.comparison.problem import ComparisonProblem, FloatArray
 from carrierflex.diagnosis.element.prediction import element_beside_prediction
-from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.element.problem import ElementProblem, element_problem
+from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.mounting.prediction import mounting_beside_prediction
-from carrierflex.diagnosis.mounting.problem import mounting_problem
+from carrierflex.diagnosis.mounting.problem import MountingProblem, mounting_problem
+from carrierflex.diagnosis.mounting.wiring import mounting_predictions, mounting_rivals
+from carrierflex.diagnosis.wiring.rivals import (
+    TORQUE_SIGN,
+    PredictedRecord,
+    WiringChecks,
+    WiringRival,
+)
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign_check.campaign_warning import sample_of
 
 Curves = Mapping[str, DeflectionCurve]
 
@@ -85,3 +96,63 @@ PROBLEM_BUILDERS: dict[str, Callable[[Campaign, Curves | None], tuple[Comparison
     "element": _element,
     "mounting": _mounting,
 }
+
+
+def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
+    """What can be tried of a campaign's wiring, by its kind.
+
+    Parameters
+    ----------
+    problem : ComparisonProblem
+        Problem of the campaign.
+    campaign : Campaign
+        Measured runs.
+
+    Returns
+    -------
+    WiringChecks
+        Rivals, and records beside their prediction.
+    """
+    if isinstance(problem, CarrierProblem):
+        carrier = problem
+        return WiringChecks(
+            lambda: carrier_rivals(carrier), lambda theta: carrier_predictions(carrier)
+        )
+    if isinstance(problem, MountingProblem):
+        mounting = problem
+        return WiringChecks(
+            lambda: mounting_rivals(mounting), lambda theta: mounting_predictions(mounting, theta)
+        )
+    if isinstance(problem, ElementProblem) and campaign.baseline.source == "model":
+        element = problem
+        return WiringChecks(
+            lambda: _element_rivals(campaign), lambda theta: _element_predictions(element, theta)
+        )
+    return WiringChecks(lambda: (), lambda theta: ())
+
+
+def _element_rivals(campaign: Campaign) -> tuple[WiringRival, ...]:
+    """Baseline refitted with the drive of the other sign."""
+    name = next(iter(campaign.contract.inputs))
+    runs = tuple(
+        replace(run, inputs={**run.inputs, name: -run.inputs[name]}) for run in campaign.runs
+    )
+    problem = element_problem(replace(campaign, runs=runs))
+    fit = fit_effects(problem, ())
+    left = float(fit.sums.square.sum() / problem.cell_counts.sum())
+    place = sample_of(campaign.runs[0].file, 0)
+    rival = WiringRival(TORQUE_SIGN, name, f"'{name}' of the other sign", left, place)
+    return (rival,) if np.isfinite(left) else ()
+
+
+def _element_predictions(problem: ElementProblem, theta: FloatArray) -> tuple[PredictedRecord, ...]:
+    """Every run beside its fitted baseline; NaN where samples do not count."""
+    return tuple(
+        PredictedRecord(
+            record.name,
+            np.asarray(record.step * np.arange(record.response.size), dtype=np.float64),
+            np.where(record.block >= 0, record.response, np.nan)[:, None],
+            problem.model.predicted(record, (), theta)[:, None],
+        )
+        for record in problem.records
+    )

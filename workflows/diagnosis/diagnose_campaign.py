@@ -5,14 +5,14 @@ excludes one, a negative control that does not shrink the gap, and a remaining g
 floor; "none of these" and "not diagnosable" are answers too.
 """
 
-from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
+from carrierflex.diagnosis.baseline_check import checked_baseline, with_findings
 from carrierflex.diagnosis.diagnose import diagnose
-from carrierflex.diagnosis.kinds import problem_of
+from carrierflex.diagnosis.kinds import problem_of, wiring_of
 from carrierflex.diagnosis.report.diagnosis_files import (
     DIAGNOSIS_FILE,
     write_diagnosis,
@@ -74,7 +74,8 @@ def _diagnosed(campaign: Path, out: Path, stages: Stages, *, report: bool) -> Di
     for note in measured.notes:
         stages.tell(note)
     with stages.stage("signals and noise floor"):
-        problem, floor_is_measured = problem_of(without_copies(measured), curves)
+        distinct = without_copies(measured)
+        problem, floor_is_measured = problem_of(distinct, curves)
     prepared_folder(out)
     with stages.stage("which effect, and how far"):
         diagnosis = diagnose(
@@ -84,7 +85,9 @@ def _diagnosed(campaign: Path, out: Path, stages: Stages, *, report: bool) -> Di
             floor_is_measured=floor_is_measured,
             note=stages.note,
         )
-        diagnosis = replace(diagnosis, warnings=warnings)
+        diagnosis = with_findings(
+            diagnosis, warnings, checked_baseline(problem, distinct, wiring_of(problem, distinct))
+        )
     with stages.stage(f"writing {out / (REPORT_FILE if report else DIAGNOSIS_FILE)}"):
         write_diagnosis(out / DIAGNOSIS_FILE, diagnosis)
         if not report:

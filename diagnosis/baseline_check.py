@@ -1,0 +1,189 @@
+"""Findings about a campaign that need the baseline: fitted, and refitted with the wiring put right.
+
+Where an error of wiring or sign explains as much of the gap as a named effect, the verdict is
+"aliased" and says so: the wiring is checked first.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from carrierflex.diagnosis.comparison.effect_names import plain_name
+from carrierflex.diagnosis.comparison.problem import BASELINE, ComparisonProblem
+from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects
+from carrierflex.diagnosis.inference.results import (
+    ALIASED,
+    CLASS_NAMED,
+    NAMED,
+    NAMED_WITH_REMAINDER,
+)
+from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.diagnosis.wiring.clock import drifting_clocks
+from carrierflex.diagnosis.wiring.rivals import UNIT, WiringChecks, WiringRival
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, key_of
+
+#: Mean square of the gap over the floor from which wiring is looked at.
+_GAP = 1.2
+#: Share of the gap above the floor that a wiring must explain to be told.
+_TOLD = 0.5
+#: Share by which it may explain less than what is named and still be as good.
+_AS_GOOD = 0.03
+#: RMS of the gap over the declared noise below which that is too large.
+_QUIETER = 0.5
+#: Distance from a bound in scales of the parameter that is on it.
+_ON_BOUND = 1e-6
+_NAMING = (NAMED, NAMED_WITH_REMAINDER, ALIASED, CLASS_NAMED)
+
+
+@dataclass(frozen=True, eq=False)
+class BaselineCheck:
+    """Findings with the baseline, and rivals of what is named with the share that they explain."""
+
+    warnings: tuple[CampaignWarning, ...]
+    rivals: tuple[tuple[WiringRival, float], ...]
+
+
+def checked_baseline(
+    problem: ComparisonProblem, campaign: Campaign, wiring: WiringChecks
+) -> BaselineCheck:
+    """Fit the baseline, and again with the wiring put right where there is a gap.
+
+    Parameters
+    ----------
+    problem : ComparisonProblem
+        Problem of the campaign.
+    campaign : Campaign
+        Measured runs.
+    wiring : WiringChecks
+        What can be tried of its wiring, :func:`carrierflex.diagnosis.kinds.wiring_of`.
+
+    Returns
+    -------
+    BaselineCheck
+        Checks ``wiring``, ``bound`` and ``declared_noise``.
+    """
+    fit = fit_effects(problem, ())
+    before = float(fit.sums.square.sum() / problem.cell_counts.sum())
+    floor = float(problem.noise_square.sum() / problem.cell_counts.sum())
+    warnings = [*_at_bounds(fit), *_quiet(campaign, before, floor)]
+    if before <= _GAP * floor:
+        return BaselineCheck(tuple(warnings), ())
+    files = [run.file for run in campaign.runs]
+    tried = [
+        *wiring.rivals(),
+        *(drifting_clocks(wiring.predictions(fit.theta), files) if np.isfinite(before) else ()),
+    ]
+    # A baseline that runs away is explained in full by a wiring with which it does not.
+    shares = [
+        (rival, (before - rival.mean_square) / (before - floor) if np.isfinite(before) else 1.0)
+        for rival in tried
+    ]
+    rivals = tuple((rival, share) for rival, share in shares if share >= _TOLD)
+    warnings += [_wiring_warning(rival, share) for rival, share in rivals]
+    return BaselineCheck(tuple(warnings), rivals)
+
+
+def with_findings(
+    diagnosis: Diagnosis, records: tuple[CampaignWarning, ...], baseline: BaselineCheck
+) -> Diagnosis:
+    """Diagnosis with the findings, and "aliased" where a wiring is as good as what is named.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        Result of the inference.
+    records : tuple of CampaignWarning
+        Findings of the records.
+    baseline : BaselineCheck
+        Findings with the baseline.
+
+    Returns
+    -------
+    Diagnosis
+        Copy with its findings.
+    """
+    diagnosis = replace(diagnosis, warnings=(*records, *baseline.warnings))
+    reduction = diagnosis.reduction
+    if diagnosis.verdict not in _NAMING or reduction is None:
+        return diagnosis
+    as_good = {
+        rival.id: f"{rival.text} explains {share:.0%} of the gap"
+        for rival, share in baseline.rivals
+        if share >= min(reduction.phi, 1.0) - _AS_GOOD
+    }
+    wrong_unit = next((warning.text for warning in records if warning.check == "unit"), None)
+    if wrong_unit is not None:
+        as_good[UNIT] = wrong_unit
+    if not as_good:
+        return diagnosis
+    which = diagnosis.attribution
+    aliases = (*which.aliases, (*which.effects, *as_good))
+    text = f"check the wiring first: {'; '.join(as_good.values())}; otherwise {diagnosis.reason}"
+    return replace(
+        diagnosis,
+        verdict=ALIASED,
+        reason=text,
+        attribution=replace(which, aliases=aliases),
+    )
+
+
+def _wiring_warning(rival: WiringRival, share: float) -> CampaignWarning:
+    return CampaignWarning(
+        "wiring",
+        rival.about,
+        f"with {rival.text} the baseline alone explains {share:.0%} of the gap above the floor",
+        f"check the wiring first ({rival.id.removeprefix('wiring/').replace('_', ' ')})",
+        share,
+        rival.line,
+    )
+
+
+def _at_bounds(fit: EffectFit) -> Iterator[CampaignWarning]:
+    """Parameters of the baseline on a bound.
+
+    A mass, a stiffness or a damping of zero is physical; nothing but zeros is not.
+    """
+    of_rig = [k for k, p in enumerate(fit.parameters) if p.effect == BASELINE and p.lower == 0.0]
+    nothing = bool(of_rig) and all(_is_at_bound(fit, k) for k in of_rig)
+    for k, parameter in enumerate(fit.parameters):
+        of_baseline = parameter.effect == BASELINE
+        if parameter.shape or (of_baseline and not (nothing and k in of_rig)):
+            continue
+        if _is_at_bound(fit, k):
+            owner = "baseline" if of_baseline else plain_name(parameter.effect)
+            yield CampaignWarning(
+                "bound",
+                parameter.name,
+                f"{parameter.name} of the {owner} stands at its bound, {fit.theta[k]:.4g} "
+                f"{parameter.unit}",
+                "no physical value fits: check the signs of loads and sensors, units, and what the "
+                "baseline contains",
+                float(fit.theta[k]),
+                key_of("[baseline]", "effects"),
+            )
+
+
+def _is_at_bound(fit: EffectFit, k: int) -> bool:
+    parameter, value = fit.parameters[k], float(fit.theta[k])
+    if parameter.lower >= parameter.upper:
+        return False
+    near = _ON_BOUND * parameter.scale
+    return value <= parameter.lower + near or value >= parameter.upper - near
+
+
+def _quiet(campaign: Campaign, before: float, floor: float) -> Iterator[CampaignWarning]:
+    """Declared noise that is larger than all that the baseline leaves."""
+    declared = all(channel.noise_std is not None for channel in campaign.channels)
+    if declared and before < _QUIETER**2 * floor:
+        ratio = float(np.sqrt(before / floor))
+        yield CampaignWarning(
+            "declared_noise",
+            ", ".join(channel.name for channel in campaign.channels),
+            f"the whole gap of the baseline is {ratio:.2f} of the declared noise",
+            "leave noise_std out, or take it from repeats or from a record at rest: a floor that "
+            "is too high hides every effect",
+            ratio,
+            key_of("[[channels]]", "noise_std"),
+        )

@@ -1,0 +1,155 @@
+"""Errors of the wiring of a mounting as rivals: loads of the other sign, sensors exchanged.
+
+The baseline is linear in its loads: its answers to each load alone, with the nominal bushings, tell
+which sign and which order of the sensors fits; only those are refitted.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from carrierflex.diagnosis.inference.effect_fit import fit_effects
+from carrierflex.diagnosis.mounting.problem import MountingProblem
+from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.diagnosis.wiring.rivals import (
+    SENSOR_ORDER,
+    TORQUE_SIGN,
+    PredictedRecord,
+    WiringRival,
+)
+from carrierflex.identification.campaign_check.campaign_warning import key_of
+
+FloatArray = NDArray[np.float64]
+
+_LOADS = ("torque", "ntl_y", "ntl_z")
+#: Factor of the answer to a load below which its sign is wrong.
+_TURNED = -0.2
+#: Square that an exchange of sensors must leave of what the stated order leaves.
+_EXCHANGED = 0.5
+
+
+def mounting_rivals(problem: MountingProblem) -> tuple[WiringRival, ...]:
+    """Baseline refitted with what looks turned or exchanged put right.
+
+    Parameters
+    ----------
+    problem : MountingProblem
+        Campaign whose baseline is the model.
+
+    Returns
+    -------
+    tuple of WiringRival
+        Empty where nothing looks wrong, or the baseline is another simulator's.
+    """
+    if problem.model.held:
+        return ()
+    rivals = []
+    answers = [_answers(problem, record) for record in problem.records]
+    measured = np.concatenate([record.measured for record in problem.records])
+    predicted = np.concatenate(answers, axis=1)
+    factors = _factors(measured, predicted)
+    turned = [name for name, factor in zip(_LOADS, factors, strict=True) if factor < _TURNED]
+    if turned:
+        records = tuple(_with_loads(record, turned) for record in problem.records)
+        left = _refitted(replace(problem, records=records))
+        text = f"{', '.join(turned)} of the other sign"
+        rivals.append(WiringRival(TORQUE_SIGN, ", ".join(turned), text, left, "run files"))
+    # Exchanged sensors may look like a load of the other sign: both are tried.
+    signs = np.where(factors < _TURNED, -1.0, 1.0)
+    for sign in [np.ones(len(_LOADS))] + ([signs] if turned else []):
+        order = _order(measured, np.einsum("l,lnc->nc", sign, predicted))
+        if order is not None:
+            rivals.append(_exchanged(problem, order, turned if sign is signs else []))
+    return tuple(rivals)
+
+
+def _exchanged(
+    problem: MountingProblem, order: Sequence[int], turned: Sequence[str]
+) -> WiringRival:
+    """Baseline refitted with the sensors in another order and loads of the other sign."""
+    names = problem.model.channels
+    records = tuple(
+        replace(_with_loads(record, turned), measured=record.measured[:, order])
+        for record in problem.records
+    )
+    moved = [(signal, k) for k, signal in enumerate(order) if signal != k]
+    text = ", ".join(f"{names[signal]} as {names[k]}" for signal, k in moved)
+    about = ", ".join(names[k] for _, k in moved)
+    also = f" and {', '.join(turned)} of the other sign" if turned else ""
+    left = _refitted(replace(problem, records=records))
+    line = key_of("[[channels]]", "sensor")
+    return WiringRival(SENSOR_ORDER, about, f"the signal of {text}{also}", left, line)
+
+
+def mounting_predictions(
+    problem: MountingProblem, theta: FloatArray
+) -> tuple[PredictedRecord, ...]:
+    """Every run beside a fitted baseline."""
+    choice = problem.choice(())
+    return tuple(
+        PredictedRecord(
+            record.name,
+            record.inputs.time,
+            record.measured,
+            problem.model.predicted(record, (), theta, choice),
+        )
+        for record in problem.records
+    )
+
+
+def _nominal(problem: MountingProblem) -> FloatArray:
+    """Nominal bushings, contained effects off."""
+    rig = problem.model.rig
+    nominal = {"K1": rig.bushing_radial_stiffness, "C1": rig.bushing_radial_damping}
+    parameters = problem.parameters(())
+    return np.array([nominal.get(p.name, max(p.lower, min(p.upper, 0.0))) for p in parameters])
+
+
+def _answers(problem: MountingProblem, record: MountingRecord) -> FloatArray:
+    """Signals under each load alone, shape (3, n, n_channels)."""
+    theta, choice = _nominal(problem), problem.choice(())
+    still = np.zeros_like(record.inputs.torque)
+    rows = []
+    for name in _LOADS:
+        others = {other: still for other in _LOADS if other != name}
+        alone = replace(record, inputs=replace(record.inputs, **others))
+        rows.append(problem.model.predicted(alone, (), theta, choice))
+    return np.array(rows)
+
+
+def _factors(measured: FloatArray, predicted: FloatArray) -> FloatArray:
+    """Factor of the answer to every load by least squares; one where a load does not act."""
+    known = np.isfinite(measured).all(axis=1)
+    columns = predicted[:, known].reshape(len(_LOADS), -1)
+    acts = np.abs(columns).max(axis=1) > 0.0
+    factors = np.ones(len(_LOADS))
+    if acts.any() and np.isfinite(columns).all():
+        factors[acts] = np.linalg.lstsq(columns[acts].T, measured[known].ravel(), rcond=None)[0]
+    return factors
+
+
+def _order(measured: FloatArray, predicted: FloatArray) -> Sequence[int] | None:
+    """Signal for every place where another order fits far better; None otherwise."""
+    known = np.isfinite(measured).all(axis=1)
+    signals, places = measured[known].T, predicted[known].T
+    if not np.isfinite(places).all():
+        return None
+    square = ((places[:, None] - signals[None]) ** 2).sum(axis=2)
+    _, order = linear_sum_assignment(square)
+    best = float(square[np.arange(len(order)), order].sum())
+    same = float(np.trace(square))
+    moved = order != np.arange(len(order))
+    return order.tolist() if moved.any() and best < _EXCHANGED * same else None
+
+
+def _with_loads(record: MountingRecord, turned: Sequence[str]) -> MountingRecord:
+    values = {name: -getattr(record.inputs, name) for name in turned}
+    return replace(record, inputs=replace(record.inputs, **values))
+
+
+def _refitted(problem: MountingProblem) -> float:
+    fit = fit_effects(problem, ())
+    return float(fit.sums.square.sum() / problem.cell_counts.sum())

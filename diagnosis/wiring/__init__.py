@@ -1,0 +1,1 @@
+"""Errors of wiring, sign and clock as rivals of what the library names."""

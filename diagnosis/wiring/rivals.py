@@ -1,0 +1,67 @@
+"""An error of the measurement as an explanation of the gap, and records beside their prediction."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+TORQUE_SIGN = "wiring/torque_sign"
+SENSOR_ORDER = "wiring/sensor_order"
+ANGLE_DIRECTION = "wiring/angle_direction"
+CLOCK = "wiring/clock"
+UNIT = "wiring/unit"
+
+
+@dataclass(frozen=True)
+class WiringRival:
+    """The baseline refitted to a campaign whose wiring is corrected.
+
+    Parameters
+    ----------
+    id : str
+        One of the ids above.
+    about : str
+        Input, channels or run that it is about.
+    text : str
+        What is corrected: ``the torque of the other sign``.
+    mean_square : float
+        Mean square that the refitted baseline leaves over all records.
+    line : str
+        File or key that it is about.
+    """
+
+    id: str
+    about: str
+    text: str
+    mean_square: float
+    line: str
+
+
+@dataclass(frozen=True, eq=False)
+class PredictedRecord:
+    """Signals of one run and what the baseline predicts, shape (n, n_channels); NaN: missing."""
+
+    run: str
+    time: FloatArray
+    measured: FloatArray
+    predicted: FloatArray
+
+
+@dataclass(frozen=True)
+class WiringChecks:
+    """What can be tried of a campaign's wiring.
+
+    Parameters
+    ----------
+    rivals : callable
+        ``() -> tuple of WiringRival``.
+    predictions : callable
+        ``(theta) -> tuple of PredictedRecord``, with the fitted parameters of the baseline; empty
+        where the baseline is not the model's.
+    """
+
+    rivals: Callable[[], tuple[WiringRival, ...]]
+    predictions: Callable[[FloatArray], tuple[PredictedRecord, ...]]

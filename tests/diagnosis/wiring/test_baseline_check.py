@@ -1,0 +1,131 @@
+"""Errors of wiring and sign are found as rivals, and the verdict says to check the wiring first."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from carrierflex.diagnosis.baseline_check import checked_baseline, with_findings
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.kinds import problem_of, wiring_of
+from carrierflex.identification.campaign.campaign import Baseline
+from tests.diagnosis.element.element_campaigns import displacement_campaign
+from tests.identification.campaign_check.faulty_campaigns import changed, faultless, with_channels
+from tests.identification.synthetic_campaigns import TRUTH, carrier_campaign, run_case
+from tests.simulation.synthetic_curves import curve_set
+
+CONTAINED = ("axial_offset", "housing_tilt", "carrier_tilt", "stiff_pins", "flexible_pins")
+
+
+@cache
+def explained_carrier():
+    """Two runs that the baseline explains to the noise."""
+    half = run_case("LC2", replace(TRUTH, d_x=6e-5), torque=180e3, condition="50 %")
+    campaign = carrier_campaign([run_case("LC1"), half])
+    return replace(campaign, baseline=Baseline("model", CONTAINED))
+
+
+def explained(kind):
+    """Campaign of a kind that its baseline explains to the noise."""
+    if kind == "driven":
+        return displacement_campaign(lambda q, v: 0.0 * q)
+    return explained_carrier() if kind == "carrier" else faultless(kind)
+
+
+def checked(campaign):
+    curves = curve_set() if campaign.kind == "carrier" else None
+    problem, _ = problem_of(campaign, curves)
+    return checked_baseline(problem, campaign, wiring_of(problem, campaign))
+
+
+def rivals(campaign):
+    """Share that each rival explains, by its id."""
+    return {rival.id: share for rival, share in checked(campaign).rivals}
+
+
+def exchanged(campaign, first, second):
+    def of(run):
+        signals = {**run.signals, first: run.signals[second], second: run.signals[first]}
+        return replace(run, signals=signals)
+
+    return replace(campaign, runs=tuple(of(run) for run in campaign.runs))
+
+
+def negative(values):
+    return -values
+
+
+@pytest.mark.parametrize("kind", ["carrier", "mounting", "element", "driven"])
+def test_a_campaign_without_a_fault_has_no_rival(kind):
+    campaign = explained(kind)
+    assert rivals(campaign) == {}
+
+
+@pytest.mark.parametrize(
+    ("kind", "column", "rival"),
+    [
+        ("carrier", "torque", "wiring/torque_sign"),
+        ("carrier", "carrier_angle", "wiring/angle_direction"),
+        ("mounting", "torque", "wiring/torque_sign"),
+        ("mounting", "ntl_z", "wiring/torque_sign"),
+        ("element", "force", "wiring/torque_sign"),
+        ("driven", "displacement", "wiring/torque_sign"),
+    ],
+)
+def test_a_turned_sign_explains_the_gap(kind, column, rival):
+    campaign = explained(kind)
+    assert rivals(changed(campaign, column, negative))[rival] > 0.95
+
+
+EXCHANGED = [("carrier", ("s047", "s137")), ("mounting", ("ssz", "spz"))]
+
+
+@pytest.mark.parametrize(("kind", "pair"), EXCHANGED)
+def test_exchanged_sensors_explain_the_gap(kind, pair):
+    campaign = explained(kind)
+    wrong = checked(exchanged(campaign, *pair))
+    found = {rival.id: (rival.about, share) for rival, share in wrong.rivals}
+    about, share = found["wiring/sensor_order"]
+    assert set(about.split(", ")) == set(pair)
+    assert share > 0.95
+
+
+@pytest.mark.parametrize("kind", ["carrier", "element"])
+def test_a_clock_that_drifts_in_one_file_explains_the_gap(kind):
+    campaign = explained(kind)
+    late = campaign.runs[-1]
+    delay = {"carrier": 0.05, "element": 0.005}[kind] * late.time / late.time[-1]
+    signals = {
+        name: np.interp(late.time - delay, late.time, values)
+        for name, values in late.signals.items()
+    }
+    runs = (*campaign.runs[:-1], replace(late, signals=signals))
+    wrong = checked(replace(campaign, runs=runs))
+    found = {rival.about: share for rival, share in wrong.rivals if rival.id == "wiring/clock"}
+    assert found[late.name] > 0.8
+
+
+def test_a_parameter_of_the_baseline_on_its_bound_is_told():
+    found = checked(changed(explained_carrier(), "torque", negative)).warnings
+    assert {"rho_s", "rho_f"} & {warning.about for warning in found if warning.check == "bound"}
+
+
+def test_declared_noise_above_the_whole_gap_is_told():
+    campaign = faultless("element")
+    loud = with_channels(campaign, noise_std=10.0 * campaign.channels[0].noise_std)
+    assert [warning.check for warning in checked(loud).warnings] == ["declared_noise"]
+
+
+def test_the_verdict_says_to_check_the_wiring_first():
+    campaign = changed(explained_carrier(), "torque", negative)
+    problem, _ = problem_of(campaign, curve_set())
+    found = diagnose(problem, campaign="twin", kind="carrier")
+    baseline = checked_baseline(problem, campaign, wiring_of(problem, campaign))
+    told = with_findings(found, (), baseline)
+    # Without the rival an effect of the library would be named.
+    assert found.attribution.effects
+    assert told.verdict == "aliased"
+    assert "check the wiring first" in told.reason
+    assert "wiring/torque_sign" in told.attribution.aliases[-1]
+    assert any(warning.check == "wiring" for warning in told.warnings)
