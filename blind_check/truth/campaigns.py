@@ -42,8 +42,19 @@ def write_case(plan: CasePlan, folder: Path, *, repeat: int = 0) -> Label:
     ValueError
         Where the kind has no truth, or the folder holds something that is not a campaign.
     """
-    if plan.kind not in _MAKERS:
-        raise ValueError(f"kind is '{plan.kind}'; expected one of {', '.join(_MAKERS)}")
-    campaign, label = _MAKERS[plan.kind](plan, repeat)
+    campaign, label = case_campaign(plan, repeat=repeat)
     write_campaign(campaign, folder, simulated=True)
     return label
+
+
+def case_campaign(plan: CasePlan, *, repeat: int = 0) -> tuple[Campaign, Label]:
+    """Campaign and label of one case; the arguments are those of :func:`write_case`.
+
+    Raises
+    ------
+    ValueError
+        Where the kind has no truth.
+    """
+    if plan.kind not in _MAKERS:
+        raise ValueError(f"kind is '{plan.kind}'; expected one of {', '.join(_MAKERS)}")
+    return _MAKERS[plan.kind](plan, repeat)

@@ -100,7 +100,8 @@ class MountingModel:
                 K,
                 effect=BASELINE,
             ),
-            Parameter("C1", "N s/m", 0.0, PARAMETERS[INDEX["C1"]].upper, C, effect=BASELINE),
+            # Half of what the simulator takes: differences step beyond a bound.
+            Parameter("C1", "N s/m", 0.0, 0.5 * PARAMETERS[INDEX["C1"]].upper, C, effect=BASELINE),
         ]
         own = [self.known.prior(parameter, parameter.name) for parameter in own]
         if self.held:

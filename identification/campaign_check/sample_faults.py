@@ -28,8 +28,9 @@ _STUCK = 6
 _FAR = 15.0
 #: Quantisation step over the noise: its error has 0.29 of the step, from here on half a floor.
 _COARSE = 1.5
-#: A distance below this share of the signal's range is no outlier.
-_OF_RANGE = 0.03
+#: A distance below this share of the signal's range is no outlier; of an element driven by its
+#: displacement the second one counts.
+_OF_RANGE, _OF_RANGE_DRIVEN = 0.03, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,8 +187,10 @@ def _outliers(signal: _Signal) -> Iterator[CampaignWarning]:
     scale = np.maximum(
         float(np.median(distance[known])), _local_median(np.where(known, distance, 0.0))
     )
+    # Friction jumps by a part of what a driven element answers, a spike by more.
+    of_range = _OF_RANGE_DRIVEN if signal.turns.any() else _OF_RANGE
     least = max(
-        _OF_RANGE * float(np.ptp(np.quantile(values[np.isfinite(values)], (0.01, 0.99)))),
+        of_range * float(np.ptp(np.quantile(values[np.isfinite(values)], (0.01, 0.99)))),
         4.0 * (signal.channel.noise_std or 0.0),
         3.0 * quantisation_step(values),
     )
