@@ -101,10 +101,13 @@ def _follow(answer: ClassAnswer, reduction: GapReduction) -> bool:
 
 
 def _covered(laws: Effects, answer: ClassAnswer) -> tuple[str, ...] | None:
-    """Classes of the answer, or of a tie, each of which holds one law and every law in one."""
+    """Classes of the answer, or of a tie, each of which holds one law and every law in one.
+
+    Also the answer with the class that learns some of what it leaves.
+    """
     if not laws:
         return None
-    for classes in (answer.ids, *answer.ties):
+    for classes in (answer.ids, *answer.ties, (*answer.ids, *answer.learnt_by)):
         if _covers(laws, classes, answer):
             return classes
     return None
@@ -124,15 +127,31 @@ def _covers(laws: Effects, classes: Sequence[str], answer: ClassAnswer) -> bool:
 
 
 def _with_named_laws(answer: ClassAnswer, classes: tuple[str, ...], laws: Effects) -> ClassAnswer:
-    """Answer whose laws are those that are named."""
-    if set(classes) != set(answer.ids):
-        return answer
+    """Answer of the classes whose laws are named.
+
+    Those that a tie put in question, or a second one that the laws show beside the first.
+    """
+    known = {finding.id: finding for finding in answer.classes}
     findings = []
-    for finding in answer.classes:
-        held = [law for law in laws if finding.id in answer.classes_of_law.get(law, ())]
-        law = finding.law if finding.law in held or not held else held[0]
-        findings.append(replace(finding, law=law, law_named=True))
-    return replace(answer, classes=tuple(findings))
+    for name in classes:
+        held = [law for law in laws if name in answer.classes_of_law.get(law, ())]
+        found = known.get(name) or _of_named_law(
+            answer, name, held[0], is_second=bool(known.keys() & set(classes))
+        )
+        law = found.law if found.law in held or not held else held[0]
+        findings.append(replace(found, law=law, law_named=True))
+    ties = answer.ties
+    if set(classes) in [set(tied) for tied in answer.ties]:
+        ties = (answer.ids, *(tied for tied in answer.ties if set(tied) != set(classes)))
+    return replace(answer, classes=tuple(findings), ties=ties)
+
+
+def _of_named_law(answer: ClassAnswer, name: str, law: str, *, is_second: bool) -> ClassFinding:
+    """Class that the comparison of classes alone did not name."""
+    share = answer.beyond_learnable if is_second else answer.share
+    return ClassFinding(
+        name, share, (0.0, 1.0) if is_second else answer.share_ci95, law, share, True
+    )
 
 
 def _without_class(

@@ -40,7 +40,11 @@ class ClassConstants:
         What a class leaves is never taken as less than the first share of the floor, and the second
         is added: a floor is known to 5 % at best, and ratios of less would be ratios of its error.
     least_gain : float
-        Share of the gap that a second class must gain: less is an error in the form of the first.
+        Share of the gap that a richer answer must gain to be worth a word.
+    second_cause : float
+        Share of the gap that a second class must gain to be a cause beside the first: less than a
+        sixth of the gap's amplitude is what the first class has in second order (the servo axis of
+        EMPS, whose friction is known, gains 0.020 by a delay).
     gain_of_left : float
         Share of what the first answer leaves that a richer one must take.
     separable_from_drive : float
@@ -74,6 +78,7 @@ class ClassConstants:
     least_left: float = 0.02
     floor_error: float = 0.05
     least_gain: float = 0.01
+    second_cause: float = 0.025
     gain_of_left: float = 0.5
     separable_from_drive: float = 0.3
     law_named: float = 0.01

@@ -71,12 +71,14 @@ def decide(
         return Decision(NOTHING, (), (), scores.of(()), best_pair)
     answer, ties = _single_or_pair(shares, singles, pairs, best)
     surface = scores.table.surface
-    coupled = bool(surface) and shares.is_clear_gain(scores.of((surface,)), scores.of(answer))
+    limits = scores.constants
+    coupled = bool(surface) and shares.is_clear_gain(
+        scores.of((surface,)), scores.of(answer), limits.least_gain
+    )
     if coupled:
         answer, ties = (surface,), ()
     held = scores.of(answer)
     share = shares.of(held)
-    limits = scores.constants
     if share >= limits.named_share:
         state = NAMED_CLASS
     elif share >= limits.leading_share:
@@ -114,7 +116,7 @@ def _single_or_pair(
         (name,) for name, other in singles.items() if name != best and shares.are_equal(other, held)
     )
     pair = _best_pair(shares, pairs, best)
-    if not shares.is_clear_gain(pairs[pair], held):
+    if not shares.is_clear_gain(pairs[pair], held, shares.constants.second_cause):
         return (best,), tied
     equal = [
         other

@@ -93,9 +93,11 @@ class Shares:
             and difference <= self.constants.standard_errors * error
         )
 
-    def is_clear_gain(self, better: HeldOutSquares, worse: HeldOutSquares) -> bool:
+    def is_clear_gain(
+        self, better: HeldOutSquares, worse: HeldOutSquares, least_gain: float
+    ) -> bool:
         """Whether a richer result gains enough over a simpler one to take its place."""
         limits = self.constants
         gain = self.gain(better, worse)
-        least = max(limits.standard_errors * self.gain_error(better, worse), limits.least_gain)
+        least = max(limits.standard_errors * self.gain_error(better, worse), least_gain)
         return gain > least and gain * self.gap >= limits.gain_of_left * self.left(worse)

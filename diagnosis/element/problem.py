@@ -32,6 +32,7 @@ from carrierflex.diagnosis.comparison.problem import (
 from carrierflex.diagnosis.comparison.user_laws import force_library
 from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, KIND, NEGATIVE_CONTROLS
 from carrierflex.diagnosis.element.classes.answer import element_class_answer
+from carrierflex.diagnosis.element.classes.floor import believable_noise
 from carrierflex.diagnosis.element.experiments import element_experiments
 from carrierflex.diagnosis.element.gap_findings import element_findings, element_scalars
 from carrierflex.diagnosis.element.gap_map import element_gap_cells
@@ -71,6 +72,8 @@ class ElementProblem:
         Name of the channel.
     noise_is_declared : bool
         Whether the campaign declares it, so that the scatter of repeats can be held against it.
+    noise_note : str
+        What the records cannot say of their noise; empty where the floor is known.
     """
 
     model: ElementModel
@@ -79,6 +82,7 @@ class ElementProblem:
     noise_is_measured: bool
     channel: str
     noise_is_declared: bool = False
+    noise_note: str = ""
 
     @property
     def unit(self) -> str:
@@ -203,7 +207,7 @@ class ElementProblem:
 
     def class_answer(self) -> ClassAnswer | None:
         """Class of the missing effect."""
-        return element_class_answer(self.model, self.records, self.noise)
+        return element_class_answer(self.model, self.records, self.noise, self.noise_note)
 
     @cached_property
     def _columns(self) -> tuple[Column, ...]:
@@ -283,13 +287,12 @@ def element_problem(campaign: Campaign) -> ElementProblem:
         unscaled, scale=scale, substeps=substeps_for(scale, max(record.step for record in records))
     )
     carried = [carried_noise(model, record, campaign.input_of(input_name)) for record in records]
+    noise = noise + np.array(carried)
+    note = ""
+    if not measured:
+        noise, note = believable_noise(model, records, noise)
     return ElementProblem(
-        model,
-        records,
-        noise + np.array(carried),
-        measured,
-        channel.name,
-        channel.noise_std is not None,
+        model, records, noise, measured, channel.name, channel.noise_std is not None, note
     )
 
 

@@ -25,7 +25,10 @@ _DRIVE_NOTE = (
 
 
 def element_class_answer(
-    model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray
+    model: ElementModel,
+    records: Sequence[ElementRecord],
+    noise: FloatArray,
+    noise_note: str = "",
 ) -> ClassAnswer | None:
     """Class of the missing effect.
 
@@ -37,6 +40,8 @@ def element_class_answer(
         Runs.
     noise : ndarray, shape (n_runs,)
         Variance of the channel's noise by run.
+    noise_note : str
+        What the records cannot say of their noise.
 
     Returns
     -------
@@ -54,7 +59,9 @@ def element_class_answer(
         constants,
         candidates,
         shape_of=partial(measured_shape, own, model.units),
-        drive_note="" if with_time else _DRIVE_NOTE,
+        drive_note="; ".join(
+            text for text in (noise_note, "" if with_time else _DRIVE_NOTE) if text
+        ),
     )
 
 

@@ -30,6 +30,8 @@ _SEED = 3
 _BAND = (0.025, 0.975)
 #: Share of the range over which a curve is called straight, to take the baseline's part out.
 _STRAIGHT = 0.25
+#: What a quarter far from rest must be straighter by, as a share of the curve's size.
+_NEAR_REST = 0.02
 #: Groups whose columns make the curve of a class.
 _GROUPS: dict[str, tuple[str, ...]] = {
     RESTORING_FORCE: ("f",),
@@ -168,21 +170,30 @@ def _baseline_part(x: FloatArray, y: FloatArray, name: str) -> FloatArray:
     if name not in (RESTORING_FORCE, DISSIPATION, DRIVE_SIDE):
         return np.zeros(x.size)
     if name == DISSIPATION:
-        # Odd part through rest: what is left at the fastest motion shows friction as a step.
-        return np.interp(0.0, x, y) + np.zeros(x.size)
-    width = max(int(_STRAIGHT * x.size), 8)
-    size = float(np.ptp(y)) or 1.0
-    best: tuple[float, FloatArray] = (np.inf, np.zeros(2))
-    rest = float(np.clip(0.0, x[0], x[-1]))
-    for first in range(0, x.size - width + 1, 4):
+        # Friction is a step between two straight sides: their common slope is the baseline's.
+        sides = [side for side in (x > 0.0, x < 0.0) if np.count_nonzero(side) > 8]
+        slope = float(np.mean([_straightest(x[side], y[side])[0] for side in sides]))
+        return np.interp(0.0, x, y) + slope * x
+    return np.asarray(np.polyval(_straightest(x, y), x))
+
+
+def _straightest(x: FloatArray, y: FloatArray) -> FloatArray:
+    """Line (slope, value at zero) along the straightest quarter of a curve, the nearest to rest."""
+    even = np.linspace(x[0], x[-1], _POINTS)
+    values = np.interp(even, x, y)
+    width = max(int(_STRAIGHT * _POINTS), 8)
+    size = float(np.ptp(values)) or 1.0
+    rest = float(np.clip(0.0, even[0], even[-1]))
+    best = (np.inf, np.zeros(2))
+    for first in range(0, _POINTS - width + 1, 4):
         part = slice(first, first + width)
-        line = np.polyfit(x[part], y[part], 1)
-        bend = float(np.abs(np.polyval(line, x[part]) - y[part]).max()) / size
-        away = abs(float(x[part].mean()) - rest) / (x[-1] - x[0])
-        cost = bend + 0.02 * away
+        line = np.polyfit(even[part], values[part], 1)
+        bend = float(np.abs(np.polyval(line, even[part]) - values[part]).max()) / size
+        away = abs(float(even[part].mean()) - rest) / float(even[-1] - even[0])
+        cost = bend + _NEAR_REST * away
         if cost < best[0]:
             best = (cost, line)
-    return np.polyval(best[1], x)
+    return np.asarray(best[1])
 
 
 def _law_curve(

@@ -1,0 +1,169 @@
+"""The table of verdicts: class, law, what is left."""
+
+from dataclasses import replace
+
+import pytest
+
+from carrierflex.diagnosis.class_verdict import joint_verdict
+from carrierflex.diagnosis.classes.results import (
+    LEADING_CLASS,
+    NAMED_CLASS,
+    NO_CLASS,
+    NOTHING,
+    ClassAnswer,
+    ClassFinding,
+)
+from carrierflex.diagnosis.inference.results import (
+    ALIASED,
+    AT_NOISE_FLOOR,
+    CLASS_NAMED,
+    NAMED,
+    NAMED_WITH_REMAINDER,
+    NONE_OF_THESE,
+    GapReduction,
+)
+
+HOLDERS = {"cube": ("spring",), "coulomb": ("friction", "loop"), "slider": ("loop",)}
+
+
+def reduction(phi):
+    return GapReduction(
+        rms_before=2.0,
+        rms_after=0.5,
+        noise_floor=0.1,
+        rho=0.25,
+        rho_ci95=(0.2, 0.3),
+        phi=phi,
+        phi_ci95=(0.9, 1.0),
+        floor_multiple=5.0,
+        negative_control_rho=1.0,
+        black_box_rho=0.2,
+        extrapolation_rho=0.3,
+        steps=(),
+        cells_before=(),
+        cells_after=(),
+        validation=(),
+    )
+
+
+def finding(name, share=0.99, law="", law_share=0.5, is_named=False):
+    return ClassFinding(name, share, (share - 0.01, share + 0.01), law, law_share, is_named)
+
+
+def answer(state=NAMED_CLASS, classes=(), ties=(), share=0.99, learnable=0.99, learnt_by=()):
+    return ClassAnswer(
+        state=state,
+        classes=tuple(classes),
+        ties=ties,
+        rivals={},
+        share=share,
+        share_ci95=(share - 0.01, share + 0.01),
+        learnable=learnable,
+        learnt_by=learnt_by,
+        law_share=0.5,
+        rho=0.1,
+        rho_ci95=(0.08, 0.12),
+        floor_multiple=1.1,
+        classes_of_law=HOLDERS,
+    )
+
+
+def joint(found, verdict=NAMED, laws=(), phi=0.99):
+    return joint_verdict(verdict, "why", laws, reduction(phi), found)
+
+
+def test_a_law_of_the_named_class_is_named_and_how_far_is_of_the_law():
+    spring = answer(classes=[finding("spring", law="cube", is_named=True)])
+    for verdict in (NAMED, NAMED_WITH_REMAINDER, ALIASED):
+        found = joint(spring, verdict, ("cube",))
+        assert (found.verdict, found.effects) == (verdict, ("cube",))
+        assert found.reduction.rho == 0.25
+
+
+def test_a_law_far_behind_its_class_is_the_nearest_only_and_how_far_is_of_the_class():
+    found = joint(answer(classes=[finding("spring", law="cube")]), NAMED, ("cube",), phi=0.9)
+    assert (found.verdict, found.effects) == (CLASS_NAMED, ())
+    assert found.reduction.rho == 0.1
+    assert found.reduction.rms_after == pytest.approx(0.2)
+    assert found.answer.classes[0].law == "cube"
+    assert not found.answer.classes[0].law_named
+
+
+def test_a_law_of_another_class_is_not_named():
+    found = joint(answer(classes=[finding("friction", law="coulomb")]), NAMED, ("cube",))
+    assert (found.verdict, found.effects) == (CLASS_NAMED, ())
+    assert found.answer.ids == ("friction",)
+
+
+def test_a_class_is_named_where_no_law_is():
+    found = joint(answer(classes=[finding("spring")]), NONE_OF_THESE, (), phi=0.3)
+    assert found.verdict == CLASS_NAMED
+    assert "spring explains 99.0%" in found.reason
+
+
+def test_one_law_of_a_pair_does_not_name_the_pair():
+    pair = answer(classes=[finding("spring", 0.7, "cube"), finding("loop", 0.29)])
+    assert joint(pair, NAMED, ("cube",)).verdict == CLASS_NAMED
+    both = joint(pair, NAMED, ("cube", "slider"))
+    assert (both.verdict, both.effects) == (NAMED, ("cube", "slider"))
+
+
+def test_a_tie_is_aliased_unless_a_named_law_lies_in_one_of_its_classes():
+    tie = answer(classes=[finding("friction")], ties=(("loop",),))
+    plain = joint(tie, NONE_OF_THESE, (), phi=0.4)
+    assert (plain.verdict, plain.effects) == (ALIASED, ())
+    settled = joint(tie, NAMED, ("slider",))
+    assert (settled.verdict, settled.effects) == (NAMED, ("slider",))
+    assert settled.answer.ids == ("loop",)
+    assert settled.answer.ties == (("friction",),)
+
+
+def test_a_law_in_all_tied_classes_stays_where_the_tie_is_not_settled():
+    tie = answer(classes=[finding("friction")], ties=(("loop",),))
+    found = joint(tie, NAMED, ("coulomb",), phi=0.8)
+    assert (found.verdict, found.effects) == (ALIASED, ("coulomb",))
+
+
+def test_a_leading_class_names_no_law():
+    leading = answer(LEADING_CLASS, [finding("spring", 0.6, "cube")], share=0.6)
+    found = joint(leading, NONE_OF_THESE, (), phi=0.5)
+    assert (found.verdict, found.effects) == (CLASS_NAMED, ())
+
+
+def test_without_a_class_laws_are_believed_only_where_they_explain_more_than_every_class():
+    blind = answer(NO_CLASS, share=0.3, learnable=0.5)
+    refused = joint(blind, NAMED, ("coulomb",), phi=0.9)
+    assert (refused.verdict, refused.effects) == (NONE_OF_THESE, ())
+    believed = joint(blind, NAMED, ("coulomb",), phi=0.95)
+    assert (believed.verdict, believed.effects) == (NAMED, ("coulomb",))
+    assert believed.answer.ids == ("friction",)
+    assert joint(blind, NONE_OF_THESE, ()).verdict == NONE_OF_THESE
+
+
+def test_nothing_stays_at_the_floor_and_a_law_that_only_the_simulation_shows_has_its_class():
+    nothing = answer(NOTHING, share=float("nan"))
+    assert joint(nothing, AT_NOISE_FLOOR, ()).verdict == AT_NOISE_FLOOR
+    found = joint(nothing, NAMED, ("cube",))
+    assert (found.verdict, found.answer.ids) == (NAMED, ("spring",))
+
+
+def test_a_second_law_that_its_class_can_learn_beside_the_answer_is_named_too():
+    found = joint(
+        answer(
+            classes=[finding("spring", 0.98, "cube", 0.98, True)],
+            share=0.98,
+            learnable=0.995,
+            learnt_by=("loop",),
+        ),
+        NAMED,
+        ("cube", "slider"),
+    )
+    assert found.effects == ("cube", "slider")
+    assert found.answer.ids == ("spring", "loop")
+
+
+def test_shares_never_exceed_one():
+    found = joint(answer(classes=[finding("spring", 1.02)], share=1.02), NONE_OF_THESE, (), 0.2)
+    assert found.reduction.phi == 1.0
+    assert "100.0%" in found.reason
+    assert replace(found.answer, share=3.2).beyond_share == 0.0
