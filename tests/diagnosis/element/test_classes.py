@@ -1,0 +1,155 @@
+"""Classes of an element whose missing force is known and, mostly, no law of the library."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.signal import lfilter
+
+from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
+from carrierflex.diagnosis.element.classes.memory_columns import (
+    dahl_friction,
+    relaxing_branches,
+    stops,
+)
+from carrierflex.diagnosis.element.classes.shape_words import shape_words
+from carrierflex.diagnosis.element.problem import element_problem
+from tests.diagnosis.element.element_campaigns import (
+    STEP,
+    displacement_campaign,
+    force_campaign,
+)
+
+HALF = 2.0e-3
+
+
+def answer(campaign):
+    return element_problem(campaign).class_answer()
+
+
+def along(force):
+    """Campaign whose missing force is ``force(time, q)`` with its own memory."""
+    plain = displacement_campaign(lambda q, v: 0.0 * q, n=2000)
+    runs = []
+    for run in plain.runs:
+        extra = force(run.time, run.inputs["displacement"])
+        runs.append(replace(run, signals={"F": run.signals["F"] + extra}))
+    return replace(plain, runs=tuple(runs))
+
+
+def test_a_stop_on_one_side_is_a_restoring_force_by_no_law_with_its_play_in_words():
+    found = answer(displacement_campaign(lambda q, v: 2e4 * np.maximum(q - 6e-4, 0.0), n=2000))
+    assert (found.state, found.ids) == (NAMED_CLASS, ("restoring_force",))
+    law = found.classes[0]
+    assert not law.law_named
+    assert law.law_share < 0.9 < law.share
+    shape = law.shape
+    assert shape is not None
+    # Nothing on the other side and below the play, whatever stiffness the baseline took up.
+    assert np.abs(shape.y[shape.x < 5e-4]).max() < 0.05 * np.abs(shape.y).max()
+    inner = (shape.x > 1e-3) & (shape.x < 0.9 * shape.x.max())
+    assert_allclose(shape.y[inner], 2e4 * (shape.x[inner] - 6e-4), rtol=0.1)
+    assert "one side only" in shape.words
+    assert "zero below 0." in shape.words
+    assert (shape.band[:, 0] <= shape.band[:, 1]).all()
+
+
+def test_friction_by_no_law_is_dissipation():
+    found = answer(displacement_campaign(lambda q, v: 3.0 * np.tanh(v / 5e-3) * (1 + v**2), n=2000))
+    assert found.ids == ("dissipation",)
+    assert "at rest" in found.classes[0].shape.words
+
+
+def test_a_slider_that_grips_harder_outwards_is_a_hysteresis():
+    def lopsided(time, q):
+        z = stops(q, np.array([2e-4, 6e-4])).sum(axis=0)
+        return 3.0 * z * (1.0 + 0.5 * q / np.abs(q).max())
+
+    found = answer(along(lopsided))
+    assert found.ids == ("hysteresis",)
+    assert "outwards" in found.classes[0].shape.words
+
+
+def test_two_relaxing_springs_are_one_memory():
+    def branches(time, q):
+        return 2e3 * relaxing_branches(q, np.array([0.05, 0.5]), STEP).sum(axis=0)
+
+    assert answer(along(branches)).ids == ("memory",)
+
+
+def test_damping_that_depends_on_deflection_is_coupled():
+    found = answer(displacement_campaign(lambda q, v: 60.0 * np.abs(q) / HALF * v, n=2000))
+    assert found.ids == ("coupled_damping",)
+
+
+def test_a_stiffness_that_falls_in_every_run_is_a_change_with_time():
+    found = answer(along(lambda time, q: -2e3 * q * time / time[-1]))
+    assert found.ids == ("time_variation",)
+
+
+def test_nothing_missing_is_nothing_under_both_drives():
+    assert answer(displacement_campaign(lambda q, v: 0.0 * q, n=2000)).state == NOTHING
+    assert answer(force_campaign(lambda q, v: 0.0 * q)).state == NOTHING
+
+
+def test_a_cube_is_named_under_a_force():
+    found = answer(force_campaign(lambda q, v: 5e8 * q**3))
+    assert found.ids == ("restoring_force",)
+    assert (found.classes[0].law, found.classes[0].law_named) == ("cubic_stiffness", True)
+
+
+def test_the_floor_of_a_filtered_record_is_not_its_plateau():
+    plain = displacement_campaign(lambda q, v: 4.0 * np.sign(v), n=2000)
+    b = np.hanning(17) / np.hanning(17).sum()
+    runs = []
+    for run in plain.runs:
+        # The same filter on both signals: the element keeps its law within the band.
+        inputs = {"displacement": lfilter(b, 1.0, lfilter(b, 1.0, run.inputs["displacement"]))}
+        signals = {"F": lfilter(b, 1.0, lfilter(b, 1.0, run.signals["F"]))}
+        runs.append(replace(run, inputs=inputs, signals=signals))
+    channel = replace(plain.channels[0], noise_std=None)
+    problem = element_problem(replace(plain, runs=tuple(runs), channels=(channel,)))
+    assert "cannot be known" in problem.noise_note
+    found = problem.class_answer()
+    assert found.floor_multiple < 3.0
+    assert "cannot be known" in found.note
+
+
+def test_a_slider_follows_its_spring_and_slips_at_its_yield():
+    x = np.concatenate([np.linspace(0.0, 3.0, 301), np.linspace(3.0, -3.0, 601)])
+    z = stops(x, np.array([1.0]))[0]
+    assert z[300] == pytest.approx(1.0)
+    # Half of the way back from the turning point it carries nothing, then slips the other way.
+    assert z[401] == pytest.approx(0.0, abs=1e-9)
+    assert_allclose(z[501:], -1.0, atol=1e-9)
+
+
+def test_dry_friction_with_presliding_turns_over_its_length():
+    x = np.concatenate([np.linspace(0.0, 9.0, 901), np.linspace(9.0, 0.0, 901)])
+    z = dahl_friction(x, np.array([1.0]))[0]
+    assert z[900] == pytest.approx(1.0, abs=1e-3)
+    # dz/dx = 1 + z on the way back: z = -1 + 2 exp(-d).
+    assert z[1001] == pytest.approx(-1.0 + 2.0 * np.exp(-1.0), abs=1e-3)
+
+
+def test_a_relaxing_spring_forgets_a_step():
+    x = np.concatenate([np.zeros(400), np.ones(400)])
+    z = relaxing_branches(x, np.array([0.1]), 1e-3)[0]
+    assert z[400 + 100] == pytest.approx(np.exp(-1.0), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("law", "words"),
+    [
+        (lambda x: x**3, "stiffening"),
+        (lambda x: -(x**3), "softening"),
+        (lambda x: np.maximum(x - 0.4, 0.0) ** 2, "zero below"),
+        (lambda x: np.maximum(x, 0.0) ** 3, "one side only"),
+    ],
+)
+def test_springs_in_words(law, words):
+    x = np.linspace(-1.0, 1.0, 81)
+    y = law(x)
+    band = np.array([y, y]).T
+    assert words in shape_words("restoring_force", x, y, band, ("m", "N"))
