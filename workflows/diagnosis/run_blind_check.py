@@ -34,7 +34,7 @@ from carrierflex.blind_check.truth.campaigns import write_case
 from carrierflex.files.json_files import plain, save_json
 from carrierflex.files.versions import software_name
 from carrierflex.files.whole_files import whole_file
-from carrierflex.workflows.diagnosis.diagnose_case import diagnose_case
+from carrierflex.workflows.diagnosis.diagnose_case import classify_case, diagnose_case
 from carrierflex.workflows.screen.score_tables import score_page
 from carrierflex.workflows.support.executors import other_processes, work_executor
 from carrierflex.workflows.support.outputs import prepared_folder
@@ -52,6 +52,7 @@ def main(
     workers: int = 1,
     scheduler: str | None = None,
     keep: bool = True,
+    classes_only: bool = False,
     quiet: bool = False,
 ) -> BlindCheck:
     """Diagnose sealed campaigns and score the answers.
@@ -73,6 +74,8 @@ def main(
         see the folder.
     keep : bool
         Keep the campaigns and draw the reports.
+    classes_only : bool
+        Answer by class alone, without the search for laws (kind element).
     quiet : bool
         Show no progress and no digest before the diagnoses.
 
@@ -101,7 +104,8 @@ def main(
     )
     # Fresh processes: those that wrote the cases have held labels.
     with stages.stage("diagnosing"), _processes(workers, scheduler) as executor:
-        diagnose = functools.partial(diagnose_case, report=keep)
+        full = functools.partial(diagnose_case, report=keep)
+        diagnose = classify_case if classes_only else full
         verdicts = diagnosed(sealed, diagnose, executor, keep=keep, note=stages.note)
     with stages.stage("opening the labels"):
         labels = opened(sealed)
@@ -117,6 +121,7 @@ def main(
             ["carrierflex blind-check", *(f"--kind {name}" for name in kinds)]
             + ([f"--cases {cases}"] if cases is not None else [])
             + [f"--seed {seed}"]
+            + (["--classes-only"] if classes_only else [])
         )
         rows = [*(_row(case) for case in by_effect), *(_class_row(case) for case in by_class)]
         _write(folder, result, rows, command=command)
