@@ -180,7 +180,8 @@ def test_fixed_part_of_the_check_names_no_wrong_class(tmp_path):
 
 @pytest.mark.slow
 def test_elements_are_judged_by_class_from_plan_to_page(tmp_path):
-    result = main(kind=("element",), cases=4, seed=11, out=tmp_path, keep=False, quiet=True)
+    options = {"keep": False, "quiet": True, "classes_only": True}
+    result = main(kind=("element",), cases=4, seed=11, out=tmp_path, **options)
     assert result.score is None
     document = json.loads((tmp_path / "blind_check.json").read_text(encoding="utf-8"))
     assert {case["outcome"] for case in document["cases"]} <= set(OUTCOMES) - {FAILED}
