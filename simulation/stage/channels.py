@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from carrierflex.geometry.dihedral import rotation_about_x
 from carrierflex.geometry.parameters import N_PINS
 from carrierflex.simulation.stage.coordinate_layout import CoordinateLayout
 from carrierflex.simulation.stage.effects import StageEffects
@@ -124,8 +123,14 @@ class Channels:
 
         At a carrier angle [rad].
         """
-        R = rotation_about_x(angle)
-        return np.asarray(block_diag(R, R, *len(self.unequal) * [R[1:, 1:]]))
+        R = np.eye(len(self.K_fixed))
+        first = [1, 4, *range(6, len(R), 2)]
+        for y in first:
+            R[y : y + 2, y : y + 2] = [
+                [np.cos(angle), -np.sin(angle)],
+                [np.sin(angle), np.cos(angle)],
+            ]
+        return R
 
     @property
     def clearances(self) -> slice:

@@ -14,7 +14,7 @@ from carrierflex.simulation.carrier.run_cases import Sensor
 from carrierflex.simulation.stage.readings import ReadingEffects, rim_reader, sensor_signals
 from carrierflex.simulation.stage.response import StageRecord
 from carrierflex.simulation.stage.stage_model import StageModel
-from carrierflex.simulation.stage.statics import SteadyLoad, static_coordinates
+from carrierflex.simulation.stage.statics import SteadyLoad, linear_statics, static_coordinates
 
 
 def quasi_static_turn(model: StageModel, load: SteadyLoad, n_angles: int = 12) -> StageRecord:
@@ -40,8 +40,12 @@ def quasi_static_turn(model: StageModel, load: SteadyLoad, n_angles: int = 12) -
         Where the contact iteration does not settle.
     """
     angles = 2.0 * np.pi * np.arange(n_angles) / n_angles
+    linear = linear_statics(model)
     c = np.array(
-        [static_coordinates(model, load, float(angle), mean_stiffness=True) for angle in angles]
+        [
+            static_coordinates(model, load, float(angle), mean_stiffness=True, linear=linear)
+            for angle in angles
+        ]
     )
     drive = np.tile([load.torque, 0.0, load.ntl_y, load.ntl_z], (n_angles, 1))
     return StageRecord(angles, c, np.zeros_like(c), drive, np.zeros((n_angles, 6)))

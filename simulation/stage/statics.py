@@ -101,26 +101,23 @@ def channel_forces(
         ``d lambda / d delta``.
     """
     force, tangent = np.zeros(len(delta)), np.zeros((len(delta), len(delta)))
-    n_meshes = len(channels.stiffness)
-    for j, line in enumerate(channels.lines):
-        channel = 1 + j
-        stiffness, penetration = k[j % n_meshes], delta[channel] - line.gap
-        touching = penetration > 0.0
-        force[channel] = channels.reference[channel] * delta[channel] - (
-            stiffness * penetration if touching else 0.0
-        )
-        tangent[channel, channel] = channels.reference[channel] - (stiffness if touching else 0.0)
+    flanks, gaps = channels.meshes, np.array([line.gap for line in channels.lines])
+    penetration = delta[flanks] - gaps
+    stiffness = np.where(penetration > 0.0, np.tile(k, 2), 0.0)
+    reference = channels.reference[flanks]
+    force[flanks] = reference * delta[flanks] - stiffness * penetration
+    tangent[flanks, flanks] = np.diag(reference - stiffness)
     turning, R = channels.turning, channels.turned(angle)
     tangent[turning, turning] = channels.K_mean - R.T @ channels.K_fixed @ R
     force[turning] = tangent[turning, turning] @ delta[turning]
     for i, clearance in enumerate(channels.clearance):
         first = channels.clearances.start + 2 * i
         y, z = delta[first : first + 2]
-        stiffness = channels.reference[first]
+        closed = channels.reference[first]
         fy, fz, _ = play_force(y, z, clearance)
         yy, yz, zz = play_stiffness(y, z, clearance)
-        force[first : first + 2] = stiffness * np.array([y - fy, z - fz])
-        tangent[first : first + 2, first : first + 2] = stiffness * np.array(
+        force[first : first + 2] = closed * np.array([y - fy, z - fz])
+        tangent[first : first + 2, first : first + 2] = closed * np.array(
             [[1.0 - yy, -yz], [-yz, 1.0 - zz]]
         )
     own_force, own_tangent = np.zeros(4), np.zeros((4, 4))
@@ -200,10 +197,71 @@ def _refuse_free(model: StageModel) -> None:
         )
 
 
+@dataclass(frozen=True, eq=False)
+class LinearStatics:
+    """Linear part of the stage at rest, factorised once for many loads and angles.
+
+    Parameters
+    ----------
+    model : StageModel
+        The stage.
+    factor : tuple
+        Cholesky factor of the scaled stiffness ``K_yy``.
+    scale : ndarray, shape (n - 1,)
+        One over the square root of its diagonal.
+    Z : ndarray, shape (n - 1, m)
+        Answer to unit channel forces, ``K_yy^-1 B``.
+    W : ndarray, shape (m, m)
+        The same seen by the channels, ``Bᵀ Z``.
+    """
+
+    model: StageModel
+    factor: tuple[NDArray[np.float64], bool]
+    scale: NDArray[np.float64]
+    Z: NDArray[np.float64]
+    W: NDArray[np.float64]
+
+    def answer(self, force: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Answer ``K_yy^-1 f`` to forces, shape (n - 1,) or (n - 1, k)."""
+        scaled = (force.T * self.scale).T
+        return np.asarray((scipy.linalg.cho_solve(self.factor, scaled).T * self.scale).T)
+
+
+def linear_statics(model: StageModel) -> LinearStatics:
+    """Factorise the linear part of a stage at rest.
+
+    Raises
+    ------
+    ValueError
+        Where a coordinate meets no stiffness, or centrifugal forces outweigh one.
+    """
+    _refuse_free(model)
+    K = model.K[1:, 1:]
+    B = model.channels.B[1:]
+    scale = 1.0 / np.sqrt(K.diagonal())
+    try:
+        factor = scipy.linalg.cho_factor(K * np.outer(scale, scale))
+    except scipy.linalg.LinAlgError as error:
+        raise ValueError(
+            f"at {model.speed:.4g} rad/s a motion of the stage besides the drive's meets no "
+            "stiffness; expected a speed below the first critical one"
+        ) from error
+    Z = scale[:, None] * scipy.linalg.cho_solve(factor, scale[:, None] * B)
+    return LinearStatics(model, factor, scale, Z, B.T @ Z)
+
+
 def static_coordinates(
-    model: StageModel, load: SteadyLoad, angle: float = 0.0, *, mean_stiffness: bool = False
+    model: StageModel,
+    load: SteadyLoad,
+    angle: float = 0.0,
+    *,
+    mean_stiffness: bool = False,
+    linear: LinearStatics | None = None,
 ) -> NDArray[np.float64]:
     """Coordinates c of the stage at rest in its turning frame: ``K_yy y = f + B lambda(Bᵀ y)``.
+
+    The channels' forces are the unknowns: ``y = K_yy^-1 (f + B lambda)`` leaves
+    ``lambda = lambda(delta_free + W lambda)``.
 
     Parameters
     ----------
@@ -215,6 +273,8 @@ def static_coordinates(
         Carrier angle [rad].
     mean_stiffness : bool
         Use the meshes' mean stiffness instead of the one at `angle`.
+    linear : LinearStatics, optional
+        Of this model, where many equilibria are sought; made here where it is missing.
 
     Returns
     -------
@@ -226,43 +286,34 @@ def static_coordinates(
     NotConvergedError
         Where the contact iteration does not settle.
     ValueError
-        Where a coordinate meets no stiffness, or centrifugal forces outweigh one.
+        As :func:`linear_statics`.
     """
-    K = model.K[1:, 1:]
-    B = model.channels.B[1:]
-    channels = model.channels
-    _refuse_free(model)
-    scale = 1.0 / np.sqrt(K.diagonal())
+    linear = linear or linear_statics(model)
+    channels, scale, W = model.channels, linear.scale, linear.W
+    B = channels.B[1:]
     k = frozen_stiffness(channels, None if mean_stiffness else angle)
     f = turning_force(model, load, angle)[1:]
-    try:
-        y = scale * scipy.linalg.solve(K * np.outer(scale, scale), scale * f, assume_a="pos")
-    except scipy.linalg.LinAlgError as error:
-        raise ValueError(
-            f"at {model.speed:.4g} rad/s a motion of the stage besides the drive's meets no "
-            "stiffness; expected a speed below "
-            "the first critical one"
-        ) from error
+    y_free = linear.answer(f)
+    delta_free = B.T @ y_free - channels.free
     size = np.abs(scale * f).max()
-    kept, closed = _FLOATING, np.diag(_closed_stiffness(channels))
+    lambda_ = np.zeros(len(W))
+    kept, closed, unit = _FLOATING, np.diag(_closed_stiffness(channels)), np.eye(len(W))
     for _ in range(_MOST_ITERATIONS):
-        force, tangent = channel_forces(channels, B.T @ y - channels.free, angle, k)
-        residual = K @ y - f - B @ force
-        if np.abs(scale * residual).max() <= _CONVERGED * size:
-            return np.concatenate([[angle], y])
+        delta = delta_free + W @ lambda_
+        force, tangent = channel_forces(channels, delta, angle, k)
+        residual = scale * (B @ (lambda_ - force))
+        if np.abs(residual).max() <= _CONVERGED * size:
+            return np.concatenate([[angle], y_free + linear.Z @ lambda_])
         # A part that floats in its clearances meets no stiffness; what is added of the linear one
         # moves it into contact.
-        stiffness = (K + B @ (kept * closed - tangent) @ B.T) * np.outer(scale, scale)
-        change = -scale * scipy.linalg.solve(stiffness, scale * residual, assume_a="sym")
-        linear = float(change @ (residual + B @ force)), float(change @ K @ change)
-        slope = partial(
-            _slope, channels, (B.T @ y - channels.free, B.T @ change), linear, (angle, k)
-        )
-        length = _lowest(slope)
-        y = y + length * change
+        change = -np.linalg.solve(unit + (kept * closed - tangent) @ W, lambda_ - force)
+        moved = W @ change
+        energy = float(moved @ lambda_), float(moved @ change)
+        length = _lowest(partial(_slope, channels, (delta, moved), energy, (angle, k)))
+        lambda_ = lambda_ + length * change
         # A step cut short had too little stiffness added; any other may do with less.
         kept = float(np.clip(kept * (10.0 if length < _CUT_SHORT else 0.03), 1e-12, 1.0))
     raise NotConvergedError(
-        f"contact at rest leaves a residual of {np.abs(scale * residual).max() / size:.1e} after "
+        f"contact at rest leaves a residual of {np.abs(residual).max() / size:.1e} after "
         f"{_MOST_ITERATIONS} steps"
     )
