@@ -107,6 +107,11 @@ _COMMANDS = {
         "simulation_tables:table_5_table",
         "Simulate the eight cases of the 2012 paper's table 5; compare with a simulated reference.",
     ),
+    "order-one": _Command(
+        "simulation.study_order_one",
+        "simulation_tables:order_one_table",
+        "Amplitude of order 1 at the axial sensors over the supports of carrier and housing.",
+    ),
     "torsion": _Command(
         "simulation.compute_torsion",
         "simulation_tables:torsion_table",

@@ -48,19 +48,9 @@ def part_loads(model: StageModel, c: NDArray[np.float64]) -> PartLoads:
     k = np.array([mesh_stiffness_at(real, imag, channels.mesh_teeth * angle) for angle in c[:, 0]])
     gaps = np.array([line.gap for line in channels.lines])
     mesh = np.concatenate([k, k], axis=1) * np.maximum(delta[:, channels.meshes] - gaps, 0.0)
-    # The drive motion does not stretch a bearing; leave the large angle out of the sums.
-    small = model.L[:, 1:]
     force, moment = np.zeros((len(c), N_PINS, 3)), np.zeros((len(c), N_PINS, 3))
     for i, angle in enumerate(pin_angles()):
-        name = f"planet_{i + 1}"
-        spring = model.springs[name]
-        stretch = c[:, 1:] @ (spring.G @ small).T - spring.free
-        if name in channels.bearings:
-            r = np.linalg.norm(stretch[:, 1:3], axis=1, keepdims=True)
-            stretch[:, 1:3] *= np.maximum(
-                1.0 - spring.clearance / np.maximum(r, spring.clearance), 0.0
-            )
-        load = stretch * spring.stiffness
+        load = spring_load(model, f"planet_{i + 1}", c)
         if len(channels.rollers.directions):
             load[:, ROLLING_ROWS] = _bearing_loads(channels, i, delta)
         axes = np.array(
@@ -72,6 +62,41 @@ def part_loads(model: StageModel, c: NDArray[np.float64]) -> PartLoads:
         )
         force[:, i], moment[:, i] = load[:, :3] @ axes.T, load[:, 3:] @ axes.T
     return PartLoads(mesh, force, moment)
+
+
+def spring_load(model: StageModel, name: str, c: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Force of a spring that resists its elongation, over N instants.
+
+    Parameters
+    ----------
+    model : StageModel
+        The stage.
+    name : str
+        A spring of :func:`carrierflex.simulation.stage.springs.stage_springs`; of planets on
+        rollers it has what the linear part keeps.
+    c : ndarray, shape (N, n)
+        Coordinates.
+
+    Returns
+    -------
+    ndarray, shape (N, m)
+        Forces [N] and moments [N m] in the carrier frame, positive where the elongation is.
+    """
+    spring, channels = model.springs[name], model.channels
+    # The drive motion does not stretch a bearing; leave the large angle out of the sums.
+    stretch = c[:, 1:] @ (spring.G @ model.L[:, 1:]).T - spring.free
+    if name in channels.bearings:
+        r = np.linalg.norm(stretch[:, 1:3], axis=1, keepdims=True)
+        stretch[:, 1:3] *= np.maximum(1.0 - spring.clearance / np.maximum(r, spring.clearance), 0.0)
+    load = stretch * spring.stiffness
+    if name in channels.unequal:
+        first = 6 + 2 * channels.unequal.index(name)
+        pair = channels.K_fixed[first : first + 2, first : first + 2]
+        turns = np.array(
+            [channels.turned(angle)[first : first + 2, first : first + 2] for angle in c[:, 0]]
+        )
+        load[:, 1:3] = np.einsum("nji,jk,nkl,nl->ni", turns, pair, turns, stretch[:, 1:3])
+    return np.asarray(load)
 
 
 def _bearing_loads(channels: Channels, b: int, delta: NDArray[np.float64]) -> NDArray[np.float64]:

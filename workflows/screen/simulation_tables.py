@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from carrierflex.workflows.simulation.simulate_mounting import SimulatedMounting
     from carrierflex.workflows.simulation.simulate_stage import SimulatedStage
     from carrierflex.workflows.simulation.simulate_table_5 import Table5
+    from carrierflex.workflows.simulation.study_order_one import OrderOneStudy
     from carrierflex.workflows.simulation.vary_mounting import Variants
 
 
@@ -77,6 +78,23 @@ def table_5_table(table_5: "Table5") -> RenderableType:
         )
         table.add_row(f"{name}, {kind}", *cells)
     return table
+
+
+def order_one_table(study: "OrderOneStudy") -> RenderableType:
+    """Order 1 by support, and by load case beside the paper's."""
+    table = titled_table(
+        "support of carrier and housing", "order 1, um", "over the kink", "order 2, um"
+    )
+    for row in study.rows:
+        numbers = (f"{row.order_1 * 1e6:.2f}", f"{row.share:.3f}", f"{row.order_2 * 1e6:.1f}")
+        table.add_row(row.name, *numbers)
+    names = list(study.load_cases)
+    cases = titled_table("order 1 by load case, um", *study.load_cases[names[0]])
+    for name in names:
+        cases.add_row(name, *(f"{value * 1e6:.0f}" for value in study.load_cases[name].values()))
+    paper = (study.paper.get(case) for case in study.load_cases[names[0]])
+    cases.add_row("paper, table 5", *("-" if v is None else f"{v * 1e6:.0f}" for v in paper))
+    return Group(table, "", cases)
 
 
 def fmu_table(unit: "ExportedUnit") -> RenderableType:

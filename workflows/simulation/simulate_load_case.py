@@ -37,6 +37,7 @@ def main(
     out: Path,
     curves: Path | None = None,
     linearised: Path | None = None,
+    loads: Path | None = None,
     energy_balance: bool = False,
     parquet: bool = False,
     variants: Path | None = None,
@@ -60,6 +61,10 @@ def main(
     linearised : Path, optional
         Folder for the modes, the frequency response of the sensors and the Campbell diagram: of a
         mounting where each run carries its largest torque, of a stage at the case's speed.
+    loads : Path, optional
+        Stage: folder for the loads of teeth, pins and bearings, the shares of the planets, the
+        speeds of the shafts, the generator's torque and the energies: <run>_loads.csv and
+        <run>_loads.png a run.
     energy_balance : bool
         Mounting: add up work, dissipation and stored energy of every run; exit code 1 where more
         than 0.1 % of the work is left over, which a smaller step of the case cures.
@@ -101,12 +106,16 @@ def main(
         and document.get("format") != STAGE_FORMAT
     ):
         raise ValueError(f"--linearised is for mountings and stages; {case.name} is neither")
+    if loads is not None and document.get("format") != STAGE_FORMAT:
+        raise ValueError(f"--loads is for stages; {case.name} is none")
     if (workers != 1 or scheduler is not None) and variants is None:
         raise ValueError(
             "--workers and --scheduler spread the sets of --variants; expected --variants too"
         )
     if document.get("format") == STAGE_FORMAT:
-        return simulate_stage.main(case, out=out, curves=curves, linearised=linearised, quiet=quiet)
+        return simulate_stage.main(
+            case, out=out, curves=curves, linearised=linearised, loads=loads, quiet=quiet
+        )
     if document.get("kind") != "mounting":
         return simulate_carrier.main(case, out=out, curves=curves, quiet=quiet)
     if curves is not None:

@@ -39,6 +39,8 @@ from carrierflex.simulation.stage.stage_cases import StageCase, StageRun, read_s
 from carrierflex.simulation.stage.stage_model import StageModel, stage_model
 from carrierflex.simulation.stage.stage_run import StageResponse, simulate_stage
 from carrierflex.workflows.simulation import linearise_stage
+from carrierflex.workflows.simulation.stage_loads import with_loads
+from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
 from carrierflex.workflows.support.stage_bodies import default_stage_body, stage_body_of_files
 
@@ -74,6 +76,7 @@ def main(
     out: Path,
     curves: Path | None = None,
     linearised: Path | None = None,
+    loads: Path | None = None,
     size: float = DEFAULT_SIZE,
     quiet: bool = False,
 ) -> SimulatedStage:
@@ -89,6 +92,8 @@ def main(
         Deflection curves kept with the campaign; without it those of the default carrier.
     linearised : Path, optional
         Folder for modes, frequency response and Campbell diagram.
+    loads : Path, optional
+        Folder for loads, speeds and energies: ``<run>_loads.csv`` and ``<run>_loads.png`` a run.
     size : float
         Element edge length [m] of carrier and pins.
     quiet : bool
@@ -110,6 +115,8 @@ def main(
         what.speed, what.data.gear.ring_teeth, sample_rate=what.sample_rate, step=what.step
     )
     prepare_campaign_folder(out)
+    if loads is not None:
+        prepared_folder(loads)
     curve_set = _curves(curves)
     stages = Stages(len(what.runs) + 2 + (linearised is not None), quiet)
     with stages.stage(f"reduced carrier and pins, elements of {size} m"):
@@ -124,7 +131,7 @@ def main(
         for run in what.runs:
             with stages.stage(f"{run.name}, {what.duration:g} s"):
                 try:
-                    imbalance[run.name] = _grown(model, what, run, rng, growing)
+                    imbalance[run.name] = _grown(model, what, run, rng, growing, loads)
                 except (StageDivergedError, KeyboardInterrupt) as error:
                     stopped = _stopped(run, growing, error)
             if stopped is not None:
@@ -165,10 +172,11 @@ def _grown(
     run: StageRun,
     rng: np.random.Generator,
     growing: GrowingRuns,
+    loads: Path | None,
 ) -> float:
     """Write a run as it comes; the energy that its balance leaves over, over the work done."""
     imbalance, work = 0.0, 1.0  # J: a run without torque does no work
-    for piece in simulate_stage(
+    pieces = simulate_stage(
         model,
         run.load,
         what.sensors,
@@ -178,7 +186,8 @@ def _grown(
         effects=what.reading,
         rng=rng,
         rest_angle=what.rest_angle,
-    ):
+    )
+    for piece in pieces if loads is None else with_loads(pieces, loads, run.name, model):
         growing.append(stage_run_record(run, [piece]))
         imbalance = max(imbalance, float(np.abs(piece.record.imbalance).max()))
         work = max(work, float(np.abs(piece.record.energy[:, 0]).max()))

@@ -295,3 +295,32 @@ def test_the_linearised_stage_swings_in_torsion_first_and_tilts_under_a_slow_rad
     assert np.abs(np.array(slow)[:, :2] + np.array(slow)[:, 2:]).max() < 0.15 * np.abs(slow).max()
     campbell = np.genfromtxt(tmp_path / "lin" / "campbell.csv", delimiter=",", names=True)
     assert_allclose(campbell["mesh_hz"][-1], 1.2 * 36.465, rtol=1e-4)
+
+
+@pytest.mark.usefixtures("coarse")
+def test_loads_stand_beside_the_record_where_asked(tmp_path, curves):
+    loads = tmp_path / "loads"
+    result = main(
+        short_case(tmp_path, ("duration = 5.5", "duration = 6.0")),
+        out=tmp_path / "campaign",
+        curves=curves,
+        loads=loads,
+    )
+    table = np.genfromtxt(loads / "LC1_loads.csv", delimiter=",", names=True)
+    run = read_campaign(result.folder).runs[0]
+    assert_allclose(table["time"], run.time, rtol=1e-12)
+    assert_allclose(table["carrier_angle"], run.inputs["carrier_angle"], rtol=1e-12)
+    shares = sum(table[f"share_{planet}"] for planet in (1, 2, 3))
+    assert_allclose(shares, 1.0, rtol=1e-12)
+    power = 360e3 * 22.1 * np.pi / 30.0
+    assert_allclose(table["energy_torque"][-1], 6.0 * power, rtol=0.01)
+    assert np.abs(table["energy_imbalance"]).max() < 1e-9 * table["energy_torque"][-1]
+    assert (loads / "LC1_loads.png").stat().st_size > 10_000
+    assert {path.name for path in loads.iterdir()} == {"LC1_loads.csv", "LC1_loads.png"}
+
+
+def test_loads_are_for_stages_alone(tmp_path):
+    with pytest.raises(
+        ValueError, match=r"--loads is for stages; carrier_lc1_to_lc4\.toml is none"
+    ):
+        main(shipped_case(), out=tmp_path / "campaign", loads=tmp_path / "loads")

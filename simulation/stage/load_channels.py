@@ -1,0 +1,99 @@
+"""What a run of the stage computed beside the sensors, as named columns.
+
+Loads of teeth, pins and bearings, shares of the planets, speeds of the shafts, generator torque,
+energies.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.geometry.parameters import N_PINS
+from carrierflex.simulation.stage.coordinate_layout import SHAFTS
+from carrierflex.simulation.stage.part_loads import PartLoads, spring_load
+from carrierflex.simulation.stage.response import StageRecord
+from carrierflex.simulation.stage.stage_model import StageModel
+
+#: Bearings whose loads are told: name of the spring, name of the column.
+BEARINGS = {
+    "main_bearing": "main_bearing",
+    "upwind_seat": "bearing_A",
+    "downwind_seat": "bearing_B",
+    "sun": "sun_support",
+}
+_ENERGIES = (
+    "energy_torque",
+    "energy_generator",
+    "energy_loads",
+    "energy_mount",
+    "energy_dissipated",
+    "energy_stored",
+)
+
+
+def load_columns(
+    model: StageModel, record: StageRecord, loads: PartLoads
+) -> dict[str, NDArray[np.float64]]:
+    """Loads, speeds and energies over time by column name.
+
+    Parameters
+    ----------
+    model : StageModel
+        The stage.
+    record : StageRecord
+        N instants.
+    loads : PartLoads
+        Loads of teeth and pins at the same instants.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (N,)
+        ``sun_mesh_i``, ``ring_mesh_i``: force along the tooth normal, coast flanks negative [N];
+        ``pin_i_force_*``, ``pin_i_moment_*``: planet on pin, axial, radial and tangential [N, N m];
+        ``share_i``: of the tangential pin forces; ``load_sharing_factor``: the largest share times
+        the number of planets; ``bearing_A_y`` ...: force on the rotating part in the fixed frame
+        [N] and ``_my``, ``_mz`` its moment [N m]; ``*_speed`` [rad/s], planets' against the fixed
+        frame; ``generator_torque`` on the generator about +x [N m]; ``energy_*`` since the start,
+        and ``energy_imbalance``, what the balance leaves over [J].
+    """
+    columns = {"carrier_angle": record.c[:, 0], "torque": record.drive[:, 0]}
+    n_meshes = 2 * N_PINS
+    net = loads.mesh_force[:, :n_meshes] - loads.mesh_force[:, n_meshes:]
+    for i, name in enumerate(f"{mate}_mesh_{p + 1}" for mate in ("sun", "ring") for p in range(3)):
+        columns[name] = net[:, i]
+    for pin in range(N_PINS):
+        for i, direction in enumerate(("axial", "radial", "tangential")):
+            columns[f"pin_{pin + 1}_force_{direction}"] = loads.pin_force[:, pin, i]
+            columns[f"pin_{pin + 1}_moment_{direction}"] = loads.pin_moment[:, pin, i]
+    share = loads.load_share
+    columns |= {f"share_{pin + 1}": share[:, pin] for pin in range(N_PINS)}
+    columns["load_sharing_factor"] = N_PINS * share.max(axis=1)
+    for spring, name in BEARINGS.items():
+        force = -_in_fixed_frame(record.c[:, 0], spring_load(model, spring, record.c))
+        for i, component in zip((0, 1, 2, 4, 5), ("x", "y", "z", "my", "mz"), strict=True):
+            columns[f"{name}_{component}"] = force[:, i]
+    columns |= _speeds(model, record)
+    chain = model.data.chain
+    wanted, speed = record.drive[:, 1], columns["generator_speed"]
+    columns["generator_torque"] = chain.generator_constant * (wanted - speed)
+    columns |= {name: record.energy[:, i] for i, name in enumerate(_ENERGIES)}
+    columns["energy_imbalance"] = record.imbalance
+    return columns
+
+
+def _speeds(model: StageModel, record: StageRecord) -> dict[str, NDArray[np.float64]]:
+    """Speeds about x of carrier, planets, sun and the parallel stages [rad/s]."""
+    rows = model.layout.rows
+    where = {f"planet_{pin + 1}": rows[f"planet_{pin + 1}"][3] for pin in range(N_PINS)}
+    where |= {"sun": rows["sun"][3]} | {shaft: rows[shaft][0] for shaft in SHAFTS}
+    speeds = {"carrier_speed": record.c_rate[:, 0]}
+    return speeds | {f"{name}_speed": record.c_rate @ model.L[row] for name, row in where.items()}
+
+
+def _in_fixed_frame(angle: NDArray[np.float64], load: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Forces and moments of the carrier frame, shape (N, 6), seen from the fixed one."""
+    fixed = load.copy()
+    c, s = np.cos(angle), np.sin(angle)
+    for y, z in ((1, 2), (4, 5)):
+        fixed[:, y] = c * load[:, y] - s * load[:, z]
+        fixed[:, z] = s * load[:, y] + c * load[:, z]
+    return fixed

@@ -1,0 +1,75 @@
+"""Loads, speeds and energies as columns: equilibrium, ratios, balance."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from carrierflex.simulation.stage.load_channels import load_columns
+from carrierflex.simulation.stage.part_loads import part_loads
+from carrierflex.simulation.stage.quasi_static import quasi_static_turn
+from carrierflex.simulation.stage.stage_data import BearingData, MountingData, StageData
+from carrierflex.simulation.stage.stage_model import stage_model
+from carrierflex.simulation.stage.stage_run import simulate_stage
+from carrierflex.simulation.stage.statics import SteadyLoad
+from tests.simulation.stage.conftest import SPEED
+
+TORQUE = 360e3
+
+
+#: Holds the housing, so that bearings alone share the load.
+HELD = MountingData(radial_stiffness=1e13, axial_stiffness=1e13, tilt_stiffness=1e13)
+
+
+def static_columns(body, load, **bearings):
+    data = StageData(bearings=BearingData(**bearings), mounting=HELD)
+    model = stage_model(body, data, speed=0.0)
+    record = quasi_static_turn(model, load, 5)
+    return load_columns(model, record, part_loads(model, record.c))
+
+
+def test_teeth_and_pins_carry_the_torque_and_share_it(stage_body):
+    columns = static_columns(stage_body, SteadyLoad(TORQUE, gravity=0.0))
+    for planet in (1, 2, 3):
+        assert_allclose(columns[f"pin_{planet}_force_tangential"], -TORQUE / (3 * 0.308), rtol=1e-6)
+        assert_allclose(columns[f"share_{planet}"], 1.0 / 3.0, rtol=1e-6)
+        # Sun and ring push a planet equally against the rotation.
+        assert_allclose(columns[f"sun_mesh_{planet}"], columns[f"ring_mesh_{planet}"], rtol=0.05)
+    assert_allclose(columns["load_sharing_factor"], 1.0, rtol=1e-6)
+
+
+@pytest.mark.parametrize("unequal", [1.0, 0.2])
+def test_a_bearing_carries_what_the_radial_load_asks_for_at_every_angle(stage_body, unequal):
+    # Bearing A alone is statically determinate: F 1.22 m over 2.16 m, downwards, and the main
+    # bearing the sum; a load that stands still in the fixed frame.
+    columns = static_columns(
+        stage_body,
+        SteadyLoad(TORQUE, ntl_z=1e4, gravity=0.0),
+        downwind_radial=0.0,
+        sun_radial=1.0,
+        sun_tilt=1.0,
+        upwind_y_factor=unequal,
+    )
+    # Upwards at the hub: the main bearing holds it down, bearing A the shaft's other end up.
+    assert_allclose(columns["bearing_A_z"], 1e4 * 1.22 / 2.16, rtol=0.01)
+    assert_allclose(columns["main_bearing_z"], -1e4 * (1.0 + 1.22 / 2.16), rtol=0.01)
+    assert np.abs(columns["bearing_A_y"]).max() < 200.0
+    assert np.abs(columns["bearing_B_z"]).max() == 0.0
+
+
+def test_speeds_torque_and_energies_of_a_run(stage_body):
+    model = stage_model(stage_body, speed=SPEED)
+    (piece,) = simulate_stage(
+        model, SteadyLoad(TORQUE), (), duration=0.5, sample_rate=100.0, step=1e-3
+    )
+    columns = load_columns(model, piece.record, piece.loads)
+    assert all(values.shape == (50,) for values in columns.values())
+    ratio = model.data.ratio
+    assert_allclose(columns["carrier_speed"].mean(), SPEED, rtol=1e-3)
+    assert_allclose(columns["sun_speed"].mean(), SPEED * 120 / 21, rtol=1e-3)
+    assert_allclose(columns["generator_speed"].mean(), SPEED * ratio, rtol=1e-3)
+    assert_allclose(columns["planet_1_speed"].mean(), SPEED * (1 - 99 / 39), rtol=1e-3)
+    assert_allclose(columns["generator_torque"].mean(), -TORQUE / ratio, rtol=0.02)
+    power = TORQUE * SPEED
+    assert_allclose(columns["energy_torque"][-1], 0.5 * power, rtol=0.01)
+    assert np.abs(columns["energy_imbalance"]).max() < 1e-9 * power
+    assert 1.0 < columns["load_sharing_factor"].max() < 1.1

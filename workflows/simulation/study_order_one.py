@@ -1,0 +1,227 @@
+"""What decides how much of the misalignment the sensors see: the order-1 signal of the 2012 paper.
+
+The paper measures 0.24 mm once a revolution and lays it to a kink between main shaft and carrier.
+Static equilibria over a turn tell what becomes of such a kink: through the bearings and the
+mounting of the housing, on which the sensors stand. A good answer names the supports with which
+0.24 mm are reached, and whether torque and radial load then change it as they do in the paper.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from carrierflex.files.json_files import save_json
+from carrierflex.files.versions import versions
+from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.identification.carrier.printed_tables import (
+    FULL_TORQUE,
+    LOAD_CASES,
+    SENSOR_RADIUS,
+    derived_facts,
+)
+from carrierflex.reduction.pin_joints import PAPER_STIFFNESS
+from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
+from carrierflex.simulation.stage.quasi_static import (
+    quasi_static_turn,
+    sensor_orders,
+    static_tilt,
+)
+from carrierflex.simulation.stage.stage_body import StageBody
+from carrierflex.simulation.stage.stage_cases import read_stage_case
+from carrierflex.simulation.stage.stage_model import stage_model
+from carrierflex.simulation.stage.statics import SteadyLoad
+from carrierflex.workflows.simulation.order_one_pictures import order_one_figure
+from carrierflex.workflows.simulation.order_one_supports import AXES, Axis, Support, supports
+from carrierflex.workflows.support.outputs import prepared_folder, save_figure, save_table
+from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.support.stage_bodies import default_stage_body
+
+#: Sensors of the paper.
+SENSORS = tuple(
+    Sensor(f"s{angle:03d}", AXIAL, float(np.deg2rad(angle)), SENSOR_RADIUS)
+    for angle in (47, 137, 227, 317)
+)
+#: Case whose supports come nearest to the paper's tables 4 and 5.
+FOUND_CASE = "stage_order_one"
+#: Supports of the table that are varied further, by a short name.
+VARIED = {
+    "bushings without moment, tight bearings": 0,
+    "published clearances, axially 20.2 MN/m, x = 0.5 m": 12,
+    "housing held, tight bearings": 19,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class OrderOneRow:
+    """What the sensors read with one support.
+
+    Parameters
+    ----------
+    name : str
+        The support.
+    order_1, order_2, order_3 : float
+        Mean amplitude over the sensors [m].
+    share : float
+        Order 1 over the motion of a kink that nothing holds, ``R_s phi``; NaN without a kink.
+    tilt : tuple of float
+        Rotation of the rim against the sensors about y and z that stands still [rad].
+    """
+
+    name: str
+    order_1: float
+    order_2: float
+    order_3: float
+    share: float
+    tilt: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class OrderOneStudy:
+    """The study's results.
+
+    Parameters
+    ----------
+    rows : tuple of OrderOneRow
+        One a support, at full torque.
+    sweeps : mapping of str to mapping of str to tuple of float
+        Order 1 [m] by axis, then by varied support, over the axis' values.
+    load_cases : mapping of str to mapping of str to float
+        Order 1 [m] by varied support, then by load case of the paper.
+    paper : mapping of str to float
+        Order 1 that table 5 of the paper determines [m], by load case.
+    folder : Path
+        Where table and picture stand.
+    """
+
+    rows: tuple[OrderOneRow, ...]
+    sweeps: Mapping[str, Mapping[str, tuple[float, ...]]]
+    load_cases: Mapping[str, Mapping[str, float]]
+    paper: Mapping[str, float]
+    folder: Path
+
+
+def main(*, out: Path, size: float = DEFAULT_SIZE, quiet: bool = False) -> OrderOneStudy:
+    """Amplitude of order 1 at the axial sensors over the supports of carrier and housing.
+
+    Static equilibria over a turn of the default stage with a kink between main shaft and carrier.
+
+    Parameters
+    ----------
+    out
+        Folder for order_one.json, order_one.csv, order_one_sweeps.csv and order_one.png.
+    size
+        Element edge length [m] of carrier and pins.
+    quiet
+        Show no progress.
+
+    Returns
+    -------
+    OrderOneStudy
+        Orders by support, over kink, clearance, moment support, torque and radial load, and by load
+        case beside the paper's values.
+    """
+    folder, stages = prepared_folder(out), Stages(4, quiet)
+    with stages.stage(f"reduced carrier and pins, elements of {size} m"):
+        body = default_stage_body(PAPER_STIFFNESS, size)
+    table = supports()
+    with stages.stage(f"{len(table)} supports"):
+        rows = tuple(_row(body, support) for support in table)
+    varied = {name: table[number] for name, number in VARIED.items()} | {
+        "found by search": _found()
+    }
+    with stages.stage(f"{len(AXES)} sweeps and {len(LOAD_CASES)} load cases"):
+        sweeps = {
+            axis.name: {name: _sweep(body, support, axis) for name, support in varied.items()}
+            for axis in AXES
+        }
+        load_cases = {name: _load_cases(body, support) for name, support in varied.items()}
+    paper = {case: phi.value * SENSOR_RADIUS for case, phi in derived_facts().phi_PLC.items()}
+    study = OrderOneStudy(rows, sweeps, load_cases, paper, folder)
+    with stages.stage(f"writing {out}"):
+        _write(study, size)
+    return study
+
+
+def _found() -> Support:
+    case = read_stage_case(shipped_case(FOUND_CASE))
+    return Support("found by search", case.data, case.effects.phi_PLC, case.runs[0].load)
+
+
+def _row(body: StageBody, support: Support) -> OrderOneRow:
+    model = stage_model(body, support.data, effects=support.effects, speed=0.0)
+    orders = sensor_orders(model, quasi_static_turn(model, support.load), SENSORS, support.reading)
+    kink = SENSOR_RADIUS * (support.phi_PLC or support.reading.phi_face)
+    first, second, third = (orders.mean_amplitude(order) for order in (1, 2, 3))
+    about_y, about_z = static_tilt(orders, SENSORS)
+    return OrderOneRow(
+        support.name, first, second, third, first / kink, (float(about_y), float(about_z))
+    )
+
+
+def _sweep(body: StageBody, support: Support, axis: Axis) -> tuple[float, ...]:
+    return tuple(_row(body, axis.changed(support, value)).order_1 for value in axis.values)
+
+
+def _load_cases(body: StageBody, support: Support) -> dict[str, float]:
+    loads = {
+        case: SteadyLoad(share * FULL_TORQUE, ntl_z=force)
+        for case, (share, force) in LOAD_CASES.items()
+    }
+    return {case: _row(body, replace(support, load=load)).order_1 for case, load in loads.items()}
+
+
+def _write(study: OrderOneStudy, size: float) -> None:
+    folder = study.folder
+    header = ["support", "order 1 [um]", "over the kink", "order 2 [um]", "order 3 [um]"]
+    header += ["static tilt about y at the sensors [um]"]
+    save_table(folder / "order_one.csv", header, [_cells(row) for row in study.rows])
+    sweep_rows: list[Sequence[object]] = [
+        [axis.name, axis.unit, name, value * axis.in_unit, order_1 * 1e6]
+        for axis in AXES
+        for name, values in study.sweeps[axis.name].items()
+        for value, order_1 in zip(axis.values, values, strict=True)
+    ]
+    save_table(
+        folder / "order_one_sweeps.csv",
+        ["axis", "unit", "support", "value", "order 1 [um]"],
+        sweep_rows,
+    )
+    save_json(
+        folder / "order_one.json",
+        {
+            "inputs": {"size": size},
+            "rows": study.rows,
+            "sweeps_um": {
+                axis.name: {
+                    "unit": axis.unit,
+                    "values": [value * axis.in_unit for value in axis.values],
+                    "order_1": {
+                        name: [value * 1e6 for value in values]
+                        for name, values in study.sweeps[axis.name].items()
+                    },
+                }
+                for axis in AXES
+            },
+            "load_cases_m": study.load_cases,
+            "paper_m": study.paper,
+            "versions": versions(),
+        },
+    )
+    save_figure(
+        folder / "order_one.png", order_one_figure(study.sweeps, study.load_cases, study.paper)
+    )
+
+
+def _cells(row: OrderOneRow) -> list[object]:
+    tilt = row.tilt[0] * SENSOR_RADIUS
+    return [
+        row.name,
+        row.order_1 * 1e6,
+        row.share,
+        row.order_2 * 1e6,
+        row.order_3 * 1e6,
+        tilt * 1e6,
+    ]
