@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from carrierflex.geometry.parameters import N_PINS
 from carrierflex.simulation.stage.coordinate_layout import SHAFTS
-from carrierflex.simulation.stage.part_loads import PartLoads, spring_load
+from carrierflex.simulation.stage.part_loads import PartLoads, mesh_misalignment, spring_load
 from carrierflex.simulation.stage.response import StageRecord
 from carrierflex.simulation.stage.stage_model import StageModel
 
@@ -47,7 +47,8 @@ def load_columns(
     Returns
     -------
     dict of str to ndarray, shape (N,)
-        ``sun_mesh_i``, ``ring_mesh_i``: force along the tooth normal, coast flanks negative [N];
+        ``sun_mesh_i``, ``ring_mesh_i``: force along the tooth normal, coast flanks negative [N],
+        and ``_slope``, the misalignment of the mesh in the plane of action [rad];
         ``pin_i_force_*``, ``pin_i_moment_*``: planet on pin, axial, radial and tangential [N, N m];
         ``share_i``: of the tangential pin forces; ``load_sharing_factor``: the largest share times
         the number of planets; ``bearing_A_y`` ...: force on the rotating part in the fixed frame
@@ -57,9 +58,11 @@ def load_columns(
     """
     columns = {"carrier_angle": record.c[:, 0], "torque": record.drive[:, 0]}
     n_meshes = 2 * N_PINS
+    slopes = mesh_misalignment(model, record.c)
     net = loads.mesh_force[:, :n_meshes] - loads.mesh_force[:, n_meshes:]
     for i, name in enumerate(f"{mate}_mesh_{p + 1}" for mate in ("sun", "ring") for p in range(3)):
         columns[name] = net[:, i]
+        columns[f"{name}_slope"] = slopes[:, i]
     for pin in range(N_PINS):
         for i, direction in enumerate(("axial", "radial", "tangential")):
             columns[f"pin_{pin + 1}_force_{direction}"] = loads.pin_force[:, pin, i]

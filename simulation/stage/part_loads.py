@@ -64,6 +64,32 @@ def part_loads(model: StageModel, c: NDArray[np.float64]) -> PartLoads:
     return PartLoads(mesh, force, moment)
 
 
+def mesh_misalignment(model: StageModel, c: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Slope of the gap of each mesh over the face width in the plane of action, over N instants.
+
+    ``n · ((rotation of the planet - rotation of the mate) x e_x)``: positive where the flanks part
+    downwind.
+
+    Parameters
+    ----------
+    model : StageModel
+        The stage.
+    c : ndarray, shape (N, n)
+        Coordinates.
+
+    Returns
+    -------
+    ndarray, shape (N, 6)
+        Slopes of the drive flanks [rad]: sun 1-3, ring 1-3.
+    """
+    rows, q = model.layout.rows, c[:, 1:] @ model.L[:, 1:].T
+    slopes = np.zeros((len(c), len(model.channels.stiffness)))
+    for i, line in enumerate(model.channels.lines[: slopes.shape[1]]):
+        turned = q[:, rows[f"planet_{line.planet}"][3:]] - q[:, rows[line.mate][3:]]
+        slopes[:, i] = np.cross(turned, [1.0, 0.0, 0.0]) @ line.normal
+    return slopes
+
+
 def spring_load(model: StageModel, name: str, c: NDArray[np.float64]) -> NDArray[np.float64]:
     """Force of a spring that resists its elongation, over N instants.
 

@@ -12,7 +12,7 @@ import csv
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -99,6 +99,7 @@ def main(
     size: float = DEFAULT_SIZE,
     duration: float = 8.2,
     seed: int = 2012,
+    tilt: Literal["face", "joint"] = "face",
     quiet: bool = False,
 ) -> Table5:
     """Simulate the eight cases of the 2012 paper's table 5; compare with a simulated reference.
@@ -113,6 +114,9 @@ def main(
         Length of every run [s]; the default is three revolutions.
     seed : int
         Of the reference's noise.
+    tilt : str
+        Where the simulations have the identified tilt: at the measured face, or in the joint of
+        shaft and carrier, where bearings and mounting decide what the sensors see of it.
     quiet : bool
         Show no progress.
 
@@ -131,26 +135,41 @@ def main(
             cases["LC1"].pin_fit_stiffness, size, carrier_factor=_RIGID_FACTOR
         )
     rms: dict[tuple[str, str], float] = {}
-    tilt: dict[str, float] = {}
+    identified: dict[str, float] = {}
     shown: dict[str, tuple[Run, Run, Run | None]] = {}
     for name, case in cases.items():
         with stages.stage(f"{name}, {duration:g} s"):
             reference = _reference(body, case, rng)
             estimate = identify_each_run(stage_campaign(case, [reference]), rigid_model())[name]
             fitted = dict(zip(estimate.names, estimate.values, strict=True))
-            tilt[name] = float(fitted["phi_PLC"])
-            misaligned = ReadingEffects(phi_face=tilt[name], theta_face=float(fitted["theta_PLC"]))
-            runs = {MISALIGNED: _run(_model(body, case), case, misaligned)}
+            identified[name] = float(fitted["phi_PLC"])
+            tilted = _TILTED[tilt](case, identified[name], float(fitted["theta_PLC"]))
+            runs = {MISALIGNED: _run(_model(body, tilted), tilted, tilted.reading)}
             if (name, ALIGNED) in PAPER:
                 runs[ALIGNED] = _run(_model(body, case), case, ReadingEffects())
             if (name, RIGID) in PAPER:
-                runs[RIGID] = _run(_model(stiff, case), case, misaligned)
+                runs[RIGID] = _run(_model(stiff, tilted), tilted, tilted.reading)
             rms |= {(name, kind): _deviation(run, reference, case) for kind, run in runs.items()}
             shown[name] = (reference, runs[MISALIGNED], runs.get(ALIGNED))
     with stages.stage(f"writing {out}"):
-        _write(folder, rms, tilt, inputs={"size": size, "duration": duration, "seed": seed})
+        inputs = {"size": size, "duration": duration, "seed": seed, "tilt": tilt}
+        _write(folder, rms, identified, inputs=inputs)
         save_figure(folder / "table_5.png", _figure(shown))
-    return Table5(rms, tilt, folder)
+    return Table5(rms, identified, folder)
+
+
+def _tilted_face(case: StageCase, phi: float, theta: float) -> StageCase:
+    """Case with a tilt of the measured face [rad]."""
+    return replace(case, reading=ReadingEffects(phi_face=phi, theta_face=theta))
+
+
+def _tilted_joint(case: StageCase, phi: float, theta: float) -> StageCase:
+    """Case with a tilt in the joint of shaft and carrier [rad]."""
+    effects = replace(case.effects, phi_PLC=phi, theta_PLC=theta)
+    return replace(case, effects=effects, reading=ReadingEffects())
+
+
+_TILTED = {"face": _tilted_face, "joint": _tilted_joint}
 
 
 def _case(name: str) -> StageCase:

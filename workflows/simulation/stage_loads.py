@@ -136,6 +136,8 @@ def loads_figure(run: str, columns: dict[str, NDArray[np.float64]]) -> "Figure":
     speeds.set(title=f"speeds less their means; generator torque {torque:.5g} N m", ylabel="%")
     energies.set(title=f"energies since the start; {left:.1e} J left over", ylabel="kJ")
     for panel in (meshes, pins, sharing, bearings, speeds, energies):
+        panel.title.set_fontsize("medium")
+        panel.margins(y=0.25)
         panel.legend(fontsize="x-small", ncols=2)
         panel.grid(alpha=0.3)
     for panel in (bearings, speeds, energies):

@@ -15,6 +15,7 @@ import numpy as np
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.geometry.parameters import N_PINS
 from carrierflex.identification.carrier.printed_tables import (
     FULL_TORQUE,
     LOAD_CASES,
@@ -24,6 +25,7 @@ from carrierflex.identification.carrier.printed_tables import (
 from carrierflex.reduction.pin_joints import PAPER_STIFFNESS
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
+from carrierflex.simulation.stage.part_loads import mesh_misalignment
 from carrierflex.simulation.stage.quasi_static import (
     quasi_static_turn,
     sensor_orders,
@@ -68,6 +70,9 @@ class OrderOneRow:
         Order 1 over the motion of a kink that nothing holds, ``R_s phi``; NaN without a kink.
     tilt : tuple of float
         Rotation of the rim against the sensors about y and z that stands still [rad].
+    sun_slope, ring_slope : float
+        Half the range over the planets of their meshes' mean misalignment [rad]: what the kink does
+        to the teeth. Torque and weight tilt all planets alike in the mean.
     """
 
     name: str
@@ -76,6 +81,8 @@ class OrderOneRow:
     order_3: float
     share: float
     tilt: tuple[float, float]
+    sun_slope: float
+    ring_slope: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,12 +159,21 @@ def _found() -> Support:
 
 def _row(body: StageBody, support: Support) -> OrderOneRow:
     model = stage_model(body, support.data, effects=support.effects, speed=0.0)
-    orders = sensor_orders(model, quasi_static_turn(model, support.load), SENSORS, support.reading)
+    record = quasi_static_turn(model, support.load)
+    orders = sensor_orders(model, record, SENSORS, support.reading)
+    slopes = mesh_misalignment(model, record.c).mean(axis=0)
     kink = SENSOR_RADIUS * (support.phi_PLC or support.reading.phi_face)
     first, second, third = (orders.mean_amplitude(order) for order in (1, 2, 3))
     about_y, about_z = static_tilt(orders, SENSORS)
     return OrderOneRow(
-        support.name, first, second, third, first / kink, (float(about_y), float(about_z))
+        support.name,
+        first,
+        second,
+        third,
+        first / kink,
+        (float(about_y), float(about_z)),
+        float(np.ptp(slopes[:N_PINS])) / 2.0,
+        float(np.ptp(slopes[N_PINS:])) / 2.0,
     )
 
 
@@ -176,7 +192,7 @@ def _load_cases(body: StageBody, support: Support) -> dict[str, float]:
 def _write(study: OrderOneStudy, size: float) -> None:
     folder = study.folder
     header = ["support", "order 1 [um]", "over the kink", "order 2 [um]", "order 3 [um]"]
-    header += ["static tilt about y at the sensors [um]"]
+    header += ["static tilt about y at the sensors [um]", "sun mesh [urad]", "ring mesh [urad]"]
     save_table(folder / "order_one.csv", header, [_cells(row) for row in study.rows])
     sweep_rows: list[Sequence[object]] = [
         [axis.name, axis.unit, name, value * axis.in_unit, order_1 * 1e6]
@@ -217,11 +233,6 @@ def _write(study: OrderOneStudy, size: float) -> None:
 
 def _cells(row: OrderOneRow) -> list[object]:
     tilt = row.tilt[0] * SENSOR_RADIUS
-    return [
-        row.name,
-        row.order_1 * 1e6,
-        row.share,
-        row.order_2 * 1e6,
-        row.order_3 * 1e6,
-        tilt * 1e6,
-    ]
+    micrometres = [value * 1e6 for value in (row.order_2, row.order_3, tilt)]
+    slopes = [row.sun_slope * 1e6, row.ring_slope * 1e6]
+    return [row.name, row.order_1 * 1e6, row.share, *micrometres, *slopes]

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.simulation.stage.load_channels import load_columns
-from carrierflex.simulation.stage.part_loads import part_loads
+from carrierflex.simulation.stage.part_loads import mesh_misalignment, part_loads
 from carrierflex.simulation.stage.quasi_static import quasi_static_turn
 from carrierflex.simulation.stage.stage_data import BearingData, MountingData, StageData
 from carrierflex.simulation.stage.stage_model import stage_model
@@ -73,3 +73,16 @@ def test_speeds_torque_and_energies_of_a_run(stage_body):
     assert_allclose(columns["energy_torque"][-1], 0.5 * power, rtol=0.01)
     assert np.abs(columns["energy_imbalance"]).max() < 1e-9 * power
     assert 1.0 < columns["load_sharing_factor"].max() < 1.1
+
+
+def test_a_tilted_ring_misaligns_its_meshes_alone(stage_body):
+    model = stage_model(stage_body, speed=0.0)
+    # A motion of the ring alone: its rotation about y in the coordinates c.
+    c = np.zeros((1, len(model.K)))
+    c[0, model.labels.index("ring Ry [rad]")] = 1e-4
+    slopes = mesh_misalignment(model, c)[0]
+    assert np.abs(slopes[:3]).max() == 0.0
+    # e_x leads to -z under a rotation about y: the ring leaves the planets by -n_z a unit of x.
+    normals = np.array([line.normal for line in model.channels.lines[3:6]])
+    assert_allclose(slopes[3:], normals[:, 2] * 1e-4, rtol=1e-12)
+    assert np.abs(slopes[3:]).max() > 5e-5

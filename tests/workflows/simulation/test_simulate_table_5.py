@@ -5,6 +5,7 @@ import json
 
 import pytest
 
+from carrierflex.workflows.simulation import simulate_table_5
 from carrierflex.workflows.simulation.simulate_table_5 import (
     ALIGNED,
     MISALIGNED,
@@ -46,3 +47,14 @@ def test_table_and_picture_are_written(table):
         assert row["rms_mm"] == pytest.approx(table.rms[row["load_case"], row["simulation"]] * 1e3)
         assert float(line["rms_mm"]) == row["rms_mm"]
     assert (table.folder / "table_5.png").stat().st_size > 10_000
+
+
+def test_a_tilt_in_the_joint_reaches_the_sensors_no_more_than_none(tmp_path, table, monkeypatch):
+    monkeypatch.setattr(simulate_table_5, "_TRUTH", {"LC1": simulate_table_5._TRUTH["LC1"]})
+    joint = main(out=tmp_path / "joint", size=0.06, duration=5.5, tilt="joint", quiet=True)
+    written = json.loads((joint.folder / "table_5.json").read_text(encoding="utf-8"))
+    assert written["tilt"] == '"joint"'
+    # The housing follows the carrier: 0.6 um of 0.24 mm are left.
+    aligned = joint.rms["LC1", ALIGNED]
+    assert joint.rms["LC1", MISALIGNED] == pytest.approx(aligned, abs=1e-6)
+    assert aligned == pytest.approx(table.rms["LC1", ALIGNED], rel=0.01)
