@@ -49,7 +49,7 @@ class Support:
 
     name: str
     data: StageData = field(default_factory=StageData)
-    phi_PLC: float = PHI_PLC  # noqa: N815 - the paper's symbol
+    phi_PLC: float = PHI_PLC
     load: SteadyLoad = field(default_factory=lambda: SteadyLoad(FULL_TORQUE))
     reading: ReadingEffects = field(default_factory=ReadingEffects)
 
