@@ -210,7 +210,10 @@ def _of_class(answer: ClassAnswer, laws: Effects, reduction: GapReduction) -> Jo
             f"{plain_name(finding.law)} {min(max(finding.law_share, 0.0), 1.0):.0%}"
             for finding in nearest
         )
-    findings = tuple(replace(finding, law_named=False) for finding in answer.classes)
+    one_of_pair = _named_in_pair(answer, laws)
+    findings = tuple(
+        replace(finding, law_named=finding.law in one_of_pair) for finding in answer.classes
+    )
     kept = replace(answer, classes=findings)
     if answer.ties and answer.state == NAMED_CLASS:
         tied = {name for names in (answer.ids, *answer.ties) for name in names}
@@ -218,7 +221,16 @@ def _of_class(answer: ClassAnswer, laws: Effects, reduction: GapReduction) -> Jo
         others = ", ".join(" with ".join(plain_name(n) for n in names) for names in answer.ties)
         text += f"; {others} predicts held-out records as well"
         return JointVerdict(ALIASED, text, effects, kept, _class_reduction(answer, reduction))
-    return JointVerdict(CLASS_NAMED, text, (), kept, _class_reduction(answer, reduction))
+    return JointVerdict(CLASS_NAMED, text, one_of_pair, kept, _class_reduction(answer, reduction))
+
+
+def _named_in_pair(answer: ClassAnswer, laws: Effects) -> Effects:
+    """Laws of a named pair that both the search names and the class cannot be told from."""
+    if answer.state != NAMED_CLASS or len(answer.classes) < 2:
+        return ()
+    return tuple(
+        finding.law for finding in answer.classes if finding.law_named and finding.law in laws
+    )
 
 
 def _class_reduction(answer: ClassAnswer, reduction: GapReduction) -> GapReduction:

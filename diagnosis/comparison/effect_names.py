@@ -6,6 +6,7 @@ _PROPER_NAMES = {
     "coulomb": "Coulomb",
     "stribeck": "Stribeck",
     "maxwell": "Maxwell",
+    "dahl": "Dahl",
     "ntl": "non-torque-load",
 }
 

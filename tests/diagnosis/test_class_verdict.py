@@ -103,7 +103,10 @@ def test_a_class_is_named_where_no_law_is():
 
 def test_one_law_of_a_pair_does_not_name_the_pair():
     pair = answer(classes=[finding("spring", 0.7, "cube"), finding("loop", 0.29)])
-    assert joint(pair, NAMED, ("cube",)).verdict == CLASS_NAMED
+    assert joint(pair, NAMED, ("cube",)).effects == ()
+    half = answer(classes=[finding("spring", 0.7, "cube", 0.7, True), finding("loop", 0.29)])
+    found = joint(half, NAMED, ("cube",))
+    assert (found.verdict, found.effects) == (CLASS_NAMED, ("cube",))
     both = joint(pair, NAMED, ("cube", "slider"))
     assert (both.verdict, both.effects) == (NAMED, ("cube", "slider"))
 
