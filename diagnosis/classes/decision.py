@@ -65,7 +65,9 @@ def decide(
     """
     singles = {name: scores.of((name,)) for name in candidates}
     best = min(singles, key=lambda name: singles[name].total)
-    pairs = {pair: scores.of(pair) for pair in combinations(sorted(candidates), 2)}
+    pairs: dict[tuple[str, ...], HeldOutSquares] = {
+        pair: scores.of(pair) for pair in combinations(sorted(candidates), 2)
+    }
     best_pair = min(pairs, key=lambda pair: pairs[pair].total)
     if _is_nothing(scores, shares, [*singles.values(), pairs[best_pair]]):
         return Decision(NOTHING, (), (), scores.of(()), best_pair)

@@ -72,10 +72,10 @@ def class_model(
     for place in range(table.n_base, first):
         penalty[place, place] = jitter * energy
     for member, ridge in zip(members, ridges, strict=True):
-        place = np.arange(first, first + member.columns.size)
-        penalty[np.ix_(place, place)] = ridge * member.penalty + jitter * np.eye(place.size)
-        nonnegative[place] = member.is_nonnegative
-        first += place.size
+        own = np.arange(first, first + member.columns.size)
+        penalty[np.ix_(own, own)] = ridge * member.penalty + jitter * np.eye(own.size)
+        nonnegative[own] = member.is_nonnegative
+        first += own.size
     return ClassModel(columns, penalty, nonnegative)
 
 

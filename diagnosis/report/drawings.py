@@ -101,7 +101,7 @@ def drawings(diagnosis: Diagnosis) -> Drawings:
 
 
 def _shapes(answer: ClassAnswer | None) -> tuple[Drawing, ...]:
-    drawn = []
+    drawn: list[Drawing] = []
     for finding in answer.classes if answer is not None else ():
         if finding.shape is None:
             continue

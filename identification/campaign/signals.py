@@ -115,7 +115,7 @@ def band_limited(
 def with_gain(
     signal: FloatArray,
     step: float,
-    gain: Callable[[FloatArray], NDArray[np.generic]],
+    gain: Callable[[FloatArray], NDArray[np.float64] | NDArray[np.complex128]],
     *,
     reach: int,
 ) -> FloatArray:
@@ -150,7 +150,8 @@ def with_gain(
         fill = np.linspace(long[..., -1], long[..., 0], size - long.shape[-1], axis=-1)
         long = np.concatenate([long, fill], axis=-1)
     frequency = np.asarray(np.fft.rfftfreq(size, step), dtype=np.float64)
-    return np.fft.irfft(np.fft.rfft(long) * gain(frequency), n=size)[..., pad : pad + n]
+    spectrum = np.asarray(np.fft.rfft(long), dtype=np.complex128)
+    return np.asarray(np.fft.irfft(spectrum * gain(frequency), n=size)[..., pad : pad + n])
 
 
 def pass_gain(frequency_hz: FloatArray, cutoff_hz: float) -> FloatArray:

@@ -51,7 +51,7 @@ def main(folder: Path, *, out: Path, contains_quintic: bool = False) -> Path:
     kept = band_limited(angle, 1.0 / SAMPLE_RATE, BAND_HZ / 0.8)[::_KEPT]
     runs = []
     for k, piece in enumerate(np.array_split(kept, _PARTS)):
-        time = np.arange(piece.size) * (_KEPT / SAMPLE_RATE)
+        time = np.arange(piece.size, dtype=np.float64) * (_KEPT / SAMPLE_RATE)
         name = f"swing{k + 1}"
         runs.append(Run(name, f"{name}.csv", f"piece {k + 1}", time, {}, {"angle": piece}))
     effects = ("cubic_stiffness", "quintic_stiffness") if contains_quintic else ()

@@ -74,7 +74,7 @@ class ElementBases:
 
     def curved_speed(self, v: FloatArray) -> FloatArray:
         """asinh(v / (0.1 v_rms)): fine near rest, coarse far from it."""
-        return np.arcsinh(v / (_SPEED_SCALE * self.size.speed))
+        return np.asarray(np.arcsinh(v / (_SPEED_SCALE * self.size.speed)), dtype=np.float64)
 
 
 def element_bases(own: Sequence[ForceRecord], size: MotionSize) -> ElementBases:
@@ -127,7 +127,7 @@ def group_columns(bases: ElementBases, side_line: FloatArray) -> tuple[GroupColu
         return (along_x[:, None] * along_v[None]).reshape(-1, own.x.size)
 
     def in_time(own: ForceRecord) -> FloatArray:
-        splines = bases.time(own.step * np.arange(own.x.size))
+        splines = bases.time(own.step * np.arange(own.x.size, dtype=np.float64))
         rows = (own.x / size.half_range, own.v / size.speed, np.ones(own.x.size))
         return np.concatenate([splines * row for row in rows])
 
@@ -161,9 +161,14 @@ def group_columns(bases: ElementBases, side_line: FloatArray) -> tuple[GroupColu
             difference_penalty(_N_COUPLED, 2),
         ),
         GroupColumns("surface", surface, np.eye(_N_SURFACE**2)),
-        GroupColumns("time", in_time, np.kron(np.eye(3), difference_penalty(_N_TIME, 1))),
+        GroupColumns("time", in_time, _three_times(difference_penalty(_N_TIME, 1))),
         GroupColumns("side", side, difference_penalty(_N_SIDE, 2)),
     )
+
+
+def _three_times(penalty: FloatArray) -> FloatArray:
+    """The same penalty for deflection, speed and constant."""
+    return np.asarray(np.kron(np.eye(3), penalty), dtype=np.float64)
 
 
 def stops_columns(x: FloatArray, size: MotionSize) -> FloatArray:

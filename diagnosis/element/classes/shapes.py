@@ -173,7 +173,7 @@ def _baseline_part(x: FloatArray, y: FloatArray, name: str) -> FloatArray:
         # Friction is a step between two straight sides: their common slope is the baseline's.
         sides = [side for side in (x > 0.0, x < 0.0) if np.count_nonzero(side) > 8]
         slope = float(np.mean([_straightest(x[side], y[side])[0] for side in sides]))
-        return np.interp(0.0, x, y) + slope * x
+        return np.asarray(np.interp(0.0, x, y) + slope * x, dtype=np.float64)
     return np.asarray(np.polyval(_straightest(x, y), x))
 
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, LawColumns
@@ -256,7 +257,7 @@ def _filtered(raw: FloatArray, weight: NoiseWeight) -> FloatArray:
 
 
 def _assembled(
-    gram: FloatArray, floor: FloatArray, folds: FloatArray, layout: _Layout
+    gram: FloatArray, floor: FloatArray, folds: NDArray[np.int64], layout: _Layout
 ) -> GramTable:
     """Table with scaled columns: target, regressors and laws of unit energy, each group as one."""
     energy = np.diag(gram.sum(axis=0)).copy()
