@@ -133,6 +133,8 @@ def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
 
 def _element_rivals(campaign: Campaign) -> tuple[WiringRival, ...]:
     """Baseline refitted with the drive of the other sign."""
+    if not campaign.contract.inputs:
+        return ()
     name = next(iter(campaign.contract.inputs))
     runs = tuple(
         replace(run, inputs={**run.inputs, name: -run.inputs[name]}) for run in campaign.runs

@@ -56,7 +56,8 @@ def rig_findings(campaign: Campaign, curves: Curves | None) -> Iterator[Campaign
     if campaign.kind == "mounting":
         yield from _zeroing(campaign)
     if campaign.kind == "element" and campaign.rig.get("period_samples"):
-        yield from _period(campaign, int(campaign.rig["period_samples"]))
+        for name in campaign.contract.inputs:
+            yield from _period(campaign, name, int(campaign.rig["period_samples"]))
     yield from _declared_noise(campaign)
 
 
@@ -122,8 +123,7 @@ def _turned(run: Run) -> float:
     return float(angle[-1] - angle[0])
 
 
-def _period(campaign: Campaign, period: int) -> Iterator[CampaignWarning]:
-    name = next(iter(campaign.contract.inputs))
+def _period(campaign: Campaign, name: str, period: int) -> Iterator[CampaignWarning]:
     for run in campaign.runs:
         drive = run.inputs[name]
         settle = int(campaign.rig.get("settle_samples") or 0)

@@ -59,9 +59,10 @@ def quantisation_step(values: FloatArray) -> float:
 def moving(run: Run) -> BoolArray:
     """Whether an input changes from the sample before, shape (n,); False for the first.
 
-    Where no input changes the machine may stand still, and a signal may be constant.
+    Where no input changes the machine may stand still, and a signal may be constant. A record
+    without inputs (a free decay) moves throughout.
     """
-    changes = np.zeros(run.time.size, dtype=bool)
+    changes = np.full(run.time.size, not run.inputs)
     for values in run.inputs.values():
         changes[1:] |= np.diff(values) != 0.0
     return changes

@@ -29,7 +29,8 @@ def sampling_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
             yield from _gaps(run)
             yield from _samples_a_revolution(run)
             if campaign.kind == "element":
-                yield from _drive_spectrum(run, next(iter(campaign.contract.inputs)))
+                for name in campaign.contract.inputs:
+                    yield from _drive_spectrum(run, name)
 
 
 def _gaps(run: Run) -> Iterator[CampaignWarning]:

@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.faults.fault_table import faults_of
 from carrierflex.blind_check.labels import NOTHING, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign
@@ -31,6 +32,8 @@ from carrierflex.workflows.support.default_curves import default_curves
 DETECTED, HARMLESS, MISSED = "detected", "harmless", "missed"
 #: Standard deviations within which a parameter of the baseline has not moved.
 _UNMOVED = 3.0
+#: Cases of a plan that holds some with nothing missing.
+_CASES = 60
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,7 @@ def main(
     counts = {(fault.name, fault.size): [0, 0, 0] for fault in faults_of(kind)}
     with threadpool_limits(limits=1):
         for seed in seeds:
-            clean = case_campaign(CasePlan(kind, 1, seed, NOTHING, (), 0.0))[0]
+            clean = case_campaign(_without_effect(kind, seed))[0]
             told = {finding.check for finding in _findings(clean)}
             before: list[Diagnosis] = []
             for number, fault in enumerate(faults_of(kind)):
@@ -78,6 +81,12 @@ def main(
     with whole_file(out) as file:
         file.write_text(_table(kind, rows), encoding="utf-8")
     return rows
+
+
+def _without_effect(kind: str, seed: int) -> CasePlan:
+    """First case of a check with nothing missing."""
+    plans = case_plans(kind, _CASES, seed)
+    return next(plan for plan in plans if plan.family == NOTHING)
 
 
 def _outcome(clean: Campaign, faulty: Campaign, told: set[str], before: list[Diagnosis]) -> str:
