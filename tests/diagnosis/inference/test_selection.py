@@ -176,3 +176,10 @@ def test_the_weight_of_classes_is_that_of_the_sets_with_a_member_of_each():
     assert selection.class_weight((("a", "b"), ("c",))) == pytest.approx(0.7)
     assert selection.class_weight((("a", "b"),)) == pytest.approx(0.9)
     assert selection.class_weight(()) == 0.0
+
+
+@pytest.mark.parametrize(("mean_square", "accepted"), [(0.0, ("a",)), (np.nan, ())])
+def test_a_set_that_leaves_nothing_or_no_number_ends_no_diagnosis(judged, mean_square, accepted):
+    # No ratio to zero or NaN is one: before, not even the best set was as good as itself.
+    selection = selected(judged({**BASE, ("a",): (mean_square, EQUAL)}))
+    assert selection.accepted == accepted
