@@ -4,19 +4,26 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.reduction.craig_bampton import Reduction
-from carrierflex.reduction.cyclic_symmetry import asymmetry_ppm
+from carrierflex.reduction.cyclic_symmetry import (
+    asymmetry_ppm,
+    modal_asymmetry_ppm,
+    unlike_response,
+)
 from carrierflex.reduction.dynamic_stiffness import full_response, response_error
 from carrierflex.reduction.free_interface import FreeInterfaceReduction
 from carrierflex.reduction.free_modes import (
+    FreeModes,
     frequency_errors,
     full_free_modes,
     group_mac,
     reduced_free_modes,
 )
 from carrierflex.reduction.held_structure import HeldStructure
+from carrierflex.reduction.mode_rules import CUT_OFF_SHARE, FREE_CUT_OFF_SHARE
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.reduced_static import pilot_compliance
 from carrierflex.reduction.rigid_body_checks import (
@@ -28,13 +35,8 @@ from carrierflex.reduction.rigid_body_checks import (
     stiffness_rigid_modes,
 )
 
-#: Share of the highest fixed-interface frequency up to which the body is meant to be used, and is
-#: checked.
-CUT_OFF_SHARE = 0.25
-#: The same of the highest free mode that a free-interface basis keeps: its kept modes are exact.
-FREE_CUT_OFF_SHARE = 0.5
-#: Free modes compared at the most.
-_MOST_FREE_MODES = 12
+#: Free modes computed at first; more where the last of them lies below the cut-off.
+_FREE_MODES = 12
 _LIMITS = {
     "static compliance": 1e-8,
     "free frequency": 0.01,
@@ -44,6 +46,8 @@ _LIMITS = {
     "mass": 1e-8,
     "grounding": 1e-9,
     "asymmetry": 1.0,
+    # A hundredth of what is allowed to the response itself.
+    "unlike pilots": 1e-3,
 }
 
 #: Entry of a body's provenance that says its mesh has no symmetry of its own.
@@ -59,6 +63,14 @@ class Check:
     reached: float
     met: bool
 
+    @property
+    def share_of_limit(self) -> float | None:
+        """Reached over allowed; None where there is no upper limit."""
+        try:
+            return self.reached / float(self.wanted.removeprefix("< "))
+        except (ValueError, ZeroDivisionError):
+            return None
+
 
 @dataclass(frozen=True)
 class Certificate:
@@ -72,8 +84,20 @@ class Certificate:
         """Whether every check is met."""
         return all(check.met for check in self.checks)
 
+    @property
+    def closest(self) -> Check | None:
+        """Check that comes closest to its upper limit, or is furthest beyond it."""
+        limited = [check for check in self.checks if check.share_of_limit is not None]
+        return max(limited, key=lambda check: check.share_of_limit or 0.0, default=None)
 
-def certify(structure: StructuralModel, reduction: Reduction, *, seed: int = 0) -> Certificate:
+
+def certify(
+    structure: StructuralModel,
+    reduction: Reduction,
+    *,
+    cut_off_hz: float | None = None,
+    seed: int = 0,
+) -> Certificate:
     """Compare a reduced body with the full one it stands for, and check it in itself.
 
     Parameters
@@ -82,6 +106,9 @@ def certify(structure: StructuralModel, reduction: Reduction, *, seed: int = 0) 
         The full body.
     reduction : Reduction
         Its reduction with basis and factor.
+    cut_off_hz : float, optional
+        Frequency up to which the body is used; by default a quarter of the highest fixed-interface
+        frequency kept.
     seed : int
         Seed of the starting block of the free modes.
 
@@ -91,22 +118,28 @@ def certify(structure: StructuralModel, reduction: Reduction, *, seed: int = 0) 
         Static compliance at every pilot, free frequencies and MAC, frequency response up to the
         cut-off, and :func:`inner_checks`.
     """
-    cut_off_hz = (
-        CUT_OFF_SHARE * float(reduction.modes.omega[-1]) / (2.0 * np.pi)
-        if len(reduction.modes.omega)
-        else 0.0
-    )
+    if cut_off_hz is None:
+        cut_off_hz = fixed_interface_cut_off(reduction.modes.omega)
     checks = [
         *_compliance_checks(structure, reduction),
         *_free_mode_checks(structure, reduction, cut_off_hz, seed),
     ]
     if cut_off_hz:
         checks += _response_checks(structure, reduction, cut_off_hz)
-    return Certificate(cut_off_hz, (*checks, *inner_checks(reduction.model)))
+    return Certificate(cut_off_hz, (*checks, *inner_checks(reduction.model, cut_off_hz)))
+
+
+def fixed_interface_cut_off(omega: NDArray[np.float64]) -> float:
+    """Frequency [Hz] up to which a body of the fixed-interface modes `omega` [rad/s] is used."""
+    return CUT_OFF_SHARE * float(omega[-1]) / (2.0 * np.pi) if len(omega) else 0.0
 
 
 def certify_free_interface(
-    structure: StructuralModel, reduction: FreeInterfaceReduction, *, seed: int = 1
+    structure: StructuralModel,
+    reduction: FreeInterfaceReduction,
+    *,
+    cut_off_hz: float | None = None,
+    seed: int = 1,
 ) -> Certificate:
     """Compare a body of free modes and residual flexibility with the full one.
 
@@ -118,6 +151,8 @@ def certify_free_interface(
         The full body.
     reduction : FreeInterfaceReduction
         Its reduction.
+    cut_off_hz : float, optional
+        Frequency up to which the body is used; by default half the highest free frequency kept.
     seed : int
         Seed of the starting block of the free modes, other than the reduction's: the modes are
         found again.
@@ -125,25 +160,27 @@ def certify_free_interface(
     Returns
     -------
     Certificate
-        Static compliance at every pilot, free frequencies and MAC up to half the highest kept
-        frequency, and :func:`inner_checks`.
+        Static compliance at every pilot, free frequencies and MAC up to the cut-off, and
+        :func:`inner_checks`.
     """
     kept = reduction.modes.omega
-    cut_off_hz = FREE_CUT_OFF_SHARE * float(kept[-1]) / (2.0 * np.pi) if len(kept) else 0.0
+    if cut_off_hz is None:
+        cut_off_hz = FREE_CUT_OFF_SHARE * float(kept[-1]) / (2.0 * np.pi) if len(kept) else 0.0
     checks = [
         *_compliance_checks(structure, reduction),
         *_free_mode_checks(structure, reduction, cut_off_hz, seed),
     ]
-    return Certificate(cut_off_hz, (*checks, *inner_checks(reduction.model)))
+    return Certificate(cut_off_hz, (*checks, *inner_checks(reduction.model, cut_off_hz)))
 
 
-def inner_checks(model: ReducedModel) -> tuple[Check, ...]:
+def inner_checks(model: ReducedModel, cut_off_hz: float) -> tuple[Check, ...]:
     """Checks that need nothing but the reduced matrices.
 
     A reader of the body file can repeat them.
 
-    Mass, centre and inertia from three kinds of rigid-body modes, grounding, and the symmetry of
-    the pilots' stiffness and mass under the rotation by 120 degrees where the pilots have it.
+    Mass, centre and inertia from three kinds of rigid-body modes, and grounding. Where the pilots
+    map onto one another under the rotation by 120 degrees: the symmetry of their stiffness and
+    mass, that of what the modes add, and how alike they answer up to `cut_off_hz` [Hz].
     """
     kinds = {
         "geometry": geometric_rigid_modes,
@@ -159,15 +196,28 @@ def inner_checks(model: ReducedModel) -> tuple[Check, ...]:
             _below(f"mass, centre, inertia by rigid modes from {kind}", difference, _LIMITS["mass"])
         )
     checks.append(_below("grounding over own stiffness", grounding(model), _LIMITS["grounding"]))
-    ppm = asymmetry_ppm(model)
-    if ppm is not None:
-        name = "asymmetry under 120 deg, ppm"
-        # A free mesh, of a CAD model or of another program, has no symmetry that rounding alone
-        # could disturb.
-        free_mesh = model.provenance.get(FREE_MESH[0]) == FREE_MESH[1]
-        reported = Check(name, "reported (free mesh)", ppm, True)
-        checks.append(reported if free_mesh else _below(name, ppm, _LIMITS["asymmetry"]))
-    return tuple(checks)
+    return (*checks, *_symmetry_checks(model, cut_off_hz))
+
+
+def _symmetry_checks(model: ReducedModel, cut_off_hz: float) -> list[Check]:
+    figures = {
+        "asymmetry under 120 deg, ppm": (asymmetry_ppm(model), _LIMITS["asymmetry"]),
+        "asymmetry of the modal part, ppm": (modal_asymmetry_ppm(model), _LIMITS["asymmetry"]),
+        "unlike response of equal pilots up to the cut-off": (
+            unlike_response(model, cut_off_hz) if cut_off_hz > 0.0 else None,
+            _LIMITS["unlike pilots"],
+        ),
+    }
+    # A free mesh, of a CAD model or of another program, has no symmetry that rounding alone could
+    # disturb.
+    free_mesh = model.provenance.get(FREE_MESH[0]) == FREE_MESH[1]
+    return [
+        Check(name, "reported (free mesh)", reached, True)
+        if free_mesh
+        else _below(name, reached, limit)
+        for name, (reached, limit) in figures.items()
+        if reached is not None
+    ]
 
 
 def _below(name: str, reached: float, limit: float) -> Check:
@@ -212,20 +262,37 @@ def _free_mode_checks(
     cut_off_hz: float,
     seed: int,
 ) -> list[Check]:
-    full = full_free_modes(
-        structure, reduction.body, _MOST_FREE_MODES, rng=np.random.default_rng(seed)
-    )
-    reduced = reduced_free_modes(reduction.model, reduction.basis, 2 * _MOST_FREE_MODES)
-    inside = full.omega < 2.0 * np.pi * cut_off_hz
-    if not inside.any():
-        return []
-    n = int(np.count_nonzero(inside))
-    error = np.abs(frequency_errors(full, reduced)[inside]).max()
-    mac = float(group_mac(structure, full, reduced)[inside].min())
+    full = _free_modes_beyond(structure, reduction, cut_off_hz, seed)
+    reduced = reduced_free_modes(reduction.model, reduction.basis, 2 * len(full.omega))
+    errors = np.abs(frequency_errors(full, reduced))
+    n = int(np.count_nonzero(full.omega < 2.0 * np.pi * cut_off_hz))
+    if n == 0:
+        first = full.omega[0] / (2.0 * np.pi)
+        name = f"free frequencies: none below the cut-off; error of the first, {first:.0f} Hz"
+        return [Check(name, "reported", float(errors[0]), True)]
+    mac = float(group_mac(structure, full, reduced)[:n].min())
     return [
-        _below(f"free frequencies, {n} below the cut-off", error, _LIMITS["free frequency"]),
+        _below(
+            f"free frequencies, {n} below the cut-off", errors[:n].max(), _LIMITS["free frequency"]
+        ),
         Check(f"MAC of these {n} modes", f"> {_LIMITS['MAC']:g}", mac, mac > _LIMITS["MAC"]),
     ]
+
+
+def _free_modes_beyond(
+    structure: StructuralModel,
+    reduction: Reduction | FreeInterfaceReduction,
+    cut_off_hz: float,
+    seed: int,
+) -> FreeModes:
+    """Free modes of the full body, the last of them beyond the cut-off."""
+    n_modes = _FREE_MODES
+    while True:
+        rng = np.random.default_rng(seed)
+        full = full_free_modes(structure, reduction.body, n_modes, rng=rng)
+        if full.omega[-1] >= 2.0 * np.pi * cut_off_hz:
+            return full
+        n_modes *= 2
 
 
 def _response_checks(

@@ -13,8 +13,9 @@ from carrierflex.fe.dense_threads import one_dense_thread
 from carrierflex.fe.rigid_fit import ALL_COMPONENTS
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.reduction.ffrf_data import ffrf_data
-from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes, fixed_interface_modes
+from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes, kept_modes
 from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
+from carrierflex.reduction.mode_rules import ModeRule, rule_of
 from carrierflex.reduction.reduced_model import PILOT_COORDINATES, MassProperties, ReducedModel
 from carrierflex.reduction.residual_vectors import residual_vectors
 from carrierflex.reduction.rigid_body_checks import rigid_mass_properties
@@ -57,7 +58,7 @@ class Reduction:
 @one_dense_thread()
 def craig_bampton(
     structure: StructuralModel,
-    n_modes: int,
+    kept: int | ModeRule,
     *,
     provenance: Mapping[str, str] | None = None,
     damping_ratio: float = MODAL_DAMPING_RATIO,
@@ -65,7 +66,7 @@ def craig_bampton(
     residual_loads: NDArray[np.float64] | None = None,
     body: GroundedBody | None = None,
 ) -> Reduction:
-    """Reduce a body to its pilots and `n_modes` fixed-interface modes.
+    """Reduce a body to its pilots and some fixed-interface modes.
 
     With ``T = [Ψ Φ]``: ``K_r = Tᵀ K T = diag(Ψᵀ K Ψ, Ω²)`` (constraint modes do no work on
     fixed-interface modes), ``M_r = Tᵀ M T`` and ``D_r = diag(0, 2 ζ Ω)``.
@@ -74,8 +75,9 @@ def craig_bampton(
     ----------
     structure : StructuralModel
         Free body with pilots.
-    n_modes : int
-        Number of fixed-interface modes kept.
+    kept : int or ModeRule
+        Fixed-interface modes kept: at least this number, completed to whole groups of equal
+        frequency, or what a rule says.
     provenance : mapping of str to str, optional
         Inputs and versions, kept with the result.
     damping_ratio : float
@@ -106,9 +108,7 @@ def craig_bampton(
     body = body or GroundedBody(structure.K, structure.points, structure.rigid_points)
     fixed_interface = HeldStructure(body, structure.pilots)
     Psi, K_bb = fixed_interface.constraint_modes()
-    modes = fixed_interface_modes(
-        fixed_interface, structure.M, n_modes, rng=np.random.default_rng(seed)
-    )
+    modes = kept_modes(fixed_interface, structure.M, rule_of(kept), rng=np.random.default_rng(seed))
     residuals = residual_vectors(fixed_interface, structure, modes, residual_loads)
     T = np.concatenate([Psi, modes.Phi, residuals.Phi], axis=1)
     omega = np.concatenate([modes.omega, residuals.omega])

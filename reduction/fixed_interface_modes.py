@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from carrierflex.fe.static import AccuracyError
 from carrierflex.reduction.block_lanczos import lowest_modes
 from carrierflex.reduction.held_structure import HeldStructure
+from carrierflex.reduction.mode_orientation import oriented
+from carrierflex.reduction.mode_rules import ModeRule, modes_by_rule
 
 #: Largest residual of an eigenpair, relative to its elastic force.
 _RESIDUAL_TOLERANCE = 1e-6
 #: Right-hand sides solved together; 4 to 16 cost about the same.
 _BLOCK_SIZE = 8
-#: More modes than half of this are not looked for below a cut-off frequency.
-_MOST_MODES = 800
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,8 @@ def fixed_interface_modes(
 ) -> FixedInterfaceModes:
     """Lowest modes of ``K φ + Gᵀ λ = ω² M φ``, ``G φ = 0``, by block Lanczos iteration.
 
-    The iteration uses the factor of the body with its pilots fixed.
+    The iteration uses the factor of the body with its pilots fixed. Signs, and the directions of
+    modes of equal frequency, follow the rule of :mod:`carrierflex.reduction.mode_orientation`.
 
     Parameters
     ----------
@@ -43,60 +44,54 @@ def fixed_interface_modes(
     M : csr_array, shape (n, n)
         Mass matrix [kg].
     n_modes : int
-        Number of modes wanted.
+        Number of modes wanted, whether or not the last belongs to a group that goes on.
+    rng : numpy.random.Generator
+        Starting vector.
+
+    Raises
+    ------
+    AccuracyError
+        Where an eigenpair's residual exceeds 1e-6 of its elastic force, or there are fewer modes.
+    """
+    n = M.shape[0]
+    if n_modes == 0:
+        return FixedInterfaceModes(np.zeros((n, 0)), np.zeros(0))
+    start = fixed_interface.static_response(M @ rng.standard_normal((n, _BLOCK_SIZE)))
+    eigenvalues, Phi = lowest_modes(fixed_interface.static_response, M, start, n_modes)
+    _check_residuals(fixed_interface, M, eigenvalues, Phi)
+    omega = np.sqrt(eigenvalues)
+    return FixedInterfaceModes(oriented(Phi, omega), omega)
+
+
+def kept_modes(
+    fixed_interface: HeldStructure, M: sp.csr_array, rule: ModeRule, *, rng: np.random.Generator
+) -> FixedInterfaceModes:
+    """Fixed-interface modes that a rule keeps: whole groups of equal frequency.
+
+    Parameters
+    ----------
+    fixed_interface : HeldStructure
+        Body and pilots.
+    M : csr_array, shape (n, n)
+        Mass matrix [kg].
+    rule : ModeRule
+        How many.
     rng : numpy.random.Generator
         Starting vector.
 
     Raises
     ------
     ValueError
-        Where `n_modes` is negative or not far below the number of degrees of freedom.
+        Where the rule asks for more modes than a tenth of the degrees of freedom, or than 400.
     AccuracyError
-        Where an eigenpair's residual exceeds 1e-6 of its elastic force.
+        From :func:`fixed_interface_modes`.
     """
-    n = M.shape[0]
-    if not 0 <= n_modes < n // 10:
-        raise ValueError(
-            f"number of modes is {n_modes}; expected 0 to {n // 10 - 1} for {n} degrees of freedom"
-        )
-    if n_modes == 0:
-        return FixedInterfaceModes(np.zeros((n, 0)), np.zeros(0))
-    start = fixed_interface.static_response(M @ rng.standard_normal((n, _BLOCK_SIZE)))
-    eigenvalues, Phi = lowest_modes(fixed_interface.static_response, M, start, n_modes)
-    _check_residuals(fixed_interface, M, eigenvalues, Phi)
-    return FixedInterfaceModes(Phi, np.sqrt(eigenvalues))
 
+    def lowest_modes(n_modes: int) -> FixedInterfaceModes:
+        return fixed_interface_modes(fixed_interface, M, n_modes, rng=rng)
 
-def count_below(
-    fixed_interface: HeldStructure,
-    M: sp.csr_array,
-    frequency_hz: float,
-    *,
-    rng: np.random.Generator,
-) -> int:
-    """Number of fixed-interface modes below `frequency_hz` [Hz].
-
-    Found by computing more until one lies above.
-
-    Raises
-    ------
-    ValueError
-        Where the frequency is not positive, or so high that the body would need more than 400
-        modes.
-    """
-    if not frequency_hz > 0.0:
-        raise ValueError(f"cut-off frequency is {frequency_hz} Hz; expected a positive frequency")
-    n_modes = 10
-    while n_modes <= _MOST_MODES:
-        omega = fixed_interface_modes(fixed_interface, M, n_modes, rng=rng).omega
-        below = int(np.count_nonzero(omega < 2.0 * np.pi * frequency_hz))
-        if below < n_modes:
-            return below
-        n_modes *= 2
-    raise ValueError(
-        f"more than {_MOST_MODES // 2} fixed-interface modes lie below {frequency_hz:g} Hz; "
-        "expected a lower cut-off"
-    )
+    modes, count = modes_by_rule(rule, lowest_modes, M.shape[0])
+    return FixedInterfaceModes(modes.Phi[:, :count], modes.omega[:count])
 
 
 def _check_residuals(

@@ -22,8 +22,9 @@ from carrierflex.reduction.craig_bampton import (
     mass_properties,
 )
 from carrierflex.reduction.ffrf_data import ffrf_data
-from carrierflex.reduction.free_modes import FreeModes, full_free_modes
+from carrierflex.reduction.free_modes import FreeModes, kept_free_modes
 from carrierflex.reduction.held_structure import GroundedBody
+from carrierflex.reduction.mode_rules import ModeRule, rule_of
 from carrierflex.reduction.reduced_model import ReducedModel
 
 _N_RIGID = 6
@@ -53,14 +54,14 @@ class FreeInterfaceReduction:
 
 def free_interface_reduction(
     structure: StructuralModel,
-    n_modes: int,
+    kept: int | ModeRule,
     *,
     provenance: Mapping[str, str] | None = None,
     damping_ratio: float = MODAL_DAMPING_RATIO,
     seed: int = 0,
     body: GroundedBody | None = None,
 ) -> FreeInterfaceReduction:
-    """Reduce a body to its pilots, six rigid-body modes and `n_modes` free elastic modes.
+    """Reduce a body to its pilots, six rigid-body modes and some free elastic modes.
 
     With rigid modes R, free modes Φ and ``Ψ = A_e Gᵀ - Φ Ω⁻² Φᵀ Gᵀ``, the answer to pilot forces
     under inertia relief less the kept modes' share: ``u = R a + Φ q + Ψ p``. Pilot motions ``d = G
@@ -73,8 +74,9 @@ def free_interface_reduction(
     ----------
     structure : StructuralModel
         Free body with pilots by distributing couplings.
-    n_modes : int
-        Free elastic modes kept.
+    kept : int or ModeRule
+        Free elastic modes kept: at least this number, completed to whole groups of equal frequency,
+        or what a rule says.
     provenance : mapping of str to str, optional
         Inputs and versions, kept with the result.
     damping_ratio : float
@@ -103,7 +105,7 @@ def free_interface_reduction(
     """
     body = body or GroundedBody(structure.K, structure.points, structure.rigid_points)
     M, G = structure.M, sp.csr_array(sp.vstack([pilot.G for pilot in structure.pilots]))
-    free = full_free_modes(structure, body, n_modes, rng=np.random.default_rng(seed))
+    free = kept_free_modes(structure, body, rule_of(kept), rng=np.random.default_rng(seed))
     R = body.rigid_modes @ _mass_orthonormal(body.rigid_modes, M)
     forces = G.T.toarray()
     Psi = _relieved(body, M @ R, R, forces) - free.Phi @ (

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.reduction.block_lanczos import lowest_modes
 from carrierflex.reduction.held_structure import GroundedBody
+from carrierflex.reduction.mode_orientation import oriented
+from carrierflex.reduction.mode_rules import ModeRule, modes_by_rule
 from carrierflex.reduction.reduced_model import ReducedModel
 
 _BLOCK_SIZE = 8
@@ -57,7 +59,37 @@ def full_free_modes(
 
     start = static_response(M @ rng.standard_normal((structure.n_dofs, _BLOCK_SIZE)))
     omega_squared, Phi = lowest_modes(static_response, M, start, n_modes)
-    return FreeModes(Phi, np.sqrt(omega_squared))
+    omega = np.sqrt(omega_squared)
+    return FreeModes(oriented(Phi, omega), omega)
+
+
+def kept_free_modes(
+    structure: StructuralModel, body: GroundedBody, rule: ModeRule, *, rng: np.random.Generator
+) -> FreeModes:
+    """Lowest elastic modes of the free body that a rule keeps: whole groups of equal frequency.
+
+    Parameters
+    ----------
+    structure : StructuralModel
+        The body.
+    body : GroundedBody
+        Its factor.
+    rule : ModeRule
+        How many.
+    rng : numpy.random.Generator
+        Starting block.
+
+    Raises
+    ------
+    ValueError
+        Where the rule asks for more modes than a tenth of the degrees of freedom, or than 400.
+    """
+
+    def lowest_modes(n_modes: int) -> FreeModes:
+        return full_free_modes(structure, body, n_modes, rng=rng)
+
+    modes, count = modes_by_rule(rule, lowest_modes, structure.n_dofs)
+    return FreeModes(modes.Phi[:, :count], modes.omega[:count])
 
 
 def reduced_free_modes(model: ReducedModel, basis: NDArray[np.float64], n_modes: int) -> FreeModes:

@@ -1,29 +1,36 @@
 """How many fixed-interface modes a body needs.
 
-By number, by cut-off frequency, or by the error of its response.
+By number, by the frequency up to which it is used, by cut-off frequency, or by the error of its
+response.
 """
 
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.dynamic_stiffness import full_response, modes_needed
-from carrierflex.reduction.fixed_interface_modes import count_below
-from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
+from carrierflex.reduction.held_structure import GroundedBody
+from carrierflex.reduction.mode_rules import (
+    CUT_OFF_SHARE,
+    FREE_CUT_OFF_SHARE,
+    AtLeast,
+    Below,
+    ModeRule,
+    rule_for_use,
+)
 
-#: Fixed-interface modes kept where the user does not say.
-DEFAULT_MODES = 20
+#: Frequency [Hz] up to which a body is used where the user does not say: beyond the twentieth
+#: harmonic of the ring's teeth passing (99 teeth at 22.1 rpm: 36.5 Hz).
+DEFAULT_FREQUENCY = 750.0
 #: A basis larger than this is not tried for a response error.
 _MOST_MODES = 320
 
 
-def chosen_mode_count(
+def chosen_modes(
     structure: StructuralModel, body: GroundedBody, options: Mapping[str, Any]
-) -> int:
-    """Number of modes by what the options ask for.
+) -> ModeRule:
+    """Rule for the number of modes by what the options ask for.
 
     Parameters
     ----------
@@ -32,13 +39,7 @@ def chosen_mode_count(
     body : GroundedBody
         The same, to be factorised once for the count and the reduction.
     options : mapping
-        ``modes`` (a number), ``max_frequency`` [Hz], or ``frf_tolerance`` with ``frf_up_to`` [Hz];
-        None where not asked for.
-
-    Returns
-    -------
-    int
-        Number of fixed-interface modes.
+        As :func:`rule_of_options` takes them, or ``frf_tolerance`` with ``frf_up_to`` [Hz].
 
     Raises
     ------
@@ -49,20 +50,51 @@ def chosen_mode_count(
         return modes_for_response(
             structure, body, float(options["frf_up_to"]), float(options["frf_tolerance"])
         )
+    return rule_of_options(options)
+
+
+def rule_of_options(options: Mapping[str, Any]) -> ModeRule:
+    """Rule for the number of modes where the response of the body is not looked at.
+
+    Parameters
+    ----------
+    options : mapping
+        ``modes`` (a number), ``max_frequency`` [Hz] of the modes, or ``up_to`` [Hz], the frequency
+        up to which the body is used; None where not asked for. ``interface`` is ``"free"`` for a
+        basis of free modes.
+
+    Raises
+    ------
+    ValueError
+        Where a value is out of range.
+    """
+    if options.get("modes") is not None:
+        return AtLeast(int(options["modes"]))
     if options.get("max_frequency") is not None:
-        fixed_interface = HeldStructure(body, structure.pilots)
-        return count_below(
-            fixed_interface,
-            structure.M,
-            float(options["max_frequency"]),
-            rng=np.random.default_rng(0),
-        )
-    return DEFAULT_MODES if options.get("modes") is None else int(options["modes"])
+        return Below(float(options["max_frequency"]))
+    share = FREE_CUT_OFF_SHARE if options.get("interface") == "free" else CUT_OFF_SHARE
+    return rule_for_use(_frequency_of_use(options), share)
+
+
+def wanted_frequency(options: Mapping[str, Any]) -> float | None:
+    """Frequency [Hz] up to which the options say that the body is used.
+
+    None where they give the modes instead.
+    """
+    if options.get("frf_up_to") is not None:
+        return float(options["frf_up_to"])
+    if options.get("modes") is not None or options.get("max_frequency") is not None:
+        return None
+    return _frequency_of_use(options)
+
+
+def _frequency_of_use(options: Mapping[str, Any]) -> float:
+    return DEFAULT_FREQUENCY if options.get("up_to") is None else float(options["up_to"])
 
 
 def modes_for_response(
     structure: StructuralModel, body: GroundedBody, frequency_hz: float, tolerance: float
-) -> int:
+) -> ModeRule:
     """Fewest modes whose frequency response at pilots and sensors is met up to a frequency.
 
     Parameters
@@ -79,8 +111,8 @@ def modes_for_response(
 
     Returns
     -------
-    int
-        Number of modes.
+    ModeRule
+        That number of modes.
 
     Raises
     ------
@@ -93,17 +125,14 @@ def modes_for_response(
             "tolerance and a positive frequency"
         )
     # The series of the left-out modes converges from twice the band's end on.
-    fixed_interface = HeldStructure(body, structure.pilots)
-    n_modes = max(
-        10,
-        count_below(fixed_interface, structure.M, 2.0 * frequency_hz, rng=np.random.default_rng(0))
-        + 4,
-    )
+    tried: ModeRule = Below(2.0 * frequency_hz)
     while True:
-        response = full_response(structure, craig_bampton(structure, n_modes, body=body))
+        reduction = craig_bampton(structure, tried, body=body)
         try:
-            return modes_needed(response, frequency_hz, tolerance)
+            needed = modes_needed(full_response(structure, reduction), frequency_hz, tolerance)
+            return AtLeast(needed)
         except ValueError:
-            if 2 * n_modes > _MOST_MODES:
+            n_modes = max(10, 2 * len(reduction.modes.omega))
+            if n_modes > _MOST_MODES:
                 raise
-            n_modes *= 2
+            tried = AtLeast(n_modes)

@@ -13,6 +13,7 @@ from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.fe.surface_integrals import rigid_body_modes
 from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes
 from carrierflex.reduction.held_structure import HeldStructure
+from carrierflex.reduction.mode_orientation import oriented
 
 #: A vector that is this small beside the answer it is what is left of holds nothing new [share of
 #: strain energy].
@@ -93,4 +94,5 @@ def residual_vectors(
     mu, Z = scipy.linalg.eigh(W.T @ M_u @ W)
     order = np.argsort(-mu)
     # Flexibility normalised vectors have the mass mu = 1 / omega².
-    return FixedInterfaceModes(U @ W @ Z[:, order] / np.sqrt(mu[order]), 1.0 / np.sqrt(mu[order]))
+    omega = 1.0 / np.sqrt(mu[order])
+    return FixedInterfaceModes(oriented(U @ W @ Z[:, order] * omega, omega), omega)

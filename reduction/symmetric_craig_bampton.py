@@ -11,6 +11,7 @@ from carrierflex.fe.half_sector_sensors import HalfSectorSensors
 from carrierflex.fe.symmetry_blocks import HalfSector
 from carrierflex.reduction.craig_bampton import MODAL_DAMPING_RATIO, coordinate_labels
 from carrierflex.reduction.ffrf_data import FfrfData
+from carrierflex.reduction.mode_rules import ModeRule
 from carrierflex.reduction.reduced_model import MassProperties, ReducedModel
 from carrierflex.reduction.symmetric_reduction import SymmetricBasis, symmetric_basis
 
@@ -34,7 +35,7 @@ class SymmetricReduction:
 @one_dense_thread()
 def symmetric_craig_bampton(
     half: HalfSector,
-    n_modes: int,
+    kept: int | ModeRule,
     *,
     sensors: HalfSectorSensors | None = None,
     provenance: Mapping[str, str] | None = None,
@@ -45,15 +46,16 @@ def symmetric_craig_bampton(
 
     The result is that of :func:`carrierflex.reduction.craig_bampton.craig_bampton`.
 
-    Modes of one frequency are the partners of a pair, even and odd about pin 1's meridional plane;
-    elsewhere signs and turns within a pair are as arbitrary as they always are.
+    Modes of one frequency are the partners of a pair, even and odd about pin 1's meridional plane,
+    where the whole body's path turns them as :mod:`carrierflex.reduction.mode_orientation` says.
 
     Parameters
     ----------
     half : HalfSector
         The body's half sector.
-    n_modes : int
-        Number of fixed-interface modes kept.
+    kept : int or ModeRule
+        Fixed-interface modes kept: at least this number, completed to whole groups of equal
+        frequency, or what a rule says.
     sensors : HalfSectorSensors, optional
         Sensors of the whole body.
     provenance : mapping of str to str, optional
@@ -68,14 +70,10 @@ def symmetric_craig_bampton(
     SingularMatrixError, AccuracyError, ValueError
         From the factorisations and the eigenvalue problems.
     """
-    basis = symmetric_basis(half, n_modes, seed=seed)
-    m = len(basis.K_bb)
-    n = m + n_modes
-    # A pair that the number of modes cuts is complete in the basis, because its partners turn into
-    # one another.
-    kept = np.eye(basis.T.shape[1])[:, :n]
-    ffrf = basis.inertia_invariants().transformed(kept)
-    omega = basis.omega[:n_modes]
+    basis = symmetric_basis(half, kept, seed=seed)
+    m, n = len(basis.K_bb), basis.T.shape[1]
+    ffrf = basis.inertia_invariants()
+    omega = basis.omega
     K, D = np.zeros((n, n)), np.zeros((n, n))
     K[:m, :m] = basis.K_bb
     K[range(m, n), range(m, n)] = omega**2
@@ -90,7 +88,7 @@ def symmetric_craig_bampton(
         pilots=dict(half.pilots),
         pilot_coordinates={name: np.arange(6 * i, 6 * i + 6) for i, name in enumerate(names)},
         sensor_names=sensors.names if sensors else (),
-        sensor_rows=_sensor_rows(basis, sensors)[:, :n] if sensors else np.zeros((0, n)),
+        sensor_rows=_sensor_rows(basis, sensors) if sensors else np.zeros((0, n)),
         mass_properties=_mass_properties(ffrf),
         provenance=dict(provenance or {}),
         ffrf=ffrf,

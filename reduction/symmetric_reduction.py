@@ -30,6 +30,7 @@ from carrierflex.geometry.dihedral_group import (
 from carrierflex.reduction.ffrf_data import FfrfData, ffrf_data
 from carrierflex.reduction.fixed_interface_modes import fixed_interface_modes
 from carrierflex.reduction.held_structure import GroundedBlock, HeldStructure
+from carrierflex.reduction.mode_rules import ModeRule, modes_by_rule, rule_of
 
 #: Distance [m] within which a node counts as the image of another.
 _SAME_POINT = 1e-8
@@ -135,16 +136,24 @@ class _SolvedBlock:
     Phi: NDArray[np.float64]
 
 
-def symmetric_basis(half: HalfSector, n_modes: int, *, seed: int = 0) -> SymmetricBasis:
+@dataclass(frozen=True, eq=False)
+class _SolvedBody:
+    """All blocks, and the lowest frequencies of the body that they give for certain."""
+
+    blocks: list[_SolvedBlock]
+    omega: NDArray[np.float64]
+
+
+def symmetric_basis(half: HalfSector, kept: int | ModeRule, *, seed: int = 0) -> SymmetricBasis:
     """Craig-Bampton basis of a body with dihedral symmetry.
 
     Parameters
     ----------
     half : HalfSector
         The body's half sector with its share of the couplings.
-    n_modes : int
-        Number of fixed-interface modes; the second partner of a pair that this number cuts is kept
-        as well.
+    kept : int or ModeRule
+        Fixed-interface modes kept: at least this number, completed to whole groups of equal
+        frequency, or what a rule says.
     seed : int
         Seed of the Lanczos iterations' starting blocks.
 
@@ -158,8 +167,12 @@ def symmetric_basis(half: HalfSector, n_modes: int, *, seed: int = 0) -> Symmetr
     SingularMatrixError, AccuracyError, ValueError
         From the factorisations and the eigenvalue problems.
     """
-    solved = _with_enough_modes(half, n_modes, seed)
-    chosen = _lowest(solved, n_modes)
+
+    def lowest_modes(n_modes: int) -> _SolvedBody:
+        return _with_lowest_modes(half, n_modes, seed)
+
+    body, n_modes = modes_by_rule(rule_of(kept), lowest_modes, 6 * half.structure.n_dofs)
+    solved, chosen = body.blocks, _lowest(body.blocks, n_modes)
     n_half, pilots = half.structure.n_dofs, pilot_motions(half.pilot_points)
     T_pilots = np.zeros((n_half, pilots.shape[1]))
     K_bb = np.zeros(pilots.shape[1:])
@@ -205,7 +218,7 @@ def _solved(
     )
 
 
-def _with_enough_modes(half: HalfSector, n_modes: int, seed: int) -> list[_SolvedBlock]:
+def _with_lowest_modes(half: HalfSector, n_modes: int, seed: int) -> _SolvedBody:
     """All blocks, each with a mode at or above the highest of the lowest `n_modes` of the body."""
     shares = [
         -(-n_modes * kind.dimension // 6) + _SPARE_MODES for kind in IRREDUCIBLE_REPRESENTATIONS
@@ -215,20 +228,19 @@ def _with_enough_modes(half: HalfSector, n_modes: int, seed: int) -> list[_Solve
         _solved(half, kind, n, seed)
         for kind, n in zip(IRREDUCIBLE_REPRESENTATIONS, counts, strict=True)
     ]
-    while n_modes:
+    while True:
         have = np.sort(
             np.concatenate([np.repeat(part.omega, part.kind.dimension) for part in solved])
         )
         highest = have[n_modes - 1] if len(have) >= n_modes else np.inf
-        if all(part.omega[-1] >= highest for part in solved):
-            break
+        if not n_modes or all(part.omega[-1] >= highest for part in solved):
+            return _SolvedBody(solved, have[:n_modes])
         solved = [
             part
             if part.omega[-1] >= highest
             else _solved(half, part.kind, 2 * len(part.omega), seed)
             for part in solved
         ]
-    return solved
 
 
 def _lowest(solved: list[_SolvedBlock], n_modes: int) -> list[tuple[int, int]]:

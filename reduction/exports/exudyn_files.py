@@ -84,12 +84,14 @@ def write_exudyn(
 
 
 def _node_set(name: str, G: sp.csr_array) -> dict[str, object]:
-    """Nodes of a pilot's surface with their share of its translation."""
-    share = sp.coo_array(G[:1])
+    """Nodes of a pilot's surface with their share of its translation along x, each once."""
+    # The row of the pilot's Tx: the nodes' x displacements count; where the pilot stands off its
+    # surface's centre, y and z have weights of the rotation beside them.
+    share = sp.coo_array(G[[0]][:, 0::3])
     used = share.data != 0.0
     return {
         "Name": name,
-        "NodeNumbers": share.coords[1][used] // 3,
+        "NodeNumbers": share.coords[1][used],
         "NodeWeights": share.data[used],
         "type": "boundary",
     }

@@ -1,13 +1,15 @@
 """The certificate: a sound reduction passes, and each kind of damage makes its own line fail."""
 
+import io
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import scipy.linalg
 from numpy.testing import assert_allclose
+from rich.console import Console
 
-from carrierflex.reduction.certificate import certify, inner_checks
+from carrierflex.reduction.certificate import Certificate, Check, certify, inner_checks
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.cyclic_symmetry import asymmetry_ppm
 from carrierflex.reduction.dynamic_stiffness import (
@@ -18,6 +20,7 @@ from carrierflex.reduction.dynamic_stiffness import (
 )
 from carrierflex.reduction.free_modes import frequency_errors, full_free_modes, reduced_free_modes
 from carrierflex.reduction.mode_names import mode_names
+from carrierflex.workflows.screen.tables import certificate_table
 from tests.reduction.small_bar import bar
 
 
@@ -96,16 +99,56 @@ def test_certificate_of_a_sound_carrier_is_met(flexible_structure):
         assert words in names
 
 
+def test_without_free_frequencies_below_the_cut_off_the_first_is_told(beam):
+    structure, reduction = beam
+    full = full_free_modes(structure, reduction.body, 1, rng=np.random.default_rng(1))
+    first_hz = full.omega[0] / (2.0 * np.pi)
+    told = next(
+        check
+        for check in certify(structure, reduction, cut_off_hz=0.5 * first_hz).checks
+        if check.name.startswith("free frequencies: none below the cut-off")
+    )
+    assert f"{first_hz:.0f} Hz" in told.name
+    reduced = reduced_free_modes(reduction.model, reduction.basis, 1)
+    assert told.reached == pytest.approx(reduced.omega[0] / full.omega[0] - 1.0, rel=1e-3)
+    assert 0.0 < told.reached < 0.05
+
+
+def test_free_frequencies_are_compared_up_to_the_cut_off_however_many(beam, monkeypatch):
+    structure, reduction = beam
+    full = full_free_modes(structure, reduction.body, 8, rng=np.random.default_rng(1))
+    monkeypatch.setattr("carrierflex.reduction.certificate._FREE_MODES", 2)
+    cut_off_hz = 1.001 * full.omega[4] / (2.0 * np.pi)
+    names = [check.name for check in certify(structure, reduction, cut_off_hz=cut_off_hz).checks]
+    assert "free frequencies, 5 below the cut-off" in names
+
+
+def test_the_check_closest_to_its_limit_is_told():
+    checks = (
+        Check("mass", "< 1e-08", 1e-14, True),
+        Check("MAC", "> 0.99", 0.999, True),
+        Check("response", "< 0.1", 0.087, True),
+        Check("asymmetry", "reported (free mesh)", 50.0, True),
+    )
+    certificate = Certificate(732.0, checks)
+    assert certificate.closest is checks[2]
+    assert certificate.closest.share_of_limit == pytest.approx(0.87)
+    text = io.StringIO()
+    Console(file=text, width=120).print(certificate_table(certificate))
+    assert "87%" in next(line for line in text.getvalue().splitlines() if "response" in line)
+    assert "closest to its limit: response, 87 % of what is allowed" in text.getvalue()
+
+
 def test_grounded_stiffness_is_found(flexible_reduction):
     model = flexible_reduction.model
     K = model.K.copy()
     K[0, 0] *= 1.0 + 1e-6
-    assert "grounding over own stiffness" in failed(inner_checks(replace(model, K=K)))
+    assert "grounding over own stiffness" in failed(inner_checks(replace(model, K=K), 500.0))
 
 
 def test_wrong_mass_is_found(flexible_reduction):
     model = flexible_reduction.model
-    names = failed(inner_checks(replace(model, M=1.001 * model.M)))
+    names = failed(inner_checks(replace(model, M=1.001 * model.M), 500.0))
     assert len([name for name in names if name.startswith("mass, centre, inertia")]) == 3
 
 

@@ -4,12 +4,19 @@ Its matrices commute with the rotation by 120 deg and the mirror.
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.geometry.dihedral import rotation_about_x
+from carrierflex.reduction.certificate import FREE_MESH, inner_checks
+from carrierflex.reduction.cyclic_symmetry import (
+    asymmetry_ppm,
+    modal_asymmetry_ppm,
+    unlike_response,
+)
 
 #: Measured 1e-9 and less; the meshes' symmetry is exact and only the solver's rounding is left.
 PPM = 1e-6
@@ -83,3 +90,36 @@ def test_sensors_turn_with_the_carrier(flexible_reduction):
             rows @ P, np.roll(rows, 120, axis=0), rtol=0.0, atol=1e-9 * np.abs(rows).max()
         )
         assert np.abs(rows @ P - np.roll(rows, -120, axis=0)).max() > 0.01 * np.abs(rows).max()
+
+
+def lowest(model, n_modes):
+    """Body of the first `n_modes` modes, wherever that ends."""
+    kept = slice(0, 6 * len(model.pilots) + n_modes)
+    return replace(
+        model, K=model.K[kept, kept], M=model.M[kept, kept], D=model.D[kept, kept], labels=model.labels[kept],
+        sensor_rows=model.sensor_rows[:, kept], ffrf=None,
+    )  # fmt: skip
+
+
+def test_half_a_pair_among_the_modes_is_seen_where_the_static_part_is_not(flexible_reduction):
+    whole, cut = (lowest(flexible_reduction.model, n) for n in (10, 9))
+    cut_off_hz = 0.25 * flexible_reduction.modes.omega[8] / (2.0 * np.pi)
+    assert modal_asymmetry_ppm(whole) < 1e-3
+    assert unlike_response(whole, cut_off_hz) < 1e-8
+    assert asymmetry_ppm(cut) < 1e-3
+    assert modal_asymmetry_ppm(cut) > 100.0
+    # Equal pins answer differently, the more the nearer to resonance.
+    near, far = (unlike_response(cut, share * cut_off_hz) for share in (1.0, 0.3))
+    assert near > 1e-3
+    assert far < near
+    assert [check.name for check in inner_checks(cut, cut_off_hz) if not check.met] == [
+        "asymmetry of the modal part, ppm",
+        "unlike response of equal pilots up to the cut-off",
+    ]
+    free_mesh = replace(cut, provenance=dict([FREE_MESH]))
+    assert all(check.met for check in inner_checks(free_mesh, cut_off_hz))
+
+
+def test_pilots_that_do_not_map_are_not_compared(pin_reduction):
+    assert modal_asymmetry_ppm(pin_reduction.model) is None
+    assert unlike_response(pin_reduction.model, 1000.0) is None

@@ -21,7 +21,6 @@ from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampto
 
 #: Wanted of the two paths; they reach 1e-12, the rounding of two different factorisations.
 AGREEMENT = 1e-8
-#: The highest of them is one of a pair, so that the number cuts it in two.
 N_MODES = 12
 
 
@@ -98,23 +97,12 @@ def frequency_response(model, omega):
 
 def test_frequency_response_at_pilots_and_sensors_agrees(paths):
     _, whole, _, symmetric = paths
-    # Up to the mode before the pair that the number of modes cuts: one half of it is anybody's.
-    eleven = [model_without_last_mode(reduction.model) for reduction in (whole, symmetric)]
     for share in (0.03, 0.4, 0.97):
-        omega = share * whole.modes.omega[-2]
+        omega = share * whole.modes.omega[-1]
         for found, expected in zip(
-            *(frequency_response(model, omega) for model in eleven[::-1]), strict=True
+            *(frequency_response(path.model, omega) for path in (symmetric, whole)), strict=True
         ):
             assert_allclose(found, expected, rtol=0.0, atol=AGREEMENT * np.abs(expected).max())
-
-
-def model_without_last_mode(model):
-    kept = slice(0, model.n_coordinates - 1)
-    return type(model)(
-        model.name, model.K[kept, kept], model.M[kept, kept], model.D[kept, kept],
-        model.labels[kept], model.pilots, model.pilot_coordinates, model.sensor_names,
-        model.sensor_rows[:, kept], model.mass_properties,
-    )  # fmt: skip
 
 
 def test_sensor_rows_of_the_constraint_modes_agree(paths):
@@ -147,7 +135,7 @@ def test_mass_properties_and_inertia_invariants_agree(paths):
 
 
 def test_the_reduced_body_passes_the_checks_of_its_own_matrices(paths):
-    checks = inner_checks(paths[3].model)
+    checks = inner_checks(paths[3].model, 500.0)
     assert any("120" in check.name for check in checks)
     assert all(check.met for check in checks), checks
 

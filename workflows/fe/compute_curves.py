@@ -90,7 +90,7 @@ def main(
     prepared_folder(out)
 
     def compute() -> None:
-        tell(curves_cost(stage, size, files), quiet=quiet)
+        tell(lambda: curves_cost(stage, size, files), quiet=quiet)
         _compute(out, stage, size, files, assembly, quiet=quiet)
 
     results = {name: out / name for name in (_CURVES, _PICTURE, _INPUTS)}

@@ -16,7 +16,7 @@ def main(body: Path, *, json: Path | None = None) -> Certificate:
 
     Checks against the full body (static compliance, free frequencies, MAC, frequency response)
     stand as they were found when the body was reduced. Mass by three kinds of rigid-body modes,
-    grounding and symmetry are computed again from the matrices in the file.
+    grounding, symmetry and equality of equal pilots are computed again from the matrices in the file.
 
     Parameters
     ----------
@@ -37,10 +37,10 @@ def main(body: Path, *, json: Path | None = None) -> Certificate:
             f"{body}: the body was written without a certificate; expected one made by carrierflex "
             "reduce"
         )
-    again = {check.name: check for check in inner_checks(model)}
-    certificate = Certificate(
-        stored.cut_off_hz, tuple(again.pop(check.name, check) for check in stored.checks)
-    )
+    again = {check.name: check for check in inner_checks(model, stored.cut_off_hz)}
+    repeated = [again.pop(check.name, check) for check in stored.checks]
+    # What an earlier version did not check yet comes last.
+    certificate = Certificate(stored.cut_off_hz, (*repeated, *again.values()))
     if json is not None:
         prepared_folder(json.parent)
         save_json(json, {"body": str(body), "met": certificate.met, **plain(certificate)})

@@ -4,6 +4,7 @@ Writes a Craig-Bampton body for a multibody simulation.
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -19,7 +20,7 @@ from carrierflex.reduction.certificate import Certificate, certify, certify_free
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.free_interface import free_interface_reduction
 from carrierflex.reduction.held_structure import GroundedBody
-from carrierflex.reduction.mode_count import DEFAULT_MODES, chosen_mode_count
+from carrierflex.reduction.mode_count import chosen_modes, rule_of_options, wanted_frequency
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.residual_vectors import body_loads
 from carrierflex.workflows.support.cached_results import cached_files
@@ -42,6 +43,7 @@ def main(
     variant: Literal["stiff", "flexible"] = "flexible",
     coupling: Literal["rbe3", "rbe3-nodes", "rbe2"] = "rbe3",
     interface: Literal["fixed", "free"] = "fixed",
+    up_to: float | None = None,
     modes: int | None = None,
     max_frequency: float | None = None,
     frf_tolerance: float | None = None,
@@ -81,10 +83,14 @@ def main(
         fixed: modes with the pilots held (Craig-Bampton); free: free modes of the body and residual
         flexibility (Rubin), far closer at the same size where most pilots stay free
         (docs/reduction_bases.md), but not taken by every code.
+    up_to
+        Frequency [Hz] up to which the body is to be used (750 where nothing else is given): keeps
+        the fixed-interface modes below four times that, or the free modes below twice that, and
+        the certificate goes so far.
     modes
-        Number of modes (20 where neither this nor a maximum frequency is given).
+        Number of modes instead; a group of equal frequency is kept whole, so 20 may become 21.
     max_frequency
-        Keep all fixed-interface modes below this frequency [Hz] instead.
+        Keep all modes below this frequency [Hz] instead.
     frf_tolerance
         Keep the fewest modes whose frequency response at pilots and sensors differs from the full
         body's by at most this share (0.01: 1 %) up to the frequency of --frf-up-to; 4 % structural
@@ -130,7 +136,7 @@ def main(
     # Every option that changes the body is part of the key under which it is kept.
     options = {
         "body": body, "variant": variant, "coupling": coupling, "interface": interface,
-        "modes": modes,
+        "up_to": up_to, "modes": modes,
         "max_frequency": max_frequency, "frf_tolerance": frf_tolerance, "frf_up_to": frf_up_to,
         "residual_vectors": residual_vectors, "assembly": assembly,
     }  # fmt: skip
@@ -155,11 +161,9 @@ def _kept_or_computed(
     """Body from the cache where the same one was reduced before, computed otherwise."""
 
     def compute() -> None:
-        tell(_cost(stage, size, files, options), quiet=quiet)
+        tell(lambda: _cost(stage, size, files, options), quiet=quiet)
         if options["by_symmetry"]:
-            _reduce_by_symmetry(
-                out, stage, size, {**options, "modes": _n_modes(options)}, quiet=quiet
-            )
+            _reduce_by_symmetry(out, stage, size, options, quiet=quiet)
         else:
             _reduce(out, stage, size, files, options, quiet=quiet)
 
@@ -179,12 +183,8 @@ def _cost(
 ) -> CostPreview:
     name, by_symmetry = body_name(options["body"], options["variant"]), options["by_symmetry"]
     return reduction_cost(
-        name, stage, size, n_modes=_n_modes(options), files=files, by_symmetry=by_symmetry
+        name, stage, size, n_modes=options["modes"], files=files, by_symmetry=by_symmetry
     )
-
-
-def _n_modes(options: Mapping[str, Any]) -> int:
-    return int(DEFAULT_MODES if options["modes"] is None else options["modes"])
 
 
 def _refuse_contradictions(
@@ -199,7 +199,9 @@ def _refuse_contradictions(
             "the carrier"
         )
     given = [
-        name for name in ("modes", "max_frequency", "frf_tolerance") if options[name] is not None
+        name
+        for name in ("up_to", "modes", "max_frequency", "frf_tolerance")
+        if options[name] is not None
     ]
     if len(given) > 1:
         names = " and ".join(f"--{name.replace('_', '-')}" for name in given)
@@ -208,12 +210,11 @@ def _refuse_contradictions(
         raise ValueError(
             "--frf-tolerance and --frf-up-to belong together; expected both or neither"
         )
-    other = set(given) - {"modes"} or options["residual_vectors"] or options["coupling"] == "rbe2"
+    other = "frf_tolerance" in given or options["residual_vectors"] or options["coupling"] == "rbe2"
     if options["interface"] == "free" and other:
         raise ValueError(
-            "--interface free keeps a number of modes at distributing couplings; expected --modes, "
-            "--coupling rbe3 or "
-            "rbe3-nodes, and no --max-frequency, --frf-tolerance or --residual-vectors"
+            "--interface free keeps modes by number or frequency at distributing couplings; "
+            "expected --coupling rbe3 or rbe3-nodes, and no --frf-tolerance or --residual-vectors"
         )
     if by_symmetry:
         refuse_whole_body_options(options, files_given=files.given)
@@ -237,22 +238,23 @@ def _reduce(
         )
     with stages.stage(f"reduction of {structure.n_dofs} degrees of freedom"):
         grounded = GroundedBody(structure.K, structure.points, structure.rigid_points)
-        n_modes = chosen_mode_count(structure, grounded, options)
-        chosen = ("body", "variant", "coupling", "interface", "assembly")
-        choices = {name: options[name] for name in chosen} | {"modes": n_modes}
+        kept, cut_off_hz = chosen_modes(structure, grounded, options), wanted_frequency(options)
         # A free mesh has no symmetry to certify.
         origin = {"carrier_files": files.record(), "symmetry_order": 1} if files.given else {}
-        record = provenance(parameters=stage, size=size, **choices, **origin)
         certificate: Callable[[], Certificate]
         if options["interface"] == "free":
-            free = free_interface_reduction(structure, n_modes, provenance=record, body=grounded)
-            model, certificate = free.model, partial(certify_free_interface, structure, free)
+            free = free_interface_reduction(structure, kept, body=grounded)
+            record = _record(stage, size, options, len(free.modes.omega), **origin)
+            free = replace(free, model=replace(free.model, provenance=record))
+            model = free.model
+            certificate = partial(certify_free_interface, structure, free, cut_off_hz=cut_off_hz)
         else:
             loads = body_loads(structure) if options["residual_vectors"] else None
-            fixed = craig_bampton(
-                structure, n_modes, provenance=record, residual_loads=loads, body=grounded
-            )
-            model, certificate = fixed.model, partial(certify, structure, fixed)
+            fixed = craig_bampton(structure, kept, residual_loads=loads, body=grounded)
+            record = _record(stage, size, options, len(fixed.modes.omega), **origin)
+            fixed = replace(fixed, model=replace(fixed.model, provenance=record))
+            model = fixed.model
+            certificate = partial(certify, structure, fixed, cut_off_hz=cut_off_hz)
     with stages.stage("certificate"):
         checks = certificate()
     with stages.stage(f"writing {out}"):
@@ -262,13 +264,26 @@ def _reduce(
 def _reduce_by_symmetry(
     out: Path, stage: StageParameters, size: float, options: Mapping[str, Any], *, quiet: bool
 ) -> None:
-    name, n_modes = body_name(options["body"], options["variant"]), options["modes"]
+    name = body_name(options["body"], options["variant"])
     stages = Stages(2, quiet)
-    record = provenance(parameters=stage, size=size, **options)
     with stages.stage(f"reduction of the half sector, elements of {size} m"):
-        model, certificate = reduced_by_symmetry(name, stage, size, n_modes, provenance=record)
+        reduction, certificate = reduced_by_symmetry(
+            name, stage, size, rule_of_options(options), cut_off_hz=wanted_frequency(options)
+        )
+    record = _record(stage, size, options, len(reduction.basis.omega), by_symmetry=True)
     with stages.stage(f"writing {out}"):
-        write_body(model, out, certificate)
+        write_body(replace(reduction.model, provenance=record), out, certificate)
+
+
+def _record(
+    stage: StageParameters, size: float, options: Mapping[str, Any], n_modes: int, **more: Any
+) -> dict[str, str]:
+    """Inputs that make the body again, its number of modes among them."""
+    chosen = ("body", "variant", "coupling", "interface", "assembly")
+    choices = {name: options[name] for name in chosen} | {"modes": n_modes} | more
+    if options["modes"] not in (None, n_modes):
+        choices["modes_asked_for"] = options["modes"]
+    return provenance(parameters=stage, size=size, **choices)
 
 
 def _structure(

@@ -14,6 +14,8 @@ from carrierflex.reduction.certificate import compliance_errors
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes
 from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
+from carrierflex.reduction.mode_count import DEFAULT_FREQUENCY
+from carrierflex.reduction.mode_rules import rule_for_use
 from carrierflex.reduction.pin_fit import HELD, PinFitFamily
 from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, TABLE_4_STIFFNESS
 from carrierflex.reduction.reduced_model import ReducedModel
@@ -22,7 +24,6 @@ from carrierflex.workflows.support.named_bodies import body_structure
 #: Interface stiffnesses of the study [N m/rad]: simply supported, the paper's, the one of Table 4's
 #: rim size, nearly rigid.
 STUDY_STIFFNESSES = (0.0, PAPER_STIFFNESS, 1e7, TABLE_4_STIFFNESS, 1e8, 1e12)
-CARRIER_MODES, PIN_MODES = 20, 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,9 +88,9 @@ def main(
         reference.
     """
     _, pin_structure = body_structure("pin", stage, size)
-    pin, _ = _reduced(pin_structure, PIN_MODES, provenance)
-    stiff_body, _ = _reduced(stiff, CARRIER_MODES, provenance)
-    flexible_body, grounded = _reduced(flexible, CARRIER_MODES, provenance)
+    pin, _ = _reduced(pin_structure, provenance)
+    stiff_body, _ = _reduced(stiff, provenance)
+    flexible_body, grounded = _reduced(flexible, provenance)
     reference = _held_through_pilot(stage, flexible, grounded)
 
     forces, radius = gear_forces(UNIT_TORQUE, stage.gear), stage.carrier.sensor_radius
@@ -100,9 +101,9 @@ def main(
 
 
 def _reduced(
-    structure: StructuralModel, n_modes: int, provenance: Mapping[str, str]
+    structure: StructuralModel, provenance: Mapping[str, str]
 ) -> tuple[ReducedBody, GroundedBody]:
-    reduction = craig_bampton(structure, n_modes, provenance=provenance)
+    reduction = craig_bampton(structure, rule_for_use(DEFAULT_FREQUENCY), provenance=provenance)
     error = max(compliance_errors(structure, reduction).values())
     return ReducedBody(reduction.model, reduction.modes, error), reduction.body
 

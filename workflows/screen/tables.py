@@ -75,6 +75,10 @@ def reduced_table(model: "ReducedModel | CostPreview") -> RenderableType:
     table = _table(f"reduced body {model.name}", "figure", "value")
     mass = model.mass_properties
     table.add_row("coordinates", str(model.n_coordinates))
+    asked_for, kept = (model.provenance.get(key) for key in ("modes_asked_for", "modes"))
+    if asked_for is not None:
+        why = "modes of equal frequency are kept together"
+        table.add_row("modes", escape(f"{kept}, {asked_for} asked for: {why}"))
     table.add_row("pilots", ", ".join(model.pilots))
     table.add_row("mass, kg", f"{mass.mass:.4g}")
     table.add_row("inertia about x, kg m^2", f"{mass.inertia[0, 0]:.4g}")
@@ -141,12 +145,32 @@ def export_table(exported: "ExportedBody") -> RenderableType:
 
 def certificate_table(certificate: Certificate) -> RenderableType:
     """Every check of a reduction certificate."""
-    table = _table("reduction certificate", "check", "wanted", "reached", "met")
+    table = _table("reduction certificate", "check", "wanted", "reached", "of the limit", "met")
     for check in certificate.checks:
-        table.add_row(check.name, check.wanted, f"{check.reached:.2g}", "yes" if check.met else _NO)
-    responses = any("response" in check.name for check in certificate.checks)
-    what = "frequencies and responses" if responses else "frequencies"
-    return Group(table, f"{what} were checked up to {certificate.cut_off_hz:.0f} Hz")
+        share = check.share_of_limit
+        table.add_row(
+            escape(check.name),
+            escape(check.wanted),
+            f"{check.reached:.2g}",
+            "" if share is None else f"{share:.2g}" if share < 0.01 else f"{share:.0%}",
+            "yes" if check.met else _NO,
+        )
+    names = " ".join(check.name for check in certificate.checks)
+    checked = [
+        what
+        for what, word in (
+            ("free frequencies", "free frequencies"),
+            ("responses", "frequency response"),
+            ("equal pilots", "unlike response"),
+        )
+        if word in names
+    ]
+    lines = [f"{', '.join(checked) or 'nothing'} checked up to {certificate.cut_off_hz:.0f} Hz"]
+    closest = certificate.closest
+    if closest is not None and closest.share_of_limit is not None:
+        used = f"{100.0 * closest.share_of_limit:.2g} %"
+        lines.append(f"closest to its limit: {escape(closest.name)}, {used} of what is allowed")
+    return Group(table, *lines)
 
 
 def rms_table(identified: "Identification") -> RenderableType:

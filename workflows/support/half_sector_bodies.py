@@ -14,9 +14,16 @@ from carrierflex.fe.structural_model import (
 from carrierflex.fe.symmetry_blocks import HalfSector, half_sector
 from carrierflex.geometry.carrier_mesh import flexible_half_sector, stiff_half_sector
 from carrierflex.geometry.parameter_files import StageParameters
-from carrierflex.reduction.certificate import Certificate, inner_checks
-from carrierflex.reduction.reduced_model import ReducedModel
-from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampton
+from carrierflex.reduction.certificate import (
+    Certificate,
+    fixed_interface_cut_off,
+    inner_checks,
+)
+from carrierflex.reduction.mode_rules import ModeRule
+from carrierflex.reduction.symmetric_craig_bampton import (
+    SymmetricReduction,
+    symmetric_craig_bampton,
+)
 
 #: Options of `carrierflex reduce` that ask for what the half sector cannot give, and the value that
 #: does not.
@@ -25,7 +32,6 @@ _NEEDS_WHOLE_BODY = {
     "residual_vectors": False,
     "coupling": "rbe3",
     "interface": "fixed",
-    "max_frequency": None,
     "assembly": "compiled",
 }
 
@@ -73,13 +79,15 @@ def refuse_whole_body_options(options: Mapping[str, object], *, files_given: boo
 
 
 def reduced_by_symmetry(
-    name: str, stage: StageParameters, size: float, n_modes: int, *, provenance: Mapping[str, str]
-) -> tuple[ReducedModel, Certificate]:
+    name: str, stage: StageParameters, size: float, kept: ModeRule, *, cut_off_hz: float | None
+) -> tuple[SymmetricReduction, Certificate]:
     """Reduced carrier from its half sector, and the checks of its matrices in themselves.
 
     The certificate's other lines compare with the whole body, which is never made here:
     docs/performance.md says how far the two paths agree.
     """
     half, sensors = half_sector_body(name, stage, size)
-    model = symmetric_craig_bampton(half, n_modes, sensors=sensors, provenance=provenance).model
-    return model, Certificate(0.0, inner_checks(model))
+    reduction = symmetric_craig_bampton(half, kept, sensors=sensors)
+    if cut_off_hz is None:
+        cut_off_hz = fixed_interface_cut_off(reduction.basis.omega)
+    return reduction, Certificate(cut_off_hz, inner_checks(reduction.model, cut_off_hz))

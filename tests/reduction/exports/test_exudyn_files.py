@@ -52,6 +52,9 @@ def test_exudyn_loads_mesh_matrices_and_sets(fem, pin_structure, one_pin_mesh, p
     ):
         assert words in fem.metaData["source"]
     for entry, pilot in zip(fem.nodeSets, pin_structure.pilots, strict=True):
+        nodes = np.unique(entry["NodeNumbers"])
+        assert len(nodes) == len(entry["NodeNumbers"])
+        assert (nodes == np.unique(pilot.G[:3].indices // 3)).all()
         assert entry["NodeWeights"].sum() == pytest.approx(1.0)
         centre = entry["NodeWeights"] @ fem.GetNodePositionsAsArray()[entry["NodeNumbers"]]
         assert_allclose(centre, pilot.point, atol=1e-9)
@@ -116,6 +119,27 @@ def test_static_answer_of_the_loaded_matrices_is_the_pilots_compliance(
     )
     scale = np.sqrt(np.outer(expected.diagonal(), expected.diagonal()))
     assert_allclose(found / scale, expected / scale, rtol=0.0, atol=1e-7)
+
+
+def test_a_pilot_off_its_surface_has_no_weights_of_other_directions(
+    tmp_path, pin_structure, pin_reduction
+):
+    # Moved along y, the pilot's x displacement takes part in the surface's rotation: its row holds
+    # weights of y displacements too, which are no share of a translation along x.
+    first = pin_structure.pilots[0]
+    shift = np.eye(6)
+    shift[0, 5], shift[2, 3] = -0.01, 0.01
+    moved = replace(
+        first, point=first.point + np.array([0.0, 0.01, 0.0]), G=sp.csr_array(shift @ first.G)
+    )
+    structure = replace(pin_structure, pilots=(moved, *pin_structure.pilots[1:]))
+    write_exudyn(structure, pin_reduction, tmp_path / "pin.hdf5")
+    loaded = FEM.FEMinterface()
+    loaded.LoadFromFile(str(tmp_path / "pin.hdf5"))
+    entry = loaded.nodeSets[0]
+    assert len(np.unique(entry["NodeNumbers"])) == len(entry["NodeNumbers"])
+    along_x = moved.G[[0]].toarray()[0, 0::3]
+    assert_allclose(entry["NodeWeights"], along_x[entry["NodeNumbers"]])
 
 
 def test_without_a_mesh_there_is_nothing_to_draw(tmp_path, pin_structure, pin_reduction):

@@ -1,5 +1,6 @@
 """From the command's functions to a body file that can be trusted, and one that cannot."""
 
+import io
 import json
 
 import h5py
@@ -7,10 +8,12 @@ import numpy as np
 import pytest
 import scipy.linalg
 from numpy.testing import assert_allclose
+from rich.console import Console
 
 from carrierflex.reduction.body_files import read_body, read_certificate
 from carrierflex.workflows.fe import compare_couplings
 from carrierflex.workflows.reduction import check_certificate, export_body, reduce_body
+from carrierflex.workflows.screen.tables import reduced_table
 
 COARSE = 0.06
 
@@ -38,6 +41,52 @@ def test_damaged_matrices_are_found_when_the_certificate_is_shown(body, tmp_path
     certificate = check_certificate.main(damaged)
     assert not certificate.met
     assert "mass" in next(check.name for check in certificate.checks if not check.met)
+
+
+def test_a_number_that_cuts_a_pair_keeps_both_and_says_so(tmp_path):
+    path = tmp_path / "carrier.h5"
+    model = reduce_body.main(body="carrier", out=path, modes=1, size=0.1, quiet=True)
+    frequencies = np.sqrt(model.K.diagonal()[6 * len(model.pilots) :])
+    assert_allclose(frequencies[1:], frequencies[:1], rtol=1e-9)
+    assert model.provenance["modes"] == "2"
+    text = io.StringIO()
+    Console(file=text, width=120).print(reduced_table(model))
+    assert "2, 1 asked for: modes of equal frequency are kept together" in text.getvalue()
+    names = [check.name for check in check_certificate.main(path).checks]
+    assert "asymmetry of the modal part, ppm" in names
+    assert "unlike response of equal pilots up to the cut-off" in names
+
+
+def test_a_body_of_an_earlier_version_is_checked_for_what_it_was_not_then(body, tmp_path):
+    old = tmp_path / "old.h5"
+    old.write_bytes(body.read_bytes())
+    with h5py.File(old, "r+") as file:
+        kept = ["unlike" not in name for name in file["certificate/names"].asstr()[:]]
+        for column in ("names", "wanted", "reached", "met"):
+            values = file["certificate"][column][:][kept]
+            del file["certificate"][column]
+            file["certificate"][column] = values
+    assert not any("unlike" in check.name for check in read_certificate(old).checks)
+    assert any("unlike" in check.name for check in check_certificate.main(old).checks)
+
+
+def test_modes_follow_from_the_frequency_of_use(tmp_path):
+    model = reduce_body.main(
+        body="carrier", out=tmp_path / "a.h5", up_to=450.0, size=0.1, by_symmetry=True, quiet=True
+    )
+    hz = np.sqrt(model.K.diagonal()[6 * len(model.pilots) :]) / (2.0 * np.pi)
+    assert 4 < len(hz) < 12
+    assert hz.max() < 4.0 * 450.0
+    assert read_certificate(tmp_path / "a.h5").cut_off_hz == 450.0
+    # Every fixed-interface mode of a pin lies far above: its pilots say all.
+    pin = reduce_body.main(body="pin", out=tmp_path / "pin.h5", size=COARSE, quiet=True)
+    assert pin.n_coordinates == 6 * len(pin.pilots)
+    certificate = check_certificate.main(tmp_path / "pin.h5")
+    assert certificate.met
+    assert certificate.cut_off_hz == 750.0
+    assert any("none below the cut-off; error of the first" in c.name for c in certificate.checks)
+    with pytest.raises(ValueError, match="--up-to and --modes are both given"):
+        reduce_body.main(body="pin", out=tmp_path / "pin.h5", up_to=1.0, modes=3, quiet=True)
 
 
 def test_a_body_without_certificate_is_refused(body, tmp_path):
@@ -92,9 +141,9 @@ def test_a_free_interface_body_is_certified_and_holds_its_free_modes(body, tmp_p
     assert shift.max() > 0.02
     with h5py.File(path) as file:
         assert "effective_interface_mass" not in file
-    for more in ({"coupling": "rbe2"}, {"max_frequency": 100.0}, {"residual_vectors": True}):
+    for more in ({"coupling": "rbe2"}, {"residual_vectors": True}):
         with pytest.raises(
-            ValueError, match="--interface free keeps a number of modes at distributing couplings"
+            ValueError, match="--interface free keeps modes by number or frequency at distributing"
         ):
             reduce_body.main(body="pin", interface="free", out=path, quiet=True, **more)
     with pytest.raises(

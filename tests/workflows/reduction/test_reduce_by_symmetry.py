@@ -39,8 +39,8 @@ def test_the_body_file_holds_what_the_whole_carrier_gives(tmp_path):
             "works on the half sector, --assembly scikit-fem needs the whole body",
         ),
         (
-            {"body": "carrier", "max_frequency": 900.0},
-            "--max-frequency 900.0 needs the whole body; leave one of them out",
+            {"body": "carrier", "frf_tolerance": 0.1, "frf_up_to": 900.0},
+            "--frf-tolerance 0.1 needs the whole body; leave one of them out",
         ),
     ],
 )
