@@ -23,7 +23,7 @@ from carrierflex.reduction.free_modes import (
     reduced_free_modes,
 )
 from carrierflex.reduction.held_structure import HeldStructure
-from carrierflex.reduction.mode_rules import CUT_OFF_SHARE, FREE_CUT_OFF_SHARE
+from carrierflex.reduction.modes.mode_rules import CUT_OFF_SHARE, FREE_CUT_OFF_SHARE
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.reduced_static import pilot_compliance
 from carrierflex.reduction.rigid_body_checks import (

@@ -15,7 +15,7 @@ from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.reduction.ffrf_data import ffrf_data
 from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes, kept_modes
 from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
-from carrierflex.reduction.mode_rules import ModeRule, rule_of
+from carrierflex.reduction.modes.mode_rules import ModeRule, rule_of
 from carrierflex.reduction.reduced_model import PILOT_COORDINATES, MassProperties, ReducedModel
 from carrierflex.reduction.residual_vectors import residual_vectors
 from carrierflex.reduction.rigid_body_checks import rigid_mass_properties

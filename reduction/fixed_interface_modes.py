@@ -7,10 +7,10 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from carrierflex.fe.static import AccuracyError
-from carrierflex.reduction.block_lanczos import lowest_modes
 from carrierflex.reduction.held_structure import HeldStructure
-from carrierflex.reduction.mode_orientation import oriented
-from carrierflex.reduction.mode_rules import ModeRule, modes_by_rule
+from carrierflex.reduction.modes.block_lanczos import lowest_modes
+from carrierflex.reduction.modes.mode_orientation import oriented
+from carrierflex.reduction.modes.mode_rules import ModeRule, modes_by_rule
 
 #: Largest residual of an eigenpair, relative to its elastic force.
 _RESIDUAL_TOLERANCE = 1e-6
@@ -35,7 +35,8 @@ def fixed_interface_modes(
     """Lowest modes of ``K φ + Gᵀ λ = ω² M φ``, ``G φ = 0``, by block Lanczos iteration.
 
     The iteration uses the factor of the body with its pilots fixed. Signs, and the directions of
-    modes of equal frequency, follow the rule of :mod:`carrierflex.reduction.mode_orientation`.
+    modes of equal frequency, follow the rule of
+    :mod:`carrierflex.reduction.modes.mode_orientation`.
 
     Parameters
     ----------

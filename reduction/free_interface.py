@@ -24,7 +24,7 @@ from carrierflex.reduction.craig_bampton import (
 from carrierflex.reduction.ffrf_data import ffrf_data
 from carrierflex.reduction.free_modes import FreeModes, kept_free_modes
 from carrierflex.reduction.held_structure import GroundedBody
-from carrierflex.reduction.mode_rules import ModeRule, rule_of
+from carrierflex.reduction.modes.mode_rules import ModeRule, rule_of
 from carrierflex.reduction.reduced_model import ReducedModel
 
 _N_RIGID = 6

@@ -7,10 +7,10 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from carrierflex.fe.structural_model import StructuralModel
-from carrierflex.reduction.block_lanczos import lowest_modes
 from carrierflex.reduction.held_structure import GroundedBody
-from carrierflex.reduction.mode_orientation import oriented
-from carrierflex.reduction.mode_rules import ModeRule, modes_by_rule
+from carrierflex.reduction.modes.block_lanczos import lowest_modes
+from carrierflex.reduction.modes.mode_orientation import oriented
+from carrierflex.reduction.modes.mode_rules import ModeRule, modes_by_rule
 from carrierflex.reduction.reduced_model import ReducedModel
 
 _BLOCK_SIZE = 8

@@ -11,7 +11,7 @@ from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.dynamic_stiffness import full_response, modes_needed
 from carrierflex.reduction.held_structure import GroundedBody
-from carrierflex.reduction.mode_rules import (
+from carrierflex.reduction.modes.mode_rules import (
     CUT_OFF_SHARE,
     FREE_CUT_OFF_SHARE,
     AtLeast,

@@ -13,7 +13,7 @@ from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.fe.surface_integrals import rigid_body_modes
 from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes
 from carrierflex.reduction.held_structure import HeldStructure
-from carrierflex.reduction.mode_orientation import oriented
+from carrierflex.reduction.modes.mode_orientation import oriented
 
 #: A vector that is this small beside the answer it is what is left of holds nothing new [share of
 #: strain energy].

@@ -11,7 +11,7 @@ from carrierflex.fe.half_sector_sensors import HalfSectorSensors
 from carrierflex.fe.symmetry_blocks import HalfSector
 from carrierflex.reduction.craig_bampton import MODAL_DAMPING_RATIO, coordinate_labels
 from carrierflex.reduction.ffrf_data import FfrfData
-from carrierflex.reduction.mode_rules import ModeRule
+from carrierflex.reduction.modes.mode_rules import ModeRule
 from carrierflex.reduction.reduced_model import MassProperties, ReducedModel
 from carrierflex.reduction.symmetric_reduction import SymmetricBasis, symmetric_basis
 
@@ -47,7 +47,8 @@ def symmetric_craig_bampton(
     The result is that of :func:`carrierflex.reduction.craig_bampton.craig_bampton`.
 
     Modes of one frequency are the partners of a pair, even and odd about pin 1's meridional plane,
-    where the whole body's path turns them as :mod:`carrierflex.reduction.mode_orientation` says.
+    where the whole body's path turns them as
+    :mod:`carrierflex.reduction.modes.mode_orientation` says.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ from carrierflex.geometry.dihedral_group import (
 from carrierflex.reduction.ffrf_data import FfrfData, ffrf_data
 from carrierflex.reduction.fixed_interface_modes import fixed_interface_modes
 from carrierflex.reduction.held_structure import GroundedBlock, HeldStructure
-from carrierflex.reduction.mode_rules import ModeRule, modes_by_rule, rule_of
+from carrierflex.reduction.modes.mode_rules import ModeRule, modes_by_rule, rule_of
 
 #: Distance [m] within which a node counts as the image of another.
 _SAME_POINT = 1e-8

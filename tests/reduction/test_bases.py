@@ -22,7 +22,7 @@ from carrierflex.reduction.interface_mass import (
     rigid_motion_of_interface,
 )
 from carrierflex.reduction.mode_count import chosen_modes, modes_for_response
-from carrierflex.reduction.mode_rules import AtLeast
+from carrierflex.reduction.modes.mode_rules import AtLeast
 from carrierflex.reduction.orthonormal_form import orthonormal_form
 from carrierflex.reduction.reduced_static import pilot_compliance
 from carrierflex.reduction.residual_vectors import body_loads

@@ -15,7 +15,7 @@ from carrierflex.fe.static import AccuracyError
 from carrierflex.reduction.craig_bampton import craig_bampton, mass_properties
 from carrierflex.reduction.fixed_interface_modes import fixed_interface_modes
 from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
-from carrierflex.reduction.mode_rules import Below
+from carrierflex.reduction.modes.mode_rules import Below
 from carrierflex.reduction.reduced_static import pilot_compliance
 from tests.analytic import (
     box_inertia,

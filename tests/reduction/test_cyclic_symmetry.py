@@ -96,8 +96,8 @@ def lowest(model, n_modes):
     """Body of the first `n_modes` modes, wherever that ends."""
     kept = slice(0, 6 * len(model.pilots) + n_modes)
     return replace(
-        model, K=model.K[kept, kept], M=model.M[kept, kept], D=model.D[kept, kept], labels=model.labels[kept],
-        sensor_rows=model.sensor_rows[:, kept], ffrf=None,
+        model, K=model.K[kept, kept], M=model.M[kept, kept], D=model.D[kept, kept],
+        labels=model.labels[kept], sensor_rows=model.sensor_rows[:, kept], ffrf=None,
     )  # fmt: skip
 
 

@@ -16,7 +16,8 @@ def main(body: Path, *, json: Path | None = None) -> Certificate:
 
     Checks against the full body (static compliance, free frequencies, MAC, frequency response)
     stand as they were found when the body was reduced. Mass by three kinds of rigid-body modes,
-    grounding, symmetry and equality of equal pilots are computed again from the matrices in the file.
+    grounding, symmetry and equality of equal pilots are computed again from the matrices in the
+    file.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes
 from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
 from carrierflex.reduction.mode_count import DEFAULT_FREQUENCY
-from carrierflex.reduction.mode_rules import rule_for_use
+from carrierflex.reduction.modes.mode_rules import rule_for_use
 from carrierflex.reduction.pin_fit import HELD, PinFitFamily
 from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, TABLE_4_STIFFNESS
 from carrierflex.reduction.reduced_model import ReducedModel

@@ -1,11 +1,11 @@
 """What will long work cost? Degrees of freedom, memory and time, told before it begins.
 
-Degrees of freedom are those of the mesh itself, which costs a hundredth of the work behind it. Where
-they would be many, a coarser mesh is counted and scaled by volume V, surface A and edge length h:
-``n = c3 V / h³ + c2 A / h²``, fitted to the default bodies at h = 22 and 16 mm; from 22 to 16 mm it
-is right to 1 %, from the coarsest mesh so used to 5 %. CAD models are not meshed for a preview;
-their volume and surface give n directly, within 2 % for the default carrier's model at h = 30 and
-22 mm, a fifth too low at 60 mm.
+Degrees of freedom are those of the mesh itself, which costs little of the work behind it. Where
+they would be more than 400 000, a coarser mesh is counted and scaled by volume V, surface A and
+edge length h: ``n = c3 V / h³ + c2 A / h²``, fitted to the default bodies at h = 22 and 16 mm;
+there, 2 % off for the carriers and 10 % for the main shaft. CAD models are not meshed for a
+preview; their volume and surface give n directly, within 2 % for the default carrier's model at h =
+30 and 22 mm, a fifth too low at 60 mm.
 
 Memory and seconds follow from n. Measured on two cores with MKL, other work running beside
 (flexible carrier, nine pilots, 20 modes, certificate included; memory above the program's own 0.25

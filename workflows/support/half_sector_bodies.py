@@ -19,7 +19,7 @@ from carrierflex.reduction.certificate import (
     fixed_interface_cut_off,
     inner_checks,
 )
-from carrierflex.reduction.mode_rules import ModeRule
+from carrierflex.reduction.modes.mode_rules import ModeRule
 from carrierflex.reduction.symmetric_craig_bampton import (
     SymmetricReduction,
     symmetric_craig_bampton,

@@ -11,7 +11,7 @@ from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.reduction.body_files import read_body
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.mode_count import DEFAULT_FREQUENCY
-from carrierflex.reduction.mode_rules import rule_for_use
+from carrierflex.reduction.modes.mode_rules import rule_for_use
 from carrierflex.reduction.pin_joints import carrier_with_pins
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.simulation.stage.stage_body import (

@@ -6,7 +6,7 @@ import scipy.sparse as sp
 from numpy.testing import assert_allclose
 
 from carrierflex.fe.static import AccuracyError
-from carrierflex.reduction.block_lanczos import lowest_modes
+from carrierflex.reduction.modes.block_lanczos import lowest_modes
 
 N = 120
 

@@ -6,12 +6,12 @@ from numpy.testing import assert_allclose
 
 from carrierflex.fe.structural_model import FLEXIBLE_CARRIER_PILOTS, carrier_pilot_points
 from carrierflex.fe.symmetry_blocks import half_sector
-from carrierflex.reduction import mode_rules
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.fixed_interface_modes import fixed_interface_modes
 from carrierflex.reduction.free_interface import free_interface_reduction
 from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
-from carrierflex.reduction.mode_rules import AtLeast, Below, end_of_group, rule_for_use
+from carrierflex.reduction.modes import mode_rules
+from carrierflex.reduction.modes.mode_rules import AtLeast, Below, end_of_group, rule_for_use
 from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampton
 
 HZ = 2.0 * np.pi

@@ -105,7 +105,7 @@ class Below:
 
 
 def rule_for_use(frequency_hz: float, share: float = CUT_OFF_SHARE) -> ModeRule:
-    """Modes of a body that is used up to `frequency_hz` [Hz], a `share` of that of its last mode."""
+    """Modes of a body used up to `frequency_hz` [Hz], a `share` of that of its last mode."""
     return Below(frequency_hz / share)
 
 

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.reduction.craig_bampton import craig_bampton
-from carrierflex.reduction.mode_orientation import oriented
+from carrierflex.reduction.modes.mode_orientation import oriented
 
 
 @pytest.fixture
