@@ -28,6 +28,7 @@ BENCHMARKS = (
     "carrier_identification_speed",
     "bushing_identification_speed",
     "long_record_memory",
+    "many_runs",
 )
 
 #: Packages that only comparisons need, by the name of the module that is imported.

@@ -232,8 +232,10 @@ def _with_lowest_modes(half: HalfSector, n_modes: int, seed: int) -> _SolvedBody
         have = np.sort(
             np.concatenate([np.repeat(part.omega, part.kind.dimension) for part in solved])
         )
+        if not n_modes:
+            return _SolvedBody(solved, have)
         highest = have[n_modes - 1] if len(have) >= n_modes else np.inf
-        if not n_modes or all(part.omega[-1] >= highest for part in solved):
+        if all(part.omega[-1] >= highest for part in solved):
             return _SolvedBody(solved, have[:n_modes])
         solved = [
             part

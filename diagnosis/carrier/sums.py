@@ -41,6 +41,9 @@ IntArray = NDArray[np.int64]
 _MOST_BLOCKS = 12
 #: Samples whose columns are in memory at once.
 _CHUNK = 20_000
+#: Bytes of all sums up to which a run has several blocks, and beyond which a campaign is refused.
+_USUAL_MEMORY = 2_000_000_000
+_MOST_MEMORY = 8_000_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,9 +127,10 @@ def accumulated_sums(campaign: Campaign, source: ColumnSource) -> CarrierSums:
     Raises
     ------
     ValueError
-        Where the carrier turns by less than one revolution in a run.
+        Where the carrier turns by less than one revolution in a run, or the campaign is too large.
     """
-    runs = [_run_sums(run, campaign, source) for run in campaign.within_use().runs]
+    n_blocks = _blocks_a_run(campaign, source)
+    runs = [_run_sums(run, campaign, source, n_blocks) for run in campaign.within_use().runs]
     segments = tuple(
         Segment(run.name, run.condition, block, int(count.sum()))
         for run, sums in zip(campaign.runs, runs, strict=True)
@@ -168,10 +172,38 @@ class _RunSums:
     loads: FloatArray
 
 
-def _run_sums(run: Run, campaign: Campaign, source: ColumnSource) -> _RunSums:
-    """Sums of one run over all channels."""
+def _blocks_a_run(campaign: Campaign, source: ColumnSource) -> int:
+    """Blocks that every run is divided into: as many as leave memory free, 1 to 12.
+
+    Raises
+    ------
+    ValueError
+        Where one block a run does not fit.
+    """
+    first, channel = campaign.runs[0], campaign.channels[0]
+    part = _part(inputs_of(first), np.arange(1))
+    targets = _target_rows(first, channel, np.arange(1), source.speed)
+    n_columns = len(targets) + len(
+        source.rows(rim_sensor(channel), part, [part] * len(DELAY_NODES))
+    )
+    n_revolutions = sum(len(whole_revolutions(run).samples) for run in campaign.runs)
+    n_channels = len(campaign.channels)
+    orders = 16 * n_revolutions * n_channels * (MAX_ORDER + 1) * n_columns
+    block = 8 * len(campaign.runs) * n_channels * n_columns**2
+    if orders + block > _MOST_MEMORY:
+        raise ValueError(
+            f"{len(campaign.runs)} runs of {n_channels} channels and {n_revolutions} revolutions "
+            f"in all: their sums take {(orders + block) / 1e9:.1f} GB; expected at most "
+            f"{_MOST_MEMORY / 1e9:.0f} GB: leave out channels, or runs of conditions that others "
+            "have too"
+        )
+    return int(np.clip((_USUAL_MEMORY - orders) // block, 1, _MOST_BLOCKS))
+
+
+def _run_sums(run: Run, campaign: Campaign, source: ColumnSource, n_blocks: int) -> _RunSums:
+    """Sums of one run over all channels, in at most `n_blocks` blocks."""
     revolutions = whole_revolutions(run).samples
-    blocks = np.array_split(np.arange(len(revolutions)), min(_MOST_BLOCKS, len(revolutions)))
+    blocks = np.array_split(np.arange(len(revolutions)), min(n_blocks, len(revolutions)))
     inputs = inputs_of(run)
     columns = (inputs.torque, inputs.ntl_y, inputs.ntl_z)
     loads = np.array([[column[rows].mean() for column in columns] for rows in revolutions])

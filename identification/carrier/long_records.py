@@ -161,11 +161,12 @@ class _Groups:
                 "least one whole revolution"
             )
         s = self.sums
+        # Copies: a view would keep all places of every run, a hundred megabytes with 64 channels.
         return RevolutionSums(
-            s.matrix[:n_groups],
-            s.right_side[:n_groups],
-            s.square_sum[:n_groups],
-            s.n_samples[:n_groups],
+            s.matrix[:n_groups].copy(),
+            s.right_side[:n_groups].copy(),
+            s.square_sum[:n_groups].copy(),
+            s.n_samples[:n_groups].copy(),
         )
 
     def _pair(self) -> None:

@@ -151,7 +151,9 @@ def test_no_mode_is_missing_when_one_block_has_more_than_its_share(paths, monkey
     # Without spare modes the blocks have to be asked again.
     monkeypatch.setattr("carrierflex.reduction.symmetric_reduction._SPARE_MODES", 0)
     model = symmetric_craig_bampton(half, 5).model
-    assert_allclose(np.sqrt(model.K.diagonal()[-5:]), whole.modes.omega[:5], rtol=AGREEMENT)
+    omega = np.sqrt(model.K.diagonal()[6 * len(model.pilots) :])
+    assert len(omega) >= 5
+    assert_allclose(omega, whole.modes.omega[: len(omega)], rtol=AGREEMENT)
 
 
 def test_no_modes_at_all_leave_the_static_body(paths):

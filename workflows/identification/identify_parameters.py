@@ -7,11 +7,11 @@ the signals up to a constant of each sensor, its RMS is never above that of M1, 
 are not negative.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from carrierflex.fe.curve_files import read_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
@@ -19,6 +19,7 @@ from carrierflex.identification.campaign.angle_resampling import resampled_to_an
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_document import CampaignHeader
 from carrierflex.identification.campaign.campaign_files import read_campaign, read_campaign_header
+from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.identification.campaign_check.records_check import records_findings
 from carrierflex.identification.carrier.carrier_identification import (
@@ -51,6 +52,11 @@ from carrierflex.workflows.identification.identify_bushings import (
 from carrierflex.workflows.support.outputs import prepared_folder, save_figure
 from carrierflex.workflows.support.progress import Stages
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: Runs whose signals are drawn, those that the model explains least: nobody looks at hundreds.
+_MOST_DRAWN = 12
 #: Model and estimate by model name and run.
 Fits = Mapping[str, Mapping[str, tuple[CarrierModel, ParameterEstimate]]]
 
@@ -305,7 +311,7 @@ def _written(
             warnings=warnings,
         )
         write_identification(out / "identification.json", document)
-        names = _drawn(out, measured, fits)
+        names = _drawn(out, measured, fits, model)
     files = tuple(out / name for name in ("identification.json", *names))
     return Identification(measured.name, model, estimates, seconds, files, outliers, warnings)
 
@@ -336,20 +342,36 @@ def _outliers(
     return tuple(outliers)
 
 
-def _drawn(out: Path, measured: Campaign, fits: Fits) -> tuple[str, ...]:
-    """Write the plots into `out`; their names."""
-    channels = axial_channels(measured)
+def _drawn(out: Path, measured: Campaign, fits: Fits, model: str) -> tuple[str, ...]:
+    """Write the plots into `out`, each before the next is made; their names."""
+    names = []
+    for name, figure in _figures(measured, fits, model):
+        save_figure(out / name, figure)
+        names.append(name)
+    return tuple(names)
+
+
+def _figures(measured: Campaign, fits: Fits, model: str) -> Iterator[tuple[str, "Figure"]]:
+    """Plots and their file names.
+
+    Signals of the runs that `model` explains least.
+    """
     estimates = {
         name: {run: estimate for run, (_, estimate) in by_run.items()}
         for name, by_run in fits.items()
     }
-    figures = {"rms.png": rms_figure(estimates), "parameters.png": parameters_figure(estimates)}
+    yield "rms.png", rms_figure(estimates)
+    yield "parameters.png", parameters_figure(estimates)
+
+    def rms(run: Run) -> float:
+        return estimates[model][run.name].rms_by_run[run.name]
+
+    channels = axial_channels(measured)
+    least = {run.name for run in sorted(measured.runs, key=rms)[-_MOST_DRAWN:]}
     for run in measured.runs:
-        shown = [by_run[run.name] for by_run in fits.values()]
-        figures[f"signals_{Path(run.file).stem}.png"] = signals_figure(run, channels, shown)
-    for name, figure in figures.items():
-        save_figure(out / name, figure)
-    return tuple(figures)
+        if run.name in least:
+            shown = [by_run[run.name] for by_run in fits.values()]
+            yield f"signals_{Path(run.file).stem}.png", signals_figure(run, channels, shown)
 
 
 def _models(

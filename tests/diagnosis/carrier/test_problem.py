@@ -128,3 +128,17 @@ def test_another_simulators_prediction_is_the_baseline():
     )
     columns = replace(campaign, runs=runs, baseline=Baseline("columns", ("axial_offset",)))
     assert diagnosis_of(carrier_problem(columns, CURVES)).attribution.effects == ("flange_warp",)
+
+
+def test_a_large_campaign_has_fewer_blocks_and_a_larger_one_is_refused(monkeypatch):
+    usual = twin_problem()
+    size = usual.records.gram.nbytes + usual.records.orders.nbytes
+    monkeypatch.setattr("carrierflex.diagnosis.carrier.sums._USUAL_MEMORY", size // 2)
+    smaller = twin_problem()
+    assert len(smaller.segments) < len(usual.segments) / 2
+    assert smaller.records.gram.nbytes + smaller.records.orders.nbytes <= size // 2
+    # The same record, in fewer blocks.
+    assert_allclose(smaller.records.gram.sum(axis=0), usual.records.gram.sum(axis=0), rtol=1e-9)
+    monkeypatch.setattr("carrierflex.diagnosis.carrier.sums._MOST_MEMORY", size // 20)
+    with pytest.raises(ValueError, match=r"runs of \d+ channels and \d+ revolutions in all: their"):
+        twin_problem()

@@ -1,4 +1,5 @@
 import json
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -45,6 +46,35 @@ def test_m2_finds_the_truth_and_writes_it_with_the_plots(tmp_path, campaign):
         "signals_LC2.png",
     }
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in pictures)
+
+
+def test_each_plot_is_written_before_the_next_is_made_and_hundreds_are_not(
+    tmp_path, campaign, monkeypatch
+):
+    module = "carrierflex.workflows.identification.identify_parameters"
+    alive, most, drawn = weakref.WeakSet(), [], []
+
+    class Plot:
+        def __init__(self):
+            alive.add(self)
+            most.append(len(alive))
+
+    def signals(run, channels, fits):
+        drawn.append((run.name, fits[-1][1].rms_by_run[run.name]))
+        return Plot()
+
+    monkeypatch.setattr(f"{module}.signals_figure", signals)
+    for name in ("rms_figure", "parameters_figure"):
+        monkeypatch.setattr(f"{module}.{name}", lambda estimates: Plot())
+    monkeypatch.setattr(f"{module}.save_figure", lambda path, figure: path.touch())
+    monkeypatch.setattr(f"{module}._MOST_DRAWN", 1)
+    result = main(campaign, model="m2", out=tmp_path / "out")
+    # One that is written, and its successor.
+    assert max(most) <= 2
+    estimates = result.estimates["m2"]
+    worst = max(estimates, key=lambda run: estimates[run].rms_by_run[run])
+    assert drawn == [(worst, estimates[worst].rms_by_run[worst])]
+    assert [path.name for path in result.files[3:]] == [f"signals_{worst}.png"]
 
 
 def test_m1_needs_no_curves_and_per_run_leaves_nothing_shared(tmp_path, campaign):

@@ -96,7 +96,7 @@ def test_what_is_no_body_file_is_refused(tmp_path):
             "expected one of carrierflex reduce",
         ),
         (
-            {"modes": 3},
+            {"modes": 6},
             "pin: the body made again has other coordinates; expected this program's own body file",
         ),
         ({"size": 0.05}, "pin: the body made again"),
