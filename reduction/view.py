@@ -12,12 +12,12 @@ from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes
 def modes_picture(
     mesh: TetMesh, modes: FixedInterfaceModes, *, rows: int = 2, columns: int = 2
 ) -> NDArray[np.uint8]:
-    """Render the first ``rows × columns`` fixed-interface modes in a grid.
+    """Render the first ``rows × columns`` fixed-interface modes, or as many as there are.
 
     Coloured by axial displacement.
     """
     plotter = new_plotter((rows, columns))
-    for number in range(rows * columns):
+    for number in range(min(rows * columns, len(modes.omega))):
         plotter.subplot(number // columns, number % columns)
         frequency_hz = modes.omega[number] / (2.0 * np.pi)
         shape = modes.Phi[:, number].reshape(-1, 3)
