@@ -22,6 +22,7 @@ from benchmarks.measured import measured
 from benchmarks.ratio import MEMORY, TIME, Ratio, at_most
 from benchmarks.run import run_alone
 from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.simulated_campaign import simulated_campaign
 from carrierflex.simulation.carrier.case_files import read_case, shipped_case
 from carrierflex.simulation.carrier.motion import simulate_run
@@ -66,7 +67,7 @@ def ratios(
 
 
 def _write(folder: Path, n_runs: int, n_channels: int, n_samples: int) -> None:
-    """Write runs of the first load case, each with a torque and noise of its own."""
+    """Write runs of the first load case at five torques, each with noise of its own."""
     curves = default_curves()
     case = read_case(shipped_case(), curves["delta_f"])
     first = next(s for s in case.sensors if s.quantity == "axial_displacement")
@@ -76,22 +77,30 @@ def _write(folder: Path, n_runs: int, n_channels: int, n_samples: int) -> None:
     )
     rng = np.random.default_rng(0)
     records = []
-    for number in range(n_runs):
+    for level in range(5):
         run = replace(
             case.runs[0],
-            name=f"run_{number}",
-            condition=f"torque {number % 5}",
-            torque=(0.2 + 0.2 * (number % 5)) * case.runs[0].torque,
+            condition=f"torque {level}",
+            torque=(0.2 + 0.2 * level) * case.runs[0].torque,
             duration=n_samples / case.runs[0].sample_rate,
         )
         response = simulate_run(
-            run, sensors, curves["delta_s"], curves["delta_f"], noise_std=5e-6, rng=rng
+            run, sensors, curves["delta_s"], curves["delta_f"], noise_std=0.0, rng=rng
         )
         records.append((run, response))
     rig: dict[str, Any] = {"nominal_torque": 360e3, "sensor_radius": 0.412, "n_planets": 3}
-    campaign = simulated_campaign("many", sensors, records, rig=rig, noise_std=5e-6)
-    files = tuple(replace(run, file=f"{run.name}.parquet") for run in campaign.runs)
-    write_campaign(replace(campaign, rig=rig, runs=files), folder, simulated=True)
+    levels = simulated_campaign("many", sensors, records, rig=rig, noise_std=5e-6)
+    runs = tuple(_noisy(levels.runs[number % 5], number, rng) for number in range(n_runs))
+    write_campaign(replace(levels, rig=rig, runs=runs), folder, simulated=True)
+
+
+def _noisy(run: Run, number: int, rng: np.random.Generator) -> Run:
+    """Copy of a run under another name, with noise."""
+    signals = {
+        name: signal + 5e-6 * rng.standard_normal(signal.size)
+        for name, signal in run.signals.items()
+    }
+    return replace(run, name=f"run_{number}", file=f"run_{number}.parquet", signals=signals)
 
 
 if __name__ == "__main__":
