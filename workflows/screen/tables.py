@@ -78,7 +78,7 @@ def reduced_table(model: "ReducedModel | CostPreview") -> RenderableType:
     asked_for, kept = (model.provenance.get(key) for key in ("modes_asked_for", "modes"))
     if asked_for is not None:
         why = "modes of equal frequency are kept together"
-        table.add_row("modes", escape(f"{kept}, {asked_for} asked for: {why}"))
+        table.add_row("modes", f"{kept}, {asked_for} asked for: {why}")
     table.add_row("pilots", ", ".join(model.pilots))
     table.add_row("mass, kg", f"{mass.mass:.4g}")
     table.add_row("inertia about x, kg m^2", f"{mass.inertia[0, 0]:.4g}")
@@ -149,8 +149,8 @@ def certificate_table(certificate: Certificate) -> RenderableType:
     for check in certificate.checks:
         share = check.share_of_limit
         table.add_row(
-            escape(check.name),
-            escape(check.wanted),
+            check.name,
+            check.wanted,
             f"{check.reached:.2g}",
             "" if share is None else f"{share:.2g}" if share < 0.01 else f"{share:.0%}",
             "yes" if check.met else _NO,
@@ -169,7 +169,7 @@ def certificate_table(certificate: Certificate) -> RenderableType:
     closest = certificate.closest
     if closest is not None and closest.share_of_limit is not None:
         used = f"{100.0 * closest.share_of_limit:.2g} %"
-        lines.append(f"closest to its limit: {escape(closest.name)}, {used} of what is allowed")
+        lines.append(f"closest to its limit: {closest.name}, {used} of what is allowed")
     return Group(table, *lines)
 
 
