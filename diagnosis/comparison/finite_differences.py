@@ -23,6 +23,10 @@ class SegmentedRecord(Protocol):
     """Record of a run, cut into segments."""
 
     @property
+    def name(self) -> str:
+        """Name of the run."""
+
+    @property
     def block(self) -> NDArray[Any]:
         """Segment of every sample, -1 where it is in none; shape (n,)."""
 
@@ -120,6 +124,8 @@ class DifferencedResiduals(Generic[R]):
     def _derivative(self, record: R, theta: FloatArray, residual: FloatArray, k: int) -> FloatArray:
         """Change of the prediction by parameter k; zero where the changed motion diverges."""
         parameter = self.parameters[k]
+        if parameter.run is not None and parameter.run != record.name:
+            return np.zeros(residual.shape)
         step = self.relative_step * max(abs(theta[k]), _LEAST_SHARE * parameter.scale)
         if theta[k] + step > parameter.upper:
             step = -step

@@ -44,6 +44,9 @@ def element_experiments(
     tuple of CandidateExperiment
         Texts name amplitude and frequency.
     """
+    if model.states:
+        # A release is repeated from another deflection by hand: no drive is to be chosen.
+        return ()
     largest = max(records, key=lambda record: float(record.drive.std()))
     mean, size = float(largest.drive.mean()), float(largest.drive.std())
     n = min(_SAMPLES, largest.drive.size)

@@ -1,7 +1,7 @@
 """Parameters of one element and the response they predict for a record."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -31,6 +31,8 @@ _MOST_SUBSTEPS = 64
 _PRIOR = 10.0
 #: Speed below which the sign of a measured motion is uncertain, as a share of its RMS.
 REST_SPEED = 1e-3
+#: Names of a run's deflection and speed at its first sample.
+STATE_NAMES = ("q_0", "v_0")
 #: Periods run before a record that starts in the steady state.
 _RUN_IN_PERIODS = 2
 
@@ -90,6 +92,11 @@ class ElementModel:
         Values at which the baseline's own parameters are held; empty where they are fitted.
     known : KnownPhysics
         Known values and declared errors of the channel.
+    states : mapping of str to tuple of float
+        Measured deflection and speed at the first sample of every run that is released (free
+        decay), whose states are fitted; empty where the measured ones are taken.
+    per_mass : bool
+        Whether forces are per mass: free decay or moving base without a given mass.
     """
 
     by_force: bool
@@ -102,9 +109,14 @@ class ElementModel:
     laws: Mapping[str, Force]
     held: tuple[float, ...] = ()
     known: KnownPhysics = NOTHING_KNOWN
+    states: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    per_mass: bool = False
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
-        """Unknowns: mass (where it is not given), K1, C1, f0, then those of every effect."""
+        """Unknowns: mass (where it is not given), K1, C1, f0, then those of every effect.
+
+        After a release, each run's first deflection and speed stand behind f0.
+        """
         base = [("K1", (1, -1, 0), 0.0), ("C1", (1, -1, 1), 0.0), ("f0", (1, 0, 0), -np.inf)]
         if self.mass is None:
             base.insert(
@@ -113,7 +125,7 @@ class ElementModel:
         own = [
             Parameter(
                 name,
-                _unit(powers, self.units),
+                self.unit_of(powers),
                 lower,
                 np.inf,
                 self.scale.of(powers),
@@ -122,6 +134,7 @@ class ElementModel:
             for name, powers, lower in base
         ]
         own = [self.known.prior(parameter, parameter.name) for parameter in own]
+        own += [self._state(run, k) for run in self.states for k in (0, 1)]
         if self.held:
             own = [
                 replace(one, lower=value, upper=value)
@@ -139,7 +152,7 @@ class ElementModel:
         scale = parameter.scale * size
         unknown = Parameter(
             parameter.name,
-            _unit(powers, self.units) if powers else parameter.unit,
+            self.unit_of(powers) if powers else parameter.unit,
             parameter.lower * size,
             parameter.upper * size,
             scale,
@@ -151,6 +164,19 @@ class ElementModel:
         if is_delay(effect):
             unknown = self.known.sensor_prior(unknown, Measurement.DELAY)
         return self.known.prior(unknown, parameter.name)
+
+    def _state(self, run: str, k: int) -> Parameter:
+        """Deflection (0) or speed (1) at the first sample of a run."""
+        scale = (self.scale.deflection, self.scale.speed)[k]
+        unit = self.unit_of(((0, 1, 0), (0, 1, -1))[k])
+        return Parameter(STATE_NAMES[k], unit, -np.inf, np.inf, scale, effect=BASELINE, run=run)
+
+    def unit_of(self, powers: tuple[int, int, int]) -> str:
+        """Unit text of a parameter with these powers of force, length and time."""
+        if self.per_mass:
+            # A force per mass is a length over a time squared.
+            powers = (0, powers[0] + powers[1], powers[2] - 2 * powers[0])
+        return _unit(powers, self.units)
 
     def predicted(
         self, record: ElementRecord, effects: Effects, theta: FloatArray, *, refined: int = 1
@@ -184,7 +210,9 @@ class ElementModel:
         if not np.isfinite(response).all():
             return response
         time = record.step * np.arange(response.size, dtype=np.float64)
-        return delayed(time, response, values.delay)
+        if record.base is None:
+            return delayed(time, response, values.delay)
+        return delayed(time, response + record.base, values.delay) - record.base
 
     def _motion(self, record: ElementRecord, values: "_Values", refined: int) -> FloatArray:
         """Deflection under the record's force, shape (n,)."""
@@ -193,7 +221,8 @@ class ElementModel:
         for k, size in enumerate(values.controls, start=1):
             if size:
                 fine = fine + size * _fine_drive(record, substeps, k)
-        start = np.array([record.motion[0][0], record.motion[1][0]])
+        measured = (record.motion[0][0], record.motion[1][0])
+        start = np.array(values.states.get(record.name, measured))
         limits = np.array([record.step / substeps, np.abs(record.motion[0]).max()])
         first, second = values.laws
         q, _ = driven_motion(
@@ -233,9 +262,12 @@ class ElementModel:
         of_laws: dict[str, list[float]] = {}
         controls = np.zeros(len(_CONTROLS))
         delay = 0.0
+        states: dict[str, list[float]] = {}
         for parameter, value in zip(self.parameters(effects), theta, strict=True):
             effect = parameter.effect
-            if effect in self.laws:
+            if parameter.run is not None:
+                states.setdefault(parameter.run, []).append(float(value))
+            elif effect in self.laws:
                 of_laws.setdefault(effect, []).append(float(value))
             elif effect in _CONTROLS:
                 controls[_CONTROLS.index(effect)] += value
@@ -247,7 +279,7 @@ class ElementModel:
         laws = tuple(ForceLaw(self.laws[name], np.array(own)) for name, own in of_laws.items())
         # The motion takes two laws: the first, and the sum of all others.
         two_laws = (sum_of_laws(laws[:1]) or _NO_LAW, sum_of_laws(laws[1:]) or _NO_LAW)
-        return _Values(element_values(simulated), controls, delay, two_laws)
+        return _Values(element_values(simulated), controls, delay, two_laws, states)
 
     def signature(
         self, record: ElementRecord, effect: str, values: Mapping[str, float]
@@ -279,12 +311,15 @@ class _Values:
         Delay of the channel [s].
     laws : tuple of ForceLaw
         Two laws beside the compiled ones.
+    states : mapping of str to list of float
+        Deflection and speed at the first sample by run, where they are fitted.
     """
 
     flat: FloatArray
     controls: FloatArray
     delay: float
     laws: tuple[ForceLaw, ForceLaw]
+    states: Mapping[str, Sequence[float]]
 
 
 _NO_LAW = ForceLaw(no_law, np.empty(0))

@@ -45,6 +45,7 @@ from carrierflex.diagnosis.element.signatures import Column, element_signatures,
 from carrierflex.diagnosis.element.starts import element_starts
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.simulation.element.drives import BASE, BY_FORCE, FORCE, FREE_DECAY, PER_MASS
 
 #: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
 _DIFFERENCE = 1e-5
@@ -263,30 +264,31 @@ def element_problem(campaign: Campaign) -> ElementProblem:
     """
     records = element_records(campaign)
     noise, measured = noise_variance(campaign, records)
-    by_force = campaign.rig["drive"] == "force"
+    drive, mass = campaign.rig["drive"], campaign.rig.get("mass")
     channel = campaign.channels[0]
-    input_name = next(iter(campaign.contract.inputs))
-    _refuse_mixed_units(campaign, input_name)
-    input_unit = campaign.input_units[input_name]
-    units = (input_unit, channel.unit) if by_force else (channel.unit, input_unit)
+    _refuse_mixed_units(campaign)
+    per_mass = drive in PER_MASS and mass is None
     cards, laws = force_library(KIND, (*ELEMENT_CARDS, *NEGATIVE_CONTROLS))
     cards = {name: card for name, card in cards.items() if name not in campaign.baseline.impossible}
     unscaled = ElementModel(
-        by_force=by_force,
-        mass=campaign.rig.get("mass"),
+        by_force=drive in BY_FORCE,
+        # Without a mass, forces are per mass.
+        mass=1.0 if per_mass else mass,
         scale=ElementScale(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0),
         cards=cards,
         contained=tuple(campaign.baseline.effects),
-        units=units,
+        units=_units(campaign, per_mass=per_mass),
         substeps=1,
         laws=laws,
         known=known_physics(campaign),
+        states=_measured_states(records) if drive == FREE_DECAY else {},
+        per_mass=per_mass,
     )
     scale = element_scale(unscaled, records)
     model = replace(
         unscaled, scale=scale, substeps=substeps_for(scale, max(record.step for record in records))
     )
-    carried = [carried_noise(model, record, campaign.input_of(input_name)) for record in records]
+    carried = [_carried_noise(campaign, model, record) for record in records]
     noise = noise + np.array(carried)
     note = ""
     if not measured:
@@ -296,15 +298,48 @@ def element_problem(campaign: Campaign) -> ElementProblem:
     )
 
 
-def _refuse_mixed_units(campaign: Campaign, input_name: str) -> None:
+def _carried_noise(campaign: Campaign, model: ElementModel, record: ElementRecord) -> float:
+    """Variance that the noise of the measured force or deflection brings into the channel."""
+    if campaign.rig["drive"] in PER_MASS:
+        return 0.0
+    return carried_noise(model, record, campaign.input_of(next(iter(campaign.contract.inputs))))
+
+
+def _measured_states(records: Sequence[ElementRecord]) -> dict[str, tuple[float, float]]:
+    """Deflection and speed at the first sample of every run."""
+    return {
+        record.name: (float(record.motion[0][0]), float(record.motion[1][0])) for record in records
+    }
+
+
+def _units(campaign: Campaign, *, per_mass: bool) -> tuple[str, str]:
+    """Units of force and deflection."""
+    channel, drive = campaign.channels[0], campaign.rig["drive"]
+    if drive in PER_MASS:
+        return (f"{channel.unit}/s^2" if per_mass else "N"), channel.unit
+    input_unit = next(iter(campaign.input_units.values()))
+    return (input_unit, channel.unit) if drive == FORCE else (channel.unit, input_unit)
+
+
+def _refuse_mixed_units(campaign: Campaign) -> None:
     """A voltage analogue declares both units.
 
     With one of them in SI the parameters would have none that make sense.
     """
+    if campaign.rig["drive"] == FREE_DECAY:
+        return
     channel = campaign.channels[0]
-    foreign = channel.unit != campaign.contract.quantities[channel.quantity]
+    (input_name, expected), *_ = campaign.contract.inputs.items()
     declared = campaign.input_units[input_name]
-    if foreign != (declared != campaign.contract.inputs[input_name]):
+    foreign = channel.unit != campaign.contract.quantities[channel.quantity]
+    if campaign.rig["drive"] == BASE:
+        base = channel.unit if input_name == "base_displacement" else f"{channel.unit}/s^2"
+        if declared != base:
+            raise ValueError(
+                f"[[channels]]: unit of '{channel.name}' is {channel.unit} and that of the input "
+                f"'{input_name}' is {declared}; expected {base} for the input"
+            )
+    elif foreign != (declared != expected):
         raise ValueError(
             f"[[channels]]: unit of '{channel.name}' is {channel.unit} and that of the input "
             f"'{input_name}' is {declared}; "

@@ -17,6 +17,13 @@ from carrierflex.identification.campaign.signals import (
     surrogate,
     trusted_frequency,
 )
+from carrierflex.simulation.element.drives import (
+    BASE,
+    BY_FORCE,
+    FREE_DECAY,
+    base_force,
+    no_force,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -28,6 +35,9 @@ N_BANDS = 16
 #: Periods of the usable band's end that a derivative needs beside it, and the share of a record
 #: they may take at either end.
 _EDGE_PERIODS, _LARGEST_EDGE = 10.0, 0.1
+#: The same of a decay, which is largest where it begins; parts in which its band is sought, and
+#: samples of a part at least.
+_RELEASED_PERIODS, _RELEASED_PARTS, _FEWEST_IN_PART = 1.0, 8, 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +70,9 @@ class ElementRecord:
         Surrogates of the force.
     gap : ndarray, shape (n,), optional
         Measured less predicted where the baseline is another simulator's prediction.
+    base : ndarray, shape (n,), optional
+        Displacement of the base where the channel reads the deflection in space; `response` is
+        relative to it.
     """
 
     name: str
@@ -76,6 +89,7 @@ class ElementRecord:
     in_steady_state: bool
     negative_controls: tuple[FloatArray, ...]
     gap: FloatArray | None = None
+    base: FloatArray | None = None
 
     def with_response(self, response: FloatArray) -> "ElementRecord":
         """Copy that measured another response (force drive: the motion follows)."""
@@ -106,12 +120,11 @@ def element_records(campaign: Campaign) -> tuple[ElementRecord, ...]:
         Where a signal is missing throughout or never changes, or `settle_samples` leaves too
         little.
     """
-    by_force = campaign.rig["drive"] == "force"
     channel = campaign.channels[0]
-    input_name = next(iter(campaign.contract.inputs))
     runs = [run_in_use(run) for run in campaign.runs]
     for run in runs:
-        _refuse_empty(run, run.inputs[input_name], input_name)
+        for input_name, values in run.inputs.items():
+            _refuse_empty(run, values, input_name)
         _refuse_empty(run, run.signals[channel.name], channel.name)
     n_blocks = max(2, min(12, round(_PIECES / len(campaign.runs))))
     settle = int(campaign.rig.get("settle_samples", 0))
@@ -119,9 +132,6 @@ def element_records(campaign: Campaign) -> tuple[ElementRecord, ...]:
         _record(
             run,
             campaign,
-            run.inputs[input_name],
-            run.signals[channel.name],
-            by_force=by_force,
             n_blocks=n_blocks,
             settle=max(0, settle - int(np.searchsorted(whole.time, run.time[0]))),
         )
@@ -159,17 +169,9 @@ def _refuse_empty(run: Run, values: FloatArray, name: str) -> None:
         )
 
 
-def _record(
-    run: Run,
-    campaign: Campaign,
-    drive: FloatArray,
-    response: FloatArray,
-    *,
-    by_force: bool,
-    n_blocks: int,
-    settle: int,
-) -> ElementRecord:
+def _record(run: Run, campaign: Campaign, *, n_blocks: int, settle: int) -> ElementRecord:
     rig = campaign.rig
+    response = run.signals[campaign.channels[0].name]
     period = int(rig.get("period_samples", 0)) if rig.get("periodic") else 0
     even = even_time(run.time)
     measured = np.isfinite(response) if even is run.time else np.ones(even.size, dtype=bool)
@@ -183,9 +185,8 @@ def _record(
     return prepared_record(
         (run.name, run.condition),
         float(even[-1] - even[0]) / (even.size - 1),
-        filled(drive, run.time, even),
-        filled(response, run.time, even),
-        by_force=by_force,
+        *_drive_and_response(run, campaign, even),
+        by_force=rig["drive"] in BY_FORCE,
         counts=counts,
         known=known,
         period=period if settle + 2 * period <= even.size else 0,
@@ -194,11 +195,44 @@ def _record(
     )
 
 
+def _drive_and_response(
+    run: Run, campaign: Campaign, even: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray | None]:
+    """Force or deflection that drives the element, its response, and the base's displacement.
+
+    See :mod:`carrierflex.simulation.element.drives`; the base's displacement only where the channel
+    reads the deflection in space.
+    """
+    drive, channel = campaign.rig["drive"], campaign.channels[0]
+    response = filled(run.signals[channel.name], run.time, even)
+    if drive == FREE_DECAY:
+        return no_force(even.size), response, None
+    name = next(iter(campaign.contract.inputs))
+    values = filled(run.inputs[name], run.time, even)
+    if drive != BASE:
+        return values, response, None
+    mass = float(campaign.rig.get("mass", 1.0))
+    if name == "base_acceleration":
+        if channel.motion == "absolute":
+            raise ValueError(
+                f"[[channels]] {channel.name}: motion is 'absolute' beside the input "
+                "'base_acceleration', whose displacement drifts; expected motion = 'relative', or "
+                "the input 'base_displacement'"
+            )
+        return base_force(values, mass), response, None
+    step = float(even[-1] - even[0]) / (even.size - 1)
+    acceleration = band_limited(values, step, trusted_frequency(values, step), derivative=2)
+    base = values if channel.motion == "absolute" else None
+    relative = response if base is None else response - base
+    return base_force(acceleration, mass), relative, base
+
+
 def prepared_record(
     names: tuple[str, str],
     step: float,
     drive: FloatArray,
     response: FloatArray,
+    base: FloatArray | None = None,
     *,
     by_force: bool,
     counts: NDArray[np.bool_],
@@ -215,10 +249,19 @@ def prepared_record(
     deflection, force = (response, drive) if by_force else (drive, response)
     spans = _spans(np.ones(counts.size, dtype=bool) if known is None else known)
     longest = max(spans, key=lambda span: span.stop - span.start)
-    cutoff = trusted_frequency(deflection[longest], step)
+    is_released = not force.any()
+    if is_released:
+        cutoff = _released_frequency(deflection[longest], step)
+    else:
+        cutoff = trusted_frequency(deflection[longest], step)
     if not (by_force and period):
-        counts = counts & _is_inner(counts.size, spans, cutoff * step)
+        edge = (_RELEASED_PERIODS if is_released else _EDGE_PERIODS) / (cutoff * step)
+        counts = counts & _is_inner(counts.size, spans, edge)
     block, n_blocks = _blocks(counts, period, n_blocks)
+    motion = _motion(deflection, step, cutoff)
+    if is_released:
+        # The force that a free decay balances is that of inertia.
+        force = -motion[2]
     return ElementRecord(
         name=names[0],
         condition=names[1],
@@ -228,12 +271,13 @@ def prepared_record(
         counts=counts,
         block=block,
         n_blocks=n_blocks,
-        motion=_motion(deflection, step, cutoff),
+        motion=motion,
         cutoff_hz=cutoff,
         period=period,
         in_steady_state=in_steady_state,
         # Phases differ from run to run: chance agreement in one does not carry over to the next.
         negative_controls=tuple(surrogate(force, seed) for seed in _placebo_seeds(names[0])),
+        base=base,
     )
 
 
@@ -243,10 +287,18 @@ def _spans(known: NDArray[np.bool_]) -> list[slice]:
     return [slice(int(a), int(b)) for a, b in changes.reshape(-1, 2)]
 
 
-def _is_inner(n: int, spans: Sequence[slice], cutoff: float) -> NDArray[np.bool_]:
-    """Samples of `n` that are far enough from the ends of a known span for their derivatives.
+def _released_frequency(deflection: FloatArray, step: float) -> float:
+    """Frequency [Hz] up to which a decay stands clear of its noise in the largest of its parts.
 
-    `cutoff` in cycles a sample.
+    Its harmonics stand in the beginning alone, where a window over all of it is small.
+    """
+    n_parts = max(1, min(_RELEASED_PARTS, deflection.size // _FEWEST_IN_PART))
+    parts = np.array_split(deflection, n_parts)
+    return trusted_frequency(max(parts, key=np.std), step)
+
+
+def _is_inner(n: int, spans: Sequence[slice], edge_samples: float) -> NDArray[np.bool_]:
+    """Samples of `n` that are far enough from the ends of a known span for their derivatives.
 
     Beyond its ends a span is unknown: the acceleration there is a guess that is felt some periods
     into the span. Where the deflection is predicted whole periods count more.
@@ -254,7 +306,7 @@ def _is_inner(n: int, spans: Sequence[slice], cutoff: float) -> NDArray[np.bool_
     inner = np.zeros(n, dtype=bool)
     for span in spans:
         length = span.stop - span.start
-        edge = min(int(np.ceil(_EDGE_PERIODS / cutoff)), int(_LARGEST_EDGE * length))
+        edge = min(int(np.ceil(edge_samples)), int(_LARGEST_EDGE * length))
         inner[span.start + edge : span.stop - edge] = True
     return inner
 

@@ -139,7 +139,8 @@ def _lacking_force(model: ElementModel, record: ElementRecord, gap: FloatArray) 
     )
     if not model.by_force:
         return e
-    K1, C1 = model.held[-3:-1]
+    first = 0 if model.mass is not None else 1
+    K1, C1 = model.held[first : first + 2]
     m = model.mass if model.mass is not None else model.held[0]
     return -(m * e_2 + C1 * e_1 + K1 * e)
 

@@ -15,8 +15,9 @@ from carrierflex.diagnosis.comparison.problem import (
     Parameter,
     Signatures,
 )
-from carrierflex.diagnosis.element.model import ElementModel
+from carrierflex.diagnosis.element.model import STATE_NAMES, ElementModel
 from carrierflex.diagnosis.element.signatures import Column, contained_columns
+from carrierflex.diagnosis.inference.effect_fit import parameter_key
 from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 
 #: Starts handed back at most, best fit in force space first.
@@ -51,11 +52,17 @@ def element_starts(
     parameters = model.parameters(effects)
     solutions = _force_space_solutions(model, signatures, columns, effects)
     best = solutions[0]
-    warm = np.array([_warm_value(parameter, known, best) for parameter in parameters])
+    states = {
+        (BASELINE, f"{name} of {run}"): value
+        for run, state in model.states.items()
+        for name, value in zip(STATE_NAMES, state, strict=True)
+    }
+    solutions = [{**states, **found} for found in solutions]
+    warm = np.array([_warm_value(parameter, known, best | states) for parameter in parameters])
     starts = [
         warm,
         *(
-            np.array([found.get((p.effect, p.name), _off(p)) for p in parameters])
+            np.array([found.get(parameter_key(p), _off(p)) for p in parameters])
             for found in solutions
         ),
     ]
@@ -63,10 +70,7 @@ def element_starts(
     # baseline is.
     starts += [
         np.array(
-            [
-                known.get((p.effect, p.name), found.get((p.effect, p.name), _off(p)))
-                for p in parameters
-            ]
+            [known.get(parameter_key(p), found.get(parameter_key(p), _off(p))) for p in parameters]
         )
         for found in solutions
         if known
@@ -78,7 +82,7 @@ def element_starts(
         starts += [
             np.array(
                 [
-                    scale.get((p.effect, p.name), found.get((p.effect, p.name), _off(p)))
+                    scale.get(parameter_key(p), found.get(parameter_key(p), _off(p)))
                     for p in parameters
                 ]
             )
@@ -93,7 +97,7 @@ def _warm_value(
     known: Mapping[tuple[str, str], float],
     solution: Mapping[tuple[str, str], float],
 ) -> float:
-    key = (parameter.effect, parameter.name)
+    key = parameter_key(parameter)
     if key in known:
         return known[key]
     if parameter.effect == BASELINE or parameter.shape:

@@ -184,7 +184,9 @@ class Campaign:
     @property
     def contract(self) -> CampaignKind:
         """What this kind of campaign holds."""
-        return campaign_kind(self.kind, self.rig, [declared.name for declared in self.inputs])
+        measured = self.runs[0].inputs if self.runs else ()
+        names = [*(declared.name for declared in self.inputs), *measured]
+        return campaign_kind(self.kind, self.rig, names)
 
     @property
     def input_units(self) -> dict[str, str]:

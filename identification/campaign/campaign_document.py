@@ -1,6 +1,6 @@
 """The table of contents of a campaign (campaign.toml) as checked objects, and back."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -63,7 +63,11 @@ class CampaignHeader:
     simulated: SimulatedMark | None = None
 
 
-def campaign_header(document: Mapping[str, Any], where: str = DOCUMENT_NAME) -> CampaignHeader:
+def campaign_header(
+    document: Mapping[str, Any],
+    where: str = DOCUMENT_NAME,
+    measured: Iterable[str] = (),
+) -> CampaignHeader:
     """Check a parsed campaign.toml.
 
     Parameters
@@ -72,6 +76,8 @@ def campaign_header(document: Mapping[str, Any], where: str = DOCUMENT_NAME) -> 
         The TOML document.
     where : str
         File name, for the message.
+    measured : iterable of str
+        Columns of the first run file: they tell which motion of a base was measured.
 
     Returns
     -------
@@ -95,7 +101,7 @@ def campaign_header(document: Mapping[str, Any], where: str = DOCUMENT_NAME) -> 
     table = DOCUMENT_OF_KIND[_kind_name(document, where)]
     checked = checked_document(document, table, where, version=document["version"])
     names = [own.name for own in checked.inputs]
-    kind = campaign_kind(checked.kind, document["rig"], names)
+    kind = campaign_kind(checked.kind, document["rig"], [*names, *measured])
     channels, among_channels = channels_of(checked.channels, kind)
     inputs = (*inputs_of(checked.inputs, kind), *among_channels)
     refuse([f"{where}: {conflict}" for conflict in input_conflicts(inputs, kind)])

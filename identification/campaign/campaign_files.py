@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -35,6 +36,7 @@ from carrierflex.identification.campaign.run_files import (
     run_file_header,
 )
 from carrierflex.identification.campaign.simulated_mark import simulated_mark
+from carrierflex.simulation.element.drives import BASE
 
 #: Copy of the simulation case that a campaign was made from; it may stand beside the campaign's own
 #: files.
@@ -106,7 +108,22 @@ def read_campaign_header(folder: Path) -> CampaignHeader:
     path = folder / DOCUMENT_NAME
     if not path.is_file():
         raise ValueError(f"{folder}: no file {DOCUMENT_NAME}; expected a campaign folder")
-    return campaign_header(toml_document(path, CAMPAIGN_FILE), str(path))
+    document = toml_document(path, CAMPAIGN_FILE)
+    return campaign_header(document, str(path), _first_columns(document, folder))
+
+
+def _first_columns(document: Mapping[str, Any], folder: Path) -> list[str]:
+    """Columns of the first run file of an element on a moving base; none elsewhere.
+
+    What is wrong with the file is told when it is read.
+    """
+    rig = document.get("rig")
+    if not isinstance(rig, dict) or rig.get("drive") != BASE:
+        return []
+    try:
+        return run_file_header(folder / checked_file_name(document["runs"][0]["file"], "'file'"))
+    except (ValueError, OSError, KeyError, IndexError, TypeError, AttributeError):
+        return []
 
 
 def write_campaign(

@@ -117,7 +117,11 @@ def _element(inputs: Mapping[str, str], quantity: str, unit: str) -> CampaignKin
 ELEMENT_BY_DRIVE = {
     "force": _element({"force": "N"}, "displacement", "m"),
     "displacement": _element({"displacement": "m"}, "force", "N"),
+    "free_decay": _element({}, "displacement", "m"),
+    "base": _element({"base_displacement": "m"}, "displacement", "m"),
 }
+#: A base whose acceleration is measured in place of its displacement.
+_ACCELERATED_BASE = _element({"base_acceleration": "m/s^2"}, "displacement", "m")
 
 KIND_NAMES = ("carrier", "mounting", "element")
 
@@ -135,7 +139,8 @@ def campaign_kind(
         Keys of the rig: ``drive`` of an element and ``radial_load`` of a carrier decide which
         columns are inputs.
     inputs : iterable of str
-        Inputs that the campaign declares: a choice where a drive leaves one.
+        Inputs that the campaign declares or has: the choice between displacement and acceleration
+        of a base.
 
     Returns
     -------
@@ -159,4 +164,6 @@ def campaign_kind(
         raise ValueError(
             f"[rig]: key 'drive' is {drive!r}; expected one of {', '.join(ELEMENT_BY_DRIVE)}"
         )
+    if drive == "base" and "base_acceleration" in inputs:
+        return _ACCELERATED_BASE
     return ELEMENT_BY_DRIVE[drive]

@@ -41,12 +41,13 @@ from carrierflex.identification.campaign.campaign_kinds import (
     ELEMENT_BY_DRIVE,
     MOUNTING,
     CampaignKind,
+    campaign_kind,
 )
 from carrierflex.identification.campaign.file_names import RUN_SUFFIXES, checked_file_name
 from carrierflex.identification.campaign.signal_tables import (
     CarrierChannelTable,
     CarrierInputTable,
-    ChannelTable,
+    ElementChannelTable,
     InputTable,
     MountingChannelTable,
     channels_of,
@@ -54,6 +55,7 @@ from carrierflex.identification.campaign.signal_tables import (
     inputs_of,
     inputs_of_kind,
 )
+from carrierflex.simulation.element.drives import BASE, FREE_DECAY
 from carrierflex.simulation.mounting.rig_keys import RIG_KEYS
 
 
@@ -201,13 +203,19 @@ class MountingRigTable(TomlTable):
     """Nominal facts of the mounting rig; a campaign states all of them."""
 
 
-Drive = Annotated[Literal["force", "displacement"], Expected("one of force, displacement")]
+Drive = Annotated[
+    Literal["force", "displacement", "free_decay", "base"],
+    Expected("one of force, displacement, free_decay, base"),
+]
 
 
 class ElementRigTable(TomlTable):
     """How one mount, damper or spring is driven."""
 
-    drive: Drive = key("What drives the element; the other one is measured")
+    drive: Drive = key(
+        "What drives the element: a force, a displacement, nothing after a release, or its base",
+        newer_values={"free_decay": 2, "base": 2},
+    )
     mass: Positive | None = key("Mass on the element, fitted where absent", "kg", default=None)
     periodic: Flag = key("Whether the drive repeats", default=False)
     period_samples: PositiveCount | None = key("Samples of a period", default=None)
@@ -218,6 +226,8 @@ class ElementRigTable(TomlTable):
 
     @model_validator(mode="after")
     def _states_its_period(self) -> "ElementRigTable":
+        if self.periodic and self.drive == FREE_DECAY:
+            raise ValueError("key 'periodic' is true; expected false where drive = 'free_decay'")
         if self.periodic and self.period_samples is None:
             raise ValueError(
                 "missing key 'period_samples'; expected a whole number >= 1 where periodic = true",
@@ -288,16 +298,31 @@ class MountingCampaignDocument(_CampaignDocument):
     )
 
 
-def _channels_of_drive(tables: list[ChannelTable], info: ValidationInfo) -> list[ChannelTable]:
+def _channels_of_drive(
+    tables: list[ElementChannelTable], info: ValidationInfo
+) -> list[ElementChannelTable]:
     # A wrong rig is told for itself; without its drive nothing can be said about the channels.
-    if "rig" in info.data:
-        channels_of(tables, ELEMENT_BY_DRIVE[info.data["rig"].drive])
+    if "rig" not in info.data:
+        return tables
+    drive = info.data["rig"].drive
+    kind = ELEMENT_BY_DRIVE[drive]
+    channels_of(tables, kind)
+    for table in tables:
+        if drive == BASE and table.motion is None:
+            defect = f"[[channels]] {table.name}: missing key 'motion'"
+            raise ValueError(f"{defect}; expected relative or absolute where drive = 'base'")
+        if drive != BASE and table.motion is not None:
+            raise ValueError(
+                f"[[channels]] {table.name}: key 'motion' is '{table.motion}'; expected no such "
+                f"key where drive = '{drive}'"
+            )
     return tables
 
 
 def _inputs_of_drive(tables: list[InputTable], info: ValidationInfo) -> list[InputTable]:
     if "rig" in info.data:
-        inputs_of(tables, ELEMENT_BY_DRIVE[info.data["rig"].drive])
+        names = [table.name for table in tables]
+        inputs_of(tables, campaign_kind("element", {"drive": info.data["rig"].drive}, names))
     return tables
 
 
@@ -310,7 +335,7 @@ class ElementCampaignDocument(_CampaignDocument):
     )
     rig: ElementRigTable = key("Rig")
     channels: Annotated[
-        list[ChannelTable],
+        list[ElementChannelTable],
         Field(min_length=1),
         AfterValidator(_channels_of_drive),
     ] = key("Measured signal")

@@ -57,6 +57,18 @@ class MountingChannelTable(ChannelTable):
     ] = key("Position on the housing")
 
 
+class ElementChannelTable(ChannelTable):
+    """The measured signal of an element."""
+
+    motion: (
+        Annotated[Literal["relative", "absolute"], Expected("one of relative, absolute")] | None
+    ) = key(
+        "Deflection relative to the moving base, or in space (drive = 'base')",
+        since=2,
+        default=None,
+    )
+
+
 class InputTable(TomlTable):
     """What is declared of one input column."""
 
