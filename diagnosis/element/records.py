@@ -30,6 +30,9 @@ FloatArray = NDArray[np.float64]
 #: Blocks over all runs that the records are cut into, and samples a block holds at least.
 _PIECES = 24
 FEWEST_IN_BLOCK = 64
+#: End of the band of a base's acceleration over its highest clear frequency, where the roll-off
+#: begins at 0.8 of the end; widest band in cycles a sample.
+_ABOVE_BASE, _WIDEST = 1.25, 0.475
 #: Bands of frequency of the score.
 N_BANDS = 16
 #: Periods of the usable band's end that a derivative needs beside it, and the share of a record
@@ -221,7 +224,9 @@ def _drive_and_response(
             )
         return base_force(values, mass), response, None
     step = float(even[-1] - even[0]) / (even.size - 1)
-    acceleration = band_limited(values, step, trusted_frequency(values, step), derivative=2)
+    # The whole motion of the base drives the element: the band's roll-off lies above it.
+    cutoff = min(_ABOVE_BASE * trusted_frequency(values, step), _WIDEST / step)
+    acceleration = band_limited(values, step, cutoff, derivative=2)
     base = values if channel.motion == "absolute" else None
     relative = response if base is None else response - base
     return base_force(acceleration, mass), relative, base

@@ -9,7 +9,7 @@ from carrierflex.diagnosis.classes.answer import class_answer
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.classes.laws import TIME_VARIATION
+from carrierflex.diagnosis.element.classes.laws import DELAY, DRIVE_SIDE, TIME_VARIATION
 from carrierflex.diagnosis.element.classes.shapes import measured_shape
 from carrierflex.diagnosis.element.classes.splines import SplineBasis
 from carrierflex.diagnosis.element.classes.table import CLASS_GROUPS, ElementTable, element_table
@@ -53,7 +53,11 @@ def element_class_answer(
     if own is None:
         return None
     with_time = is_separable_from_time(own, constants.separable_from_drive)
-    candidates = [name for name in CLASS_GROUPS if with_time or name != TIME_VARIATION]
+    left_out = set() if with_time else {TIME_VARIATION}
+    if model.states:
+        # After a release a delay is a shift of the clock, and nothing is applied.
+        left_out |= {DELAY, DRIVE_SIDE}
+    candidates = [name for name in CLASS_GROUPS if name not in left_out]
     return class_answer(
         own.table,
         constants,

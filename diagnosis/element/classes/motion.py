@@ -13,6 +13,7 @@ from carrierflex.diagnosis.element.signatures import base_columns, known_force
 #: Periods of the band's end left out at each end of a record, where derivatives are guesses, and
 #: the largest share of the record that they may take.
 _EDGE_PERIODS, _LARGEST_EDGE = 15.0, 0.1
+_RELEASED_PERIODS = 3.0
 #: A motion is narrow where its energy fills less than this share of its band; the information is
 #: then in the harmonics of the force, and the force's band is kept whole.
 _NARROW = 0.15
@@ -92,7 +93,8 @@ def force_records(model: ElementModel, records: Sequence[ElementRecord]) -> tupl
         band = _band(model, record)
         base = base_columns(model, record)
         scale = model.scale
-        own = (model.mass if model.mass is not None else scale.m) * a + scale.C1 * v + scale.K1 * q
+        restoring = scale.C1 * v + scale.K1 * q
+        own = (model.mass if model.mass is not None else scale.m) * a + restoring
         found.append(
             ForceRecord(
                 record=record,
@@ -101,12 +103,24 @@ def force_records(model: ElementModel, records: Sequence[ElementRecord]) -> tupl
                 x=q,
                 v=v,
                 a=a,
-                side=record.drive if model.by_force else own,
+                side=_side(model, record, own, restoring),
                 band_hz=band,
                 block=block,
             )
         )
     return tuple(found)
+
+
+def _side(
+    model: ElementModel, record: ElementRecord, own: FloatArray, restoring: FloatArray
+) -> FloatArray:
+    """Signal of the drive side: force applied, baseline's force, or its restoring force alone.
+
+    The last where the element is released: nothing is applied, and the whole force is zero.
+    """
+    if not model.by_force:
+        return own
+    return record.drive if record.drive.any() else restoring
 
 
 def _target(model: ElementModel, record: ElementRecord, band_hz: float) -> FloatArray:
@@ -136,9 +150,9 @@ def _band(model: ElementModel, record: ElementRecord) -> float:
 def _blocks(record: ElementRecord, wanted: int) -> np.ndarray:
     """Blocks of like length of the samples that count, away from the ends."""
     n = record.counts.size
-    edge = min(
-        int(np.ceil(_EDGE_PERIODS / (record.cutoff_hz * record.step))), int(_LARGEST_EDGE * n)
-    )
+    # A decay is largest where it begins: fewer periods are given up there.
+    periods = _EDGE_PERIODS if record.drive.any() else _RELEASED_PERIODS
+    edge = min(int(np.ceil(periods / (record.cutoff_hz * record.step))), int(_LARGEST_EDGE * n))
     place = np.arange(n)
     counted = np.flatnonzero(record.counts & (place >= edge) & (place < n - edge))
     block = np.full(n, -1)

@@ -1,12 +1,13 @@
 """Elements that are released or stand on a moving base: twins with known truth."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.element.classes.answer import element_class_answer
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.identification.campaign.campaign import (
@@ -20,6 +21,8 @@ from carrierflex.identification.campaign.records import Run
 from tests.diagnosis.element.element_campaigns import DAMPING, MASS, STEP, STIFFNESS, multisine
 
 CUBIC = 2e9
+#: Decays rub less, so that they swing for the whole record: 0.6 % of critical.
+DECAY_DAMPING = 1.5
 NOISE = 2e-6
 
 
@@ -31,11 +34,11 @@ def no_law(q, v):
     return 0.0 * q
 
 
-def motion(law, time, state, acceleration=lambda t: 0.0):
+def motion(law, time, state, acceleration=lambda t: 0.0, damping=DAMPING):
     """Relative deflection of the mass; its base moves with an acceleration [m/s²]."""
 
     def rates(t, y):
-        force = STIFFNESS * y[0] + DAMPING * y[1] + law(y[0], y[1])
+        force = STIFFNESS * y[0] + damping * y[1] + law(y[0], y[1])
         return [y[1], -force / MASS - acceleration(t)]
 
     solution = solve_ivp(rates, (0.0, time[-1]), state, "DOP853", time, rtol=1e-9, atol=1e-13)
@@ -48,18 +51,20 @@ def decay_campaign(law, *, mass=None, seed=0, starts=(1e-3, 2e-3, 3e-3), **basel
     runs = []
     for number, start in enumerate(starts):
         # Released with a speed of its own, so that neither start value is zero.
-        q = motion(law, time, (start, 20.0 * start)) + NOISE * rng.standard_normal(time.size)
+        q = motion(law, time, (start, 20.0 * start), damping=DECAY_DAMPING)
+        q = q + NOISE * rng.standard_normal(time.size)
         runs.append(Run(f"R{number}", f"R{number}.csv", f"release {start}", time, {}, {"q": q}))
     rig = {"drive": "free_decay", **({} if mass is None else {"mass": mass})}
     channel = Channel("q", "displacement", "m", noise_std=NOISE)
     return Campaign("element", "decay", Baseline("model", **baseline), rig, (channel,), tuple(runs))
 
 
+@cache
 def base_campaign(law, *, measured="base_displacement", kind="relative", mass=MASS, seed=0):
     rng = np.random.default_rng(seed)
     runs = []
     for number, amplitude in enumerate((0.2e-3, 0.5e-3)):
-        shape, n = multisine(1.0, 10 * seed + number, lines=range(1, 60))
+        shape, n = multisine(1.0, 10 * seed + number, periods=2, lines=range(1, 60))
         time = STEP * np.arange(n)
 
         def u(t, amplitude=amplitude, shape=shape):
@@ -99,7 +104,7 @@ def test_a_release_gives_stiffness_and_damping_and_its_own_start(mass):
     fit = fit_effects(problem, ())
     values, scale = values_of(fit), (mass or 1.0) / MASS
     assert values["K1"] == pytest.approx(scale * STIFFNESS, rel=2e-3)
-    assert values["C1"] == pytest.approx(scale * DAMPING, rel=1e-2)
+    assert values["C1"] == pytest.approx(scale * DECAY_DAMPING, rel=1e-2)
     assert "m" not in values
     for number, start in enumerate((1e-3, 2e-3, 3e-3)):
         assert values[f"q_0 of R{number}"] == pytest.approx(start, abs=4.0 * NOISE)
@@ -110,15 +115,14 @@ def test_a_release_gives_stiffness_and_damping_and_its_own_start(mass):
     assert units["f0"] == ("N" if mass else "m/s^2")
 
 
-def test_the_law_of_a_release_is_named():
+def test_the_law_of_a_release_is_found_with_its_class():
     problem = element_problem(decay_campaign(cubic))
     fit = fit_effects(problem, ("cubic_stiffness",))
     assert values_of(fit)["K3"] == pytest.approx(CUBIC / MASS, rel=0.01)
-    diagnosis = diagnose(problem, campaign="decay", kind="element")
-    assert diagnosis.attribution.effects == ("cubic_stiffness",)
-    assert diagnosis.attribution.parameters["baseline"]["q_0 of R1"].value == pytest.approx(
-        2e-3, rel=0.01
-    )
+    answer = element_class_answer(problem.model, problem.records, problem.noise)
+    (found,) = answer.classes
+    assert (found.id, found.law) == ("restoring_force", "cubic_stiffness")
+    assert found.share > 0.98
 
 
 @pytest.mark.parametrize(
@@ -129,17 +133,15 @@ def test_the_law_of_a_release_is_named():
         ("base_acceleration", "relative"),
     ],
 )
-@pytest.mark.parametrize("mass", [None, MASS])
-def test_a_moving_base_drives_the_mass_by_its_inertia(measured, kind, mass):
-    campaign = base_campaign(cubic, measured=measured, kind=kind, mass=mass)
-    problem = element_problem(campaign)
-    fit = fit_effects(problem, ("cubic_stiffness",))
+def test_a_moving_base_drives_the_mass_by_its_inertia(measured, kind):
+    # With a mass the forces are in newtons, without one they are per mass.
+    mass = MASS if kind == "absolute" else None
+    problem = element_problem(base_campaign(no_law, measured=measured, kind=kind, mass=mass))
+    fit = fit_effects(problem, ())
     values, scale = values_of(fit), (mass or 1.0) / MASS
     assert values["K1"] == pytest.approx(scale * STIFFNESS, rel=5e-3)
     assert values["C1"] == pytest.approx(scale * DAMPING, rel=2e-2)
-    assert values["K3"] == pytest.approx(scale * CUBIC, rel=5e-2)
-    without = fit_effects(problem, ())
-    assert without.cost > 10.0 * fit.cost
+    assert "m" not in values
 
 
 def test_the_motion_of_the_channel_matters():
@@ -179,7 +181,7 @@ def test_such_campaigns_come_back_from_their_folder(tmp_path, campaign):
     [
         (("version = 2", "version = 1"), "'drive' is 'base', which belongs to version 2"),
         (
-            ('motion = "relative"', ""),
+            (', motion = "relative"', ""),
             "x: missing key 'motion'; expected relative",
         ),
         (
