@@ -9,30 +9,21 @@ from numpy.typing import NDArray
 from scipy.signal import welch
 
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.element_drive import drive_and_response
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import (
     band_limited,
     even_time,
-    filled,
     surrogate,
     trusted_frequency,
 )
-from carrierflex.simulation.element.drives import (
-    BASE,
-    BY_FORCE,
-    FREE_DECAY,
-    base_force,
-    no_force,
-)
+from carrierflex.simulation.element.drives import BY_FORCE
 
 FloatArray = NDArray[np.float64]
 
 #: Blocks over all runs that the records are cut into, and samples a block holds at least.
 _PIECES = 24
 FEWEST_IN_BLOCK = 64
-#: End of the band of a base's acceleration over its highest clear frequency, where the roll-off
-#: begins at 0.8 of the end; widest band in cycles a sample.
-_ABOVE_BASE, _WIDEST = 1.25, 0.475
 #: Bands of frequency of the score.
 N_BANDS = 16
 #: Periods of the usable band's end that a derivative needs beside it, and the share of a record
@@ -188,7 +179,7 @@ def _record(run: Run, campaign: Campaign, *, n_blocks: int, settle: int) -> Elem
     return prepared_record(
         (run.name, run.condition),
         float(even[-1] - even[0]) / (even.size - 1),
-        *_drive_and_response(run, campaign, even),
+        *drive_and_response(run, campaign, even),
         by_force=rig["drive"] in BY_FORCE,
         counts=counts,
         known=known,
@@ -196,40 +187,6 @@ def _record(run: Run, campaign: Campaign, *, n_blocks: int, settle: int) -> Elem
         in_steady_state=bool(period) and settle == 0,
         n_blocks=n_blocks,
     )
-
-
-def _drive_and_response(
-    run: Run, campaign: Campaign, even: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray | None]:
-    """Force or deflection that drives the element, its response, and the base's displacement.
-
-    See :mod:`carrierflex.simulation.element.drives`; the base's displacement only where the channel
-    reads the deflection in space.
-    """
-    drive, channel = campaign.rig["drive"], campaign.channels[0]
-    response = filled(run.signals[channel.name], run.time, even)
-    if drive == FREE_DECAY:
-        return no_force(even.size), response, None
-    name = next(iter(campaign.contract.inputs))
-    values = filled(run.inputs[name], run.time, even)
-    if drive != BASE:
-        return values, response, None
-    mass = float(campaign.rig.get("mass", 1.0))
-    if name == "base_acceleration":
-        if channel.motion == "absolute":
-            raise ValueError(
-                f"[[channels]] {channel.name}: motion is 'absolute' beside the input "
-                "'base_acceleration', whose displacement drifts; expected motion = 'relative', or "
-                "the input 'base_displacement'"
-            )
-        return base_force(values, mass), response, None
-    step = float(even[-1] - even[0]) / (even.size - 1)
-    # The whole motion of the base drives the element: the band's roll-off lies above it.
-    cutoff = min(_ABOVE_BASE * trusted_frequency(values, step), _WIDEST / step)
-    acceleration = band_limited(values, step, cutoff, derivative=2)
-    base = values if channel.motion == "absolute" else None
-    relative = response if base is None else response - base
-    return base_force(acceleration, mass), relative, base
 
 
 def prepared_record(
