@@ -80,6 +80,8 @@ def _classify(campaign: Path, out: Path) -> None:
         if not isinstance(problem, WithClasses):
             raise ValueError(f"{campaign}: its kind has no classes; expected kind element")
         answer = problem.class_answer()
+    if answer is None:
+        raise ValueError(f"{campaign}: its baseline leaves no classes; expected a model's baseline")
     out.mkdir(parents=True, exist_ok=True)
     save_json(out / DIAGNOSIS_FILE, {"format": FORMAT, "version": VERSION, **_class_keys(answer)})
 
