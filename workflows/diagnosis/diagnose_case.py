@@ -80,10 +80,10 @@ def _classify(campaign: Path, out: Path) -> None:
         if not isinstance(problem, WithClasses):
             raise ValueError(f"{campaign}: its kind has no classes; expected kind element")
         answer = problem.class_answer()
-    if answer is None:
-        raise ValueError(f"{campaign}: its baseline leaves no classes; expected a model's baseline")
+    # Records too short for classes answer nothing.
+    keys = {"verdict": NOT_DIAGNOSABLE} if answer is None else _class_keys(answer)
     out.mkdir(parents=True, exist_ok=True)
-    save_json(out / DIAGNOSIS_FILE, {"format": FORMAT, "version": VERSION, **_class_keys(answer)})
+    save_json(out / DIAGNOSIS_FILE, {"format": FORMAT, "version": VERSION, **keys})
 
 
 def _class_keys(answer: ClassAnswer) -> dict[str, Any]:
