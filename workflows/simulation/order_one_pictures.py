@@ -30,7 +30,7 @@ def order_one_figure(
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(13, 7.5), layout="constrained")
-    panels = figure.subplots(2, 3).flat
+    panels = list(figure.subplots(2, 3).flat)
     full = paper["LC1"] * 1e6
     for panel, axis in zip(panels, AXES, strict=False):
         for number, (name, values) in enumerate(sweeps[axis.name].items()):
@@ -43,8 +43,9 @@ def order_one_figure(
             panel.set_xscale("log")
     last = panels[len(AXES)]
     cases = list(next(iter(load_cases.values())))
-    for number, values in enumerate(load_cases.values()):
-        last.plot(cases, [values[case] * 1e6 for case in cases], f"C{number}o-", markersize=3.5)
+    for number, amplitudes in enumerate(load_cases.values()):
+        shown = [amplitudes[case] * 1e6 for case in cases]
+        last.plot(cases, shown, f"C{number}o-", markersize=3.5)
     last.plot(
         list(paper), [value * 1e6 for value in paper.values()], "k_", markersize=22, label="paper"
     )
