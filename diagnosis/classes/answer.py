@@ -17,7 +17,7 @@ from carrierflex.diagnosis.classes.results import (
     ClassFinding,
     MeasuredShape,
 )
-from carrierflex.diagnosis.classes.shares import Shares
+from carrierflex.diagnosis.classes.shares import Shares, at_most_one
 
 #: Measured shape of one class of an answer: class, result of the answer, nearest law.
 ShapeOf = Callable[[ClassScores, str, HeldOutSquares, NearestLaw], MeasuredShape | None]
@@ -64,7 +64,9 @@ def class_answer(
     shares = Shares(scores.of(()).squares, table.floor, constants)
     plain = [name for name in candidates if name != table.surface]
     decision = decide(scores, shares, plain, drive_note=drive_note)
-    singles = {name: shares.of(scores.of((name,))) for name in (*plain, table.surface) if name}
+    singles = {
+        name: at_most_one(shares.of(scores.of((name,)))) for name in (*plain, table.surface) if name
+    }
     if decision.state == NOTHING:
         return _nothing(scores, decision, shares, table)
     findings, laws = [], []
@@ -85,9 +87,9 @@ def class_answer(
             for name, share in singles.items()
             if not _holds(table, name, decision.classes)
         },
-        share=shares.of(held),
+        share=at_most_one(shares.of(held)),
         share_ci95=shares.interval(held),
-        learnable=learnable,
+        learnable=at_most_one(learnable),
         learnt_by=tuple(set(decision.best_pair) - set(decision.classes)) if pair_gains else (),
         law_share=_law_share(scores, shares, laws),
         rho=float(np.sqrt(held.total / scores.of(()).total)),
@@ -140,16 +142,23 @@ def _nothing(
 def _finding(
     scores: ClassScores, shares: Shares, decision: Decision, own: str, shape_of: ShapeOf
 ) -> tuple[ClassFinding, NearestLaw]:
-    """One class of the answer; in a pair its share is what is lost without it."""
+    """One class of the answer; in a pair its share is the mean of what it adds alone and second."""
     beside = tuple(name for name in decision.classes if name != own)
     law = nearest_law(scores, shares, own, beside)
-    without = shares.of(scores.of(beside)) if beside else 0.0
-    low, high = shares.interval(decision.held)
-    law_share = shares.of(law.held) - without if law.held is not None else float("nan")
+    before, other = scores.of(()), scores.of(beside)
+    whole = shares.of(decision.held)
+    # Each part lies within the whole, and both add up to it, also where one class harms alone.
+    share, interval = shares.part(before, other, scores.of((own,)), decision.held)
+    if beside:
+        share = min(max(share, 0.0), max(whole, 0.0)) / max(whole, 1.0)
+    law_share = float("nan")
+    if law.held is not None:
+        alone = scores.with_law((), law.columns)
+        law_share = at_most_one(shares.part(before, other, alone, law.held)[0])
     finding = ClassFinding(
         id=own,
-        share=shares.of(decision.held) - without,
-        share_ci95=(low - without, high - without),
+        share=at_most_one(share),
+        share_ci95=interval,
         law=law.id,
         law_share=law_share,
         law_named=law.is_equal,
@@ -163,4 +172,4 @@ def _law_share(scores: ClassScores, shares: Shares, laws: Sequence[NearestLaw]) 
     known = [law.columns for law in laws if law.id]
     if not known:
         return float("nan")
-    return shares.of(scores.with_law((), np.concatenate(known)))
+    return at_most_one(shares.of(scores.with_law((), np.concatenate(known))))

@@ -56,7 +56,8 @@ class ClassFinding:
         Class.
     share, share_ci95 : float, tuple of float
         Share of the gap above the floor that the class explains on held-out records; in a pair,
-        what is lost without it.
+        the mean of what it explains alone and of what is lost without it: parts add up to the
+        pair's share. No share of an answer is above one.
     law : str
         Nearest law of the library in this class; empty where it holds none.
     law_share : float

@@ -50,12 +50,34 @@ class Shares:
         return 1.0 - (held.total - float(self.floor.sum())) / self.gap
 
     def interval(self, held: HeldOutSquares) -> tuple[float, float]:
-        """95 % interval of a share over the blocks."""
+        """95 % interval of a share over the blocks, its ends at most one."""
+        return self._interval_of(self.before - held.squares)
+
+    def part(
+        self,
+        nothing: HeldOutSquares,
+        other: HeldOutSquares,
+        alone: HeldOutSquares,
+        both: HeldOutSquares,
+    ) -> tuple[float, tuple[float, float]]:
+        """Part of one class in a pair, with its 95 % interval over the blocks.
+
+        Mean of what it explains alone and of what it adds to the other: the parts of a pair add up
+        to its share. A single class has nothing beside it: `other` is `nothing`.
+
+        References
+        ----------
+        .. [1] L. S. Shapley, "A value for n-person games", Annals of Math. Studies 28 (1953) 307.
+        """
+        gains = 0.5 * (nothing.squares - alone.squares + other.squares - both.squares)
+        return float(gains.sum()) / self.gap, self._interval_of(gains)
+
+    def _interval_of(self, gains: FloatArray) -> tuple[float, float]:
+        """95 % interval over the blocks of what is gained in each, as a share of the gap."""
         above = self._counts @ (self.before - self.floor)
-        kept = np.maximum(above, 0.05 * self.gap)
-        draws = 1.0 - (self._counts @ (held.squares - self.floor)) / kept
+        draws = (self._counts @ gains) / np.maximum(above, 0.05 * self.gap)
         low, high = np.quantile(draws, _INTERVAL)
-        return float(low), float(high)
+        return at_most_one(float(low)), at_most_one(float(high))
 
     def ratio_interval(self, held: HeldOutSquares) -> tuple[float, float]:
         """95 % interval of the ratio of RMS after and before."""
@@ -101,3 +123,8 @@ class Shares:
         gain = self.gain(better, worse)
         least = max(limits.standard_errors * self.gain_error(better, worse), least_gain)
         return gain > least and gain * self.gap >= limits.gain_of_left * self.left(worse)
+
+
+def at_most_one(share: float) -> float:
+    """Share that leaves the comparison: noise below its declared floor is no part of the gap."""
+    return min(share, 1.0)

@@ -22,6 +22,12 @@ _DRIVE_NOTE = (
     "the drive itself changes with time: a slow change with time is not separable from it in these "
     "records"
 )
+_ONE_FREQUENCY_NOTE = (
+    "one frequency drives all runs: a slow change with time is not separable from what it leaves "
+    "in these records"
+)
+#: Bins of a spectrum that one line takes at most, by participation, through the Hann window.
+_LINE_BINS = 3.0
 
 
 def element_class_answer(
@@ -52,8 +58,8 @@ def element_class_answer(
     own = element_table(model, records, noise, constants)
     if own is None:
         return None
-    with_time = is_separable_from_time(own, constants.separable_from_drive)
-    left_out = set() if with_time else {TIME_VARIATION}
+    note = _note_of_time(own, constants)
+    left_out = {TIME_VARIATION} if note else set()
     if model.states:
         # After a release a delay is a shift of the clock, and nothing is applied.
         left_out |= {DELAY, DRIVE_SIDE}
@@ -63,10 +69,34 @@ def element_class_answer(
         constants,
         candidates,
         shape_of=partial(measured_shape, own, model.units),
-        drive_note="; ".join(
-            text for text in (noise_note, "" if with_time else _DRIVE_NOTE) if text
-        ),
+        drive_note="; ".join(text for text in (noise_note, note) if text),
     )
+
+
+def _note_of_time(own: ElementTable, constants: ClassConstants) -> str:
+    """Why a slow change with time cannot be told in these records; empty where it can."""
+    if not is_separable_from_time(own, constants.separable_from_drive):
+        return _DRIVE_NOTE
+    return _ONE_FREQUENCY_NOTE if has_one_frequency(own) else ""
+
+
+def has_one_frequency(own: ElementTable) -> bool:
+    """Whether every run is driven at one and the same frequency.
+
+    Then the band of the motion holds one line, whose height and phase alone splines of time fit.
+    A line through the Hann window takes two bins by participation (and 2.2 at most, between two
+    bins); two equal lines apart take four.
+    """
+    places = []
+    for record in own.records:
+        u = record.record.drive[record.counts]
+        power = np.abs(np.fft.rfft((u - u.mean()) * np.hanning(u.size))) ** 2
+        if power.sum() ** 2 >= _LINE_BINS * np.square(power).sum():
+            return False
+        width = 1.0 / (u.size * record.step)
+        places.append((width * float(np.argmax(power)), width))
+    low, high = min(places), max(places)
+    return high[0] - low[0] <= low[1] + high[1]
 
 
 def is_separable_from_time(own: ElementTable, highest: float) -> bool:

@@ -40,8 +40,8 @@ def test_coloured_noise_up_to_three_floors_is_nothing_and_a_cause_of_that_size_i
 def test_a_single_cause_is_named_with_its_share():
     found = answered(A)
     assert (found.state, found.ids, found.ties) == (NAMED_CLASS, ("a",), ())
-    assert 0.99 < found.share <= 1.01
-    assert found.share_ci95[0] < found.share < found.share_ci95[1]
+    assert 0.99 < found.share <= 1.0
+    assert found.share_ci95[0] < found.share <= found.share_ci95[1] <= 1.0
     assert found.rivals["b"] < 0.1
     assert found.beyond_share < 0.01
 
@@ -55,11 +55,30 @@ def test_a_cause_that_two_classes_hold_is_a_tie():
     assert found.ties == ((("b",),) if found.ids == ("a",) else (("a",),))
 
 
-def test_two_causes_are_a_pair_whose_members_say_what_is_lost_without_them():
+def test_two_causes_are_a_pair_whose_parts_follow_their_energies():
     found = answered(A + 0.5 * B)
     assert found.ids == ("a", "b")
     # Energies 1 and 0.25.
     assert_allclose([own.share for own in found.classes], [0.8, 0.2], atol=0.05)
+
+
+def test_parts_of_a_pair_add_up_though_one_hides_the_other():
+    # Alone each is worse than half: together they explain what either hides from the other.
+    opposed = COLUMNS | {"b": COLUMNS["b"] - 0.9 * COLUMNS["a"]}
+    found = answered(A + (opposed["b"]).sum(axis=0), opposed)
+    assert found.ids == ("a", "b")
+    shares = [own.share for own in found.classes]
+    assert sum(shares) == pytest.approx(found.share, abs=1e-12)
+    assert min(shares) > 0.0
+
+
+def test_a_declared_floor_above_the_noise_makes_no_share_above_one():
+    table = toy_table(A + 0.5 * B, COLUMNS, noise=0.1)
+    table = replace(table, floor=4.0 * table.floor)
+    found = class_answer(table, LIMITS, tuple(table.classes), shape_of=lambda *_: None)
+    assert found.share == 1.0
+    assert sum(own.share for own in found.classes) == pytest.approx(1.0, abs=1e-12)
+    assert max(*found.rivals.values(), found.learnable, *found.share_ci95) <= 1.0
 
 
 def test_a_second_cause_below_a_hundredth_of_the_gap_is_no_cause():

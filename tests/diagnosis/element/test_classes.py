@@ -88,6 +88,28 @@ def test_a_stiffness_that_falls_in_every_run_is_a_change_with_time():
     assert found.ids == ("time_variation",)
 
 
+def warming(frequencies):
+    """Element whose stiffness falls by a quarter in every run, moved by sines [Hz]."""
+    plain = displacement_campaign(lambda q, v: 0.0 * q, n=2000)
+    rng = np.random.default_rng(4)
+    runs = []
+    for run in plain.runs:
+        t = run.time
+        w = 2.0 * np.pi * np.array(frequencies)
+        q = HALF * np.sin(np.outer(t, w) + rng.uniform(0.0, 6.0, w.size)).mean(axis=1)
+        force = 8e3 * q * (1.0 - 0.25 * t / t[-1]) + 0.05 * rng.standard_normal(t.size)
+        runs.append(replace(run, inputs={"displacement": q}, signals={"F": force}))
+    return replace(plain, runs=tuple(runs))
+
+
+def test_a_change_with_time_is_asked_only_of_drives_with_two_frequencies():
+    assert answer(warming((2.13, 3.57))).ids == ("time_variation",)
+    found = answer(warming((2.13,)))
+    assert found.state != NOTHING
+    assert "time_variation" not in (*found.ids, *found.rivals)
+    assert "one frequency drives all runs" in found.note
+
+
 def test_nothing_missing_is_nothing_under_both_drives():
     assert answer(displacement_campaign(lambda q, v: 0.0 * q, n=2000)).state == NOTHING
     assert answer(force_campaign(lambda q, v: 0.0 * q)).state == NOTHING
