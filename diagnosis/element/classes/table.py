@@ -45,11 +45,13 @@ CLASS_GROUPS: dict[str, tuple[str, ...]] = {
     MEMORY: ("prony",),
     DELAY: ("delay",),
     COUPLED_DAMPING: ("h",),
-    FORCE_SURFACE: ("f", "g", "jump", "h", "surface"),
+    FORCE_SURFACE: ("f", "g", "jump", "h", "surface", "jump_in_x"),
     TIME_VARIATION: ("time",),
     DRIVE_SIDE: ("side",),
 }
-CEILING = ("f", "g", "jump", "h", "surface", "stops", "prony", "delay", "time", "side")
+CEILING = (
+    "f", "g", "jump", "h", "surface", "jump_in_x", "stops", "prony", "delay", "time", "side",
+)  # fmt: skip
 PRESLIDING = "dahl_friction"
 #: Speed below which the sign is uncertain: this share of the RMS at least, at most.
 _REST_SPEED = (0.01, 0.3)
