@@ -18,6 +18,7 @@ from carrierflex.diagnosis.element.records import ElementRecord
 
 #: Windows of a run over which its amplitude and frequency are followed.
 _WINDOWS = 40
+_FEWEST_IN_WINDOW = 4
 _DRIVE_NOTE = (
     "the drive itself changes with time: a slow change with time is not separable from it in these "
     "records"
@@ -106,7 +107,9 @@ def is_separable_from_time(own: ElementTable, highest: float) -> bool:
     """
     rows, amplitudes, frequencies = [], [], []
     for record in own.records:
-        parts = np.array_split(np.flatnonzero(record.counts), _WINDOWS)
+        counted = np.flatnonzero(record.counts)
+        # A decay that soon ends has fewer samples than windows.
+        parts = np.array_split(counted, min(_WINDOWS, counted.size // _FEWEST_IN_WINDOW))
         x = np.array([np.std(record.x[part]) for part in parts])
         v = np.array([np.std(record.v[part]) for part in parts])
         middle = np.array([part.mean() for part in parts]) * record.step

@@ -13,7 +13,13 @@ from carrierflex.diagnosis.element.signatures import base_columns, known_force
 #: Periods of the band's end left out at each end of a record, where derivatives are guesses, and
 #: the largest share of the record that they may take.
 _EDGE_PERIODS, _LARGEST_EDGE = 15.0, 0.1
-_RELEASED_PERIODS = 3.0
+_RELEASED_PERIODS = 10.0
+#: A decay counts until its speed last stands so many standard deviations above its noise: after
+#: that all columns are noise, which a memory of many relaxation times fits best.
+_CLEAR_SPEED = 10.0
+#: Blocks of a decay for each of a driven record: a block that is held out must hold no amplitude
+#: that the others do not.
+_RELEASED_BLOCKS = 4
 #: A motion is narrow where its energy fills less than this share of its band; the information is
 #: then in the harmonics of the force, and the force's band is kept whole.
 _NARROW = 0.15
@@ -68,7 +74,9 @@ class ForceRecord:
         return self.block >= 0
 
 
-def force_records(model: ElementModel, records: Sequence[ElementRecord]) -> tuple[ForceRecord, ...]:
+def force_records(
+    model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray
+) -> tuple[ForceRecord, ...]:
     """Runs in force space.
 
     Parameters
@@ -77,6 +85,8 @@ def force_records(model: ElementModel, records: Sequence[ElementRecord]) -> tupl
         Baseline and its scale.
     records : sequence of ElementRecord
         Runs.
+    noise : ndarray, shape (n_runs,)
+        Variance of the channel's noise by run.
 
     Returns
     -------
@@ -85,8 +95,8 @@ def force_records(model: ElementModel, records: Sequence[ElementRecord]) -> tupl
     """
     n_blocks = max(2, round(_BLOCKS / len(records)))
     found = []
-    for record in records:
-        block = _blocks(record, n_blocks)
+    for record, variance in zip(records, noise, strict=True):
+        block = _blocks(record, n_blocks, float(variance))
         if block.max(initial=-1) < 0:
             continue
         q, v, a = record.motion
@@ -147,14 +157,27 @@ def _band(model: ElementModel, record: ElementRecord) -> float:
     return record.cutoff_hz
 
 
-def _blocks(record: ElementRecord, wanted: int) -> np.ndarray:
+def speed_noise(variance: float, band_hz: float, step: float) -> float:
+    """Standard deviation of noise of the deflection, differentiated in its band."""
+    inside = min(2.0 * band_hz * step, 1.0) / 3.0
+    return float(np.sqrt(variance * inside) * 2.0 * np.pi * band_hz)
+
+
+def _blocks(record: ElementRecord, wanted: int, variance: float) -> np.ndarray:
     """Blocks of like length of the samples that count, away from the ends."""
     n = record.counts.size
     # A decay is largest where it begins: fewer periods are given up there.
-    periods = _EDGE_PERIODS if record.drive.any() else _RELEASED_PERIODS
+    is_released = not record.drive.any() and record.base is None and record.gap is None
+    periods = _RELEASED_PERIODS if is_released else _EDGE_PERIODS
     edge = min(int(np.ceil(periods / (record.cutoff_hz * record.step))), int(_LARGEST_EDGE * n))
     place = np.arange(n)
-    counted = np.flatnonzero(record.counts & (place >= edge) & (place < n - edge))
+    last = n - edge
+    if is_released:
+        wanted *= _RELEASED_BLOCKS
+        least = _CLEAR_SPEED * speed_noise(variance, record.cutoff_hz, record.step)
+        clear = np.flatnonzero(np.abs(record.motion[1]) > least)
+        last = min(last, int(clear.max(initial=-1)) + 1)
+    counted = np.flatnonzero(record.counts & (place >= edge) & (place < last))
     block = np.full(n, -1)
     if counted.size < 2 * FEWEST_IN_BLOCK:
         return block

@@ -31,7 +31,11 @@ from carrierflex.diagnosis.element.classes.laws import (
     law_columns,
     presliding_columns,
 )
-from carrierflex.diagnosis.element.classes.motion import ForceRecord, force_records
+from carrierflex.diagnosis.element.classes.motion import (
+    ForceRecord,
+    force_records,
+    speed_noise,
+)
 from carrierflex.diagnosis.element.classes.weighting import NoiseWeight
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
@@ -112,7 +116,7 @@ def element_table(
     ElementTable or None
         Table with its columns.
     """
-    own = force_records(model, records)
+    own = force_records(model, records, noise)
     n_blocks = sum(int(record.block.max()) + 1 for record in own)
     if n_blocks < constants.fewest_blocks:
         return None
@@ -151,7 +155,7 @@ def motion_size(
     sigma = _CLEAR * float(np.sqrt(np.mean(variance))) if model.by_force else 0.0
     band = max(record.record.cutoff_hz for record in own)
     # Noise of the deflection in the trusted band, differentiated.
-    sigma_v = sigma / _CLEAR * 2.0 * np.pi * band * np.sqrt(min(2.0 * band * step, 1.0) / 3.0)
+    sigma_v = speed_noise((sigma / _CLEAR) ** 2, band, step)
     rest = max(_REST_SPEED[0] * speed, 0.5 * step * acceleration, 2.0 * sigma_v)
     return MotionSize(
         low=float(x.min()),

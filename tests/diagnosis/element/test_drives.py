@@ -45,13 +45,19 @@ def motion(law, time, state, acceleration=lambda t: 0.0, damping=DAMPING):
     return solution.y[0]
 
 
-def decay_campaign(law, *, mass=None, seed=0, starts=(1e-3, 2e-3, 3e-3), **baseline):
+def dry(q, v):
+    return 0.5 * np.tanh(v / 1e-4)
+
+
+def decay_campaign(
+    law, *, mass=None, seed=0, starts=(1e-3, 2e-3, 3e-3), damping=DECAY_DAMPING, **baseline
+):
     rng = np.random.default_rng(seed)
     time = STEP * np.arange(600)
     runs = []
     for number, start in enumerate(starts):
         # Released with a speed of its own, so that neither start value is zero.
-        q = motion(law, time, (start, 20.0 * start), damping=DECAY_DAMPING)
+        q = motion(law, time, (start, 20.0 * start), damping=damping)
         q = q + NOISE * rng.standard_normal(time.size)
         runs.append(Run(f"R{number}", f"R{number}.csv", f"release {start}", time, {}, {"q": q}))
     rig = {"drive": "free_decay", **({} if mass is None else {"mass": mass})}
@@ -123,6 +129,21 @@ def test_the_law_of_a_release_is_found_with_its_class():
     (found,) = answer.classes
     assert (found.id, found.law) == ("restoring_force", "cubic_stiffness")
     assert found.share > 0.98
+
+
+@pytest.mark.parametrize(
+    ("law", "damping", "classes"),
+    [
+        (no_law, 4.0, ()),
+        (cubic, DAMPING, ("restoring_force",)),
+        (dry, DECAY_DAMPING, ("dissipation",)),
+    ],
+)
+def test_a_decay_shows_its_class_and_no_memory(law, damping, classes):
+    # Records end in noise alone, or stuck; at 5 % of critical no two periods are of like size.
+    problem = element_problem(decay_campaign(law, damping=damping))
+    answer = element_class_answer(problem.model, problem.records, problem.noise)
+    assert answer.ids == classes
 
 
 @pytest.mark.parametrize(
