@@ -7,7 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations
 
+from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import (
+    LEADING_CLASS,
     NAMED_CLASS,
     NO_CLASS,
     NOT_VISIBLE,
@@ -19,6 +21,7 @@ from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.comparison.problem import Effects
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
+    AT_NOISE_FLOOR,
     CLASS_NAMED,
     NAMED,
     NAMED_WITH_REMAINDER,
@@ -85,7 +88,12 @@ def joint_verdict(
     if answer.state in (NOTHING, NOT_VISIBLE):
         kept = _of_laws(answer, named, reduction)
         return JointVerdict(verdict, reason, named, kept, reduction)
-    covered = _covered(named, answer)
+    if verdict == AT_NOISE_FLOOR and answer.state == LEADING_CLASS:
+        # Noise of the motion in a contained law is no white noise in force space: a class that only
+        # leads there says less than the records, which the simulation meets to their noise.
+        nothing = replace(answer, state=NOTHING, classes=(), ties=(), learnt_by=())
+        return JointVerdict(verdict, reason, (), nothing, reduction)
+    covered = _covered(named, answer) or _with_small_causes(named, answer, reduction)
     if covered is not None and _follow(answer, reduction):
         resolved = _with_named_laws(answer, covered, named)
         return JointVerdict(verdict, reason, named, resolved, reduction)
@@ -111,6 +119,26 @@ def _covered(laws: Effects, answer: ClassAnswer) -> tuple[str, ...] | None:
         if _covers(laws, classes, answer):
             return classes
     return None
+
+
+def _with_small_causes(
+    laws: Effects, answer: ClassAnswer, reduction: GapReduction
+) -> tuple[str, ...] | None:
+    """Classes of the answer and of further laws that take at least half of what it leaves.
+
+    A cause too small beside the first to be a class of its own is seen once it is simulated.
+    """
+    classes = answer.ids
+    further = [law for law in laws if not set(answer.classes_of_law.get(law, ())) & set(classes)]
+    own = tuple(law for law in laws if law not in further)
+    if not further or not all(answer.classes_of_law.get(law) for law in further):
+        return None
+    if not own or not _covers(own, classes, answer):
+        return None
+    most_left = (1.0 - ClassConstants().gain_of_left) * (1.0 - answer.share)
+    if 1.0 - reduction.phi > most_left:
+        return None
+    return (*classes, *dict.fromkeys(answer.classes_of_law[law][0] for law in further))
 
 
 def _covers(laws: Effects, classes: Sequence[str], answer: ClassAnswer) -> bool:

@@ -170,3 +170,22 @@ def test_shares_never_exceed_one():
     assert found.reduction.phi == 1.0
     assert "100.0%" in found.reason
     assert replace(found.answer, share=3.2).beyond_share == 0.0
+
+
+def test_a_small_second_cause_that_the_simulation_shows_is_named_beside_the_class():
+    spring = answer(classes=[finding("spring", share=0.996, law="cube", law_share=0.996)])
+    spring = replace(spring, share=0.996)
+    found = joint(spring, NAMED, ("cube", "coulomb"), phi=0.9999)
+    assert (found.verdict, found.effects) == (NAMED, ("cube", "coulomb"))
+    assert found.answer.ids == ("spring", "friction")
+    # A further law that leaves as much as the class alone is no second cause.
+    assert joint(spring, NAMED, ("cube", "coulomb"), phi=0.997).verdict == CLASS_NAMED
+
+
+def test_a_class_that_only_leads_does_not_overrule_records_met_to_their_noise():
+    leading = answer(LEADING_CLASS, [finding("spring", share=0.6)], share=0.6)
+    found = joint(leading, AT_NOISE_FLOOR, ())
+    assert (found.verdict, found.answer.state) == (AT_NOISE_FLOOR, NOTHING)
+    assert found.answer.classes == ()
+    named = answer(classes=[finding("spring", share=0.9)], share=0.9)
+    assert joint(named, AT_NOISE_FLOOR, ()).verdict == CLASS_NAMED

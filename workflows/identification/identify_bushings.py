@@ -31,7 +31,11 @@ from carrierflex.identification.mounting.bushing_identification import (
     profiled,
     search_bushings,
 )
-from carrierflex.identification.mounting.bushing_models import BUSHING_MODELS, BushingModel
+from carrierflex.identification.mounting.bushing_models import (
+    BUSHING_MODELS,
+    BushingModel,
+    mounting_residuals,
+)
 from carrierflex.identification.view import bushing_signals_figure, profile_figure
 from carrierflex.workflows.simulation.housing_motion import measured_motion, write_housing_motion
 from carrierflex.workflows.support.executors import work_executor
@@ -104,6 +108,8 @@ def identify(
         if options.per_run
         else {"": measured}
     )
+    # Another kind, unknown weights or missing sensors are refused before the folder is made.
+    mounting_residuals(measured, last, options.weights)
     prepared_folder(out)
     estimates: dict[str, tuple[BushingEstimate, ...]] = {}
     profiles: dict[str, Any] = {}

@@ -37,7 +37,8 @@ class SplineBasis:
 def basis_over(samples: FloatArray, n: int) -> SplineBasis:
     """Splines over the range of some samples."""
     low, high = float(samples.min()), float(samples.max())
-    margin = 1e-9 * max(high - low, abs(high), 1e-300)
+    # Without any range, as of a baseline whose force is zero, one constant is all that is shown.
+    margin = 1e-9 * max(high - low, abs(high)) or 1.0
     return SplineBasis(low - margin, high + margin, n)
 
 
