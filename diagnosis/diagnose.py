@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from carrierflex.diagnosis.class_verdict import joint_verdict
 from carrierflex.diagnosis.classes.answer import WithClasses
+from carrierflex.diagnosis.comparison.declared_gains import WithGains
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, Signatures
 from carrierflex.diagnosis.gap.findings import Detailed, GapDetail
@@ -177,14 +178,16 @@ def _attribution(
     far: GapReduction,
 ) -> Attribution:
     fit = search.score(selection.accepted).fit
+    gains = search.problem.gains if isinstance(search.problem, WithGains) else None
     return Attribution(
         effects=tuple(step.added for step in far.steps[1:]) if kind_of_verdict in _NAMING else (),
         aliases=tuple(members for members in classes if len(members) > 1),
-        parameters=named_values(fit),
+        parameters=named_values(fit, few_blocks=gains is not None),
         ranking=selection.ranking,
         screen=screened,
         explainable=explainable,
         discriminating_experiment=_separating_test(search, selection, classes),
+        gains=gains.words if gains else "",
     )
 
 

@@ -67,6 +67,8 @@ class Parameter(FitParameter):
     pair : PolarPair, optional
         The vector of which this parameter and its neighbour are the components; it is published by
         size and angle.
+    gain_std : float
+        Relative standard deviation by the declared gains of the signals.
     """
 
     effect: str = field(kw_only=True)
@@ -75,6 +77,7 @@ class Parameter(FitParameter):
     run: str | None = field(default=None, kw_only=True)
     shape: bool = field(default=False, kw_only=True)
     pair: PolarPair | None = field(default=None, kw_only=True)
+    gain_std: float = field(default=0.0, kw_only=True)
 
     def __post_init__(self) -> None:
         # Made from cards that are checked; the bounds are equal where a baseline's value is fixed.

@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from carrierflex.diagnosis.comparison.declared_gains import EXACT_GAINS, DeclaredGains
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
 from carrierflex.diagnosis.comparison.problem import BASELINE, Effects, FloatArray, Parameter
@@ -97,6 +98,8 @@ class ElementModel:
         decay), whose states are fitted; empty where the measured ones are taken.
     per_mass : bool
         Whether forces are per mass: free decay or moving base without a given mass.
+    gains : DeclaredGains
+        Errors of the gains of force and deflection.
     """
 
     by_force: bool
@@ -111,6 +114,7 @@ class ElementModel:
     known: KnownPhysics = NOTHING_KNOWN
     states: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     per_mass: bool = False
+    gains: DeclaredGains = EXACT_GAINS
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns: mass (where it is not given), K1, C1, f0, then those of every effect.
@@ -130,6 +134,7 @@ class ElementModel:
                 np.inf,
                 self.scale.of(powers),
                 effect=BASELINE,
+                gain_std=self.gains.of(powers),
             )
             for name, powers, lower in base
         ]
@@ -160,6 +165,7 @@ class ElementModel:
             prior_std=np.inf if parameter.shape or effect in self.contained else _PRIOR * scale,
             shape=parameter.shape,
             pair=parameter.pair,
+            gain_std=self.gains.of(powers) if powers else 0.0,
         )
         if is_delay(effect):
             unknown = self.known.sensor_prior(unknown, Measurement.DELAY)
@@ -168,8 +174,17 @@ class ElementModel:
     def _state(self, run: str, k: int) -> Parameter:
         """Deflection (0) or speed (1) at the first sample of a run."""
         scale = (self.scale.deflection, self.scale.speed)[k]
-        unit = self.unit_of(((0, 1, 0), (0, 1, -1))[k])
-        return Parameter(STATE_NAMES[k], unit, -np.inf, np.inf, scale, effect=BASELINE, run=run)
+        powers = ((0, 1, 0), (0, 1, -1))[k]
+        return Parameter(
+            STATE_NAMES[k],
+            self.unit_of(powers),
+            -np.inf,
+            np.inf,
+            scale,
+            effect=BASELINE,
+            run=run,
+            gain_std=self.gains.of(powers),
+        )
 
     def unit_of(self, powers: tuple[int, int, int]) -> str:
         """Unit text of a parameter with these powers of force, length and time."""

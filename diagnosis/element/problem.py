@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from carrierflex.diagnosis.classes.results import ClassAnswer
+from carrierflex.diagnosis.comparison.declared_gains import DeclaredGains
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.finite_differences import (
     DifferencedResiduals,
@@ -94,6 +95,11 @@ class ElementProblem:
     def n_channels(self) -> int:
         """Signals that are compared."""
         return 1
+
+    @property
+    def gains(self) -> DeclaredGains:
+        """Declared errors of the gains of force and deflection."""
+        return self.model.gains
 
     @cached_property
     def cards(self) -> Mapping[str, EffectCard]:
@@ -283,6 +289,7 @@ def element_problem(campaign: Campaign) -> ElementProblem:
         known=known_physics(campaign),
         states=_measured_states(records) if drive == FREE_DECAY else {},
         per_mass=per_mass,
+        gains=declared_gains(campaign),
     )
     scale = element_scale(unscaled, records)
     model = replace(
@@ -296,6 +303,21 @@ def element_problem(campaign: Campaign) -> ElementProblem:
     return ElementProblem(
         model, records, noise, measured, channel.name, channel.noise_std is not None, note
     )
+
+
+def declared_gains(campaign: Campaign) -> DeclaredGains:
+    """What a campaign of kind ``element`` declares of the gains of force and deflection.
+
+    Of a moving base, the input is the force that drives the element; where its channel reads the
+    deflection in space, that of the base is taken as small beside it.
+    """
+    drive, channel = campaign.rig["drive"], campaign.channels[0].gain_std
+    if drive == FREE_DECAY:
+        return DeclaredGains(deflection=channel, force_is_inertia=True)
+    driven = campaign.input_of(next(iter(campaign.contract.inputs))).gain_std
+    if drive in BY_FORCE:
+        return DeclaredGains(force=driven, deflection=channel)
+    return DeclaredGains(force=channel, deflection=driven)
 
 
 def _carried_noise(campaign: Campaign, model: ElementModel, record: ElementRecord) -> float:

@@ -32,11 +32,22 @@ NO_INTERVAL: Interval = (float("nan"), float("nan"))
 
 @dataclass(frozen=True, eq=False)
 class NamedValue:
-    """A parameter's value, standard deviation and unit."""
+    """A parameter's value with its 95 % interval.
+
+    Parameters
+    ----------
+    value, std : float
+        Value; half the width of its 95 % interval over 1.96.
+    unit : str
+        Unit of both.
+    ci95 : tuple of float
+        The interval; not numbers where nothing bounds it.
+    """
 
     value: float
     std: float
     unit: str
+    ci95: Interval
 
 
 #: Rules of :class:`Rejection`: the search did not converge; a parameter is at its physical bound;
@@ -102,6 +113,9 @@ class Attribution:
         screen.
     discriminating_experiment : str
         The measurement that would tell aliased effects apart or show a silent one.
+    gains : str
+        What the intervals of the parameters hold of the signals' gains; empty where the kind has
+        none beside its effects.
     """
 
     effects: Effects
@@ -111,6 +125,7 @@ class Attribution:
     screen: Screen | None
     explainable: float
     discriminating_experiment: str
+    gains: str = ""
 
 
 @dataclass(frozen=True, eq=False)

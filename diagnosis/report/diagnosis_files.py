@@ -55,6 +55,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "effects": which.effects,
         "aliases": which.aliases,
         "parameters": which.parameters,
+        "gains": which.gains or None,
         "ranking": _ranking(which),
         "where": _cells(reduction.cells_before if reduction else ()),
         "where_text": where_text(diagnosis),

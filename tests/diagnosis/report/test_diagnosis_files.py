@@ -33,7 +33,12 @@ def test_file_holds_the_contract(tmp_path, diagnosis):
     assert document == json.loads(json.dumps(diagnosis_document(diagnosis)))
     assert document["verdict"] in VERDICTS
     assert document["effects"] == ["cubic_stiffness"]
-    assert set(document["parameters"]["cubic_stiffness"]["K3"]) == {"value", "std", "unit"}
+    stiffness = document["parameters"]["cubic_stiffness"]["K3"]
+    assert set(stiffness) == {"value", "std", "unit", "ci95"}
+    half_width = 0.5 * (stiffness["ci95"][1] - stiffness["ci95"][0])
+    assert np.isclose(half_width, 1.96 * stiffness["std"], rtol=1e-4)
+    assert np.isclose(np.mean(stiffness["ci95"]), stiffness["value"])
+    assert document["gains"] == "gains taken as exact"
     assert set(document["ranking"][0]) >= {"effects", "weight", "held_out_rms"}
     assert set(document["where"][0]) >= {
         "channel_pattern",

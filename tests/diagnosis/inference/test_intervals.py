@@ -1,0 +1,171 @@
+"""Intervals of parameters hold the truth beside coloured noise and beside gains that are off."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.signal import lfilter
+from scipy.stats import t as student_t
+
+from carrierflex.diagnosis.comparison.declared_gains import TAKEN_AS_EXACT, DeclaredGains
+from carrierflex.diagnosis.comparison.problem import Parameter, SegmentSums
+from carrierflex.diagnosis.element.problem import declared_gains, element_problem
+from carrierflex.diagnosis.inference.effect_fit import EffectFit, Prior, fit_effects
+from carrierflex.diagnosis.inference.intervals import NORMAL_95
+from carrierflex.diagnosis.inference.named_values import named_values
+from carrierflex.identification.campaign.campaign import InputSignal
+from tests.diagnosis.element.element_campaigns import (
+    DAMPING,
+    STIFFNESS,
+    displacement_campaign,
+    force_campaign,
+)
+
+CUBIC = 5e8
+N_BLOCKS, N_SAMPLES, N_PARAMETERS = 10, 200, 4
+TRUTH = np.array([1.0, -2.0, 0.5, 3.0])
+
+
+def _slow(rng):
+    """Signal whose neighbouring samples are alike (first order, pole at 0.9)."""
+    white = rng.standard_normal(N_BLOCKS * N_SAMPLES + 100)
+    return lfilter([1.0], [1.0, -0.9], white)[100:].reshape(N_BLOCKS, N_SAMPLES)
+
+
+def _linear_fit(rng):
+    """Least squares of slow regressors beside slow noise, with the sums of every block."""
+    regressors = np.stack([_slow(rng) for _ in range(N_PARAMETERS)], axis=2)
+    target = regressors @ TRUTH + _slow(rng)
+    flat = regressors.reshape(-1, N_PARAMETERS)
+    theta = np.linalg.lstsq(flat, target.ravel(), rcond=None)[0]
+    residual = target - regressors @ theta
+    sums = SegmentSums(
+        np.einsum("bip,biq->bpq", regressors, regressors),
+        np.einsum("bip,bi->bp", regressors, residual),
+        np.einsum("bi,bi->b", residual, residual),
+    )
+    unknowns = tuple(
+        Parameter(f"x{k}", "m", -np.inf, np.inf, 1.0, effect="baseline")
+        for k in range(N_PARAMETERS)
+    )
+    nowhere = np.zeros(N_PARAMETERS, dtype=bool)
+    cost = float(sums.square.sum())
+    return EffectFit((), unknowns, theta, cost, sums, Prior.none(N_PARAMETERS), nowhere)
+
+
+def test_blocks_cover_where_white_noise_and_normal_quantiles_do_not():
+    rng = np.random.default_rng(11)
+    hits = {"white": [], "normal": [], "student": []}
+    for _ in range(400):
+        fit = _linear_fit(rng)
+        error = np.abs(fit.theta - TRUTH)
+        inverse = np.linalg.inv(fit.sums.matrix.sum(axis=0))
+        variance = fit.cost / (N_BLOCKS * N_SAMPLES - N_PARAMETERS)
+        hits["white"].append(error < 1.96 * np.sqrt(variance * np.diag(inverse)))
+        for name, few in (("normal", False), ("student", True)):
+            values = named_values(fit, few_blocks=few)["baseline"]
+            hits[name].append(
+                [
+                    values[f"x{k}"].ci95[0] < TRUTH[k] < values[f"x{k}"].ci95[1]
+                    for k in range(N_PARAMETERS)
+                ]
+            )
+    covered = {name: float(np.mean(all_of)) for name, all_of in hits.items()}
+    # 1600 intervals that are not independent: the share scatters by about 0.007.
+    assert covered["white"] < 0.6
+    assert covered["normal"] < 0.9
+    assert 0.93 < covered["student"] < 0.98
+
+
+def test_small_sample_factor_counts_the_parameters_that_moved():
+    fit = _linear_fit(np.random.default_rng(3))
+    plain = named_values(fit)["baseline"]["x0"].std
+
+    def factor(changed):
+        return named_values(changed, few_blocks=True)["baseline"]["x0"].std / plain
+
+    assert_allclose(factor(fit), student_t.ppf(0.975, 6) / NORMAL_95 * np.sqrt(9 / 6))
+    on_bound = replace(fit, at_bound=np.array([False, True, False, False]))
+    assert_allclose(factor(on_bound), student_t.ppf(0.975, 7) / NORMAL_95 * np.sqrt(9 / 7))
+    held = replace(fit.parameters[3], lower=1.0, upper=1.0)
+    with_held = replace(fit, parameters=(*fit.parameters[:3], held))
+    assert_allclose(factor(with_held), student_t.ppf(0.975, 7) / NORMAL_95 * np.sqrt(9 / 7))
+
+
+def test_no_interval_where_blocks_are_no_more_than_parameters():
+    fit = _linear_fit(np.random.default_rng(3))
+    few = replace(
+        fit,
+        sums=SegmentSums(
+            *(own[:4] for own in (fit.sums.matrix, fit.sums.right_side, fit.sums.square))
+        ),
+    )
+    value = named_values(few, few_blocks=True)["baseline"]["x0"]
+    assert np.isnan([value.std, *value.ci95]).all()
+
+
+def _misread(campaign, force, deflection):
+    """Campaign whose signals are read by these factors too large."""
+    runs = tuple(
+        replace(
+            run,
+            inputs={"displacement": deflection * run.inputs["displacement"]},
+            signals={"F": force * run.signals["F"]},
+        )
+        for run in campaign.runs
+    )
+    return replace(campaign, runs=runs)
+
+
+def _declared(campaign, force, deflection):
+    return replace(
+        campaign,
+        channels=(replace(campaign.channels[0], gain_std=force),),
+        inputs=(InputSignal("displacement", "m", gain_std=deflection),),
+    )
+
+
+@pytest.mark.parametrize(("force", "deflection"), [(1.01, 1.0), (1.0, 1.03)])
+def test_declared_gains_hold_what_misread_signals_shift(force, deflection):
+    right = displacement_campaign(lambda q, v: CUBIC * q**3, n=1500)
+    wrong = _misread(right, force, deflection)
+    declared = _declared(wrong, 0.01, 0.03)
+    fits = [
+        named_values(fit_effects(element_problem(own), ("cubic_stiffness",)), few_blocks=True)
+        for own in (right, wrong, declared)
+    ]
+    exact, blind, aware = [fit["cubic_stiffness"]["K3"] for fit in fits]
+    # K3 q^3 scales as force over the third power of deflection, exactly.
+    assert_allclose(blind.value, exact.value * force / deflection**3, rtol=1e-4)
+    assert not blind.ci95[0] < CUBIC < blind.ci95[1]
+    assert aware.ci95[0] < CUBIC < aware.ci95[1]
+    gain = np.hypot(1 * 0.01, 3 * 0.03)
+    assert_allclose(aware.std**2, blind.std**2 + (gain * aware.value) ** 2, rtol=1e-6)
+    for name, truth in (("K1", STIFFNESS), ("C1", DAMPING)):
+        base, plain = fits[2]["baseline"][name], fits[1]["baseline"][name]
+        part = np.hypot(0.01, 0.03) * base.value
+        assert_allclose(base.std**2, plain.std**2 + part**2, rtol=1e-6)
+        assert base.ci95[0] < truth < base.ci95[1]
+
+
+def test_signals_that_share_a_gain_lose_it():
+    gains = DeclaredGains(force=0.01, deflection=0.03)
+    assert_allclose(gains.of((0, -2, 0)), 0.06)  # K3 / K1
+    decay = DeclaredGains(deflection=0.03, force_is_inertia=True)
+    assert decay.of((1, -1, 0)) == 0.0  # a natural frequency knows no gain
+    assert_allclose(decay.of((1, -3, 0)), 0.06)
+    assert decay.words == "intervals hold the declared standard deviations of gains: deflection 3 %"
+
+
+def test_gains_belong_to_the_signal_that_declares_them():
+    moved = displacement_campaign(lambda q, v: 0.0 * q, n=200)
+    assert declared_gains(moved).words == TAKEN_AS_EXACT
+    assert declared_gains(_declared(moved, 0.01, 0.03)) == DeclaredGains(0.01, 0.03)
+    driven = force_campaign(lambda q, v: CUBIC * q**3)
+    driven = replace(driven, inputs=(InputSignal("force", "N", gain_std=0.02),))
+    assert declared_gains(driven) == DeclaredGains(force=0.02)
+    assert declared_gains(driven).words.endswith("force 2 %; that of the deflection taken as exact")
+    free = tuple(replace(run, inputs={}) for run in driven.runs)
+    released = replace(driven, rig={"drive": "free_decay"}, inputs=(), runs=free)
+    assert declared_gains(released).force_is_inertia
