@@ -333,3 +333,8 @@ def product_of_pages(*pages):
 
 _BOXES = """JSON.stringify([...document.querySelectorAll("svg")].map(own => {
     const box = own.getBoundingClientRect(); return [box.width, box.height]; }))"""
+
+
+def test_page_says_what_the_errors_of_parameters_hold(page, carrier_page):
+    assert "over 1.96; gains taken as exact." in Text(page).text
+    assert "gains taken as exact" not in Text(carrier_page).text
