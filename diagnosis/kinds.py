@@ -1,6 +1,6 @@
 """The comparison problem of a campaign, by its kind; a new kind joins this table."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from carrierflex.diagnosis.carrier.problem import CarrierProblem, carrier_problem
 from carrierflex.diagnosis.carrier.wiring import carrier_predictions, carrier_rivals
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, FloatArray
+from carrierflex.diagnosis.element.classes.measured_laws import beyond_visited
 from carrierflex.diagnosis.element.prediction import element_beside_prediction
 from carrierflex.diagnosis.element.problem import ElementProblem, element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
@@ -22,12 +23,17 @@ from carrierflex.diagnosis.wiring.rivals import (
 )
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign_check.campaign_warning import sample_of
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, sample_of
+from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 
 Curves = Mapping[str, DeflectionCurve]
 
 
-def problem_of(campaign: Campaign, curves: Curves | None = None) -> tuple[ComparisonProblem, bool]:
+def problem_of(
+    campaign: Campaign,
+    curves: Curves | None = None,
+    laws: Sequence[TabulatedLaw] = (),
+) -> tuple[ComparisonProblem, bool]:
     """ComparisonProblem of a campaign, and whether its noise floor is measured.
 
     Parameters
@@ -36,6 +42,8 @@ def problem_of(campaign: Campaign, curves: Curves | None = None) -> tuple[Compar
         Measured runs.
     curves : mapping of str to DeflectionCurve, optional
         Deflection curves, which kind carrier asks for.
+    laws : sequence of TabulatedLaw
+        Laws of files, which kind element takes as further candidates.
 
     Returns
     -------
@@ -53,11 +61,20 @@ def problem_of(campaign: Campaign, curves: Curves | None = None) -> tuple[Compar
             f"campaign '{campaign.name}' is of kind {campaign.kind}; diagnose knows the kinds "
             f"{known}"
         )
+    if laws and campaign.kind != "element":
+        raise ValueError(
+            f"campaign '{campaign.name}' is of kind {campaign.kind}; law files (--law) are for "
+            "kind element"
+        )
+    if laws:
+        return _element(campaign, curves, laws)
     return PROBLEM_BUILDERS[campaign.kind](campaign, curves)
 
 
-def _element(campaign: Campaign, curves: Curves | None) -> tuple[ComparisonProblem, bool]:
-    problem = element_problem(campaign)
+def _element(
+    campaign: Campaign, curves: Curves | None, laws: Sequence[TabulatedLaw] = ()
+) -> tuple[ComparisonProblem, bool]:
+    problem = element_problem(campaign, laws)
     if campaign.baseline.source == "columns":
         _refuse_empty_predictions(campaign)
         problem = element_beside_prediction(problem, campaign)
@@ -96,6 +113,23 @@ PROBLEM_BUILDERS: dict[str, Callable[[Campaign, Curves | None], tuple[Comparison
     "element": _element,
     "mounting": _mounting,
 }
+
+
+def law_findings(
+    problem: ComparisonProblem, laws: Sequence[TabulatedLaw]
+) -> tuple[CampaignWarning, ...]:
+    """Where records leave the range in which a law of a file was measured.
+
+    Parameters
+    ----------
+    problem : ComparisonProblem
+        Problem with these laws.
+    laws : sequence of TabulatedLaw
+        Laws of files.
+    """
+    if not isinstance(problem, ElementProblem):
+        return ()
+    return tuple(warning for law in laws for warning in beyond_visited(law, problem.records))
 
 
 def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:

@@ -2,6 +2,7 @@
 
 import os
 import re
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -40,6 +41,26 @@ def whole_file(path: Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink()
+
+
+def check_file_writable(path: Path) -> None:
+    """Make sure before long work that a file can be written at its end.
+
+    Raises
+    ------
+    OSError
+        Where it is a folder, or the folder it is to stand in is missing or cannot be written.
+    """
+    if path.is_dir():
+        raise OSError(f"{path}: is a folder; expected the name of a file to write")
+    try:
+        # Without a name: nobody's file is touched.
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        raise OSError(
+            f"{path}: cannot be written ({error.strerror}); expected a file in a writable folder"
+        ) from error
 
 
 @contextmanager

@@ -254,7 +254,9 @@ def _about_input(error: Exception, arguments: list[str]) -> str:
     given = [
         Path(argument)
         for before, argument in pairwise(arguments)
-        if before != "--out" and not argument.startswith("-") and Path(argument).exists()
+        if before not in ("--out", "--save-law")
+        and not argument.startswith("-")
+        and Path(argument).exists()
     ]
     names = [name for path in given for name in (str(path), path.name, *_files_in(path))]
     if not given or "--" in text or any(_is_named(name, text) for name in names):

@@ -35,6 +35,10 @@ class MeasuredShape:
         What x and y are, and their units.
     words : str
         The curve in an engineer's words.
+    smooth : ndarray, shape (n,)
+        The curve without its steps at rest.
+    steps : tuple of float
+        Dry friction at positive and at negative speed, >= 0; zero where the abscissa is no speed.
     """
 
     x: FloatArray
@@ -44,6 +48,8 @@ class MeasuredShape:
     labels: tuple[str, str]
     units: tuple[str, str]
     words: str
+    smooth: FloatArray
+    steps: tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)

@@ -100,6 +100,9 @@ class ElementModel:
         Whether forces are per mass: free decay or moving base without a given mass.
     gains : DeclaredGains
         Errors of the gains of force and deflection.
+    friction : mapping of str to tuple of float
+        Dry friction at positive and at negative speed that a law holds beside its force, for a size
+        of one: the motion sticks in it.
     """
 
     by_force: bool
@@ -115,6 +118,7 @@ class ElementModel:
     states: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     per_mass: bool = False
     gains: DeclaredGains = EXACT_GAINS
+    friction: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns: mass (where it is not given), K1, C1, f0, then those of every effect.
@@ -284,6 +288,8 @@ class ElementModel:
                 states.setdefault(parameter.run, []).append(float(value))
             elif effect in self.laws:
                 of_laws.setdefault(effect, []).append(float(value))
+                for name, level in self._friction_of(effect, float(value)).items():
+                    simulated[name] = simulated.get(name, 0.0) + level
             elif effect in _CONTROLS:
                 controls[_CONTROLS.index(effect)] += value
             elif is_delay(effect):
@@ -296,6 +302,11 @@ class ElementModel:
         two_laws = (sum_of_laws(laws[:1]) or _NO_LAW, sum_of_laws(laws[1:]) or _NO_LAW)
         return _Values(element_values(simulated), controls, delay, two_laws, states)
 
+    def _friction_of(self, effect: str, size: float) -> dict[str, float]:
+        """Dry friction of a law by name in the flat array."""
+        levels = self.friction.get(effect, (0.0, 0.0))
+        return {"F_plus": size * levels[0], "F_minus": size * levels[1]} if any(levels) else {}
+
     def signature(
         self, record: ElementRecord, effect: str, values: Mapping[str, float]
     ) -> FloatArray:
@@ -305,6 +316,7 @@ class ElementModel:
         if effect in self.laws:
             parameters = [values[p.name] for p in self.cards[effect].parameters]
             law = ForceLaw(self.laws[effect], np.array(parameters))
+            simulated |= self._friction_of(effect, parameters[0])
         else:
             for name, value in values.items():
                 simulated |= dict.fromkeys(_simulated_names(effect, name), value)

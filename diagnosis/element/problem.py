@@ -34,6 +34,7 @@ from carrierflex.diagnosis.comparison.user_laws import force_library
 from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, KIND, NEGATIVE_CONTROLS
 from carrierflex.diagnosis.element.classes.answer import element_class_answer
 from carrierflex.diagnosis.element.classes.floor import believable_noise
+from carrierflex.diagnosis.element.classes.measured_laws import law_cards
 from carrierflex.diagnosis.element.experiments import element_experiments
 from carrierflex.diagnosis.element.gap_findings import element_findings, element_scalars
 from carrierflex.diagnosis.element.gap_map import element_gap_cells
@@ -47,6 +48,7 @@ from carrierflex.diagnosis.element.starts import element_starts
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.element.drives import BASE, BY_FORCE, FORCE, FREE_DECAY, PER_MASS
+from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 
 #: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
 _DIFFERENCE = 1e-5
@@ -250,13 +252,17 @@ class ElementProblem:
         return replace(self, model=model, records=(record,), noise=self.noise[:1])
 
 
-def element_problem(campaign: Campaign) -> ElementProblem:
+def element_problem(
+    campaign: Campaign, measured_laws: Sequence[TabulatedLaw] = ()
+) -> ElementProblem:
     """ComparisonProblem of a campaign of kind ``element``.
 
     Parameters
     ----------
     campaign : Campaign
         Measured runs and the effects the baseline contains.
+    measured_laws : sequence of TabulatedLaw
+        Laws of files, further candidates.
 
     Returns
     -------
@@ -266,7 +272,8 @@ def element_problem(campaign: Campaign) -> ElementProblem:
     Raises
     ------
     ValueError
-        Where a signal is missing throughout or constant, or a record is too short.
+        Where a signal is missing throughout or constant, a record is too short, or a law has other
+        units.
     """
     records = element_records(campaign)
     noise, measured = noise_variance(campaign, records)
@@ -274,7 +281,9 @@ def element_problem(campaign: Campaign) -> ElementProblem:
     channel = campaign.channels[0]
     _refuse_mixed_units(campaign)
     per_mass = drive in PER_MASS and mass is None
-    cards, laws = force_library(KIND, (*ELEMENT_CARDS, *NEGATIVE_CONTROLS))
+    units = _units(campaign, per_mass=per_mass)
+    added = law_cards(measured_laws, units)
+    cards, laws = force_library(KIND, (*ELEMENT_CARDS, *added, *NEGATIVE_CONTROLS))
     cards = {name: card for name, card in cards.items() if name not in campaign.baseline.impossible}
     unscaled = ElementModel(
         by_force=drive in BY_FORCE,
@@ -283,13 +292,14 @@ def element_problem(campaign: Campaign) -> ElementProblem:
         scale=ElementScale(1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0),
         cards=cards,
         contained=tuple(campaign.baseline.effects),
-        units=_units(campaign, per_mass=per_mass),
+        units=units,
         substeps=1,
         laws=laws,
         known=known_physics(campaign),
         states=_measured_states(records) if drive == FREE_DECAY else {},
         per_mass=per_mass,
         gains=declared_gains(campaign),
+        friction={law.name: law.friction for law in measured_laws},
     )
     scale = element_scale(unscaled, records)
     model = replace(

@@ -1,18 +1,21 @@
 """Tell where a campaign's gap to its simulation lies, which effect is missing, how far it shrinks.
 
-Writes diagnosis.json and report.html. A good answer: a verdict whose held-out shrink interval
-excludes one, a negative control that does not shrink the gap, and a remaining gap near the noise
-floor; "none of these" and "not diagnosable" are answers too.
+Writes diagnosis.json and report.html, and with --save-law the measured shape of the class found,
+which --law takes as a candidate of another diagnosis. A good answer: a verdict whose held-out
+shrink interval excludes one, a negative control that does not shrink the gap, and a remaining gap
+near the noise floor; "none of these" and "not diagnosable" are answers too.
 """
 
 from datetime import datetime
 from pathlib import Path
+from typing import Literal
 
 from threadpoolctl import threadpool_limits
 
 from carrierflex.diagnosis.baseline_check import checked_baseline, with_findings
 from carrierflex.diagnosis.diagnose import diagnose
-from carrierflex.diagnosis.kinds import problem_of, wiring_of
+from carrierflex.diagnosis.element.classes.measured_laws import law_of_answer
+from carrierflex.diagnosis.kinds import law_findings, problem_of, wiring_of
 from carrierflex.diagnosis.report.diagnosis_files import (
     DIAGNOSIS_FILE,
     write_diagnosis,
@@ -23,18 +26,33 @@ from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.fe.curve_files import read_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.files.versions import versions
+from carrierflex.files.whole_files import check_file_writable
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign_check.copies import without_copies
 from carrierflex.identification.campaign_check.records_check import records_findings
+from carrierflex.simulation.element.law_files import read_law, write_law
+from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 from carrierflex.workflows.support.default_curves import default_curves
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
 
 REPORT_FILE = "report.html"
 
+#: Classes whose measured shape is kept as a table.
+LawClass = Literal["restoring_force", "dissipation", "coupled_damping"]
 
-def main(campaign: Path, *, out: Path, report: bool = True, quiet: bool = False) -> Diagnosis:
+
+def main(
+    campaign: Path,
+    *,
+    out: Path,
+    law: list[Path] | None = None,
+    save_law: Path | None = None,
+    law_class: LawClass | None = None,
+    report: bool = True,
+    quiet: bool = False,
+) -> Diagnosis:
     """Diagnose the gap between a measurement campaign and its baseline simulation.
 
     Parameters
@@ -43,6 +61,15 @@ def main(campaign: Path, *, out: Path, report: bool = True, quiet: bool = False)
         Campaign folder.
     out : Path
         Folder for diagnosis.json and report.html, which need no network to be read.
+    law : list of Path, optional
+        Law files (TOML) of --save-law, further candidates in kind element; may be given several
+        times. Their units (of force and deflection, time in s) are those of the campaign.
+    save_law : Path, optional
+        File (TOML) for the measured shape of the class found in kind element: restoring force f(x)
+        [N over m], dissipation g(v) [N over m/s] or coupled damping h(x) [N s/m over m], in the
+        units of the campaign. Other classes are refused by name.
+    law_class : str, optional
+        Class whose shape --save-law keeps; without, the one of the largest share.
     report : bool
         Draw report.html; without, one of an earlier diagnosis goes.
     quiet : bool
@@ -56,26 +83,51 @@ def main(campaign: Path, *, out: Path, report: bool = True, quiet: bool = False)
     Raises
     ------
     ValueError
-        Where the campaign is refused.
+        Where the campaign or a law file is refused, or the class found has no table to save; then
+        the diagnosis is written and no law.
     OSError
-        Where `out` cannot be written.
+        Where `out` or `save_law` cannot be written.
     """
+    if law_class is not None and save_law is None:
+        raise ValueError("--law-class without --save-law; expected the file to save the law in")
+    if save_law is not None:
+        check_file_writable(save_law)
+    brought = tuple(read_law(path) for path in law or ())
+    stages = Stages(4, quiet)
     # Small matrices in long loops: on a busy machine the threads of a parallel product wait for
     # each other ten times longer.
     with threadpool_limits(limits=1):
-        return _diagnosed(campaign, out, Stages(4, quiet), report=report)
+        with stages.stage(f"reading {campaign}"):
+            measured = read_campaign(campaign)
+            if save_law is not None and measured.kind != "element":
+                raise ValueError(
+                    f"campaign '{measured.name}' is of kind {measured.kind}; --save-law is for "
+                    "kind element"
+                )
+            curves = campaign_curves(measured, campaign)
+        diagnosis = _diagnosed(measured, curves, brought, out, stages)
+        _write(diagnosis, measured, campaign, out, stages, report=report)
+    if save_law is not None:
+        _save_law(save_law, diagnosis, measured.name, law_class)
+    return diagnosis
 
 
-def _diagnosed(campaign: Path, out: Path, stages: Stages, *, report: bool) -> Diagnosis:
-    with stages.stage(f"reading {campaign}"):
-        measured = read_campaign(campaign)
-        curves = campaign_curves(measured, campaign)
-        warnings = records_findings(measured, curves)
+def _diagnosed(
+    measured: Campaign,
+    curves: dict[str, DeflectionCurve] | None,
+    laws: tuple[TabulatedLaw, ...],
+    out: Path,
+    stages: Stages,
+) -> Diagnosis:
+    warnings = records_findings(measured, curves)
     for note in measured.notes:
         stages.tell(note)
     with stages.stage("signals and noise floor"):
         distinct = without_copies(measured)
-        problem, floor_is_measured = problem_of(distinct, curves)
+        problem, floor_is_measured = problem_of(distinct, curves, laws)
+    beyond = law_findings(problem, laws)
+    for warning in beyond:
+        stages.tell(f"law '{warning.about}': {warning.text}")
     prepared_folder(out)
     with stages.stage("which effect, and how far"):
         diagnosis = diagnose(
@@ -85,18 +137,38 @@ def _diagnosed(campaign: Path, out: Path, stages: Stages, *, report: bool) -> Di
             floor_is_measured=floor_is_measured,
             note=stages.note,
         )
-        diagnosis = with_findings(
-            diagnosis, warnings, checked_baseline(problem, distinct, wiring_of(problem, distinct))
-        )
+        checked = checked_baseline(problem, distinct, wiring_of(problem, distinct))
+        return with_findings(diagnosis, (*warnings, *beyond), checked)
+
+
+def _write(
+    diagnosis: Diagnosis,
+    measured: Campaign,
+    folder: Path,
+    out: Path,
+    stages: Stages,
+    *,
+    report: bool,
+) -> None:
     with stages.stage(f"writing {out / (REPORT_FILE if report else DIAGNOSIS_FILE)}"):
         write_diagnosis(out / DIAGNOSIS_FILE, diagnosis)
         if not report:
             (out / REPORT_FILE).unlink(missing_ok=True)
-            return diagnosis
+            return
         written = f"{datetime.now():%Y-%m-%d %H:%M}"
-        source = ReportSource(measured, str(campaign), versions(), written)
+        source = ReportSource(measured, str(folder), versions(), written)
         write_report(out / REPORT_FILE, report_page(diagnosis, source))
-    return diagnosis
+
+
+def _save_law(path: Path, diagnosis: Diagnosis, name: str, law_class: str | None) -> None:
+    """Write the measured shape of the class found."""
+    if diagnosis.classes is None:
+        raise ValueError(f"{path}: no law to save: the records give no answer by class")
+    try:
+        law = law_of_answer(diagnosis.classes, name, law_class)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+    write_law(path, law)
 
 
 def campaign_curves(campaign: Campaign, folder: Path) -> dict[str, DeflectionCurve] | None:

@@ -19,6 +19,7 @@ from carrierflex.identification.campaign.campaign_tables import (
     MountingCampaignDocument,
 )
 from carrierflex.simulation.carrier.case_tables import CarrierCaseDocument
+from carrierflex.simulation.element.law_tables import LawDocument
 from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
 from carrierflex.simulation.stage.stage_tables import StageCaseDocument
 
@@ -35,6 +36,7 @@ _DOCUMENTS: dict[str, Any] = {
     "carrier case": CarrierCaseDocument,
     "mounting case": MountingCaseDocument,
     "stage case": StageCaseDocument,
+    "element law": LawDocument,
 }
 
 #: Names of the kinds of files.

@@ -32,6 +32,8 @@ _BAND = (0.025, 0.975)
 _STRAIGHT = 0.25
 #: What a quarter far from rest must be straighter by, as a share of the curve's size.
 _NEAR_REST = 0.02
+#: Speeds over that of rest from which the sign of the speed is certain: tanh is 0.995.
+_CERTAIN_SIGN = 3.0
 #: Groups whose columns make the curve of a class.
 _GROUPS: dict[str, tuple[str, ...]] = {
     RESTORING_FORCE: ("f",),
@@ -98,7 +100,26 @@ def measured_shape(
     band = np.array([np.minimum(low, y), np.maximum(high, y)]).T
     drawn = _law_curve(own, curve, name, law, y)
     words = shape_words(name, curve.x, y, band, curve.units)
-    return MeasuredShape(curve.x, y, band, drawn, curve.labels, curve.units, words)
+    smooth, steps = (y, (0.0, 0.0)) if name != DISSIPATION else _without_steps(own, curve.x, y)
+    return MeasuredShape(curve.x, y, band, drawn, curve.labels, curve.units, words, smooth, steps)
+
+
+def _without_steps(
+    own: ElementTable, v: FloatArray, y: FloatArray
+) -> tuple[FloatArray, tuple[float, float]]:
+    """Curve over the speed without its steps at rest, and their heights.
+
+    A step is what the curve has risen by where the sign of the speed is certain; columns of the
+    splines and of the steps share it between them in any way. Friction never drives.
+    """
+    certain = _CERTAIN_SIGN * own.bases.size.rest_speed
+    edges = np.array([min(certain, v[-1]), max(-certain, v[0])])
+    first, second = np.interp(edges, v, y)
+    steps = (max(float(first), 0.0), max(-float(second), 0.0))
+    rest = np.where(v > 0.0, y - steps[0], y + steps[1])
+    inner = (v > edges[1]) & (v < edges[0])
+    rest[inner] = np.interp(v[inner], edges[::-1], [second + steps[1], first - steps[0]])
+    return rest, steps
 
 
 def _draws(scores: ClassScores, held: HeldOutSquares, places: IntArray) -> FloatArray:

@@ -1,0 +1,164 @@
+"""Measured shapes as laws: from the answer by class to a table, from a table to an effect card."""
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, ClassAnswer
+from carrierflex.diagnosis.comparison.effect_cards import EffectCard
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.cards import KIND
+from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
+from carrierflex.simulation.effect_parameters import EffectParameter
+from carrierflex.simulation.element.tabulated_laws import (
+    COUPLED_DAMPING,
+    DISSIPATION,
+    TABULATED,
+    TabulatedLaw,
+    tabulated_force,
+)
+
+_EQUATIONS = {DISSIPATION: "g(v)", COUPLED_DAMPING: "h(q) v"}
+_MOST_LETTERS = 40
+
+
+def law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None) -> TabulatedLaw:
+    """Measured shape of a class of the answer.
+
+    Parameters
+    ----------
+    answer : ClassAnswer
+        Answer by class.
+    campaign : str
+        Name of the campaign.
+    wanted : str, optional
+        Class; without, the one of the largest share.
+
+    Returns
+    -------
+    TabulatedLaw
+        The shape without what the baseline takes up.
+
+    Raises
+    ------
+    ValueError
+        Where no class is named or leading, the answer has not the wanted one, or it has no table.
+    """
+    if answer.state not in (NAMED_CLASS, LEADING_CLASS) or not answer.classes:
+        raise ValueError(f"no law to save: the answer by class is '{answer.state}'")
+    known = {finding.id: finding for finding in answer.classes}
+    name = wanted or max(answer.classes, key=lambda finding: finding.share).id
+    if name not in known:
+        listed = ", ".join(known)
+        raise ValueError(f"no law to save: '{name}' is not in the answer; expected {listed}")
+    refuse_without_table(name)
+    shape = known[name].shape
+    if shape is None:
+        raise ValueError(
+            f"no law to save: '{name}' was named by its law {known[name].law}, not by its shape"
+        )
+    force, length = shape.units[1], shape.units[0].removesuffix("/s")
+    if name == COUPLED_DAMPING:
+        force = force.removesuffix(f" s/{length}")
+    return TabulatedLaw(
+        f"{name}_of_{_slug(campaign)}",
+        name,
+        shape.x,
+        shape.smooth,
+        (force, length),
+        shape.steps,
+        campaign,
+    )
+
+
+def refuse_without_table(name: str) -> None:
+    """Refuse a class whose shape is not kept as a table.
+
+    Raises
+    ------
+    ValueError
+        Names the class and those that are kept.
+    """
+    if name not in TABULATED:
+        raise ValueError(
+            f"no law to save: the class '{name}' is not kept as a table; expected one of "
+            f"{', '.join(TABULATED)}"
+        )
+
+
+def law_cards(laws: Sequence[TabulatedLaw], units: tuple[str, str]) -> tuple[EffectCard, ...]:
+    """Effect cards of measured laws: one parameter, the size, one where the shape is as measured.
+
+    Parameters
+    ----------
+    laws : sequence of TabulatedLaw
+        Laws.
+    units : tuple of str
+        Units of force and deflection of the records.
+
+    Raises
+    ------
+    ValueError
+        Where a law has other units.
+    """
+    for law in laws:
+        if law.units != units:
+            raise ValueError(
+                f"law '{law.name}': units are {' and '.join(law.units)}; expected those of the "
+                f"records, {' and '.join(units)}"
+            )
+    return tuple(
+        EffectCard(
+            law.name,
+            KIND,
+            f"size x {_EQUATIONS.get(law.effect_class, 'f(q)')} of a measured table",
+            (EffectParameter("size", "1", 0.0, np.inf, scale=1.0),),
+            "that of its table",
+            law=tabulated_force(law),
+        )
+        for law in laws
+    )
+
+
+def beyond_visited(
+    law: TabulatedLaw, records: Sequence[ElementRecord]
+) -> tuple[CampaignWarning, ...]:
+    """Warning where records leave the range in which a law was measured; empty where none does.
+
+    Parameters
+    ----------
+    law : TabulatedLaw
+        Law.
+    records : sequence of ElementRecord
+        Runs.
+    """
+    own = [_abscissa(law, record) for record in records]
+    values = np.concatenate(own)
+    outside = (values < law.x[0]) | (values > law.x[-1])
+    if not outside.any():
+        return ()
+    share = float(np.mean(outside))
+    unit = law.x_unit
+    text = (
+        f"{share:.2%} of the samples lie outside the range in which the law was measured: records "
+        f"reach from {values.min():.4g} to {values.max():.4g} {unit}, its table from "
+        f"{law.x[0]:.4g} to {law.x[-1]:.4g} {unit}"
+    )
+    continued = "its end value" if law.effect_class == COUPLED_DAMPING else "the slope of its end"
+    remedy = f"beyond its table the law goes on with {continued}; measure it at this size"
+    farthest = int(np.argmax([max(law.x[0] - one.min(), one.max() - law.x[-1]) for one in own]))
+    place = f"run {records[farthest].name}"
+    return (CampaignWarning("visited_range", law.name, text, remedy, share, place),)
+
+
+def _abscissa(law: TabulatedLaw, record: ElementRecord) -> FloatArray:
+    """Deflection or speed where samples count; the measured motion may hold a run-in."""
+    motion = record.motion[1 if law.along_speed else 0]
+    return np.asarray(motion[record.block >= 0], dtype=np.float64)
+
+
+def _slug(name: str) -> str:
+    """Small letters, digits and underscores of a name."""
+    return re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")[:_MOST_LETTERS] or "campaign"
