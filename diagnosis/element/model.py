@@ -389,13 +389,9 @@ def _unit(powers: tuple[int, int, int], units: tuple[str, str]) -> str:
     above = [_power(s, p) for s, p in zip(symbols, powers, strict=True) if p > 0]
     below = [_power(s, -p) for s, p in zip(symbols, powers, strict=True) if p < 0]
     top = " ".join(above) or "1"
-    return (
-        top
-        if not below
-        else f"{top}/{' '.join(below)}"
-        if len(below) == 1
-        else f"{top}/({' '.join(below)})"
-    )
+    if not below:
+        return top
+    return f"{top}/{below[0]}" if len(below) == 1 else f"{top}/({' '.join(below)})"
 
 
 def _power(symbol: str, power: int) -> str:

@@ -307,9 +307,7 @@ def element_problem(
     )
     carried = [_carried_noise(campaign, model, record) for record in records]
     noise = noise + np.array(carried)
-    note = ""
-    if not measured:
-        noise, note = believable_noise(model, records, noise)
+    noise, note = (noise, "") if measured else believable_noise(model, records, noise)
     return ElementProblem(
         model, records, noise, measured, channel.name, channel.noise_std is not None, note
     )
