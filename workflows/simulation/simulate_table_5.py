@@ -248,9 +248,9 @@ def _write(
 def _figure(shown: Mapping[str, tuple[Run, Run, Run | None]]) -> Figure:
     """Signals of one sensor by load case: reference, simulation with and without misalignment."""
     figure = Figure(figsize=(11, 7), layout="constrained")
-    for axes, (name, runs) in zip(
-        figure.subplots(2, 2, sharex=True).flat, shown.items(), strict=True
-    ):
+    rows = -(-len(shown) // 2)
+    panels = figure.subplots(rows, 2, sharex=True, squeeze=False).flat
+    for axes, (name, runs) in zip(panels, shown.items(), strict=False):
         for label, run in zip(("reference", "with misalignment", "without"), runs, strict=True):
             if run is not None:
                 signal = run.signals["s047"]

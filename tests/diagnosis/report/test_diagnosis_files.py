@@ -80,7 +80,7 @@ def test_other_and_newer_files_are_refused(tmp_path):
             f'{{"format": "{FORMAT}", "version": 3}}',
             "key 'version' is 3, written by a newer version; expected 2",
         ),
-        (f'{{"format": "{FORMAT}", "version": true}}', "key 'version' is True; expected 2"),
+        (f'{{"format": "{FORMAT}", "version": true}}', "key 'version' is true; expected 2"),
     ):
         path.write_text(text, encoding="utf-8")
         with pytest.raises(ValueError, match=message):
