@@ -16,7 +16,12 @@ from tests.identification.synthetic_campaigns import carrier_campaign
 SHIPPED = {
     "carrier_lc1_to_lc4": "carrier case",
     "mounting_2011": "mounting case",
-    **{f"stage_lc{number}": "stage case" for number in (1, 2, 3, 4)},
+    "stage_order_one": "stage case",
+    **{
+        f"stage_{group}lc{number}": "stage case"
+        for group in ("", "paper_", "table4_")
+        for number in (1, 2, 3, 4)
+    },
 }
 
 
