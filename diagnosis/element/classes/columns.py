@@ -111,7 +111,7 @@ def group_columns(bases: ElementBases, side_line: FloatArray) -> tuple[GroupColu
     Returns
     -------
     tuple of GroupColumns
-        Names: f, g, jump, stops, prony, delay, h, surface, jump_in_x, time, side.
+        Names: f, g, jump, stops, prony, delay, h, surface, time, side.
     """
     size = bases.size
     n_plain = yields(size).size
@@ -125,9 +125,6 @@ def group_columns(bases: ElementBases, side_line: FloatArray) -> tuple[GroupColu
         along_x = bases.surface_x(own.x)
         along_v = bases.surface_v(bases.curved_speed(own.v))
         return (along_x[:, None] * along_v[None]).reshape(-1, own.x.size)
-
-    def jump_in_x(own: ForceRecord) -> FloatArray:
-        return (jump(own)[:, None] * bases.surface_x(own.x)[None]).reshape(-1, own.x.size)
 
     def in_time(own: ForceRecord) -> FloatArray:
         splines = bases.time(own.step * np.arange(own.x.size, dtype=np.float64))
@@ -164,7 +161,6 @@ def group_columns(bases: ElementBases, side_line: FloatArray) -> tuple[GroupColu
             difference_penalty(_N_COUPLED, 2),
         ),
         GroupColumns("surface", surface, np.eye(_N_SURFACE**2)),
-        GroupColumns("jump_in_x", jump_in_x, np.eye(2 * _N_SURFACE)),
         GroupColumns("time", in_time, _three_times(difference_penalty(_N_TIME, 1))),
         GroupColumns("side", side, difference_penalty(_N_SIDE, 2)),
     )

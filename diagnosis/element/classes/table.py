@@ -49,13 +49,11 @@ CLASS_GROUPS: dict[str, tuple[str, ...]] = {
     MEMORY: ("prony",),
     DELAY: ("delay",),
     COUPLED_DAMPING: ("h",),
-    FORCE_SURFACE: ("f", "g", "jump", "h", "surface", "jump_in_x"),
+    FORCE_SURFACE: ("f", "g", "jump", "h", "surface"),
     TIME_VARIATION: ("time",),
     DRIVE_SIDE: ("side",),
 }
-CEILING = (
-    "f", "g", "jump", "h", "surface", "jump_in_x", "stops", "prony", "delay", "time", "side",
-)  # fmt: skip
+CEILING = ("f", "g", "jump", "h", "surface", "stops", "prony", "delay", "time", "side")
 PRESLIDING = "dahl_friction"
 #: Speed below which the sign is uncertain: this share of the RMS at least, at most.
 _REST_SPEED = (0.01, 0.3)

@@ -83,16 +83,6 @@ def test_damping_that_depends_on_deflection_is_coupled():
     assert found.ids == ("coupled_damping",)
 
 
-def test_friction_that_depends_on_deflection_is_a_surface_with_its_step():
-    def friction(q, v):
-        return 3.0 * (1.0 + 0.8 * np.tanh(2.0 * q / HALF)) * np.tanh(v / 1e-3)
-
-    found = answer(displacement_campaign(friction, n=2000))
-    assert found.ids == ("force_surface",)
-    # The products of smooth splines leave three times as much at the step.
-    assert found.share > 0.998
-
-
 def test_a_stiffness_that_falls_in_every_run_is_a_change_with_time():
     found = answer(along(lambda time, q: -2e3 * q * time / time[-1]))
     assert found.ids == ("time_variation",)
