@@ -270,7 +270,7 @@ def _largest(campaign: Campaign, name: str) -> float:
 
 def _is_in_si(campaign: Campaign) -> bool:
     """Whether an element is measured in m and N."""
-    return not campaign.input_units and all(
+    return campaign.input_units == campaign.contract.inputs and all(
         channel.unit == campaign.contract.quantities[channel.quantity]
         for channel in campaign.channels
     )
