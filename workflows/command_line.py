@@ -246,7 +246,9 @@ def _show(table: str, result: Any) -> None:
 def _about_input(error: Exception, arguments: list[str]) -> str:
     """Message of an error; where it names no file that is given, the first of them before it."""
     text = _one_line(error)
-    if isinstance(error, ArithmeticError) or type(error).__name__ == "LinAlgError":
+    # Errors of numpy and LAPACK; what this program raises itself says what it found.
+    wordless = (OverflowError, ZeroDivisionError, FloatingPointError)
+    if isinstance(error, wordless) or type(error).__name__ == "LinAlgError":
         text = (
             "its numbers leave no equations that can be solved; expected sizes that differ by "
             "less: units, masses and declared noise"

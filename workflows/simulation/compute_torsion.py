@@ -110,9 +110,10 @@ def main(
         gearbox_stiffness=gearbox_stiffness,
         bushing_stiffness=bushing_stiffness,
     )
-    prepared_folder(out)
     rig, bushings = _mounting(mounting)
+    # Cheap, and refuses a torque that cannot be before the folder is made.
     on_mounting = mounting_sweep(rig, bushings, torque)
+    prepared_folder(out)
     stages = Stages(2, quiet)
     with stages.stage(f"reduced carrier and pins, elements of {size} m"):
         body = default_stage_body(PAPER_STIFFNESS, size)
