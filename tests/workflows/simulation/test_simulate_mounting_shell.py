@@ -78,7 +78,7 @@ SOFT = [
 def test_a_diverging_run_tells_time_and_coordinate_and_keeps_its_record(tmp_path, command):
     case = changed_case(tmp_path, *SOFT)
     line = one_line(command("simulate", case, "--out", "out", "--linearised", "lin"), 2)
-    assert line.startswith("carrierflex: theta_x: diverged after 5")
+    assert line.startswith(f"carrierflex: {case}: theta_x: diverged after 5")
     assert line.endswith("s; the signals up to there are kept")
     last_time = float(line.split("after ")[1].split(" s")[0])
     assert 535.0 < last_time < 555.0  # while the torque rises
@@ -162,7 +162,7 @@ def test_a_bushing_that_gives_way_ends_the_run_with_what_it_has(tmp_path, comman
     case = changed_case(tmp_path, ("K3 = 65.05e9", "K3 = -5e11"), ("K5 = 1.55e15", "K5 = 0.0"))
     line = one_line(command("simulate", case, "--out", "out"), 2)
     assert line.startswith(
-        "carrierflex: theta_x, theta_y: the bushing forces did not converge after 9"
+        f"carrierflex: {case}: theta_x, theta_y: the bushing forces did not converge after 9"
     )
     (kept,) = read_campaign(tmp_path / "out").runs
     assert 90.0 < kept.time[-1] < 105.0
