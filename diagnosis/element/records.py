@@ -31,7 +31,9 @@ N_BANDS = 16
 _EDGE_PERIODS, _LARGEST_EDGE = 10.0, 0.1
 #: The same of a decay, which is largest where it begins; parts in which its band is sought, and
 #: samples of a part at least.
-_RELEASED_PERIODS, _RELEASED_PARTS, _FEWEST_IN_PART = 1.0, 8, 64
+_RELEASED_PERIODS = 1.0
+_RELEASED_PARTS = 8
+_FEWEST_IN_PART = 64
 
 
 @dataclass(frozen=True, eq=False)

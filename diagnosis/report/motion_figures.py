@@ -99,7 +99,8 @@ def _polar_figure(picture: Picture, panel: Panel) -> "Figure":
     figure = Figure(figsize=(0.8 * WIDTH, 0.8 * WIDTH), layout="constrained")
     axes = figure.add_subplot(projection="polar")
     for trace in panel.traces:
-        axes.plot(trace.x, factor * trace.y, **_STROKES[trace.role], label=trace.role)  # type: ignore[arg-type]
+        stroke = _STROKES[trace.role]
+        axes.plot(trace.x, factor * trace.y, **stroke, label=trace.role)  # type: ignore[arg-type]
     circle = np.linspace(0.0, 2.0 * np.pi, 181)
     axes.plot(circle, np.zeros(circle.size), color=GREY, linewidth=0.9)
     _polar_axes(axes, reach)

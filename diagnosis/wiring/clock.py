@@ -69,7 +69,9 @@ def _drift(record: PredictedRecord) -> tuple[float, float, float]:
     slope = -np.gradient(record.predicted, record.time, axis=0)
     known = np.isfinite(residual) & np.isfinite(slope)
     middle = 0.5 * (record.time[0] + record.time[-1])
-    delays, weights, times = [], [], []
+    delays = []
+    weights = []
+    times = []
     for rows in np.array_split(np.arange(record.time.size), _BLOCKS):
         use = known[rows]
         weight = float(np.sum(slope[rows][use] ** 2))
@@ -79,7 +81,9 @@ def _drift(record: PredictedRecord) -> tuple[float, float, float]:
             times.append(float(record.time[rows].mean()) - middle)
     if len(delays) < _BLOCKS // 2:
         return 0.0, 0.0, 0.0
-    t, tau, w = np.array(times), np.array(delays), np.array(weights)
+    t = np.array(times)
+    tau = np.array(delays)
+    w = np.array(weights)
     t = t - np.average(t, weights=w)
     mean = float(np.average(tau, weights=w))
     drift = float(np.sum(w * t * tau) / np.sum(w * t**2))

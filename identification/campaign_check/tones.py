@@ -26,7 +26,9 @@ _FEWEST_SAMPLES = 256
 _MOST_HARMONICS = 10.0
 #: A line of a drive over its surroundings; power that drives whatever is beside it, and power that
 #: is rounding, both over the strongest line.
-_LINE_OF_DRIVE, _STRONG, _ROUNDING = 20.0, 1e-3, 1e-12
+_LINE_OF_DRIVE = 20.0
+_STRONG = 1e-3
+_ROUNDING = 1e-12
 _MAINS_HZ = (50.0, 60.0)
 
 

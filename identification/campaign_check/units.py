@@ -26,13 +26,17 @@ _LARGEST_MOTION = 0.05
 #: Largest torque over the nominal one.
 _SMALLEST_TORQUE, _LARGEST_TORQUE = 0.01, 10.0
 #: Radial load times radius over nominal torque; the load's mean over its scatter that makes it one.
-_SMALLEST_LOAD, _LARGEST_LOAD, _IS_LOAD = 1e-3, 30.0, 5.0
+_SMALLEST_LOAD = 1e-3
+_LARGEST_LOAD = 30.0
+_IS_LOAD = 5.0
 #: Radii and arms of a drivetrain [m], and torques [N m] and radial loads [N] of a mounting.
 _LENGTHS = (0.01, 20.0)
 _TORQUES = (2e3, 5e7)
 _FORCES = (1e3, 5e7)
 #: Longest step of a mount that vibrates [s], its largest deflection [m] and speed [m/s].
-_LONGEST_STEP, _DEFLECTION, _SPEED = 1.0, 0.3, 10.0
+_LONGEST_STEP = 1.0
+_DEFLECTION = 0.3
+_SPEED = 10.0
 #: Channels of one quantity whose motion differs by this factor.
 _UNLIKE = 100.0
 

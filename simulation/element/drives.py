@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-FORCE, DISPLACEMENT, FREE_DECAY, BASE = "force", "displacement", "free_decay", "base"
+FORCE = "force"
+DISPLACEMENT = "displacement"
+FREE_DECAY = "free_decay"
+BASE = "base"
 #: Drives under which the deflection is predicted from the force.
 BY_FORCE = (FORCE, FREE_DECAY, BASE)
 #: Drives under which only forces per mass are known.

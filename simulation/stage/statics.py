@@ -289,7 +289,9 @@ def static_coordinates(
         As :func:`linear_statics`.
     """
     linear = linear or linear_statics(model)
-    channels, scale, W = model.channels, linear.scale, linear.W
+    channels = model.channels
+    scale = linear.scale
+    W = linear.W
     B = channels.B[1:]
     k = frozen_stiffness(channels, None if mean_stiffness else angle)
     f = turning_force(model, load, angle)[1:]
@@ -297,7 +299,9 @@ def static_coordinates(
     delta_free = B.T @ y_free - channels.free
     size = np.abs(scale * f).max()
     lambda_ = np.zeros(len(W))
-    kept, closed, unit = _FLOATING, np.diag(_closed_stiffness(channels)), np.eye(len(W))
+    kept = _FLOATING
+    closed = np.diag(_closed_stiffness(channels))
+    unit = np.eye(len(W))
     for _ in range(_MOST_ITERATIONS):
         delta = delta_free + W @ lambda_
         force, tangent = channel_forces(channels, delta, angle, k)

@@ -66,7 +66,10 @@ def _turning_tangent(
         # y and z of the housing's translation and rotation, then of each bearing.
         y = (1, 4)[pair] if pair < 2 else _HOUSING + 2 * (pair - 2)
         z = y + 1
-        R[y, y], R[y, z], R[z, y], R[z, z] = c, -s, s, c
+        R[y, y] = c
+        R[y, z] = -s
+        R[z, y] = s
+        R[z, z] = c
         J[y, z], J[z, y] = -1.0, 1.0
     damping = R.T @ k.C_fixed @ R
     # The velocity in the fixed frame, seen from the carrier's: x' + Omega J x.

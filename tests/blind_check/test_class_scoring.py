@@ -11,7 +11,10 @@ from carrierflex.blind_check.sealing.verdicts import ERROR, Verdict
 from carrierflex.blind_check.truth.element.families import acceptable_laws, class_sets
 from carrierflex.workflows.screen.score_tables import score_page
 
-F, G, H, S = "restoring_force", "dissipation", "hysteresis", "force_surface"
+F = "restoring_force"
+G = "dissipation"
+H = "hysteresis"
+S = "force_surface"
 
 
 def label(number, *causes, family=None, ratio=10.0, drive="noise", changes=None):

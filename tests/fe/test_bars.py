@@ -113,7 +113,9 @@ def test_cantilever_converges_to_saint_venants_flexure_at_fourth_order():
 
 
 def test_longitudinal_vibration_converges_from_above_at_fourth_order():
-    length, cells, errors = 0.3, np.array([2, 3, 4, 6]), []
+    length = 0.3
+    cells = np.array([2, 3, 4, 6])
+    errors = []
     exact = longitudinal_frequency(length, NO_CONTRACTION.E, NO_CONTRACTION.rho)
     for n in cells:
         mesh = box_mesh((length, 0.02, 0.02), (n, 1, 1))

@@ -20,7 +20,10 @@ from carrierflex.reduction.held_structure import GroundedBody
 from tests.analytic import pressed_ring, torsional_frequency
 from tests.fe.box_meshes import ring_mesh, round_bar
 
-RADIUS, THICKNESS, LENGTH, PRESSURE = 0.1, 0.06, 0.03, 1e7
+RADIUS = 0.1
+THICKNESS = 0.06
+LENGTH = 0.03
+PRESSURE = 1e7
 RADII = (RADIUS - THICKNESS / 2.0, RADIUS + THICKNESS / 2.0)
 CELLS = np.array([1, 2, 3])
 
@@ -96,7 +99,9 @@ def test_work_on_a_pressed_ring_converges_at_fourth_order(pressed_rings):
 
 
 def test_torsional_frequency_of_a_round_bar_converges_at_fourth_order():
-    radius, length, cells = 0.05, 0.1, np.array([2, 3, 4])
+    radius = 0.05
+    length = 0.1
+    cells = np.array([2, 3, 4])
     exact, errors = torsional_frequency(length, *STEEL.lame[1:], STEEL.rho), []
     for n in cells:
         mesh = round_bar(radius, length, n, n_long=n)

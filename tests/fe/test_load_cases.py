@@ -81,7 +81,9 @@ def test_a_simply_supported_pin_hands_over_the_load_of_a_bonded_one(pin, about, 
 
 
 def test_a_simply_supported_pin_loads_the_nearer_bore_more(carrier):
-    x1, x2, x_m = 0.0325, 0.3275, 0.185
+    x1 = 0.0325
+    x2 = 0.3275
+    x_m = 0.185
     assert_allclose(midspan_x(carrier), x_m, rtol=1e-14)
     supported = simply_supported_pin_load(1, 1000.0, 0.0, carrier)
     share = {name: -load[:3] @ tangential(0.0) / 1000.0 for name, load in supported.items()}

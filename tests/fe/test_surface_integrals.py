@@ -11,7 +11,9 @@ from tests.fe.box_meshes import box_mesh
 
 def test_rigid_motion_is_translation_beside_the_cross_product():
     rng = np.random.default_rng(1)
-    points, origin, q = rng.standard_normal((5, 3)), rng.standard_normal(3), rng.standard_normal(6)
+    points = rng.standard_normal((5, 3))
+    origin = rng.standard_normal(3)
+    q = rng.standard_normal(6)
     expected = q[:3] + np.cross(q[3:], points - origin)
     assert_allclose(rigid_motion(points, origin) @ q, expected, rtol=0.0, atol=1e-14)
 
@@ -28,7 +30,9 @@ def test_moments_of_a_flat_face_are_exact():
     mesh = box_mesh((0.1, 0.2, 0.3), (1, 2, 1))
     centre = np.array([0.1, 0.1, 0.15])
     B, Z = surface_moments(mesh, mesh.surface("end"), centre)
-    area, about_y, about_z = 0.06, 0.2 * 0.3**3 / 12.0, 0.3 * 0.2**3 / 12.0
+    area = 0.06
+    about_y = 0.2 * 0.3**3 / 12.0
+    about_z = 0.3 * 0.2**3 / 12.0
     expected = np.diag([area, area, area, about_y + about_z, about_y, about_z])
     assert_allclose(Z, expected, rtol=0.0, atol=1e-16)
     assert_allclose(B[0, :, 0].sum(), area, rtol=1e-14)

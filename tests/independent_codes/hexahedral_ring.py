@@ -62,7 +62,9 @@ def _cyclic_map(nodes, positions, angle, waves):
     )
     blocks = [(nodes[kept], np.arange(len(kept)), np.eye(3, dtype=complex))]
     blocks.append((nodes[right], np.searchsorted(kept, left), turn * np.exp(1j * waves * angle)))
-    rows, columns, values = [], [], []
+    rows = []
+    columns = []
+    values = []
     for targets, sources, block in blocks:
         rows.append(np.repeat(targets, 3, axis=1).ravel())
         columns.append(np.tile(3 * sources[:, None] + np.arange(3), (1, 3)).ravel())

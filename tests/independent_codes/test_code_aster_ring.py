@@ -24,7 +24,9 @@ from tests.fe.box_meshes import ring_mesh
 from tests.independent_codes.hexahedral_ring import ring_frequencies_hz
 
 #: Mean radius, radial thickness, axial length [m].
-RADIUS, THICKNESS, LENGTH = 0.369, 0.048, 0.05
+RADIUS = 0.369
+THICKNESS = 0.048
+LENGTH = 0.05
 RADII = (RADIUS - THICKNESS / 2.0, RADIUS + THICKNESS / 2.0)
 STEEL = Material("ring of SDLS109", E=185e9, nu=0.3, rho=7800.0)
 #: Frequencies [Hz] of SDLS109, each of a pair: two waves out of and in the plane, three waves in

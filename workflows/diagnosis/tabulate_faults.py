@@ -29,7 +29,9 @@ from carrierflex.identification.campaign_check.copies import without_copies
 from carrierflex.identification.campaign_check.records_check import records_findings
 from carrierflex.workflows.support.default_curves import default_curves
 
-DETECTED, HARMLESS, MISSED = "detected", "harmless", "missed"
+DETECTED = "detected"
+HARMLESS = "harmless"
+MISSED = "missed"
 #: Standard deviations within which a parameter of the baseline has not moved.
 _UNMOVED = 3.0
 #: Cases of a plan that holds some with nothing missing.

@@ -15,9 +15,15 @@ from carrierflex.blind_check.truth.element.drives import DECAY, MULTISINE, NOISE
 FloatArray = NDArray[np.float64]
 Draw = Callable[[np.random.Generator, float, float], tuple[float, ...]]
 
-F, G, H = "restoring_force", "dissipation", "hysteresis"
-M, D, C = "memory", "delay", "coupled_damping"
-S, T, I = "force_surface", "time_variation", "drive_side"  # noqa: E741 - symbols of the method
+F = "restoring_force"
+G = "dissipation"
+H = "hysteresis"
+M = "memory"
+D = "delay"
+C = "coupled_damping"
+S = "force_surface"
+T = "time_variation"
+I = "drive_side"  # noqa: E741 - the symbol of the method
 
 _ALL = (MULTISINE, NOISE, SWEEPS, SINES, DECAY)
 _WIDE = (MULTISINE, NOISE)

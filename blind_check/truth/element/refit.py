@@ -83,7 +83,9 @@ class ForcedRefit:
             else:
                 return left
             gain = cost - sum(float(run @ run) for run in trial_left)
-            theta, left, columns = trial, trial_left, trial_columns
+            theta = trial
+            left = trial_left
+            columns = trial_columns
             if gain <= 1e-6 * cost:
                 return left
         return left

@@ -54,7 +54,9 @@ _MEMORY = (0.0, 0.7)
 #: cause's size.
 _SLIGHT = (-3.3, -2.3)
 #: A cause under which the motion grows beyond this many times the plain one is made smaller.
-_LARGEST_MOTION, _SMALLER, _TRIALS = 4.0, 0.6, 12
+_LARGEST_MOTION = 4.0
+_SMALLER = 0.6
+_TRIALS = 12
 
 
 @dataclass(frozen=True, eq=False)

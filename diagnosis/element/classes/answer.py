@@ -105,7 +105,9 @@ def is_separable_from_time(own: ElementTable, highest: float) -> bool:
 
     R² of the windowed log RMS of x, and of v / x, on the time splines common to all runs.
     """
-    rows, amplitudes, frequencies = [], [], []
+    rows = []
+    amplitudes = []
+    frequencies = []
     for record in own.records:
         counted = np.flatnonzero(record.counts)
         # A decay that soon ends has fewer samples than windows.

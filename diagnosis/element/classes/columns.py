@@ -16,7 +16,12 @@ from carrierflex.diagnosis.element.classes.splines import (
 )
 
 #: Splines of f(x), g(v), h(x), of each side of f(x, v), of time and of the drive side.
-_N_FORCE, _N_SPEED, _N_COUPLED, _N_SURFACE, _N_TIME, _N_SIDE = 24, 12, 8, 6, 5, 12
+_N_FORCE = 24
+_N_SPEED = 12
+_N_COUPLED = 8
+_N_SURFACE = 6
+_N_TIME = 5
+_N_SIDE = 12
 #: Speed of the asinh scale over its RMS: a third of the splines lie below a tenth of the RMS.
 _SPEED_SCALE = 0.1
 _N_PRONY = 8

@@ -124,7 +124,10 @@ def element_table(
     bases = element_bases(own, size)
     groups = group_columns(bases, _side_line(bases, own))
     laws = [name for name in model.cards if name not in (*model.contained, *_CONTROLS)]
-    grams, floors, folds, layout = [], [], [], None
+    grams = []
+    floors = []
+    folds = []
+    layout = None
     for number, (record, weight) in enumerate(zip(own, weights, strict=True)):
         raw, layout = _raw_columns(model, record, groups, laws, size)
         rows = _filtered(raw, weight)

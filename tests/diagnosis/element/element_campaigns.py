@@ -8,7 +8,9 @@ from scipy.integrate import solve_ivp
 from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
 from carrierflex.identification.campaign.records import Run
 
-MASS, STIFFNESS, DAMPING = 2.0, 8.0e3, 12.0  # 10 Hz, 5 % of critical
+MASS = 2.0
+STIFFNESS = 8.0e3  # 10 Hz
+DAMPING = 12.0  # 5 % of critical
 STEP, PERIOD = 5e-3, 512
 
 

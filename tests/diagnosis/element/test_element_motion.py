@@ -18,7 +18,9 @@ from carrierflex.simulation.element.kernels import (
 )
 
 NONE = np.empty(0)
-MASS, STIFFNESS, DAMPING = 2.0, 8e3, 12.0
+MASS = 2.0
+STIFFNESS = 8e3
+DAMPING = 12.0
 
 
 def flat(**values):
@@ -114,7 +116,10 @@ def test_elasto_plastic_loop_has_the_area_of_jenkins_element():
 
 
 def test_maxwell_branch_has_its_complex_stiffness():
-    step, omega, k, tau = 1e-3, 2.0 * np.pi * 5.0, 4e3, 0.02
+    step = 1e-3
+    omega = 2.0 * np.pi * 5.0
+    k = 4e3
+    tau = 0.02
     time = step * np.arange(4000)
     p = flat(m=0.0, K1=0.0, C1=0.0, k=k, tau=tau)
     force = restoring_force(

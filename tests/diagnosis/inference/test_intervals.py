@@ -23,7 +23,9 @@ from tests.diagnosis.element.element_campaigns import (
 )
 
 CUBIC = 5e8
-N_BLOCKS, N_SAMPLES, N_PARAMETERS = 10, 200, 4
+N_BLOCKS = 10
+N_SAMPLES = 200
+N_PARAMETERS = 4
 TRUTH = np.array([1.0, -2.0, 0.5, 3.0])
 
 

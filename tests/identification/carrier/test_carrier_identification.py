@@ -168,7 +168,9 @@ def test_jackknife_sees_residuals_that_belong_to_whole_revolutions():
 
     Independent samples are far too sure of it.
     """
-    scatter, claimed, classical = [], [], []
+    scatter = []
+    claimed = []
+    classical = []
     for seed in range(60):
         campaign = carrier_campaign([run_case(motion=RIGID)], seed=seed)
         run = campaign.runs[0]

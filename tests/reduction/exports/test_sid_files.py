@@ -26,7 +26,11 @@ def read_sid(path):
     Body's by name, nodes' by number and name.
     """
     lines = path.read_text().splitlines()
-    plain, blocks, nodes, node, block = {}, {}, {}, None, None
+    plain = {}
+    blocks = {}
+    nodes = {}
+    node = None
+    block = None
     for line in lines[1:]:
         words, entry = line.split(), ENTRY.match(line)
         if entry is None:

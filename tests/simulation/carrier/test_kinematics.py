@@ -101,7 +101,9 @@ def test_positive_rotation_carries_the_deflection_from_47_to_137_degrees():
 
 
 def test_the_papers_argument_turns_an_odd_curve_over():
-    curve, v, angle = flexible_curve(), 0.82, np.linspace(0.0, 7.0, 40)
+    curve = flexible_curve()
+    v = 0.82
+    angle = np.linspace(0.0, 7.0, 40)
     paper = curve.axial_at(angle - v)  # equation (8) with theta_rho = 0
     ours = axial_deflection_pattern(angle, v, np.full(40, 1000.0), curve)
     assert_allclose(ours, -paper, rtol=0, atol=1e-18)

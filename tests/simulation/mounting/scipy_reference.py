@@ -29,7 +29,9 @@ def accelerations(rig, forces_on_housing, theta, torque, ntl):
 
 def rates(rig, law, t, y, loads):
     """``y = theta (3), omega (3), u_m (2 bushings, y and z)``."""
-    theta, omega, fluid = y[:3], y[3:6], y[6:].reshape(2, 2)
+    theta = y[:3]
+    omega = y[3:6]
+    fluid = y[6:].reshape(2, 2)
     pivot = np.array([-rig.main_bearing_x, 0.0, 0.0])
     forces, fluid_rates = [], np.zeros((2, 2))
     for number, point in enumerate(bushing_points(rig)):

@@ -133,7 +133,9 @@ def test_the_papers_damping_makes_every_mode_creep():
 def test_frequency_response_is_that_of_a_simulated_sine(name, place):
     parameters = parameter_array(RIG, {**BUSHINGS[name], "gain_spz": 1.1, "P_T": 0.1})
     loads = np.array([200e3, 20e3, -60e3])
-    frequency, periods, per_period = 8.0, 40, 200
+    frequency = 8.0
+    periods = 40
+    per_period = 200
     inputs = held(loads, periods / frequency, frequency * per_period)
     size = np.array([50.0, 20.0, 20.0])[place]
     column = ("torque", "ntl_y", "ntl_z")[place]

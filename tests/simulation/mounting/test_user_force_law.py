@@ -15,7 +15,9 @@ from carrierflex.simulation.mounting.simulate import simulate
 from carrierflex.simulation.mounting.time_integration import mounting_model, state_at_rest
 
 RIG = MountingRig(zeroing_samples=1)
-K3, K5, C3 = 6e11, 1.5e16, 2e11
+K3 = 6e11
+K5 = 1.5e16
+C3 = 2e11
 LINEAR = {"K1": 18e6, "C1": 1e5}
 HARDENING = compiled_force(lambda u, v, p: p[0] * u**3 + p[1] * u**5 + p[2] * u * u * v)
 STOP = compiled_force(lambda u, v, p: p[0] * (max(u - p[1], 0.0) + min(u + p[1], 0.0)))

@@ -37,7 +37,9 @@ WEIGHTLESS = SteadyLoad(360e3, gravity=0.0)
 #: Stiffness of a mounting that holds the housing; the bearings' is 6e9.
 HELD = MountingData(radial_stiffness=1e13, axial_stiffness=1e13, tilt_stiffness=1e13)
 #: Distance of the joint and of both bearings' seats from the main bearing [m].
-JOINT, UPWIND, DOWNWIND = 2.1, 2.16, 2.6
+JOINT = 2.1
+UPWIND = 2.16
+DOWNWIND = 2.6
 
 
 @pytest.fixture(scope="module")

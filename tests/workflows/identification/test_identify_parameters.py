@@ -52,7 +52,9 @@ def test_each_plot_is_written_before_the_next_is_made_and_hundreds_are_not(
     tmp_path, campaign, monkeypatch
 ):
     module = "carrierflex.workflows.identification.identify_parameters"
-    alive, most, drawn = weakref.WeakSet(), [], []
+    alive = weakref.WeakSet()
+    most = []
+    drawn = []
 
     class Plot:
         def __init__(self):
