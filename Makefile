@@ -19,7 +19,7 @@ PYTEST := OMP_NUM_THREADS=1 $(BIN)/pytest --doctest-modules $(LINKS) tests \
 MAKEFLAGS += --no-print-directory
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: help install run test lint types tests quick fuzz acceptance bench clean install-extras
+.PHONY: help install run test lint types tests quick fuzz acceptance bench clean install-development
 
 help:
 	@echo "make run     meshes, curves, reduced bodies, simulations and the gap report, written to $(OUT)/"
@@ -35,9 +35,9 @@ install:
 	@tools/install.sh $(PYTHON)
 	@tools/link_packages.sh
 
-# What tests and benchmarks compare with as well: MKL and Exudyn, which have licences of their own.
-install-extras: install
-	@tools/install.sh --extras
+# The tools of tests, and what tests and benchmarks compare with: MKL and Exudyn, which have licences of their own.
+install-development: install
+	@tools/install.sh --development
 
 run: install
 	$(BIN)/carrierflex run --out $(OUT)
@@ -46,29 +46,29 @@ run: install
 test: lint
 	@$(MAKE) --jobs types tests
 
-lint: install-extras
+lint: install-development
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 
-types: install-extras
+types: install-development
 	$(BIN)/mypy
 
-tests: install-extras
+tests: install-development
 	$(PYTEST)
 
-quick: install-extras
+quick: install-development
 	$(PYTEST) -m "not slow and not acceptance and not fuzz"
 
-acceptance: install-extras
+acceptance: install-development
 	$(PYTEST) -m acceptance
 	FUZZ_INPUTS=100000 $(BIN)/pytest -m fuzz tests/fuzz
 	$(BIN)/carrierflex blind-check --workers 2 --no-keep --out $(OUT)/blind_check
 
 # Every reader with damaged files; another number: make fuzz FUZZ_INPUTS=20000
-fuzz: install-extras
+fuzz: install-development
 	FUZZ_INPUTS=$(FUZZ_INPUTS) $(BIN)/pytest -q -m fuzz tests/fuzz
 
-bench: install-extras
+bench: install-development
 	$(BIN)/python -m benchmarks $(ONLY) $(if $(filter-out 0,$(QUICK)),--quick) --json $(OUT)/bench.json
 
 clean:

@@ -2,8 +2,9 @@
 # Installs into .venv what carrierflex needs, and says nothing when all of it is there already.
 #
 #   tools/install.sh [PYTHON]     PYTHON: interpreter to build .venv with; default: the last one chosen, or python3
-#   tools/install.sh --extras     into the .venv that stands: what only tests and benchmarks need and that has a licence of its
-#                                 own (requirements-extras.lock: Intel's MKL and Exudyn)
+#   tools/install.sh --development    into the .venv that stands: what only tests and benchmarks need, the tools
+#                                     (requirements-dev.lock) and what has a licence of its own (requirements-extras.lock:
+#                                     Intel's MKL and Exudyn)
 #
 # .venv/installed is written last. It holds the key of the locked packages, the key of the project, the
 # interpreter, and the RECORD file of every installed package; without it .venv is built afresh.
@@ -12,7 +13,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 unset PYTHONPATH PYTHONHOME
 
 stamp=.venv/installed
-extras_stamp=.venv/installed-extras
+development_stamp=.venv/installed-development
 venv_python=.venv/bin/python
 
 # Shared library : Debian package. gmsh needs all but the last, off-screen VTK the last.
@@ -108,7 +109,7 @@ PYTHON
 }
 
 install_locked_packages() {
-    say "locked packages into .venv with Python $version (2 GB; a minute or more)"
+    say "locked packages into .venv with Python $version (1.4 GB; a minute or more)"
     rm -rf .venv
     "$python" -m venv .venv || fail "'$python -m venv .venv' failed (see above)"
     "$venv_python" -m pip install -q --disable-pip-version-check --only-binary :all: --require-hashes -r requirements.lock \
@@ -116,15 +117,15 @@ install_locked_packages() {
 }
 
 # Without dependencies: what they need beside one another is in requirements.lock.
-install_extras() {
-    local extras_key
-    extras_key=$(cat requirements-extras.lock "$stamp" | key)
-    [ "$(cat "$extras_stamp" 2>/dev/null || true)" != "$extras_key" ] || return 0
-    say "MKL and Exudyn for tests and benchmarks into .venv (licences of their own, see README)"
-    rm -f "$extras_stamp"
+install_development_packages() {
+    local development_key
+    development_key=$(cat requirements-dev.lock requirements-extras.lock "$stamp" | key)
+    [ "$(cat "$development_stamp" 2>/dev/null || true)" != "$development_key" ] || return 0
+    say "test tools, MKL and Exudyn for tests and benchmarks into .venv (licences: see README)"
+    rm -f "$development_stamp"
     "$venv_python" -m pip install -q --disable-pip-version-check --only-binary :all: --no-deps --require-hashes \
-        -r requirements-extras.lock || fail "pip could not install requirements-extras.lock (see above)"
-    echo "$extras_key" >"$extras_stamp"
+        -r requirements-dev.lock -r requirements-extras.lock || fail "pip could not install the test tools (see above)"
+    echo "$development_key" >"$development_stamp"
 }
 
 install_project() {
@@ -137,8 +138,8 @@ install_project() {
 exec 9>>requirements.lock
 flock -n 9 || { say "waiting for another installation to finish"; flock 9; }
 
-if [ "${1:-}" = --extras ]; then
-    install_extras
+if [ "${1:-}" = --development ]; then
+    install_development_packages
     exit 0
 fi
 
