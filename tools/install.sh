@@ -109,7 +109,7 @@ PYTHON
 }
 
 install_locked_packages() {
-    say "locked packages into .venv with Python $version (1.4 GB; a minute or more)"
+    say "locked packages into .venv with Python $version (1.7 GB on disk; a minute or more)"
     rm -rf .venv
     "$python" -m venv .venv || fail "'$python -m venv .venv' failed (see above)"
     "$venv_python" -m pip install -q --disable-pip-version-check --only-binary :all: --require-hashes -r requirements.lock \
