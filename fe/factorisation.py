@@ -106,6 +106,29 @@ def _factoriser() -> Callable[[sp.csr_array], Factorisation]:
     return _Cholmod
 
 
+def superlu_solution(A: sp.csr_array, b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The solution of ``A x = b`` by scipy's SuperLU, whichever libraries are installed.
+
+    Parameters
+    ----------
+    A : csr_array, shape (n, n)
+        Symmetric positive definite, both triangles stored.
+    b : ndarray, shape (n,) or (n, k)
+        Right-hand sides.
+
+    Returns
+    -------
+    ndarray, shape of `b`
+        The solution.
+
+    Raises
+    ------
+    SingularMatrixError
+        Where A is not positive definite.
+    """
+    return _SuperLU(upper_triangle(A, np.zeros(0, dtype=np.int64))).solve(b)
+
+
 class _SuperLU:
     def __init__(self, upper: sp.csr_array) -> None:
         A = upper + sp.triu(upper, 1).T

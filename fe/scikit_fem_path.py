@@ -8,11 +8,11 @@ from collections.abc import Mapping
 
 import numpy as np
 import scipy.sparse as sp
-import scipy.sparse.linalg
 import skfem
 from numpy.typing import NDArray
 
 from carrierflex.fe.assembly import MASS_ORDER, STIFFNESS_ORDER
+from carrierflex.fe.factorisation import superlu_solution
 from carrierflex.fe.materials import Material, material_of
 from carrierflex.fe.weak_forms import mass_form, stiffness_form
 from carrierflex.geometry.tet_mesh import TetMesh
@@ -53,38 +53,13 @@ def stiffness_and_mass_by_scikit_fem(
 def displacement_by_scikit_fem(
     K: sp.csr_array, fixed: NDArray[np.int64], loads: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Displacement [m] under `loads` [N] with the degrees of freedom `fixed` held at zero.
+    """What :func:`carrierflex.fe.static.held_displacement` gives, by scikit-fem.
 
-    scikit-fem's ``solve(*condense(K, f, D=fixed))``: scipy's direct solver, which factorises once
-    for all columns.
-
-    Parameters
-    ----------
-    K : csr_array, shape (n_dofs, n_dofs)
-        Stiffness [N/m].
-    fixed : ndarray of int
-        Degrees of freedom that are held.
-    loads : ndarray, shape (n_dofs, n_cases)
-        Forces [N].
-
-    Returns
-    -------
-    ndarray, shape (n_dofs, n_cases)
-        Displacement [m].
+    ``solve(*condense(K, f, D=fixed))`` with scipy's direct solver, which factorises once for all
+    columns.
     """
     held = skfem.condense(K, loads, x=np.zeros_like(loads), D=fixed)
-    return np.asarray(skfem.solve(*held, solver=_direct))
-
-
-def _direct(A: sp.csr_array, b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The solution of ``A x = b`` by SuperLU with the ordering for symmetric patterns."""
-    factor = scipy.sparse.linalg.splu(
-        sp.csc_array(A),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    return np.asarray(factor.solve(b))
+    return np.asarray(skfem.solve(*held, solver=superlu_solution))
 
 
 def _assembled(
