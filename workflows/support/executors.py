@@ -11,8 +11,8 @@ from typing import Any
 
 from carrierflex.workflows.support.interruption import (
     call_or_end,
+    end_between_calls,
     end_children,
-    interrupt_on_sigterm,
 )
 
 #: Seconds to wait for a scheduler that does not answer.
@@ -80,7 +80,7 @@ class _Processes(ProcessPoolExecutor):
     def __init__(self, workers: int) -> None:
         # Fresh processes: forked ones inherit the locks of running threads (MKL, gmsh).
         context = get_context("spawn")
-        super().__init__(workers, mp_context=context, initializer=interrupt_on_sigterm)
+        super().__init__(workers, mp_context=context, initializer=end_between_calls)
 
     def submit(self, function: Any, /, *arguments: Any, **options: Any) -> Future[Any]:
         """Run the call in one of the processes."""

@@ -33,15 +33,29 @@ def _interrupt(number: int, frame: Any) -> None:
     raise TerminationError
 
 
+def end_between_calls() -> None:
+    """Let a working process that waits for its next call end without a word when it is told to.
+
+    Nothing is unfinished there. Ctrl-C goes to every process of a terminal: this one waits until
+    the one that it works for tells it.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
 def call_or_end(function: Callable[..., Any], /, *arguments: Any, **options: Any) -> Any:
     """Result of a call in a working process, which ends where it is interrupted.
 
     Otherwise it would go on with the next call.
     """
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    interrupt_on_sigterm()
     try:
         return function(*arguments, **options)
     except KeyboardInterrupt:
         os._exit(EXIT_INTERRUPTED)
+    finally:
+        end_between_calls()
 
 
 def end_children() -> None:

@@ -6,11 +6,12 @@ A cluster that loses a worker does too.
 import os
 import signal
 import time
+from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 from numpy.testing import assert_array_equal
 
-from carrierflex.workflows.support.executors import work_executor
+from carrierflex.workflows.support.executors import other_processes, work_executor
 
 
 def _squared_slowly(number: int) -> tuple[int, int]:
@@ -45,6 +46,17 @@ def test_bad_choices_are_refused():
         pass
     with pytest.raises(ValueError, match="both given"), work_executor(2, "tcp://127.0.0.1:1"):
         pass
+
+
+def test_a_process_that_waits_for_a_call_ends_without_a_word(capfd):
+    with other_processes(1) as executor:
+        waiting = executor.submit(os.getpid).result()
+        os.kill(waiting, signal.SIGINT)
+        assert executor.submit(os.getpid).result() == waiting
+        os.kill(waiting, signal.SIGTERM)
+        with pytest.raises(BrokenProcessPool):
+            executor.submit(time.sleep, 10.0).result(timeout=60.0)
+    assert capfd.readouterr().err == ""
 
 
 @pytest.mark.slow
