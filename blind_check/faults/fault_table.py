@@ -4,27 +4,47 @@ A unit is wrong the way it is in practice: a channel written in mm or um under m
 time in ms, an angle in degrees.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.campaign import Campaign, Channel
 from carrierflex.identification.campaign.records import Run
 
 FloatArray = NDArray[np.float64]
 Change = Callable[[Campaign, np.random.Generator], Campaign]
+#: A signal of one run and its changed copy.
+SignalChange = Callable[[FloatArray, np.random.Generator], FloatArray]
+
+_DELAYS = (0.005, 0.05)
+_SHARES = (0.001, 0.01)
+#: A tone between the orders of every rig of the blind check [Hz].
+_OTHER_TONE_HZ = 7.37
+_MAINS_HZ = 50.0
 
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault of one size: `name`, `size` in words, and how it changes a campaign."""
+    """One fault of one size.
+
+    Parameters
+    ----------
+    name, size : str
+        Fault and its size in words.
+    change : callable
+        ``(campaign, rng) -> campaign`` with the fault.
+    effects : tuple of str
+        Effects of the library that are this fault: a diagnosis that names one of them has told it.
+    """
 
     name: str
     size: str
     change: Change
+    effects: tuple[str, ...] = ()
 
 
 def faults_of(kind: str) -> tuple[Fault, ...]:
@@ -40,292 +60,338 @@ def faults_of(kind: str) -> tuple[Fault, ...]:
     tuple of Fault
         In the order of the table in docs/reliability.md.
     """
-    faults = [
-        Fault("sign of the load turned", "-", _input_scaled(-1.0)),
-        *(Fault("unit of a channel", f"{f:g}", _channel_scaled(f)) for f in (1e3, 1e6)),
-        *(Fault("unit of an input", f"{f:g}", _input_scaled(1.0 / f)) for f in (1e3, 1e6)),
-        *(Fault("unit of time", f"{f:g}", _time_scaled(f)) for f in (1e3, 1e6)),
-        *(Fault("gain of a channel", f"{g:.0%}", _channel_scaled(1.0 + g)) for g in (0.05, 0.3)),
-        *(Fault("gain of an input", f"{g:.0%}", _input_scaled(1.0 + g)) for g in (0.05, 0.3)),
-        *(Fault("clock of one file drifts", f"{d * 1e3:g} ms", _late(0.0, d)) for d in _DELAYS),
-        *(Fault("constant delay", f"{d * 1e3:g} ms", _late(d, 0.0)) for d in _DELAYS),
-        Fault("clipped", "70 %", _on_channel(_clipped)),
-        *(Fault("quantised", f"{q:g} floors", _quantised(q)) for q in (2.0, 20.0)),
-        Fault("stuck", "5 %", _on_channel(_stuck)),
-        *(Fault("dropouts as zeros", f"{s:.1%}", _lost(s, zero=True)) for s in _SHARES),
-        *(Fault("dropouts as last value", f"{s:.1%}", _lost(s, zero=False)) for s in _SHARES),
-        *(Fault("outliers", f"{s:.1%}", _spikes(s)) for s in _SHARES),
-        *(Fault("mains hum", f"{a:g} floors", _tone(50.0, a)) for a in (2.0, 10.0)),
-        *(Fault("other tone", f"{a:g} floors", _tone(7.37, a)) for a in (2.0, 10.0)),
-        *(Fault("run copied", f"{a:g} floors of new noise", _copied(a)) for a in (0.0, 1.0)),
-        Fault("signals of two runs exchanged", "-", _runs_exchanged),
-        Fault("sampled too slowly", "each fourth sample", _thinned(4)),
-        *(Fault("declared noise", f"x{f:g}", _noise_scaled(f)) for f in (0.1, 10.0)),
-    ]
-    return (*faults, *_own(kind))
+    return (
+        *_faults_of_scale(),
+        *_faults_of_time(),
+        *_faults_of_samples(),
+        *_faults_of_runs(),
+        *_faults_of_the_kind(kind),
+    )
 
 
-_DELAYS = (0.005, 0.05)
-_SHARES = (0.001, 0.01)
+def _faults_of_scale() -> Iterator[Fault]:
+    """Signs, units and gains."""
+    yield Fault("sign of the load turned", "-", partial(_load_scaled, factor=-1.0))
+    for unit in (1e3, 1e6):
+        change = partial(_signal_changed, change=partial(_scaled, factor=unit))
+        yield Fault("unit of a channel", f"{unit:g}", change)
+    for unit in (1e3, 1e6):
+        yield Fault("unit of an input", f"{unit:g}", partial(_load_scaled, factor=1.0 / unit))
+    for unit in (1e3, 1e6):
+        yield Fault("unit of time", f"{unit:g}", partial(_time_scaled, factor=unit))
+    for gain in (0.05, 0.3):
+        change = partial(_signal_changed, change=partial(_scaled, factor=1.0 + gain))
+        yield Fault("gain of a channel", f"{gain:.0%}", change, ("sensor_gain",))
+    for gain in (0.05, 0.3):
+        yield Fault("gain of an input", f"{gain:.0%}", partial(_load_scaled, factor=1.0 + gain))
 
 
-def _own(kind: str) -> list[Fault]:
+def _faults_of_time() -> Iterator[Fault]:
+    """Clocks and rates."""
+    for delay in _DELAYS:
+        change = partial(_last_run_drifting, drift=delay)
+        yield Fault("clock of one file drifts", f"{delay * 1e3:g} ms", change)
+    for delay in _DELAYS:
+        change = partial(_delayed, delay=delay)
+        yield Fault("constant delay", f"{delay * 1e3:g} ms", change, ("sensor_delay", "delay"))
+    yield Fault("sampled too slowly", "each fourth sample", partial(_thinned, every=4))
+
+
+def _faults_of_samples() -> Iterator[Fault]:
+    """Single samples, tones and the declared noise."""
+    yield Fault("clipped", "70 %", partial(_signal_changed, change=_clipped))
+    for floors in (2.0, 20.0):
+        yield Fault("quantised", f"{floors:g} floors", partial(_quantised, floors=floors))
+    yield Fault("stuck", "5 %", partial(_signal_changed, change=_stuck))
+    for share in _SHARES:
+        change = partial(_signal_changed, change=partial(_zeroed, share=share))
+        yield Fault("dropouts as zeros", f"{share:.1%}", change)
+    for share in _SHARES:
+        change = partial(_signal_changed, change=partial(_held, share=share))
+        yield Fault("dropouts as last value", f"{share:.1%}", change)
+    for share in _SHARES:
+        change = partial(_signal_changed, change=partial(_with_spikes, share=share))
+        yield Fault("outliers", f"{share:.1%}", change)
+    for name, frequency in (("mains hum", _MAINS_HZ), ("other tone", _OTHER_TONE_HZ)):
+        for floors in (2.0, 10.0):
+            change = partial(_with_tone, frequency_hz=frequency, floors=floors)
+            yield Fault(name, f"{floors:g} floors", change)
+    for factor in (0.1, 10.0):
+        change = partial(_channels_scaled, field="noise_std", factor=factor)
+        yield Fault("declared noise", f"x{factor:g}", change)
+
+
+def _faults_of_runs() -> Iterator[Fault]:
+    """Runs that are not what their names say."""
+    for floors in (0.0, 1.0):
+        change = partial(_first_run_copied, floors=floors)
+        yield Fault("run copied", f"{floors:g} floors of new noise", change)
+    yield Fault("signals of two runs exchanged", "-", _runs_exchanged)
+
+
+def _faults_of_the_kind(kind: str) -> Iterator[Fault]:
     """Faults that only some kinds can have."""
-    order = [
-        Fault("two sensors exchanged", "-", _sensors_moved((1, 0))),
-        Fault("all sensors one place on", "-", _sensors_moved(None)),
-        Fault("angle counted the other way", "-", _column_scaled("carrier_angle", -1.0)),
-    ]
+    if kind == "element":
+        change = partial(_rig_changed, values={"periodic": True, "period_samples": 500})
+        yield Fault("period stated", "500", change)
+        return
+    angle = "carrier_angle"
+    yield Fault("two sensors exchanged", "-", _two_sensors_exchanged)
+    yield Fault("all sensors one place on", "-", _sensors_moved_on)
+    backwards = partial(_input_scaled, name=angle, factor=-1.0)
+    yield Fault("angle counted the other way", "-", backwards)
     if kind == "carrier":
         degrees = float(np.rad2deg(1.0))
-        return [
-            *order,
-            Fault("unit of the angle", "57.3", _column_scaled("carrier_angle", degrees)),
-            *(Fault("radius off", f"x{f:g}", _radius_scaled(f)) for f in (1.1, 1e3)),
-            Fault("number of planets", "4", _rig(n_planets=4)),
-        ]
-    if kind == "mounting":
-        return [
-            *order,
-            *(Fault("arm off", f"x{f:g}", _arm_scaled(f)) for f in (1.1, 1e3)),
-            Fault("zeroing samples", "x4", _rig_scaled("zeroing_samples", 4)),
-        ]
-    return [Fault("period stated", "500", _rig(periodic=True, period_samples=500))]
-
-
-def _load(campaign: Campaign) -> str:
-    """The input that loads: torque, or the drive of an element."""
-    names = tuple(campaign.contract.inputs)
-    return "torque" if "torque" in names else names[0]
+        in_degrees = partial(_input_scaled, name=angle, factor=degrees)
+        yield Fault("unit of the angle", "57.3", in_degrees)
+        for factor in (1.1, 1e3):
+            change = partial(_channels_scaled, field="radius", factor=factor)
+            yield Fault("radius off", f"x{factor:g}", change)
+        yield Fault("number of planets", "4", partial(_rig_changed, values={"n_planets": 4}))
+    else:
+        for factor in (1.1, 1e3):
+            yield Fault("arm off", f"x{factor:g}", partial(_rig_scaled, name="R_x", factor=factor))
+        change = partial(_rig_scaled, name="zeroing_samples", factor=4)
+        yield Fault("zeroing samples", "x4", change)
 
 
 def _runs(campaign: Campaign, change: Callable[[Run], Run]) -> Campaign:
     return replace(campaign, runs=tuple(change(run) for run in campaign.runs))
 
 
-def _with_input(run: Run, name: str, values: FloatArray) -> Run:
-    return replace(run, inputs={**run.inputs, name: values})
-
-
 def _with_signal(run: Run, name: str, values: FloatArray) -> Run:
     return replace(run, signals={**run.signals, name: values})
 
 
-def _column_scaled(name: str, factor: float) -> Change:
-    def change(campaign: Campaign, rng: np.random.Generator) -> Campaign:
-        return _runs(campaign, lambda run: _with_input(run, name, factor * run.inputs[name]))
-
-    return change
+def _noise_of(channel: Channel) -> float:
+    """Declared noise of a channel; zero where none is declared."""
+    return float(channel.noise_std or 0.0)
 
 
-def _input_scaled(factor: float) -> Change:
-    def change(campaign: Campaign, rng: np.random.Generator) -> Campaign:
-        return _column_scaled(_load(campaign), factor)(campaign, rng)
-
-    return change
-
-
-def _on_channel(change_signal: Callable[[FloatArray, np.random.Generator], FloatArray]) -> Change:
-    """Change of the second channel, or of the only one."""
-
-    def change(campaign: Campaign, rng: np.random.Generator) -> Campaign:
-        name = campaign.channels[min(2, len(campaign.channels) - 1)].name
-        return _runs(
-            campaign,
-            lambda run: _with_signal(run, name, change_signal(run.signals[name].copy(), rng)),
-        )
-
-    return change
+def _input_scaled(
+    campaign: Campaign, rng: np.random.Generator, *, name: str, factor: float
+) -> Campaign:
+    """One input of every run times a factor."""
+    return _runs(
+        campaign,
+        lambda run: replace(run, inputs={**run.inputs, name: factor * run.inputs[name]}),
+    )
 
 
-def _channel_scaled(factor: float) -> Change:
-    return _on_channel(lambda values, rng: factor * values)
+def _load_scaled(campaign: Campaign, rng: np.random.Generator, *, factor: float) -> Campaign:
+    """The input that loads times a factor: torque, or the drive of an element."""
+    names = tuple(campaign.contract.inputs)
+    load = "torque" if "torque" in names else names[0]
+    return _input_scaled(campaign, rng, name=load, factor=factor)
 
 
-def _time_scaled(factor: float) -> Change:
-    def change(campaign: Campaign, rng: np.random.Generator) -> Campaign:
-        return _runs(campaign, lambda run: replace(run, time=factor * run.time))
+def _channels_scaled(
+    campaign: Campaign, rng: np.random.Generator, *, field: str, factor: float
+) -> Campaign:
+    """What every channel declares under one key times a factor."""
 
-    return change
+    def scaled(channel: Channel) -> Channel:
+        """Channel with the key scaled; zero where it declares none."""
+        values: dict[str, Any] = {field: factor * float(getattr(channel, field) or 0.0)}
+        return replace(channel, **values)
+
+    return replace(campaign, channels=tuple(map(scaled, campaign.channels)))
 
 
-def _late(delay: float, drift: float) -> Change:
-    """Signals late by `delay` [s] in all runs, or by up to `drift` [s] in the last one."""
+def _signal_changed(
+    campaign: Campaign, rng: np.random.Generator, *, change: SignalChange
+) -> Campaign:
+    """The third channel, or the last of fewer, changed in every run."""
+    name = campaign.channels[min(2, len(campaign.channels) - 1)].name
+    return _runs(
+        campaign, lambda run: _with_signal(run, name, change(run.signals[name].copy(), rng))
+    )
 
-    def late(run: Run, by: FloatArray) -> Run:
-        signals = {
-            name: np.interp(run.time - by, run.time, values) for name, values in run.signals.items()
-        }
-        return replace(run, signals=signals)
 
-    def change(campaign: Campaign, rng: np.random.Generator) -> Campaign:
-        if drift:
-            last = campaign.runs[-1]
-            growing = drift * (last.time - last.time[0]) / np.ptp(last.time)
-            return replace(campaign, runs=(*campaign.runs[:-1], late(last, growing)))
-        return _runs(campaign, lambda run: late(run, np.full(run.time.size, delay)))
+def _scaled(values: FloatArray, rng: np.random.Generator, *, factor: float) -> FloatArray:
+    return factor * values
 
-    return change
+
+def _time_scaled(campaign: Campaign, rng: np.random.Generator, *, factor: float) -> Campaign:
+    return _runs(campaign, lambda run: replace(run, time=factor * run.time))
+
+
+def _late(run: Run, delay: FloatArray) -> Run:
+    """Signals late by a delay [s], one for every sample."""
+    signals = {
+        name: np.interp(run.time - delay, run.time, values) for name, values in run.signals.items()
+    }
+    return replace(run, signals=signals)
+
+
+def _delayed(campaign: Campaign, rng: np.random.Generator, *, delay: float) -> Campaign:
+    """Signals of all runs late by `delay` [s]."""
+    return _runs(campaign, lambda run: _late(run, np.full(run.time.size, delay)))
+
+
+def _last_run_drifting(campaign: Campaign, rng: np.random.Generator, *, drift: float) -> Campaign:
+    """Signals of the last run late by a delay that grows from zero to `drift` [s]."""
+    last = campaign.runs[-1]
+    growing = drift * (last.time - last.time[0]) / np.ptp(last.time)
+    return replace(campaign, runs=(*campaign.runs[:-1], _late(last, growing)))
 
 
 def _clipped(values: FloatArray, rng: np.random.Generator) -> FloatArray:
-    middle, half = 0.5 * (values.max() + values.min()), 0.5 * np.ptp(values)
+    """Signal that ends at 70 % of its range."""
+    middle = 0.5 * (values.max() + values.min())
+    half = 0.5 * np.ptp(values)
     return np.clip(values, middle - 0.7 * half, middle + 0.7 * half)
 
 
 def _stuck(values: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Signal that holds one value for a twentieth of the record."""
     first = int(rng.integers(values.size // 3, values.size // 2))
     values[first : first + values.size // 20] = values[first]
     return values
 
 
-def _quantised(floors: float) -> Change:
-    def change(campaign: Campaign, rng: np.random.Generator) -> Campaign:
+def _zeroed(values: FloatArray, rng: np.random.Generator, *, share: float) -> FloatArray:
+    """Signal with zeros in place of a share of its samples."""
+    values[_lost_samples(values, rng, share)] = 0.0
+    return values
+
+
+def _held(values: FloatArray, rng: np.random.Generator, *, share: float) -> FloatArray:
+    """Signal with the sample before in place of a share of its samples."""
+    lost = _lost_samples(values, rng, share)
+    values[lost] = values[lost - 1]
+    return values
+
+
+def _lost_samples(values: FloatArray, rng: np.random.Generator, share: float) -> NDArray[np.int64]:
+    """Numbers of a share of the samples, at least one, never the first; ascending."""
+    count = max(1, int(share * values.size))
+    return np.sort(rng.choice(np.arange(1, values.size), count, replace=False))
+
+
+def _with_spikes(values: FloatArray, rng: np.random.Generator, *, share: float) -> FloatArray:
+    """Signal with a share of its samples one to three ranges off."""
+    hit = rng.choice(values.size, max(1, int(share * values.size)), replace=False)
+    size = np.ptp(values) * rng.uniform(1.0, 3.0, hit.size)
+    values[hit] += size * rng.choice((-1.0, 1.0), hit.size)
+    return values
+
+
+def _quantised(campaign: Campaign, rng: np.random.Generator, *, floors: float) -> Campaign:
+    """All channels on grids of a step in noise floors."""
+
+    def on_grids(run: Run) -> Run:
+        """Run with its signals rounded to their grids."""
+        signals = dict(run.signals)
         for channel in campaign.channels:
-            step = floors * float(channel.noise_std or 0.0)
+            step = floors * _noise_of(channel)
+            signals[channel.name] = step * np.round(signals[channel.name] / step)
+        return replace(run, signals=signals)
 
-            def on_grid(run: Run, name: str = channel.name, step: float = step) -> Run:
-                return _with_signal(run, name, step * np.round(run.signals[name] / step))
-
-            campaign = _runs(campaign, on_grid)
-        return campaign
-
-    return change
+    return _runs(campaign, on_grids)
 
 
-def _lost(share: float, *, zero: bool) -> Change:
-    def lose(values: FloatArray, rng: np.random.Generator) -> FloatArray:
-        lost = np.sort(
-            rng.choice(np.arange(1, values.size), max(1, int(share * values.size)), False)
-        )
-        values[lost] = 0.0 if zero else values[lost - 1]
-        return values
+def _with_tone(
+    campaign: Campaign, rng: np.random.Generator, *, frequency_hz: float, floors: float
+) -> Campaign:
+    """A tone on all channels with an amplitude in noise floors."""
 
-    return _on_channel(lose)
-
-
-def _spikes(share: float) -> Change:
-    def add(values: FloatArray, rng: np.random.Generator) -> FloatArray:
-        hit = rng.choice(values.size, max(1, int(share * values.size)), False)
-        size = np.ptp(values) * rng.uniform(1.0, 3.0, hit.size)
-        values[hit] += size * rng.choice((-1.0, 1.0), hit.size)
-        return values
-
-    return _on_channel(add)
-
-
-def _tone(frequency_hz: float, floors: float) -> Change:
-    """A tone of an amplitude in noise floors on all channels."""
-
-    def change(campaign: Campaign, rng: np.random.Generator) -> Campaign:
+    def humming(run: Run) -> Run:
+        """Run with the tone, of another phase in each channel."""
+        signals = dict(run.signals)
         for channel in campaign.channels:
-            size = floors * float(channel.noise_std or 0.0)
+            phase = 2.0 * np.pi * frequency_hz * run.time + rng.uniform(0.0, 2.0 * np.pi)
+            tone = floors * _noise_of(channel) * np.sin(phase)
+            signals[channel.name] = signals[channel.name] + tone
+        return replace(run, signals=signals)
 
-            def humming(run: Run, name: str = channel.name, size: float = size) -> Run:
-                phase = 2.0 * np.pi * frequency_hz * run.time + rng.uniform(0.0, 2.0 * np.pi)
-                return _with_signal(run, name, run.signals[name] + size * np.sin(phase))
-
-            campaign = _runs(campaign, humming)
-        return campaign
-
-    return change
+    return _runs(campaign, humming)
 
 
-def _copied(floors: float) -> Change:
-    def change(campaign: Campaign, rng: np.random.Generator) -> Campaign:
-        first = campaign.runs[0]
-        signals = {
-            channel.name: first.signals[channel.name]
-            + floors * float(channel.noise_std or 0.0) * rng.standard_normal(first.time.size)
-            for channel in campaign.channels
-        }
-        copy = replace(
-            first, name="copy", file="copy.parquet", condition="another day", signals=signals
-        )
-        return replace(campaign, runs=(*campaign.runs, copy))
-
-    return change
+def _first_run_copied(campaign: Campaign, rng: np.random.Generator, *, floors: float) -> Campaign:
+    """The first run once more, under another name and condition, with new noise in floors."""
+    first = campaign.runs[0]
+    signals = {
+        channel.name: first.signals[channel.name]
+        + floors * _noise_of(channel) * rng.standard_normal(first.time.size)
+        for channel in campaign.channels
+    }
+    copy = replace(
+        first, name="copy", file="copy.parquet", condition="another day", signals=signals
+    )
+    return replace(campaign, runs=(*campaign.runs, copy))
 
 
 def _runs_exchanged(campaign: Campaign, rng: np.random.Generator) -> Campaign:
-    first, second, *others = campaign.runs if len(campaign.runs) > 1 else campaign.runs * 2
-    if first is second or first.time.size != second.time.size:
-        return campaign
-    exchanged = (
-        replace(first, signals=second.signals, predictions=second.predictions),
-        replace(second, signals=first.signals, predictions=first.predictions),
+    """Signals of the first two runs of equal length exchanged; unchanged where there are none."""
+    for number, first in enumerate(campaign.runs):
+        for other in range(number + 1, len(campaign.runs)):
+            second = campaign.runs[other]
+            if first.time.size == second.time.size:
+                runs = list(campaign.runs)
+                runs[number] = _with_signals_of(first, second)
+                runs[other] = _with_signals_of(second, first)
+                return replace(campaign, runs=tuple(runs))
+    return campaign
+
+
+def _with_signals_of(run: Run, other: Run) -> Run:
+    return replace(run, signals=other.signals, predictions=other.predictions)
+
+
+def _thinned(campaign: Campaign, rng: np.random.Generator, *, every: int) -> Campaign:
+    """One sample of every `every` of each run."""
+
+    def thin(columns: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        """Columns without the samples between."""
+        return {name: values[::every] for name, values in columns.items()}
+
+    return _runs(
+        campaign,
+        lambda run: replace(
+            run,
+            time=run.time[::every],
+            inputs=thin(run.inputs),
+            signals=thin(run.signals),
+            predictions=thin(run.predictions),
+        ),
     )
-    return replace(campaign, runs=(*exchanged, *others))
 
 
-def _thinned(every: int) -> Change:
-    def change(campaign: Campaign, rng: np.random.Generator) -> Campaign:
-        def thin(columns: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-            return {name: values[::every] for name, values in columns.items()}
-
-        return _runs(
-            campaign,
-            lambda run: replace(
-                run, time=run.time[::every], inputs=thin(run.inputs), signals=thin(run.signals)
-            ),
-        )
-
-    return change
+def _two_sensors_exchanged(campaign: Campaign, rng: np.random.Generator) -> Campaign:
+    """Signals of the first two sensors exchanged; of a mounting those that move most."""
+    names = [channel.name for channel in campaign.channels]
+    first = 2 if campaign.kind == "mounting" else 0
+    moved = names.copy()
+    moved[first] = names[first + 1]
+    moved[first + 1] = names[first]
+    return _sensors_moved(campaign, moved)
 
 
-def _noise_scaled(factor: float) -> Change:
-    def change(campaign: Campaign, rng: np.random.Generator) -> Campaign:
-        channels = tuple(
-            replace(channel, noise_std=factor * float(channel.noise_std or 0.0))
-            for channel in campaign.channels
-        )
-        return replace(campaign, channels=channels)
-
-    return change
+def _sensors_moved_on(campaign: Campaign, rng: np.random.Generator) -> Campaign:
+    """Signal of every sensor under the name of the one before."""
+    names = [channel.name for channel in campaign.channels]
+    return _sensors_moved(campaign, [*names[1:], names[0]])
 
 
-def _sensors_moved(order: tuple[int, ...] | None) -> Change:
-    """First sensors in another order, or all one place on."""
-
-    def change(campaign: Campaign, rng: np.random.Generator) -> Campaign:
-        names = [channel.name for channel in campaign.channels]
-        moved = [*names[1:], names[0]]
-        if order is not None:
-            # Of a mounting the third and fourth sensor, which move most.
-            first = 2 if campaign.kind == "mounting" else 0
-            moved = names.copy()
-            moved[first : first + 2] = [names[first + k] for k in order]
-        return _runs(
-            campaign,
-            lambda run: replace(
-                run,
-                signals={
-                    name: run.signals[other] for name, other in zip(names, moved, strict=True)
-                },
-            ),
-        )
-
-    return change
+def _sensors_moved(campaign: Campaign, moved: list[str]) -> Campaign:
+    """Every channel with the signal of another; `moved` holds these in the channels' order."""
+    sources = dict(zip((channel.name for channel in campaign.channels), moved, strict=True))
+    return _runs(
+        campaign,
+        lambda run: replace(
+            run, signals={name: run.signals[source] for name, source in sources.items()}
+        ),
+    )
 
 
-def _radius_scaled(factor: float) -> Change:
-    def change(campaign: Campaign, rng: np.random.Generator) -> Campaign:
-        channels = tuple(
-            replace(channel, radius=factor * float(channel.radius or 0.0))
-            for channel in campaign.channels
-        )
-        return replace(campaign, channels=channels)
-
-    return change
+def _rig_changed(
+    campaign: Campaign, rng: np.random.Generator, *, values: Mapping[str, Any]
+) -> Campaign:
+    return replace(campaign, rig={**campaign.rig, **values})
 
 
-def _rig(**values: Any) -> Change:
-    return lambda campaign, rng: replace(campaign, rig={**campaign.rig, **values})
-
-
-def _rig_scaled(name: str, factor: float) -> Change:
-    return lambda campaign, rng: _rig(**{name: campaign.rig[name] * factor})(campaign, rng)
-
-
-def _arm_scaled(factor: float) -> Change:
-    return _rig_scaled("R_x", factor)
+def _rig_scaled(
+    campaign: Campaign, rng: np.random.Generator, *, name: str, factor: float
+) -> Campaign:
+    return _rig_changed(campaign, rng, values={name: campaign.rig[name] * factor})
