@@ -21,6 +21,7 @@ from carrierflex.diagnosis.inference.results import (
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.clock import drifting_clocks
 from carrierflex.diagnosis.wiring.rivals import UNIT, WiringChecks, WiringRival
+from carrierflex.diagnosis.wiring.run_order import exchanged_runs
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, key_of
 
@@ -71,10 +72,11 @@ def checked_baseline(
     if before <= _GAP * floor:
         return BaselineCheck(tuple(warnings), ())
     files = [run.file for run in campaign.runs]
-    tried = [
-        *wiring.rivals(),
-        *(drifting_clocks(wiring.predictions(fit.theta), files) if np.isfinite(before) else ()),
-    ]
+    tried = list(wiring.rivals())
+    if np.isfinite(before):
+        records = wiring.predictions(fit.theta)
+        tried += drifting_clocks(records, files)
+        tried += exchanged_runs(records, campaign, wiring.refitted)
     # A baseline that runs away is explained in full by a wiring with which it does not.
     shares = [
         (rival, (before - rival.mean_square) / (before - floor) if np.isfinite(before) else 1.0)

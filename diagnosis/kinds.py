@@ -6,7 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from carrierflex.diagnosis.carrier.problem import CarrierProblem, carrier_problem
-from carrierflex.diagnosis.carrier.wiring import carrier_predictions, carrier_rivals
+from carrierflex.diagnosis.carrier.wiring import (
+    carrier_left,
+    carrier_predictions,
+    carrier_rivals,
+)
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, FloatArray
 from carrierflex.diagnosis.element.classes.measured_laws import beyond_visited
 from carrierflex.diagnosis.element.prediction import element_beside_prediction
@@ -150,19 +154,31 @@ def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
     if isinstance(problem, CarrierProblem):
         carrier = problem
         return WiringChecks(
-            lambda: carrier_rivals(carrier), lambda theta: carrier_predictions(carrier)
+            lambda: carrier_rivals(carrier),
+            lambda theta: carrier_predictions(carrier),
+            lambda other: carrier_left(carrier, other),
         )
     if isinstance(problem, MountingProblem):
         mounting = problem
         return WiringChecks(
-            lambda: mounting_rivals(mounting), lambda theta: mounting_predictions(mounting, theta)
+            lambda: mounting_rivals(mounting),
+            lambda theta: mounting_predictions(mounting, theta),
+            lambda other: _left(mounting_problem(other)),
         )
     if isinstance(problem, ElementProblem) and campaign.baseline.source == "model":
         element = problem
         return WiringChecks(
-            lambda: _element_rivals(campaign), lambda theta: _element_predictions(element, theta)
+            lambda: _element_rivals(campaign),
+            lambda theta: _element_predictions(element, theta),
+            lambda other: _left(element_problem(other)),
         )
-    return WiringChecks(lambda: (), lambda theta: ())
+    return WiringChecks(lambda: (), lambda theta: (), lambda other: float("nan"))
+
+
+def _left(problem: ComparisonProblem) -> float:
+    """Mean square that the fitted baseline leaves."""
+    fit = fit_effects(problem, ())
+    return float(fit.sums.square.sum() / problem.cell_counts.sum())
 
 
 def _element_rivals(campaign: Campaign) -> tuple[WiringRival, ...]:
@@ -173,9 +189,7 @@ def _element_rivals(campaign: Campaign) -> tuple[WiringRival, ...]:
     runs = tuple(
         replace(run, inputs={**run.inputs, name: -run.inputs[name]}) for run in campaign.runs
     )
-    problem = element_problem(replace(campaign, runs=runs))
-    fit = fit_effects(problem, ())
-    left = float(fit.sums.square.sum() / problem.cell_counts.sum())
+    left = _left(element_problem(replace(campaign, runs=runs)))
     place = sample_of(campaign.runs[0].file, 0)
     rival = WiringRival(TORQUE_SIGN, name, f"'{name}' of the other sign", left, place)
     return (rival,) if np.isfinite(left) else ()

@@ -1,5 +1,7 @@
 """Effect cards of the kind "carrier": the effects of the simulator as the diagnosis takes them."""
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -40,19 +42,21 @@ def effect_of(card: EffectCard) -> Effect:
     )
 
 
+def _waves(
+    sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, *, order: float
+) -> FloatArray:
+    phase = order * inputs.carrier_angle
+    return sensor.is_axial * np.array([np.cos(phase), np.sin(phase)])
+
+
 def _negative_control(name: str, order: float) -> Effect:
     """Waves of an order at which no machine element of the stage turns."""
-
-    def waves(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
-        phase = order * inputs.carrier_angle
-        return sensor.is_axial * np.array([np.cos(phase), np.sin(phase)])
-
     return Effect(
         name,
         equation=f"p cos and sin of {order} theta on the axial sensors",
         parameters=lengths("p_c", "p_s"),
         signature="none",
-        pattern=waves,
+        pattern=partial(_waves, order=order),
     )
 
 

@@ -4,8 +4,9 @@ Its library, and everything else as algebra on sums over the records.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cache, cached_property
+from typing import Any
 
 import numpy as np
 
@@ -70,6 +71,10 @@ class CarrierProblem:
     model: CarrierModel
     records: CarrierSums
     noise: FloatArray
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What it is made of; another process computes again what is kept of earlier steps."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     @property
     def unit(self) -> str:

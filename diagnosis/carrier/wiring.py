@@ -21,7 +21,7 @@ from carrierflex.diagnosis.wiring.rivals import (
     PredictedRecord,
     WiringRival,
 )
-from carrierflex.identification.campaign.campaign import Channel
+from carrierflex.identification.campaign.campaign import Campaign, Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import key_of, sample_of
 from carrierflex.identification.carrier.models import rim_sensor
@@ -118,6 +118,22 @@ def carrier_predictions(problem: CarrierProblem) -> tuple[PredictedRecord, ...]:
             PredictedRecord(run.name, run.time, np.array(measured).T, np.array(predicted).T)
         )
     return tuple(records)
+
+
+def carrier_left(problem: CarrierProblem, campaign: Campaign) -> float:
+    """Mean square that the baseline leaves once it is fitted to another campaign.
+
+    Parameters
+    ----------
+    problem : CarrierProblem
+        Problem of a campaign whose baseline is the model.
+    campaign : Campaign
+        Records with the same channels, inputs and baseline.
+    """
+    other = replace(problem, campaign=campaign)
+    effects = _linear_effects(other)
+    same = tuple(range(len(campaign.channels)))
+    return _left(other, effects, _products(other, effects, _Wiring()), same)
 
 
 def _linear_effects(problem: CarrierProblem) -> list[Effect]:

@@ -5,11 +5,13 @@ Each refitted in full and scored on held-out segments.
 Which of them are supported.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from itertools import combinations, permutations
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, Signatures
@@ -40,6 +42,8 @@ class ForwardSelection:
         Limits.
     note : callable
         Told what is tried, for progress.
+    executor : Executor, optional
+        Where sets that do not wait for each other are fitted and scored; None in this process.
     scores : dict
         Held-out scores by sorted set.
     fits : dict
@@ -52,6 +56,7 @@ class ForwardSelection:
     folds: Sequence[Fold]
     thresholds: Thresholds
     note: Callable[[str], None]
+    executor: Executor | None = None
     scores: dict[Effects, HeldOut] = field(default_factory=dict)
     fits: dict[Effects, EffectFit] = field(default_factory=dict)
     failed_searches: dict[Effects, str] = field(default_factory=dict)
@@ -68,13 +73,53 @@ class ForwardSelection:
         key = tuple(sorted(effects))
         if key not in self.fits:
             self.note(" + ".join(("baseline", *key)))
-            contained = [self.fits[smaller] for smaller in self.fits if set(smaller) < set(key)]
-            try:
-                self.fits[key] = fit_effects(self.problem, key, contained=contained)
-            except NestedFitError as error:
-                self.fits[key] = error.fit
-                self.failed_searches[key] = str(error)
+            fit, failure = _fitted_set(self.problem, key, self._contained(key))
+            self._keep(key, fit, failure)
         return self.fits[key]
+
+    def fit_all(self, sets: Sequence[Effects]) -> None:
+        """Fit several sets, none of which contains another; where there is an executor, there."""
+        keys = self._sorted(sets, self.fits)
+        if self.executor is None or len(keys) < 2:
+            for key in keys:
+                self.fit(key)
+            return
+        futures = [
+            self.executor.submit(_fitted_set, self.problem, key, self._contained(key))
+            for key in keys
+        ]
+        for key, future in zip(keys, futures, strict=True):
+            self.note(" + ".join(("baseline", *key)))
+            self._keep(key, *future.result())
+
+    def score_all(self, sets: Sequence[Effects]) -> None:
+        """Score several sets, none of which contains another; where there is an executor, there."""
+        self.fit_all(sets)
+        keys = self._sorted(sets, self.scores)
+        if self.executor is None or len(keys) < 2:
+            for key in keys:
+                self.score(key)
+            return
+        futures = [
+            self.executor.submit(_scored_set, self.problem, self.fits[key], self.folds)
+            for key in keys
+        ]
+        for key, future in zip(keys, futures, strict=True):
+            self.scores[key] = future.result()
+
+    def _sorted(self, sets: Sequence[Effects], known: Mapping[Effects, object]) -> list[Effects]:
+        """Sets that are not known yet, each once."""
+        keys = dict.fromkeys(tuple(sorted(effects)) for effects in sets)
+        return [key for key in keys if key not in known]
+
+    def _contained(self, key: Effects) -> list[EffectFit]:
+        """Fits of smaller sets, which a larger one cannot fit worse than."""
+        return [fit for smaller, fit in self.fits.items() if set(smaller) < set(key)]
+
+    def _keep(self, key: Effects, fit: EffectFit, failure: str) -> None:
+        self.fits[key] = fit
+        if failure:
+            self.failed_searches[key] = failure
 
     def is_worth_scoring(self, effects: Effects) -> bool:
         """Whether a set fits its own data enough better than each fitted set it extends.
@@ -213,6 +258,26 @@ class ForwardSelection:
         )
 
 
+def _fitted_set(
+    problem: ComparisonProblem, effects: Effects, contained: Sequence[EffectFit]
+) -> tuple[EffectFit, str]:
+    """Fit of a set, and how its search ended above a set that it contains; empty where it did not.
+
+    A pure function, so that it can be called in another process.
+    """
+    with threadpool_limits(limits=1):
+        try:
+            return fit_effects(problem, effects, contained=contained), ""
+        except NestedFitError as error:
+            return error.fit, str(error)
+
+
+def _scored_set(problem: ComparisonProblem, fit: EffectFit, folds: Sequence[Fold]) -> HeldOut:
+    """Held-out score of a set, in another process."""
+    with threadpool_limits(limits=1):
+        return held_out_score(problem, fit, folds)
+
+
 def explained_share(before: float, after: float, floor: float) -> float:
     """Share of a sum of squares above the floor that is explained.
 
@@ -226,11 +291,12 @@ def forward_selection(
     problem: ComparisonProblem,
     thresholds: Thresholds,
     note: Callable[[str], None] = lambda text: None,
+    executor: Executor | None = None,
 ) -> ForwardSelection:
     """Selection without a set yet, scored on the folds that segments and parameters allow."""
     runs_have_own = any(parameter.run is not None for parameter in problem.parameters(()))
     folds = held_out_folds(problem.segments, runs_have_own=runs_have_own)
-    return ForwardSelection(problem, folds, thresholds, note)
+    return ForwardSelection(problem, folds, thresholds, note, executor)
 
 
 def select_forward(search: ForwardSelection, screened: Screen, signatures: Signatures) -> None:
@@ -247,7 +313,8 @@ def select_forward(search: ForwardSelection, screened: Screen, signatures: Signa
     """
     search.score(())
     survivors = screened.survivors(search.thresholds)
-    level: list[Effects] = [search.score((effect,)).fit.effects for effect in survivors]
+    search.score_all([(effect,) for effect in survivors])
+    level: list[Effects] = [(effect,) for effect in survivors]
     for size in range(2, search.thresholds.most_effects + 1):
         level.sort(key=search.mean_square)
         nothing_left = bool(level) and search.leaves_nothing(level[0])
@@ -265,9 +332,10 @@ def select_forward(search: ForwardSelection, screened: Screen, signatures: Signa
                 larger += [tuple(sorted((*effects, effect))) for effect in further]
         if size == 2:
             larger += _beside_sensors(search.problem, survivors)
-        level = [effects for effects in dict.fromkeys(larger) if search.is_worth_scoring(effects)]
-        for effects in level:
-            search.score(effects)
+        larger = list(dict.fromkeys(larger))
+        search.fit_all(larger)
+        level = [effects for effects in larger if search.is_worth_scoring(effects)]
+        search.score_all(level)
 
 
 def _beside_sensors(problem: ComparisonProblem, survivors: Effects) -> list[Effects]:
@@ -309,7 +377,6 @@ def best_beside(effects: Effects, screened: Screen, signatures: Signatures) -> l
 
 def negative_control_scores(search: ForwardSelection, beside: Effects) -> list[HeldOut]:
     """Scores of every negative control added to a set."""
-    return [
-        search.score((*beside, negative_control))
-        for negative_control in search.problem.negative_controls
-    ]
+    sets = [(*beside, negative_control) for negative_control in search.problem.negative_controls]
+    search.score_all(sets)
+    return [search.score(effects) for effects in sets]

@@ -6,12 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.identification.campaign.campaign import Campaign
+
 FloatArray = NDArray[np.float64]
 
 TORQUE_SIGN = "wiring/torque_sign"
 SENSOR_ORDER = "wiring/sensor_order"
 ANGLE_DIRECTION = "wiring/angle_direction"
 CLOCK = "wiring/clock"
+RUN_ORDER = "wiring/run_order"
 UNIT = "wiring/unit"
 
 
@@ -61,7 +64,11 @@ class WiringChecks:
     predictions : callable
         ``(theta) -> tuple of PredictedRecord``, with the fitted parameters of the baseline; empty
         where the baseline is not the model's.
+    refitted : callable
+        ``(campaign) -> mean square`` that the baseline leaves once it is fitted to another
+        campaign with the same channels and inputs.
     """
 
     rivals: Callable[[], tuple[WiringRival, ...]]
     predictions: Callable[[FloatArray], tuple[PredictedRecord, ...]]
+    refitted: Callable[[Campaign], float]

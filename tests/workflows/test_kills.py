@@ -1,6 +1,6 @@
 """Commands killed at random moments: nothing damaged, nothing lost, no litter after the next run.
 
-``make acceptance`` kills 200 times (KILLS: another number) and tells a table.
+``make acceptance`` kills 200 times before the end (KILLS: another number) and tells a table.
 """
 
 import json
@@ -12,6 +12,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from dataclasses import dataclass, field
 
 import pytest
 
@@ -23,9 +24,12 @@ from carrierflex.simulation.carrier.case_files import shipped_case
 pytestmark = pytest.mark.acceptance
 
 KILLS = int(os.environ.get("KILLS", "200"))
+#: Tries for every kill: on a busy machine a command may end before it is hit.
+TRIES = 4
 PROGRAM = [sys.executable, "-P", "-m", "carrierflex.workflows.command_line"]
-SIGNALS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
-#: Command lines by name; `campaign` and `body` stand in the folder before.
+#: Most are SIGKILL, which no program can answer.
+SIGNALS = (*[signal.SIGKILL] * 6, signal.SIGTERM, signal.SIGINT)
+#: Command lines by name; `campaign` and `pin_before.h5` stand in the folder before.
 COMMANDS = {
     "simulate carrier": ["simulate", str(shipped_case()), "--out", "carrier"],
     "simulate mounting": ["simulate", str(shipped_case("mounting_2011")), "--out", "mounting"],
@@ -35,13 +39,28 @@ COMMANDS = {
     "identify": ["identify", "campaign", "--model", "m2", "--out", "identified"],
     "diagnose": ["diagnose", "campaign", "--out", "diagnosed"],
     "mesh": ["mesh", "--variant", "flexible", "--size", "0.06", "--out", "carrier.msh"],
+    "curves": ["curves", "--size", "0.08", "--out", "curves"],
     "reduce": ["reduce", "--body", "pin", "--size", "0.06", "--modes", "4", "--out", "pin.h5"],
     "export": ["export", "pin_before.h5", "--format", "op4", "--out", "pin.op4"],
+    "export simscape": ["export", "pin_before.h5", "--format", "simscape", "--out", "simscape"],
     "cad": ["cad", "--out", "cad"],
+    "gear-life": ["gear-life", "--out", "life"],
     "blind-check": [
-        "blind-check", "--kind", "element", "--cases", "1", "--no-keep", "--out", "checked",
+        "blind-check", "--kind", "element", "--cases", "2", "--classes-only", "--out", "checked",
     ],
 }  # fmt: skip
+
+
+@dataclass
+class Tally:
+    """What one command's kills did."""
+
+    counts: Counter[str] = field(default_factory=Counter)
+    examples: list[str] = field(default_factory=list)
+
+    def add(self, column, names):
+        self.counts[column] += len(names)
+        self.examples += [f"{column}: {name}" for name in names]
 
 
 def started(name, folder):
@@ -56,11 +75,13 @@ def started(name, folder):
 
 
 def standing(folder):
-    """Files that a user sees, with their content."""
+    """Files that a user sees, with their content; the cache may forget what it holds."""
     return {
         path.relative_to(folder): path.read_bytes()
         for path in folder.rglob("*")
-        if path.is_file() and not any(part.startswith(".") for part in path.parts)
+        if path.is_file()
+        and not any(part.startswith(".") for part in path.parts)
+        and path.relative_to(folder).parts[0] != "cache"
     }
 
 
@@ -80,21 +101,20 @@ def damage(folder):
         ".step": lambda path: path.read_text().index("END-ISO-10303-21"),
     }
     found = []
-    for path in sorted(folder.rglob("*")):
-        if not path.is_file() or any(part.startswith(".") for part in path.parts):
-            continue
+    for relative in standing(folder):
+        path = folder / relative
         read = read_curves if path.name == "deflection_curves.csv" else readers.get(path.suffix)
         try:
             if read is not None:
                 read(path)
         except (ValueError, OSError):
-            found.append(path.name)
+            found.append(relative)
     return found
 
 
 @pytest.fixture(scope="module")
 def prepared(tmp_path_factory):
-    """Folder in which every command has run once, and how long each took [s]."""
+    """Folder in which every command has run once, and how long each takes [s]."""
     folder = tmp_path_factory.mktemp("kills")
     subprocess.run(
         [*PROGRAM, "simulate", str(shipped_case()), "--out", "campaign"], cwd=folder, check=True
@@ -111,51 +131,85 @@ def prepared(tmp_path_factory):
     return folder, seconds
 
 
+def make_work(name, folder):
+    """Take away what would spare a command its work: finished cases, and the cache."""
+    if name == "blind-check":
+        shutil.rmtree(folder / "checked", ignore_errors=True)
+    if name in ("reduce", "curves"):
+        shutil.rmtree(folder / "cache", ignore_errors=True)
+
+
+def is_killed(process, number, wait):
+    """Send a signal after a wait [s]; whether the command was hit before its end."""
+    time.sleep(wait)
+    if process.poll() is None:
+        os.killpg(process.pid, number)
+    process.communicate(timeout=600)
+    return process.returncode not in (0, 1)
+
+
+def kill_once(name, folder, seconds, rng):
+    """Files before and after a command that was killed; None where it always ended before."""
+    for _ in range(TRIES):
+        make_work(name, folder)
+        before = standing(folder)
+        begin = time.monotonic()
+        process = started(name, folder)
+        if is_killed(process, rng.choice(SIGNALS), rng.uniform(0.2, 0.95) * seconds[name]):
+            return before, standing(folder)
+        # The first run compiled: this one was quicker.
+        seconds[name] = min(seconds[name], time.monotonic() - begin)
+    return None
+
+
 def test_nothing_is_damaged_or_lost_and_litter_goes(prepared, capsys):
     folder, seconds = prepared
     rng = random.Random(1)
-    counts: dict[str, Counter[str]] = {name: Counter() for name in COMMANDS}
+    tallies = {name: Tally() for name in COMMANDS}
     for number in range(KILLS):
         name = list(COMMANDS)[number % len(COMMANDS)]
-        if name == "blind-check":
-            shutil.rmtree(folder / "checked", ignore_errors=True)
-        if name == "reduce":
-            shutil.rmtree(folder / "cache", ignore_errors=True)
-        before = standing(folder)
-        process = started(name, folder)
-        begin = time.monotonic()
-        time.sleep(rng.uniform(0.2, 0.9) * seconds[name])
-        if process.poll() is not None:
-            # The first run compiled, or the machine was busy.
-            seconds[name] = min(seconds[name], time.monotonic() - begin)
-        number_sent = rng.choice(SIGNALS)
-        try:
-            os.killpg(process.pid, number_sent)
-        except ProcessLookupError:
-            pass
-        process.communicate(timeout=600)
-        count = counts[name]
-        count["killed"] += 1
-        count["before the end"] += process.returncode not in (0, 1)
-        after = standing(folder)
-        if name not in ("blind-check", "reduce"):
-            count["lost"] += len(before.keys() - after.keys())
-        count["damaged"] += len(damage(folder))
-        count["litter"] += bool(litter(folder))
-        if number >= KILLS - 2 * len(COMMANDS) or litter(folder):
-            again = started(name, folder)
-            again.communicate(timeout=1200)
-            count["next run failed"] += again.returncode not in (0, 1)
-            count["litter after the next run"] += len(litter(folder))
+        tally = tallies[name]
+        files = kill_once(name, folder, seconds, rng)
+        tally.counts["tried"] += 1
+        if files is None:
+            continue
+        before, after = files
+        tally.counts["killed before the end"] += 1
+        tally.add("lost", before.keys() - after.keys())
+        tally.add("damaged", damage(folder))
+        tally.counts["with litter"] += bool(litter(folder))
+        # Every tenth kill, and each that left something, is followed by the command once more.
+        if not litter(folder) and number % 10:
+            continue
+        again = started(name, folder)
+        _, stderr = again.communicate(timeout=1200)
+        tally.counts["next runs"] += 1
+        if again.returncode not in (0, 1):
+            tally.add("next run failed", [stderr.decode()])
+        tally.add("litter after the next run", litter(folder))
+        # What stood when it was killed still stands; answers that were finished are kept as such.
+        now = standing(folder)
+        tally.add("lost", after.keys() - now.keys())
+        answers = [path for path in after if is_answer(path)]
+        tally.add("lost", [path for path in answers if now.get(path) != after[path]])
+    show(tallies, capsys)
+    total = sum((tally.counts for tally in tallies.values()), Counter())
+    examples = [text for tally in tallies.values() for text in tally.examples]
+    assert total["killed before the end"] >= 0.9 * KILLS
+    assert examples == []
+
+
+def is_answer(path):
+    """Whether a file is the finished answer of a case, which a check takes up."""
+    return path.parts[0] == "checked" and path.name == "diagnosis.json"
+
+
+def show(tallies, capsys):
     columns = (
-        *("killed", "before the end", "damaged", "lost", "litter"),
+        *("tried", "killed before the end", "damaged", "lost", "with litter", "next runs"),
         *("next run failed", "litter after the next run"),
     )
     with capsys.disabled():
-        print(f"\n{'command':20s}" + "".join(f"{column:>27s}" for column in columns))
-        for name, count in counts.items():
-            print(f"{name:20s}" + "".join(f"{count[column]:27d}" for column in columns))
-    total = sum(counts.values(), Counter())
-    assert total["before the end"] > 0
-    for column in ("damaged", "lost", "next run failed", "litter after the next run"):
-        assert total[column] == 0, column
+        print("\n| command | " + " | ".join(columns) + " |")
+        for name, tally in tallies.items():
+            print(f"| {name} | " + " | ".join(str(tally.counts[c]) for c in columns) + " |")

@@ -1,6 +1,8 @@
 """Forward search: why a set is not supported, which sets are tried, when the search ends."""
 
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from multiprocessing import get_context
 
 import numpy as np
 from numpy.testing import assert_allclose
@@ -421,3 +423,22 @@ def test_effects_beside_a_set_come_by_what_they_explain_of_the_rest():
     assert best_beside(("a",), screened, signatures) == ["c", "d", "b", "e"]
     assert best_beside(("c", "d"), screened, signatures) == ["a", "b", "e", "f"]
     assert best_beside(("a", "b", "c", "d", "e", "f"), screened, signatures) == ["g"]
+
+
+def test_a_search_in_another_process_finds_the_same_numbers():
+    truth = {"a": 1.0, "c": 0.6}
+    searches = [search_on(truth)]
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
+        problem = linear_problem(truth, ("a", "b", "c", "d"))
+        searches.append(forward_selection(problem, LIMITS, executor=executor))
+        for search in searches:
+            signatures = search.problem.signatures()
+            select_forward(search, screen(signatures), signatures)
+            negative_control_scores(search, ("a",))
+    here, there = searches
+    assert list(here.scores) == list(there.scores)
+    assert list(here.fits) == list(there.fits)
+    assert here.failed_searches == there.failed_searches
+    for effects, score in here.scores.items():
+        assert_allclose(there.scores[effects].square, score.square, rtol=0.0, atol=0.0)
+        assert_allclose(there.fits[effects].theta, here.fits[effects].theta, rtol=0.0, atol=0.0)

@@ -129,3 +129,34 @@ def test_the_verdict_says_to_check_the_wiring_first():
     assert "check the wiring first" in told.reason
     assert "wiring/torque_sign" in told.attribution.aliases[-1]
     assert any(warning.check == "wiring" for warning in told.warnings)
+
+
+def with_runs_exchanged(campaign):
+    """Campaign whose first two runs of one length have each other's signals."""
+    first, second, *others = campaign.runs
+    assert first.time.size == second.time.size
+    swapped = (replace(first, signals=second.signals), replace(second, signals=first.signals))
+    return replace(campaign, runs=(*swapped, *others))
+
+
+@pytest.mark.parametrize("kind", ["carrier", "mounting"])
+def test_signals_filed_under_another_run_explain_the_gap(kind):
+    campaign = explained(kind)
+    check = checked(with_runs_exchanged(campaign))
+    shares = {rival.id: share for rival, share in check.rivals}
+    assert shares["wiring/run_order"] > 0.95
+    rival = next(rival for rival, _ in check.rivals if rival.id == "wiring/run_order")
+    assert all(run.name in rival.text for run in campaign.runs[:2])
+
+
+def test_runs_of_different_length_are_never_exchanged():
+    campaign = explained("carrier")
+    first, *others = with_runs_exchanged(campaign).runs
+    n = first.time.size - 1
+    shorter = replace(
+        first,
+        time=first.time[:n],
+        inputs={name: values[:n] for name, values in first.inputs.items()},
+        signals={name: values[:n] for name, values in first.signals.items()},
+    )
+    assert "wiring/run_order" not in rivals(replace(campaign, runs=(shorter, *others)))

@@ -1,0 +1,88 @@
+"""Every fault changes what it says, and nothing else; what becomes of it is told rightly."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from carrierflex.blind_check.faults import outcomes
+from carrierflex.blind_check.faults.fault_table import Fault, faults_of
+from carrierflex.blind_check.faults.outcomes import DETECTED, HARMLESS, MISSED, fault_outcomes
+from carrierflex.identification.campaign.campaign import Baseline
+from tests.diagnosis.element.element_campaigns import displacement_campaign
+from tests.identification.campaign_check.faulty_campaigns import faultless
+from tests.identification.synthetic_campaigns import TRUTH, carrier_campaign, run_case
+from tests.simulation.synthetic_curves import curve_set
+
+CONTAINED = ("axial_offset", "housing_tilt", "carrier_tilt", "stiff_pins", "flexible_pins")
+
+
+def explained_carrier():
+    """Two runs that the baseline explains to the noise."""
+    half = run_case("LC2", replace(TRUTH, d_x=6e-5), torque=180e3, condition="50 %")
+    campaign = carrier_campaign([run_case("LC1"), half])
+    return replace(campaign, baseline=Baseline("model", CONTAINED))
+
+
+CAMPAIGNS = {
+    "carrier": explained_carrier,
+    "mounting": lambda: faultless("mounting"),
+    "element": lambda: displacement_campaign(lambda q, v: 0.0 * q),
+}
+
+
+def content(campaign):
+    """Everything that a fault may change, comparable."""
+    runs = [
+        (
+            run.name,
+            run.time.tobytes(),
+            {name: values.tobytes() for name, values in run.columns().items()},
+        )
+        for run in campaign.runs
+    ]
+    return runs, campaign.channels, dict(campaign.rig)
+
+
+@pytest.mark.parametrize("kind", list(CAMPAIGNS))
+def test_every_fault_changes_a_copy_of_the_campaign(kind):
+    campaign = CAMPAIGNS[kind]()
+    before = content(campaign)
+    faults = faults_of(kind)
+    assert len({(fault.name, fault.size) for fault in faults}) == len(faults)
+    for fault in faults:
+        faulty = fault.change(campaign, np.random.default_rng(1))
+        assert content(campaign) == before, fault.name
+        if fault.name == "signals of two runs exchanged" and len(campaign.runs) < 2:
+            continue
+        assert content(faulty) != before, (fault.name, fault.size)
+
+
+def test_a_drifting_clock_is_late_by_its_drift_at_the_end_of_the_last_run_alone():
+    campaign = explained_carrier()
+    fault = next(f for f in faults_of("carrier") if f.name.startswith("clock") and "50" in f.size)
+    faulty = fault.change(campaign, np.random.default_rng(1))
+    first, last = campaign.runs
+    name = campaign.channels[0].name
+    np.testing.assert_array_equal(faulty.runs[0].signals[name], first.signals[name])
+    late = np.interp(last.time - 0.05, last.time, last.signals[name])
+    moved = faulty.runs[1].signals[name]
+    assert moved[0] == last.signals[name][0]
+    np.testing.assert_allclose(moved[-1], late[-1], rtol=1e-12)
+
+
+def test_outcomes_are_told_by_checks_by_names_and_by_what_moved(monkeypatch):
+    """A turned torque is told; a late clock of half a sample changes nothing; silence is a miss."""
+    campaign = explained_carrier()
+    curves = curve_set()
+    faults = {fault.name: fault for fault in faults_of("carrier")}
+    nothing = Fault("nothing", "-", lambda campaign, rng: campaign)
+    chosen = [faults["sign of the load turned"], nothing]
+    turned, harmless = fault_outcomes(campaign, chosen, 1, curves)
+    assert (turned.outcome, turned.by) == (DETECTED, ("torque_sign",))
+    assert (harmless.outcome, harmless.by) == (HARMLESS, ())
+    monkeypatch.setattr(outcomes, "_records_checks", lambda campaign, curves: set())
+    monkeypatch.setattr(outcomes, "_baseline_checks", lambda campaign, curves: set())
+    (missed,) = fault_outcomes(campaign, [faults["gain of an input"]], 1, curves)
+    assert missed.outcome == MISSED
+    assert any("rho_" in text for text in missed.by)
