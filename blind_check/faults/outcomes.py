@@ -20,7 +20,9 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.copies import without_copies
 from carrierflex.identification.campaign_check.records_check import records_findings
 
-DETECTED, HARMLESS, MISSED = "detected", "harmless", "missed"
+DETECTED = "detected"
+HARMLESS = "harmless"
+MISSED = "missed"
 #: Told by a message that refuses the campaign.
 REFUSED = "refused"
 #: Period of an angle by its unit.
