@@ -77,11 +77,13 @@ def two_level_counts(groups: Sequence[str], *, n_samples: int, rng: np.random.Ge
     group = np.asarray(groups)
     names = sorted(set(groups))
     n_groups = len(names)
+    times = np.ones((n_samples, n_groups), dtype=np.int64)
+    if n_groups >= FEWEST_GROUPS:
+        times = rng.multinomial(n_groups, np.full(n_groups, 1.0 / n_groups), n_samples)
     counts = np.zeros((n_samples, group.size))
-    for sample in counts:
-        drawn = rng.choice(n_groups, n_groups) if n_groups >= FEWEST_GROUPS else range(n_groups)
-        for number in drawn:
-            members = np.flatnonzero(group == names[number])
-            chosen = rng.choice(members, members.size)
-            sample += np.bincount(chosen, minlength=group.size)
+    for number, name in enumerate(names):
+        members = np.flatnonzero(group == name)
+        # Drawn k times, a group gives k times as many blocks as it has.
+        equal = np.full(members.size, 1.0 / members.size)
+        counts[:, members] = rng.multinomial(times[:, number] * members.size, equal)
     return counts

@@ -218,7 +218,8 @@ def test_an_effect_that_grows_the_gap_in_some_conditions_is_rejected():
     def rejection(ratio_in_c):
         """One draw in 27 holds condition C alone: more than the 2.5 % that may grow."""
         after = [1.0, 1.0, 1.0, 1.0, 9.0 * ratio_in_c**2, 9.0 * ratio_in_c**2]
-        many = replace(LIMITS, bootstrap_samples=1000)
+        # So many that 3.7 % lie six standard deviations above 2.5 %.
+        many = replace(LIMITS, bootstrap_samples=10_000)
         return reason_of(written({(): 9.0, ("a",): after}, many), ("a",))
 
     assert (
