@@ -15,8 +15,7 @@ from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
     CLASS_NAMED,
-    NAMED,
-    NAMED_WITH_REMAINDER,
+    NAMING,
 )
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.clock import drifting_clocks
@@ -35,7 +34,6 @@ _AS_GOOD = 0.03
 _QUIETER = 0.5
 #: Distance from a bound in scales of the parameter that is on it.
 _ON_BOUND = 1e-6
-_NAMING = (NAMED, NAMED_WITH_REMAINDER, ALIASED, CLASS_NAMED)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +45,10 @@ class BaselineCheck:
 
 
 def checked_baseline(
-    problem: ComparisonProblem, campaign: Campaign, wiring: WiringChecks
+    problem: ComparisonProblem,
+    campaign: Campaign,
+    wiring: WiringChecks,
+    fit: EffectFit | None = None,
 ) -> BaselineCheck:
     """Fit the baseline, and again with the wiring put right where there is a gap.
 
@@ -59,13 +60,15 @@ def checked_baseline(
         Measured runs.
     wiring : WiringChecks
         What can be tried of its wiring, :func:`carrierflex.diagnosis.kinds.wiring_of`.
+    fit : EffectFit, optional
+        Fit of the baseline, where a diagnosis made it already.
 
     Returns
     -------
     BaselineCheck
         Checks ``wiring``, ``bound`` and ``declared_noise``.
     """
-    fit = fit_effects(problem, ())
+    fit = fit or fit_effects(problem, ())
     before = float(fit.sums.square.sum() / problem.cell_counts.sum())
     floor = float(problem.noise_square.sum() / problem.cell_counts.sum())
     warnings = [*_at_bounds(fit), *_quiet(campaign, before, floor)]
@@ -108,7 +111,7 @@ def with_findings(
     """
     diagnosis = replace(diagnosis, warnings=(*records, *baseline.warnings))
     reduction = diagnosis.reduction
-    if diagnosis.verdict not in _NAMING or reduction is None:
+    if diagnosis.verdict not in (*NAMING, CLASS_NAMED) or reduction is None:
         return diagnosis
     as_good = {
         rival.id: f"{rival.text} explains {share:.0%} of the gap"

@@ -23,8 +23,7 @@ from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
     CLASS_NAMED,
-    NAMED,
-    NAMED_WITH_REMAINDER,
+    NAMING,
     NONE_OF_THESE,
     GapReduction,
 )
@@ -33,7 +32,6 @@ from carrierflex.diagnosis.inference.results import (
 _BEHIND = 0.01
 #: Share from which laws that were simulated are believed although no class is seen in force space.
 _NAMED_BY_SIMULATION = 0.91
-_NAMING = (NAMED, NAMED_WITH_REMAINDER, ALIASED)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +82,7 @@ def joint_verdict(
     JointVerdict
         One row of the table.
     """
-    named = laws if verdict in _NAMING else ()
+    named = laws if verdict in NAMING else ()
     if answer.state in (NOTHING, NOT_VISIBLE):
         kept = _of_laws(answer, named, reduction)
         return JointVerdict(verdict, reason, named, kept, reduction)

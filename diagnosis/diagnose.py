@@ -26,9 +26,7 @@ from carrierflex.diagnosis.inference.gap_reduction import gap_reduction
 from carrierflex.diagnosis.inference.joint_selection import select_jointly
 from carrierflex.diagnosis.inference.named_values import named_values
 from carrierflex.diagnosis.inference.results import (
-    ALIASED,
-    NAMED,
-    NAMED_WITH_REMAINDER,
+    NAMING,
     NOT_DIAGNOSABLE,
     Attribution,
     GapReduction,
@@ -38,9 +36,6 @@ from carrierflex.diagnosis.inference.selection import Selection, selected
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.inference.verdict import verdict
 from carrierflex.diagnosis.results import Diagnosis
-
-#: Verdicts that name effects.
-_NAMING = (NAMED, NAMED_WITH_REMAINDER, ALIASED)
 
 
 def diagnose(
@@ -110,6 +105,7 @@ def diagnose(
         reduction=far,
         pictures=_pictures(search, selection),
         gap=_gap_detail(search, selection, far),
+        baseline=search.fit(()),
     )
     note("classes")
     return _with_classes(diagnosis, problem)
@@ -180,7 +176,7 @@ def _attribution(
     fit = search.score(selection.accepted).fit
     gains = search.problem.gains if isinstance(search.problem, WithGains) else None
     return Attribution(
-        effects=tuple(step.added for step in far.steps[1:]) if kind_of_verdict in _NAMING else (),
+        effects=tuple(step.added for step in far.steps[1:]) if kind_of_verdict in NAMING else (),
         aliases=tuple(members for members in classes if len(members) > 1),
         parameters=named_values(fit, few_blocks=gains is not None),
         ranking=selection.ranking,

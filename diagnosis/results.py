@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.gap.findings import GapDetail
+from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.results import Attribution, GapReduction
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 
@@ -40,6 +41,8 @@ class Diagnosis:
         How far the nearest laws shrink the gap, where `reduction` is that of the class.
     warnings : tuple of CampaignWarning
         What does not look right in the campaign itself.
+    baseline : EffectFit, optional
+        Fit of the baseline alone; None where the records allow no diagnosis.
     """
 
     campaign: str
@@ -54,3 +57,4 @@ class Diagnosis:
     classes: ClassAnswer | None = None
     reduction_law: GapReduction | None = None
     warnings: tuple[CampaignWarning, ...] = ()
+    baseline: EffectFit | None = None

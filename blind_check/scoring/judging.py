@@ -21,8 +21,8 @@ from dataclasses import dataclass
 from carrierflex.blind_check.labels import NOTHING, OUTSIDE, Label
 from carrierflex.blind_check.sealing.verdicts import ERROR, Verdict
 from carrierflex.blind_check.truth.alias_table import class_of
+from carrierflex.diagnosis.inference.results import NAMING
 
-NAMING = ("named", "named_with_remainder", "aliased")
 NO_NAME = "no effect"
 
 

@@ -26,6 +26,9 @@ VERDICTS = (
     NOT_DIAGNOSABLE,
 )
 
+#: Verdicts that name laws of the library.
+NAMING = (NAMED, NAMED_WITH_REMAINDER, ALIASED)
+
 Interval = tuple[float, float]
 NO_INTERVAL: Interval = (float("nan"), float("nan"))
 

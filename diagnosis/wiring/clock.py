@@ -38,11 +38,12 @@ def drifting_clocks(
     tuple of WiringRival
         Runs whose drift is beyond doubt.
     """
-    total = sum(float(np.nansum(_residual(record) ** 2)) for record in records)
-    count = sum(int(np.isfinite(_residual(record)).sum()) for record in records)
+    residuals = [record.measured - record.predicted for record in records]
+    total = sum(float(np.nansum(residual**2)) for residual in residuals)
+    count = sum(int(np.isfinite(residual).sum()) for residual in residuals)
     rivals = []
-    for record, file in zip(records, files, strict=True):
-        drift, sure, explained = _drift(record)
+    for record, residual, file in zip(records, residuals, files, strict=True):
+        drift, sure, explained = _drift(record, residual)
         length = float(record.time[-1] - record.time[0])
         step = length / max(record.time.size - 1, 1)
         if sure > _SURE and abs(drift) * length > _SMALLEST * step:
@@ -59,13 +60,8 @@ def drifting_clocks(
     return tuple(rivals)
 
 
-def _residual(record: PredictedRecord) -> FloatArray:
-    return record.measured - record.predicted
-
-
-def _drift(record: PredictedRecord) -> tuple[float, float, float]:
+def _drift(record: PredictedRecord, residual: FloatArray) -> tuple[float, float, float]:
     """Drift [s/s], its size over its error, and the sum of squares that delay and drift explain."""
-    residual = _residual(record)
     slope = -np.gradient(record.predicted, record.time, axis=0)
     known = np.isfinite(residual) & np.isfinite(slope)
     middle = 0.5 * (record.time[0] + record.time[-1])
@@ -90,12 +86,15 @@ def _drift(record: PredictedRecord) -> tuple[float, float, float]:
     scatter = tau - mean - drift * t
     variance = float(np.sum(w * scatter**2)) / (len(delays) - 2)
     error = np.sqrt(variance / np.sum(w * t**2))
-    return drift, abs(drift) / max(float(error), np.finfo(float).tiny), _explained(record, slope)
+    return (
+        drift,
+        abs(drift) / max(float(error), np.finfo(float).tiny),
+        _explained(record, residual, slope),
+    )
 
 
-def _explained(record: PredictedRecord, slope: FloatArray) -> float:
+def _explained(record: PredictedRecord, residual: FloatArray, slope: FloatArray) -> float:
     """Sum of squares that a delay and its drift explain, both fitted to every sample."""
-    residual = _residual(record)
     known = np.isfinite(residual) & np.isfinite(slope)
     time = (record.time - record.time[0])[:, None] / (record.time[-1] - record.time[0])
     columns = np.array([slope[known], (slope * time)[known]])

@@ -45,13 +45,19 @@ def copied_runs(campaign: Campaign) -> dict[str, str]:
     return original
 
 
-def without_copies(campaign: Campaign) -> Campaign:
+def without_copies(campaign: Campaign, copies: Mapping[str, str]) -> Campaign:
     """Campaign with every record once; the same object where there are no copies.
 
     A copy in the training records tells what is held out, whatever its condition is called, and in
     a bootstrap it counts one record twice.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Records.
+    copies : mapping of str to str
+        Its copies, of :func:`copied_runs`.
     """
-    copies = copied_runs(campaign)
     if not copies:
         return campaign
     return replace(campaign, runs=tuple(run for run in campaign.runs if run.name not in copies))

@@ -1,5 +1,7 @@
 """All findings that the records of a campaign give by themselves."""
 
+from collections.abc import Mapping
+
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, merged
 from carrierflex.identification.campaign_check.copies import copied_runs, copy_findings
@@ -11,7 +13,9 @@ from carrierflex.identification.campaign_check.units import unit_findings
 
 
 def records_findings(
-    campaign: Campaign, curves: Curves | None = None
+    campaign: Campaign,
+    curves: Curves | None = None,
+    copies: Mapping[str, str] | None = None,
 ) -> tuple[CampaignWarning, ...]:
     """Findings about a campaign that need no simulation.
 
@@ -21,6 +25,8 @@ def records_findings(
         Records and declarations.
     curves : mapping of str to DeflectionCurve, optional
         Deflection curves of a carrier.
+    copies : mapping of str to str, optional
+        Runs that are copies, where :func:`copied_runs` told them already.
 
     Returns
     -------
@@ -32,7 +38,7 @@ def records_findings(
         [
             *unit_findings(campaign),
             *rig_findings(campaign, curves),
-            *copy_findings(campaign, copied_runs(campaign)),
+            *copy_findings(campaign, copied_runs(campaign) if copies is None else copies),
             *sampling_findings(campaign),
             *sample_faults(campaign),
             *tone_findings(campaign),

@@ -10,12 +10,9 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from carrierflex.diagnosis.baseline_check import checked_baseline
-from carrierflex.diagnosis.kinds import problem_of, wiring_of
+from carrierflex.diagnosis.examination import examined
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
-from carrierflex.identification.campaign_check.copies import without_copies
-from carrierflex.identification.campaign_check.records_check import records_findings
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
 from carrierflex.workflows.support.progress import Stages
 
@@ -60,12 +57,7 @@ def main(campaign: Path, *, quiet: bool = False) -> CampaignCheck:
             measured = read_campaign(campaign)
             curves = campaign_curves(measured, campaign)
         with stages.stage("records"):
-            warnings = records_findings(measured, curves)
+            own = examined(measured, curves)
         with stages.stage("baseline and wiring"):
-            distinct = without_copies(measured)
-            problem, _ = problem_of(distinct, curves)
-            warnings = (
-                *warnings,
-                *checked_baseline(problem, distinct, wiring_of(problem, distinct)).warnings,
-            )
+            warnings = (*own.warnings, *own.baseline().warnings)
     return CampaignCheck(measured.name, measured.kind, warnings)

@@ -12,10 +12,11 @@ from typing import Literal
 
 from threadpoolctl import threadpool_limits
 
-from carrierflex.diagnosis.baseline_check import checked_baseline, with_findings
+from carrierflex.diagnosis.baseline_check import with_findings
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.element.classes.measured_laws import law_of_answer
-from carrierflex.diagnosis.kinds import law_findings, problem_of, wiring_of
+from carrierflex.diagnosis.examination import examined
+from carrierflex.diagnosis.kinds import law_findings
 from carrierflex.diagnosis.report.diagnosis_files import (
     DIAGNOSIS_FILE,
     write_diagnosis,
@@ -29,8 +30,6 @@ from carrierflex.files.versions import versions
 from carrierflex.files.whole_files import check_file_writable
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
-from carrierflex.identification.campaign_check.copies import without_copies
-from carrierflex.identification.campaign_check.records_check import records_findings
 from carrierflex.simulation.element.law_files import read_law, write_law
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 from carrierflex.workflows.support.default_curves import default_curves
@@ -119,26 +118,24 @@ def _diagnosed(
     out: Path,
     stages: Stages,
 ) -> Diagnosis:
-    warnings = records_findings(measured, curves)
     for note in measured.notes:
         stages.tell(note)
     with stages.stage("signals and noise floor"):
-        distinct = without_copies(measured)
-        problem, floor_is_measured = problem_of(distinct, curves, laws)
-    beyond = law_findings(problem, laws)
+        own = examined(measured, curves, laws)
+    beyond = law_findings(own.problem, laws)
     for warning in beyond:
         stages.tell(f"law '{warning.about}': {warning.text}")
     prepared_folder(out)
     with stages.stage("which effect, and how far"):
         diagnosis = diagnose(
-            problem,
+            own.problem,
             campaign=measured.name,
             kind=measured.kind,
-            floor_is_measured=floor_is_measured,
+            floor_is_measured=own.floor_is_measured,
             note=stages.note,
         )
-        checked = checked_baseline(problem, distinct, wiring_of(problem, distinct))
-        return with_findings(diagnosis, (*warnings, *beyond), checked)
+        checked = own.baseline(diagnosis.baseline)
+        return with_findings(diagnosis, (*own.warnings, *beyond), checked)
 
 
 def _write(

@@ -1,0 +1,72 @@
+"""What every look at a campaign begins with: its findings, its distinct records, its problem."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from carrierflex.diagnosis.baseline_check import BaselineCheck, checked_baseline
+from carrierflex.diagnosis.comparison.problem import ComparisonProblem
+from carrierflex.diagnosis.inference.effect_fit import EffectFit
+from carrierflex.diagnosis.kinds import Curves, problem_of, wiring_of
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
+from carrierflex.identification.campaign_check.copies import copied_runs, without_copies
+from carrierflex.identification.campaign_check.records_check import records_findings
+from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
+
+
+@dataclass(frozen=True, eq=False)
+class ExaminedCampaign:
+    """A campaign whose records were looked at, ready to be compared with its baseline.
+
+    Parameters
+    ----------
+    distinct : Campaign
+        Every record once.
+    warnings : tuple of CampaignWarning
+        What the records say by themselves.
+    problem : ComparisonProblem
+        Records, simulator and library.
+    floor_is_measured : bool
+        Whether the noise floor was declared or comes from repeats.
+    """
+
+    distinct: Campaign
+    warnings: tuple[CampaignWarning, ...]
+    problem: ComparisonProblem
+    floor_is_measured: bool
+
+    def baseline(self, fit: EffectFit | None = None) -> BaselineCheck:
+        """Findings with the baseline; `fit` where a diagnosis made it already."""
+        wiring = wiring_of(self.problem, self.distinct)
+        return checked_baseline(self.problem, self.distinct, wiring, fit)
+
+
+def examined(
+    campaign: Campaign, curves: Curves | None = None, laws: Sequence[TabulatedLaw] = ()
+) -> ExaminedCampaign:
+    """Look at the records of a campaign and make its comparison problem.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Measured runs.
+    curves : mapping of str to DeflectionCurve, optional
+        Deflection curves, which kind carrier asks for.
+    laws : sequence of TabulatedLaw
+        Laws of files, further candidates.
+
+    Returns
+    -------
+    ExaminedCampaign
+        Findings, records and problem.
+
+    Raises
+    ------
+    ValueError
+        Where the campaign is refused.
+    """
+    copies = copied_runs(campaign)
+    warnings = records_findings(campaign, curves, copies)
+    distinct = without_copies(campaign, copies)
+    problem, floor_is_measured = problem_of(distinct, curves, laws)
+    return ExaminedCampaign(distinct, warnings, problem, floor_is_measured)
