@@ -5,7 +5,6 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.decision import Decision, decide
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
@@ -33,8 +32,7 @@ class WithClasses(Protocol):
 
 
 def class_answer(
-    table: GramTable,
-    constants: ClassConstants,
+    scores: ClassScores,
     candidates: Sequence[str],
     *,
     shape_of: ShapeOf,
@@ -44,10 +42,8 @@ def class_answer(
 
     Parameters
     ----------
-    table : GramTable
-        Products of all columns.
-    constants : ClassConstants
-        Limits.
+    scores : ClassScores
+        Held-out squares of the table.
     candidates : sequence of str
         Classes that these records can show.
     shape_of : callable
@@ -60,7 +56,7 @@ def class_answer(
     ClassAnswer
         Answer with shares, ties and rivals.
     """
-    scores = ClassScores(table, constants)
+    table, constants = scores.table, scores.constants
     shares = Shares(scores.of(()).squares, table.floor, constants)
     plain = [name for name in candidates if name != table.surface]
     decision = decide(scores, shares, plain, drive_note=drive_note)

@@ -44,7 +44,7 @@ def element_beside_prediction(problem: ElementProblem, campaign: Campaign) -> El
         if name not in campaign.baseline.effects
     }
     linear = replace(problem.model, contained=(), cards=cards)
-    held = fit_effects(replace(problem, model=linear, records=simulated), ()).theta
+    held = fit_effects(replace(problem, model=linear, records=simulated, table=None), ()).theta
     records = tuple(
         replace(
             record,
@@ -53,6 +53,5 @@ def element_beside_prediction(problem: ElementProblem, campaign: Campaign) -> El
         )
         for record, own in zip(problem.records, predicted, strict=True)
     )
-    return replace(
-        problem, model=replace(linear, held=tuple(float(value) for value in held)), records=records
-    )
+    held_model = replace(linear, held=tuple(float(value) for value in held))
+    return replace(problem, model=held_model, records=records, table=None)

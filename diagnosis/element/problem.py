@@ -35,6 +35,7 @@ from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, KIND, NEGATIVE_CO
 from carrierflex.diagnosis.element.classes.answer import element_class_answer
 from carrierflex.diagnosis.element.classes.floor import believable_noise
 from carrierflex.diagnosis.element.classes.measured_laws import law_cards
+from carrierflex.diagnosis.element.classes.table import ElementTable
 from carrierflex.diagnosis.element.experiments import element_experiments
 from carrierflex.diagnosis.element.gap_findings import element_findings, element_scalars
 from carrierflex.diagnosis.element.gap_map import element_gap_cells
@@ -78,6 +79,8 @@ class ElementProblem:
         Whether the campaign declares it, so that the scatter of repeats can be held against it.
     noise_note : str
         What the records cannot say of their noise; empty where the floor is known.
+    table : ElementTable, optional
+        Table of the classes of these records, where the floor was judged by it.
     """
 
     model: ElementModel
@@ -87,6 +90,7 @@ class ElementProblem:
     channel: str
     noise_is_declared: bool = False
     noise_note: str = ""
+    table: ElementTable | None = None
 
     @property
     def unit(self) -> str:
@@ -199,7 +203,7 @@ class ElementProblem:
                 if self.model.by_force
                 else record.with_force(predicted)
             )
-        return replace(self, records=tuple(records))
+        return replace(self, records=tuple(records), table=None)
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Drives that were not applied."""
@@ -216,7 +220,9 @@ class ElementProblem:
 
     def class_answer(self) -> ClassAnswer | None:
         """Class of the missing effect."""
-        return element_class_answer(self.model, self.records, self.noise, self.noise_note)
+        return element_class_answer(
+            self.model, self.records, self.noise, self.noise_note, self.table
+        )
 
     @cached_property
     def _columns(self) -> tuple[Column, ...]:
@@ -249,7 +255,7 @@ class ElementProblem:
 
     def _with_record(self, model: ElementModel, record: ElementRecord) -> "ElementProblem":
         """ComparisonProblem that measured one other record."""
-        return replace(self, model=model, records=(record,), noise=self.noise[:1])
+        return replace(self, model=model, records=(record,), noise=self.noise[:1], table=None)
 
 
 def element_problem(
@@ -307,9 +313,18 @@ def element_problem(
     )
     carried = [_carried_noise(campaign, model, record) for record in records]
     noise = noise + np.array(carried)
-    noise, note = (noise, "") if measured else believable_noise(model, records, noise)
+    note, table = "", None
+    if not measured:
+        noise, note, table = believable_noise(model, records, noise)
     return ElementProblem(
-        model, records, noise, measured, channel.name, channel.noise_std is not None, note
+        model,
+        records,
+        noise,
+        measured,
+        channel.name,
+        noise_is_declared=channel.noise_std is not None,
+        noise_note=note,
+        table=table,
     )
 
 

@@ -36,6 +36,7 @@ def element_class_answer(
     records: Sequence[ElementRecord],
     noise: FloatArray,
     noise_note: str = "",
+    known: ElementTable | None = None,
 ) -> ClassAnswer | None:
     """Class of the missing effect.
 
@@ -49,6 +50,8 @@ def element_class_answer(
         Variance of the channel's noise by run.
     noise_note : str
         What the records cannot say of their noise.
+    known : ElementTable, optional
+        Table of these records and this noise, where it was made already.
 
     Returns
     -------
@@ -56,7 +59,7 @@ def element_class_answer(
         None where the records are too short.
     """
     constants = ClassConstants()
-    own = element_table(model, records, noise, constants)
+    own = known or element_table(model, records, noise, constants)
     if own is None:
         return None
     note = _note_of_time(own, constants)
@@ -66,8 +69,7 @@ def element_class_answer(
         left_out |= {DELAY, DRIVE_SIDE}
     candidates = [name for name in CLASS_GROUPS if name not in left_out]
     return class_answer(
-        own.table,
-        constants,
+        own.scores,
         candidates,
         shape_of=partial(measured_shape, own, model.units),
         drive_note="; ".join(text for text in (noise_note, note) if text),

@@ -9,9 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.held_out import ClassScores
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.classes.table import element_table
+from carrierflex.diagnosis.element.classes.table import ElementTable, element_table
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
 
@@ -27,7 +26,7 @@ FLOOR_NOTE = (
 
 def believable_noise(
     model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray
-) -> tuple[FloatArray, str]:
+) -> tuple[FloatArray, str, ElementTable | None]:
     """Variance of the noise by run, raised to what no class can learn where the plateau is absurd.
 
     Parameters
@@ -41,16 +40,16 @@ def believable_noise(
 
     Returns
     -------
-    tuple of (ndarray, str)
-        Variances, and what the records cannot say; empty where the plateau is believed.
+    tuple of (ndarray, str, ElementTable or None)
+        Variances; what the records cannot say, empty where the plateau is believed; then also the
+        table of the classes, which holds for these variances.
     """
-    constants = ClassConstants()
-    own = element_table(model, records, noise, constants)
+    own = element_table(model, records, noise, ClassConstants())
     if own is None:
-        return noise, ""
-    scores = ClassScores(own.table, constants)
+        return noise, "", None
+    scores = own.scores
     floor = float(own.table.floor.sum())
     least = min([scores.ceiling().total, *(scores.of((name,)).total for name in own.table.classes)])
     if least <= _BELIEVABLE * floor:
-        return noise, ""
-    return np.asarray(noise * least / max(floor, 1e-300)), FLOOR_NOTE
+        return noise, "", own
+    return np.asarray(noise * least / max(floor, 1e-300)), FLOOR_NOTE, None

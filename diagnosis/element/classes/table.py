@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, LawColumns
+from carrierflex.diagnosis.classes.held_out import ClassScores
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.cards import NEGATIVE_CONTROLS
 from carrierflex.diagnosis.element.classes.columns import (
@@ -81,6 +82,8 @@ class ElementTable:
         Runs.
     weights : tuple of NoiseWeight
         Filter of each run.
+    scores : ClassScores
+        Held-out squares of the table, each made once.
     """
 
     table: GramTable
@@ -88,6 +91,7 @@ class ElementTable:
     groups: tuple[GroupColumns, ...]
     records: tuple[ForceRecord, ...]
     weights: tuple[NoiseWeight, ...]
+    scores: ClassScores
 
 
 def element_table(
@@ -138,7 +142,7 @@ def element_table(
             folds.append((block + number) % constants.n_folds)
     assert layout is not None
     table = _assembled(np.array(grams), np.array(floors), np.array(folds), layout)
-    return ElementTable(table, bases, groups, own, weights)
+    return ElementTable(table, bases, groups, own, weights, ClassScores(table, constants))
 
 
 _CONTROLS = tuple(card.id for card in NEGATIVE_CONTROLS)

@@ -10,6 +10,7 @@ from carrierflex.diagnosis.classes.answer import class_answer
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.fits import block_squares, class_model, coefficients
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup
+from carrierflex.diagnosis.classes.held_out import ClassScores
 from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, NO_CLASS, NOTHING
 from tests.diagnosis.classes.toy_table import N_BLOCKS, N_SAMPLES, toy_columns, toy_table
 
@@ -22,7 +23,7 @@ MORE = COLUMNS["more"].sum(axis=0)
 
 def answered(signal, columns=COLUMNS, **changed):
     table = toy_table(signal, columns, **changed)
-    return class_answer(table, LIMITS, tuple(table.classes), shape_of=lambda *_: None)
+    return class_answer(ClassScores(table, LIMITS), tuple(table.classes), shape_of=lambda *_: None)
 
 
 def test_noise_alone_is_nothing():
@@ -75,7 +76,7 @@ def test_parts_of_a_pair_add_up_though_one_hides_the_other():
 def test_a_declared_floor_above_the_noise_makes_no_share_above_one():
     table = toy_table(A + 0.5 * B, COLUMNS, noise=0.1)
     table = replace(table, floor=4.0 * table.floor)
-    found = class_answer(table, LIMITS, tuple(table.classes), shape_of=lambda *_: None)
+    found = class_answer(ClassScores(table, LIMITS), tuple(table.classes), shape_of=lambda *_: None)
     assert found.share == 1.0
     assert sum(own.share for own in found.classes) == pytest.approx(1.0, abs=1e-12)
     assert max(*found.rivals.values(), found.learnable, *found.share_ci95) <= 1.0
