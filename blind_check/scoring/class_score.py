@@ -3,7 +3,6 @@
 Wanted figures hold from two floors upwards; a stratum is a kind of drive.
 """
 
-from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -24,6 +23,7 @@ from carrierflex.blind_check.scoring.class_judging import (
 from carrierflex.blind_check.scoring.scoring import (
     ClassRow,
     Figure,
+    confusion_rows,
     is_nominal,
     share_figure,
     time_figures,
@@ -99,7 +99,16 @@ def class_score(cases: Sequence[ClassJudged]) -> ClassScore:
     )
     return ClassScore(
         figures=tuple(_figures(cases)),
-        confusion=tuple(_confusion(cases)),
+        confusion=tuple(
+            confusion_rows(
+                cases[0].label.kind,
+                [
+                    (case.truth, case.answered, case.outcome == RIGHT)
+                    for case in cases
+                    if is_clear(case)
+                ],
+            )
+        ),
         changes=tuple(_changes(cases)),
         wrong=wrong,
         false_laws=tuple(case for case in cases if case.false_laws),
@@ -184,18 +193,6 @@ def _stratum_figures(kind: str, stratum: str, cases: Sequence[ClassJudged]) -> l
     figures.append(share_figure(kind, f"{below}: right", [o == RIGHT for o in small]))
     figures.append(share_figure(kind, f"{below}: wrong", [o in (WRONG, FAILED) for o in small]))
     return figures
-
-
-def _confusion(cases: Sequence[ClassJudged]) -> list[ClassRow]:
-    clear = [case for case in cases if is_clear(case)]
-    rows = []
-    for name in sorted({case.truth for case in clear}):
-        own = [case for case in clear if case.truth == name]
-        right = sum(case.outcome == RIGHT for case in own)
-        answers = Counter(case.answered for case in own).most_common()
-        kind = own[0].label.kind
-        rows.append(ClassRow(kind, name, len(own), right, wilson(right, len(own)), tuple(answers)))
-    return rows
 
 
 def _changes(cases: Sequence[ClassJudged]) -> list[ChangeRow]:

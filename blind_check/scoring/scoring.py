@@ -117,7 +117,14 @@ def score(cases: Sequence[Judged]) -> Score:
         of_kind = [case for case in cases if case.label.kind == kind]
         if of_kind:
             figures += _figures(kind, of_kind)
-            confusion += _confusion(kind, of_kind)
+            confusion += confusion_rows(
+                kind,
+                [
+                    (case.true_class, case.answered_class, case.is_right)
+                    for case in of_kind
+                    if is_clear(case)
+                ],
+            )
     wrong = tuple(case for case in cases if not case.is_right and is_clear(case))
     return Score(tuple(figures), tuple(confusion), wrong)
 
@@ -283,14 +290,14 @@ def _top_cell(case: Judged) -> bool:
     return bool(top["order"] == where["order"] and patterns[0] == patterns[1])
 
 
-def _confusion(kind: str, cases: Sequence[Judged]) -> list[ClassRow]:
+def confusion_rows(kind: str, cases: Iterable[tuple[str, str, bool]]) -> list[ClassRow]:
+    """Rows of the confusion matrix, of cases as (truth, answer, whether it is right)."""
+    answered: dict[str, list[tuple[str, bool]]] = {}
+    for truth, answer, is_right in cases:
+        answered.setdefault(truth, []).append((answer, is_right))
     rows = []
-    clear = [case for case in cases if is_clear(case)]
-    for name in sorted({case.true_class for case in clear}):
-        of_class = [case for case in clear if case.true_class == name]
-        right = sum(case.is_right for case in of_class)
-        answers = Counter(case.answered_class for case in of_class).most_common()
-        rows.append(
-            ClassRow(kind, name, len(of_class), right, wilson(right, len(of_class)), tuple(answers))
-        )
+    for truth, outcomes in sorted(answered.items()):
+        right, n = sum(is_right for _, is_right in outcomes), len(outcomes)
+        answers = Counter(answer for answer, _ in outcomes).most_common()
+        rows.append(ClassRow(kind, truth, n, right, wilson(right, n), tuple(answers)))
     return rows

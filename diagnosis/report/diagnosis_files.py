@@ -61,7 +61,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "where_text": where_text(diagnosis),
         "how_far": _how_far(reduction),
         "how_far_law": _how_far(diagnosis.reduction_law or reduction),
-        **_class_keys(diagnosis.classes),
+        **class_keys(diagnosis.classes),
         "unit": diagnosis.unit,
         "remaining": _cells(reduction.cells_after if reduction else ()),
         "ladder": reduction.steps if reduction else (),
@@ -148,8 +148,20 @@ def _share(value: float) -> float:
     return min(max(value, 0.0), 1.0)
 
 
-def _class_keys(answer: ClassAnswer | None) -> dict[str, Any]:
-    """Keys of the answer by class; empty lists where the kind has no classes."""
+def class_keys(answer: ClassAnswer | None) -> dict[str, Any]:
+    """Keys of the answer by class in diagnosis.json; empty lists where the kind has no classes.
+
+    Parameters
+    ----------
+    answer : ClassAnswer, optional
+        Classes with their laws and shapes.
+
+    Returns
+    -------
+    dict
+        ``classes``, ``class_ties``, ``class_rivals``, ``beyond_share``, ``beyond_learnable``,
+        ``class_note``; shares within 0 and 1.
+    """
     if answer is None:
         return {
             "classes": (),

@@ -30,7 +30,7 @@ from carrierflex.diagnosis.inference.results import (
     NOT_DIAGNOSABLE,
 )
 from carrierflex.diagnosis.kinds import problem_of
-from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, FORMAT, VERSION
+from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, FORMAT, VERSION, class_keys
 from carrierflex.files.json_files import plain, save_json
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.workflows.diagnosis.diagnose_campaign import main as diagnose_campaign
@@ -81,25 +81,19 @@ def _classify(campaign: Path, out: Path) -> None:
             raise ValueError(f"{campaign}: its kind has no classes; expected kind element")
         answer = problem.class_answer()
     # Records too short for classes answer nothing.
-    keys = {"verdict": NOT_DIAGNOSABLE} if answer is None else _class_keys(answer)
+    keys = {"verdict": NOT_DIAGNOSABLE} if answer is None else _verdict_keys(answer)
     out.mkdir(parents=True, exist_ok=True)
-    save_json(out / DIAGNOSIS_FILE, {"format": FORMAT, "version": VERSION, **keys})
+    document = {"format": FORMAT, "version": VERSION, **keys, **class_keys(answer)}
+    save_json(out / DIAGNOSIS_FILE, plain(document))
 
 
-def _class_keys(answer: ClassAnswer) -> dict[str, Any]:
+def _verdict_keys(answer: ClassAnswer) -> dict[str, Any]:
     verdict = _VERDICT_OF_STATE[answer.state]
     laws = [own.law for own in answer.classes if own.law_named and own.law]
     return {
         "verdict": ALIASED if answer.ties else verdict,
         "incomplete": answer.state == LEADING_CLASS,
         "effects": laws if answer.state == NAMED_CLASS and not answer.ties else [],
-        "classes": [
-            {"id": own.id, **plain({"share": own.share, "law_share": own.law_share})}
-            | {"law": own.law, "law_named": own.law_named}
-            for own in answer.classes
-        ],
-        "class_ties": [list(ids) for ids in answer.ties],
-        "class_rivals": plain(dict(answer.rivals)),
     }
 
 

@@ -1,5 +1,7 @@
 """Columns with memory along a motion: stops that slip and relaxing branches."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numba import njit
 from scipy.signal import lfilter
@@ -43,9 +45,7 @@ def stops(x: FloatArray, yields: FloatArray) -> FloatArray:
     ----------
     .. [1] W. D. Iwan, "A distributed-element model for hysteresis", J. Appl. Mech. 33 (1966) 893.
     """
-    state = np.zeros(yields.size)
-    _stops(np.ascontiguousarray(x[::-1]), yields, state)
-    return np.asarray(_stops(np.ascontiguousarray(x), yields, state) / yields[:, None])
+    return _played_twice(_stops, x, yields) / yields[:, None]
 
 
 @njit(cache=True)
@@ -82,9 +82,14 @@ def dahl_friction(x: FloatArray, lengths: FloatArray) -> FloatArray:
     ----------
     .. [1] P. R. Dahl, "A solid friction model", Aerospace Corporation TOR-0158 (1968).
     """
-    state = np.zeros(lengths.size)
-    _dahl(np.ascontiguousarray(x[::-1]), lengths, state)
-    return np.asarray(_dahl(np.ascontiguousarray(x), lengths, state))
+    return _played_twice(_dahl, x, lengths)
+
+
+def _played_twice(along: Callable[..., FloatArray], x: FloatArray, sizes: FloatArray) -> FloatArray:
+    """Elements along a motion that begin where the motion played backwards leaves them."""
+    state = np.zeros(sizes.size)
+    along(np.ascontiguousarray(x[::-1]), sizes, state)
+    return np.asarray(along(np.ascontiguousarray(x), sizes, state))
 
 
 def relaxing_branches(x: FloatArray, taus: FloatArray, step: float) -> FloatArray:
