@@ -10,10 +10,10 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from carrierflex.diagnosis.examination import examined
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
+from carrierflex.workflows.support.examination import examined
 from carrierflex.workflows.support.progress import Stages
 
 

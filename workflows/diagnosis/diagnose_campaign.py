@@ -15,7 +15,6 @@ from threadpoolctl import threadpool_limits
 from carrierflex.diagnosis.baseline_check import with_findings
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.element.classes.measured_laws import law_of_answer
-from carrierflex.diagnosis.examination import examined
 from carrierflex.diagnosis.kinds import law_findings
 from carrierflex.diagnosis.report.diagnosis_files import (
     DIAGNOSIS_FILE,
@@ -33,6 +32,7 @@ from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.simulation.element.law_files import read_law, write_law
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 from carrierflex.workflows.support.default_curves import default_curves
+from carrierflex.workflows.support.examination import examined
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
 
