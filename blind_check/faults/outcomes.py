@@ -17,7 +17,7 @@ from carrierflex.diagnosis.kinds import problem_of, wiring_of
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign_check.copies import without_copies
+from carrierflex.identification.campaign_check.copies import copied_runs, without_copies
 from carrierflex.identification.campaign_check.records_check import records_findings
 
 DETECTED = "detected"
@@ -104,7 +104,7 @@ def _records_checks(campaign: Campaign, curves: Curves) -> set[str]:
 
 def _baseline_checks(campaign: Campaign, curves: Curves) -> set[str]:
     """Checks of the fitted baseline that tell something."""
-    distinct = without_copies(campaign)
+    distinct = without_copies(campaign, copied_runs(campaign))
     problem, _ = problem_of(distinct, curves)
     checked = checked_baseline(problem, distinct, wiring_of(problem, distinct))
     return {finding.check for finding in checked.warnings}
@@ -112,12 +112,13 @@ def _baseline_checks(campaign: Campaign, curves: Curves) -> set[str]:
 
 def _diagnosed(campaign: Campaign, curves: Curves) -> Diagnosis:
     """Diagnosis as the command makes it."""
-    distinct = without_copies(campaign)
+    distinct = without_copies(campaign, copied_runs(campaign))
     problem, floor_is_measured = problem_of(distinct, curves)
     diagnosis = diagnose(
         problem, campaign=campaign.name, kind=campaign.kind, floor_is_measured=floor_is_measured
     )
-    checked = checked_baseline(problem, distinct, wiring_of(problem, distinct))
+    wiring = wiring_of(problem, distinct)
+    checked = checked_baseline(problem, distinct, wiring, diagnosis.baseline)
     return with_findings(diagnosis, records_findings(campaign, curves), checked)
 
 
