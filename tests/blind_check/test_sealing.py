@@ -124,7 +124,7 @@ print("MODULES", *(name for name in sys.modules if name.startswith("carrierflex.
 
 @pytest.mark.slow
 def test_diagnosis_reads_its_campaign_and_nothing_else_of_the_check(tmp_path):
-    plan = CasePlan("element", 1, 5, SINGLE, ("cubic_spring",), 10.0, "multisine")
+    plan = CasePlan("carrier", 1, 5, SINGLE, ("sensor_gain",), 10.0)
     campaign, out = (
         tmp_path / "check" / "campaigns" / plan.name,
         tmp_path / "check" / "diagnoses" / plan.name,

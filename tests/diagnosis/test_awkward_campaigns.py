@@ -27,6 +27,7 @@ def without(campaign, *sensors):
     return replace(campaign, channels=kept, runs=runs)
 
 
+@pytest.mark.acceptance
 def test_a_mounting_whose_baseline_contains_the_fluid_is_at_the_noise_floor():
     campaign = mounting_campaign(FLUID, conditions=CONDITIONS[:3], effects=("fluid_branch",))
     fit = fit_effects(mounting_problem(campaign), ())

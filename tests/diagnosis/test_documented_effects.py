@@ -89,6 +89,7 @@ def test_the_runout_of_a_carriers_rim_is_named(documented_package):
         check_parameter(found, "rim_eccentricity", name, truth)
 
 
+@pytest.mark.acceptance
 def test_the_stops_of_the_bushings_are_named(documented_package):
     campaign = mounting_campaign(extra=change_by_stops, conditions=CONDITIONS[:3])
     found = diagnose(mounting_problem(campaign), campaign="page", kind="mounting")

@@ -76,7 +76,7 @@ def test_force_space_of_the_servo_axis_names_dry_friction(emps):
     assert_allclose(found["quadratic_damping"], 0.721, atol=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.acceptance
 def test_silverbox_misses_a_cubic_spring(silverbox, tmp_path):
     found = diagnose_campaign.main(silverbox, out=tmp_path, quiet=True)
     assert found.verdict in ("named", "named_with_remainder")

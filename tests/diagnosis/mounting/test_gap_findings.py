@@ -93,6 +93,7 @@ def test_scalars_are_means_and_spans_of_the_motions():
     assert_allclose(span.measured, span.predicted, atol=10.0 * NOISE)
 
 
+@pytest.mark.acceptance
 def test_the_diagnosis_holds_the_detail_before_and_after():
     found = diagnose(
         mounting_problem(mounting_campaign({"K3": 6e12})), campaign="twin", kind="mounting"

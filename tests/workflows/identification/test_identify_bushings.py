@@ -137,7 +137,7 @@ def test_wrong_choices_are_one_line_and_leave_nothing(folder, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.acceptance
 def test_a_cluster_that_loses_a_worker_finds_the_same(folder, tmp_path):
     """Bootstrap refits on two workers, one killed while it works.
 
