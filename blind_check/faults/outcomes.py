@@ -1,8 +1,13 @@
-"""What becomes of a fault: told, without consequence, or missed.
+"""What becomes of a fault of the measuring chain.
 
-Told: ``check`` gives a finding that the campaign without the fault does not give, the campaign is
-refused, or the diagnosis names the effect of the library that the fault is. Without consequence:
-the verdict stays, and the interval of every parameter holds the value without the fault.
+Detected: ``check`` gives a finding that the campaign without the fault does not give, the campaign
+is refused, or the diagnosis names the effect of the library that the fault is. Harmless: the
+verdict stays, and the interval of every parameter holds the value without the fault. Moved: the
+verdict stays and a value without the fault lies outside its new interval, but the two intervals
+overlap: what a test of five per cent cannot tell from chance. Equivalent: the baseline fits the
+records with the fault as well as those without, so that they are the records of another machine (a
+force in other units, of a stiffer and heavier one) and no check of records can tell. Missed: the
+rest.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,6 +18,7 @@ import numpy as np
 from carrierflex.blind_check.faults.fault_table import Fault
 from carrierflex.diagnosis.baseline_check import checked_baseline, with_findings
 from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.kinds import problem_of, wiring_of
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.fe.deflection_curves import DeflectionCurve
@@ -22,9 +28,16 @@ from carrierflex.identification.campaign_check.records_check import records_find
 
 DETECTED = "detected"
 HARMLESS = "harmless"
+MOVED = "moved"
+EQUIVALENT = "equivalent"
 MISSED = "missed"
+OUTCOMES = (DETECTED, HARMLESS, MOVED, EQUIVALENT, MISSED)
 #: Told by a message that refuses the campaign.
 REFUSED = "refused"
+#: Halves of an interval between two values from which their intervals are apart.
+_APART = 2.0
+#: Change of the relative mean square by which two fits of one model to records are alike.
+_ALIKE = 1e-3
 #: Period of an angle by its unit.
 _TURN = {"rad": 2.0 * np.pi, "deg": 360.0}
 
@@ -40,10 +53,10 @@ class Outcome:
     fault, size : str
         Fault and size.
     outcome : str
-        ``detected``, ``harmless`` or ``missed``.
+        One of `OUTCOMES`.
     by : tuple of str
-        Checks, or effects, that told it; of a missed one the verdict that changed (``before ->
-        after``) and the parameters that moved.
+        Checks, or effects, that told it; otherwise the verdict that changed (``before -> after``)
+        and the parameters that moved, with the distance in halves of their interval.
     """
 
     fault: str
@@ -76,25 +89,45 @@ def fault_outcomes(
         In the order of the faults.
     """
     told = {*_records_checks(clean, curves), *_baseline_checks(clean, curves)}
-    before: Diagnosis | None = None
+    without: list[_Answer] = []
     for number, fault in enumerate(faults):
-        rng = np.random.default_rng([seed, number])
-        faulty = fault.change(clean, rng)
+        faulty = fault.change(clean, np.random.default_rng([seed, number]))
         try:
             by = _records_checks(faulty, curves) - told
             by = by or _baseline_checks(faulty, curves) - told
             if not by:
-                before = before or _diagnosed(clean, curves)
-                after = _diagnosed(faulty, curves)
+                without = without or [_answer(clean, curves)]
+                outcome, by = _consequence(fault, without[0], _answer(faulty, curves))
+                yield Outcome(fault.name, fault.size, outcome, tuple(sorted(by)))
+                continue
         except ValueError:
             by = {REFUSED}
-        if not by and before is not None:
-            by = set(after.attribution.effects) & set(fault.effects)
-        if by or before is None:
-            yield Outcome(fault.name, fault.size, DETECTED, tuple(sorted(by)))
-            continue
-        changes = tuple(_changes(before, after))
-        yield Outcome(fault.name, fault.size, MISSED if changes else HARMLESS, changes)
+        yield Outcome(fault.name, fault.size, DETECTED, tuple(sorted(by)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Answer:
+    """Diagnosis of a campaign, and the share of its signals' square that the baseline leaves."""
+
+    diagnosis: Diagnosis
+    left: float
+
+
+def _consequence(fault: Fault, before: _Answer, after: _Answer) -> tuple[str, set[str]]:
+    """Outcome of a fault that no finding tells, and by what."""
+    named = set(after.diagnosis.attribution.effects) & set(fault.effects)
+    if named:
+        return DETECTED, named
+    verdict = set(_verdict_change(before.diagnosis, after.diagnosis))
+    moved = _moved_parameters(before.diagnosis, after.diagnosis)
+    by = verdict | {f"{name} by {distance:.1f}" for name, distance in moved.items()}
+    if not by:
+        return HARMLESS, by
+    if not verdict and abs(after.left / before.left - 1.0) < _ALIKE:
+        return EQUIVALENT, by
+    if not verdict and max(moved.values()) < _APART:
+        return MOVED, by
+    return MISSED, by
 
 
 def _records_checks(campaign: Campaign, curves: Curves) -> set[str]:
@@ -110,33 +143,47 @@ def _baseline_checks(campaign: Campaign, curves: Curves) -> set[str]:
     return {finding.check for finding in checked.warnings}
 
 
-def _diagnosed(campaign: Campaign, curves: Curves) -> Diagnosis:
+def _answer(campaign: Campaign, curves: Curves) -> _Answer:
     """Diagnosis as the command makes it."""
     distinct = without_copies(campaign, copied_runs(campaign))
     problem, floor_is_measured = problem_of(distinct, curves)
     diagnosis = diagnose(
         problem, campaign=campaign.name, kind=campaign.kind, floor_is_measured=floor_is_measured
     )
-    wiring = wiring_of(problem, distinct)
-    checked = checked_baseline(problem, distinct, wiring, diagnosis.baseline)
-    return with_findings(diagnosis, records_findings(campaign, curves), checked)
+    checked = checked_baseline(problem, distinct, wiring_of(problem, distinct), diagnosis.baseline)
+    left = float(fit_effects(problem, ()).sums.square.sum())
+    size = sum(
+        float(np.nansum((values - np.nanmean(values)) ** 2))
+        for run in distinct.runs
+        for values in run.signals.values()
+    )
+    return _Answer(
+        with_findings(diagnosis, records_findings(campaign, curves), checked), left / size
+    )
 
 
-def _changes(before: Diagnosis, after: Diagnosis) -> Iterator[str]:
-    """Verdict, effects and parameters that a fault has changed."""
+def _verdict_change(before: Diagnosis, after: Diagnosis) -> Iterator[str]:
+    """Text of a change of the verdict or of the effects that are named."""
     if (before.verdict, before.attribution.effects) != (after.verdict, after.attribution.effects):
         named = ", ".join(after.attribution.effects)
         yield f"{before.verdict} -> {after.verdict}" + (f" {named}" if named else "")
+
+
+def _moved_parameters(before: Diagnosis, after: Diagnosis) -> dict[str, float]:
+    """Parameters whose new interval does not hold the value before.
+
+    With the distance in halves of the interval.
+    """
+    moved = {}
     for effect, values in before.attribution.parameters.items():
-        moved = after.attribution.parameters.get(effect, {})
-        for name, value in values.items():
-            if name not in moved or not np.isfinite(moved[name].ci95).all():
-                continue
-            low, high = moved[name].ci95
+        others = after.attribution.parameters.get(effect, {})
+        for name in values.keys() & others.keys():
+            low, high = others[name].ci95
             half = 0.5 * (high - low)
-            away = value.value - 0.5 * (high + low)
-            turn = _TURN.get(value.unit)
+            away = values[name].value - 0.5 * (high + low)
+            turn = _TURN.get(values[name].unit)
             if turn is not None:
                 away -= turn * np.round(away / turn)
-            if abs(away) > half:
-                yield f"{effect}.{name} by {abs(away) / max(half, np.finfo(float).tiny):.1f}"
+            if np.isfinite(half) and abs(away) > half:
+                moved[f"{effect}.{name}"] = abs(away) / max(half, np.finfo(float).tiny)
+    return moved

@@ -1,10 +1,10 @@
-"""Errors of the wiring of a mounting as rivals: loads of the other sign, sensors exchanged.
+"""Errors of the wiring of a mounting as rivals: signs and gains of loads, sensors exchanged.
 
 The baseline is linear in its loads: its answers to each load alone, with the nominal bushings, tell
 which sign and which order of the sensors fits; only those are refitted.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +15,7 @@ from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.mounting.problem import MountingProblem
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.diagnosis.wiring.rivals import (
+    INPUT_GAIN,
     SENSOR_ORDER,
     TORQUE_SIGN,
     PredictedRecord,
@@ -29,6 +30,8 @@ _LOADS = ("torque", "ntl_y", "ntl_z")
 _TURNED = -0.2
 #: Square that an exchange of sensors must leave of what the stated order leaves.
 _EXCHANGED = 0.5
+#: Relative error of a load that a campaign's own instruments may have: below, nothing is tried.
+_SMALLEST_GAIN = 0.02
 
 
 def mounting_rivals(problem: MountingProblem) -> tuple[WiringRival, ...]:
@@ -47,7 +50,8 @@ def mounting_rivals(problem: MountingProblem) -> tuple[WiringRival, ...]:
     if problem.model.held:
         return ()
     rivals = []
-    answers = [_answers(problem, record) for record in problem.records]
+    nominal = _nominal(problem)
+    answers = [_answers(problem, record, nominal) for record in problem.records]
     measured = np.concatenate([record.measured for record in problem.records])
     predicted = np.concatenate(answers, axis=1)
     factors = _factors(measured, predicted)
@@ -63,7 +67,29 @@ def mounting_rivals(problem: MountingProblem) -> tuple[WiringRival, ...]:
         order = _order(measured, np.einsum("l,lnc->nc", sign, predicted))
         if order is not None:
             rivals.append(_exchanged(problem, order, turned if sign is signs else []))
-    return tuple(rivals)
+    return (*rivals, *_gain_rivals(problem, measured))
+
+
+def _gain_rivals(problem: MountingProblem, measured: FloatArray) -> Iterator[WiringRival]:
+    """Baseline refitted with one load larger or smaller beside the others.
+
+    What all loads have in common goes into the bushings; their ratio is what the sensors show.
+    """
+    theta = fit_effects(problem, ()).theta
+    answers = [_answers(problem, record, theta) for record in problem.records]
+    factors = _factors(measured, np.concatenate(answers, axis=1))
+    for load, name in enumerate(_LOADS):
+        others = np.delete(factors, load)
+        others = others[others != 1.0]
+        if factors[load] == 1.0 or not others.size or min(factors[load], *others) <= 0.0:
+            continue
+        gain = float(factors[load] / np.mean(others))
+        if abs(gain - 1.0) < _SMALLEST_GAIN:
+            continue
+        records = tuple(_with_loads(record, [name], gain) for record in problem.records)
+        left = _refitted(replace(problem, records=records))
+        text = f"{name} {gain:.3g} times as large beside the other loads"
+        yield WiringRival(INPUT_GAIN, name, text, left, "run files")
 
 
 def _exchanged(
@@ -108,9 +134,9 @@ def _nominal(problem: MountingProblem) -> FloatArray:
     return np.array([nominal.get(p.name, max(p.lower, min(p.upper, 0.0))) for p in parameters])
 
 
-def _answers(problem: MountingProblem, record: MountingRecord) -> FloatArray:
+def _answers(problem: MountingProblem, record: MountingRecord, theta: FloatArray) -> FloatArray:
     """Signals under each load alone, shape (3, n, n_channels)."""
-    theta, choice = _nominal(problem), problem.choice(())
+    choice = problem.choice(())
     still = np.zeros_like(record.inputs.torque)
     rows = []
     for name in _LOADS:
@@ -145,8 +171,10 @@ def _order(measured: FloatArray, predicted: FloatArray) -> Sequence[int] | None:
     return order.tolist() if moved.any() and best < _EXCHANGED * same else None
 
 
-def _with_loads(record: MountingRecord, turned: Sequence[str]) -> MountingRecord:
-    values = {name: -getattr(record.inputs, name) for name in turned}
+def _with_loads(
+    record: MountingRecord, names: Sequence[str], factor: float = -1.0
+) -> MountingRecord:
+    values = {name: factor * getattr(record.inputs, name) for name in names}
     return replace(record, inputs=replace(record.inputs, **values))
 
 

@@ -15,6 +15,7 @@ SENSOR_ORDER = "wiring/sensor_order"
 ANGLE_DIRECTION = "wiring/angle_direction"
 CLOCK = "wiring/clock"
 RUN_ORDER = "wiring/run_order"
+INPUT_GAIN = "wiring/input_gain"
 UNIT = "wiring/unit"
 
 

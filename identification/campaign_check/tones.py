@@ -17,8 +17,8 @@ FloatArray = NDArray[np.float64]
 _STANDS_OUT, _SURROUNDINGS = 60.0, 40
 #: Lines beside the peak that may still stand out: a tone keeps its frequency, an order does not.
 _NARROW = 3
-#: Distance from a whole order that is not one.
-_OFF_ORDER = 0.15
+#: Amplitude of the nearest order over that of the line from which the line is that order.
+_LIKE_AN_ORDER = 0.7
 #: Amplitude of a tone over the noise that is told.
 _LOUD = 1.0
 _FEWEST_SAMPLES = 256
@@ -48,7 +48,7 @@ def tone_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
     """
     runs = [run for run in campaign.runs if run.time.size >= _FEWEST_SAMPLES]
     for channel in campaign.channels:
-        tones = [(run, tone) for run in runs for tone in _tones(campaign, run, channel)]
+        tones = [(run, tone) for run in runs for tone in _tones(run, channel)]
         for run, tone in sorted(tones, key=lambda pair: -pair[1].amplitude):
             width = 2.0 / float(run.time[-1] - run.time[0])
             alike = {
@@ -72,7 +72,7 @@ def tone_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
                 break
 
 
-def _tones(campaign: Campaign, run: Run, channel: Channel) -> list[_Tone]:
+def _tones(run: Run, channel: Channel) -> list[_Tone]:
     """Narrow lines of one record off the orders and off the drive."""
     values = run.signals[channel.name]
     present = np.isfinite(values)
@@ -91,7 +91,7 @@ def _tones(campaign: Campaign, run: Run, channel: Channel) -> list[_Tone]:
         is_peak = power[k] >= power[k - 1] and power[k] >= power[k + 1]
         if not is_peak or around.sum() > 2 * _NARROW + 1 or amplitude < _LOUD * floor:
             continue
-        if not _is_expected(campaign, run, float(frequency[k])):
+        if not _is_expected(run, level, float(frequency[k])):
             tones.append(_Tone(float(frequency[k]), amplitude))
     return tones
 
@@ -106,24 +106,34 @@ def _spectrum(values: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatAr
     return frequency, np.asarray(power, dtype=np.float64), 2.0 / float(window.sum())
 
 
-def _is_expected(campaign: Campaign, run: Run, frequency: float) -> bool:
+def _is_expected(run: Run, values: FloatArray, frequency: float) -> bool:
     """Whether a frequency is that of an order of the shaft, or of an input or its harmonics."""
-    step = float(run.time[-1] - run.time[0]) / (run.time.size - 1)
-    resolved = 2.0 / float(run.time[-1] - run.time[0])
-    angle = run.inputs.get("carrier_angle")
-    if angle is not None:
-        turns = np.abs(np.diff(angle)) / (2.0 * np.pi * step)
-        typical = float(np.median(turns))
-        if typical <= 0.0 or frequency < resolved:
-            return True
-        order = frequency / typical
-        distance = abs(order - np.round(order)) * typical
-        if distance < max(_OFF_ORDER * typical, resolved):
-            return True
-    for name, values in run.inputs.items():
-        if name != "carrier_angle" and _drives_at(values, run.time, frequency):
-            return True
-    return False
+    if "carrier_angle" in run.inputs and _turns_with_the_shaft(run, values, frequency):
+        return True
+    return any(
+        name != "carrier_angle" and _drives_at(column, run.time, frequency)
+        for name, column in run.inputs.items()
+    )
+
+
+def _turns_with_the_shaft(run: Run, values: FloatArray, frequency: float) -> bool:
+    """Whether a line is an order: as strong beside the angle as beside the time.
+
+    An order keeps its place in angle, a tone in time, so that a tone between two orders, or one
+    that slips past an order while the speed changes, has little of the order's wave.
+    """
+    angle = run.inputs["carrier_angle"]
+    duration = float(run.time[-1] - run.time[0])
+    turns = abs(float(angle[-1] - angle[0])) / (2.0 * np.pi)
+    if turns <= 0.0 or frequency < 2.0 / duration:
+        return True
+    order = float(np.round(frequency * duration / turns))
+    window = np.blackman(values.size)
+    line = np.polynomial.Polynomial.fit(run.time, values, 1)(run.time)
+    weighted = (values - line) * window
+    of_order = abs(np.sum(weighted * np.exp(-1j * order * angle)))
+    of_tone = abs(np.sum(weighted * np.exp(-2j * np.pi * frequency * run.time)))
+    return bool(of_order > _LIKE_AN_ORDER * of_tone)
 
 
 def _drives_at(values: FloatArray, time: FloatArray, frequency: float) -> bool:

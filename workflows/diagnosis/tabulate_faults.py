@@ -1,8 +1,8 @@
 """Which faults of a measuring chain are noticed: one row a fault and size, over seeds.
 
-Campaigns of the blind check with nothing missing get one fault each
-(:mod:`carrierflex.blind_check.faults.outcomes` says what counts). Writes KIND-SEED.json for every
-seed, which a later call takes up, and KIND.md. A good answer: nothing missed.
+Campaigns of the blind check with nothing missing get one fault each; what counts as told stands in
+:mod:`carrierflex.blind_check.faults.outcomes`. Writes KIND-SEED.json for every seed, which a later
+call takes up, and KIND.md. A good answer: nothing missed.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,13 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.faults.fault_table import faults_of
-from carrierflex.blind_check.faults.outcomes import (
-    DETECTED,
-    HARMLESS,
-    MISSED,
-    Outcome,
-    fault_outcomes,
-)
+from carrierflex.blind_check.faults.outcomes import HARMLESS, OUTCOMES, Outcome, fault_outcomes
 from carrierflex.blind_check.labels import NOTHING, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.files.json_files import plain, read_json, save_json
@@ -38,11 +32,11 @@ Kind = Literal["carrier", "mounting", "element"]
 
 @dataclass(frozen=True)
 class FaultRow:
-    """A fault of one size: how often it was detected, harmless or missed, and by what."""
+    """A fault of one size: how often it had each of the `OUTCOMES`, and by what."""
 
     fault: str
     size: str
-    counts: tuple[int, int, int]
+    counts: tuple[int, ...]
     by: tuple[str, ...]
 
 
@@ -124,15 +118,17 @@ def _rows(kind: str, outcomes: Sequence[Outcome]) -> Iterator[FaultRow]:
     for fault in faults_of(kind):
         those = [own for own in outcomes if (own.fault, own.size) == (fault.name, fault.size)]
         found = [own.outcome for own in those]
-        counts = (found.count(DETECTED), found.count(HARMLESS), found.count(MISSED))
-        by = {name: None for own in those if own.outcome != HARMLESS for name in own.by}
+        counts = tuple(found.count(outcome) for outcome in OUTCOMES)
+        # What moved by how much stands in the files of the seeds.
+        texts = (text for own in those if own.outcome != HARMLESS for text in own.by)
+        by = {text.partition(" by ")[0]: None for text in texts}
         yield FaultRow(fault.name, fault.size, counts, tuple(by))
 
 
 def _table(kind: str, rows: Sequence[FaultRow]) -> str:
     lines = [
-        f"| {kind}: fault | size | detected | harmless | missed | by |",
-        "|---|---|---|---|---|---|",
+        f"| {kind}: fault | size | {' | '.join(OUTCOMES)} | by |",
+        "|---" * (len(OUTCOMES) + 3) + "|",
     ]
     for row in rows:
         counts = " | ".join(map(str, row.counts))

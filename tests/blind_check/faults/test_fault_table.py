@@ -7,7 +7,13 @@ import pytest
 
 from carrierflex.blind_check.faults import outcomes
 from carrierflex.blind_check.faults.fault_table import Fault, faults_of
-from carrierflex.blind_check.faults.outcomes import DETECTED, HARMLESS, MISSED, fault_outcomes
+from carrierflex.blind_check.faults.outcomes import (
+    DETECTED,
+    EQUIVALENT,
+    HARMLESS,
+    MISSED,
+    fault_outcomes,
+)
 from carrierflex.identification.campaign.campaign import Baseline
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 from tests.identification.campaign_check.faulty_campaigns import faultless
@@ -72,7 +78,7 @@ def test_a_drifting_clock_is_late_by_its_drift_at_the_end_of_the_last_run_alone(
 
 
 def test_outcomes_are_told_by_checks_by_names_and_by_what_moved(monkeypatch):
-    """A turned torque is told; a late clock of half a sample changes nothing; silence is a miss."""
+    """A turned torque is told; no change is harmless; what no check tells is a miss."""
     campaign = explained_carrier()
     curves = curve_set()
     faults = {fault.name: fault for fault in faults_of("carrier")}
@@ -83,6 +89,9 @@ def test_outcomes_are_told_by_checks_by_names_and_by_what_moved(monkeypatch):
     assert (harmless.outcome, harmless.by) == (HARMLESS, ())
     monkeypatch.setattr(outcomes, "_records_checks", lambda campaign, curves: set())
     monkeypatch.setattr(outcomes, "_baseline_checks", lambda campaign, curves: set())
-    (missed,) = fault_outcomes(campaign, [faults["gain of an input"]], 1, curves)
-    assert missed.outcome == MISSED
-    assert any("rho_" in text for text in missed.by)
+    (equivalent,) = fault_outcomes(campaign, [faults["gain of an input"]], 1, curves)
+    # A larger torque on this carrier is the same torque on a softer one.
+    assert equivalent.outcome == EQUIVALENT
+    assert any("rho_" in text for text in equivalent.by)
+    late = fault_outcomes(campaign, [faults["clock of one file drifts"]], 1, curves)
+    assert [outcome.outcome for outcome in late] == [MISSED]

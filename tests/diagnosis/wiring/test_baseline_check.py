@@ -9,6 +9,7 @@ import pytest
 from carrierflex.diagnosis.baseline_check import checked_baseline, with_findings
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.kinds import problem_of, wiring_of
+from carrierflex.diagnosis.wiring.rivals import INPUT_GAIN
 from carrierflex.identification.campaign.campaign import Baseline
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 from tests.identification.campaign_check.faulty_campaigns import changed, faultless, with_channels
@@ -160,3 +161,12 @@ def test_runs_of_different_length_are_never_exchanged():
         signals={name: values[:n] for name, values in first.signals.items()},
     )
     assert "wiring/run_order" not in rivals(replace(campaign, runs=(shorter, *others)))
+
+
+def test_a_load_that_is_too_large_beside_the_others_explains_the_gap():
+    campaign = explained("mounting")
+    check = checked(changed(campaign, "torque", lambda values: 1.3 * values))
+    shares = {rival.about: share for rival, share in check.rivals if rival.id == INPUT_GAIN}
+    assert shares["torque"] > 0.9
+    text = next(r.text for r, _ in check.rivals if (r.id, r.about) == (INPUT_GAIN, "torque"))
+    assert float(text.split()[1]) == pytest.approx(1.0 / 1.3, rel=0.1)
