@@ -4,6 +4,7 @@ Screening, forward selection, choice, alias classes, shrinkage, verdict.
 """
 
 from collections.abc import Callable
+from concurrent.futures import Executor
 from dataclasses import replace
 
 from carrierflex.diagnosis.class_verdict import joint_verdict
@@ -46,6 +47,7 @@ def diagnose(
     floor_is_measured: bool = True,
     thresholds: Thresholds | None = None,
     note: Callable[[str], None] = lambda text: None,
+    executor: Executor | None = None,
 ) -> Diagnosis:
     """Tell where the gap of a comparison problem lies and which effect is missing.
 
@@ -63,6 +65,8 @@ def diagnose(
         Limits.
     note : callable
         Told each step, for progress.
+    executor : Executor, optional
+        Where sets of effects that do not wait for each other are fitted; None in this process.
 
     Returns
     -------
@@ -76,7 +80,7 @@ def diagnose(
     note("screen")
     signatures = problem.signatures()
     screened, explainable = screen(signatures), explainable_fraction(signatures)
-    search = forward_selection(problem, limits, note)
+    search = forward_selection(problem, limits, note, executor)
     selection = _searched(search, screened, signatures)
     classes = tuple(
         alias_class(search, screened, selection.accepted, effect) for effect in selection.accepted

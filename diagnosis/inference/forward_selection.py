@@ -84,12 +84,12 @@ class ForwardSelection:
             for key in keys:
                 self.fit(key)
             return
-        futures = [
-            self.executor.submit(_fitted_set, self.problem, key, self._contained(key))
-            for key in keys
-        ]
-        for key, future in zip(keys, futures, strict=True):
+        futures = {}
+        for key in keys:
             self.note(" + ".join(("baseline", *key)))
+            contained = self._contained(key)
+            futures[key] = self.executor.submit(_fitted_set, self.problem, key, contained)
+        for key, future in futures.items():
             self._keep(key, *future.result())
 
     def score_all(self, sets: Sequence[Effects]) -> None:
@@ -100,12 +100,11 @@ class ForwardSelection:
             for key in keys:
                 self.score(key)
             return
-        futures = [
-            self.executor.submit(_scored_set, self.problem, self.fits[key], self.folds)
+        futures = {
+            key: self.executor.submit(_scored_set, self.problem, self.fits[key], self.folds)
             for key in keys
-        ]
-        for key, future in zip(keys, futures, strict=True):
-            self.scores[key] = future.result()
+        }
+        self.scores |= {key: future.result() for key, future in futures.items()}
 
     def _sorted(self, sets: Sequence[Effects], known: Mapping[Effects, object]) -> list[Effects]:
         """Sets that are not known yet, each once."""

@@ -6,6 +6,7 @@ shrink interval excludes one, a negative control that does not shrink the gap, a
 near the noise floor; "none of these" and "not diagnosable" are answers too.
 """
 
+from concurrent.futures import Executor
 from datetime import datetime
 from pathlib import Path
 from typing import Literal
@@ -33,6 +34,7 @@ from carrierflex.simulation.element.law_files import read_law, write_law
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 from carrierflex.workflows.support.default_curves import default_curves
 from carrierflex.workflows.support.examination import examined
+from carrierflex.workflows.support.executors import work_executor
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
 
@@ -50,6 +52,8 @@ def main(
     save_law: Path | None = None,
     law_class: LawClass | None = None,
     report: bool = True,
+    workers: int = 1,
+    scheduler: str | None = None,
     quiet: bool = False,
 ) -> Diagnosis:
     """Diagnose the gap between a measurement campaign and its baseline simulation.
@@ -71,6 +75,10 @@ def main(
         Class whose shape --save-law keeps; without, the one of the largest share.
     report : bool
         Draw report.html; without, one of an earlier diagnosis goes.
+    workers : int
+        Processes in which sets of effects are fitted; every number stays the same.
+    scheduler : str, optional
+        Address of a Dask scheduler (tcp://host:8786) for the same, instead of workers.
     quiet : bool
         Show no progress.
 
@@ -104,7 +112,8 @@ def main(
                     "kind element"
                 )
             curves = campaign_curves(measured, campaign)
-        diagnosis = _diagnosed(measured, curves, brought, out, stages)
+        with work_executor(workers, scheduler) as executor:
+            diagnosis = _diagnosed(measured, curves, brought, out, stages, executor)
         _write(diagnosis, measured, campaign, out, stages, report=report)
     if save_law is not None:
         _save_law(save_law, diagnosis, measured.name, law_class)
@@ -117,6 +126,7 @@ def _diagnosed(
     laws: tuple[TabulatedLaw, ...],
     out: Path,
     stages: Stages,
+    executor: Executor,
 ) -> Diagnosis:
     for note in measured.notes:
         stages.tell(note)
@@ -133,6 +143,7 @@ def _diagnosed(
             kind=measured.kind,
             floor_is_measured=own.floor_is_measured,
             note=stages.note,
+            executor=executor,
         )
         checked = own.baseline(diagnosis.baseline)
         return with_findings(diagnosis, (*own.warnings, *beyond), checked)
