@@ -10,6 +10,7 @@ from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.gap.findings import GapDetail
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.inference.results import Attribution, GapReduction
+from carrierflex.identification.campaign.record_digests import RecordDigests
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 
 
@@ -43,6 +44,8 @@ class Diagnosis:
         What does not look right in the campaign itself.
     baseline : EffectFit, optional
         Fit of the baseline alone; None where the records allow no diagnosis.
+    records : RecordDigests, optional
+        Digests of the records and files; None where the campaign was not read from a folder.
     """
 
     campaign: str
@@ -58,3 +61,4 @@ class Diagnosis:
     reduction_law: GapReduction | None = None
     warnings: tuple[CampaignWarning, ...] = ()
     baseline: EffectFit | None = None
+    records: RecordDigests | None = None

@@ -142,6 +142,11 @@ _COMMANDS = {
         "diagnosis_tables:diagnosis_table",
         "Diagnose the gap between a measurement campaign and its baseline simulation.",
     ),
+    "compare": _Command(
+        "diagnosis.compare_diagnoses",
+        "diagnosis_tables:comparison_table",
+        "Compare two diagnoses of one measurement, before and after the simulator changed.",
+    ),
     "blind-check": _Command(
         "diagnosis.run_blind_check",
         "score_tables:blind_check_table",

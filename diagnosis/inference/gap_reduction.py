@@ -16,6 +16,7 @@ from carrierflex.diagnosis.inference.forward_selection import (
 from carrierflex.diagnosis.inference.held_out import HeldOut, fold_theta
 from carrierflex.diagnosis.inference.results import (
     NO_INTERVAL,
+    BlockScore,
     GapReduction,
     Interval,
     RunValidation,
@@ -70,6 +71,21 @@ def gap_reduction(search: ForwardSelection, accepted: Effects, explainable: floa
         cells_before=cells[0],
         cells_after=cells[1],
         validation=_validation(problem, cells[0], cells[1], after.fit),
+        blocks=_block_scores(problem, before),
+    )
+
+
+def _block_scores(problem: ComparisonProblem, score: HeldOut) -> tuple[BlockScore, ...]:
+    """Held-out mean square of every block."""
+    return tuple(
+        BlockScore(
+            segment.run,
+            segment.condition,
+            segment.block,
+            segment.n_samples,
+            square / max(segment.n_samples, 1),
+        )
+        for segment, square in zip(problem.segments, score.square.tolist(), strict=True)
     )
 
 

@@ -159,6 +159,17 @@ class RunValidation:
 
 
 @dataclass(frozen=True, eq=False)
+class BlockScore:
+    """Held-out gap of the baseline in one block of a run: samples, and mean square of a sample."""
+
+    run: str
+    condition: str
+    block: int
+    samples: int
+    mean_square: float
+
+
+@dataclass(frozen=True, eq=False)
 class GapReduction:
     """How far the gap shrinks on held-out records.
 
@@ -181,6 +192,8 @@ class GapReduction:
         Gap map of the baseline and of the accepted model.
     validation : tuple of RunValidation
         By run.
+    blocks : tuple of BlockScore
+        The baseline's held-out gap by block.
     """
 
     rms_before: float
@@ -198,3 +211,4 @@ class GapReduction:
     cells_before: tuple[GapCell, ...]
     cells_after: tuple[GapCell, ...]
     validation: tuple[RunValidation, ...]
+    blocks: tuple[BlockScore, ...] = ()

@@ -68,6 +68,8 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "screen": _screen(which),
         "learnable_share": which.explainable,
         "validation": reduction.validation if reduction else (),
+        "held_out": reduction.blocks if reduction else (),
+        "records": diagnosis.records,
         "gap": None if diagnosis.gap is None else _gap(diagnosis.gap, diagnosis.unit),
         "separating_test": which.discriminating_experiment,
         "warnings": [warning.entry() for warning in diagnosis.warnings],

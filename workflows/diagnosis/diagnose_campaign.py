@@ -7,6 +7,7 @@ near the noise floor; "none of these" and "not diagnosable" are answers too.
 """
 
 from concurrent.futures import Executor
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Literal
@@ -30,6 +31,7 @@ from carrierflex.files.versions import versions
 from carrierflex.files.whole_files import check_file_writable
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.identification.campaign.record_digests import record_digests
 from carrierflex.simulation.element.law_files import read_law, write_law
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 from carrierflex.workflows.support.default_curves import default_curves
@@ -114,6 +116,7 @@ def main(
             curves = campaign_curves(measured, campaign)
         with work_executor(workers, scheduler) as executor:
             diagnosis = _diagnosed(measured, curves, brought, out, stages, executor)
+        diagnosis = replace(diagnosis, records=record_digests(measured, campaign))
         _write(diagnosis, measured, campaign, out, stages, report=report)
     if save_law is not None:
         _save_law(save_law, diagnosis, measured.name, law_class)

@@ -3,10 +3,17 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.console import RenderableType
+from rich.console import Group, RenderableType
 
 from carrierflex.diagnosis.inference.results import GapReduction, NamedValue
+from carrierflex.diagnosis.report.compared.change import GapChange
+from carrierflex.diagnosis.report.compared.words import (
+    causes_sentence,
+    cells_sentence,
+    first_sentence,
+)
 from carrierflex.diagnosis.report.gap_words import where_text
+from carrierflex.diagnosis.report.words import sized
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.workflows.screen.titled_table import titled_table
 
@@ -76,3 +83,14 @@ def diagnosis_table(diagnosis: Diagnosis) -> RenderableType:
     for name, value in rows:
         table.add_row(name, value)
     return table
+
+
+def comparison_table(change: GapChange) -> RenderableType:
+    """What became of the gap as sentences, then the error of every run."""
+    unit = change.before.unit
+    text = " ".join((first_sentence(change), causes_sentence(change), cells_sentence(change)))
+    table = titled_table("error by run", "run", "before", "after", "uncertainty")
+    for row in change.runs:
+        sizes = (row.error_before, row.error_after, row.u_val)
+        table.add_row(row.run, *(sized(size, unit) for size in sizes))
+    return Group(text, "", table)

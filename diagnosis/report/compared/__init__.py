@@ -1,0 +1,1 @@
+"""Two diagnoses of one measurement, before and after the simulator changed."""

@@ -1,0 +1,241 @@
+"""What became of the gap where the simulator changed and the measurement did not.
+
+Both baselines are scored on the same held-out blocks of the same records, so that the ratio of both
+is drawn block by block: what the blocks share in noise and load cancels.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.gap.significance import SIGNIFICANCE
+from carrierflex.diagnosis.inference.results import NO_INTERVAL, Interval
+from carrierflex.diagnosis.inference.thresholds import INTERVAL
+from carrierflex.diagnosis.report.compared.side import (
+    BlockKey,
+    CellGap,
+    CellKey,
+    DiagnosisSide,
+    RunError,
+)
+from carrierflex.identification.estimation.resampling import two_level_counts
+
+#: What became of a cell of the gap map.
+GONE = "gone"
+SMALLER = "smaller"
+SAME = "same"
+LARGER = "larger"
+NEW = "new"
+
+#: A change is one beyond so many noises of the cell and this share of its larger size: what the
+#: baseline's own parameters take up is refitted beside the change, and moves its neighbours.
+_NOISES = 2.0
+_PART = 0.1
+_DRAWS = 1000
+_SEED = 17
+
+
+@dataclass(frozen=True, eq=False)
+class CellChange:
+    """One cell of the gap map before and after.
+
+    Parameters
+    ----------
+    run, channel_pattern : str
+        Cell.
+    order : float
+        Order, line, or frequency over the lowest of the map.
+    rms_before, rms_after : float
+        RMS above the noise; zero where the map does not list the cell.
+    u : float
+        RMS of the noise in the cell.
+    what : str
+        GONE, SMALLER, SAME, LARGER or NEW.
+    frequency_hz : tuple of float, optional
+        Band of the cell [Hz].
+    """
+
+    run: str
+    channel_pattern: str
+    order: float
+    rms_before: float
+    rms_after: float
+    u: float
+    what: str
+    frequency_hz: tuple[float, float] | None = None
+
+    @property
+    def change(self) -> float:
+        """Change of the mean square."""
+        return self.rms_after**2 - self.rms_before**2
+
+
+@dataclass(frozen=True, eq=False)
+class RunChange:
+    """Comparison error of a run before and after, beside its uncertainty."""
+
+    run: str
+    error_before: float
+    error_after: float
+    u_val: float
+
+
+@dataclass(frozen=True, eq=False)
+class GapChange:
+    """Two diagnoses of one measurement.
+
+    Parameters
+    ----------
+    before, after : DiagnosisSide
+        Both.
+    ratio, ratio_ci95 : float, tuple of float
+        RMS of the gap after over before on the same held-out blocks.
+    explained : float
+        Share of the mean square above the noise that the change took; negative where it added.
+    cells : tuple of CellChange
+        Significant cells of either map, largest change of the mean square first.
+    runs : tuple of RunChange
+        Every run.
+    solved, remaining, added : tuple of str
+        Causes named before only, both times, and after only.
+    """
+
+    before: DiagnosisSide
+    after: DiagnosisSide
+    ratio: float
+    ratio_ci95: Interval
+    explained: float
+    cells: tuple[CellChange, ...]
+    runs: tuple[RunChange, ...]
+    solved: tuple[str, ...]
+    remaining: tuple[str, ...]
+    added: tuple[str, ...]
+
+
+def gap_change(before: DiagnosisSide, after: DiagnosisSide) -> GapChange:
+    """Compare two diagnoses.
+
+    Parameters
+    ----------
+    before, after : DiagnosisSide
+        Diagnoses of the same records.
+
+    Raises
+    ------
+    ValueError
+        Where they are of different kind, unit, records or blocks; one line.
+    """
+    _refuse_different(before, after)
+    ratio, interval = _ratio(before, after)
+    noise = before.noise_floor**2
+    above = before.rms**2 - noise
+    taken = before.rms**2 - after.rms**2
+    return GapChange(
+        before=before,
+        after=after,
+        ratio=ratio,
+        ratio_ci95=interval,
+        explained=taken / above if above > 0.0 else float("nan"),
+        cells=tuple(sorted(_cell_changes(before, after), key=lambda cell: -abs(cell.change))),
+        runs=tuple(_run_changes(before.runs, after.runs)),
+        solved=tuple(name for name in before.causes if name not in after.causes),
+        remaining=tuple(name for name in before.causes if name in after.causes),
+        added=tuple(name for name in after.causes if name not in before.causes),
+    )
+
+
+def _refuse_different(before: DiagnosisSide, after: DiagnosisSide) -> None:
+    about = f"{before.folder} and {after.folder}"
+    for what, first, second in (
+        ("kind", before.kind, after.kind),
+        ("unit", before.unit, after.unit),
+    ):
+        if first != second:
+            raise ValueError(
+                f"{about}: their {what} is {first} and {second}; expected two diagnoses of one "
+                "measurement"
+            )
+    if before.measured != after.measured:
+        raise ValueError(
+            f"{about}: campaigns '{before.campaign}' and '{after.campaign}' hold different "
+            f"records ({before.measured[:12]} and {after.measured[:12]}); expected two diagnoses "
+            "of one measurement: same samples, windows and conditions"
+        )
+    if _sizes(before) != _sizes(after):
+        raise ValueError(
+            f"{about}: their records are scored in different blocks; expected two diagnoses of "
+            "one version of the program: diagnose both again"
+        )
+
+
+def _sizes(side: DiagnosisSide) -> dict[BlockKey, int]:
+    return {key: block.samples for key, block in side.blocks.items()}
+
+
+def _ratio(before: DiagnosisSide, after: DiagnosisSide) -> tuple[float, Interval]:
+    """RMS after over before with its interval; the same blocks are drawn of both."""
+    keys = list(before.blocks)
+    squares = [_squares(side, keys) for side in (before, after)]
+    totals = [float(square.sum()) for square in squares]
+    if not totals[0] > 0.0:
+        return float("nan"), NO_INTERVAL
+    counts = two_level_counts(
+        [before.blocks[key].condition for key in keys],
+        n_samples=_DRAWS,
+        rng=np.random.default_rng(_SEED),
+    )
+    drawn = [counts @ square for square in squares]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        low, high = np.quantile(np.sqrt(drawn[1] / drawn[0]), INTERVAL)
+    return float(np.sqrt(totals[1] / totals[0])), (float(low), float(high))
+
+
+def _squares(side: DiagnosisSide, keys: list[BlockKey]) -> FloatArray:
+    blocks = [side.blocks[key] for key in keys]
+    return np.array([block.samples * block.mean_square for block in blocks], dtype=np.float64)
+
+
+def _cell_changes(before: DiagnosisSide, after: DiagnosisSide) -> Iterator[CellChange]:
+    for key in dict.fromkeys((*before.cells, *after.cells)):
+        old = before.cells.get(key)
+        new = after.cells.get(key)
+        is_real = [cell is not None and cell.p_value < SIGNIFICANCE for cell in (old, new)]
+        if any(is_real):
+            yield _cell_change(key, old, new, is_real)
+
+
+def _cell_change(
+    key: CellKey, old: CellGap | None, new: CellGap | None, is_real: list[bool]
+) -> CellChange:
+    rms = [_above_noise(cell) for cell in (old, new)]
+    u = max(_noise(cell) for cell in (old, new))
+    what = SAME
+    least = max(_NOISES * u, _PART * max(rms))
+    if rms[1] < rms[0] - least:
+        what = SMALLER if is_real[1] else GONE
+    elif rms[1] > rms[0] + least:
+        what = LARGER if is_real[0] else NEW
+    known = old or new
+    run, pattern, order = key
+    return CellChange(
+        run, pattern, order, rms[0], rms[1], u, what, known.frequency_hz if known else None
+    )
+
+
+def _above_noise(cell: CellGap | None) -> float:
+    return 0.0 if cell is None else float(np.sqrt(max(cell.coherent, 0.0)))
+
+
+def _noise(cell: CellGap | None) -> float:
+    return 0.0 if cell is None else float(np.sqrt(max(cell.mean_square - cell.coherent, 0.0)))
+
+
+def _run_changes(
+    before: Mapping[str, RunError], after: Mapping[str, RunError]
+) -> Iterator[RunChange]:
+    for run, old in before.items():
+        new = after.get(run)
+        if new is not None:
+            yield RunChange(run, old.error, new.error, max(old.u_val, new.u_val))

@@ -1,0 +1,49 @@
+"""Tell what became of the gap after an effect was added to the simulator.
+
+Two diagnoses of one measurement are laid beside each other: the gap on the same held-out blocks,
+what shrank and what came in the gap map, what is named before and after. A good answer: the ratio's
+interval excludes one, the cause that was added is no longer missing, and nothing came.
+"""
+
+from pathlib import Path
+
+from carrierflex.diagnosis.report.compared.change import GapChange, gap_change
+from carrierflex.diagnosis.report.compared.page import comparison_page
+from carrierflex.diagnosis.report.compared.side import read_side
+from carrierflex.diagnosis.report.compared.words import change_document
+from carrierflex.files.json_files import save_json, save_text
+from carrierflex.workflows.support.outputs import prepared_folder
+
+COMPARISON_FILE = "comparison.json"
+PAGE_FILE = "comparison.html"
+
+
+def main(before: Path, after: Path, *, out: Path | None = None) -> GapChange:
+    """Compare two diagnoses of one measurement, before and after the simulator changed.
+
+    Parameters
+    ----------
+    before, after : Path
+        Folders of diagnose --out, each with its diagnosis.json.
+    out : Path, optional
+        Folder for comparison.json and comparison.html; without, the result is only shown.
+
+    Returns
+    -------
+    GapChange
+        Ratio of the gap with its interval, cells that shrank and came, causes, error by run.
+
+    Raises
+    ------
+    ValueError
+        Where a diagnosis is missing, of a newer version, or without digests of its records, or
+        where the two are of different kind, unit or measurement.
+    OSError
+        Where `out` cannot be written.
+    """
+    change = gap_change(read_side(before), read_side(after))
+    if out is not None:
+        prepared_folder(out)
+        save_json(out / COMPARISON_FILE, change_document(change))
+        save_text(out / PAGE_FILE, comparison_page(change))
+    return change
