@@ -1,5 +1,6 @@
 """Off-screen pictures of meshes and of fields on them (pyvista)."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -63,17 +64,80 @@ def taken(plotter: Any) -> NDArray[np.uint8]:
 
     Closes the plotter.
     """
+    image, _ = taken_with_pixels(plotter, np.zeros((0, 3)))
+    return image
+
+
+def taken_with_pixels(
+    plotter: Any,
+    points: NDArray[np.float64],
+    *,
+    viewpoint: Sequence[float] = _CAMERA,
+    window_centre: tuple[float, float] = (0.0, -0.12),
+    zoom: float = 1.0,
+) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
+    """Picture of the plotter's scene, and where points of the last sub-picture stand in it.
+
+    Closes the plotter.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+        The scene.
+    points : ndarray, shape (n, 3)
+        Points [m].
+    viewpoint : sequence of float, length 3
+        Direction from the scene to the viewer; z is up.
+    window_centre : tuple of float
+        Shift of the scene in the window, in half windows; the default leaves room below the body
+        for a colour bar.
+    zoom : float
+        Size in the picture over that which fits.
+
+    Returns
+    -------
+    image : ndarray of uint8, shape (height, width, 3)
+        The picture.
+    pixels : ndarray, shape (n, 2)
+        Column and row of every point.
+    """
     rows, columns = plotter.shape
     for row in range(rows):
         for column in range(columns):
             plotter.subplot(row, column)
             plotter.background_color = "white"
-            plotter.view_vector(_CAMERA, viewup=(0.0, 0.0, 1.0))
-            # Room below the body for the colour bar.
-            plotter.camera.SetWindowCenter(0.0, -0.12)
-    image = plotter.screenshot(return_img=True)
+            plotter.view_vector(viewpoint, viewup=(0.0, 0.0, 1.0))
+            plotter.camera.zoom(zoom)
+            plotter.camera.SetWindowCenter(*window_centre)
+    image = np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8)
+    pixels = np.array([_pixel(plotter.renderer, point) for point in points]).reshape(-1, 2)
     plotter.close()
-    return np.asarray(image, dtype=np.uint8)
+    return image, np.column_stack([pixels[:, 0], image.shape[0] - 1.0 - pixels[:, 1]])
+
+
+def _pixel(renderer: Any, point: NDArray[np.float64]) -> tuple[float, float]:
+    """Column and row, counted from the bottom, of a point [m]."""
+    renderer.SetWorldPoint(*point, 1.0)
+    renderer.WorldToDisplay()
+    column, row, _ = renderer.GetDisplayPoint()
+    return column, row
+
+
+def surface_patch(points: NDArray[np.float64], facets: NDArray[np.int64]) -> Any:
+    """Quadratic triangles of a named surface, shape (k, 6), as a pyvista surface."""
+    import pyvista
+
+    corners, middles = facets[:, :3].T, facets[:, 3:].T
+    triangles = np.concatenate(
+        [
+            np.stack([corners[0], middles[0], middles[2]], axis=1),
+            np.stack([corners[1], middles[1], middles[0]], axis=1),
+            np.stack([corners[2], middles[2], middles[1]], axis=1),
+            np.stack([middles[0], middles[1], middles[2]], axis=1),
+        ]
+    )
+    faces = np.concatenate([np.full((len(triangles), 1), 3), triangles], axis=1)
+    return pyvista.PolyData(points, faces.ravel())
 
 
 def skin(

@@ -141,7 +141,9 @@ def rms_figure(estimates: Mapping[str, Mapping[str, ParameterEstimate]]) -> "Fig
     return figure
 
 
-def parameters_figure(estimates: Mapping[str, Mapping[str, ParameterEstimate]]) -> "Figure":
+def parameters_figure(
+    estimates: Mapping[str, Mapping[str, ParameterEstimate]], shown: Sequence[str] | None = None
+) -> "Figure":
     """Parameters by run with 95 % intervals, one panel a parameter (figures 10 and 11).
 
     Parameters
@@ -150,6 +152,8 @@ def parameters_figure(estimates: Mapping[str, Mapping[str, ParameterEstimate]]) 
         Estimate by model name and run, as
         :func:`~carrierflex.identification.carrier.carrier_identification.identify_each_run` gives
         them; a joint estimate may stand under every run.
+    shown : sequence of str, optional
+        Parameters to show, in this order; all by default.
 
     Returns
     -------
@@ -159,15 +163,18 @@ def parameters_figure(estimates: Mapping[str, Mapping[str, ParameterEstimate]]) 
     from matplotlib.figure import Figure
 
     names = list(
-        dict.fromkeys(
+        shown
+        or dict.fromkeys(
             name
             for runs in estimates.values()
             for estimate in runs.values()
             for name in estimate.names
         )
     )
-    figure = Figure(figsize=(10.0, 2.4 * ((len(names) + 2) // 3)), layout="constrained")
-    panels = figure.subplots((len(names) + 2) // 3, 3, squeeze=False).ravel()
+    columns = min(3, len(names))
+    rows = -(-len(names) // columns)
+    figure = Figure(figsize=(1.0 + 3.0 * columns, 0.4 + 2.4 * rows), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for panel, name in zip(panels, names, strict=False):
         for k, (model, by_run) in enumerate(estimates.items()):
             _draw_parameter(

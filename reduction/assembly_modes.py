@@ -16,12 +16,14 @@ _N_RIGID = 6
 class AssemblyMode:
     """One elastic free mode.
 
-    Natural frequency [Hz], pilot with the largest displacement, motion of the rim in words.
+    Natural frequency [Hz], pilot with the largest displacement, motion of the rim in words, and
+    the assembly's coordinates in the mode, shape (n,), to any scale.
     """
 
     frequency_hz: float
     leading_pilot: str
     rim_motion: str
+    shape: NDArray[np.float64]
 
 
 def assembly_modes(model: ReducedModel, n_modes: int) -> tuple[AssemblyMode, ...]:
@@ -56,7 +58,7 @@ def assembly_modes(model: ReducedModel, n_modes: int) -> tuple[AssemblyMode, ...
     shapes = (scale[:, None] * q)[:, _N_RIGID : _N_RIGID + n_modes]
     hz = np.sqrt(omega_squared[_N_RIGID : _N_RIGID + n_modes]) / (2.0 * np.pi)
     return tuple(
-        AssemblyMode(float(f), _leading_pilot(model, shape), _rim(model, shape))
+        AssemblyMode(float(f), _leading_pilot(model, shape), _rim(model, shape), shape)
         for f, shape in zip(hz, shapes.T, strict=True)
     )
 

@@ -152,6 +152,11 @@ _COMMANDS = {
         "score_tables:blind_check_table",
         "Diagnose sealed campaigns and score the answers.",
     ),
+    "figures": _Command(
+        "figures.draw_figures",
+        "simulation_tables:figures_table",
+        "Draw the figures of the 2011 and the 2012 paper by their numbers, with an index.",
+    ),
     "printed-tables": _Command(
         "identification.read_printed_tables",
         "tables:printed_tables_table",

@@ -34,12 +34,16 @@ class ComplexSearch:
         Calls of the objective.
     converged : bool
         Whether the population shrank below the tolerance before the evaluations ran out.
+    history : ndarray, shape (k, 3)
+        Calls so far, least and largest cost of the population, before the first reflection and
+        after each.
     """
 
     values: NDArray[np.float64]
     cost: float
     evaluations: int
     converged: bool
+    history: NDArray[np.float64]
 
 
 def complex_search(
@@ -114,6 +118,8 @@ class _Population:
         self.evaluations = 0
         self._points = points
         self._costs = np.array([self._cost(point) for point in points])
+        self._history: list[tuple[float, float, float]] = []
+        self._note()
 
     def improve_worst(self) -> None:
         """Mirror the worst point through the centroid of the others.
@@ -137,6 +143,11 @@ class _Population:
             trial = 0.5 * (trial + target)
             cost = self._cost(trial)
         self._points[worst], self._costs[worst] = trial, cost
+        self._note()
+
+    def _note(self) -> None:
+        least, largest = float(self._costs.min()), float(self._costs.max())
+        self._history.append((self.evaluations, least, largest))
 
     def spread(self) -> float:
         """Larger of the relative spreads of costs and points."""
@@ -150,7 +161,11 @@ class _Population:
         """Best point of all."""
         best = int(np.argmin(self._costs))
         return ComplexSearch(
-            self._points[best].copy(), float(self._costs[best]), self.evaluations, converged
+            self._points[best].copy(),
+            float(self._costs[best]),
+            self.evaluations,
+            converged,
+            np.array(self._history),
         )
 
     def _cost(self, point: NDArray[np.float64]) -> float:

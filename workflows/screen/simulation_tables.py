@@ -9,6 +9,7 @@ from carrierflex.simulation.mounting.rig import SENSORS
 from carrierflex.workflows.screen.titled_table import titled_table
 
 if TYPE_CHECKING:
+    from carrierflex.workflows.figures.draw_figures import DrawnFigures
     from carrierflex.workflows.simulation.compute_torsion import Torsion
     from carrierflex.workflows.simulation.estimate_gear_life import GearLife
     from carrierflex.workflows.simulation.export_fmu import ExportedUnit
@@ -137,6 +138,14 @@ def torsion_table(torsion: "Torsion") -> RenderableType:
         "from the paper's 50 and 27."
     )
     return Group(stiffness, remark, "", frequency)
+
+
+def figures_table(drawn: "DrawnFigures") -> RenderableType:
+    """Figures that were drawn, and their files."""
+    table = titled_table("figures of the papers", "figure", "shows", "file")
+    for figure in drawn.figures:
+        table.add_row(figure.name, figure.title, figure.file)
+    return Group(table, f"index: {drawn.folder / 'index.html'}")
 
 
 def gear_life_table(life: "GearLife") -> RenderableType:

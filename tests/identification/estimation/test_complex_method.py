@@ -110,3 +110,17 @@ def test_closed_form_is_never_worse_and_costs_less_than_a_hundredth(model):
         assert least <= search.cost
         assert search.cost < 1.05 * least
         assert search.evaluations > 100  # against one
+
+
+def test_the_history_ends_at_the_result_and_its_best_never_rises():
+    search = complex_search(
+        lambda p: 1.0 + float(p @ p), np.full(3, -1.0), np.full(3, 2.0), rng=_rng()
+    )
+    calls, least, largest = search.history.T
+    assert calls[0] == 6
+    assert calls[-1] == search.evaluations
+    assert (np.diff(calls) >= 1).all()
+    assert (np.diff(least) <= 0.0).all()
+    assert (least <= largest).all()
+    assert least[-1] == search.cost
+    assert least[-1] < 1.0 + 1e-6 < least[0]
