@@ -142,7 +142,8 @@ def _draw_main_program(axes: Axes) -> None:
     )  # fmt: skip
     for k, text in enumerate(lower):
         _step(axes, (0.0, -5.3 - 1.05 * k), text)
-        _link(axes, [(0.0, -4.2 - 0.36 - 1.05 * k), (0.0, -5.3 + 0.36 - 1.05 * k)])
+        above = -4.2 if k == 0 else -5.3 - 1.05 * (k - 1)
+        _link(axes, [(0.0, above - 0.36), (0.0, -5.3 + 0.36 - 1.05 * k)])
     words(axes, "Yes", (0.25, -4.72), size=8.0)
     _link(axes, [(0.0, -8.45 - 0.36), (0.0, -9.14)])
     _decision(axes, (0.0, -9.5), "$e_w - e_b$ < tol?")

@@ -3,8 +3,8 @@
 2012 paper, figures 6, 7, 8, 12 and 13.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,7 @@ from carrierflex.geometry.view import LIGHTING, skin, surface_patch
 from carrierflex.reduction.assembly_modes import AssemblyMode, assembly_modes
 from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, pin_pilot
 from carrierflex.reduction.reduced_model import ReducedModel
-from carrierflex.reduction.shaft_joint import rotating_group
+from carrierflex.reduction.shaft_joint import COUPLING, rotating_group
 from carrierflex.workflows.figures.scenes import rendered
 from carrierflex.workflows.figures.shared_runs import BodyReduction, SharedRuns
 from carrierflex.workflows.figures.sketching import (
@@ -46,8 +46,13 @@ from carrierflex.workflows.figures.sketching import (
 
 #: Seen from upwind, above and to the side.
 _FROM_UPWIND = (-1.5, 1.05, 0.75)
+_SIDES = ("upwind", "downwind")
 _PIN_PARTS = ("upwind", "midspan", "downwind")
+#: Pilots that hub and plate hide from there, beside those of the downwind bores.
+_HIDDEN = ("upwind_seat", "downwind_seat", "pin_2_upwind")
 _CLAMP, _LOAD = "#c8501e", "#2e8b57"
+#: Frequencies this close, as a share, are a pair of the carrier's symmetry.
+_SAME_FREQUENCY = 1e-4
 #: Largest displacement drawn in a mode, as a share of the group's length.
 _DRAWN_MODE = 0.09
 #: Angle at which the curve of the rim is drawn [rad].
@@ -101,7 +106,7 @@ def boundary_conditions(shared: SharedRuns) -> Figure:
         axes,
         "zero displacement",
         scene.pixels["clamp"],
-        scene.at("clamp", -0.08, 0.36),
+        scene.at("clamp", 0.09, 0.40),
         colour=_CLAMP,
         size=11.0,
     )
@@ -193,13 +198,13 @@ def seventh_mode(shared: SharedRuns) -> Figure:
             plotter.add_mesh(still, style="wireframe", color="#9aa5b0", opacity=0.08)
 
     side = rendered(add, {}, (0.35, -1.0, 0.45), zoom=1.4)
-    figure = Figure(figsize=(12.0, 6.2), layout="constrained")
+    figure = Figure(figsize=(12.0, 6.8), layout="constrained")
     axes = figure.subplots()
     side.show(axes)
-    axes.set_title(
+    figure.suptitle(
         f"mode 7 (first elastic one), {mode.frequency_hz:.1f} Hz, {mode.rim_motion}, drawn "
-        f"{_DRAWN_MODE:.0%} of the length;\npins turn in their bores by {pivot:.2%} of the "
-        "carrier's own tilt"
+        f"{_DRAWN_MODE:.0%} of the length;\npins turn in their bores by {pivot:.0%} of the hub's "
+        "own tilt"
     )
     figure.colorbar(
         ScalarMappable(Normalize(0.0, 1.0), "viridis"), ax=axes, orientation="horizontal",
@@ -222,13 +227,13 @@ def mode_shapes(shared: SharedRuns) -> tuple[list[BodyShape], AssemblyMode, floa
     mode : AssemblyMode
         The mode.
     pivot : float
-        Largest rotation of a pin against its bore over the carrier's own at the shaft.
+        Largest rotation of a pin against its bore over the hub's at the shaft.
     """
     carrier, pin, shaft = (shared.bodies[name] for name in ("carrier", "pin", "main_shaft"))
     group = rotating_group(
         carrier.reduction.model, pin.reduction.model, shaft.reduction.model, pin_fit=PAPER_STIFFNESS
     ).model
-    (mode,) = assembly_modes(group, 1)
+    mode = _upright(group, assembly_modes(group, 2))
     placed = [_Placed(shaft, 0.0, {}), _Placed(carrier, 0.0, {})]
     for number, angle in enumerate(pin_angles(), start=1):
         names = {f"pin_1_{part}": pin_pilot(number, part) for part in _PIN_PARTS}
@@ -266,6 +271,17 @@ def _shape(
     return body.mesh, body.mesh.points @ R.T, u @ R.T
 
 
+def _upright(group: ReducedModel, modes: Sequence[AssemblyMode]) -> AssemblyMode:
+    """First mode; of a pair of equal frequency the one that moves the shaft's end along z alone."""
+    first, second = modes
+    if second.frequency_hz > (1.0 + _SAME_FREQUENCY) * first.frequency_hz:
+        return first
+    end = group.coordinates_of(COUPLING)
+    y = [mode.shape[end[1]] for mode in modes]
+    shape = y[1] * first.shape - y[0] * second.shape
+    return replace(first, shape=shape * np.sign(shape[end[2]]))
+
+
 def _pivot(group: ReducedModel, shape: NDArray[np.float64]) -> float:
     def rotation(pilot: str) -> NDArray[np.float64]:
         """Rotation of a pilot in the mode, shape (3,)."""
@@ -274,7 +290,7 @@ def _pivot(group: ReducedModel, shape: NDArray[np.float64]) -> float:
     turned = [
         float(np.linalg.norm(rotation(pin_pilot(number, side)) - rotation(f"pin_{number}_{side}")))
         for number in (1, 2, 3)
-        for side in ("upwind", "downwind")
+        for side in _SIDES
     ]
     return max(turned) / float(np.linalg.norm(rotation("shaft_face")))
 
@@ -289,47 +305,60 @@ def pilot_nodes(shared: SharedRuns) -> Figure:
 
 
 def _draw_pilots(axes: Axes, shared: SharedRuns) -> None:
-    mesh, carrier = shared.flexible.mesh, shared.parameters.carrier
-    points = carrier_pilot_points(carrier)
-    bores = [f"pin_{i}_{side}" for i in (1, 2, 3) for side in ("upwind", "downwind")]
-    others = ["shaft_face", "upwind_seat", "downwind_seat"]
-    # Pin 1 is drawn out of its bores, upwind.
-    out = np.array([-0.55, 0.0, 0.0])
+    """Carrier with the pilots of bores, face and seats, pin 1 in front of its bores with its own.
+
+    Pilots that stand behind material are hollow.
+    """
+    mesh, body = shared.flexible.mesh, shared.bodies["pin"]
+    points = carrier_pilot_points(shared.parameters.carrier)
+    bores = {f"pin_{i}_{side}": points[f"pin_{i}_{side}"] for i in (1, 2, 3) for side in _SIDES}
+    others = {name: points[name] for name in ("shaft_face", "upwind_seat", "downwind_seat")}
+    out = np.array([-0.6, 0.0, 0.0])
+    own = {f"{name} of the pin": point + out for name, point in body.reduction.model.pilots.items()}
 
     def add(plotter: Any) -> None:
-        plotter.add_mesh(skin(mesh), color=CARRIER, opacity=0.30, smooth_shading=True,
-                         split_sharp_edges=True, **LIGHTING)  # fmt: skip
-        pin = skin(shared.bodies["pin"].mesh)
+        """Carrier, its coloured bores, pin 1 drawn out, and what each pilot averages."""
+        plotter.add_mesh(
+            skin(mesh), color=CARRIER, smooth_shading=True, split_sharp_edges=True, **LIGHTING
+        )
+        pin = skin(body.mesh)
         pin.points = pin.points + out
-        plotter.add_mesh(pin, color=STEEL, opacity=0.45, smooth_shading=True,
-                         split_sharp_edges=True, **LIGHTING)  # fmt: skip
-        for name in bores:
-            plotter.add_mesh(surface_patch(mesh.points, mesh.surface(name)), color=_LOAD,
-                             opacity=0.55)  # fmt: skip
-            _add_spokes(plotter, points[name], mesh.points[np.unique(mesh.surface(name))])
-        body = shared.bodies["pin"]
+        plotter.add_mesh(
+            pin, color=STEEL, opacity=0.55, smooth_shading=True, split_sharp_edges=True, **LIGHTING
+        )
+        for name, point in bores.items():
+            plotter.add_mesh(surface_patch(mesh.points, mesh.surface(name)), color=_LOAD)
+            _add_spokes(plotter, point, mesh.points[np.unique(mesh.surface(name))])
         for name, point in body.reduction.model.pilots.items():
             surface = body.mesh.points[np.unique(body.mesh.surface(name))]
             _add_spokes(plotter, point + out, surface + out)
 
-    named = {name: points[name] for name in bores} | {
-        f"{name} of the pin": point + out
-        for name, point in shared.bodies["pin"].reduction.model.pilots.items()
-    }
-    for name in others:
-        named[name] = points[name]
-    scene = rendered(add, named, _FROM_UPWIND)
-    scene.show(axes, left=0.05, right=0.12, above=0.12, below=0.05)
-    for name in named:
-        colour = FORCE if name not in others else SENSOR
-        axes.plot(*scene.pixels[name], "o", color=colour, ms=6, mec="white", zorder=9)
-    leader(axes, "pilots of the pin\n(pin 1 drawn out of its bores)",
-           scene.pixels["pin_1_upwind of the pin"],
-           scene.at("pin_1_upwind of the pin", 0.16, -0.10))  # fmt: skip
-    leader(axes, "pilot of a bore\n(one of six)", scene.pixels["pin_2_upwind"],
-           scene.at("pin_2_upwind", 0.22, 0.14))  # fmt: skip
-    leader(axes, "shaft face and bearing seats", scene.pixels["shaft_face"],
-           scene.at("shaft_face", -0.12, 0.36), colour=SENSOR)  # fmt: skip
+    scene = rendered(add, bores | own | others, _FROM_UPWIND)
+    scene.show(axes, left=0.16, right=0.16, above=0.10, below=0.10)
+    for name, pixel in scene.pixels.items():
+        colour = SENSOR if name in others else FORCE
+        hidden = name in _HIDDEN or name.endswith("downwind")
+        fill = "none" if hidden else colour
+        axes.plot(*pixel, "o", mfc=fill, mec=colour if hidden else "white", ms=7, mew=1.4, zorder=9)
+    leader(
+        axes,
+        "pilots of the pin\n(pin 1 drawn out of its bores)",
+        scene.pixels["pin_1_upwind of the pin"],
+        scene.at("pin_1_upwind of the pin", 0.08, -0.17),
+    )
+    leader(
+        axes,
+        "pilot of a bore,\ntwo a pin",
+        scene.pixels["pin_3_upwind"],
+        scene.at("pin_3_upwind", -0.24, 0.20),
+    )
+    leader(
+        axes,
+        "shaft face and bearing seats\n(hollow: behind)",
+        scene.pixels["shaft_face"],
+        scene.at("shaft_face", 0.02, 0.42),
+        colour=SENSOR,
+    )
 
 
 def _add_spokes(plotter: Any, pilot: NDArray[np.float64], nodes: NDArray[np.float64]) -> None:
@@ -337,7 +366,7 @@ def _add_spokes(plotter: Any, pilot: NDArray[np.float64], nodes: NDArray[np.floa
     shown = nodes[::4]
     ends = np.empty((2 * len(shown), 3))
     ends[0::2], ends[1::2] = pilot, shown
-    plotter.add_lines(ends, color=FORCE, width=1.0)
+    plotter.add_lines(ends, color=FORCE, width=1.5)
 
 
 def _draw_interface(axes: Axes) -> None:

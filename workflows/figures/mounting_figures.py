@@ -86,8 +86,9 @@ def roll_of_three_models(shared: SharedRuns) -> Figure:
         xlim=(100.0, 655.0),
         ylim=(-4.0, 6.0),
     )
-    _finish(axes, 1, "lower right")
-    inset = axes.inset_axes((0.36, 0.52, 0.36, 0.36))
+    axes.grid(alpha=0.3)
+    axes.legend(loc="lower right", fontsize=9, framealpha=1.0)
+    inset = axes.inset_axes((0.12, 0.08, 0.42, 0.34))
     _draw_inset(inset, records, place)
     axes.indicate_inset_zoom(inset, edgecolor="0.4")
     return figure
@@ -150,6 +151,6 @@ def _motion_panels(displacement: str, rotation: str) -> tuple[Figure, list[Axes]
     return figure, panels
 
 
-def _finish(axes: Axes, columns: int, place: str = "best") -> None:
+def _finish(axes: Axes, columns: int) -> None:
     axes.grid(alpha=0.3)
-    axes.legend(ncols=columns, loc=place, fontsize=9, framealpha=1.0)
+    axes.legend(ncols=columns, loc="best", fontsize=9, framealpha=1.0)

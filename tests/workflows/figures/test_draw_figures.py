@@ -155,7 +155,8 @@ def test_mode_seven_joins_shaft_carrier_and_pins(bodies, flexible_structure, pin
             if side != "midspan":
                 own = (pilot.G @ (u @ R).ravel())[:3]
                 assert_allclose(R @ own, bore[f"pin_{number}_{side}"][:3], atol=1e-6 * scale)
-    assert 0.0 < pivot < 0.2
+    # The plates bend and the pins do not: they pivot by most of the hub's tilt.
+    assert 0.5 < pivot < 1.2
 
 
 @pytest.mark.acceptance
