@@ -144,6 +144,25 @@ def words(
     axes.text(*at, text, ha=align, va="center", fontsize=size, color=colour, bbox=_BOX, zorder=9)
 
 
+def _headed_line(
+    axes: Axes, tail: Point, head: Point, *, colour: str, width: float, style: str = "-|>"
+) -> None:
+    axes.annotate(
+        "",
+        head,
+        tail,
+        arrowprops={
+            "arrowstyle": style,
+            "color": colour,
+            "linewidth": width,
+            "shrinkA": 0.0,
+            "shrinkB": 0.0,
+            "mutation_scale": 8.0 + 2.0 * width,
+        },
+        zorder=8,
+    )
+
+
 def arrow(
     axes: Axes,
     tail: Point,
@@ -155,20 +174,7 @@ def arrow(
     width: float = 1.8,
 ) -> None:
     """Arrow of a force or an axis, its symbol at `text_at` or a little beyond the head."""
-    axes.annotate(
-        "",
-        head,
-        tail,
-        arrowprops={
-            "arrowstyle": "-|>",
-            "color": colour,
-            "linewidth": width,
-            "shrinkA": 0.0,
-            "shrinkB": 0.0,
-            "mutation_scale": 12,
-        },
-        zorder=8,
-    )
+    _headed_line(axes, tail, head, colour=colour, width=width)
     if text:
         beyond = (
             head[0] + 0.14 * (head[0] - tail[0]),
@@ -192,20 +198,7 @@ def turning_arrow(
     angle = np.deg2rad(np.linspace(*degrees, 60))
     x, y = centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle)
     axes.plot(x[:-2], y[:-2], color=colour, linewidth=width, zorder=8)
-    axes.annotate(
-        "",
-        (x[-1], y[-1]),
-        (x[-4], y[-4]),
-        arrowprops={
-            "arrowstyle": "-|>",
-            "color": colour,
-            "linewidth": width,
-            "shrinkA": 0.0,
-            "shrinkB": 0.0,
-            "mutation_scale": 12,
-        },
-        zorder=8,
-    )
+    _headed_line(axes, (x[-4], y[-4]), (x[-1], y[-1]), colour=colour, width=width)
     if text:
         middle = np.deg2rad(np.mean(degrees))
         beyond = (
@@ -219,20 +212,7 @@ def dimension(
     axes: Axes, first: Point, last: Point, text: str, *, text_at: Point | None = None
 ) -> None:
     """Line with arrow heads at both ends and its length in words at the middle."""
-    axes.annotate(
-        "",
-        last,
-        first,
-        arrowprops={
-            "arrowstyle": "<|-|>",
-            "color": MEASURE,
-            "linewidth": 0.9,
-            "shrinkA": 0.0,
-            "shrinkB": 0.0,
-            "mutation_scale": 9,
-        },
-        zorder=7,
-    )
+    _headed_line(axes, first, last, colour=MEASURE, width=0.9, style="<|-|>")
     middle = ((first[0] + last[0]) / 2.0, (first[1] + last[1]) / 2.0)
     words(axes, text, text_at or middle, colour=MEASURE)
 
