@@ -61,6 +61,19 @@ def numbers(
     return np.asarray(values, dtype=np.float64)
 
 
+def samples(group: h5py.Group, name: str) -> NDArray[np.generic]:
+    """Content of a dataset as it stands, missing numbers too.
+
+    Raises
+    ------
+    PartError
+        Where it is larger than what is stored.
+    """
+    dataset = _dataset(group, name)
+    _refuse_unstored(dataset)
+    return np.asarray(dataset[()])
+
+
 def length(group: h5py.Group, name: str, most: int) -> int:
     """Number of entries of a list.
 

@@ -127,6 +127,16 @@ _COMMANDS = {
         "simulation_tables:gear_life_table",
         "Contact pressure and pitting life of sun and ring mesh over the misalignment of a planet.",
     ),
+    "new-campaign": _Command(
+        "identification.new_campaign",
+        "import_tables:map_table",
+        "Write a map of a logger's files, with guesses to look at: columns, units, clock, angles.",
+    ),
+    "import": _Command(
+        "identification.import_records",
+        "import_tables:imported_table",
+        "Make a campaign folder of a logger's files and the map of their columns.",
+    ),
     "check": _Command(
         "diagnosis.check_campaign",
         "diagnosis_tables:check_table",

@@ -113,12 +113,15 @@ class Baseline:
         Known physics by ``effect.parameter``, published names; a prior of every fit.
     impossible : tuple of str
         Effects that are not to be looked for.
+    clock_shift : mapping of str to KnownValue
+        Seconds by which an import moved the predictions, by run.
     """
 
     source: str
     effects: tuple[str, ...] = ()
     fixed: Mapping[str, KnownValue] = field(default_factory=dict)
     impossible: tuple[str, ...] = ()
+    clock_shift: Mapping[str, KnownValue] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.source not in ("model", "columns"):

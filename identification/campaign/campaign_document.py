@@ -166,10 +166,11 @@ def _version(document: Mapping[str, Any]) -> int:
 
 def _baseline_table(baseline: Baseline) -> dict[str, Any]:
     table: dict[str, Any] = {"source": baseline.source, "effects": list(baseline.effects)}
-    if baseline.fixed:
-        table["fixed"] = {
-            name: {"value": known.value, "std": known.std} for name, known in baseline.fixed.items()
-        }
+    for key, values in (("fixed", baseline.fixed), ("clock_shift", baseline.clock_shift)):
+        if values:
+            table[key] = {
+                name: {"value": known.value, "std": known.std} for name, known in values.items()
+            }
     if baseline.impossible:
         table["impossible"] = list(baseline.impossible)
     return table

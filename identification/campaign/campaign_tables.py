@@ -123,6 +123,12 @@ class BaselineTable(TomlTable):
         default_factory=dict,
     )
     impossible: Texts = key("Effects that are not to be looked for", since=2, default_factory=list)
+    clock_shift: dict[str, KnownValueTable] = key(
+        "By run, what `import` added to the time of another simulator's predictions",
+        "s",
+        since=2,
+        default_factory=dict,
+    )
 
     @model_validator(mode="after")
     def _states_effects(self) -> "BaselineTable":
@@ -166,8 +172,11 @@ class KnownEffects:
 
 def baseline_of(table: BaselineTable) -> Baseline:
     """Baseline that a table states."""
-    fixed = {name: KnownValue(known.value, known.std) for name, known in table.fixed.items()}
-    return Baseline(table.source, tuple(table.effects), fixed, tuple(table.impossible))
+    fixed, shifts = (
+        {name: KnownValue(known.value, known.std) for name, known in tables.items()}
+        for tables in (table.fixed, table.clock_shift)
+    )
+    return Baseline(table.source, tuple(table.effects), fixed, tuple(table.impossible), shifts)
 
 
 Planets = Annotated[int, Field(ge=3, le=8), Expected("a whole number from 3 to 8")]

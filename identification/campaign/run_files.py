@@ -135,7 +135,7 @@ def _tables(path: Path, expected: ExpectedColumns) -> Iterator[pa.Table]:
     kept = expected.kept(columns, path.name)
     if path.suffix.lower() == ".parquet":
         with pa_parquet.ParquetFile(path, pre_buffer=False) as file:
-            _check_cells(file, path, len(kept))
+            check_cells(file, path, len(kept))
             for batch in file.iter_batches(batch_size=PIECE, columns=kept):
                 yield pa.Table.from_batches([batch])
         return
@@ -174,13 +174,13 @@ def _read_parquet(path: Path, expected: ExpectedColumns) -> pa.Table:
     kept = expected.kept(run_file_header(path), path.name)
     try:
         file = pa_parquet.ParquetFile(path)
-        _check_cells(file, path, len(kept))
+        check_cells(file, path, len(kept))
         return file.read(columns=kept)
     except (pa.ArrowInvalid, OSError) as error:
         raise ValueError(f"{path.name}: not a Parquet file: {_one_line(error)}") from error
 
 
-def _check_cells(file: pa_parquet.ParquetFile, path: Path, n_columns: int) -> None:
+def check_cells(file: pa_parquet.ParquetFile, path: Path, n_columns: int) -> None:
     """Refuse a Parquet file that would fill the memory.
 
     Too many cells in all, or for the bytes that are stored: time increases, and cannot be packed as

@@ -114,10 +114,10 @@ def channels_of(
     problems = Problems()
     for table in tables:
         if kind.any_unit and table.name in kind.inputs and table.quantity == table.name:
-            inputs.append(_input(table))
+            inputs.append(input_of(table))
             continue
         with problems.at():
-            channels.append(_channel(table))
+            channels.append(channel_of(table))
     problems.messages += channel_conflicts(channels, kind)
     if not channels and not problems.messages:
         problems.messages.append(
@@ -135,12 +135,13 @@ def inputs_of(tables: Sequence[InputTable], kind: CampaignKind) -> tuple[InputSi
     ValueError
         Where a name repeats or is no input of the kind, or a unit is not the contract's.
     """
-    inputs = tuple(_input(table) for table in tables)
+    inputs = tuple(input_of(table) for table in tables)
     refuse(input_conflicts(inputs, kind))
     return inputs
 
 
-def _channel(table: ChannelTable) -> Channel:
+def channel_of(table: ChannelTable) -> Channel:
+    """Channel that a table declares."""
     values = table.given()
     angle = values.get("angle_deg")
     return Channel(
@@ -155,7 +156,8 @@ def _channel(table: ChannelTable) -> Channel:
     )
 
 
-def _input(table: InputTable | ChannelTable) -> InputSignal:
+def input_of(table: InputTable | ChannelTable) -> InputSignal:
+    """Input that a table declares."""
     return InputSignal(table.name, table.unit, **_errors(table.given()))
 
 

@@ -6,6 +6,8 @@ words of a refusal. What several keys must fulfil together (a pin that fits its 
 schema; it is checked when the file is read.
 """
 
+import json
+from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import Field, TypeAdapter
@@ -18,6 +20,11 @@ from carrierflex.identification.campaign.campaign_tables import (
     ElementCampaignDocument,
     MountingCampaignDocument,
 )
+from carrierflex.identification.logs.map_tables import (
+    CarrierMapDocument,
+    ElementMapDocument,
+    MountingMapDocument,
+)
 from carrierflex.simulation.carrier.case_tables import CarrierCaseDocument
 from carrierflex.simulation.element.law_tables import LawDocument
 from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
@@ -28,11 +35,17 @@ _Campaign = Annotated[
     Field(discriminator="kind"),
 ]
 
+_Map = Annotated[
+    CarrierMapDocument | MountingMapDocument | ElementMapDocument,
+    Field(discriminator="kind"),
+]
+
 #: Top table of every kind of file.
 _DOCUMENTS: dict[str, Any] = {
     "carrier parameters": ParameterTables,
     "cad surfaces": SurfacesDocument,
     "campaign": _Campaign,
+    "map": _Map,
     "carrier case": CarrierCaseDocument,
     "mounting case": MountingCaseDocument,
     "stage case": StageCaseDocument,
@@ -41,6 +54,8 @@ _DOCUMENTS: dict[str, Any] = {
 
 #: Names of the kinds of files.
 FILE_KINDS = tuple(_DOCUMENTS)
+#: Folder of the schemas as files, for the editors that TOML files name them to.
+SCHEMA_FOLDER = Path(__file__).resolve().parents[1] / "data" / "schemas"
 
 
 def file_schema(kind: str) -> dict[str, Any]:
@@ -70,3 +85,18 @@ def file_schema(kind: str) -> dict[str, Any]:
     # The titles are the names of the classes, which say nothing to a user.
     schema.pop("title", None)
     return {"$schema": FileSchema.schema_dialect, "title": f"carrierflex: {kind}", **schema}
+
+
+def schema_file(kind: str) -> Path:
+    """File of a schema that comes with the package."""
+    return SCHEMA_FOLDER / f"{kind.replace(' ', '-')}.json"
+
+
+def schema_line(kind: str) -> str:
+    """First comment of a TOML file that this program writes: it names the schema to editors."""
+    return f"#:schema {schema_file(kind).as_uri()}"
+
+
+def schema_text(kind: str) -> str:
+    """A schema as it stands in its file."""
+    return json.dumps(file_schema(kind), indent=1, ensure_ascii=False) + "\n"

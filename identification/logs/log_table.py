@@ -1,0 +1,72 @@
+"""What a logger's file holds: tables of columns that share one clock."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.files.shown_values import shortened
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class LogTable:
+    """Columns of one clock.
+
+    Parameters
+    ----------
+    file : str
+        Name of the file, for messages.
+    columns : mapping of str to ndarray, shape (n,)
+        Numbers as they stand in the file, NaN where a cell is empty.
+    units : mapping of str to str
+        Units that the file states, by column.
+    texts : mapping of str to sequence of str
+        Columns of dates, as they stand in the file.
+    step, start : float, optional
+        Interval and first instant [s] of the logger's own clock, where the file states it in place
+        of a column.
+    notes : tuple of str
+        What was left out while reading.
+    """
+
+    file: str
+    columns: Mapping[str, FloatArray]
+    units: Mapping[str, str] = field(default_factory=dict)
+    texts: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    step: float | None = None
+    start: float = 0.0
+    notes: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all columns, dates first."""
+        return (*self.texts, *self.columns)
+
+    @property
+    def n_rows(self) -> int:
+        """Number of samples."""
+        return len(next(iter({**self.texts, **self.columns}.values()), ()))
+
+
+def table_with(tables: Sequence[LogTable], column: str) -> LogTable:
+    """The one table that holds a column.
+
+    Raises
+    ------
+    ValueError
+        Where none does, or several do; the message names files and columns.
+    """
+    holding = [table for table in tables if column in table.names]
+    if len(holding) == 1:
+        return holding[0]
+    files = ", ".join(dict.fromkeys(table.file for table in tables))
+    if holding:
+        raise ValueError(
+            f"column '{shortened(column)}' stands {len(holding)} times in {files}; expected one: "
+            "rename it, or leave a file out of the run"
+        )
+    known = shortened(", ".join(name for table in tables for name in table.names), 400)
+    raise ValueError(f"{files}: no column '{shortened(column)}'; found {known}")

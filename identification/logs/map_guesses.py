@@ -1,0 +1,340 @@
+"""What the columns of a logger's files may be: guesses from names, units and values."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.identification.campaign.campaign_kinds import campaign_kind
+from carrierflex.identification.logs.angles import is_pulse_train
+from carrierflex.identification.logs.clocks import date_format, even_step
+from carrierflex.identification.logs.log_files import read_log, words_of
+from carrierflex.identification.logs.log_table import LogTable, table_with
+from carrierflex.identification.logs.logged_units import (
+    PULSES,
+    dimension_of,
+    factor_to,
+    unit_behind,
+)
+from carrierflex.identification.logs.map_tables import OPEN
+from carrierflex.simulation.mounting.rig import SENSORS
+
+#: Words in the names of columns, in the languages of those who wrote such loggers.
+_WORDS = {
+    "time": r"\b(time|zeit|t|timestamp|datum|date|tid|temps|clock)\b|^zeit|^time|zeitstempel",
+    "carrier_angle": r"angle|winkel|azimuth|theta|encoder|rotor.?pos|drehgeber|pulse|puls|count",
+    "torque": r"torque|moment|drehm|trq|\bmd\b|\bmx\b",
+    "speed": r"speed|rpm|drehzahl|omega|\bn\b",
+    "ntl_y": r"ntl.?y|f.?y\b|force.?y|kraft.?y|radial.?y|load.?y|last.?y",
+    "ntl_z": r"ntl.?z|f.?z\b|force.?z|kraft.?z|radial.?z|load.?z|last.?z",
+    "force": r"force|kraft|load|last|\bf\b",
+    "displacement": r"disp|weg|deflec|stroke|position|pos|hub|\bx\b|\bu\b|\bs\b|\by\b",
+    "base_displacement": r"base|floor|foot|table|boden|fuss",
+    "base_acceleration": r"base|acc|beschl|\ba\b",
+}
+_DIMENSION = {
+    "m": "[length]",
+    "N": dimension_of("N"),
+    "N m": dimension_of("N m"),
+    "rad": "angle",
+    "rad/s": dimension_of("rad/s"),
+    "m/s^2": dimension_of("m/s^2"),
+}
+#: A range of values beyond this many radians is one of degrees.
+_RADIANS = 7.0
+
+
+@dataclass(frozen=True)
+class Guess:
+    """What a column may be.
+
+    Parameters
+    ----------
+    column, unit : str
+        As in the file; ``?`` where nothing tells.
+    why : str
+        Why, for the comment beside it.
+    """
+
+    column: str
+    unit: str
+    why: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class MapGuess:
+    """Everything that a new map states.
+
+    Parameters
+    ----------
+    kind : str
+        Kind of campaign.
+    rig : mapping
+        Keys of the rig that are known; ``?`` where the user has to tell.
+    time : Guess
+        Column of time; `date_format` and `rate_hz` [Hz] of the clock where they are known.
+    inputs : mapping of str to Guess
+        By name of the contract.
+    channels : sequence of (name, Guess, facts)
+        Facts are further keys, as the angle of a sensor.
+    runs : sequence of (name, files)
+        Records.
+    others : sequence of str
+        Columns that were not taken.
+    dialects : mapping of str to str
+        How each file was understood, by name.
+    """
+
+    kind: str
+    rig: Mapping[str, Any]
+    time: Guess
+    date_format: str
+    rate_hz: float | None
+    inputs: Mapping[str, Guess]
+    channels: Sequence[tuple[str, Guess, Mapping[str, Any]]]
+    runs: Sequence[tuple[str, tuple[str, ...]]]
+    others: Sequence[str]
+    dialects: Mapping[str, str] = field(default_factory=dict)
+
+
+def map_guess(kind: str, files: Sequence[Path], drive: str | None = None) -> MapGuess:
+    """Guesses for the files of a campaign.
+
+    Parameters
+    ----------
+    kind : str
+        ``carrier``, ``mounting`` or ``element``.
+    files : sequence of Path
+        Files of the same columns are runs, files of other columns parts of a run.
+    drive : str, optional
+        Of an element; guessed from the columns.
+
+    Raises
+    ------
+    ValueError
+        Where a file is refused.
+    """
+    logs = {path: read_log(path) for path in files}
+    runs = _runs(logs)
+    first = [path for path in files if path.name in runs[0][1]]
+    tables = [table for path in first for table in logs[path]]
+    time = _time(tables)
+    free = [name for table in tables for name in table.columns if name != time.column]
+    units = {name: _unit(table_with(tables, name), name) for name in free}
+    rig: dict[str, Any] = {"drive": drive or _drive(units)} if kind == "element" else {}
+    contract = campaign_kind(kind, rig, _accelerated(rig, units))
+    inputs: dict[str, Guess] = {}
+    for name, unit in contract.inputs.items():
+        left = [column for column in free if column not in _taken(inputs)]
+        inputs[name] = _input(name, unit, left, tables, units)
+    if kind == "carrier" and inputs["ntl_y"].column == OPEN and inputs["ntl_z"].column == OPEN:
+        rig["radial_load"] = "none"
+        del inputs["ntl_y"], inputs["ntl_z"]
+    rest = [name for name in free if name not in _taken(inputs)]
+    channels = _channels(kind, contract.quantities, rest, units)
+    taken = {guess.column for _, guess, _ in channels}
+    return MapGuess(
+        kind,
+        rig,
+        time,
+        _format(tables, time),
+        _rate(tables, time),
+        inputs,
+        channels,
+        runs,
+        [name for name in rest if name not in taken],
+        {path.name: words_of(path) for path in files},
+    )
+
+
+def _taken(inputs: Mapping[str, Guess]) -> set[str]:
+    return {guess.column for guess in inputs.values()}
+
+
+def _runs(logs: Mapping[Path, tuple[LogTable, ...]]) -> list[tuple[str, tuple[str, ...]]]:
+    """Files of the same columns are runs; several such groups of one size go together in order."""
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for path, tables in logs.items():
+        names = tuple(name for table in tables for name in table.names)
+        groups.setdefault(names, []).append(path.name)
+    if len({len(group) for group in groups.values()}) > 1:
+        return [("run1", tuple(path.name for path in logs))]
+    parts = list(zip(*groups.values(), strict=True))
+    stems = [_stem(part[0]) for part in parts]
+    if len(set(stems)) < len(stems):
+        stems = [f"run{number}" for number in range(1, len(parts) + 1)]
+    return [(stem, tuple(part)) for stem, part in zip(stems, parts, strict=True)]
+
+
+def _stem(name: str) -> str:
+    return re.sub(r"[^\w.-]+", "_", Path(name).stem).strip("._-") or "run1"
+
+
+def _time(tables: Sequence[LogTable]) -> Guess:
+    for table in tables:
+        if table.texts:
+            return Guess(next(iter(table.texts)), "date", "holds dates")
+    for table in tables:
+        for name, values in table.columns.items():
+            if re.search(_WORDS["time"], name.lower()) and bool(np.all(np.diff(values) > 0.0)):
+                unit = table.units.get(name) or unit_behind(name)
+                if dimension_of(unit) == "[time]":
+                    return Guess(name, unit, "grows, and its unit is stated")
+                return Guess(name, *_time_unit(values))
+    if all(table.step is not None for table in tables):
+        return Guess("", "s", "the files state their clock")
+    for table in tables:
+        for name, values in table.columns.items():
+            steps = np.diff(values)
+            if steps.size and np.ptp(steps) < 1e-6 * abs(float(steps.mean())) < np.inf:
+                return Guess(name, *_time_unit(values))
+    return Guess(OPEN, "s", "no column grows evenly")
+
+
+def _time_unit(values: NDArray[np.float64]) -> tuple[str, str]:
+    """Unit of a time without one: steps of a tenth and more are milliseconds."""
+    step = even_step(values)
+    if step >= 0.9:
+        return "ms", f"steps of {step:.4g} without a unit: a guess"
+    return "s", f"steps of {step:.4g} without a unit: a guess"
+
+
+def _format(tables: Sequence[LogTable], time: Guess) -> str:
+    for table in tables:
+        if time.column in table.texts:
+            return date_format(table.texts[time.column], table.file)
+    return ""
+
+
+def _rate(tables: Sequence[LogTable], time: Guess) -> float | None:
+    """Rate of the clock [Hz], for the comment; None where it is not known."""
+    for table in tables:
+        if time.column in table.columns and table.n_rows > 2 and time.unit != OPEN:
+            step = even_step(table.columns[time.column]) * factor_to(time.unit, "s")
+            return 1.0 / step if step > 0.0 else None
+    return None
+
+
+def _unit(table: LogTable, name: str) -> str:
+    unit = table.units.get(name, "")
+    return unit if dimension_of(unit) or unit == PULSES else unit_behind(name) or unit or OPEN
+
+
+def _bare(name: str) -> str:
+    """Name in lower case without the unit behind it."""
+    return re.sub(r"[\[(<].*$", "", name).strip().lower().replace("_", " ")
+
+
+def _is_called(name: str, role: str) -> bool:
+    return re.search(_WORDS[role], _bare(name)) is not None
+
+
+def _drive(units: Mapping[str, str]) -> str:
+    """Drive of an element: what is measured tells most of it."""
+    dimensions = [dimension_of(unit) for unit in units.values()]
+    has_force = _DIMENSION["N"] in dimensions or any(_is_called(name, "force") for name in units)
+    if has_force:
+        return "displacement"
+    if any(_is_called(name, "base_displacement") for name in units):
+        return "base"
+    return "base" if _DIMENSION["m/s^2"] in dimensions else "free_decay"
+
+
+def _accelerated(rig: Mapping[str, Any], units: Mapping[str, str]) -> tuple[str, ...]:
+    if rig.get("drive") != "base":
+        return ()
+    accelerations = [u for u in units.values() if dimension_of(u) == _DIMENSION["m/s^2"]]
+    return ("base_acceleration",) if accelerations else ()
+
+
+def _input(
+    role: str,
+    expected: str,
+    free: Sequence[str],
+    tables: Sequence[LogTable],
+    units: Mapping[str, str],
+) -> Guess:
+    """Column of an input: by unit and name, by name, by unit where only one column has it."""
+    fits = [
+        name
+        for name in free
+        if dimension_of(units[name]) == _DIMENSION[expected]
+        or (expected == "rad" and units[name].lower() == PULSES)
+    ]
+    called = [name for name in free if _is_called(name, role)]
+    both = [name for name in fits if name in called]
+    unknown = [name for name in called if units[name] == OPEN or not dimension_of(units[name])]
+    if both:
+        name, why = both[0], "by its name and unit"
+    elif len(fits) == 1 and role not in ("ntl_y", "ntl_z"):
+        name, why = fits[0], "the only one of such a unit"
+    elif unknown:
+        name, why = unknown[0], "by its name"
+    else:
+        return Guess(OPEN, OPEN, "no column is called so or has such a unit")
+    if role == "carrier_angle":
+        return _angle(name, units[name], table_with(tables, name), why)
+    return Guess(name, units[name], why)
+
+
+def _angle(name: str, unit: str, table: LogTable, why: str) -> Guess:
+    """Unit of an angle from its values: degrees, radians or pulses; the direction it turns in."""
+    values = table.columns[name]
+    present = values[np.isfinite(values)]
+    steps = np.diff(present)
+    turns = "backwards" if steps.size and float(np.median(steps)) < 0.0 else "forwards"
+    wraps = steps.size > 0 and float(np.abs(steps).max()) > 0.5 * float(np.ptp(present)) > 0.0
+    why += f"; mostly {turns}" + (", begins anew each turn" if wraps else "")
+    if unit != OPEN:
+        return Guess(name, unit, why)
+    if is_pulse_train(present) or (bool(np.all(present == np.rint(present))) and np.ptp(present)):
+        return Guess(name, PULSES, why + "; whole numbers")
+    largest = float(np.abs(present).max()) if present.size else 0.0
+    guessed = "deg" if largest > _RADIANS and (largest < 361.0 or not wraps) else "rad"
+    return Guess(name, guessed, f"{why}; reaches {largest:.4g}: {guessed} is a guess")
+
+
+def _channels(
+    kind: str, quantities: Mapping[str, str], free: Sequence[str], units: Mapping[str, str]
+) -> list[tuple[str, Guess, dict[str, Any]]]:
+    """Channels among the columns that are left."""
+    expected = next(iter(quantities.values()))
+    fits = [
+        name for name in free if dimension_of(units[name]) in (_DIMENSION[expected], "", "number")
+    ]
+    if kind == "element":
+        role = next(iter(quantities))
+        exact = [name for name in fits if dimension_of(units[name]) == _DIMENSION[expected]]
+        named = [name for name in fits if _is_called(name, role)]
+        chosen = ([name for name in exact if name in named] or exact or named)[:1]
+        column = chosen[0] if chosen else OPEN
+        guess = Guess(column, units.get(column, OPEN))
+        return [(f"measured_{role}", guess, {"quantity": role})]
+    result = []
+    for number, column in enumerate(fits, start=1):
+        facts = _sensor_facts(kind, column, next(iter(quantities)))
+        guess = Guess(column, units[column])
+        result.append((_channel_name(column, number), guess, facts))
+    return result
+
+
+def _sensor_facts(kind: str, column: str, quantity: str) -> dict[str, Any]:
+    """Further keys of a channel, from its name."""
+    if kind == "mounting":
+        known = [sensor for sensor in SENSORS if sensor in column.lower()]
+        return {"quantity": quantity, "sensor": known[0] if known else OPEN}
+    # The last number counts, of two digits at least: "Probe 3 at 227".
+    angles = [int(digits) for digits in re.findall(r"\d{2,3}", re.sub(r"[\[(<].*$", "", column))]
+    fits = [angle for angle in angles if angle <= 360]
+    angle: Any = float(fits[-1]) if fits else OPEN
+    if re.search(r"rad(ial)?\b", _bare(column)):
+        quantity = "radial_displacement"
+    return {"quantity": quantity, "angle_deg": angle}
+
+
+def _channel_name(column: str, number: int) -> str:
+    return re.sub(r"\W+", "_", re.sub(r"[\[(<].*$", "", column)).strip("_") or f"channel{number}"

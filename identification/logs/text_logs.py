@@ -1,0 +1,174 @@
+"""Text files of loggers as tables: any separator, decimal comma, preamble, encoding, dates."""
+
+import io
+import re
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv as pa_csv
+
+from carrierflex.files.plain_files import plain_content
+from carrierflex.files.shown_values import shortened
+from carrierflex.identification.logs.dialects import (
+    BLANKS,
+    HEAD,
+    MISSING,
+    Dialect,
+    cells_of,
+    dialect_of,
+    encoding_of,
+    is_date,
+)
+from carrierflex.identification.logs.log_table import FloatArray, LogTable
+
+#: A larger text [bytes] is not read: its numbers take a fifth of it in a binary format.
+LARGEST_TEXT = 2 * 1024**3
+_MOST_COLUMNS = 4_000
+
+
+def text_log(path: Path) -> tuple[LogTable, Dialect]:
+    """Table of a text file, and its dialect.
+
+    Parameters
+    ----------
+    path : Path
+        File.
+
+    Returns
+    -------
+    tuple of LogTable and Dialect
+        Columns as they stand in the file.
+
+    Raises
+    ------
+    ValueError
+        Where it is no table of samples; the message names the file, and the line of a cell that is
+        no number.
+    """
+    content = plain_content(path, "a logger's text file", LARGEST_TEXT)
+    encoding = encoding_of(content[:HEAD])
+    try:
+        text = content.decode(encoding)
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: byte {error.start} is no text in {encoding}") from error
+    head = text[:HEAD]
+    # The last line may be cut, by this limit or by the end of the logger's battery.
+    whole = head[: head.rfind("\n") + 1] or head
+    dialect = dialect_of(whole, encoding, str(path))
+    lines = whole.splitlines()
+    names, units = _names_and_units(lines, dialect)
+    if len(names) > _MOST_COLUMNS:
+        raise ValueError(f"{path}: {len(names)} columns; expected at most {_MOST_COLUMNS}")
+    return _table(text, lines, names, units, dialect, path), dialect
+
+
+def _names_and_units(lines: list[str], dialect: Dialect) -> tuple[list[str], dict[str, str]]:
+    width = len(cells_of(lines[dialect.first], dialect.separator))
+    if dialect.header is None:
+        return [f"column {number + 1}" for number in range(width)], {}
+    names = cells_of(lines[dialect.header].lstrip("#% "), dialect.separator)
+    names += [""] * (width - len(names))
+    different: list[str] = []
+    for number, name in enumerate(names):
+        own = " ".join(name.split()) or f"column {number + 1}"
+        different.append(own if own not in different else f"{own} ({number + 1})")
+    if dialect.units is None:
+        return different, {}
+    units = cells_of(lines[dialect.units].lstrip("#% "), dialect.separator)
+    bare = [unit.strip("[]() ") for unit in units]
+    return different, {name: unit for name, unit in zip(different, bare, strict=False) if unit}
+
+
+def _table(
+    text: str,
+    lines: list[str],
+    names: list[str],
+    units: dict[str, str],
+    dialect: Dialect,
+    path: Path,
+) -> LogTable:
+    body = text[_offset(text, dialect.first) :]
+    if dialect.separator == BLANKS:
+        body = re.sub(r"^[ \t]+|[ \t]+$", "", body, flags=re.MULTILINE)
+        body = re.sub(r"[ \t]+", " ", body)
+    first = cells_of(lines[dialect.first], dialect.separator)
+    dates = [name for name, cell in zip(names, first, strict=True) if is_date(cell)]
+    cut: list[int] = []
+
+    def left_out(row: pa_csv.InvalidRow) -> str:
+        cut.append(row.number or 0)
+        return "skip"
+
+    types = {name: pa.string() if name in dates else pa.float64() for name in names}
+    try:
+        table = pa_csv.read_csv(
+            io.BytesIO(body.encode()),
+            read_options=pa_csv.ReadOptions(column_names=names, use_threads=False),
+            parse_options=pa_csv.ParseOptions(
+                delimiter=dialect.separator, invalid_row_handler=left_out
+            ),
+            convert_options=pa_csv.ConvertOptions(
+                column_types=types,
+                decimal_point=dialect.decimal,
+                null_values=_missing_words(),
+                quoted_strings_can_be_null=True,
+            ),
+        )
+    except pa.ArrowInvalid as error:
+        raise ValueError(_first_wrong_cell(body, names, dates, dialect, path, error)) from error
+    notes = (f"{len(cut)} lines of another number of cells were left out",) if cut else ()
+    numbers = {name: _numbers(table[name]) for name in names if name not in dates}
+    return LogTable(
+        path.name,
+        # A separator at the end of every line makes a column of nothing.
+        {name: values for name, values in numbers.items() if np.isfinite(values).any()},
+        units,
+        {name: table[name].to_pylist() for name in dates},
+        notes=notes,
+    )
+
+
+def _offset(text: str, line: int) -> int:
+    """Where a line begins."""
+    position = 0
+    for _ in range(line):
+        ends = [end for end in (text.find("\n", position), text.find("\r", position)) if end >= 0]
+        position = min(ends) + 1
+        if text[position - 1 : position + 1] == "\r\n":
+            position += 1
+    return position
+
+
+def _missing_words() -> list[str]:
+    shapes = (str.lower, str.upper, str.title)
+    return sorted({shape(word) for word in MISSING for shape in shapes} | {"NaN", "1.#QNAN"})
+
+
+def _numbers(column: pa.ChunkedArray) -> FloatArray:
+    return np.array(column.to_numpy(zero_copy_only=False), dtype=np.float64)
+
+
+def _first_wrong_cell(
+    body: str,
+    names: list[str],
+    dates: list[str],
+    dialect: Dialect,
+    path: Path,
+    error: Exception,
+) -> str:
+    """Message about the first cell that is no number, by its line."""
+    missing = set(_missing_words())
+    for number, line in enumerate(body.splitlines(), start=dialect.first + 1):
+        for name, cell in zip(names, cells_of(line, dialect.separator), strict=False):
+            if name in dates or cell in missing:
+                continue
+            try:
+                float(cell.replace(dialect.decimal, "."))
+            except ValueError:
+                return (
+                    f"{path}: line {number}, column '{shortened(name)}' is '{shortened(cell)}'; "
+                    "expected a number, or nothing where the sample is missing"
+                )
+    reason = str(error).splitlines()[0]
+    return f"{path}: {reason}; expected numbers in every column"

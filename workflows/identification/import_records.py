@@ -1,0 +1,93 @@
+"""From a logger's files and the map of their columns to a campaign folder.
+
+A good answer: few missing samples, each kind counted; a shift of another simulator's clock that is
+small beside a sample, or explained by its start.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from carrierflex.files.json_files import plain, save_json
+from carrierflex.files.versions import software_name
+from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.identification.logs.imported import Imported, imported_campaign
+from carrierflex.identification.logs.map_files import read_map
+
+#: What was read, left out and moved, beside the campaign; and the map itself.
+IMPORT_FILE, MAP_COPY = "import.json", "map.toml"
+
+
+@dataclass(frozen=True, eq=False)
+class ImportedRecords:
+    """An imported campaign and its folder."""
+
+    imported: Imported
+    folder: Path
+
+
+def main(
+    files: list[Path],
+    *,
+    map_: Annotated[Path, Parameter(name="--map")],
+    out: Path,
+    simulated: Annotated[list[Path] | None, Parameter(consume_multiple=True)] = None,
+) -> ImportedRecords:
+    """Make a campaign folder of a logger's files and the map of their columns.
+
+    Parameters
+    ----------
+    files
+        Files that the runs of the map name.
+    map_
+        Map (TOML) of `carrierflex new-campaign`, looked through.
+    out
+        Campaign folder to write: new or empty.
+    simulated
+        Another simulator's predictions, one file for each run in the map's order: the baseline in
+        place of this program's model. Its clock is aligned with the measurement's.
+
+    Returns
+    -------
+    ImportedRecords
+        The campaign with counts of missing samples and shifts of clocks.
+
+    Raises
+    ------
+    ValueError
+        Where the map or a file is refused, everything at once; nothing is written.
+    OSError
+        Where `out` cannot be written.
+    """
+    document = read_map(map_)
+    imported = imported_campaign(document, files, simulated or ())
+    more = {
+        IMPORT_FILE: lambda path: save_json(path, _record(imported)),
+        MAP_COPY: lambda path: _copy(map_, path),
+    }
+    curves = imported.campaign.rig.get("deflection_curves")
+    if curves is not None:
+        source = map_.parent / curves
+        if not source.is_file():
+            raise ValueError(f"{map_}: no file '{curves}' of deflection_curves beside it")
+        more[curves] = lambda path: _copy(source, path)
+    write_campaign(imported.campaign, out, more_files=more)
+    return ImportedRecords(imported, out)
+
+
+def _record(imported: Imported) -> dict[str, object]:
+    return {
+        "format": "carrierflex-import",
+        "version": 1,
+        "software": software_name(),
+        "sha256": dict(imported.sha256),
+        "missing": plain(imported.counts),
+        "clock_shift": plain(dict(imported.shifts)),
+        "notes": list(imported.notes),
+    }
+
+
+def _copy(source: Path, path: Path) -> None:
+    path.write_bytes(source.read_bytes())

@@ -1,0 +1,77 @@
+"""From a logger's files to a map of their columns, with guesses to look at.
+
+A good answer: every line of the map is right, and only what no file can tell stands as '?'.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from carrierflex.files.whole_files import check_file_writable, whole_file
+
+Kind = Literal["carrier", "mounting", "element"]
+Drive = Literal["force", "displacement", "free_decay", "base"]
+
+
+@dataclass(frozen=True)
+class NewMap:
+    """A map that was written.
+
+    `open_keys` are the lines with a '?'.
+    """
+
+    path: Path
+    text: str
+
+    @property
+    def open_keys(self) -> tuple[str, ...]:
+        """Lines that the user has to fill in."""
+        return tuple(line for line in self.text.splitlines() if '= "?"' in line)
+
+
+def main(
+    *,
+    kind: Kind,
+    from_: Annotated[list[Path], Parameter(name="--from", consume_multiple=True)],
+    drive: Drive | None = None,
+    out: Path = Path("map.toml"),
+) -> NewMap:
+    """Write a map of a logger's files, with guesses to look at: columns, units, clock, angles.
+
+    Parameters
+    ----------
+    kind
+        Of the campaign: carrier, mounting or element.
+    from_
+        Files: CSV or other text (any separator, decimal comma, preamble, encoding), Parquet, HDF5,
+        MAT, TDMS. Files of the same columns are runs, files of other columns parts of a run.
+    drive
+        Of an element; guessed from the columns.
+    out
+        Map to write (TOML); one that stands is not replaced.
+
+    Returns
+    -------
+    NewMap
+        The map; what stands as '?' in it is to be told.
+
+    Raises
+    ------
+    ValueError
+        Where a file is refused, or the map stands already.
+    """
+    from carrierflex.identification.logs.map_guesses import map_guess
+    from carrierflex.identification.logs.map_text import map_text
+    from carrierflex.workflows.support.file_schemas import schema_line
+
+    if out.exists():
+        raise ValueError(f"{out}: stands already, perhaps edited; expected a new --out")
+    check_file_writable(out)
+    if drive is not None and kind != "element":
+        raise ValueError(f"--drive is for kind element; {kind} has none")
+    text = map_text(map_guess(kind, from_, drive), schema_line("map"))
+    with whole_file(out) as path:
+        path.write_text(text, encoding="utf-8")
+    return NewMap(out, text)

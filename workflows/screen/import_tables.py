@@ -1,0 +1,41 @@
+"""Result of new maps and imports as tables on the screen."""
+
+from typing import TYPE_CHECKING
+
+from rich.console import RenderableType
+
+from carrierflex.workflows.screen.titled_table import titled_table
+
+if TYPE_CHECKING:
+    from carrierflex.workflows.identification.import_records import ImportedRecords
+    from carrierflex.workflows.identification.new_campaign import NewMap
+
+
+def map_table(new: "NewMap") -> RenderableType:
+    """Where the map is, and what is to be told."""
+    table = titled_table(f"{new.path}: look at every line, then carrierflex import", "to be told")
+    table.columns[0].overflow = "fold"
+    for line in new.open_keys:
+        table.add_row(line)
+    if not new.open_keys:
+        table.add_row("nothing: every key has a guess")
+    return table
+
+
+def imported_table(result: "ImportedRecords") -> RenderableType:
+    """Runs, missing samples and clocks, one row each."""
+    imported = result.imported
+    table = titled_table(f"campaign {result.folder}", "run", "about", "what", "samples")
+    for run in imported.campaign.runs:
+        span = f"{run.time[0]:.6g} to {run.time[-1]:.6g} s"
+        table.add_row(run.name, "", span, str(run.time.size))
+    for count in imported.counts:
+        table.add_row(count.run, count.column, count.what, str(count.rows))
+    for name, shift in imported.shifts.items():
+        words = f"moved by {shift.seconds:.6g} ± {shift.std:.1g} s, as sensor_delay would"
+        if shift.others:
+            words += f"; {len(shift.others)} other shifts fit as well"
+        table.add_row(name, "simulated clock", words, "")
+    for note in imported.notes:
+        table.add_row("", "", note, "")
+    return table
