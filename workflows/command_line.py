@@ -137,6 +137,11 @@ _COMMANDS = {
         "import_tables:imported_table",
         "Make a campaign folder of a logger's files and the map of their columns.",
     ),
+    "schema": _Command(
+        "show_schema",
+        "import_tables:schema_page",
+        "Show the JSON Schema of a kind of file: every key with its words, unit and range.",
+    ),
     "check": _Command(
         "diagnosis.check_campaign",
         "diagnosis_tables:check_table",

@@ -11,6 +11,7 @@ from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, sample_of
 from carrierflex.identification.campaign_check.sample_statistics import (
     expected_equal,
+    expected_zeros,
     moving,
     neighbour_noise,
     quantisation_step,
@@ -158,12 +159,8 @@ def _zeros(signal: _Signal) -> Iterator[CampaignWarning]:
     """Exact zeros in a signal that does not stand still."""
     values = signal.values
     zero = (values == 0.0) & signal.moves
-    present = values[np.isfinite(values)]
-    width = 0.05 * float(np.std(present)) or 1.0
-    chance = np.count_nonzero(np.abs(present) < width) / (2.0 * width)
-    chance *= quantisation_step(values)
     count = int(zero.sum())
-    if count >= 2 and count > 1.0 + 4.0 * chance:
+    if count >= 2 and count > 1.0 + 4.0 * expected_zeros(values):
         yield signal.warning(
             "zeros",
             int(np.argmax(zero)),

@@ -79,6 +79,14 @@ def expected_equal(values: FloatArray) -> float:
     return change.size * min(1.0, step / spread)
 
 
+def expected_zeros(values: FloatArray) -> float:
+    """Samples that chance makes zero in a quantised signal; none in another."""
+    present = values[np.isfinite(values)]
+    width = 0.05 * float(np.std(present)) or 1.0
+    density = np.count_nonzero(np.abs(present) < width) / (2.0 * width)
+    return float(density * quantisation_step(values))
+
+
 def stretches(equal: BoolArray) -> list[tuple[int, int]]:
     """First and one past the last index of every stretch of True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], equal, [False]]).astype(np.int8)))

@@ -213,17 +213,24 @@ def _tdms_tables(path: Path, channels: Iterable[Any]) -> tuple[LogTable, ...]:
             unit = _text_of(facts.get("unit_string", ""))
             name = f"{channel.group_name}/{channel.name}"
             clocks.setdefault((values.size, step, start), []).append((name, values, unit))
-    everything = [part for parts in clocks.values() for part in parts]
-    short = _short_names([name for name, _, _ in everything])
+    if not clocks:
+        raise ValueError("no channel of numbers")
     return tuple(
-        LogTable(
-            path.name,
-            {short[name]: np.asarray(values, dtype=np.float64) for name, values, _ in parts},
-            {short[name]: unit for name, _, unit in parts if unit},
-            step=step or None,
-            start=start,
-        )
+        _table(path, parts, step=step or None, start=start)
         for (_, step, start), parts in clocks.items()
+    )
+
+
+def _table(
+    path: Path, parts: list[Named], *, step: float | None = None, start: float = 0.0
+) -> LogTable:
+    short = _short_names([name for name, _, _ in parts])
+    return LogTable(
+        path.name,
+        {short[name]: np.asarray(values, dtype=np.float64) for name, values, _ in parts},
+        {short[name]: unit for name, _, unit in parts if unit},
+        step=step,
+        start=start,
     )
 
 
@@ -247,19 +254,9 @@ def _named(path: Path, parts: Iterable[Named]) -> list[Named]:
 
 
 def _by_length(path: Path, columns: list[Named]) -> tuple[LogTable, ...]:
-    short = _short_names([name for name, _, _ in columns])
     lengths = dict.fromkeys(values.size for _, values, _ in columns)
     tables = tuple(
-        LogTable(
-            path.name,
-            {
-                short[name]: np.asarray(values, dtype=np.float64)
-                for name, values, _ in columns
-                if values.size == length
-            },
-            {short[name]: unit for name, values, unit in columns if unit and values.size == length},
-        )
-        for length in lengths
+        _table(path, [part for part in columns if part[1].size == length]) for length in lengths
     )
     if not tables:
         raise ValueError(f"{path}: no list of numbers; expected columns of samples")
@@ -267,7 +264,7 @@ def _by_length(path: Path, columns: list[Named]) -> tuple[LogTable, ...]:
 
 
 def _short_names(names: list[str]) -> dict[str, str]:
-    """Last part of every path where it stands once, else the whole path."""
+    """Last part of every path where it stands once in the table, else the whole path."""
     last = [name.rpartition("/")[2] for name in names]
     return {
         name: short if last.count(short) == 1 else name

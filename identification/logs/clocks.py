@@ -29,7 +29,9 @@ DATE_FORMATS = (
     "%H:%M:%S",
 )
 #: A step over the median step that is a gap, and the scatter of steps that is a clock's own.
-_GAP, _JITTER = 1.5, 0.2
+_GAP, _JITTER = 1.6, 0.35
+#: Last digit of rounded stamps over the step, from which on the clock behind them is taken as even.
+_COARSE = 0.02
 #: Share of rows that may stand still or go back.
 _MOST_BACK = 0.01
 #: A record is refined until the new clock has this many samples less, for splines to be exact.
@@ -131,19 +133,29 @@ def grid_with_gaps(time: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
     step = np.diff(time)
     if step.size < 3:
         return time, np.arange(time.size)
-    typical = float(np.median(step))
+    # Stamps of milliseconds make steps of one and two: their mean is the clock's.
+    typical = float(np.mean(step[step < _GAP * np.median(step)]))
     jumps = step > _GAP * typical
     even = float(np.std(step[~jumps])) <= _JITTER * typical
-    if not jumps.any() or not even or (time[-1] - time[0]) / typical > _MOST_SAMPLES:
+    if not even or (time[-1] - time[0]) / typical > _MOST_SAMPLES:
         return time, np.arange(time.size)
-    # Stamps of milliseconds make a rounded step: the mean of the steps that are none is exact.
-    whole = np.rint(step / typical)
-    typical = float(step.sum() / whole.sum())
     places = np.concatenate([[0], np.cumsum(np.rint(step / typical))]).astype(np.int64)
     if len(np.unique(places)) < places.size:
         return time, np.arange(time.size)
-    full = np.interp(np.arange(places[-1] + 1), places, time)
-    return full, places
+    n = int(places[-1]) + 1
+    clock = np.linspace(time[0], time[-1], n)
+    coarse = _resolution(time)
+    if coarse > _COARSE * typical and float(np.abs(clock[places] - time).max()) <= coarse:
+        return clock, places
+    return (np.interp(np.arange(n), places, time) if jumps.any() else time), places
+
+
+def _resolution(time: FloatArray) -> float:
+    """Last digit of the stamps [s]; zero where they have more than six decimals."""
+    for digits in range(7):
+        if float(np.abs(time - np.round(time, digits)).max()) < 1e-9:
+            return float(10.0**-digits)
+    return 0.0
 
 
 def even_step(time: FloatArray) -> float:
@@ -175,6 +187,9 @@ def on_clock(values: FloatArray, time: FloatArray, clock: FloatArray) -> FloatAr
     even = np.linspace(time[0], time[-1], round((time[-1] - time[0]) / even_step(time)) + 1)
     step = (time[-1] - time[0]) / (even.size - 1)
     signal = np.interp(even, time[present], values[present])
+    at = np.searchsorted(time, clock - 1e-6 * step).clip(0, time.size - 1)
+    if float(np.abs(time[at] - clock).max()) < 1e-6 * step and wanted < 1.001 * step:
+        return values[at]
     if wanted > 1.001 * step:
         signal = band_limited(signal, step, 0.5 / wanted)
     fine, fine_step = _refined(signal, step, wanted)

@@ -19,9 +19,9 @@ _SEPARATORS = ("\t", ";", "|", ",")
 BLANKS = " "
 #: How a missing sample may be written.
 MISSING = frozenset(
-    ("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "---", "inf", "-inf")
-    + ("1.#qnan", "1.#ind", "-1.#ind", "ovr", "over", "overload", "overflow", "error", "invalid")
-)
+    "nan na n/a #n/a null none - -- --- inf -inf 1.#qnan 1.#ind -1.#ind ovr over overload "
+    "overflow error invalid".split()
+) | {""}
 _NUMBER = {
     decimal: re.compile(rf"[+-]?(\d+{decimal}?\d*|{decimal}\d+)([eEdD][+-]?\d+)?\Z")
     for decimal in (r"\.", ",")
@@ -170,9 +170,8 @@ def _with_header(
         row = cells_of(lines[number], separator)
         return len(row) == width and all(_is_sample(cell, decimal) for cell in row)
 
-    index = len(filled) - 1
-    while index > 0 and has_samples(filled[index - 1]):
-        index -= 1
+    # A wrong cell further down is no header: it is told with its line when it is read.
+    index = next(k for k, number in enumerate(filled) if has_samples(number))
     first = filled[index]
     above = [
         number

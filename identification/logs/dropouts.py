@@ -3,7 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.identification.campaign_check.sample_statistics import expected_equal, stretches
+from carrierflex.identification.campaign_check.sample_statistics import (
+    expected_equal,
+    expected_zeros,
+    stretches,
+)
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -49,10 +53,17 @@ def stuck(values: FloatArray, moves: BoolArray) -> BoolArray:
     return result
 
 
-def zeroed(values: FloatArray) -> BoolArray:
-    """Exact zeros far from the samples beside them, shape (n,)."""
+def zeroed(values: FloatArray, moves: BoolArray) -> BoolArray:
+    """Exact zeros that are none of the signal's own, shape (n,).
+
+    All of them where chance makes none while the machine moves; else those far from the samples
+    beside them.
+    """
+    zero_rows = (values == 0.0) & moves
+    if np.count_nonzero(zero_rows) >= 2.0 + 4.0 * expected_zeros(values):
+        return zero_rows
     present = np.flatnonzero(np.isfinite(values) & (values != 0.0))
-    zero = np.flatnonzero(values == 0.0)
+    zero = np.flatnonzero(zero_rows)
     result = np.zeros(values.size, dtype=bool)
     if zero.size == 0 or present.size < 10:
         return result

@@ -48,7 +48,11 @@ class LogTable:
     @property
     def n_rows(self) -> int:
         """Number of samples."""
-        return len(next(iter({**self.texts, **self.columns}.values()), ()))
+        sizes = [
+            *(len(own) for own in self.texts.values()),
+            *(c.size for c in self.columns.values()),
+        ]
+        return sizes[0] if sizes else 0
 
 
 def table_with(tables: Sequence[LogTable], column: str) -> LogTable:

@@ -105,7 +105,14 @@ def logged_run(
     lost = ~np.all([np.isfinite(values) for values in inputs.values()], axis=0) if inputs else None
     if lost is not None and lost.any():
         counts.append(Count(entry.name, "inputs", "rows without an input", int(lost.sum())))
+        rig = document.rig.given()
+        period = rig["period_samples"] if rig.get("periodic") else None
+        if period is not None:
+            inputs = {name: _from_other_periods(values, period) for name, values in inputs.items()}
+        # What an unknown input did rings on as long as what was before the record.
+        after = 0 if period is not None else rig.get("settle_samples") or 0
         inputs = {name: _filled(values, time, name) for name, values in inputs.items()}
+        lost = np.convolve(lost, np.ones(after + 1))[: lost.size] > 0.0
         channels = {name: np.where(lost, np.nan, values) for name, values in channels.items()}
     run = Run(
         entry.name,
@@ -208,7 +215,7 @@ def _on_one_clock(
             f"files have {max(end - start, 0.0):.4g} s in common; expected records of one time: "
             "give what a file lacks in 'starts' of the run"
         )
-    clock = start + wanted * np.arange(n)
+    clock = start + wanted * np.arange(n, dtype=np.float64)
     return clock, {name: on_clock(values, time, clock) for name, (time, values) in signals.items()}
 
 
@@ -217,3 +224,15 @@ def _filled(values: FloatArray, time: FloatArray, name: str) -> FloatArray:
     if not present.any():
         raise ValueError(f"[[inputs]] {name}: no number in its column; expected an input")
     return np.interp(time, time[present], values[present])
+
+
+def _from_other_periods(values: FloatArray, period: int) -> FloatArray:
+    """Input with its missing rows from the nearest period that has them."""
+    result = values.copy()
+    for turn in range(1, values.size // period + 1):
+        for shift in (-turn * period, turn * period):
+            rows = np.flatnonzero(np.isnan(result))
+            others = rows + shift
+            rows = rows[(others >= 0) & (others < values.size)]
+            result[rows] = values[rows + shift]
+    return result

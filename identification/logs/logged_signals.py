@@ -27,9 +27,8 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 InputRow = MapInputTable | MapCarrierInputTable
 
-_SPEED, _ACCELERATION = "[length] / [time]", "[length] / [time] ** 2"
-_MECHANICAL = ("[length]", "[length] * [mass] / [time] ** 2", _SPEED, _ACCELERATION)
-_INTEGRALS = {_SPEED: "a velocity", _ACCELERATION: "an acceleration"}
+_MECHANICAL = ("m", "N", "m/s", "m/s^2")
+_INTEGRALS = {"m/s": "a velocity", "m/s^2": "an acceleration"}
 _WHY_NOT = {
     "carrier": "offset, tilt and deflection at rest would be lost",
     "mounting": "every channel is relative to its zero at rest, which would be lost",
@@ -56,9 +55,9 @@ def time_of(table: LogTable, clock: MapTimeTable) -> FloatArray:
     ValueError
         Where the table has neither the column nor a clock of its own.
     """
-    if clock.column in table.texts:
+    if clock.column is not None and clock.column in table.texts:
         return seconds_of_dates(table.texts[clock.column], clock.format or "", table.file)
-    if clock.column in table.columns:
+    if clock.column is not None and clock.column in table.columns:
         if clock.unit == "date":
             raise ValueError(
                 f"[time]: unit is 'date' and column '{clock.column}' of {table.file} holds "
@@ -87,11 +86,13 @@ def contract_unit(unit: str, expected: str, quantity: str, kind: CampaignKind) -
     """
     dimension = dimension_of(unit)
     wanted = dimension_of(expected)
-    if kind.any_unit and dimension and dimension not in _MECHANICAL and dimension != wanted:
+    mechanical = [dimension_of(own) for own in _MECHANICAL]
+    if kind.any_unit and dimension and dimension not in mechanical and dimension != wanted:
         # A voltage analogue keeps its unit.
         return 1.0, unit
-    if expected == "m" and (dimension in _INTEGRALS or quantity in ("velocity", "acceleration")):
-        what = _INTEGRALS.get(dimension, f"a {quantity}")
+    integrals = {dimension_of(own): what for own, what in _INTEGRALS.items()}
+    if expected == "m" and (dimension in integrals or quantity in ("velocity", "acceleration")):
+        what = integrals.get(dimension, f"a {quantity}")
         raise ValueError(
             f"unit '{unit}' is that of {what}; expected a displacement: {_WHY_NOT[kind.name]}"
         )
@@ -154,7 +155,7 @@ def channel_values(
     result = values.copy()
     for what, rows in (
         ("marks of nothing", marked(values)),
-        ("zeros in place of nothing", zeroed(values)),
+        ("zeros in place of nothing", zeroed(values, moves)),
         ("rows that repeat the one before", stuck(values, moves)),
     ):
         new = rows & np.isfinite(result) if what != "marks of nothing" else rows

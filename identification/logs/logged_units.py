@@ -98,14 +98,19 @@ def _unit(text: str) -> Any:
 
 
 def dimension_of(text: str) -> str:
-    """Dimension of a unit in pint's words, ``angle`` for angles; empty where it is no unit."""
+    """Dimension of a unit, ``angle`` for angles; empty where it is no unit.
+
+    >>> dimension_of("mm"), dimension_of("°")
+    ('[length]^1', 'angle')
+    """
     unit = _unit(text)
     if unit is None:
         return ""
     if unit.dimensionless:
         angles = ("degree", "radian", "turn", "gradian", "revolution")
         return "angle" if any(word in str(unit) for word in angles) else "number"
-    return str(unit.dimensionality)
+    # pint's own text depends on the order of the factors.
+    return " ".join(f"{name}^{power:g}" for name, power in sorted(unit.dimensionality.items()))
 
 
 def factor_to(unit: str, expected: str) -> float:

@@ -36,14 +36,6 @@ _WORDS = {
     "base_displacement": r"base|floor|foot|table|boden|fuss",
     "base_acceleration": r"base|acc|beschl|\ba\b",
 }
-_DIMENSION = {
-    "m": "[length]",
-    "N": dimension_of("N"),
-    "N m": dimension_of("N m"),
-    "rad": "angle",
-    "rad/s": dimension_of("rad/s"),
-    "m/s^2": dimension_of("m/s^2"),
-}
 #: A range of values beyond this many radians is one of degrees.
 _RADIANS = 7.0
 
@@ -182,7 +174,7 @@ def _time(tables: Sequence[LogTable]) -> Guess:
         for name, values in table.columns.items():
             if re.search(_WORDS["time"], name.lower()) and bool(np.all(np.diff(values) > 0.0)):
                 unit = table.units.get(name) or unit_behind(name)
-                if dimension_of(unit) == "[time]":
+                if dimension_of(unit) == dimension_of("s"):
                     return Guess(name, unit, "grows, and its unit is stated")
                 return Guess(name, *_time_unit(values))
     if all(table.step is not None for table in tables):
@@ -236,18 +228,18 @@ def _is_called(name: str, role: str) -> bool:
 def _drive(units: Mapping[str, str]) -> str:
     """Drive of an element: what is measured tells most of it."""
     dimensions = [dimension_of(unit) for unit in units.values()]
-    has_force = _DIMENSION["N"] in dimensions or any(_is_called(name, "force") for name in units)
+    has_force = dimension_of("N") in dimensions or any(_is_called(name, "force") for name in units)
     if has_force:
         return "displacement"
     if any(_is_called(name, "base_displacement") for name in units):
         return "base"
-    return "base" if _DIMENSION["m/s^2"] in dimensions else "free_decay"
+    return "base" if dimension_of("m/s^2") in dimensions else "free_decay"
 
 
 def _accelerated(rig: Mapping[str, Any], units: Mapping[str, str]) -> tuple[str, ...]:
     if rig.get("drive") != "base":
         return ()
-    accelerations = [u for u in units.values() if dimension_of(u) == _DIMENSION["m/s^2"]]
+    accelerations = [u for u in units.values() if dimension_of(u) == dimension_of("m/s^2")]
     return ("base_acceleration",) if accelerations else ()
 
 
@@ -262,7 +254,7 @@ def _input(
     fits = [
         name
         for name in free
-        if dimension_of(units[name]) == _DIMENSION[expected]
+        if dimension_of(units[name]) == dimension_of(expected)
         or (expected == "rad" and units[name].lower() == PULSES)
     ]
     called = [name for name in free if _is_called(name, role)]
@@ -304,11 +296,11 @@ def _channels(
     """Channels among the columns that are left."""
     expected = next(iter(quantities.values()))
     fits = [
-        name for name in free if dimension_of(units[name]) in (_DIMENSION[expected], "", "number")
+        name for name in free if dimension_of(units[name]) in (dimension_of(expected), "", "number")
     ]
     if kind == "element":
         role = next(iter(quantities))
-        exact = [name for name in fits if dimension_of(units[name]) == _DIMENSION[expected]]
+        exact = [name for name in fits if dimension_of(units[name]) == dimension_of(expected)]
         named = [name for name in fits if _is_called(name, role)]
         chosen = ([name for name in exact if name in named] or exact or named)[:1]
         column = chosen[0] if chosen else OPEN

@@ -36,7 +36,10 @@ def map_text(guess: MapGuess, schema: str) -> str:
 
 
 def _line(name: str, value: Any, comment: str = "") -> str:
-    text = f"{name} = {_toml(value)}"
+    return _beside(f"{name} = {_toml(value)}", comment)
+
+
+def _beside(text: str, comment: str) -> str:
     return f"{text:<{_COMMENT_AT}}  # {comment}" if comment else text
 
 
@@ -52,7 +55,7 @@ def _toml(value: Any) -> str:
 
 
 def _head(guess: MapGuess) -> Iterator[str]:
-    yield "# What the columns of the logger's files are. Guesses: look at every line; replace each '?'."
+    yield "# What the columns of the logger's files are. Guesses: look at each line, fill in '?'."
     yield "# Units are those of the files; [rig] is in SI units. docs/import.md has all keys."
     for name, words in guess.dialects.items():
         yield f"# {_on_one_line(name)}: {_on_one_line(words)}"
@@ -68,33 +71,35 @@ def _head(guess: MapGuess) -> Iterator[str]:
     yield _line("unit", guess.time.unit, "'s', 'ms' ..., or 'date'")
     if guess.date_format:
         yield _line("format", guess.date_format, "of dates, without the fraction of the second")
-    yield "# rate_hz = 100.0                             # rate of the campaign; without, the slowest"
-    yield "#                                             # channel's. Faster ones are filtered first."
+    yield _beside("# rate_hz = 100.0", "rate of the campaign; without, the slowest")
+    yield _beside("#", "channel's. Faster ones are filtered first.")
     yield ""
-    yield "[baseline]                                    # the simulation whose gap is to be explained"
+    yield _beside("[baseline]", "the simulation whose gap is to be explained")
     yield _line("source", "model", "with --simulated: the other simulator's predictions")
     yield f"effects = {_BASELINE[guess.kind]}"
 
 
 def _rig(guess: MapGuess) -> Iterator[str]:
     yield ""
-    yield "[rig]                                         # nominal facts, SI units"
+    yield _beside("[rig]", "nominal facts, SI units")
     if guess.kind == "carrier":
         for name, words in _RIG_OF_CARRIER:
             yield _line(name, 3 if name == "n_planets" else OPEN, words)
         if "radial_load" in guess.rig:
             yield _line("radial_load", "none", "no column of it found; else delete this line")
-        yield '# deflection_curves = "curves.csv"           # of a carrier of your own, beside this map'
+        yield _beside(
+            '# deflection_curves = "curves.csv"', "of a carrier of your own, beside this map"
+        )
     elif guess.kind == "mounting":
         for name, entry in RIG_KEYS.items():
             unit = f" [{entry.unit}]" if entry.unit else ""
             yield _line(name, OPEN, f"{entry.words}{unit}")
     else:
         yield _line("drive", guess.rig["drive"], _DRIVES)
-        yield "# mass = 12.0                                 # on the element [kg]; fitted where absent"
-        yield "# settle_samples = 100                        # first samples that are left out"
-        yield "# periodic = true                             # where the drive repeats, with"
-        yield "# period_samples = 2000                       # the samples of a period"
+        yield _beside("# mass = 12.0", "on the element [kg]; fitted where absent")
+        yield _beside("# settle_samples = 100", "first samples that are left out")
+        yield _beside("# periodic = true", "where the drive repeats, with")
+        yield _beside("# period_samples = 2000", "the samples of a period")
 
 
 def _signals(guess: MapGuess) -> Iterator[str]:
@@ -105,10 +110,10 @@ def _signals(guess: MapGuess) -> Iterator[str]:
         yield from _column(column)
         if column.unit == "pulses":
             yield _line("pulses_per_turn", OPEN, "of the carrier, gears between included")
-            yield "# wraps_at = 65536                            # where the counter begins anew"
+            yield _beside("# wraps_at = 65536", "where the counter begins anew")
         if name == "carrier_angle":
-            yield "# factor = -1.0                               # where it turns against the torque"
-            yield "# offset = 12.5                               # so that it is zero with pin 1 up"
+            yield _beside("# factor = -1.0", "where it turns against the torque")
+            yield _beside("# offset = 12.5", "so that it is zero with pin 1 up")
     for name, column, facts in guess.channels:
         yield ""
         yield "[[channels]]"
@@ -117,7 +122,7 @@ def _signals(guess: MapGuess) -> Iterator[str]:
         words = _words_of(guess.kind)
         for key, value in facts.items():
             yield _line(key, value, words.get(key, ""))
-        yield "# noise_std = 2.0                             # in the unit above; without, from repeats"
+        yield _beside("# noise_std = 2.0", "in the unit above; without, from repeats")
     if guess.others:
         yield ""
         yield f"# Columns that were left out: {_on_one_line(', '.join(guess.others))}"
@@ -143,7 +148,9 @@ def _runs(guess: MapGuess) -> Iterator[str]:
         yield _line("files", files)
         yield _line("condition", name, "runs of the same words are repeats of one another")
         if len(files) > 1:
-            yield f"# starts = {{ {_toml(files[1])} = 0.5 }}      # seconds to add to a file's time"
+            yield _beside(
+                f"# starts = {{ {_toml(files[1])} = 0.5 }}", "seconds to add to a file's time"
+            )
 
 
 def _on_one_line(text: str) -> str:

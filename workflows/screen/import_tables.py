@@ -1,14 +1,16 @@
-"""Result of new maps and imports as tables on the screen."""
+"""New maps, imports and schemas on the screen."""
 
 from typing import TYPE_CHECKING
 
 from rich.console import RenderableType
+from rich.text import Text
 
 from carrierflex.workflows.screen.titled_table import titled_table
 
 if TYPE_CHECKING:
     from carrierflex.workflows.identification.import_records import ImportedRecords
     from carrierflex.workflows.identification.new_campaign import NewMap
+    from carrierflex.workflows.show_schema import Schema
 
 
 def map_table(new: "NewMap") -> RenderableType:
@@ -39,3 +41,8 @@ def imported_table(result: "ImportedRecords") -> RenderableType:
     for note in imported.notes:
         table.add_row("", "", note, "")
     return table
+
+
+def schema_page(schema: "Schema") -> RenderableType:
+    """The schema itself, or where it is."""
+    return Text(schema.text.rstrip() if schema.path is None else f"schema {schema.path}")

@@ -9,7 +9,12 @@ from carrierflex.geometry.cad_surface_files import write_cad_statements
 from carrierflex.geometry.parameters import CarrierParameters, PinParameters
 from carrierflex.identification.campaign.campaign_document import campaign_document
 from carrierflex.simulation.carrier.case_files import shipped_case
-from carrierflex.workflows.support.file_schemas import FILE_KINDS, file_schema
+from carrierflex.workflows.support.file_schemas import (
+    FILE_KINDS,
+    file_schema,
+    schema_file,
+    schema_text,
+)
 from tests.identification.campaign.test_campaign_files import element_campaign, mounting_campaign
 from tests.identification.synthetic_campaigns import carrier_campaign
 
@@ -102,3 +107,18 @@ def test_an_unknown_kind_of_file_names_those_there_are():
         match="'gear case'; expected one of carrier parameters, cad surfaces",
     ):
         file_schema("gear case")
+
+
+@pytest.mark.parametrize("kind", FILE_KINDS)
+def test_the_schema_that_comes_along_is_that_of_the_definition(kind):
+    # tools/write_schemas.py writes it anew.
+    assert schema_file(kind).read_text(encoding="utf-8") == schema_text(kind)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_shipped_case_names_its_schema_to_editors(name):
+    case = shipped_case(name).resolve()
+    first = case.read_text(encoding="utf-8").splitlines()[0]
+    named = case.parent / first.removeprefix("#:schema ")
+    assert first.startswith("#:schema ")
+    assert named.resolve() == schema_file(SHIPPED[name])

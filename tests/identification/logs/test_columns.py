@@ -1,0 +1,136 @@
+"""One column of a logger: unit, angle, dropouts; and the map that says what it is."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from carrierflex.files.problems import problems_of
+from carrierflex.identification.campaign.campaign_kinds import campaign_kind
+from carrierflex.identification.logs.angles import angle_of_pulses, unwrapped_angle
+from carrierflex.identification.logs.dropouts import marked, stuck, zeroed
+from carrierflex.identification.logs.log_files import read_log
+from carrierflex.identification.logs.logged_signals import contract_unit
+from carrierflex.identification.logs.logged_units import factor_to, unit_behind
+from carrierflex.workflows.identification.import_records import main as import_records
+from carrierflex.workflows.identification.new_campaign import main as new_campaign
+
+TIME = np.arange(0.0, 60.0, 0.05)
+ANGLE = 2.3 * TIME + 0.02 * np.sin(TIME)
+
+
+@pytest.mark.parametrize(
+    ("unit", "expected", "factor"),
+    [
+        ("µm", "m", 1e-6),
+        ("mils", "m", 2.54e-5),
+        ("kNm", "N m", 1e3),
+        ("Nm", "N m", 1.0),  # pint's own Nm counts yarn
+        ("ft-lb", "N m", 1.3558179483),
+        ("kip", "N", 4448.2216152605),
+        ("°", "rad", np.pi / 180.0),
+        ("U/min", "rad/s", np.pi / 30.0),
+        ("1/min", "rad/s", np.pi / 30.0),
+        ("g", "m/s^2", 9.80665),
+    ],
+)
+def test_units_of_loggers(unit, expected, factor):
+    assert_allclose(factor_to(unit, expected), factor, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("unit", "expected", "words"),
+    [
+        ("Hz", "rad/s", "turns or radians; expected rpm or rad/s"),
+        ("kN", "m", r"measures .*; expected one of the kind of m"),
+        ("wibble", "m", "is not known"),
+        ("1 + __import__('os')", "m", "is not known"),
+    ],
+)
+def test_units_of_something_else_are_refused(unit, expected, words):
+    with pytest.raises(ValueError, match=words):
+        factor_to(unit, expected)
+
+
+def test_the_unit_behind_a_name():
+    names = ("Weg [µm]", "Torque (kN m)", "Zeit in ms", "Force/kN", "disp_um", "s_047", "F_y")
+    assert [unit_behind(name) for name in names] == ["µm", "kN m", "ms", "kN", "um", "", ""]
+
+
+@pytest.mark.parametrize("kind", ["mounting", "element"])
+@pytest.mark.parametrize(("unit", "what"), [("m/s^2", "an acceleration"), ("mm/s", "a velocity")])
+def test_integrals_are_refused_with_the_reason(kind, unit, what):
+    contract = campaign_kind(kind, {"drive": "force"})
+    with pytest.raises(ValueError, match=f"that of {what}; expected a displacement: "):
+        contract_unit(unit, "m", "displacement", contract)
+
+
+def test_an_angle_goes_on_through_turns_that_a_gap_swallowed():
+    wrapped = np.rad2deg(ANGLE) % 360.0
+    kept = np.delete(np.arange(TIME.size), slice(300, 460))  # 8 s: three turns
+    angle = unwrapped_angle(wrapped[kept], TIME[kept], 360.0)
+    assert_allclose(angle, np.rad2deg(ANGLE)[kept], atol=1e-9)
+
+
+def test_a_train_of_pulses_is_an_angle():
+    time = np.arange(0.0, 20.0, 2e-3)
+    angle = 2.3 * time
+    train = 5.0 * (np.floor(angle / (2.0 * np.pi) * 120.0) % 2.0)  # 60 rising edges a turn
+    there = angle_of_pulses(train, time, 60.0)
+    # An edge lies within a sample of where it is seen.
+    assert_allclose(there - there[0], angle - angle[0], atol=2.5 * 2.3 * 2e-3)
+
+
+def test_dropouts_are_told_from_the_signal():
+    rng = np.random.default_rng(0)
+    values = 1e-3 * np.sin(TIME) + 1e-6 * rng.standard_normal(TIME.size)
+    moves = np.ones(TIME.size, dtype=bool)
+    assert not (stuck(values, moves) | zeroed(values, moves) | marked(values)).any()
+    faulty = values.copy()
+    faulty[100:120] = faulty[100]
+    faulty[200:203] = 0.0
+    faulty[300] = -9999.0
+    faulty[301] = np.inf
+    assert np.flatnonzero(stuck(faulty, moves)).tolist() == list(range(101, 120))
+    assert np.flatnonzero(zeroed(faulty, moves)).tolist() == [200, 201, 202]
+    assert np.flatnonzero(marked(faulty)).tolist() == [300, 301]
+    # A machine at rest may give one value for ever.
+    assert not stuck(faulty, np.zeros(TIME.size, dtype=bool)).any()
+
+
+def test_a_cell_that_is_no_number_is_told_by_its_line(tmp_path):
+    rows = [f"{k};{k},5" for k in range(40)]
+    rows[10] = "10;abc"
+    (tmp_path / "a.csv").write_text("t;x\n" + "\n".join(rows))
+    with pytest.raises(
+        ValueError, match=r"a\.csv: line 12, column 'x' is 'abc'; expected a number"
+    ):
+        read_log(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".h5", ".mat", ".parquet", ".tdms"])
+def test_what_is_no_file_of_its_suffix_is_refused_by_name(tmp_path, suffix):
+    path = tmp_path / f"a{suffix}"
+    path.write_bytes(b"no table at all \x00\x01\x02")
+    with pytest.raises(ValueError, match=f"a{suffix}"):
+        read_log(path)
+
+
+def test_a_tdms_file_without_its_package_tells_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "nptdms", None)
+    (tmp_path / "a.tdms").write_bytes(b"TDSm")
+    with pytest.raises(ValueError, match=r"pip install 'carrierflex\[tdms\]'"):
+        read_log(tmp_path / "a.tdms")
+
+
+def test_a_new_map_is_refused_until_it_is_filled_in_and_everything_is_told_at_once(tmp_path):
+    rows = "\n".join(f"{t:.3f},{np.sin(t):.6f},{np.cos(t):.6f}" for t in TIME)
+    (tmp_path / "run.csv").write_text("t,probe,angle\n" + rows)
+    files = [tmp_path / "run.csv"]
+    new = new_campaign(kind="carrier", from_=files, out=tmp_path / "map.toml")
+    with pytest.raises(ValueError, match="expected") as refused:
+        import_records(files, map_=new.path, out=tmp_path / "campaign")
+    told = problems_of(refused.value)
+    assert len(told) == len(new.open_keys) > 4
+    assert not (tmp_path / "campaign").exists()
+    with pytest.raises(ValueError, match="stands already"):
+        new_campaign(kind="carrier", from_=files, out=tmp_path / "map.toml")
