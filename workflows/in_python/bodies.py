@@ -1,0 +1,123 @@
+"""``cf.reduced_body``: a body of few coordinates, with what tells whether to trust it."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from carrierflex.files.versions import provenance
+from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.reduction.body_files import write_body
+from carrierflex.reduction.certificate import Certificate, certify
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.held_structure import GroundedBody
+from carrierflex.reduction.mode_count import chosen_modes, wanted_frequency
+from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.workflows.in_python.curves import stage_of
+from carrierflex.workflows.in_python.notebook import shown_in_notebook
+from carrierflex.workflows.support.named_bodies import body_name, body_structure
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Body:
+    """A Craig-Bampton body and its certificate.
+
+    Parameters
+    ----------
+    model : ReducedModel
+        K, M, D, pilots, sensor rows, mass.
+    certificate : Certificate
+        Checks, wanted beside reached.
+    omega : ndarray, shape (n_modes,)
+        Frequencies of the kept fixed-interface modes [rad/s].
+    """
+
+    model: ReducedModel
+    certificate: Certificate
+    omega: np.ndarray
+
+    def to_dataframe(self) -> "DataFrame":
+        """Checks of the certificate: name, reached, limit, met."""
+        import pandas as pd
+
+        return pd.DataFrame([vars(check) for check in self.certificate.checks])
+
+    def write(self, path: Path | str) -> Path:
+        """Write the body file (.h5) that ``export`` and ``simulate`` read; the file's path."""
+        write_body(self.model, Path(path), self.certificate)
+        return Path(path)
+
+    def _rows(self) -> list[tuple[str, str]]:
+        first, last = self.omega[[0, -1]] / (2.0 * np.pi) if self.omega.size else (0.0, 0.0)
+        return [
+            ("coordinates", str(self.model.n_coordinates)),
+            ("pilots", ", ".join(self.model.pilots)),
+            ("modes", f"{self.omega.size}, {first:.0f} to {last:.0f} Hz with the pilots held"),
+            ("certificate", "met" if self.certificate.met else "not met"),
+        ]
+
+    def __repr__(self) -> str:
+        """Size and certificate in one line."""
+        inside = "; ".join(f"{name}: {text}" for name, text in self._rows())
+        return f"Body({inside})"
+
+    def _repr_html_(self) -> str:
+        return shown_in_notebook("Craig-Bampton body", self._rows())
+
+
+def reduced_body(
+    body: Literal["carrier", "pin", "main_shaft"] = "carrier",
+    *,
+    variant: Literal["stiff", "flexible"] = "flexible",
+    parameters: StageParameters | Path | str | None = None,
+    size: float = DEFAULT_SIZE,
+    up_to: float | None = None,
+    modes: int | None = None,
+) -> Body:
+    """Reduce a body to its pilots and fixed-interface modes, and certify it.
+
+    Parameters
+    ----------
+    body : str
+        carrier, pin or main_shaft.
+    variant : str
+        Of the carrier; stiff: pins bonded; flexible: no pins.
+    parameters : StageParameters, path or None
+        Dimensions [m], or a TOML file of them; the default carrier without.
+    size : float
+        Element edge length [m].
+    up_to : float, optional
+        Frequency [Hz] up to which the body is to be used (750 where no number is given).
+    modes : int, optional
+        Number of modes instead; a group of equal frequency is kept whole.
+
+    Returns
+    -------
+    Body
+        The body; ``certificate.met`` tells whether it keeps what it must.
+
+    Raises
+    ------
+    ValueError
+        Where both `up_to` and `modes` are given, or dimensions contradict one another.
+    """
+    if up_to is not None and modes is not None:
+        raise ValueError(f"up_to is {up_to:g} and modes is {modes}; expected one of them")
+    stage = stage_of(parameters)
+    _, structure = body_structure(body_name(body, variant), stage, size)
+    options = dict.fromkeys(("max_frequency", "frf_tolerance", "frf_up_to"))
+    options |= {"interface": "fixed", "up_to": up_to, "modes": modes}
+    grounded = GroundedBody(structure.K, structure.points, structure.rigid_points)
+    kept = chosen_modes(structure, grounded, options)
+    reduction = craig_bampton(structure, kept, body=grounded)
+    record = provenance(
+        parameters=stage, size=size, body=body, variant=variant, modes=len(reduction.modes.omega)
+    )
+    reduction = replace(reduction, model=replace(reduction.model, provenance=record))
+    checks = certify(structure, reduction, cut_off_hz=wanted_frequency(options))
+    return Body(reduction.model, checks, reduction.modes.omega)
