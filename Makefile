@@ -1,12 +1,13 @@
 # Every target installs what it needs first (tools/install.sh) and reinstalls only after a change.
 # Another interpreter: make test PYTHON=python3.12     Another result folder: make run OUT=elsewhere
-# Tests run in two processes; another number: make test WORKERS=4
+# Tests run in three processes, since on two cores a fifth of their time waits for other programs; another number:
+# make test WORKERS=4
 PYTHON ?=
 OUT := out
 # Of make bench: names or parts of names, and 1 for small meshes and short records.
 ONLY :=
 QUICK :=
-WORKERS := 2
+WORKERS := 3
 FUZZ_INPUTS := 2000
 BIN := .venv/bin
 PACKAGES := files geometry fe reduction simulation identification diagnosis blind_check workflows
@@ -23,7 +24,7 @@ unexport PYTHONPATH PYTHONHOME
 
 help:
 	@echo "make run     meshes, curves, reduced bodies, simulations and the gap report, written to $(OUT)/"
-	@echo "make test    ruff, mypy, doctests and all tests, in two processes (WORKERS=4: in four)"
+	@echo "make test    ruff, mypy, doctests and all tests, in three processes (WORKERS=4: in four)"
 	@echo "make quick   doctests and tests without the slow ones"
 	@echo "make acceptance   the tests that take minutes: coverage of intervals, kills, 100000 damaged files, full blind check"
 	@echo "make fuzz    2000 damaged files through every reader (FUZZ_INPUTS=20000: more), one table of how they end"

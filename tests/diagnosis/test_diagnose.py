@@ -60,7 +60,7 @@ def test_the_gap_map_tells_growth_and_parity_of_the_law(cubic_diagnosis):
     assert_allclose(shares, 1.0, rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.acceptance
 def test_an_even_law_stands_on_even_lines():
     assert "on even lines: the missing law is even" in where_text(
         found(force_campaign(lambda q, v: 2e5 * q**2))
@@ -100,7 +100,7 @@ def test_dry_friction_is_named_with_its_class():
     assert_allclose(own.attribution.parameters["coulomb_friction"]["Fc"].value, 0.4, rtol=0.05)
 
 
-@pytest.mark.slow
+@pytest.mark.acceptance
 def test_two_effects_are_both_named():
     own = found(displacement_campaign(lambda q, v: 5e8 * q**3 + 0.4 * np.sign(v), n=2000))
     assert own.verdict in ("named", "named_with_remainder")

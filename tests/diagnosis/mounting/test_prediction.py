@@ -28,6 +28,7 @@ def found(campaign):
     return diagnose(problem, campaign="twin", kind="mounting", floor_is_measured=measured)
 
 
+@pytest.mark.acceptance
 def test_what_the_prediction_lacks_is_named():
     own = found(beside(mounting_campaign(CUBIC), mounting_campaign(noise=0.0)))
     assert own.verdict in ("named", "named_with_remainder"), own.reason

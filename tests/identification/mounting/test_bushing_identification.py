@@ -40,7 +40,11 @@ def _truth(model):
     return np.array([values[name] for name in model.names])
 
 
-@pytest.mark.parametrize("model", [LINEAR, NONLINEAR], ids=lambda model: model.name)
+@pytest.mark.parametrize(
+    "model",
+    [LINEAR, pytest.param(NONLINEAR, marks=pytest.mark.acceptance)],
+    ids=lambda model: model.name,
+)
 def test_the_truth_is_found_from_the_nominal_rig(model):
     estimate = identify_bushings(mounting_campaign(TRUTHS[model]), model, SerialExecutor())[-1]
     assert estimate.model is model

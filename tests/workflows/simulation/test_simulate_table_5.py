@@ -49,6 +49,7 @@ def test_table_and_picture_are_written(table):
     assert (table.folder / "table_5.png").stat().st_size > 10_000
 
 
+@pytest.mark.acceptance
 def test_a_tilt_in_the_joint_reaches_the_sensors_no_more_than_none(tmp_path, table, monkeypatch):
     monkeypatch.setattr(simulate_table_5, "_TRUTH", {"LC1": simulate_table_5._TRUTH["LC1"]})
     joint = main(out=tmp_path / "joint", size=0.06, duration=5.5, tilt="joint", quiet=True)
