@@ -6,6 +6,7 @@ One sub-command a workflow; errors in one line, exit codes for scripts.
 import difflib
 import functools
 import importlib
+import io
 import logging
 import re
 import sys
@@ -192,6 +193,7 @@ def main() -> None:
     """
     logging.basicConfig(level=logging.ERROR, format="%(name)s: %(message)s")
     interrupt_on_sigterm()
+    _print_in_any_encoding()
     _refuse_unknown_command(sys.argv[1:])
     try:
         with_sound_cache(
@@ -215,6 +217,13 @@ def main() -> None:
         ):
             raise
         _end(_about_input(error, sys.argv[1:]), EXIT_REFUSED)
+
+
+def _print_in_any_encoding() -> None:
+    """Show what an encoding lacks as "?": finished work must not be refused for a sign."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
 
 
 def _refuse_unknown_command(arguments: list[str]) -> None:

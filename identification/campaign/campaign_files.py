@@ -338,7 +338,8 @@ def _write_run(run: Run, path: Path) -> None:
     columns = {"time": run.time, **run.columns()}
     table = pa.table({name: pa.array(values, from_pandas=True) for name, values in columns.items()})
     if path.suffix.lower() == ".parquet":
-        pa_parquet.write_table(table, path)
+        with path.open("wb") as file:
+            pa_parquet.write_table(table, file)
     else:
         with path.open("wb") as file:
             # Arrow would quote the column names.

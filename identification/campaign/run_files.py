@@ -1,4 +1,7 @@
-"""Run files of a campaign: columns of CSV or Parquet files, whole or in pieces."""
+"""Run files of a campaign: columns of CSV or Parquet files, whole or in pieces.
+
+Arrow gets opened files: it takes names in UTF-8 only.
+"""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -70,7 +73,8 @@ def run_file_header(path: Path) -> list[str]:
     check_plain_file(path, "a run file", LARGEST_FILE, text=not is_parquet)
     if is_parquet:
         try:
-            return list(pa_parquet.read_schema(path).names)
+            with path.open("rb") as file:
+                return list(pa_parquet.read_schema(file).names)
         except (pa.ArrowInvalid, OSError) as error:
             raise ValueError(f"{path.name}: not a Parquet file: {_one_line(error)}") from error
     with path.open("rb") as file:
@@ -134,13 +138,16 @@ def _tables(path: Path, expected: ExpectedColumns) -> Iterator[pa.Table]:
     columns = run_file_header(path)
     kept = expected.kept(columns, path.name)
     if path.suffix.lower() == ".parquet":
-        with pa_parquet.ParquetFile(path, pre_buffer=False) as file:
+        with path.open("rb") as opened, pa_parquet.ParquetFile(opened, pre_buffer=False) as file:
             check_cells(file, path, len(kept))
             for batch in file.iter_batches(batch_size=PIECE, columns=kept):
                 yield pa.Table.from_batches([batch])
         return
     read = pa_csv.ReadOptions(column_names=columns, skip_rows=1, block_size=_CSV_BLOCK)
-    with pa_csv.open_csv(path, read_options=read, convert_options=_convert(kept)) as reader:
+    with (
+        path.open("rb") as opened,
+        pa_csv.open_csv(opened, read_options=read, convert_options=_convert(kept)) as reader,
+    ):
         for batch in reader:
             yield pa.Table.from_batches([batch])
 
@@ -159,7 +166,8 @@ def _read_csv(path: Path, expected: ExpectedColumns) -> pa.Table:
     kept = expected.kept(columns, path.name)
     read = pa_csv.ReadOptions(column_names=columns, skip_rows=1)
     try:
-        return pa_csv.read_csv(path, read_options=read, convert_options=_convert(kept))
+        with path.open("rb") as file:
+            return pa_csv.read_csv(file, read_options=read, convert_options=_convert(kept))
     except pa.ArrowInvalid as error:
         if "Empty CSV" in str(error):
             raise ValueError(
@@ -173,9 +181,10 @@ def _read_csv(path: Path, expected: ExpectedColumns) -> pa.Table:
 def _read_parquet(path: Path, expected: ExpectedColumns) -> pa.Table:
     kept = expected.kept(run_file_header(path), path.name)
     try:
-        file = pa_parquet.ParquetFile(path)
-        check_cells(file, path, len(kept))
-        return file.read(columns=kept)
+        with path.open("rb") as opened:
+            file = pa_parquet.ParquetFile(opened)
+            check_cells(file, path, len(kept))
+            return file.read(columns=kept)
     except (pa.ArrowInvalid, OSError) as error:
         raise ValueError(f"{path.name}: not a Parquet file: {_one_line(error)}") from error
 

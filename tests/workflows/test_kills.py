@@ -42,7 +42,7 @@ COMMANDS = {
     "curves": ["curves", "--size", "0.08", "--out", "curves"],
     "reduce": ["reduce", "--body", "pin", "--size", "0.06", "--modes", "4", "--out", "pin.h5"],
     "export": ["export", "pin_before.h5", "--format", "op4", "--out", "pin.op4"],
-    "export simscape": ["export", "pin_before.h5", "--format", "simscape", "--out", "simscape"],
+    "export simscape": ["export", "pin_before.h5", "--format", "simscape", "--out", "pin.mat"],
     "cad": ["cad", "--out", "cad"],
     "gear-life": ["gear-life", "--out", "life"],
     "blind-check": [

@@ -1,0 +1,104 @@
+"""How often a campaign without a fault is warned about: 200 of them, by kind and sort.
+
+Writes CASE.json for every campaign, which a later call takes up, and clean.md. A good answer: at
+most two per cent with a finding, and no verdict that a finding changes.
+"""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from threadpoolctl import threadpool_limits
+
+from carrierflex.blind_check.faults.clean_campaigns import (
+    SORTS,
+    CleanCase,
+    CleanOutcome,
+    clean_cases,
+    clean_outcome,
+)
+from carrierflex.files.json_files import plain, read_json, save_json
+from carrierflex.files.whole_files import whole_file
+from carrierflex.workflows.support.default_curves import default_curves
+from carrierflex.workflows.support.executors import work_executor
+from carrierflex.workflows.support.outputs import prepared_folder
+from carrierflex.workflows.support.progress import Stages
+
+
+def main(
+    *, out: Path, seed: int = 1, workers: int = 1, quiet: bool = False
+) -> tuple[CleanOutcome, ...]:
+    """Check 200 campaigns without a fault.
+
+    Parameters
+    ----------
+    out : Path
+        Folder for the outcomes and the table; campaigns that stand there are not done again.
+    seed : int
+        Seed of the campaigns.
+    workers : int
+        Processes.
+    quiet : bool
+        Show no progress.
+
+    Returns
+    -------
+    tuple of CleanOutcome
+        Campaigns with a finding.
+    """
+    folder = prepared_folder(out)
+    cases = list(clean_cases(seed))
+    files = [folder / f"{seed}-{number:03d}.json" for number in range(len(cases))]
+    stages = Stages(1, quiet)
+    with stages.stage("checking the campaigns"), work_executor(workers) as executor:
+        tasks = [
+            executor.submit(_write_outcome, case, file)
+            for case, file in zip(cases, files, strict=True)
+            if not file.is_file()
+        ]
+        for number, task in enumerate(tasks):
+            task.result()
+            stages.note(f"{number + 1} of {len(tasks)}")
+    outcomes = [_read_outcome(file) for file in files]
+    with whole_file(folder / "clean.md") as file:
+        file.write_text("\n".join(_table(outcomes)) + "\n", encoding="utf-8")
+    return tuple(outcome for outcome in outcomes if outcome.told)
+
+
+def _write_outcome(case: CleanCase, path: Path) -> None:
+    curves = default_curves() if case.plan.kind == "carrier" else None
+    with threadpool_limits(limits=1):
+        outcome = clean_outcome(case, curves)
+    save_json(path, plain(outcome))
+
+
+def _read_outcome(path: Path) -> CleanOutcome:
+    expected = "the outcome of a campaign"
+    try:
+        row = read_json(path, expected)
+        return CleanOutcome(
+            row["case"], row["kind"], row["sort"], tuple(row["told"]), row["change"]
+        )
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"{path}: not {expected}; remove it to make it again") from error
+
+
+def _table(outcomes: Sequence[CleanOutcome]) -> Iterator[str]:
+    yield "| kind | campaigns with | tried | with a finding | verdicts changed | findings |"
+    yield "|---|---|---|---|---|---|"
+    kinds = dict.fromkeys(outcome.kind for outcome in outcomes)
+    groups = [
+        (kind, sort, [own for own in outcomes if (own.kind, own.sort) == (kind, sort)])
+        for kind in kinds
+        for sort in SORTS
+    ]
+    for kind, sort, members in [*groups, ("all", "all", list(outcomes))]:
+        told = [own for own in members if own.told]
+        changed = sum(bool(own.change) for own in members)
+        names = ", ".join(sorted({name for own in told for name in own.told})) or "-"
+        yield f"| {kind} | {sort} | {len(members)} | {len(told)} | {changed} | {names} |"
+
+
+if __name__ == "__main__":
+    import cyclopts
+
+    cyclopts.run(main)
