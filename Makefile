@@ -20,7 +20,7 @@ PYTEST := OMP_NUM_THREADS=1 $(BIN)/pytest --doctest-modules $(LINKS) tests \
 MAKEFLAGS += --no-print-directory
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: help install run test lint types tests quick fuzz acceptance bench clean install-development
+.PHONY: help install run test lint types tests quick fuzz acceptance bench clean install-development docs
 
 help:
 	@echo "make run     meshes, curves, reduced bodies, simulations and the gap report, written to $(OUT)/"
@@ -30,6 +30,7 @@ help:
 	@echo "make fuzz    2000 damaged files through every reader (FUZZ_INPUTS=20000: more), one table of how they end"
 	@echo "make bench   every benchmark beside its peer, one table of ratios, also in $(OUT)/bench.json; QUICK=1 takes minutes,"
 	@echo "             ONLY=\"mounting_speed assembly\" chooses by name or part of a name"
+	@echo "make docs    the site with commands and Python from their docstrings, in build/site; a link into nothing fails"
 	@echo "make clean   removes everything the other targets made, .venv included"
 
 install:
@@ -71,6 +72,15 @@ fuzz: install-development
 
 bench: install-development
 	$(BIN)/python -m benchmarks $(ONLY) $(if $(filter-out 0,$(QUICK)),--quick) --json $(OUT)/bench.json
+
+# mkdocs reads the source and imports nothing of it: an environment of its own, without finite elements.
+docs:
+	@tools/link_packages.sh
+	@[ build/docs-venv/installed -nt requirements-docs.lock ] || { rm -rf build/docs-venv && python3 -m venv build/docs-venv \
+		&& build/docs-venv/bin/pip install -q --disable-pip-version-check --require-hashes -r requirements-docs.lock \
+		&& touch build/docs-venv/installed; }
+	NO_MKDOCS_2_WARNING=true build/docs-venv/bin/mkdocs build --quiet
+	@echo "site: build/site/index.html"
 
 clean:
 	rm -rf .venv $(OUT) build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
