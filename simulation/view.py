@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from carrierflex.simulation.stage.tooth_contact import MeshContact
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.collections import QuadMesh
     from matplotlib.figure import Figure
 
 
@@ -40,16 +42,7 @@ def mesh_contact_figure(
     top = max(contact.largest_pressure for contact in contacts.values()) / 1e6
     for k, (title, contact) in enumerate(contacts.items()):
         axes = figure.add_subplot(grid[k // 2, k % 2])
-        # The largest of the lines that cross a slice: what the flank sees there.
-        image = axes.pcolormesh(
-            contact.face_position * 1e3,
-            contact.phase,
-            contact.pressure.max(axis=1) / 1e6,
-            vmin=0.0,
-            vmax=top,
-            cmap="viridis",
-        )
-        axes.set(title=title, xlabel="face width, mm", ylabel="mesh position, base pitches")
+        image = _draw_pressure(axes, title, contact, top)
     figure.colorbar(image, ax=figure.axes, label="largest Hertz pressure, MPa", location="left")
     increase = figure.add_subplot(grid[:, 2])
     for name, ratio in pressure_ratio.items():
@@ -61,3 +54,43 @@ def mesh_contact_figure(
     increase.legend()
     increase.grid(alpha=0.3)
     return figure
+
+
+def stage_contact_figure(contacts: Mapping[str, MeshContact]) -> "Figure":
+    """Contact pressure over face width and mesh position, half of the contacts in each row.
+
+    Parameters
+    ----------
+    contacts : mapping of str to MeshContact
+        Contact by title; an even number.
+
+    Returns
+    -------
+    Figure
+        One map a contact, on one scale of pressure.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13.0, 7.0), layout="constrained")
+    panels = figure.subplots(2, len(contacts) // 2, sharex=True, sharey=True)
+    top = max(contact.largest_pressure for contact in contacts.values()) / 1e6
+    for axes, (title, contact) in zip(panels.flat, contacts.items(), strict=True):
+        largest = contact.largest_pressure / 1e6
+        image = _draw_pressure(axes, f"{title}; {largest:.0f} MPa", contact, top)
+        axes.title.set_fontsize("small")
+    figure.colorbar(image, ax=figure.axes, label="largest Hertz pressure, MPa")
+    return figure
+
+
+def _draw_pressure(axes: "Axes", title: str, contact: MeshContact, top: float) -> "QuadMesh":
+    """Map of the largest pressure [MPa] of the lines that cross a slice: what the flank sees."""
+    image = axes.pcolormesh(
+        contact.face_position * 1e3,
+        contact.phase,
+        contact.pressure.max(axis=1) / 1e6,
+        vmin=0.0,
+        vmax=top,
+        cmap="viridis",
+    )
+    axes.set(title=title, xlabel="face width, mm", ylabel="mesh position, base pitches")
+    return image

@@ -9,7 +9,7 @@ from carrierflex.workflows.diagnosis import diagnose_load_cases
 from carrierflex.workflows.fe import check_mesh_convergence
 from carrierflex.workflows.identification import identify_parameters
 from carrierflex.workflows.reduction import reduce_carrier
-from carrierflex.workflows.simulation import simulate_carrier
+from carrierflex.workflows.simulation import run_reduced_bodies, simulate_carrier
 from carrierflex.workflows.support.carrier_variants import CarrierVariant
 
 
@@ -22,6 +22,7 @@ class Job:
     curves: dict[str, DeflectionCurve]
     mesh_study: check_mesh_convergence.MeshStudy
     reduced: reduce_carrier.ReducedCarrier
+    in_time: run_reduced_bodies.BodiesAtWork
     simulated: simulate_carrier.SimulatedLoadCases
     identified: identify_parameters.Identification
     gap: diagnose_load_cases.Gap

@@ -1,8 +1,8 @@
 """The main job: from the carrier's parameters to a first report on the sim-to-real gap.
 
-Meshes, deflection curves, reduced bodies, the load cases LC1 to LC4 of the 2012 paper simulated at
-the rim sensors, the motion identified from those signals, and the gap of a model without
-misalignment and flexibility diagnosed.
+Meshes, deflection curves, reduced bodies, planetary stage and mounting in time with those bodies,
+the load cases LC1 to LC4 of the 2012 paper simulated at the rim sensors, the motion identified from
+those signals, and the gap of a model without misalignment and flexibility diagnosed.
 """
 
 import resource
@@ -27,7 +27,7 @@ from carrierflex.workflows.identification import identify_parameters
 from carrierflex.workflows.job import Job
 from carrierflex.workflows.pictures import draw_carriers
 from carrierflex.workflows.reduction import reduce_carrier
-from carrierflex.workflows.simulation import simulate_carrier
+from carrierflex.workflows.simulation import run_reduced_bodies, simulate_carrier
 from carrierflex.workflows.summary import job_summary
 from carrierflex.workflows.support.carrier_variants import (
     CarrierVariant,
@@ -53,8 +53,8 @@ def main(
     Parameters
     ----------
     out
-        Output folder: meshes, deflection_curves.csv, bodies, campaign, identification, gap,
-        pictures, summary.json.
+        Output folder: meshes, deflection_curves.csv, bodies, stage, mounting, campaign,
+        identification, gap, pictures, summary.json.
     size
         Element edge length [m].
     parameters
@@ -71,10 +71,11 @@ def main(
         In a good job every check of the summary is met.
     """
     stage = read_parameters(parameters)
-    for folder in (out, out / "meshes", out / "bodies", out / "pictures"):
-        prepared_folder(folder)
-    prepare_campaign_folder(out / "campaign")
-    stages = Stages(9, quiet)
+    for folder in ("", "meshes", "bodies", "pictures", "stage", "mounting"):
+        prepared_folder(out / folder)
+    for folder in ("campaign", "stage/campaign", "mounting/campaign"):
+        prepare_campaign_folder(out / folder)
+    stages = Stages(10, quiet)
     variants = {}
     with stages.stage("carrier without pins: mesh, matrices, load cases"):
         variants["flexible"] = flexible_variant(stage, size)
@@ -95,8 +96,23 @@ def main(
             write_body(body.model, out / "bodies" / f"{body.model.name}.h5")
     with stages.stage("pictures of the carriers"):
         draw_carriers(out / "pictures", variants, curves, reduced)
+    with stages.stage("planetary stage and mounting in time"):
+        in_time = run_reduced_bodies.main(
+            reduced.flexible.model, reduced.pin.model, stage.gear, curves=curves, out=out
+        )
     simulated, identified, gap = _signals(out, curves, stages)
-    job = Job(stage, variants, curves, mesh_study, reduced, simulated, identified, gap, {})
+    job = Job(
+        stage,
+        variants,
+        curves,
+        mesh_study,
+        reduced,
+        in_time,
+        simulated,
+        identified,
+        gap,
+        summary={},
+    )
     summary = job_summary(job, size) | {
         "seconds": stages.seconds,
         "peak_memory_gb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6,

@@ -57,6 +57,8 @@ def job_summary(job: "Job", size: float) -> dict[str, Any]:
             model: {run: estimate.rms_by_run[run] * MICROMETRES for run, estimate in runs.items()}
             for model, runs in job.identified.estimates.items()
         },
+        "in_time": job.in_time.figures
+        | {"files": ["stage/in_time.csv", "stage/in_time.png", "mounting/housing_motion.png"]},
         "truth": truth,
         "gap": _gap(job),
         "checks": _checks(job, truth, pin_fit, list(quality.values())),
@@ -160,6 +162,7 @@ def _checks(
         *_curve_checks(job),
         *_mesh_checks(job, quality),
         *_model_checks(job, pin_fit),
+        *_in_time_checks(job),
         _interval_check(truth),
     ]
 
@@ -226,6 +229,28 @@ def _model_checks(job: "Job", pin_fit: dict[str, Any]) -> list[dict[str, Any]]:
         _below("load against reaction, relative", 1e-9, imbalance, wanted=wanted),
         _below("reduced against full compliance", 1e-9, compliance, wanted=wanted),
         _below("free sliding pins joined against full model", 1e-9, sliding, wanted=wanted),
+    ]
+
+
+def _in_time_checks(job: "Job") -> list[dict[str, Any]]:
+    """The reduced bodies in time against their own statics, and energy."""
+    figures = job.in_time.figures
+    curve = job.reduced.joined[job.in_time.case.pin_fit_stiffness]
+    static = curve.axial_order_content()[3] * MICROMETRES
+    ratio = figures["order_3_um_per_knm"] / static
+    return [
+        _check(
+            "order 3 of the stage in time over the bodies' static curve",
+            "0.97-1.03",
+            ratio,
+            met=0.97 <= ratio <= 1.03,
+        ),
+        _below(
+            "energy left over by the stage in time, over the work",
+            1e-9,
+            figures["energy_imbalance_over_work"],
+            wanted="< 1e-9",
+        ),
     ]
 
 

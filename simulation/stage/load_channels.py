@@ -1,7 +1,7 @@
 """What a run of the stage computed beside the sensors, as named columns.
 
-Loads of teeth, pins and bearings, shares of the planets, speeds of the shafts, generator torque,
-energies.
+Loads of teeth, pins and bearings, shares of the planets, motion of the housing, speeds of the
+shafts, generator torque, energies.
 """
 
 import numpy as np
@@ -20,6 +20,15 @@ BEARINGS = {
     "downwind_seat": "bearing_B",
     "sun": "sun_support",
 }
+#: Motion of the housing's centre in the fixed frame: displacements [m], rotations [rad].
+HOUSING_COLUMNS = (
+    "housing_d_x",
+    "housing_d_y",
+    "housing_d_z",
+    "housing_theta_x",
+    "housing_theta_y",
+    "housing_theta_z",
+)
 _ENERGIES = (
     "energy_torque",
     "energy_generator",
@@ -52,7 +61,8 @@ def load_columns(
         ``pin_i_force_*``, ``pin_i_moment_*``: planet on pin, axial, radial and tangential [N, N m];
         ``share_i``: of the tangential pin forces; ``load_sharing_factor``: the largest share times
         the number of planets; ``bearing_A_y`` ...: force on the rotating part in the fixed frame
-        [N] and ``_my``, ``_mz`` its moment [N m]; ``*_speed`` [rad/s], planets' against the fixed
+        [N] and ``_my``, ``_mz`` its moment [N m]; ``housing_*`` as :data:`HOUSING_COLUMNS`;
+        ``*_speed`` [rad/s], planets' against the fixed
         frame; ``generator_torque`` on the generator about +x [N m]; ``energy_*`` since the start,
         and ``energy_imbalance``, what the balance leaves over [J].
     """
@@ -74,6 +84,8 @@ def load_columns(
         force = -_in_fixed_frame(record.c[:, 0], spring_load(model, spring, record.c))
         for i, component in zip((0, 1, 2, 4, 5), ("x", "y", "z", "my", "mz"), strict=True):
             columns[f"{name}_{component}"] = force[:, i]
+    motion = _in_fixed_frame(record.c[:, 0], record.c @ model.channels.B[:, model.channels.housing])
+    columns |= {name: motion[:, i] for i, name in enumerate(HOUSING_COLUMNS)}
     columns |= _speeds(model, record)
     chain = model.data.chain
     wanted, speed = record.drive[:, 1], columns["generator_speed"]
@@ -93,7 +105,7 @@ def _speeds(model: StageModel, record: StageRecord) -> dict[str, NDArray[np.floa
 
 
 def _in_fixed_frame(angle: NDArray[np.float64], load: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Forces and moments of the carrier frame, shape (N, 6), seen from the fixed one."""
+    """Loads or small motions of the carrier frame, shape (N, 6), seen from the fixed one."""
     fixed = load.copy()
     c, s = np.cos(angle), np.sin(angle)
     for y, z in ((1, 2), (4, 5)):

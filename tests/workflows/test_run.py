@@ -32,7 +32,7 @@ def summary(job_folder):
 @pytest.mark.slow
 def test_every_check_of_the_main_job_is_met_but_those_of_the_mesh(summary):
     names = [row["check"] for row in summary["checks"]]
-    assert len(names) == len(set(names)) == 13
+    assert len(names) == len(set(names)) == 15
     failed = [row["check"] for row in summary["checks"] if not row["met"]]
     assert failed == [
         "change of orders 3 and 6, two finest meshes",
@@ -98,13 +98,40 @@ def test_every_picture_is_drawn_and_shows_something(job_folder):
     shown = ("deformed", "mesh", "modes")
     bodies = {f"{body}_{what}" for body in ("flexible", "stiff") for what in shown}
     signals = {f"signals_LC{number}" for number in (1, 2, 3, 4)}
-    assert set(pictures) == bodies | signals | {"deflection_curves", "pin_fit", "parameters", "rms"}
+    in_time = {"in_time", "housing_motion"}
+    others = {"deflection_curves", "pin_fit", "parameters", "rms"}
+    assert set(pictures) == bodies | signals | in_time | others
     for name, picture in pictures.items():
         drawn = (picture != picture[0, 0]).any(axis=-1)
         for half in np.array_split(drawn, 2):
             for quarter in np.array_split(half, 2, axis=1):
                 # More than a frame with labels, less than a filled page.
                 assert 0.02 < quarter.mean() < 0.9, name
+
+
+@pytest.mark.slow
+def test_the_bodies_just_reduced_run_in_the_stage(job_folder, summary):
+    in_time = summary["in_time"]
+    # Their own static curve times the torque, not that of the default mesh: three figures.
+    of_fit = dict(
+        zip(
+            summary["pin_fit"]["interface_stiffness"],
+            summary["pin_fit"]["curves_um_per_knm"],
+            strict=True,
+        )
+    )
+    assert in_time["order_3_um_per_knm"] == pytest.approx(of_fit[1e6]["order_3"], rel=5e-3)
+    assert 0.32 < in_time["smallest_load_share"] < 1 / 3 < in_time["largest_load_share"] < 0.35
+    # Both bushings at 0.75 m carry what the gear ratio leaves of the torque.
+    roll = 360e3 * (1.0 - 1.0 / 81.49) / (2.0 * 20.2e6 * 0.75**2)
+    assert in_time["housing_roll_mrad"] == pytest.approx(roll * 1e3, rel=0.01)
+    stage = read_campaign(job_folder / "stage" / "campaign")
+    assert [load_case.name for load_case in stage.runs] == ["LC1"]
+    rows = (job_folder / "stage" / "in_time.csv").read_text(encoding="utf-8").splitlines()
+    assert rows[0].startswith("time,carrier_angle,s047,")
+    assert len(rows) == 1 + len(stage.runs[0].time)
+    mounting = read_campaign(job_folder / "mounting" / "campaign")
+    assert mounting.kind == "mounting"
 
 
 @pytest.mark.slow

@@ -174,4 +174,20 @@ def gear_life_table(life: "GearLife") -> RenderableType:
     )
     for name, mesh in life.meshes.items():
         papers.add_row(f"planet and {name}", f"{mesh.papers_misalignment * 1e6:.0f}")
-    return Group(table, papers)
+    stage = titled_table(
+        "kink in the whole stage",
+        "support",
+        "carrier",
+        "mesh",
+        "slope, urad",
+        "pressure",
+        "life",
+    )
+    for kink in life.kinks:
+        numbers = (
+            f"{abs(kink.worst) * 1e6:.3g}",
+            f"{(kink.pressure_ratio - 1.0) * 100.0:+.2f} %",
+            f"{kink.life_ratio:.3f}",
+        )
+        stage.add_row(kink.support, kink.carrier, kink.mesh, *numbers)
+    return Group(table, papers, "", stage)

@@ -295,7 +295,15 @@ def summary_table(job: "Job") -> RenderableType:
     seconds, memory = sum(summary["seconds"].values()), summary["peak_memory_gb"]
     moment = summary["tilting_moment_nm"]
     named = " + ".join(diagnosis.attribution.effects) or "no effect"
+    in_time = summary["in_time"]
     sentences = (
+        f"the reduced bodies in time, {in_time['revolutions']:.0f} revolutions at "
+        f"{in_time['torque_nm'] / 1e3:.0f} kN m: order 3 at the axial sensors "
+        f"{in_time['order_3_um_per_knm']:.3f} um per kN m, load shares "
+        f"{100.0 * in_time['smallest_load_share']:.1f} to "
+        f"{100.0 * in_time['largest_load_share']:.1f} %, roll of the housing "
+        f"{in_time['housing_roll_mrad']:.1f} mrad (stage/in_time.png); roll in the mounting's "
+        f"record up to {in_time['mounting_largest_roll_mrad']:.1f} mrad (housing_motion.png)",
         f"tilting moment M_t of 1 kN m: {moment['computed']:.2f} N m "
         f"(the paper prints {moment['paper']})",
         f"where the gap lies: {where_text(diagnosis)}",

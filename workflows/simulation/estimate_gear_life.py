@@ -1,14 +1,16 @@
 """Estimate what a misaligned planet costs.
 
-Contact pressure and pitting life of both meshes over the misalignment.
+Contact pressure and pitting life of both meshes over the misalignment, and what of it a kink of
+main shaft and carrier makes in the whole stage.
 
 The 2012 paper finds 1.5 % more pressure at the sun and 23 % less life (its section 4). A good
-answer tells at which misalignment of the mesh that happens, beside the misalignment phi_PLC of main
-shaft and carrier: the floating sun and the bearings leave only a part of phi_PLC in the mesh, and
-which part is what a drivetrain simulation has to tell.
+answer tells at which misalignment of the mesh that happens, and which misalignment the stage has:
+floating sun and bearings leave only a part of phi_PLC in the mesh, and the supports of carrier and
+housing decide which.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,15 +19,45 @@ from scipy.optimize import brentq
 
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
+from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.involute_pair import InvolutePair, ring_planet_pair, sun_planet_pair
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.geometry.parameters import N_PINS, GearData
-from carrierflex.simulation.stage.tooth_contact import ToothFlank, life_ratio, mesh_contact
-from carrierflex.simulation.view import mesh_contact_figure
-from carrierflex.workflows.support.outputs import prepared_folder, save_figure
+from carrierflex.reduction.pin_joints import PAPER_STIFFNESS
+from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.simulation.stage.stage_cases import read_stage_case
+from carrierflex.simulation.stage.stage_data import StageData
+from carrierflex.simulation.stage.statics import SteadyLoad
+from carrierflex.simulation.stage.tooth_contact import (
+    MeshContact,
+    ToothFlank,
+    life_ratio,
+    mesh_contact,
+)
+from carrierflex.simulation.view import mesh_contact_figure, stage_contact_figure
+from carrierflex.workflows.simulation.order_one_supports import PHI_PLC, supports
+from carrierflex.workflows.simulation.stage_misalignment import (
+    PARTS,
+    KinkInMesh,
+    StageState,
+    kinks_in_meshes,
+    stage_states,
+)
+from carrierflex.workflows.support.outputs import prepared_folder, save_figure, save_table
+from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.support.stage_bodies import flexible_and_rigid_body
 
-#: Largest misalignment of the sweep, the phi_PLC of LC1 that table 5 of the paper determines [rad].
-_PHI_PLC = 5.8e-4
+#: Supports of the order-one study in which the kink is followed to the teeth: their numbers there.
+_SUPPORTS = {
+    "housing free": 0,
+    "clearances": 12,
+    "housing held": 19,
+    "bearing A alone": 23,
+}
+#: Case of another support, found by search.
+_FOUND = "stage_order_one"
+#: Supports of the picture.
+_SHOWN = ("housing held", _FOUND)
 #: Opens one end of every mesh under any load in use [rad].
 _LARGE_MISALIGNMENT = 0.02
 #: Increase of the contact pressure that the paper reports for the sun.
@@ -54,12 +86,30 @@ class MeshLife:
 
 @dataclass(frozen=True, eq=False)
 class GearLife:
-    """Both meshes, ``sun`` and ``ring``, over misalignments [rad], one torque [N m] and flank."""
+    """Both meshes, ``sun`` and ``ring``, one torque and flank.
+
+    Parameters
+    ----------
+    torque : float
+        [N m].
+    flank : ToothFlank
+        Modifications and stiffness.
+    misalignment : ndarray, shape (n,)
+        Of the sweep [rad].
+    meshes : dict of str to MeshLife
+        Sweep by mesh.
+    states : list of StageState
+        The stage by support and carrier, without and with the kink.
+    kinks : list of KinkInMesh
+        What the kink does to the meshes.
+    """
 
     torque: float
     flank: ToothFlank
     misalignment: NDArray[np.float64]
     meshes: dict[str, MeshLife]
+    states: list[StageState]
+    kinks: list[KinkInMesh]
 
 
 def main(
@@ -68,15 +118,22 @@ def main(
     torque: float = 360e3,
     crowning: float = ToothFlank.crowning,
     tip_relief: float = ToothFlank.tip_relief,
-    largest_misalignment: float = _PHI_PLC,
+    largest_misalignment: float = PHI_PLC,
+    phi_plc: float = PHI_PLC,
     parameters: Path | None = None,
+    size: float = DEFAULT_SIZE,
+    quiet: bool = False,
 ) -> GearLife:
     """Contact pressure and pitting life of sun and ring mesh over the misalignment of a planet.
+
+    What misalignment a kink between main shaft and carrier makes comes from the statics of the
+    whole stage, by support of carrier and housing.
 
     Parameters
     ----------
     out
-        Folder for gear_life.json and gear_life.png.
+        Folder for gear_life.json, gear_life.png, stage_meshes.csv, stage_tilts.csv and
+        stage_contact.png.
     torque
         Torque of the main shaft [N m], shared equally by the planets.
     crowning
@@ -85,8 +142,14 @@ def main(
         Tip relief of both wheels, normal to the flank [m].
     largest_misalignment
         End of the sweep: slope of the gap over the face width in the plane of action [rad].
+    phi_plc
+        Kink between main shaft and carrier in the stage [rad].
     parameters
-        TOML file with a table [gear]; what it leaves out keeps its default.
+        TOML file with the tables [carrier], [pin], [gear]; what it leaves out keeps its default.
+    size
+        Element edge length of carrier and pins [m].
+    quiet
+        Show no progress.
 
     Returns
     -------
@@ -99,16 +162,23 @@ def main(
         raise ValueError(
             f"--largest-misalignment is {largest_misalignment} rad; expected a positive angle"
         )
+    if not np.isfinite(phi_plc):
+        raise ValueError(f"--phi-plc is {phi_plc} rad; expected a finite angle")
     prepared_folder(out)
+    stages = Stages(3, quiet)
     force = _tangential_force(torque, gear)
     slopes = np.linspace(0.0, largest_misalignment, 30)
     pairs = {"sun": sun_planet_pair(gear), "ring": ring_planet_pair(gear)}
-    life = GearLife(
-        torque,
-        flank,
-        slopes,
-        {name: _swept(pair, flank, force, slopes) for name, pair in pairs.items()},
-    )
+    with stages.stage("meshes over their misalignment"):
+        meshes = {name: _swept(pair, flank, force, slopes) for name, pair in pairs.items()}
+    with stages.stage(f"reduced carrier and pins, elements of {size} m, and a rigid carrier"):
+        flexible, rigid = flexible_and_rigid_body(PAPER_STIFFNESS, size, parameters=parameters)
+    with stages.stage("statics of the stage with and without the kink"):
+        bodies = {"flexible": flexible, "rigid": rigid}
+        states = stage_states(bodies, _stages(gear), phi_plc, SteadyLoad(torque))
+        kinks = kinks_in_meshes(states, pairs, flank)
+    life = GearLife(torque, flank, slopes, meshes, states, kinks)
+    _write_stage(life, pairs, force, out)
     save_json(
         out / "gear_life.json",
         {"inputs": {"torque": torque, "gear": gear}, "result": life, "versions": versions()},
@@ -121,6 +191,54 @@ def main(
     ratios = {name: mesh.pressure_ratio for name, mesh in life.meshes.items()}
     save_figure(out / "gear_life.png", mesh_contact_figure(contacts, slopes, ratios))
     return life
+
+
+def _stages(gear: GearData) -> dict[str, StageData]:
+    """Stages by support, with these gears."""
+    table = supports()
+    chosen = {name: table[number].data for name, number in _SUPPORTS.items()}
+    chosen[_FOUND] = read_stage_case(shipped_case(_FOUND)).data
+    return {name: replace(data, gear=gear) for name, data in chosen.items()}
+
+
+def _write_stage(
+    life: GearLife, pairs: Mapping[str, InvolutePair], force: float, out: Path
+) -> None:
+    planets = [f"added slope, planet {planet} [urad]" for planet in range(1, N_PINS + 1)]
+    pressures = ["pressure without kink [MPa]", "with kink [MPa]", "increase [%]", "life"]
+    raw = ["without lead correction: pressure without kink [MPa]", "with kink [MPa]"]
+    header = ["support", "carrier", "mesh", "common slope [urad]", *planets, *pressures, *raw]
+    save_table(out / "stage_meshes.csv", header, [_mesh_row(kink) for kink in life.kinks])
+    tilts = [
+        [state.support, state.carrier, state.phi_PLC * 1e3, part, *(state.tilt[part] * 1e6)]
+        for state in life.states
+        for part in PARTS
+    ]
+    header = ["support", "carrier", "phi_PLC [mrad]", "part", "about y [urad]", "about z [urad]"]
+    save_table(out / "stage_tilts.csv", header, tilts)
+    save_figure(out / "stage_contact.png", stage_contact_figure(_contacts(life, pairs, force)))
+
+
+def _mesh_row(kink: KinkInMesh) -> list[object]:
+    slopes = [kink.common_slope * 1e6, *(kink.added_slope * 1e6)]
+    pressures = [kink.pressure / 1e6, kink.pressure_with_kink / 1e6]
+    increase = [(kink.pressure_ratio - 1.0) * 100.0, kink.life_ratio]
+    raw = [kink.uncorrected / 1e6, kink.uncorrected_with_kink / 1e6]
+    return [kink.support, kink.carrier, kink.mesh, *slopes, *pressures, *increase, *raw]
+
+
+def _contacts(
+    life: GearLife, pairs: Mapping[str, InvolutePair], force: float
+) -> dict[str, MeshContact]:
+    """Contacts of the worst planet by title: aligned, and with the kink by support."""
+    contacts = {}
+    for mesh, pair in pairs.items():
+        contacts[f"{mesh}, no kink"] = mesh_contact(pair, life.flank, force)
+        shown = [kink for kink in life.kinks if kink.mesh == mesh and kink.support in _SHOWN]
+        for kink in (kink for kink in shown if kink.carrier == "flexible"):
+            title = f"{mesh}, {kink.support}:\n{kink.worst * 1e6:.0f} urad"
+            contacts[title] = mesh_contact(pair, life.flank, force, misalignment=kink.worst)
+    return contacts
 
 
 def _tangential_force(torque: float, gear: GearData) -> float:

@@ -26,6 +26,9 @@ from carrierflex.workflows.support.named_bodies import body_structure
 #: Fixed-interface modes of carrier, pin and shaft, whole groups of equal frequency: up to about 2
 #: kHz, far beyond the mesh frequency's harmonics.
 _N_MODES = {"flexible_carrier": 20, "pin": 4, "main_shaft": 10}
+#: Stiffness of a carrier that counts as rigid, over the real one: its deflection falls below a
+#: micrometre.
+RIGID_FACTOR = 100.0
 #: What each body file must bring; a carrier is checked as a whole.
 _PILOTS = {
     "pin": ("pin_1_upwind", "pin_1_midspan", "pin_1_downwind"),
@@ -37,19 +40,61 @@ def default_stage_body(
     pin_fit_stiffness: float,
     size: float,
     *,
-    carrier_factor: float = 1.0,
     main_shaft: str = "beam",
 ) -> StageBody:
     """Default carrier and pins by finite elements of `size` [m], joined to the main shaft.
 
-    `carrier_factor` multiplies the carrier's stiffness: a large one makes it rigid. The shaft is a
-    ``beam`` or of ``finite_elements`` with its lowest modes.
+    The shaft is a ``beam`` or of ``finite_elements`` with its lowest modes.
     """
-    body = _reduced("flexible_carrier", size)
-    carrier = carrier_with_pins(
-        replace(body, K=carrier_factor * body.K), _reduced("pin", size), pin_fit_stiffness
-    )
+    carrier = carrier_with_pins(*reduced_carrier_and_pin(size), pin_fit_stiffness)
     return joined_to_shaft(carrier, _default_shaft(main_shaft, carrier, size))
+
+
+def flexible_and_rigid_body(
+    pin_fit_stiffness: float, size: float, *, parameters: Path | None = None
+) -> tuple[StageBody, StageBody]:
+    """Bodies of two stages that differ in the carrier: its own stiffness, and that of a rigid one.
+
+    Parameters
+    ----------
+    pin_fit_stiffness : float
+        Bending stiffness of each pin interface [N m/rad].
+    size : float
+        Element edge length [m].
+    parameters : Path, optional
+        TOML file of the dimensions; what it leaves out keeps its default.
+    """
+    carrier, pin = reduced_carrier_and_pin(size, parameters=parameters)
+    return (
+        stage_body_of(carrier, pin, pin_fit_stiffness),
+        stage_body_of(made_rigid(carrier), pin, pin_fit_stiffness),
+    )
+
+
+def reduced_carrier_and_pin(
+    size: float, *, parameters: Path | None = None
+) -> tuple[ReducedModel, ReducedModel]:
+    """Carrier without pins and pin by finite elements of `size` [m], for several stages."""
+    return _reduced("flexible_carrier", size, parameters), _reduced("pin", size, parameters)
+
+
+def made_rigid(carrier: ReducedModel) -> ReducedModel:
+    """Copy of a carrier that is so stiff that it counts as rigid."""
+    return replace(carrier, K=RIGID_FACTOR * carrier.K)
+
+
+def stage_body_of(carrier: ReducedModel, pin: ReducedModel, pin_fit_stiffness: float) -> StageBody:
+    """Body of a stage from a reduced carrier without pins, a pin and the default main shaft.
+
+    Parameters
+    ----------
+    carrier, pin : ReducedModel
+        Bodies.
+    pin_fit_stiffness : float
+        Bending stiffness of each pin interface [N m/rad].
+    """
+    pinned = carrier_with_pins(carrier, pin, pin_fit_stiffness)
+    return joined_to_shaft(pinned, beam_shaft(ShaftData(), pinned.pilots["shaft_face"]))
 
 
 def _default_shaft(kind: str, carrier: ReducedModel, size: float) -> ReducedModel:
@@ -97,8 +142,8 @@ def stage_body_of_files(
     return joined_to_shaft(carrier, read.get("shaft") or _default_shaft(main_shaft, carrier, size))
 
 
-def _reduced(name: str, size: float) -> ReducedModel:
-    _, structure = body_structure(name, read_parameters(None), size)
+def _reduced(name: str, size: float, parameters: Path | None = None) -> ReducedModel:
+    _, structure = body_structure(name, read_parameters(parameters), size)
     return craig_bampton(structure, _N_MODES[name]).model
 
 

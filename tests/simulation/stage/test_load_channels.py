@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.simulation.stage.load_channels import load_columns
-from carrierflex.simulation.stage.part_loads import mesh_misalignment, part_loads
+from carrierflex.simulation.stage.part_loads import mesh_misalignment, part_loads, part_tilt
 from carrierflex.simulation.stage.quasi_static import quasi_static_turn
 from carrierflex.simulation.stage.stage_data import BearingData, MountingData, StageData
 from carrierflex.simulation.stage.stage_model import stage_model
@@ -73,6 +73,27 @@ def test_speeds_torque_and_energies_of_a_run(stage_body):
     assert_allclose(columns["energy_torque"][-1], 0.5 * power, rtol=0.01)
     assert np.abs(columns["energy_imbalance"]).max() < 1e-9 * power
     assert 1.0 < columns["load_sharing_factor"].max() < 1.1
+
+
+def test_the_housing_turns_against_its_bushings_in_the_fixed_frame(stage_body):
+    model = stage_model(stage_body, speed=0.0)
+    record = quasi_static_turn(model, SteadyLoad(TORQUE), 5)
+    columns = load_columns(model, record, part_loads(model, record.c))
+    roll = TORQUE * (1.0 - 1.0 / model.data.ratio) / (2.0 * 20.2e6 * 0.75**2)
+    assert_allclose(columns["housing_theta_x"], roll, rtol=1e-3)
+    # Weight pulls down at every carrier angle; in the carrier's frame it would turn.
+    assert (columns["housing_d_z"] < -1e-4).all()
+    assert np.ptp(columns["housing_d_z"]) < 1e-6
+    assert np.abs(columns["housing_d_y"]).max() < 2e-6
+
+
+def test_a_part_that_alone_is_tilted_tells_its_tilt(stage_body):
+    model = stage_model(stage_body, speed=0.0)
+    c = np.zeros((1, len(model.K)))
+    c[0, 0] = 2.0  # the drive's large angle is no tilt
+    c[0, model.labels.index("sun Rz [rad]")] = 3e-4
+    assert_allclose(part_tilt(model, "sun", c), [[0.0, 3e-4]], atol=1e-15)
+    assert_allclose(part_tilt(model, "ring", c), 0.0, atol=1e-15)
 
 
 def test_a_tilted_ring_misaligns_its_meshes_alone(stage_body):

@@ -1,0 +1,228 @@
+"""The reduced bodies at work: planetary stage and mounting in time.
+
+The carrier and pin that were just reduced, joined to the main shaft, run as the planetary stage
+under the first load case of the 2012 paper; the housing answers on its bushings to the load history
+of the 2011 paper. A good answer: the sensors' order 3 in time is that of the static curve of the
+same bodies, energy balances to rounding, and the planets share the load but for weight.
+"""
+
+import shutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.fe.curve_files import write_curves
+from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.geometry.parameters import N_PINS, GearData
+from carrierflex.identification.campaign.campaign_files import CASE_COPY, write_campaign
+from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE
+from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
+from carrierflex.simulation.mounting.rig import HOUSING_MOTION
+from carrierflex.simulation.stage.load_channels import HOUSING_COLUMNS, load_columns
+from carrierflex.simulation.stage.part_loads import part_loads
+from carrierflex.simulation.stage.response import joined_records
+from carrierflex.simulation.stage.stage_cases import StageCase, read_stage_case
+from carrierflex.simulation.stage.stage_model import stage_model
+from carrierflex.simulation.stage.stage_run import simulate_stage
+from carrierflex.workflows.simulation import simulate_mounting
+from carrierflex.workflows.simulation.housing_motion import measured_motion
+from carrierflex.workflows.simulation.in_time_pictures import (
+    mounting_in_time_figure,
+    stage_in_time_figure,
+)
+from carrierflex.workflows.simulation.simulate_stage import stage_campaign, stage_run_record
+from carrierflex.workflows.support.outputs import save_figure, save_table
+from carrierflex.workflows.support.stage_bodies import stage_body_of
+
+#: Case whose rig, sensors, load and pin fit the stage has, and the mounting's.
+STAGE_CASE, MOUNTING_CASE = "stage_lc1", "mounting_2011"
+#: Length of the stage's run, in revolutions.
+_TURNS = 2
+#: Samples a revolution: orders are told apart without leakage.
+_SAMPLES_A_TURN = 300
+
+Columns = Mapping[str, NDArray[np.float64]]
+
+
+@dataclass(frozen=True, eq=False)
+class BodiesAtWork:
+    """What the bodies did in time.
+
+    Parameters
+    ----------
+    case : StageCase
+        What was run, with the bodies' gears.
+    stage : mapping of str to ndarray, shape (N,)
+        Time [s], sensors [m], loads, load shares and motion of the housing by column name.
+    imbalance : float
+        Energy that the stage's balance leaves over, over the work done.
+    mounting : mapping of str to ndarray, shape (n,)
+        Time [s], loads and motion of the housing on its bushings [m, rad].
+    """
+
+    case: StageCase
+    stage: Columns
+    imbalance: float
+    mounting: Columns
+
+    @property
+    def order_3(self) -> float:
+        """Amplitude of order 3 over the last revolution [m], mean vector of the axial sensors.
+
+        Weight adds to the torque's order 3 as a vector that turns from sensor to sensor and has no
+        mean.
+        """
+        last = slice(-_SAMPLES_A_TURN, None)
+        angle = self.stage["carrier_angle"][last]
+        parts = [
+            np.mean(self.stage[sensor.name][last] * np.exp(3j * (sensor.angle - angle)))
+            for sensor in self.axial_sensors
+        ]
+        return float(2.0 * np.abs(np.mean(parts)))
+
+    @property
+    def axial_sensors(self) -> tuple[Sensor, ...]:
+        """Sensors of the rim's axial motion."""
+        return tuple(sensor for sensor in self.case.sensors if sensor.quantity == AXIAL)
+
+    @property
+    def figures(self) -> dict[str, float]:
+        """What the summary tells, by name with unit."""
+        torque = self.case.runs[0].load.torque
+        shares = np.stack([self.stage[f"share_{pin + 1}"] for pin in range(N_PINS)])
+        roll = self.stage["housing_theta_x"].mean()
+        return {
+            "revolutions": float(_TURNS),
+            "torque_nm": torque,
+            "order_3_um_per_knm": self.order_3 * 1e9 / torque,
+            "smallest_load_share": float(shares.min()),
+            "largest_load_share": float(shares.max()),
+            "housing_roll_mrad": float(roll) * 1e3,
+            "energy_imbalance_over_work": self.imbalance,
+            "mounting_largest_roll_mrad": float(np.abs(self.mounting["theta_x"]).max()) * 1e3,
+        }
+
+
+def main(
+    carrier: ReducedModel,
+    pin: ReducedModel,
+    gear: GearData,
+    *,
+    curves: Mapping[str, DeflectionCurve],
+    out: Path,
+) -> BodiesAtWork:
+    """Run stage and mounting in time.
+
+    Parameters
+    ----------
+    carrier, pin : ReducedModel
+        Reduced bodies: the carrier without pins, and pin 1.
+    gear : GearData
+        Gears that belong to them.
+    curves : mapping of str to DeflectionCurve
+        Kept with the stage's campaign.
+    out : Path
+        Folder that exists; ``stage/`` and ``mounting/`` in it get a campaign, a table of the motion
+        and a picture each.
+
+    Returns
+    -------
+    BodiesAtWork
+        Columns over time.
+
+    Raises
+    ------
+    ValueError, StageDivergedError
+        Where body and stage do not fit, or the run leaves the range of small motions.
+    """
+    case = _case(gear)
+    stage, imbalance = _run_stage(case, carrier, pin, curves, out / "stage")
+    mounting = _run_mounting(out / "mounting")
+    return BodiesAtWork(case, stage, imbalance, mounting)
+
+
+def _case(gear: GearData) -> StageCase:
+    shipped = read_stage_case(shipped_case(STAGE_CASE))
+    turn = 2.0 * np.pi / shipped.speed
+    return replace(
+        shipped,
+        data=replace(shipped.data, gear=gear),
+        duration=_TURNS * turn,
+        sample_rate=_SAMPLES_A_TURN / turn,
+    )
+
+
+def _run_stage(
+    case: StageCase,
+    carrier: ReducedModel,
+    pin: ReducedModel,
+    curves: Mapping[str, DeflectionCurve],
+    folder: Path,
+) -> tuple[dict[str, NDArray[np.float64]], float]:
+    """Columns over time, and the energy left over, over the work done."""
+    body = stage_body_of(carrier, pin, case.pin_fit_stiffness)
+    model = stage_model(body, case.data, effects=case.effects, speed=case.speed)
+    (run,) = case.runs
+    pieces = list(
+        simulate_stage(
+            model,
+            run.load,
+            case.sensors,
+            duration=case.duration,
+            sample_rate=case.sample_rate,
+            step=case.step,
+            effects=case.reading,
+            rng=np.random.default_rng(case.seed),
+        )
+    )
+    record = stage_run_record(run, pieces)
+    files: dict[str, Callable[[Path], None]] = {
+        CURVES_FILE: lambda path: write_curves(path, curves),
+        CASE_COPY: partial(shutil.copyfile, shipped_case(STAGE_CASE)),
+    }
+    write_campaign(
+        stage_campaign(case, [record]), folder / "campaign", simulated=True, more_files=files
+    )
+    states = joined_records([piece.record for piece in pieces])
+    loads = load_columns(model, states, part_loads(model, states.c))
+    columns = {"time": record.time, **record.signals, **loads}
+    shown = (
+        "time",
+        "carrier_angle",
+        *record.signals,
+        *(f"share_{pin + 1}" for pin in range(N_PINS)),
+        *HOUSING_COLUMNS,
+    )
+    save_table(
+        folder / "in_time.csv", shown, np.column_stack([columns[name] for name in shown]).tolist()
+    )
+    save_figure(folder / "in_time.png", stage_in_time_figure(run.name, columns, case.sensors))
+    work = np.abs(states.energy[:, 0]).max()
+    return columns, float(np.abs(states.imbalance).max() / work)
+
+
+def _run_mounting(folder: Path) -> dict[str, NDArray[np.float64]]:
+    """Time, loads and motion of the housing under the record of the 2011 paper."""
+    simulated = simulate_mounting.main(
+        shipped_case(MOUNTING_CASE), out=folder / "campaign", quiet=True
+    )
+    (run,) = simulated.campaign.runs
+    motion = measured_motion(simulated.campaign)[run.name]
+    columns = {
+        "time": run.time,
+        **{name: run.inputs[name] for name in ("torque", "ntl_y", "ntl_z")},
+    }
+    columns |= {name: motion[:, i] for i, name in enumerate(HOUSING_MOTION)}
+    save_table(
+        folder / "housing_motion.csv",
+        list(columns),
+        np.column_stack(list(columns.values())).tolist(),
+    )
+    save_figure(folder / "housing_motion.png", mounting_in_time_figure(columns))
+    return columns
