@@ -15,8 +15,8 @@ from carrierflex.blind_check.truth.mounting.state import EFFECTS
 #: the share that the other's parameters reach.
 _CLASSES: dict[str, dict[str, tuple[str, ...]]] = {
     "carrier": {
-        # A clearance saturates, a compliance does not: 65 to 85 % shared, told apart only by how
-        # the tilt bends over six loads.
+        # A clearance saturates, a compliance does not: much shared, told apart only by how the tilt
+        # bends over six loads.
         "load tilt": ("ntl_tilt", "bearing_clearance"),
     },
     "mounting": {

@@ -144,26 +144,29 @@ def closing_torque(torque: FloatArray, threshold: float) -> FloatArray:
 
 
 def saturated_load(
-    ntl_y: FloatArray, ntl_z: FloatArray, size: float
+    ntl_y: FloatArray, ntl_z: FloatArray, size: float, weight: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Share of a clearance that a radial load takes up, along the load.
+    """Share of a bearing's clearance that a radial load takes up beside a weight, less at rest.
 
-    ``F / sqrt(|F|^2 + F_s^2)``.
+    ``(F + W) / sqrt(|F + W|^2 + F_s^2) - W / sqrt(|W|^2 + F_s^2)`` with W along z.
 
     Parameters
     ----------
     ntl_y, ntl_z : ndarray
         Radial load F [N].
     size : float
-        Load F_s at which 71 % of the clearance is taken up [N].
+        Load F_s that takes up 71 % of the clearance [N].
+    weight : float
+        What presses the bearing along +z without a radial load, as a radial load [N].
 
     Returns
     -------
     tuple of ndarray
-        Components along y and z, between -1 and 1.
+        Components along y and z, between -2 and 2.
     """
-    length = np.sqrt(ntl_y**2 + ntl_z**2 + size**2)
-    return ntl_y / length, ntl_z / length
+    along_z = ntl_z + weight
+    length = np.sqrt(ntl_y**2 + along_z**2 + size**2)
+    return ntl_y / length, along_z / length - weight / np.hypot(weight, size)
 
 
 def load_tilt_pattern(

@@ -1,11 +1,12 @@
 """A turn of the stage without inertia: static equilibria at equal carrier angles.
 
 What the sensors read in them, by order. At the speeds of the rig the sensors' first orders are
-those of the run in time (``docs/order_one.md``), at a hundredth of its cost.
+those of the run in time (``docs/order_one.md``), at a hundredth of its cost. Likewise what they
+read at rest, which records of zeroed sensors count from.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from carrierflex.simulation.carrier.run_cases import Sensor
 from carrierflex.simulation.stage.readings import ReadingEffects, rim_reader, sensor_signals
 from carrierflex.simulation.stage.response import StageRecord
-from carrierflex.simulation.stage.stage_model import StageModel
+from carrierflex.simulation.stage.stage_model import GRAVITY, StageModel, stage_model
 from carrierflex.simulation.stage.statics import SteadyLoad, linear_statics, static_coordinates
 
 
@@ -115,3 +116,39 @@ def static_tilt(orders: SensorOrders, sensors: Sequence[Sensor]) -> NDArray[np.f
     ]
     fit, *_ = np.linalg.lstsq(np.array(rows), orders.amplitudes[:, 0].real, rcond=None)
     return np.asarray(fit[1:])
+
+
+def rest_readings(
+    model: StageModel,
+    sensors: Sequence[Sensor],
+    carrier_angle: float,
+    *,
+    effects: ReadingEffects | None = None,
+    gravity: float = GRAVITY,
+) -> Mapping[str, float]:
+    """Reading of every sensor [m] with the stage at rest under its weight alone, free of noise.
+
+    Parameters
+    ----------
+    model : StageModel
+        The stage.
+    sensors : sequence of Sensor
+        Sensors.
+    carrier_angle : float
+        Where the carrier stands [rad]: a tilt of the carrier reads differently at each angle.
+    effects : ReadingEffects, optional
+        Errors and static patterns of the run; they belong to the zero too.
+    gravity : float
+        [m/s^2].
+
+    Raises
+    ------
+    NotConvergedError
+        Where the contact iteration does not settle.
+    """
+    still = stage_model(model.layout.body, model.data, effects=model.effects, speed=0.0)
+    c = static_coordinates(still, SteadyLoad(0.0, gravity=gravity), carrier_angle)[None]
+    record = StageRecord(np.zeros(1), c, np.zeros_like(c), np.zeros((1, 4)), np.zeros((1, 6)))
+    quiet = replace(effects or ReadingEffects(), noise_std=0.0, delay=0.0)
+    signals = sensor_signals(still, record, sensors, effects=quiet, reader=rim_reader(still))
+    return {name: float(signal[0]) for name, signal in signals.items()}

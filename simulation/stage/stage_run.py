@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from carrierflex.simulation.carrier.run_cases import Sensor
 from carrierflex.simulation.stage.part_loads import PartLoads, part_loads
+from carrierflex.simulation.stage.quasi_static import rest_readings
 from carrierflex.simulation.stage.readings import ReadingEffects, rim_reader, sensor_signals
 from carrierflex.simulation.stage.response import (
     StageRecord,
@@ -17,7 +18,6 @@ from carrierflex.simulation.stage.response import (
 )
 from carrierflex.simulation.stage.stage_model import StageModel
 from carrierflex.simulation.stage.statics import SteadyLoad
-from carrierflex.simulation.stage.zeroing import rest_readings
 
 
 @dataclass(frozen=True, eq=False)

@@ -109,11 +109,19 @@ def _ntl_tilt(record: RimRecord, values: Values) -> FloatArray:
 
 
 def _bearing_clearance(record: RimRecord, values: Values) -> FloatArray:
-    """Tilt in the plane of the load that runs against its limit as a tanh."""
+    """Tilts of two bearings that run against their limits as a tanh.
+
+    Each in the plane of the load that presses it, weight included; nothing without a radial load.
+    """
     y, z = _housing_point(record)
-    load = np.hypot(record.ntl_y, record.ntl_z)
-    share = values["phi_B"] * np.tanh(load / values["F_s"]) / np.maximum(load, 1.0)
-    return share * (y * record.ntl_y + z * record.ntl_z)
+    total = 0.0 * _carrier_point(record)
+    for name, weight in (("phi_A", values["F_s"]), ("phi_B", -values["F_s"])):
+        along_z = record.ntl_z + weight
+        load = np.hypot(record.ntl_y, along_z)
+        share = np.tanh(load / values["F_s"]) / np.maximum(load, 1.0)
+        at_rest = np.tanh(1.0) * np.sign(weight)
+        total += values[name] * (y * share * record.ntl_y + z * (share * along_z - at_rest))
+    return total
 
 
 def _flexible_pins(record: RimRecord, values: Values) -> FloatArray:
@@ -261,7 +269,11 @@ def drawn_values(effect: str, rng: np.random.Generator, n_runs: int) -> dict[str
         "flexible_pins": {"rho_f": 1.0},
         "stiff_pins": {"rho_s": 2.0},
         "pin_clearance": {"c": 1.0, "T_c": float(rng.uniform(120e3, 220e3))},
-        "bearing_clearance": {"phi_B": 1e-4, "F_s": float(rng.uniform(3e4, 9e4))},
+        "bearing_clearance": {
+            "phi_A": 1e-4 * np.cos(angle),
+            "phi_B": 1e-4 * np.sin(angle),
+            "F_s": float(rng.uniform(3e4, 9e4)),
+        },
     }[effect]
 
 

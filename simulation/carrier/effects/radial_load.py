@@ -1,4 +1,10 @@
-"""Tilt and shift of the carrier under the radial load."""
+"""Tilt and shift of the carrier under the radial load.
+
+A clearance holds the carrier where its two bearings are pressed to: by the radial load and, where
+that is small, by weight. In the planetary stage (``docs/stage_model.md``) the two bearings may be
+pressed to opposite sides at rest, the housing hanging between them; a radial load then takes both
+to one side and the tilt *away*, for either sign of the load. One saturating term cannot show that.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,11 +30,17 @@ def _ntl_tilt(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> Floa
 def _bearing_clearance(
     sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, F_s: float
 ) -> FloatArray:
-    """Tilt of axial, then shift of radial sensors by a radial load that saturates at `F_s` [N]."""
-    load = patterns.saturated_load(inputs.ntl_y, inputs.ntl_z, F_s)
-    tilt = patterns.load_tilt_pattern(sensor.angle, sensor.radius, *load)
-    shift = patterns.load_shift_pattern(sensor.angle, *load)
-    return np.array([sensor.is_axial * tilt, (not sensor.is_axial) * shift])
+    """Tilt of axial sensors, then shift of radial ones, by the two bearings.
+
+    Weight presses one of them upwards, the other downwards, as much as a radial load `F_s` [N].
+    """
+    loads = [
+        patterns.saturated_load(inputs.ntl_y, inputs.ntl_z, F_s, weight) for weight in (F_s, -F_s)
+    ]
+    tilts = [patterns.load_tilt_pattern(sensor.angle, sensor.radius, *load) for load in loads]
+    shifts = [patterns.load_shift_pattern(sensor.angle, *load) for load in loads]
+    axial = float(sensor.is_axial)
+    return np.array([*(axial * row for row in tilts), *((1.0 - axial) * row for row in shifts)])
 
 
 def _load_nodes(rig: CarrierRig, largest_load: float) -> FloatArray:
@@ -47,10 +59,13 @@ NTL_TILT = Effect(
 )
 BEARING_CLEARANCE = Effect(
     "bearing_clearance",
-    equation="(phi_B R e(v).F axial, r_B e(v).F radial) / sqrt(F^2 + F_s^2)",
+    equation=(
+        "R e(v).(phi_A u_+ + phi_B u_-) axial, e(v).(r_A u_+ + r_B u_-) radial; "
+        "u_+- = (F +- F_s e_z) / sqrt(|F +- F_s e_z|^2 + F_s^2) less its value at F = 0"
+    ),
     parameters=(
-        *angles("phi_B"),
-        *lengths("r_B", scale=1e-4),
+        *angles("phi_A", "phi_B"),
+        *lengths("r_A", "r_B", scale=1e-4),
         EffectParameter("F_s", "N", 1.0, 1e8, 5e4, shape=True),
     ),
     signature="order 0, m = +1 and -1, and a radial shift along the load, both with a limit",

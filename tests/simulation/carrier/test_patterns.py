@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from carrierflex.simulation.carrier.effects.radial_load import BEARING_CLEARANCE
 from carrierflex.simulation.carrier.patterns import (
     closing_torque,
     drift_patterns,
@@ -15,9 +16,11 @@ from carrierflex.simulation.carrier.patterns import (
     saturated_load,
     uneven_pins_pattern,
 )
+from carrierflex.simulation.carrier.rim import CarrierRig, RimSensor, inputs_of_columns
 from carrierflex.workflows.support.default_curves import default_curves
 
 CURVES = default_curves()
+RIG = CarrierRig(360e3, 3, 0.308, CURVES)
 ANGLE = np.linspace(0.0, 2.0 * np.pi, 50)
 
 
@@ -52,9 +55,28 @@ def test_clearance_closes_at_its_threshold_for_both_signs_of_torque():
 
 
 def test_load_in_a_clearance_keeps_its_direction_and_saturates():
-    y, z = saturated_load(np.array([3e9, 3.0]), np.array([4e9, 4.0]), 5.0)
+    y, z = saturated_load(np.array([3e9, 3.0]), np.array([4e9, 4.0]), 5.0, 0.0)
     assert_allclose(y, [0.6, 0.6 / np.sqrt(2.0)], rtol=1e-9)
     assert_allclose(z, [0.8, 0.8 / np.sqrt(2.0)], rtol=1e-9)
+
+
+def test_weight_holds_a_bearing_until_the_load_outweighs_it_and_counts_from_rest():
+    sharp = 1e-6
+    y, z = saturated_load(np.zeros(4), np.array([0.0, -0.9, -1.1, 5.0]), sharp, 1.0)
+    assert_allclose(y, 0.0)
+    # Nothing moves until the load turns over: then the whole clearance, from one side to the other.
+    assert_allclose(z, [0.0, 0.0, -2.0, 0.0], atol=1e-9)
+    # Across the weight the bearing follows the sum of both.
+    y, z = saturated_load(np.ones(1), np.zeros(1), sharp, 1.0)
+    assert_allclose((y, z), [[np.sqrt(0.5)], [np.sqrt(0.5) - 1.0]], rtol=1e-9)
+
+
+def test_two_bearings_held_apart_answer_alike_to_both_signs_of_the_load():
+    sensor = RimSensor(0.0, 0.4, True)
+    record = {"carrier_angle": np.zeros(2), "ntl_y": np.zeros(2), "ntl_z": np.array([1e6, -1e6])}
+    up, down, *_ = BEARING_CLEARANCE.signals(sensor, inputs_of_columns(record), RIG, 1e3)
+    assert_allclose(up - down, [-0.4 * np.sqrt(2.0)] * 2, rtol=1e-2)
+    assert_allclose(up + down, [0.8, -0.8], rtol=1e-2)
 
 
 def test_a_load_along_y_moves_the_sensor_at_minus_quarter_turn():

@@ -15,6 +15,7 @@ from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.quasi_static import (
     quasi_static_turn,
+    rest_readings,
     sensor_orders,
     static_tilt,
 )
@@ -24,7 +25,6 @@ from carrierflex.simulation.stage.stage_data import BearingData, MountingData, S
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.stage_run import simulate_stage
 from carrierflex.simulation.stage.statics import SteadyLoad, static_coordinates
-from carrierflex.simulation.stage.zeroing import rest_readings
 from tests.simulation.stage.conftest import SPEED
 
 PHI = 0.58e-3

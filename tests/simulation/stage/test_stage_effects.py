@@ -16,6 +16,7 @@ from carrierflex.reduction.reduced_model import turned
 from carrierflex.simulation.carrier.kinematics import carrier_tilt_pattern, housing_tilt_pattern
 from carrierflex.simulation.carrier.run_cases import AXIAL, RADIAL, Sensor
 from carrierflex.simulation.stage.effects import StageEffects
+from carrierflex.simulation.stage.quasi_static import rest_readings
 from carrierflex.simulation.stage.readings import (
     ReadingEffects,
     SensorError,
@@ -35,7 +36,6 @@ from carrierflex.simulation.stage.stage_data import BearingData, StageData
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.stage_run import simulate_stage
 from carrierflex.simulation.stage.statics import SteadyLoad, static_coordinates
-from carrierflex.simulation.stage.zeroing import rest_readings
 from tests.simulation.stage.conftest import SPEED
 
 SENSORS = [Sensor(f"s{v:g}", AXIAL, np.deg2rad(v), 0.412) for v in (47.0, 137.0, 227.0, 317.0)]

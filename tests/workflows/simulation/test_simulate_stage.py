@@ -14,10 +14,10 @@ from carrierflex.reduction.body_files import write_body
 from carrierflex.reduction.pin_joints import carrier_with_pins
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.stage import response
+from carrierflex.simulation.stage.quasi_static import rest_readings
 from carrierflex.simulation.stage.response import StageDivergedError
 from carrierflex.simulation.stage.stage_body import ShaftData, StageBody, beam_shaft
 from carrierflex.simulation.stage.stage_model import stage_model
-from carrierflex.simulation.stage.zeroing import rest_readings
 from carrierflex.workflows import command_line
 from carrierflex.workflows.simulation import simulate_stage
 from carrierflex.workflows.simulation.simulate_load_case import main
