@@ -11,6 +11,7 @@ from carrierflex.fe.assembly import Assembly, assemble_stiffness_and_mass
 from carrierflex.fe.couplings import Pilot, distributing_pilot, weighted_pilot
 from carrierflex.fe.load_cases import PilotLoad, midspan_x, radial
 from carrierflex.fe.materials import BODY_MATERIALS, Material
+from carrierflex.fe.matrices.dof_layout import DofLayout
 from carrierflex.fe.pilot_overlaps import refuse_dependent_pilots
 from carrierflex.fe.rim_circle import rim_recovery
 from carrierflex.fe.surface_integrals import rigid_body_modes
@@ -65,6 +66,11 @@ class StructuralModel:
     L : csr_array or None, shape (3 n_all, n_dofs)
         Displacement of all nodes of the mesh from the degrees of freedom; None where these are the
         nodes' own.
+    layout : DofLayout or None
+        Degrees of freedom where some node has others than its three translations (or all six of a
+        rigid point); None where none has.
+    free_motions : ndarray, shape (6, k), or None
+        Combinations of rigid motions that nothing holds; None where that is all six.
     """
 
     name: str
@@ -75,10 +81,14 @@ class StructuralModel:
     sensors: Sensors | None = None
     rigid_points: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
     L: sp.csr_array | None = None
+    layout: DofLayout | None = None
+    free_motions: NDArray[np.float64] | None = None
 
     @property
     def rigid_modes(self) -> NDArray[np.float64]:
         """Rigid motions about the origin, shape (n_dofs, 6)."""
+        if self.layout is not None:
+            return self.layout.rigid_modes(np.zeros(3))
         return rigid_body_modes(self.points, self.rigid_points, np.zeros(3))
 
     def nodal_displacement(self, u: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -110,7 +110,8 @@ def assembled(name: str, bodies: Sequence[ReducedModel], joints: Sequence[Joint]
     Raises
     ------
     ValueError
-        Where names repeat, a pilot is tied twice or the joined pilots are not at one point.
+        Where names repeat, a pilot is tied twice or has fewer than six components, or the joined
+        pilots are not at one point.
     KeyError
         Where a joint names a pilot that no body has.
     """
@@ -201,9 +202,7 @@ def _rows(bodies: Sequence[ReducedModel]) -> dict[str, NDArray[np.int64]]:
     rows: dict[str, NDArray[np.int64]] = {}
     offset = 0
     for body in bodies:
-        rows |= {
-            pilot: coordinates + offset for pilot, coordinates in body.pilot_coordinates.items()
-        }
+        rows |= {pilot: body.coordinates_of(pilot) + offset for pilot in body.pilots}
         offset += body.n_coordinates
     return rows
 

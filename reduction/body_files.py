@@ -24,7 +24,11 @@ from carrierflex.reduction.rigid_body_checks import refuse_unsound
 T = TypeVar("T")
 
 FORMAT = "carrierflex-body"
-VERSION = 1
+VERSION = 2
+#: Version of files without pilots of fewer components than six: earlier programs read them.
+_VERSION_OF_SIX = 1
+#: Row of a component that a pilot does not have.
+_NO_ROW = -1
 #: Larger matrices than this are refused before memory is taken for them.
 _MOST_COORDINATES = 20_000
 _MOST_SENSORS = 100_000
@@ -77,16 +81,18 @@ def write_body(model: ReducedModel, path: Path, certificate: Certificate | None 
 
 
 def _fill(file: h5py.File, model: ReducedModel) -> None:
-    file.attrs.update(format=FORMAT, version=VERSION, name=model.name, units=_UNITS)
+    version = VERSION if model.pilot_components else _VERSION_OF_SIX
+    file.attrs.update(format=FORMAT, version=version, name=model.name, units=_UNITS)
     for letter, matrix in (("K", model.K), ("M", model.M), ("D", model.D)):
         file[letter] = matrix
     file["labels"] = list(model.labels)
     pilots = file.create_group("pilots")
     pilots["names"] = list(model.pilots)
     pilots["points"] = np.array([model.pilots[name] for name in model.pilots]).reshape(-1, 3)
-    pilots["coordinates"] = np.array(
-        [model.pilot_coordinates[name] for name in model.pilots]
-    ).reshape(-1, 6)
+    coordinates = np.full((len(model.pilots), 6), _NO_ROW)
+    for row, name in zip(coordinates, model.pilots, strict=True):
+        row[list(model.components_of(name))] = model.rows_of(name)
+    pilots["coordinates"] = coordinates
     sensors = file.create_group("sensors")
     sensors.create_dataset("names", data=list(model.sensor_names), dtype=h5py.string_dtype())
     sensors["rows"] = model.sensor_rows
@@ -182,10 +188,18 @@ def _model(file: h5py.File) -> ReducedModel:
     pilots = names(file, "pilots/names")
     points = numbers(file, "pilots/points", (n_pilots, 3))
     coordinates = numbers(file, "pilots/coordinates", (n_pilots, 6)).astype(np.int64)
-    if coordinates.size and not (0 <= coordinates.min() and coordinates.max() < n):
+    least = _NO_ROW if int(file.attrs["version"]) > _VERSION_OF_SIX else 0
+    if coordinates.size and not (least <= coordinates.min() and coordinates.max() < n):
         raise PartError(
             f"a pilot refers to coordinate {coordinates.max()}; expected numbers below {n}"
         )
+    if (coordinates == _NO_ROW).all(axis=1).any():
+        raise PartError("a pilot has no coordinate; expected one at least")
+    components = {
+        name: tuple(np.flatnonzero(row != _NO_ROW).tolist())
+        for name, row in zip(pilots, coordinates, strict=True)
+        if (row == _NO_ROW).any()
+    }
     if len(set(pilots)) != len(pilots):
         raise PartError(f"pilots are named {shown(', '.join(pilots))}; expected different names")
     model = ReducedModel(
@@ -195,7 +209,10 @@ def _model(file: h5py.File) -> ReducedModel:
         D=numbers(file, "D", (n, n)),
         labels=names(file, "labels"),
         pilots=dict(zip(pilots, points, strict=True)),
-        pilot_coordinates=dict(zip(pilots, coordinates, strict=True)),
+        pilot_coordinates={
+            name: row[row != _NO_ROW] for name, row in zip(pilots, coordinates, strict=True)
+        },
+        pilot_components=components,
         sensor_names=names(file, "sensors/names"),
         sensor_rows=numbers(file, "sensors/rows", (n_sensors, n)),
         mass_properties=MassProperties(

@@ -6,8 +6,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from carrierflex.fe.couplings import Pilot
 from carrierflex.fe.structural_model import StructuralModel
-from carrierflex.reduction.craig_bampton import Reduction
+from carrierflex.reduction.craig_bampton import Reduction, numbered_coordinates
 from carrierflex.reduction.cyclic_symmetry import (
     asymmetry_ppm,
     modal_asymmetry_ppm,
@@ -24,7 +25,7 @@ from carrierflex.reduction.free_modes import (
 )
 from carrierflex.reduction.held_structure import HeldStructure
 from carrierflex.reduction.modes.mode_rules import CUT_OFF_SHARE, FREE_CUT_OFF_SHARE
-from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.reduction.reduced_model import FREE_MOTIONS, ReducedModel
 from carrierflex.reduction.reduced_static import pilot_compliance
 from carrierflex.reduction.rigid_body_checks import (
     eigen_rigid_modes,
@@ -52,6 +53,8 @@ _LIMITS = {
 
 #: Entry of a body's provenance that says its mesh has no symmetry of its own.
 FREE_MESH = ("symmetry_order", "1")
+#: Singular value of pilots' rigid motions over the largest below which one is not held.
+_HELD = 1e-8
 
 
 @dataclass(frozen=True)
@@ -182,6 +185,10 @@ def inner_checks(model: ReducedModel, cut_off_hz: float) -> tuple[Check, ...]:
     map onto one another under the rotation by 120 degrees: the symmetry of their stiffness and
     mass, that of what the modes add, and how alike they answer up to `cut_off_hz` [Hz].
     """
+    if model.provenance.get(FREE_MOTIONS, "6") != "6":
+        free = float(model.provenance[FREE_MOTIONS])
+        name = "rigid motions that nothing holds; mass and grounding are those of a free body"
+        return (Check(name, "reported", free, True),)
     kinds = {
         "geometry": geometric_rigid_modes,
         "stiffness": stiffness_rigid_modes,
@@ -229,21 +236,43 @@ def compliance_errors(
 ) -> dict[str, float]:
     """Largest relative error of the static compliance of every pilot but the first.
 
-    The first one is fixed; errors by pilot.
+    The first one is fixed, with as many more as a body needs that one of fewer components does not
+    hold; none of a body that is held to the ground. Errors by pilot.
 
     Every entry is compared over the geometric mean of its two diagonal entries in the full body.
     """
-    reference, others = structure.pilots[0], structure.pilots[1:]
+    reference, others = _holding_pilots(structure)
+    if not others:
+        return {}
     G = sp.csr_array(sp.vstack([pilot.G for pilot in others]))
-    exact = (
-        G
-        @ HeldStructure(reduction.body, (reference,)).solve(
-            G.T.toarray(), np.zeros((6, G.shape[0]))
-        )[0]
-    )
-    difference = np.abs(pilot_compliance(reduction.model, [reference.name]) - exact)
+    if reference:
+        motions = np.zeros((sum(len(pilot.components) for pilot in reference), G.shape[0]))
+        answer = HeldStructure(reduction.body, reference).solve(G.T.toarray(), motions)[0]
+    else:
+        answer = reduction.body.displacement(G.T.toarray())
+    exact = G @ answer
+    names = [pilot.name for pilot in reference]
+    difference = np.abs(pilot_compliance(reduction.model, names) - exact)
     relative = difference / np.sqrt(np.outer(exact.diagonal(), exact.diagonal()))
-    return {pilot.name: float(relative[6 * i : 6 * i + 6].max()) for i, pilot in enumerate(others)}
+    rows = numbered_coordinates(others)
+    return {name: float(relative[own].max()) for name, own in rows.items()}
+
+
+def _holding_pilots(structure: StructuralModel) -> tuple[tuple[Pilot, ...], tuple[Pilot, ...]]:
+    """The first pilots, as many as hold the body's free motions, and the others."""
+    R = structure.rigid_modes
+    if structure.free_motions is not None:
+        R = R @ structure.free_motions
+    unit = R / np.abs(R).max(axis=0, initial=np.finfo(float).tiny)
+    for count in range(len(structure.pilots) + 1):
+        moved = [pilot.G @ unit for pilot in structure.pilots[:count]]
+        motion = np.concatenate([np.zeros((0, R.shape[1])), *moved])
+        size = np.linalg.svd(motion, compute_uv=False)
+        if R.shape[1] == 0 or np.count_nonzero(size > _HELD * size[:1]) == R.shape[1]:
+            return structure.pilots[:count], structure.pilots[count:]
+    raise ValueError(
+        f"{structure.name}: its pilots leave the body free to move; expected pilots that hold it"
+    )
 
 
 def _compliance_checks(
@@ -263,9 +292,14 @@ def _free_mode_checks(
     seed: int,
 ) -> list[Check]:
     full = _free_modes_beyond(structure, reduction, cut_off_hz, seed)
-    reduced = reduced_free_modes(reduction.model, reduction.basis, 2 * len(full.omega))
+    n_rigid = reduction.body.rigid_modes.shape[1]
+    reduced = reduced_free_modes(
+        reduction.model, reduction.basis, 2 * len(full.omega), n_rigid=n_rigid
+    )
     errors = np.abs(frequency_errors(full, reduced))
     n = int(np.count_nonzero(full.omega < 2.0 * np.pi * cut_off_hz))
+    if not len(errors):
+        return [Check("free frequencies: the body has none", "reported", 0.0, True)]
     if n == 0:
         first = full.omega[0] / (2.0 * np.pi)
         name = f"free frequencies: none below the cut-off; error of the first, {first:.0f} Hz"
@@ -290,7 +324,8 @@ def _free_modes_beyond(
     while True:
         rng = np.random.default_rng(seed)
         full = full_free_modes(structure, reduction.body, n_modes, rng=rng)
-        if full.omega[-1] >= 2.0 * np.pi * cut_off_hz:
+        # A small body may have no more of them.
+        if len(full.omega) < n_modes or full.omega[-1] >= 2.0 * np.pi * cut_off_hz:
             return full
         n_modes *= 2
 

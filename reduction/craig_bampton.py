@@ -3,26 +3,33 @@
 After Craig and Bampton (1968).
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.fe.couplings import Pilot
 from carrierflex.fe.dense_threads import one_dense_thread
 from carrierflex.fe.rigid_fit import ALL_COMPONENTS
 from carrierflex.fe.structural_model import StructuralModel
-from carrierflex.reduction.ffrf_data import ffrf_data
+from carrierflex.reduction.ffrf_data import inertia_invariants
 from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes, kept_modes
-from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
+from carrierflex.reduction.held_structure import Grounded, HeldStructure, grounded
 from carrierflex.reduction.modes.mode_rules import ModeRule, rule_of
-from carrierflex.reduction.reduced_model import PILOT_COORDINATES, MassProperties, ReducedModel
+from carrierflex.reduction.reduced_model import (
+    FREE_MOTIONS,
+    PILOT_COORDINATES,
+    MassProperties,
+    ReducedModel,
+)
 from carrierflex.reduction.residual_vectors import residual_vectors
 from carrierflex.reduction.rigid_body_checks import rigid_mass_properties
 
 #: Chosen, no damping being published for these parts: 2 % of critical on every fixed-interface
 #: mode.
 MODAL_DAMPING_RATIO = 0.02
+_SIX = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +40,7 @@ class Reduction:
     ----------
     model : ReducedModel
         What simulation works with.
-    body : GroundedBody
+    body : Grounded
         The factorised body, for further solves; the largest part, let it go when they are done.
     Psi : ndarray, shape (n_dofs, m)
         Constraint modes.
@@ -44,7 +51,7 @@ class Reduction:
     """
 
     model: ReducedModel
-    body: GroundedBody
+    body: Grounded
     Psi: NDArray[np.float64]
     modes: FixedInterfaceModes
     residuals: FixedInterfaceModes
@@ -64,7 +71,7 @@ def craig_bampton(
     damping_ratio: float = MODAL_DAMPING_RATIO,
     seed: int = 0,
     residual_loads: NDArray[np.float64] | None = None,
-    body: GroundedBody | None = None,
+    body: Grounded | None = None,
 ) -> Reduction:
     """Reduce a body to its pilots and some fixed-interface modes.
 
@@ -87,7 +94,7 @@ def craig_bampton(
     residual_loads : ndarray, shape (n_dofs, k), optional
         Nodal forces whose static answer the basis is to hold exactly
         (:mod:`carrierflex.reduction.residual_vectors`).
-    body : GroundedBody, optional
+    body : Grounded, optional
         The same body, factorised before.
 
     Returns
@@ -104,8 +111,7 @@ def craig_bampton(
     ----------
     Craig and Bampton (1968), AIAA Journal 6(7), 1313-1319.
     """
-    _refuse_partial_pilots(structure)
-    body = body or GroundedBody(structure.K, structure.points, structure.rigid_points)
+    body = body or grounded(structure)
     fixed_interface = HeldStructure(body, structure.pilots)
     Psi, K_bb = fixed_interface.constraint_modes()
     modes = kept_modes(fixed_interface, structure.M, rule_of(kept), rng=np.random.default_rng(seed))
@@ -125,29 +131,41 @@ def craig_bampton(
         M=(M_r + M_r.T) / 2.0,
         D=D_r,
         labels=coordinate_labels(
-            (pilot.name for pilot in structure.pilots), modes.omega, residuals.omega
+            (pilot.name for pilot in structure.pilots),
+            modes.omega,
+            residuals.omega,
+            components=partial_components(structure.pilots),
         ),
         pilots={pilot.name: pilot.point for pilot in structure.pilots},
-        pilot_coordinates={
-            p.name: np.arange(6 * i, 6 * i + 6) for i, p in enumerate(structure.pilots)
-        },
+        pilot_coordinates=numbered_coordinates(structure.pilots),
+        pilot_components=partial_components(structure.pilots),
         sensor_names=sensors.names if sensors else (),
         sensor_rows=sensors.rows @ T if sensors else np.zeros((0, n)),
         mass_properties=mass_properties(structure),
-        provenance=dict(provenance or {}),
-        ffrf=ffrf_data(structure, T),
+        provenance={**(provenance or {}), **freedom_record(structure)},
+        ffrf=inertia_invariants(structure, T),
     )
     return Reduction(model, body, Psi, modes, residuals)
 
 
-def _refuse_partial_pilots(structure: StructuralModel) -> None:
-    for pilot in structure.pilots:
-        if pilot.components != ALL_COMPONENTS:
-            raise ValueError(
-                f"{structure.name}: pilot {pilot.name!r} has components {pilot.components} only; a "
-                f"reduced body keeps six coordinates a pilot, expected {ALL_COMPONENTS}: average "
-                "directions that determine them all"
-            )
+def numbered_coordinates(pilots: Sequence[Pilot]) -> dict[str, NDArray[np.int64]]:
+    """Coordinates of every pilot in a reduced body: pilot by pilot, one a component."""
+    ends = np.cumsum([0, *(len(pilot.components) for pilot in pilots)])
+    return {
+        pilot.name: np.arange(first, last)
+        for pilot, first, last in zip(pilots, ends[:-1], ends[1:], strict=True)
+    }
+
+
+def partial_components(pilots: Sequence[Pilot]) -> dict[str, tuple[int, ...]]:
+    """Components of the pilots that have fewer than six."""
+    return {p.name: p.components for p in pilots if p.components != ALL_COMPONENTS}
+
+
+def freedom_record(structure: StructuralModel) -> dict[str, str]:
+    """Provenance of a body that is not free in all six rigid motions; nothing of others."""
+    free = structure.free_motions
+    return {} if free is None or free.shape[1] == _SIX else {FREE_MOTIONS: str(free.shape[1])}
 
 
 def mass_properties(structure: StructuralModel) -> MassProperties:
@@ -160,12 +178,20 @@ def coordinate_labels(
     pilots: Iterable[str],
     omega: NDArray[np.float64],
     residual_omega: NDArray[np.float64] | None = None,
+    *,
+    components: Mapping[str, tuple[int, ...]] | None = None,
 ) -> tuple[str, ...]:
     """Every coordinate of a reduced body in words.
 
-    Its pilots' six each, its modes and residual vectors with frequency [Hz].
+    Its pilots' six each, or those of `components`; its modes and residual vectors with frequency
+    [Hz].
     """
-    moved = [f"{pilot} {coordinate}" for pilot in pilots for coordinate in PILOT_COORDINATES]
+    fewer = components or {}
+    moved = [
+        f"{pilot} {PILOT_COORDINATES[i]}"
+        for pilot in pilots
+        for i in fewer.get(pilot, ALL_COMPONENTS)
+    ]
     modes = [f"mode {i} ({w / (2.0 * np.pi):.1f} Hz)" for i, w in enumerate(omega, start=1)]
     residual = np.zeros(0) if residual_omega is None else residual_omega
     vectors = [

@@ -23,13 +23,15 @@ _N_SIGMA = 8
 def pilot_rotation(model: ReducedModel) -> NDArray[np.float64] | None:
     """Permutation and rotation of the pilots' coordinates under +120 deg about x.
 
-    None where the pilots do not map.
+    None where the pilots do not map, or have fewer than six components.
 
     Returns
     -------
     ndarray, shape (6 p, 6 p), or None
         Q such that a motion q of the body, turned by 120 deg, is Q q.
     """
+    if model.pilot_components:
+        return None
     R = rotation_about_x(2.0 * np.pi / N_PINS)
     names = list(model.pilots)
     points = np.array([model.pilots[name] for name in names])
@@ -55,7 +57,7 @@ def asymmetry_ppm(model: ReducedModel) -> float | None:
     Q = pilot_rotation(model)
     if Q is None:
         return None
-    rows = _pilot_rows(model)
+    rows = model.pilot_rows
     return max(_change_ppm(matrix[np.ix_(rows, rows)], Q) for matrix in (model.K, model.M))
 
 
@@ -74,7 +76,7 @@ def modal_asymmetry_ppm(model: ReducedModel) -> float | None:
         :func:`asymmetry_ppm`. None where the pilots do not map onto one another or there are no
         modes.
     """
-    Q, b = pilot_rotation(model), _pilot_rows(model)
+    Q, b = pilot_rotation(model), model.pilot_rows
     q = np.setdiff1d(np.arange(model.n_coordinates), b)
     if Q is None or not len(q):
         return None
@@ -102,7 +104,7 @@ def unlike_response(model: ReducedModel, frequency_hz: float) -> float | None:
     float or None
         Largest of them; None where the pilots do not map onto one another.
     """
-    Q, b = pilot_rotation(model), _pilot_rows(model)
+    Q, b = pilot_rotation(model), model.pilot_rows
     if Q is None:
         return None
     W = np.sqrt(model.K.diagonal()[b])
@@ -117,10 +119,6 @@ def unlike_response(model: ReducedModel, frequency_hz: float) -> float | None:
             share = np.linalg.norm(difference[own]) / np.linalg.norm(expected[own])
             largest = max(largest, float(share))
     return largest
-
-
-def _pilot_rows(model: ReducedModel) -> NDArray[np.int64]:
-    return np.concatenate([model.coordinates_of(name) for name in model.pilots])
 
 
 def _change_ppm(A: NDArray[np.float64], Q: NDArray[np.float64]) -> float:

@@ -13,6 +13,7 @@ integrals, not approximations. The letters of the combinations are those of Wall
 input data; frame and origin are the body's own.
 """
 
+import logging
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -20,7 +21,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.fe.structural_model import StructuralModel
-from carrierflex.reduction.scalar_mass import displacements, positions, scalar_mass, uniform
+from carrierflex.reduction.scalar_mass import (
+    UnequalMassError,
+    displacements,
+    positions,
+    scalar_mass,
+    uniform,
+)
+
+log = logging.getLogger(__name__)
+
+#: Rigid motions of a free body.
+_ALL_MOTIONS = 6
 
 #: Pairs of axes in the order in which symmetric quantities are kept: xx yy zz xy yz xz.
 AXIS_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
@@ -289,8 +301,8 @@ def ffrf_data(structure: StructuralModel, T: NDArray[np.float64]) -> FfrfData:
 
     Raises
     ------
-    ValueError
-        Where the mass matrix differs between axes, as lumped or rotary masses may make it.
+    UnequalMassError
+        Where the mass matrix differs between axes, as rotary masses may make it.
     """
     S, unit = scalar_mass(structure), uniform(structure)
     x, T_axes = positions(structure), displacements(structure, T)
@@ -306,3 +318,25 @@ def ffrf_data(structure: StructuralModel, T: NDArray[np.float64]) -> FfrfData:
         P=np.array([[S_x[:, a] @ T_b for T_b in T_axes] for a in range(3)]),
         Q=Q,
     )
+
+
+def inertia_invariants(structure: StructuralModel, T: NDArray[np.float64]) -> FfrfData | None:
+    """Inertia invariants of a body, None where it has none.
+
+    A body that is held to the ground, that has nodes without three translations, or whose mass is
+    not that of solids or of rigid points, as matrices of other programs may have it, is no body for
+    a floating frame.
+
+    Parameters
+    ----------
+    structure, T
+        As :func:`ffrf_data` takes them.
+    """
+    free = structure.free_motions
+    if structure.layout is not None or (free is not None and free.shape[1] < _ALL_MOTIONS):
+        return None
+    try:
+        return ffrf_data(structure, T)
+    except UnequalMassError as error:
+        log.warning("%s; no inertia invariants for floating frames", error)
+        return None

@@ -105,6 +105,8 @@ def _check_residuals(
 
     ``φ = ω² K⁻¹ M φ`` with the pilots fixed.
     """
+    if not Phi.shape[1]:
+        return
     again = fixed_interface.static_response(M @ Phi) * eigenvalues
     residual = np.linalg.norm(again - Phi, axis=0) / np.linalg.norm(Phi, axis=0)
     if not residual.max() < _RESIDUAL_TOLERANCE:

@@ -19,15 +19,16 @@ from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.reduction.craig_bampton import (
     MODAL_DAMPING_RATIO,
     coordinate_labels,
+    freedom_record,
     mass_properties,
+    numbered_coordinates,
+    partial_components,
 )
-from carrierflex.reduction.ffrf_data import ffrf_data
+from carrierflex.reduction.ffrf_data import inertia_invariants
 from carrierflex.reduction.free_modes import FreeModes, kept_free_modes
-from carrierflex.reduction.held_structure import GroundedBody
+from carrierflex.reduction.held_structure import Grounded, grounded
 from carrierflex.reduction.modes.mode_rules import ModeRule, rule_of
 from carrierflex.reduction.reduced_model import ReducedModel
-
-_N_RIGID = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +41,7 @@ class FreeInterfaceReduction:
         What simulation works with.
     basis : ndarray, shape (n_dofs, n)
         Displacement field of every coordinate: pilots, rigid-body modes, free elastic modes.
-    body : GroundedBody
+    body : Grounded
         The factorised body.
     modes : FreeModes
         Free elastic modes kept.
@@ -48,7 +49,7 @@ class FreeInterfaceReduction:
 
     model: ReducedModel
     basis: NDArray[np.float64]
-    body: GroundedBody
+    body: Grounded
     modes: FreeModes
 
 
@@ -59,7 +60,7 @@ def free_interface_reduction(
     provenance: Mapping[str, str] | None = None,
     damping_ratio: float = MODAL_DAMPING_RATIO,
     seed: int = 0,
-    body: GroundedBody | None = None,
+    body: Grounded | None = None,
 ) -> FreeInterfaceReduction:
     """Reduce a body to its pilots, six rigid-body modes and some free elastic modes.
 
@@ -83,7 +84,7 @@ def free_interface_reduction(
         Share of critical damping on each kept free mode.
     seed : int
         Seed of the Lanczos iteration's starting block.
-    body : GroundedBody, optional
+    body : Grounded, optional
         The same body, factorised before.
 
     Returns
@@ -103,7 +104,7 @@ def free_interface_reduction(
     .. [2] R. R. Craig, C.-J. Chang, "On the use of attachment modes in substructure coupling for
        dynamic analysis" (1977).
     """
-    body = body or GroundedBody(structure.K, structure.points, structure.rigid_points)
+    body = body or grounded(structure)
     M, G = structure.M, sp.csr_array(sp.vstack([pilot.G for pilot in structure.pilots]))
     free = kept_free_modes(structure, body, rule_of(kept), rng=np.random.default_rng(seed))
     R = body.rigid_modes @ _mass_orthonormal(body.rigid_modes, M)
@@ -114,33 +115,37 @@ def free_interface_reduction(
     modes = np.concatenate([R, free.Phi], axis=1)
     attached = np.linalg.solve((G @ Psi).T, Psi.T).T
     inner = modes - attached @ (G @ modes)
+    n_rigid = R.shape[1]
     rigid_fit = np.linalg.pinv(G @ R)
-    T = np.concatenate([attached + inner[:, :_N_RIGID] @ rigid_fit, inner], axis=1)
+    T = np.concatenate([attached + inner[:, :n_rigid] @ rigid_fit, inner], axis=1)
     K_r, M_r = T.T @ (structure.K @ T), T.T @ (M @ T)
     damped = T.T @ (M @ free.Phi)
-    omega = np.concatenate([np.zeros(_N_RIGID), free.omega])
+    omega = np.concatenate([np.zeros(n_rigid), free.omega])
     sensors = structure.sensors
     model = ReducedModel(
         name=structure.name,
         K=(K_r + K_r.T) / 2.0,
         M=(M_r + M_r.T) / 2.0,
         D=(damped * (2.0 * damping_ratio * free.omega)) @ damped.T,
-        labels=coordinate_labels((pilot.name for pilot in structure.pilots), omega),
+        labels=coordinate_labels(
+            (pilot.name for pilot in structure.pilots),
+            omega,
+            components=partial_components(structure.pilots),
+        ),
         pilots={pilot.name: pilot.point for pilot in structure.pilots},
-        pilot_coordinates={
-            p.name: np.arange(6 * i, 6 * i + 6) for i, p in enumerate(structure.pilots)
-        },
+        pilot_coordinates=numbered_coordinates(structure.pilots),
+        pilot_components=partial_components(structure.pilots),
         sensor_names=sensors.names if sensors else (),
         sensor_rows=sensors.rows @ T if sensors else np.zeros((0, T.shape[1])),
         mass_properties=mass_properties(structure),
-        provenance=dict(provenance or {}),
-        ffrf=ffrf_data(structure, T),
+        provenance={**(provenance or {}), **freedom_record(structure)},
+        ffrf=inertia_invariants(structure, T),
     )
     return FreeInterfaceReduction(model, T, body, free)
 
 
 def _relieved(
-    body: GroundedBody, MR: NDArray[np.float64], R: NDArray[np.float64], forces: NDArray[np.float64]
+    body: Grounded, MR: NDArray[np.float64], R: NDArray[np.float64], forces: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Elastic response to forces that the body's own inertia balances.
 

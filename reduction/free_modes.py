@@ -7,8 +7,9 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from carrierflex.fe.structural_model import StructuralModel
-from carrierflex.reduction.held_structure import GroundedBody
+from carrierflex.reduction.held_structure import Grounded
 from carrierflex.reduction.modes.block_lanczos import lowest_modes
+from carrierflex.reduction.modes.dense_modes import dense_modes
 from carrierflex.reduction.modes.mode_orientation import oriented
 from carrierflex.reduction.modes.mode_rules import ModeRule, modes_by_rule
 from carrierflex.reduction.reduced_model import ReducedModel
@@ -17,7 +18,6 @@ _BLOCK_SIZE = 8
 #: Frequencies within this share of one another are compared as one group: degenerate pairs mix
 #: freely.
 _SAME_FREQUENCY = 0.01
-_N_RIGID = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class FreeModes:
 
 
 def full_free_modes(
-    structure: StructuralModel, body: GroundedBody, n_modes: int, *, rng: np.random.Generator
+    structure: StructuralModel, body: Grounded, n_modes: int, *, rng: np.random.Generator
 ) -> FreeModes:
     """Lowest elastic modes of the free body, rigid motion taken out of every solve.
 
@@ -40,7 +40,7 @@ def full_free_modes(
     ----------
     structure : StructuralModel
         The body.
-    body : GroundedBody
+    body : Grounded
         Its factor.
     n_modes : int
         Number of elastic modes wanted.
@@ -49,10 +49,12 @@ def full_free_modes(
     """
     M, R = structure.M, body.rigid_modes
     MR = M @ R
-    rigid_mass = scipy.linalg.cho_factor(R.T @ MR)
+    rigid_mass = scipy.linalg.cho_factor(R.T @ MR) if R.shape[1] else None
 
     def static_response(force: NDArray[np.float64]) -> NDArray[np.float64]:
         """Elastic displacement under a force balanced by the body's inertia."""
+        if rigid_mass is None:
+            return body.displacement(force)
         balanced = force - MR @ scipy.linalg.cho_solve(rigid_mass, R.T @ force)
         u = body.displacement(balanced)
         return u - R @ scipy.linalg.cho_solve(rigid_mass, MR.T @ u)
@@ -64,7 +66,7 @@ def full_free_modes(
 
 
 def kept_free_modes(
-    structure: StructuralModel, body: GroundedBody, rule: ModeRule, *, rng: np.random.Generator
+    structure: StructuralModel, body: Grounded, rule: ModeRule, *, rng: np.random.Generator
 ) -> FreeModes:
     """Lowest elastic modes of the free body that a rule keeps: whole groups of equal frequency.
 
@@ -72,7 +74,7 @@ def kept_free_modes(
     ----------
     structure : StructuralModel
         The body.
-    body : GroundedBody
+    body : Grounded
         Its factor.
     rule : ModeRule
         How many.
@@ -92,17 +94,16 @@ def kept_free_modes(
     return FreeModes(modes.Phi[:, :count], modes.omega[:count])
 
 
-def reduced_free_modes(model: ReducedModel, basis: NDArray[np.float64], n_modes: int) -> FreeModes:
+def reduced_free_modes(
+    model: ReducedModel, basis: NDArray[np.float64], n_modes: int, *, n_rigid: int = 6
+) -> FreeModes:
     """Lowest elastic free modes of a reduced body at the full body's degrees of freedom.
 
-    Its basis (n_dofs, n) expands them.
+    Its basis (n_dofs, n) expands them; `n_rigid` motions of zero frequency come before them.
     """
-    scale = 1.0 / np.sqrt(model.M.diagonal())
-    omega_squared, q = scipy.linalg.eigh(
-        model.K * np.outer(scale, scale), model.M * np.outer(scale, scale)
-    )
-    elastic = slice(_N_RIGID, _N_RIGID + n_modes)
-    return FreeModes(basis @ (scale[:, None] * q[:, elastic]), np.sqrt(omega_squared[elastic]))
+    omega_squared, q = dense_modes(model.K, model.M)
+    elastic = slice(n_rigid, n_rigid + n_modes)
+    return FreeModes(basis @ q[:, elastic], np.sqrt(omega_squared[elastic]))
 
 
 def frequency_errors(full: FreeModes, reduced: FreeModes) -> NDArray[np.float64]:

@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from carrierflex.fe.factorisation import Factorisation, factorise
 from carrierflex.fe.node_dofs import dofs_of
+from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.fe.surface_integrals import rigid_body_modes
 from carrierflex.fe.symmetry_blocks import SymmetryBlock
 
@@ -115,10 +116,59 @@ class GroundedBlock:
 
     @cached_property
     def _factor(self) -> Factorisation:
-        # The unknowns that the rigid motions move most independently: leading pivots of Rᵀ.
-        R = self.block.rigid_modes / np.abs(self.block.rigid_modes).max(axis=0)
-        order = scipy.linalg.qr(R.T, mode="r", pivoting=True)[1]
-        return factorise(self.block.K, fixed=np.asarray(order[: R.shape[1]], dtype=np.int64))
+        return factorise(self.block.K, fixed=_independent_rows(self.block.rigid_modes))
+
+
+@dataclass(frozen=True, eq=False)
+class GroundedMatrices:
+    """A body of any degrees of freedom, held statically determinately where it is free.
+
+    Rotations, translations and soft springs are scaled to one size before the factorisation.
+
+    Parameters
+    ----------
+    K : csr_array, shape (n, n)
+        Stiffness.
+    rigid_modes : ndarray, shape (n, k)
+        Motions that meet no stiffness; none of a body that is held to the ground.
+    """
+
+    K: sp.csr_array
+    rigid_modes: NDArray[np.float64]
+
+    def displacement(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Displacement ``A f`` of the grounded body, shape of `f`: (n,) or (n, k)."""
+        scale = self._scale.reshape(-1, *[1] * (f.ndim - 1))
+        return scale * self._factor.solve(scale * f)
+
+    @cached_property
+    def _scale(self) -> NDArray[np.float64]:
+        return np.asarray(1.0 / np.sqrt(self.K.diagonal()))
+
+    @cached_property
+    def _factor(self) -> Factorisation:
+        S = sp.diags_array(self._scale)
+        scaled = sp.csr_array(S @ self.K @ S)
+        scaled.sort_indices()
+        return factorise(scaled, fixed=_independent_rows(self.rigid_modes))
+
+
+def grounded(structure: StructuralModel) -> Grounded:
+    """A body held statically determinately, whatever its degrees of freedom."""
+    if structure.layout is None and structure.free_motions is None:
+        return GroundedBody(structure.K, structure.points, structure.rigid_points)
+    R = structure.rigid_modes
+    if structure.free_motions is not None:
+        R = R @ structure.free_motions
+    return GroundedMatrices(structure.K, R)
+
+
+def _independent_rows(R: NDArray[np.float64]) -> NDArray[np.int64]:
+    """The unknowns that rigid motions move most independently: leading pivots of Rᵀ."""
+    if not R.shape[1]:
+        return np.zeros(0, dtype=np.int64)
+    order = scipy.linalg.qr((R / np.abs(R).max(axis=0)).T, mode="r", pivoting=True)[1]
+    return np.asarray(order[: R.shape[1]], dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,7 @@ How much of a body each fixed-interface mode carries along when its interface mo
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.fe.surface_integrals import rigid_body_modes
 from carrierflex.reduction.reduced_model import ReducedModel
 
 #: Stiffness between pilots and modes, over the geometric mean of their own, that counts as
@@ -73,7 +74,8 @@ def rigid_motion_of_interface(model: ReducedModel) -> NDArray[np.float64]:
     """
     R = np.zeros((model.n_coordinates, 6))
     for name, rows in model.pilot_coordinates.items():
-        x, y, z = model.pilots[name] - model.mass_properties.centre
-        R[rows[:3], :3] = R[rows[3:], 3:] = np.eye(3)
-        R[rows[:3], 3:] = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+        motion = rigid_body_modes(
+            np.zeros((0, 3)), model.pilots[name][None], model.mass_properties.centre
+        )
+        R[rows] = motion[list(model.components_of(name))]
     return R

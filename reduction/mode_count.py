@@ -10,7 +10,7 @@ from typing import Any
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.dynamic_stiffness import full_response, modes_needed
-from carrierflex.reduction.held_structure import GroundedBody
+from carrierflex.reduction.held_structure import Grounded
 from carrierflex.reduction.modes.mode_rules import (
     CUT_OFF_SHARE,
     FREE_CUT_OFF_SHARE,
@@ -28,7 +28,7 @@ _MOST_MODES = 320
 
 
 def chosen_modes(
-    structure: StructuralModel, body: GroundedBody, options: Mapping[str, Any]
+    structure: StructuralModel, body: Grounded, options: Mapping[str, Any]
 ) -> ModeRule:
     """Rule for the number of modes by what the options ask for.
 
@@ -36,7 +36,7 @@ def chosen_modes(
     ----------
     structure : StructuralModel
         The body.
-    body : GroundedBody
+    body : Grounded
         The same, to be factorised once for the count and the reduction.
     options : mapping
         As :func:`rule_of_options` takes them, or ``frf_tolerance`` with ``frf_up_to`` [Hz].
@@ -93,7 +93,7 @@ def _frequency_of_use(options: Mapping[str, Any]) -> float:
 
 
 def modes_for_response(
-    structure: StructuralModel, body: GroundedBody, frequency_hz: float, tolerance: float
+    structure: StructuralModel, body: Grounded, frequency_hz: float, tolerance: float
 ) -> ModeRule:
     """Fewest modes whose frequency response at pilots and sensors is met up to a frequency.
 
@@ -101,7 +101,7 @@ def modes_for_response(
     ----------
     structure : StructuralModel
         The body.
-    body : GroundedBody
+    body : Grounded
         Its factor.
     frequency_hz : float
         End of the band [Hz].

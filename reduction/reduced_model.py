@@ -14,6 +14,8 @@ from carrierflex.reduction.ffrf_data import FfrfData
 
 #: Names and units of a pilot's six coordinates.
 PILOT_COORDINATES = ("Tx [m]", "Ty [m]", "Tz [m]", "Rx [rad]", "Ry [rad]", "Rz [rad]")
+#: Entry of a body's provenance that says how many rigid motions nothing holds, where not all six.
+FREE_MOTIONS = "free_rigid_motions"
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +45,8 @@ class ReducedModel:
     pilots : mapping of str to ndarray
         Position [m] of each pilot in the body's frame.
     pilot_coordinates : mapping of str to ndarray of int, shape (6,)
-        Rows of each pilot's coordinates; tied pilots share rows.
+        Rows of each pilot's coordinates; tied pilots share rows. Fewer for a pilot of fewer
+        components.
     sensor_names : tuple of str
         Names of the recovery rows.
     sensor_rows : ndarray, shape (n_sensors, n)
@@ -54,7 +57,11 @@ class ReducedModel:
         Inputs and versions that made it.
     ffrf : FfrfData or None
         Inertia invariants in the order of the coordinates; None for an assembly, whose parts tie
-        coordinates of bodies that have frames of their own.
+        coordinates of bodies that have frames of their own, and for a body that is held to the
+        ground or whose mass differs between axes.
+    pilot_components : mapping of str to tuple of int
+        Components, numbered from 0 in the order of `PILOT_COORDINATES`, of each pilot that has
+        fewer than six.
 
     Raises
     ------
@@ -74,6 +81,7 @@ class ReducedModel:
     mass_properties: MassProperties
     provenance: Mapping[str, str] = field(default_factory=dict)
     ffrf: FfrfData | None = None
+    pilot_components: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         n = len(self.labels)
@@ -92,6 +100,12 @@ class ReducedModel:
             raise ValueError(
                 f"{self.name}: pilots and pilot coordinates do not name the same pilots"
             )
+        for pilot, rows in self.pilot_coordinates.items():
+            if len(rows) != len(self.components_of(pilot)):
+                raise ValueError(
+                    f"{self.name}: pilot {pilot!r} has {len(rows)} coordinates; expected "
+                    f"{len(self.components_of(pilot))}, one a component"
+                )
 
     @property
     def n_coordinates(self) -> int:
@@ -99,15 +113,38 @@ class ReducedModel:
         return len(self.labels)
 
     def coordinates_of(self, pilot: str) -> NDArray[np.int64]:
-        """Rows of a pilot's six coordinates; KeyError names the pilots there are.
+        """Rows of a pilot's six coordinates, shape (6,).
 
-        Shape (6,).
+        Raises
+        ------
+        KeyError
+            Where there is no such pilot; names those there are.
+        ValueError
+            Where the pilot has fewer components than six.
         """
+        rows = self.rows_of(pilot)
+        if pilot in self.pilot_components:
+            own = ", ".join(PILOT_COORDINATES[i] for i in self.pilot_components[pilot])
+            raise ValueError(f"{self.name}: pilot {pilot!r} has {own} only; expected all six")
+        return rows
+
+    def rows_of(self, pilot: str) -> NDArray[np.int64]:
+        """Rows of a pilot's coordinates, however many; KeyError names the pilots there are."""
         if pilot not in self.pilot_coordinates:
             raise KeyError(
                 f"{self.name} has no pilot {pilot!r}; it has {', '.join(self.pilot_coordinates)}"
             )
         return self.pilot_coordinates[pilot]
+
+    def components_of(self, pilot: str) -> tuple[int, ...]:
+        """Components that a pilot's rows are, numbered as in `PILOT_COORDINATES`."""
+        return tuple(self.pilot_components.get(pilot, range(len(PILOT_COORDINATES))))
+
+    @property
+    def pilot_rows(self) -> NDArray[np.int64]:
+        """Rows of all pilots' coordinates, pilot by pilot."""
+        none = np.zeros(0, dtype=np.int64)
+        return np.concatenate([none, *(self.pilot_coordinates[name] for name in self.pilots)])
 
 
 def turned(model: ReducedModel, angle: float, rename: Mapping[str, str]) -> ReducedModel:
@@ -136,7 +173,8 @@ def turned(model: ReducedModel, angle: float, rename: Mapping[str, str]) -> Redu
         )
     R = rotation_about_x(angle)
     Q = np.eye(model.n_coordinates)
-    for rows in model.pilot_coordinates.values():
+    for name in model.pilots:
+        rows = model.coordinates_of(name)
         for part in (rows[:3], rows[3:]):
             Q[np.ix_(part, part)] = R
     labels = list(model.labels)

@@ -25,7 +25,7 @@ def static_coordinates(
     fixed_pilots : sequence of str
         Pilots that do not move.
     loads : mapping of str to ndarray, shape (6,)
-        Force [N] and moment [N m] at pilots.
+        Force [N] and moment [N m] at pilots that have all six coordinates.
 
     Returns
     -------
@@ -44,7 +44,7 @@ def static_coordinates(
         # Tied pilots share rows: add, never assign.
         np.add.at(f, model.coordinates_of(pilot), load)
     fixed = np.concatenate(
-        [np.zeros(0, dtype=np.int64), *(model.coordinates_of(pilot) for pilot in fixed_pilots)]
+        [np.zeros(0, dtype=np.int64), *(model.rows_of(pilot) for pilot in fixed_pilots)]
     )
     return constrained_solution(model, fixed, f, f"holding {', '.join(fixed_pilots)}")
 
@@ -111,10 +111,13 @@ def pilot_compliance(model: ReducedModel, fixed_pilots: Sequence[str]) -> NDArra
     ndarray, shape (m, m)
         Pilots in the model's order, six rows each, without the held ones.
     """
-    rows = np.concatenate(
-        [model.coordinates_of(pilot) for pilot in model.pilots if pilot not in fixed_pilots]
+    none = np.zeros(0, dtype=np.int64)
+    rows, fixed = (
+        np.concatenate(
+            [none, *(model.rows_of(p) for p in model.pilots if (p in fixed_pilots) == held)]
+        )
+        for held in (False, True)
     )
-    fixed = np.concatenate([model.coordinates_of(pilot) for pilot in fixed_pilots])
     unit = np.zeros((model.n_coordinates, len(rows)))
     unit[rows, np.arange(len(rows))] = 1.0
     compliance = constrained_solution(model, fixed, unit, f"holding {', '.join(fixed_pilots)}")

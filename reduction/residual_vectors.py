@@ -10,7 +10,6 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from carrierflex.fe.structural_model import StructuralModel
-from carrierflex.fe.surface_integrals import rigid_body_modes
 from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes
 from carrierflex.reduction.held_structure import HeldStructure
 from carrierflex.reduction.modes.mode_orientation import oriented
@@ -34,14 +33,19 @@ def body_loads(structure: StructuralModel) -> NDArray[np.float64]:
         Weight along x, y and z for 1 m/s^2 [N], and centrifugal force about the x axis for 1 rad/s
         [N].
     """
-    R = rigid_body_modes(structure.points, structure.rigid_points, np.zeros(3))
+    R = structure.rigid_modes
     # Acceleration of a turning body: the distance from the axis, a field that is linear in the
     # coordinates.
     outward = np.zeros(structure.n_dofs)
     n = 3 * len(structure.points)
-    outward[1:n:3], outward[2:n:3] = structure.points[:, 1], structure.points[:, 2]
-    for i, point in enumerate(structure.rigid_points):
-        outward[n + 6 * i + 1 : n + 6 * i + 3] = point[1:]
+    if structure.layout is not None:
+        components, points = structure.layout.names.components, structure.layout.points
+        for axis in (1, 2):
+            outward[components == axis] = points[components == axis, axis]
+    else:
+        outward[1:n:3], outward[2:n:3] = structure.points[:, 1], structure.points[:, 2]
+        for i, point in enumerate(structure.rigid_points):
+            outward[n + 6 * i + 1 : n + 6 * i + 3] = point[1:]
     return structure.M @ np.column_stack([R[:, :3], outward])
 
 

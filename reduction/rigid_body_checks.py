@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from carrierflex.fe.surface_integrals import rigid_body_modes
 from carrierflex.files.hdf5_datasets import PartError
+from carrierflex.reduction.modes.dense_modes import dense_modes
 from carrierflex.reduction.reduced_model import MassProperties, ReducedModel
 
 #: Rounding of sums over finite elements, over the largest entry.
@@ -26,6 +27,8 @@ _SAME_MASS = 0.05
 _FREE = 1e-3
 #: Matrices up to this size are asked for their eigenvalues: seconds.
 _MOST_EIGENVALUES = 3000
+#: Masses along two axes that differ by less than this share are the same.
+_SAME_AXES = 1e-6
 #: Rows of a unit motion of six coordinates.
 _SIX = 6
 
@@ -37,8 +40,25 @@ def geometric_rigid_modes(model: ReducedModel) -> NDArray[np.float64]:
     """
     R = np.zeros((model.n_coordinates, _SIX))
     for name, point in model.pilots.items():
-        R[model.coordinates_of(name)] = rigid_body_modes(np.zeros((0, 3)), point[None], np.zeros(3))
+        motion = rigid_body_modes(np.zeros((0, 3)), point[None], np.zeros(3))
+        R[model.rows_of(name)] = motion[list(model.components_of(name))]
     return R
+
+
+def leading_rows(model: ReducedModel) -> NDArray[np.int64]:
+    """Six pilot coordinates that determine a rigid motion.
+
+    Those of the first pilot with all six; else those that the rigid motions move most independently
+    of one another.
+    """
+    whole = next((name for name in model.pilots if name not in model.pilot_components), None)
+    if whole is not None:
+        return model.coordinates_of(whole)
+    rows = model.pilot_rows
+    R = geometric_rigid_modes(model)[rows]
+    scale = np.abs(R).max(axis=0)
+    order = scipy.linalg.qr((R / np.where(scale > 0.0, scale, 1.0)).T, mode="r", pivoting=True)[1]
+    return np.asarray(rows[order[:_SIX]])
 
 
 def stiffness_rigid_modes(model: ReducedModel) -> NDArray[np.float64]:
@@ -46,11 +66,10 @@ def stiffness_rigid_modes(model: ReducedModel) -> NDArray[np.float64]:
 
     Answer of all other coordinates to the first pilot's rigid motion, shape (n, 6).
     """
-    first, point = next(iter(model.pilots.items()))
-    leading = model.coordinates_of(first)
+    leading = leading_rows(model)
     others = np.setdiff1d(np.arange(model.n_coordinates), leading)
     R = np.zeros((model.n_coordinates, _SIX))
-    R[leading] = rigid_body_modes(np.zeros((0, 3)), point[None], np.zeros(3))
+    R[leading] = geometric_rigid_modes(model)[leading]
     scale = 1.0 / np.sqrt(model.K.diagonal()[others])
     K = model.K[np.ix_(others, others)] * np.outer(scale, scale)
     force = -model.K[np.ix_(others, leading)] @ R[leading]
@@ -63,18 +82,10 @@ def eigen_rigid_modes(model: ReducedModel) -> NDArray[np.float64]:
 
     It moves as in :func:`stiffness_rigid_modes`.
     """
-    first, point = next(iter(model.pilots.items()))
-    # Frequencies do not matter here, accuracy does: coordinates are scaled to unit mass before the
-    # eigenvalue problem.
-    scale = 1.0 / np.sqrt(model.M.diagonal())
-    _, modes = scipy.linalg.eigh(
-        model.K * np.outer(scale, scale),
-        model.M * np.outer(scale, scale),
-        subset_by_index=[0, _SIX - 1],
-    )
-    modes = scale[:, None] * modes
-    wanted = rigid_body_modes(np.zeros((0, 3)), point[None], np.zeros(3))
-    return modes @ np.linalg.solve(modes[model.coordinates_of(first)], wanted)
+    leading = leading_rows(model)
+    modes = dense_modes(model.K, model.M)[1][:, :_SIX]
+    wanted = geometric_rigid_modes(model)[leading]
+    return modes @ np.linalg.solve(modes[leading], wanted)
 
 
 def mass_properties_from(model: ReducedModel, R: NDArray[np.float64]) -> MassProperties:
@@ -92,12 +103,31 @@ def rigid_mass_properties(rigid: NDArray[np.float64]) -> MassProperties:
 
     The matrix is taken about the origin.
     """
+    masses = rigid.diagonal()[:3]
+    if masses.max() - masses.min() > _SAME_AXES * masses.max():
+        return _mass_by_axes(rigid, masses)
     mass = float(np.trace(rigid[:3, :3]) / 3.0)
     # The coupling block is m [c]×ᵀ: its entries are the centre of mass.
     c = np.array(
         [rigid[1, 5] - rigid[2, 4], rigid[2, 3] - rigid[0, 5], rigid[0, 4] - rigid[1, 3]]
     ) / (2.0 * mass)
     return MassProperties(mass, c, rigid[3:, 3:] - mass * (c @ c * np.eye(3) - np.outer(c, c)))
+
+
+def _mass_by_axes(rigid: NDArray[np.float64], masses: NDArray[np.float64]) -> MassProperties:
+    """The same of a model whose mass is not the same along x, y and z.
+
+    A chain along x has none along y. The mass is the largest of the three; the centre is that of
+    the directions that tell it.
+    """
+    mass = float(masses.max())
+    moments = np.array(
+        [rigid[1, 5] - rigid[2, 4], rigid[2, 3] - rigid[0, 5], rigid[0, 4] - rigid[1, 3]]
+    )
+    carried = masses[[1, 2, 0]] + masses[[2, 0, 1]]
+    c = np.where(carried > 0.0, moments / np.where(carried > 0.0, carried, 1.0), 0.0)
+    inertia = rigid[3:, 3:] - mass * (c @ c * np.eye(3) - np.outer(c, c))
+    return MassProperties(mass, c, inertia)
 
 
 def mass_difference(properties: MassProperties, reference: MassProperties, length: float) -> float:
@@ -120,7 +150,7 @@ def grounding(model: ReducedModel) -> float:
     ``max |K R|_i / K_ii`` with R of unit translation and of unit rotation about the origin: the
     motion [m or rad] that the coordinate would need to make such a force. Zero for a free body.
     """
-    pilots = np.concatenate([model.coordinates_of(name) for name in model.pilots])
+    pilots = model.pilot_rows
     force = model.K[pilots] @ geometric_rigid_modes(model)
     return float((np.abs(force) / model.K.diagonal()[pilots, None]).max())
 

@@ -57,7 +57,7 @@ def write_dmig(model: ReducedModel, path: Path) -> float:
         *(f"Grid {grid}: pilot {name}" for grid, name in enumerate(body.pilots, start=1)),
         *(
             f"Spoint {FIRST_SPOINT + i}: {label}"
-            for i, label in enumerate(body.labels[6 * len(body.pilots) :])
+            for i, label in enumerate(body.labels[body.n_pilot_coordinates :])
         ),
     ]
     points = io.StringIO()
@@ -73,7 +73,9 @@ def write_dmig(model: ReducedModel, path: Path) -> float:
 def coordinate_index(body: OrderedBody) -> pd.MultiIndex:
     """Grid or scalar point and component of every coordinate; scalar points have component 0."""
     pilots = [
-        (grid, component) for grid in grid_numbers(len(body.pilots)) for component in range(1, 7)
+        (grid, component + 1)
+        for grid, own in zip(grid_numbers(len(body.pilots)), body.components, strict=True)
+        for component in own
     ]
     modal = [(FIRST_SPOINT + i, 0) for i in range(body.n_modal)]
     return pd.MultiIndex.from_tuples(pilots + modal, names=["id", "dof"])

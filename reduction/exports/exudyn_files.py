@@ -48,7 +48,8 @@ def write_exudyn(
     Raises
     ------
     ValueError
-        Where the suffix is another or surfaces follow rigid pilots, whose nodes have no rows in the
+        Where the suffix is another, the body is held to the ground or has nodes of other degrees of
+        freedom, or surfaces follow rigid pilots, whose nodes have no rows in the
         matrices.
     KeyError
         Where the body has no such pilot.
@@ -59,6 +60,11 @@ def write_exudyn(
         raise ValueError(
             f"{structure.name}: its pilots hold their surfaces rigid, and Exudyn needs every "
             "node's mass and stiffness; expected distributing couplings (rbe3)"
+        )
+    if structure.layout is not None or structure.free_motions is not None:
+        raise ValueError(
+            f"{structure.name}: Exudyn takes free bodies whose nodes have three translations each; "
+            "expected one"
         )
     model = reduction.model
     fixed_pilot = next(iter(model.pilots)) if pilot is None else pilot

@@ -3,6 +3,8 @@
 Matrices in OP4, assembly and punch files, and a text that says what they hold.
 """
 
+import io
+import re
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -11,7 +13,7 @@ from pyyeti.nastran import bulk, n2p
 
 from carrierflex.files.whole_files import whole_file
 from carrierflex.files.whole_folders import scratch_folder
-from carrierflex.reduction.exports.ordered_body import comments, header, ordered_body
+from carrierflex.reduction.exports.ordered_body import OrderedBody, comments, header, ordered_body
 from carrierflex.reduction.reduced_model import ReducedModel
 
 #: Superelement number, also its Fortran unit; and the number of the first scalar point.
@@ -60,7 +62,7 @@ def write_op4(model: ReducedModel, path: Path) -> tuple[Path, ...]:
         f"Matrices kaa, maa, baa; superelement {SUPERELEMENT}; {numbering}:",
         *(
             f"Spoint {FIRST_SPOINT + i}: {label}"
-            for i, label in enumerate(body.labels[6 * len(grids) :])
+            for i, label in enumerate(body.labels[body.n_pilot_coordinates :])
         ),
     ]
     files = tuple(path.with_suffix(suffix) for suffix in (".op4", ".asm", ".pch", ".txt"))
@@ -73,13 +75,15 @@ def write_op4(model: ReducedModel, path: Path) -> tuple[Path, ...]:
         bulk.wtextseout(
             str(folder / "body"),
             se=SUPERELEMENT,
-            bset=np.arange(6 * len(grids)),
+            bset=np.arange(body.n_pilot_coordinates),
             uset=uset,
             spoint1=FIRST_SPOINT,
             kaa=body.K,
             maa=body.M,
             baa=body.D,
         )
+        if model.pilot_components:
+            _name_components(folder / "body.pch", body, grids)
         targets = [stack.enter_context(whole_file(file)) for file in files]
         targets[0].write_bytes((folder / "body.op4").read_bytes())
         for target in targets[1:3]:
@@ -88,3 +92,16 @@ def write_op4(model: ReducedModel, path: Path) -> tuple[Path, ...]:
             target.write_text("\n".join(comments("$", lines)) + "\n" + text, encoding="utf-8")
         targets[3].write_text("\n".join(lines) + "\n", encoding="utf-8")
     return files
+
+
+def _name_components(punch: Path, body: OrderedBody, grids: list[int]) -> None:
+    """State the components of every grid in the punch file, which gives all of them six."""
+    digits = ["".join(str(i + 1) for i in own) for own in body.components]
+    points = [*grids, *range(FIRST_SPOINT, FIRST_SPOINT + body.n_modal)]
+    external = io.StringIO()
+    bulk.wtextrn(external, points, [*(int(own) for own in digits), *[0] * body.n_modal])
+    held = "".join(f"ASET1   {own:>8s}{grid:8d}\n" for grid, own in zip(grids, digits, strict=True))
+    text = punch.read_text()
+    for card, lines in (("EXTRN", external.getvalue()), ("ASET1", held)):
+        text = re.sub(rf"^{card}.*?(?=^\$)", lines, text, count=1, flags=re.DOTALL | re.MULTILINE)
+    punch.write_text(text, encoding="utf-8")

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.reduction.ffrf_data import FfrfData
-from carrierflex.reduction.reduced_model import ReducedModel
+from carrierflex.reduction.reduced_model import PILOT_COORDINATES, ReducedModel
 
 #: Statement of units and frame in every header.
 UNITS = "SI units: m, kg, s, N, rad"
@@ -34,7 +34,9 @@ class OrderedBody:
     labels : tuple of str
         Coordinates in words.
     pilots : tuple of str
-        Names of the pilots, whose coordinates are the first ``6 n_pilots``.
+        Names of the pilots.
+    components : tuple of tuple of int
+        Components of each pilot, 0 to 5, whose coordinates are the first ones.
     points : ndarray, shape (n_pilots, 3)
         Their positions [m].
     rows : ndarray of int, shape (n,)
@@ -46,13 +48,19 @@ class OrderedBody:
     D: NDArray[np.float64]
     labels: tuple[str, ...]
     pilots: tuple[str, ...]
+    components: tuple[tuple[int, ...], ...]
     points: NDArray[np.float64]
     rows: NDArray[np.int64]
 
     @property
     def n_modal(self) -> int:
         """Number of modal coordinates."""
-        return len(self.labels) - 6 * len(self.pilots)
+        return len(self.labels) - self.n_pilot_coordinates
+
+    @property
+    def n_pilot_coordinates(self) -> int:
+        """Number of the pilots' coordinates, which come first."""
+        return sum(len(own) for own in self.components)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +74,8 @@ class HeldBody:
     K, M, D : ndarray, shape (n, n)
         Matrices of the coordinates that are left: the other pilots', then the modal ones.
     motion : ndarray, shape (n_pilots, 6, n)
-        Motion of every pilot, the held one among them, per unit coordinate.
+        Motion of every pilot, the held one among them, per unit coordinate; zero along components
+        that a pilot does not have.
     ffrf : FfrfData
         Inertia invariants of these coordinates about the body frame's origin.
     """
@@ -88,7 +97,7 @@ def ordered_body(model: ReducedModel) -> OrderedBody:
         Where pilots share coordinates, as tied ones in an assembly do: other codes tie nodes
         themselves.
     """
-    pilot_rows = np.concatenate([model.coordinates_of(name) for name in model.pilots])
+    pilot_rows = model.pilot_rows
     if len(np.unique(pilot_rows)) != len(pilot_rows):
         raise ValueError(
             f"{model.name}: pilots share coordinates; expected a single body, to be joined in the "
@@ -98,7 +107,14 @@ def ordered_body(model: ReducedModel) -> OrderedBody:
     K, M, D = ((A + A.T)[np.ix_(rows, rows)] / 2.0 for A in (model.K, model.M, model.D))
     labels = tuple(model.labels[row] for row in rows)
     return OrderedBody(
-        K, M, D, labels, tuple(model.pilots), np.array(list(model.pilots.values())), rows
+        K,
+        M,
+        D,
+        labels,
+        tuple(model.pilots),
+        tuple(model.components_of(name) for name in model.pilots),
+        np.array(list(model.pilots.values())),
+        rows,
     )
 
 
@@ -116,7 +132,7 @@ def held_body(model: ReducedModel, pilot: str | None = None) -> HeldBody:
     if model.ffrf is None:
         raise ValueError(
             f"{model.name} has no inertia invariants, which floating-frame codes need; expected a "
-            "body file written by this version of carrierflex reduce"
+            "free body of solid elements, written by this version of carrierflex reduce"
         )
     if model.ffrf.n_coordinates != model.n_coordinates:
         raise ValueError(
@@ -126,9 +142,13 @@ def held_body(model: ReducedModel, pilot: str | None = None) -> HeldBody:
     fixed_pilot = body.pilots[0] if pilot is None else pilot
     fixed_coordinates = model.coordinates_of(fixed_pilot)
     kept = np.flatnonzero(~np.isin(body.rows, fixed_coordinates))
-    n, n_pilots = len(body.labels), len(body.pilots)
+    n = len(body.labels)
     K, M, D = (A[np.ix_(kept, kept)] for A in (body.K, body.M, body.D))
-    motion = np.eye(n)[: 6 * n_pilots, kept].reshape(n_pilots, 6, -1)
+    motion = np.zeros((len(body.pilots), 6, len(kept)))
+    own = np.eye(n)[: body.n_pilot_coordinates, kept]
+    numbers = [(pilot, i) for pilot, each in enumerate(body.components) for i in each]
+    for row, (pilot_number, component) in zip(own, numbers, strict=True):
+        motion[pilot_number, component] = row
     basis = np.eye(n)[:, body.rows[kept]]
     return HeldBody(fixed_pilot, K, M, D, motion, model.ffrf.transformed(basis))
 
@@ -141,7 +161,13 @@ def header(model: ReducedModel) -> tuple[str, ...]:
         UNITS,
         FRAME,
         f"Order: pilots {names}, six rows each (Tx Ty Tz Rx Ry Rz); then modal coordinates",
+        *(f"Pilot {name} has {_listed(own)} only" for name, own in model.pilot_components.items()),
     )
+
+
+def _listed(components: tuple[int, ...]) -> str:
+    """Components in words without units."""
+    return " ".join(PILOT_COORDINATES[i].split(" ")[0] for i in components)
 
 
 def comments(mark: str, lines: Iterable[str]) -> tuple[str, ...]:

@@ -24,6 +24,10 @@ _TOLERANCE = 1e-10
 _NEW_SHARE = 1e-10
 #: Columns of the basis kept in one piece of memory.
 _PIECE = 64
+#: Degrees of freedom up to which all modes are found at once, by a dense eigenvalue problem.
+_DENSE = 100
+#: Eigenvalue over the largest below which a mode has no mass.
+_MASSLESS = 1e-13
 #: More steps than this per wanted mode mean that the operator is not what it should be.
 _STEPS_PER_MODE = 6
 
@@ -51,7 +55,7 @@ def lowest_modes(
     Returns
     -------
     omega_squared : ndarray, shape (n_modes,)
-        Squared angular frequencies [1/s^2], ascending.
+        Squared angular frequencies [1/s^2], ascending; fewer where a small problem has no more.
     Phi : ndarray, shape (n, n_modes)
         Modes with ``Φᵀ M Φ = I``.
 
@@ -64,6 +68,8 @@ def lowest_modes(
     ----------
     Grimes, Lewis and Simon (1994), SIAM J. Matrix Anal. Appl. 15(1), 228-272.
     """
+    if len(start) <= _DENSE:
+        return _all_modes(static_response, M, n_modes)
     block_size = start.shape[1]
     n_steps = _STEPS_PER_MODE * (n_modes // block_size + 4)
     Q, MQ, _ = _orthonormal(start, M, 0.0)
@@ -102,6 +108,29 @@ def lowest_modes(
         f"block Lanczos found fewer than {n_modes} modes in {len(T)} vectors of blocks of "
         f"{block_size}"
     )
+
+
+def _all_modes(
+    static_response: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    M: sp.csr_array,
+    n_modes: int,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The same of a small problem: ``M = L Lᵀ``, eigenvectors y of ``Lᵀ K⁻¹ L``, ``φ = K⁻¹ L y``.
+
+    Degrees of freedom without mass take no part in L.
+    """
+    # Rotations and translations have masses of different sizes: each is scaled to one.
+    size = np.sqrt(M.diagonal())
+    scale = 1.0 / np.where(size > 0.0, size, 1.0)
+    masses, V = np.linalg.eigh(M.toarray() * np.outer(scale, scale))
+    kept = masses > _MASSLESS * masses[-1]
+    L = size[:, None] * V[:, kept] * np.sqrt(masses[kept])
+    U = static_response(L)
+    flexibility = L.T @ U
+    theta, Y = np.linalg.eigh((flexibility + flexibility.T) / 2.0)
+    wanted = np.argsort(theta)[::-1][:n_modes]
+    wanted = wanted[theta[wanted] > _MASSLESS * theta[-1]]
+    return 1.0 / theta[wanted], U @ Y[:, wanted] / theta[wanted]
 
 
 class _Basis:

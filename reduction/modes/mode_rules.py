@@ -23,6 +23,8 @@ _FIRST_LOOK = 32
 CUT_OFF_SHARE = 0.25
 #: The same of the last kept mode of a free-interface basis: its kept modes are exact.
 FREE_CUT_OFF_SHARE = 0.5
+#: Degrees of freedom up to which a body may keep all its modes.
+_SMALL_BODY = 100
 #: A basis of more modes than this is no reduction.
 _MOST_MODES = 400
 
@@ -131,13 +133,17 @@ def modes_by_rule(
     Raises
     ------
     ValueError
-        Where the rule asks for more modes than a tenth of the degrees of freedom, or than 400.
+        Where the rule asks for more modes than a tenth of the degrees of freedom, or than 400; of a
+        body of at most 100 degrees of freedom, for more than it has.
     """
-    most = min(n_dofs // 10 - 1, _MOST_MODES)
+    # Of a small body all modes are known at once, and all of them may be kept.
+    most = min(n_dofs if n_dofs <= _SMALL_BODY else n_dofs // 10 - 1, _MOST_MODES)
     look = min(rule.first_look, most + _LOOK_AHEAD)
     while True:
         found = lowest_modes(look)
-        count = rule.count(found.omega)
+        if len(found.omega) < look:
+            most = len(found.omega)
+        count = rule.count(np.append(found.omega, [np.inf] * (look - len(found.omega))))
         if count is not None and count <= most:
             return found, count
         if count is not None or look == most + _LOOK_AHEAD:

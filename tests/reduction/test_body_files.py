@@ -58,9 +58,9 @@ def test_the_file_states_its_format_version_and_units(written):
 
 def test_a_newer_version_is_refused_in_words(written):
     with h5py.File(written, "r+") as file:
-        file.attrs["version"] = 2
+        file.attrs["version"] = 3
     with pytest.raises(
-        BodyFileError, match=r"pin\.h5: written by a newer version \(file version 2, .* up to 1\)"
+        BodyFileError, match=r"pin\.h5: written by a newer version \(file version 3, .* up to 2\)"
     ):
         read_body(written)
 

@@ -3,7 +3,7 @@
 Writes a Craig-Bampton body for a multibody simulation.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -16,13 +16,11 @@ from carrierflex.files.versions import provenance
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
 from carrierflex.reduction.body_files import read_body, write_body
-from carrierflex.reduction.certificate import Certificate, certify, certify_free_interface
-from carrierflex.reduction.craig_bampton import craig_bampton
-from carrierflex.reduction.free_interface import free_interface_reduction
-from carrierflex.reduction.held_structure import GroundedBody
-from carrierflex.reduction.mode_count import chosen_modes, rule_of_options, wanted_frequency
+from carrierflex.reduction.held_structure import grounded
+from carrierflex.reduction.mode_count import rule_of_options, wanted_frequency
 from carrierflex.reduction.reduced_model import ReducedModel
-from carrierflex.reduction.residual_vectors import body_loads
+from carrierflex.workflows.reduction import reduce_matrices
+from carrierflex.workflows.reduction.certified_body import write_certified_body
 from carrierflex.workflows.support.cached_results import cached_files
 from carrierflex.workflows.support.carrier_files import CarrierFiles, given_structure
 from carrierflex.workflows.support.cost_preview import CostPreview, reduction_cost, tell
@@ -31,6 +29,7 @@ from carrierflex.workflows.support.half_sector_bodies import (
     reduced_by_symmetry,
     refuse_whole_body_options,
 )
+from carrierflex.workflows.support.matrix_inputs import MatrixFiles
 from carrierflex.workflows.support.named_bodies import body_name, body_structure
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
@@ -38,8 +37,11 @@ from carrierflex.workflows.support.progress import Stages
 
 def main(
     *,
-    body: Literal["carrier", "pin", "main_shaft"],
     out: Path,
+    body: Literal["carrier", "pin", "main_shaft"] | None = None,
+    stiffness: Path | None = None,
+    mass: Path | None = None,
+    interfaces: Path | None = None,
     variant: Literal["stiff", "flexible"] = "flexible",
     coupling: Literal["rbe3", "rbe3-nodes", "rbe2"] = "rbe3",
     interface: Literal["fixed", "free"] = "fixed",
@@ -66,12 +68,20 @@ def main(
 
     Parameters
     ----------
-    body
-        carrier: the planet carrier; pin: planet pin 1; main_shaft: the main shaft; all in the
-        carrier's frame.
     out
         Body file (.h5): K, M, D, labels of every coordinate, pilots, sensor rows, mass properties,
         provenance; SI units.
+    body
+        carrier: the planet carrier; pin: planet pin 1; main_shaft: the main shaft; all in the
+        carrier's frame. Required unless matrices are given.
+    stiffness
+        Stiffness matrix of another program, in place of --body: Nastran .op4 or DMIG .pch, Abaqus
+        .mtx, CalculiX .sti, Harwell-Boeing .rsa .hb .matrix, MatrixMarket .mtx .mm, scipy .npz,
+        Ansys .full (docs/matrices.md).
+    mass
+        Its mass matrix; may be the same file.
+    interfaces
+        TOML file with units, nodes, pilots and sensors of these matrices.
     variant
         Of the carrier; stiff: pins bonded, pilots at the pins' mid-spans; flexible: no pins, pilots
         at the six bores.
@@ -131,7 +141,7 @@ def main(
     ReducedModel
         The body as written.
     """
-    stage = read_parameters(parameters)
+    matrices = MatrixFiles.of_options(stiffness, mass, interfaces)
     files = CarrierFiles(step, surfaces, {} if mesh is None else {variant: mesh})
     # Every option that changes the body is part of the key under which it is kept.
     options = {
@@ -140,8 +150,15 @@ def main(
         "max_frequency": max_frequency, "frf_tolerance": frf_tolerance, "frf_up_to": frf_up_to,
         "residual_vectors": residual_vectors, "assembly": assembly,
     }  # fmt: skip
-    _refuse_contradictions(out, files, options, by_symmetry=by_symmetry)
+    _refuse_contradictions(out, options)
     options["by_symmetry"] = by_symmetry
+    if matrices is not None:
+        given = {"parameters": parameters, "step": step, "surfaces": surfaces, "mesh": mesh}
+        reduce_matrices.refuse_mesh_options({**options, **given, "preview": preview})
+        prepared_folder(out.parent)
+        return reduce_matrices.main(matrices, options, out, cache=cache, quiet=quiet)
+    stage = read_parameters(parameters)
+    _refuse_other_bodies(files, options)
     if preview:
         return _cost(stage, size, files, options)
     prepared_folder(out.parent)
@@ -187,17 +204,25 @@ def _cost(
     )
 
 
-def _refuse_contradictions(
-    out: Path, files: CarrierFiles, options: Mapping[str, Any], *, by_symmetry: bool
-) -> None:
+def _refuse_other_bodies(files: CarrierFiles, options: Mapping[str, Any]) -> None:
     body = options["body"]
-    if out.suffix != ".h5":
-        raise ValueError(f"{out}: suffix {out.suffix!r}; expected .h5")
+    if body is None:
+        raise ValueError(
+            "--body is missing; expected carrier, pin or main_shaft, or matrices of another "
+            "program: --stiffness, --mass and --interfaces"
+        )
     if files.given and body != "carrier":
         raise ValueError(
             f"--body is {body}, a STEP or mesh file is given; expected --body carrier: files hold "
             "the carrier"
         )
+    if options["by_symmetry"]:
+        refuse_whole_body_options(options, files_given=files.given)
+
+
+def _refuse_contradictions(out: Path, options: Mapping[str, Any]) -> None:
+    if out.suffix != ".h5":
+        raise ValueError(f"{out}: suffix {out.suffix!r}; expected .h5")
     given = [
         name
         for name in ("up_to", "modes", "max_frequency", "frf_tolerance")
@@ -216,8 +241,6 @@ def _refuse_contradictions(
             "--interface free keeps modes by number or frequency at distributing couplings; "
             "expected --coupling rbe3 or rbe3-nodes, and no --frf-tolerance or --residual-vectors"
         )
-    if by_symmetry:
-        refuse_whole_body_options(options, files_given=files.given)
 
 
 def _reduce(
@@ -236,29 +259,12 @@ def _reduce(
         structure = _structure(
             body, variant, stage, size, coupling=coupling, files=files, assembly=assembly
         )
-    with stages.stage(f"reduction of {structure.n_dofs} degrees of freedom"):
-        grounded = GroundedBody(structure.K, structure.points, structure.rigid_points)
-        kept, cut_off_hz = chosen_modes(structure, grounded, options), wanted_frequency(options)
-        # A free mesh has no symmetry to certify.
-        origin = {"carrier_files": files.record(), "symmetry_order": 1} if files.given else {}
-        certificate: Callable[[], Certificate]
-        if options["interface"] == "free":
-            free = free_interface_reduction(structure, kept, body=grounded)
-            record = _record(stage, size, options, len(free.modes.omega), **origin)
-            free = replace(free, model=replace(free.model, provenance=record))
-            model = free.model
-            certificate = partial(certify_free_interface, structure, free, cut_off_hz=cut_off_hz)
-        else:
-            loads = body_loads(structure) if options["residual_vectors"] else None
-            fixed = craig_bampton(structure, kept, residual_loads=loads, body=grounded)
-            record = _record(stage, size, options, len(fixed.modes.omega), **origin)
-            fixed = replace(fixed, model=replace(fixed.model, provenance=record))
-            model = fixed.model
-            certificate = partial(certify, structure, fixed, cut_off_hz=cut_off_hz)
-    with stages.stage("certificate"):
-        checks = certificate()
-    with stages.stage(f"writing {out}"):
-        write_body(model, out, checks)
+    # A free mesh has no symmetry to certify.
+    origin: dict[str, Any] = {}
+    if files.given:
+        origin = {"carrier_files": files.record(), "symmetry_order": 1}
+    record = partial(_record, stage, size, options, **origin)
+    write_certified_body(structure, grounded(structure), options, out, stages=stages, record=record)
 
 
 def _reduce_by_symmetry(

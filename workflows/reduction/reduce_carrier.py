@@ -13,7 +13,7 @@ from carrierflex.geometry.parameter_files import StageParameters
 from carrierflex.reduction.certificate import compliance_errors
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.fixed_interface_modes import FixedInterfaceModes
-from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
+from carrierflex.reduction.held_structure import Grounded, HeldStructure
 from carrierflex.reduction.mode_count import DEFAULT_FREQUENCY
 from carrierflex.reduction.modes.mode_rules import rule_for_use
 from carrierflex.reduction.pin_fit import HELD, PinFitFamily
@@ -102,14 +102,14 @@ def main(
 
 def _reduced(
     structure: StructuralModel, provenance: Mapping[str, str]
-) -> tuple[ReducedBody, GroundedBody]:
+) -> tuple[ReducedBody, Grounded]:
     reduction = craig_bampton(structure, rule_for_use(DEFAULT_FREQUENCY), provenance=provenance)
     error = max(compliance_errors(structure, reduction).values())
     return ReducedBody(reduction.model, reduction.modes, error), reduction.body
 
 
 def _held_through_pilot(
-    stage: StageParameters, structure: StructuralModel, body: GroundedBody
+    stage: StageParameters, structure: StructuralModel, body: Grounded
 ) -> DeflectionCurve:
     """Torque curve of the full model without pins.
 

@@ -69,12 +69,7 @@ class CarrierFiles:
         paths = {role: Path(entry["file"]) for role, entry in record.items()}
         step, surfaces = paths.pop("step", None), paths.pop("surfaces", None)
         files = cls(step, surfaces, paths)
-        for role, digest in files.digests().items():
-            if digest != record[role]["sha256"]:
-                raise ValueError(
-                    f"{record[role]['file']}: changed since the body was made of it; expected the "
-                    "same file"
-                )
+        refuse_changed(record, files.record())
         return files
 
     @property
@@ -109,11 +104,29 @@ class CarrierFiles:
     def record(self) -> dict[str, dict[str, str]]:
         """Name and SHA-256 of every file, for provenance; FileNotFoundError where one is absent."""
         files = {"step": self.step, "surfaces": self.surfaces, **self.meshes}
-        return {
-            role: {"file": str(path), "sha256": _digest(path)}
-            for role, path in files.items()
-            if path is not None
-        }
+        return file_record({role: path for role, path in files.items() if path is not None})
+
+
+def file_record(files: Mapping[str, Path]) -> dict[str, dict[str, str]]:
+    """Name and SHA-256 of every file by its role; FileNotFoundError where one is absent."""
+    return {role: {"file": str(path), "sha256": _digest(path)} for role, path in files.items()}
+
+
+def refuse_changed(
+    record: Mapping[str, Mapping[str, str]], now: Mapping[str, Mapping[str, str]]
+) -> None:
+    """Refuse files that are no longer those that were recorded.
+
+    Raises
+    ------
+    ValueError
+        Where a digest differs; the message names the file.
+    """
+    for role, entry in now.items():
+        if role not in record or entry["sha256"] != record[role]["sha256"]:
+            raise ValueError(
+                f"{entry['file']}: changed since the body was made of it; expected the same file"
+            )
 
 
 def _digest(path: Path) -> str:

@@ -17,6 +17,7 @@ from carrierflex.geometry.parameters import CarrierParameters, GearData, PinPara
 from carrierflex.geometry.tet_mesh import TetMesh
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.workflows.support.carrier_files import CarrierFiles, given_structure
+from carrierflex.workflows.support.matrix_inputs import MatrixFiles
 from carrierflex.workflows.support.named_bodies import body_structure
 
 #: A body made again is the same where its pilots' stiffness and mass differ by less than this,
@@ -27,8 +28,10 @@ _USUAL = {"coupling": "rbe3", "interface": "fixed"}
 _RECORDED = ("parameters", "size", "modes")
 
 
-def recorded_structure(model: ReducedModel) -> tuple[TetMesh, StructuralModel, int]:
+def recorded_structure(model: ReducedModel) -> tuple[TetMesh | None, StructuralModel, int]:
     """Mesh, structure and number of fixed-interface modes of a body that carrierflex reduce wrote.
+
+    A body of another program's matrices has no mesh.
 
     Raises
     ------
@@ -36,6 +39,8 @@ def recorded_structure(model: ReducedModel) -> tuple[TetMesh, StructuralModel, i
         Where the inputs are not recorded, couplings or basis were not the usual ones, or the
         carrier's files are gone or changed.
     """
+    if "matrix_files" in model.provenance:
+        return (None, *_of_matrices(model))
     missing = [key for key in _RECORDED if key not in model.provenance]
     choices = [
         json.loads(model.provenance.get(name, f'"{usual}"')) for name, usual in _USUAL.items()
@@ -59,6 +64,26 @@ def recorded_structure(model: ReducedModel) -> tuple[TetMesh, StructuralModel, i
         return mesh, given_structure(variant, mesh)[0], n_modes
     mesh, structure = body_structure(model.name, stage, size)
     return mesh, structure, n_modes
+
+
+def _of_matrices(model: ReducedModel) -> tuple[StructuralModel, int]:
+    """Structure and number of modes of a body of matrix files, read again."""
+    choices = {"interface": '"fixed"', "residual_vectors": "false"}
+    other = [name for name, usual in choices.items() if model.provenance.get(name) != usual]
+    if other:
+        raise ValueError(
+            f"{model.name}: the body was reduced with --{other[0].replace('_', '-')}; expected "
+            "--interface fixed and no residual vectors: Exudyn needs the basis, which is made again"
+        )
+    try:
+        record = json.loads(model.provenance["matrix_files"])
+        files, n_modes = MatrixFiles.recorded(record), int(model.provenance["modes"])
+    except (TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise ValueError(
+            f"{model.name}: the inputs recorded in the body file cannot be read; expected those "
+            "that carrierflex reduce wrote"
+        ) from error
+    return files.body().structure, n_modes
 
 
 def _recorded_inputs(model: ReducedModel) -> tuple[StageParameters, float, int]:

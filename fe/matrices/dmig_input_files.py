@@ -1,0 +1,151 @@
+"""Direct matrix input (DMIG) of Nastran, as its punch file holds it: entries by grid and component.
+
+Fields of 8 or 16 characters or free ones with commas; a symmetric matrix stores one triangle, null
+columns are left out. pyyeti reads the same into dense matrices; here they stay sparse.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.fe.matrices.stored_matrix import (
+    SCALAR,
+    DofNames,
+    StoredMatrix,
+    from_entries,
+    names_of_keys,
+)
+from carrierflex.fe.matrices.text_numbers import numbers, whole
+from carrierflex.files.shown_values import shown
+
+#: Form numbers: square and symmetric.
+_SQUARE, _SYMMETRIC = 1, 6
+#: Fields of a line behind the first, and their widths.
+_SMALL, _LARGE = (8, 8), (16, 4)
+#: Nastran lets an exponent stand without its letter: 1.0-5.
+_BARE_EXPONENT = re.compile(r"(?<=[\d.])([-+])(?=\d)")
+
+
+def read_dmig(path: Path, content: bytes, quantity: str) -> StoredMatrix:
+    """Matrix of a punch file.
+
+    Where there are several, the one whose name begins with K (stiffness) or M (mass).
+
+    Parameters
+    ----------
+    path : Path
+        The file, for messages.
+    content : bytes
+        Its content.
+    quantity : str
+        ``stiffness`` or ``mass``.
+
+    Raises
+    ------
+    ValueError
+        Where there is no such matrix, or it is not real and square.
+    """
+    try:
+        cards = _cards(content.decode("latin-1"))
+        name = chosen_name(list(cards), quantity)
+        return _matrix(cards[name])
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def chosen_name(names: list[str], quantity: str) -> str:
+    """Name of the matrix of a file with several: its first letter is K or M.
+
+    Raises
+    ------
+    ValueError
+        Where there is none, or more than one.
+    """
+    letter = quantity[0].upper().replace("S", "K")
+    found = names if len(names) == 1 else [n for n in names if n.upper().startswith(letter)]
+    if len(found) != 1:
+        listed = ", ".join(shown(name) for name in names[:20]) or "none"
+        raise ValueError(
+            f"matrices {listed}; expected one, or one whose name begins with {letter} ({quantity})"
+        )
+    return found[0]
+
+
+def _cards(text: str) -> dict[str, list[list[str]]]:
+    """Fields of every DMIG entry behind the word, continuations joined, by matrix."""
+    cards: dict[str, list[list[str]]] = {}
+    current: list[str] | None = None
+    for raw in text.splitlines():
+        line = raw.split("$", 1)[0].rstrip()
+        if not line:
+            continue
+        first = line[:8].split(",", 1)[0].strip().upper()
+        if first in ("DMIG", "DMIG*"):
+            current = _fields(line, large=first.endswith("*"))
+            cards.setdefault(current[0].upper(), []).append(current)
+        elif current is not None and (first == "" or first[0] in "*+"):
+            current += _fields(line, large=first.startswith("*"))
+        else:
+            current = None
+    return cards
+
+
+def _fields(line: str, *, large: bool) -> list[str]:
+    """The fields of one line behind the first one, as many as the format has."""
+    width, count = _LARGE if large else _SMALL
+    if "," in line:
+        found = [word.strip() for word in line.split(",")[1 : 1 + count]]
+    else:
+        found = [line[8 + width * i : 8 + width * (i + 1)].strip() for i in range(count)]
+    return [*found, *[""] * (count - len(found))]
+
+
+def _matrix(cards: list[list[str]]) -> StoredMatrix:
+    header, *columns = cards
+    if header[1] != "0":
+        raise ValueError(f"matrix {shown(header[0])} has no header; expected DMIG NAME 0 FORM TYPE")
+    form, kind = (int(word) if word.isdigit() else 0 for word in (header[2], header[3]))
+    if form not in (_SQUARE, _SYMMETRIC) or kind not in (1, 2):
+        raise ValueError(
+            f"matrix {shown(header[0])} has form {shown(header[2])} and type {shown(header[3])}; "
+            "expected form 6 or 1 (square) and type 1 or 2 (real)"
+        )
+    points: list[str] = []
+    values: list[str] = []
+    for column in columns:
+        # The entries of a column: grid, component, real part, imaginary part.
+        entries = column[4:]
+        for at in range(0, len(entries) - 2, 4):
+            if entries[at]:
+                points += [column[1], column[2] or "0", entries[at], entries[at + 1] or "0"]
+                values.append(entries[at + 2])
+    index = whole(numbers(" ".join(points).encode("latin-1", "replace"), "grids"), "grids")
+    table = index.reshape(-1, 4)
+    found = numbers(" ".join(map(_plain, values)).encode("latin-1", "replace"), "the entries")
+    if len(found) != len(table):
+        raise ValueError(f"{len(found)} values for {len(table)} entries; expected one each")
+    keys = np.stack([_keys(table[:, 2], table[:, 3]), _keys(table[:, 0], table[:, 1])])
+    names, place = np.unique(keys, return_inverse=True)
+    rows, columns_of = place.reshape(2, -1)
+    if form == _SQUARE and len(found):
+        # Both triangles are there: an entry that stands twice is a mistake.
+        _refuse_twice(rows, columns_of, len(names))
+    return StoredMatrix(from_entries(rows, columns_of, found, len(names)), names_of_keys(names))
+
+
+def _plain(word: str) -> str:
+    """A number with its exponent's letter."""
+    return _BARE_EXPONENT.sub(r"E\1", word)
+
+
+def _keys(grids: NDArray[np.int64], components: NDArray[np.int64]) -> NDArray[np.int64]:
+    if components.size and components.max() > 6:
+        raise ValueError(f"component {components.max()}; expected 1 to 6, or 0 of a scalar point")
+    return DofNames(grids, np.where(components == 0, SCALAR, components - 1)).keys
+
+
+def _refuse_twice(rows: NDArray[np.int64], columns: NDArray[np.int64], n: int) -> None:
+    if len(np.unique(rows * n + columns)) != len(rows):
+        raise ValueError("an entry stands twice; expected every one once")

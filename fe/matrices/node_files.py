@@ -1,0 +1,251 @@
+"""Nodes of other programs' models: numbers, coordinates, sets, and the order of matrix rows."""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from pyyeti.nastran import bulk
+
+from carrierflex.fe.matrices.stored_matrix import SCALAR, DofNames
+from carrierflex.fe.matrices.text_numbers import number_table, numbers, whole
+from carrierflex.files.child_process import in_child, limited
+from carrierflex.files.plain_files import check_plain_file, plain_content
+from carrierflex.files.shown_values import shown
+
+_MOST_BYTES = 8_000_000_000
+_EXPECTED = "a file with nodes (.inp, .bdf, .dat, .nas, .blk, .asm)"
+_NASTRAN = (".bdf", ".dat", ".nas", ".blk", ".asm", ".pch")
+_DIRECTIONS = {"UX": 0, "UY": 1, "UZ": 2, "ROTX": 3, "ROTY": 4, "ROTZ": 5}
+#: A coordinate system of Nastran that is rectangular.
+_RECTANGULAR = 1
+
+
+@dataclass(frozen=True, eq=False)
+class NodeTable:
+    """Nodes of a model.
+
+    Parameters
+    ----------
+    numbers : ndarray of int, shape (n,)
+        Numbers that the program gives them, ascending.
+    points : ndarray, shape (n, 3)
+        Coordinates, in the file's unit.
+    sets : mapping of str to ndarray of int
+        Numbers of the nodes of every named set.
+    dofs : DofNames or None
+        Order of the rows of the model's matrices, where the file says.
+    frames : mapping of int to ndarray, shape (3, 3)
+        Nodes whose displacements have directions of their own, the columns of the matrix.
+    """
+
+    numbers: NDArray[np.int64]
+    points: NDArray[np.float64]
+    sets: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
+    dofs: DofNames | None = None
+    frames: Mapping[int, NDArray[np.float64]] = field(default_factory=dict)
+
+
+def read_nodes(path: Path) -> NodeTable:
+    """Nodes of an Abaqus or CalculiX deck (.inp) or of Nastran bulk data.
+
+    Raises
+    ------
+    FileNotFoundError
+        Where there is no such file.
+    ValueError
+        Where it is of another kind, holds no nodes, or a node twice.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in (".inp", *_NASTRAN):
+        check_plain_file(path, _EXPECTED, _MOST_BYTES)
+        raise ValueError(f"{path}: suffix {path.suffix!r}; expected {_EXPECTED}")
+    if suffix == ".inp":
+        content = plain_content(path, _EXPECTED, _MOST_BYTES)
+        try:
+            return _deck_nodes(content)
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from error
+    size = check_plain_file(path, _EXPECTED, _MOST_BYTES, text=True)
+    return in_child(_nastran_nodes, path, size, about=path, what="pyyeti")
+
+
+def node_table(
+    numbers_of_nodes: NDArray[np.int64],
+    points: NDArray[np.float64],
+    sets: Mapping[str, NDArray[np.int64]] | None = None,
+) -> NodeTable:
+    """Table of nodes in ascending order.
+
+    Raises
+    ------
+    ValueError
+        Where a node stands twice with other coordinates, or a coordinate is not finite.
+    """
+    order = np.argsort(numbers_of_nodes, kind="stable")
+    ordered, places = numbers_of_nodes[order], points[order]
+    if not np.isfinite(places).all():
+        raise ValueError("a coordinate is not finite; expected finite numbers")
+    again = np.flatnonzero(np.diff(ordered) == 0)
+    if (places[again] != places[again + 1]).any():
+        raise ValueError(f"node {ordered[again[0]]} stands twice; expected every node once")
+    first = np.append(True, np.diff(ordered) > 0)
+    return NodeTable(ordered[first], places[first], sets or {})
+
+
+def _deck_nodes(content: bytes) -> NodeTable:
+    tables: list[NDArray[np.float64]] = []
+    sets: dict[str, list[NDArray[np.int64]]] = {}
+    for keyword, data in _deck_blocks(content):
+        name, *options = (word.strip() for word in keyword.split(","))
+        chosen = dict(option.partition("=")[::2] for option in options)
+        settings = {k.strip(): v.strip() for k, v in chosen.items()}
+        if name == "NODE" and "SYSTEM" not in settings:
+            tables.append(_coordinates(data))
+            if settings.get("NSET"):
+                sets.setdefault(settings["NSET"], []).append(tables[-1][:, 0].astype(np.int64))
+        elif name == "NODE":
+            raise ValueError("*NODE, SYSTEM; expected rectangular coordinates of the model")
+        elif name == "NSET" and settings.get("NSET"):
+            members = _members(data, "GENERATE" in settings, sets)
+            sets.setdefault(settings["NSET"], []).append(members)
+    if not tables:
+        raise ValueError("no *NODE with coordinates; expected the file that holds the nodes")
+    table = np.concatenate(tables)
+    joined = {name: np.unique(np.concatenate(parts)) for name, parts in sets.items()}
+    return node_table(whole(table[:, 0], "node numbers"), table[:, 1:], sets=joined)
+
+
+def _deck_blocks(content: bytes) -> Iterator[tuple[str, bytes]]:
+    """Keyword line in capitals without blanks, and the lines below it, of nodes and sets."""
+    marks = list(re.finditer(rb"^[ \t]*\*(?!\*)([^\r\n]*)", content, re.MULTILINE))
+    ends = [*(mark.start() for mark in marks[1:]), len(content)]
+    for mark, end in zip(marks, ends, strict=True):
+        keyword = re.sub(r"[ \t]+", "", mark[1].decode("latin-1")).upper()
+        if keyword.startswith(("NODE,", "NSET,")) or keyword == "NODE":
+            yield keyword, re.sub(rb"(?m)^[ \t]*\*\*[^\r\n]*", b"", content[mark.end() : end])
+
+
+def _coordinates(data: bytes) -> NDArray[np.float64]:
+    """Number and three coordinates of every node; what a line leaves out is zero."""
+    lines = [line for line in data.split(b"\n") if line.strip()]
+    counts = {line.count(b",") - line.rstrip().endswith(b",") for line in lines}
+    if counts == {3}:
+        return number_table(data, 4, "the nodes")
+    rows = [numbers(line, "the nodes") for line in lines]
+    if any(len(row) > 4 or not len(row) for row in rows):
+        raise ValueError("a line of *NODE with more than four numbers; expected number, x, y, z")
+    return np.array([np.pad(row, (0, 4 - len(row))) for row in rows])
+
+
+def _members(
+    data: bytes, generate: bool, sets: Mapping[str, list[NDArray[np.int64]]]
+) -> NDArray[np.int64]:
+    """Numbers of the nodes of a set: listed, by names of sets, or as first, last and step."""
+    if generate:
+        found: list[NDArray[np.int64]] = []
+        for line in data.split(b"\n"):
+            if line.strip():
+                first, last, *step = whole(numbers(line, "a set"), "a set").tolist()
+                if not 0 <= last - first < 10**8 or step[1:] or (step and step[0] < 1):
+                    raise ValueError(f"a set from {first} to {last}; expected first, last, step")
+                found.append(np.arange(first, last + 1, step[0] if step else 1))
+        return np.concatenate([np.zeros(0, dtype=np.int64), *found])
+    words = data.decode("latin-1").replace(",", " ").split()
+    listed = [word for word in words if word.upper() not in sets]
+    named = [part for word in words for part in sets.get(word.upper(), [])]
+    own = whole(numbers(" ".join(listed).encode("latin-1"), "a set"), "a set")
+    return np.concatenate([own, *named])
+
+
+def _nastran_nodes(path: Path, size: int) -> NodeTable:
+    try:
+        with limited(60 + size // 20_000, 1_000_000_000 + 400 * size):
+            if path.suffix.lower() == ".asm":
+                return _of_uset(bulk.asm2uset(str(path), follow_includes=False)[0])
+            grids = bulk.rdgrids(str(path), follow_includes=False)
+            if grids is None:
+                raise ValueError("no GRID entries")
+            if (grids[:, [1, 5]] != 0).any():
+                return _of_uset(bulk.bulk2uset(str(path), follow_includes=False)[0], ordered=False)
+            return node_table(whole(grids[:, 0], "grids"), grids[:, 2:5])
+    except Exception as error:
+        # Its errors are of every kind: a damaged file meets its code unchecked.
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise ValueError(f"{path}: no bulk data with GRID entries ({reason})") from error
+
+
+def _of_uset(uset: pd.DataFrame, *, ordered: bool = True) -> NodeTable:
+    """Nodes, directions and order of the rows from pyyeti's table of degrees of freedom.
+
+    Six rows a grid: place; number and type of the directions' system; its origin; its axes.
+    """
+    index = np.array(uset.index.tolist(), dtype=np.int64)
+    values = uset.iloc[:, 1:].to_numpy(dtype=np.float64)
+    first = np.flatnonzero(index[:, 1] == 1)
+    kinds = values[first + 1, 1]
+    if (kinds != _RECTANGULAR).any():
+        odd = int(index[first[kinds != _RECTANGULAR][0], 0])
+        raise ValueError(
+            f"grid {odd} has displacements in a cylindrical or spherical system; expected "
+            "rectangular ones"
+        )
+    frames = {
+        int(index[row, 0]): values[row + 3 : row + 6]
+        for row in first
+        if not np.array_equal(values[row + 3 : row + 6], np.eye(3))
+    }
+    names = DofNames(index[:, 0], np.where(index[:, 1] == 0, SCALAR, index[:, 1] - 1))
+    table = node_table(index[first, 0], values[first])
+    return NodeTable(table.numbers, table.points, {}, names if ordered else None, frames)
+
+
+def read_dofs(path: Path) -> DofNames:
+    """Names of the rows of a matrix: CalculiX .dof (node.direction), Ansys .mapping.
+
+    Raises
+    ------
+    FileNotFoundError
+        Where there is no such file.
+    ValueError
+        Where a line is no name of a degree of freedom, or one stands twice.
+    """
+    content = plain_content(path, "names of degrees of freedom (.dof, .mapping)", _MOST_BYTES)
+    try:
+        names = _mapping(content) if path.suffix.lower() == ".mapping" else _dotted(content)
+        if not len(names) or len(np.unique(names.keys)) != len(names):
+            raise ValueError(f"{len(names)} names, not all different; expected one a row")
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+    return names
+
+
+def _dotted(content: bytes) -> DofNames:
+    if content.count(b".") != len(content.split()):
+        raise ValueError("not every word is node.direction; expected as in 17.2")
+    table = whole(number_table(content.replace(b".", b" "), 2, "the names"), "the names")
+    return _names(table[:, 0], table[:, 1] - 1)
+
+
+def _mapping(content: bytes) -> DofNames:
+    found = re.findall(rb"^\s*(\d{1,12})\s+(\d{1,12})\s+([A-Z]+)\s*$", content, re.MULTILINE)
+    odd = [word.decode() for _, _, word in found if word.decode() not in _DIRECTIONS]
+    if odd or not found:
+        what = f"direction {shown(odd[0])}" if odd else "no lines of equation, node, direction"
+        raise ValueError(f"{what}; expected {', '.join(_DIRECTIONS)}")
+    equations = np.array([int(number) for number, _, _ in found])
+    if not np.array_equal(np.sort(equations), np.arange(1, len(found) + 1)):
+        raise ValueError("the equations are not numbered from 1 on; expected every one once")
+    order = np.argsort(equations)
+    nodes = np.array([int(node) for _, node, _ in found], dtype=np.int64)[order]
+    directions = np.array([_DIRECTIONS[word.decode()] for _, _, word in found])[order]
+    return _names(nodes, directions)
+
+
+def _names(nodes: NDArray[np.int64], components: NDArray[np.int64]) -> DofNames:
+    if len(components) and not (0 <= components.min() and components.max() < 6):
+        raise ValueError("a direction is none of 1 to 6; expected displacements and rotations")
+    return DofNames(nodes, components)

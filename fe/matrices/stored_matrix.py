@@ -1,0 +1,119 @@
+"""A matrix as a file of another program holds it, and the names of its degrees of freedom."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+#: Component of a scalar point: a modal coordinate of a superelement, without place or direction.
+SCALAR = -1
+#: Names of the components 0 to 5.
+COMPONENT_NAMES = ("Tx", "Ty", "Tz", "Rx", "Ry", "Rz")
+#: Matrices of more degrees of freedom than this are refused before memory is taken for them.
+MOST_DOFS = 30_000_000
+#: Matrices of more stored entries than this are refused.
+MOST_ENTRIES = 2_000_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class DofNames:
+    """Node and component of every degree of freedom.
+
+    Parameters
+    ----------
+    nodes : ndarray of int, shape (n,)
+        Numbers that the program gives its nodes.
+    components : ndarray of int, shape (n,)
+        0 to 5: translations and rotations along x, y, z; :data:`SCALAR` for a scalar point.
+    """
+
+    nodes: NDArray[np.int64]
+    components: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        """Number of degrees of freedom."""
+        return len(self.nodes)
+
+    @property
+    def keys(self) -> NDArray[np.int64]:
+        """One number a degree of freedom, ascending by node, then component."""
+        return self.nodes * 8 + self.components + 1
+
+    def named(self, dof: int) -> str:
+        """A degree of freedom in words: ``node 17 Ty``."""
+        component = int(self.components[dof])
+        if component == SCALAR:
+            return f"scalar point {self.nodes[dof]}"
+        return f"node {self.nodes[dof]} {COMPONENT_NAMES[component]}"
+
+    def at(self, rows: NDArray[np.int64]) -> "DofNames":
+        """Names of some of the degrees of freedom, in the order of `rows`."""
+        return DofNames(self.nodes[rows], self.components[rows])
+
+
+def names_of_keys(keys: NDArray[np.int64]) -> DofNames:
+    """Names behind :attr:`DofNames.keys`."""
+    return DofNames(keys // 8, keys % 8 - 1)
+
+
+@dataclass(frozen=True, eq=False)
+class StoredMatrix:
+    """A symmetric matrix as a file holds it, both triangles.
+
+    Parameters
+    ----------
+    A : csr_array, shape (n, n)
+        Entries as printed, in the file's units.
+    dofs : DofNames or None
+        Names of rows and columns; None where the file has none.
+    """
+
+    A: sp.csr_array
+    dofs: DofNames | None = None
+
+
+def from_entries(
+    rows: NDArray[np.int64], columns: NDArray[np.int64], values: NDArray[np.float64], n: int
+) -> sp.csr_array:
+    """Matrix of entries that are listed one by one; a triangle alone is mirrored.
+
+    Parameters
+    ----------
+    rows, columns : ndarray of int, shape (k,)
+        From 0; what is listed twice is added.
+    values : ndarray, shape (k,)
+        Entries.
+    n : int
+        Order of the matrix.
+
+    Raises
+    ------
+    ValueError
+        Where an index is none of the matrix, or a value is not finite.
+    """
+    if n > MOST_DOFS or len(values) > MOST_ENTRIES:
+        raise ValueError(
+            f"states {n} degrees of freedom and {len(values)} entries; expected at most "
+            f"{MOST_DOFS} and {MOST_ENTRIES}"
+        )
+    for what, index in (("row", rows), ("column", columns)):
+        if len(index) and not (index.min() >= 0 and index.max() < n):
+            wrong = int(index[(index < 0) | (index >= n)][0]) + 1
+            raise ValueError(f"{what} {wrong} of a matrix of order {n}; expected 1 to {n}")
+    refuse_not_finite(values)
+    if (rows >= columns).all() or (rows <= columns).all():
+        off = rows != columns
+        rows, columns = (
+            np.concatenate([rows, columns[off]]),
+            np.concatenate([columns, rows[off]]),
+        )
+        values = np.concatenate([values, values[off]])
+    return sp.csr_array(sp.coo_array((values, (rows, columns)), shape=(n, n)))
+
+
+def refuse_not_finite(values: NDArray[np.float64]) -> None:
+    """Raise ValueError where an entry is not finite."""
+    if not np.isfinite(values).all():
+        count = int(np.count_nonzero(~np.isfinite(values)))
+        raise ValueError(f"{count} entries are not finite; expected finite numbers")

@@ -1,0 +1,262 @@
+"""Readers of other programs' matrices: what is printed comes back bit for bit, damage is told.
+
+Files of other programs: CalculiX (ccx 2.20 of Debian) writes .sti, .mas, .dof and .mtx here; NX and
+MSC Nastran wrote the .op4 and .pch files of pyyeti's wheel; scipy writes MatrixMarket, npz and the
+unsymmetric Harwell-Boeing file.
+"""
+
+import re
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyyeti
+import scipy.io
+import scipy.sparse as sp
+from pyyeti.nastran import bulk, op4
+
+from carrierflex.fe.matrices.dmig_input_files import read_dmig
+from carrierflex.fe.matrices.matrix_files import read_matrix
+from carrierflex.fe.matrices.node_files import read_dofs, read_nodes
+from tests.fe.matrices.written_formats import (
+    abaqus_coordinates,
+    abaqus_input,
+    harwell_boeing,
+)
+from tests.independent_codes.calculix import needs_calculix
+
+NASTRAN = Path(pyyeti.__file__).parent / "tests"
+OP4 = NASTRAN / "nastran_op4_data"
+RNG = np.random.default_rng(3)
+
+
+def symmetric(n=12, density=0.4):
+    """Sparse symmetric matrix of numbers of all sizes, positive diagonal."""
+    A = sp.random_array((n, n), density=density, rng=RNG).tocsr()
+    A.data = RNG.standard_normal(A.nnz) * 10.0 ** RNG.integers(-12, 12, A.nnz)
+    return sp.csr_array(A + A.T + sp.diags_array(np.abs(RNG.standard_normal(n)) + 1.0))
+
+
+def same(found, expected):
+    """Whether every number is the same, to the last bit."""
+    return np.array_equal(found.toarray(), expected.toarray())
+
+
+def printed(text, n):
+    """Matrix of lines row, column, value, by Python's own reading of numbers."""
+    A = np.zeros((n, n))
+    for line in text.splitlines():
+        row, column, value = line.split()
+        A[int(row) - 1, int(column) - 1] = A[int(column) - 1, int(row) - 1] = float(value)
+    return A
+
+
+@needs_calculix
+@pytest.mark.parametrize(("suffix", "quantity"), [("sti", "stiffness"), ("mas", "mass")])
+def test_calculix_matrices_come_back_as_printed(suffix, quantity, calculix_job):
+    path = calculix_job / f"job.{suffix}"
+    found = read_matrix(path, quantity).A
+    n = len(read_dofs(calculix_job / "job.dof"))
+    assert n == 3 * len(read_nodes(calculix_job / "mesh.inp").numbers)
+    np.testing.assert_array_equal(found.toarray(), printed(path.read_text(), n))
+    # Not an empty comparison: fourteen digits, both triangles.
+    assert found.nnz > 10 * n
+    assert (found - found.T).nnz == 0
+
+
+@needs_calculix
+def test_the_element_form_of_a_substructure_comes_back_as_printed(calculix_substructure):
+    path = calculix_substructure / "sub.mtx"
+    stored = read_matrix(path, "stiffness")
+    values = path.read_text().split("TYPE=STIFFNESS")[1].split("*")[0].replace(",", " ").split()
+    A = np.zeros((9, 9))
+    A[np.tril_indices(9)] = [float(value) for value in values]
+    np.testing.assert_array_equal(np.tril(stored.A.toarray()), A)
+    assert stored.dofs.nodes.tolist() == [5, 5, 5, 6, 6, 6, 7, 7, 7]
+    assert stored.dofs.components.tolist() == [0, 1, 2] * 3
+
+
+@pytest.mark.parametrize("form", ["dense", "bigmat", "nonbigmat"])
+@pytest.mark.parametrize("endian", ["<", ">"])
+def test_binary_op4_comes_back_to_the_last_bit(form, endian, tmp_path):
+    K, M = symmetric(), symmetric()
+    path = tmp_path / "a.op4"
+    matrices = {"kaa": K.toarray(), "maa": M.toarray(), "baa": np.zeros((1, 1))}
+    op4.write(str(path), matrices, sparse=form, endian=endian)
+    assert same(read_matrix(path, "stiffness").A, K)
+    assert same(read_matrix(path, "mass").A, M)
+
+
+@pytest.mark.parametrize("form", ["dense", "bigmat", "nonbigmat"])
+def test_text_op4_comes_back_as_printed(form, tmp_path):
+    K = symmetric()
+    path = tmp_path / "a.op4"
+    op4.write(str(path), {"kgg": K.toarray()}, sparse=form, binary=False, digits=17)
+    assert same(read_matrix(path, "stiffness").A, K)
+
+
+@pytest.mark.parametrize("form", ["bigmat", "nonbigmat", "dense"])
+def test_nastrans_own_files_of_64_bit_words_are_read_as_pyyeti_does(form):
+    path = OP4 / f"nas_large_dim_{form}_binary.op4"
+    expected = op4.load(str(path), "matd22a", into="list", sparse=(True, sp.coo_matrix.tocoo))[1][0]
+    found = sp.coo_array(read_matrix(path, "mass").A)
+    assert found.shape == expected.shape == (10_000_001, 10_000_001)
+    ours = sorted(zip(*found.coords, found.data, strict=True))
+    theirs = sorted(zip(expected.row, expected.col, expected.data, strict=True))
+    assert ours == [each for each in theirs if each[2] != 0.0]
+
+
+def test_a_reduced_model_of_nx_nastran_is_read_as_pyyeti_does():
+    path = NASTRAN / "nas2cam_csuper" / "inboard_mk.op4"
+    expected = op4.read(str(path), into="dct")
+    for quantity, name in (("stiffness", "kxx"), ("mass", "mxx")):
+        found = read_matrix(path, quantity).A.toarray()
+        np.testing.assert_array_equal(found, expected[name])
+
+
+def test_dmig_of_nastran_is_read_as_pyyeti_does():
+    path = NASTRAN / "nastran_dmig_data" / "matrix_factory.pch"
+    text = path.read_text()
+    expected = bulk.rddmig(str(path))
+    tried = 0
+    for name, frame in expected.items():
+        header = re.search(rf"^DMIG    {name.upper():8s} +0 +(\d) +(\d)", text, re.MULTILINE)
+        if frame.shape[0] != frame.shape[1] or header[1] not in "16" or header[2] not in "12":
+            continue
+        own = "\n".join(_cards_of(text, name.upper()))
+        stored = read_dmig(path, own.encode(), "stiffness")
+        index = [
+            (int(n), int(c) + 1)
+            for n, c in zip(stored.dofs.nodes, stored.dofs.components, strict=True)
+        ]
+        ours = stored.A.toarray()
+        theirs = frame.reindex(index=index, columns=index, fill_value=0.0).to_numpy()
+        np.testing.assert_array_equal(ours, theirs)
+        tried += 1
+    assert tried >= 2
+
+
+def _cards_of(text, name):
+    inside = False
+    for line in text.splitlines():
+        if line.startswith("DMIG"):
+            inside = line[8:16].strip() == name
+        if inside:
+            yield line
+
+
+@pytest.mark.parametrize("wide", [True, False])
+def test_dmig_keeps_the_digits_that_it_prints(wide, tmp_path):
+    if wide:
+        text = (
+            "DMIG    K              0       6       2       0\n"
+            "DMIG*   K                              1               1\n"
+            "*                      1               1 1.234567891D+05\n"
+            "*                      2               2-7.000000001D-03\n"
+            "DMIG*   K                              2               2\n"
+            "*                      2               2 9.876543211D+05\n"
+        )
+    else:
+        text = "DMIG,K,0,6,2,0\nDMIG,K,1,1,,1,1,1.2345+5\n,2,2,-7.00-3\nDMIG,K,2,2,,2,2,9.9D5\n"
+    path = tmp_path / "a.pch"
+    path.write_text(text)
+    stored = read_matrix(path, "stiffness")
+    expected = (
+        [[1.234567891e5, -7.000000001e-3], [-7.000000001e-3, 9.876543211e5]]
+        if wide
+        else [[1.2345e5, -7.00e-3], [-7.00e-3, 9.9e5]]
+    )
+    np.testing.assert_array_equal(stored.A.toarray(), expected)
+    assert stored.dofs.named(1) == "node 2 Ty"
+
+
+@pytest.mark.parametrize("digits", [8, 17])
+def test_harwell_boeing_comes_back_as_printed(digits, tmp_path):
+    K = symmetric()
+    path = tmp_path / "k.rsa"
+    rounded = harwell_boeing(path, K, digits)
+    assert same(read_matrix(path, "stiffness").A, rounded)
+
+
+def test_numbers_without_a_blank_between_them_are_told_apart(tmp_path):
+    K = sp.csr_array(np.array([[2e100, -1e100], [-1e100, 2e100]]))
+    path = tmp_path / "k.rsa"
+    harwell_boeing(path, K, 8, width=15)
+    assert re.search(r"\d-1\.0", path.read_text())
+    assert same(read_matrix(path, "stiffness").A, K)
+
+
+def test_scipys_unsymmetric_harwell_boeing_file_is_read(tmp_path):
+    K = symmetric()
+    path = tmp_path / "k.hb"
+    scipy.io.hb_write(str(path), sp.csc_matrix(K))
+    expected = scipy.io.hb_read(str(path))
+    assert same(read_matrix(path, "stiffness").A, sp.csr_array(expected))
+
+
+def test_both_listed_forms_of_abaqus_come_back_as_printed(tmp_path):
+    K = symmetric()
+    abaqus_input(tmp_path / "a.mtx", K, 3)
+    abaqus_coordinates(tmp_path / "b.mtx", K)
+    first, second = (read_matrix(tmp_path / name, "stiffness") for name in ("a.mtx", "b.mtx"))
+    assert same(first.A, K)
+    assert same(second.A, K)
+    assert first.dofs.named(4) == "node 2 Ty"
+    assert second.dofs is None
+
+
+@pytest.mark.parametrize("symmetry", ["symmetric", "general"])
+def test_matrix_market_comes_back_as_printed(symmetry, tmp_path):
+    K = symmetric()
+    path = tmp_path / "k.mtx"
+    scipy.io.mmwrite(str(path), sp.coo_matrix(K), symmetry=symmetry, precision=17)
+    assert same(read_matrix(path, "stiffness").A, K)
+
+
+@pytest.mark.parametrize("layout", [sp.csr_array, sp.csc_array, sp.coo_array])
+@pytest.mark.parametrize("triangle", [False, True])
+def test_npz_comes_back_to_the_last_bit(layout, triangle, tmp_path):
+    K = symmetric()
+    path = tmp_path / "k.npz"
+    sp.save_npz(path, layout(sp.triu(K) if triangle else K))
+    assert same(read_matrix(path, "stiffness").A, K)
+
+
+BAD = [
+    ("a.sti", b"1 1 2.0\n1 2\n", "expected 3 a line"),
+    ("a.sti", b"1 1 2.0\n1 2 x\n", "hold 'x'; expected numbers"),
+    ("a.sti", b"0 1 2.0\n", "row 0 of a matrix"),
+    ("a.sti", b"1 1 1e999\n", "not finite"),
+    ("a.sti", b"1 99999999999 1\n", "expected at most"),
+    ("a.mtx", b"%%MatrixMarket matrix coordinate pattern general\n1 1 1\n1 1\n", "pattern"),
+    ("a.mtx", b"%%MatrixMarket matrix coordinate real general\n9 9 99\n1 1 1\n", "a line an entry"),
+    ("a.rsa", b"t\n 1\n CSA 3 3 3\n(1I1)\n", "type 'CSA'"),
+    ("a.npz", b"PK", "not a whole npz"),
+    ("a.pch", b"GRID,1\n", "matrices none"),
+    ("a.op4", b"\0" * 40, "output4"),
+    ("a.full", b"x", "ansys-mapdl-reader"),
+    ("a.xyz", b"x", "expected one of"),
+    ("a.mtx", b"*USER ELEMENT, NODES=1\n1\n*MATRIX, TYPE=STIFFNESS\n1.\n", "ELEMENT NODES"),
+]
+
+
+@pytest.mark.parametrize(("name", "content", "told"), BAD)
+def test_what_cannot_be_read_is_told_in_one_line_with_the_file(name, content, told, tmp_path):
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match=re.escape(told)) as caught:
+        read_matrix(path, "stiffness")
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_binary_file_that_states_more_than_it_holds_is_refused(tmp_path):
+    path = tmp_path / "a.op4"
+    op4.write(str(path), {"kaa": symmetric().toarray()})
+    content = bytearray(path.read_bytes())
+    content[4:12] = struct.pack("<ii", 20_000_000, 20_000_000)
+    for damaged in (bytes(content), path.read_bytes()[:-30]):
+        path.write_bytes(damaged)
+        with pytest.raises(ValueError, match=r"a\.op4: "):
+            read_matrix(path, "stiffness")

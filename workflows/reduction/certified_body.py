@@ -1,0 +1,68 @@
+"""Reduction, certificate and body file of a structural model, by what the options ask for."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.reduction.body_files import write_body
+from carrierflex.reduction.certificate import Certificate, certify, certify_free_interface
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.free_interface import free_interface_reduction
+from carrierflex.reduction.held_structure import Grounded
+from carrierflex.reduction.mode_count import chosen_modes, wanted_frequency
+from carrierflex.reduction.residual_vectors import body_loads
+from carrierflex.workflows.support.progress import Stages
+
+
+def write_certified_body(
+    structure: StructuralModel,
+    grounded: Grounded,
+    options: Mapping[str, Any],
+    out: Path,
+    *,
+    stages: Stages,
+    record: Callable[[int], dict[str, str]],
+) -> None:
+    """Reduce a body, certify it and write it.
+
+    Parameters
+    ----------
+    structure : StructuralModel
+        The body.
+    grounded : Grounded
+        The same, to be factorised once.
+    options : mapping
+        ``interface`` and ``residual_vectors``, and those that say how many modes are kept.
+    out : Path
+        File to write.
+    stages : Stages
+        Progress, three stages.
+    record : callable
+        Provenance of a body with a number of modes.
+
+    Raises
+    ------
+    ValueError, SingularMatrixError, AccuracyError
+        From the reduction.
+    """
+    certificate: Callable[[], Certificate]
+    with stages.stage(f"reduction of {structure.n_dofs} degrees of freedom"):
+        kept, cut_off_hz = chosen_modes(structure, grounded, options), wanted_frequency(options)
+        if options["interface"] == "free":
+            free = free_interface_reduction(structure, kept, body=grounded)
+            model = replace(free.model, provenance=record(len(free.modes.omega)))
+            free = replace(free, model=model)
+            certificate = partial(certify_free_interface, structure, free, cut_off_hz=cut_off_hz)
+        else:
+            loads = body_loads(structure) if options["residual_vectors"] else None
+            fixed = craig_bampton(structure, kept, residual_loads=loads, body=grounded)
+            model = replace(fixed.model, provenance=record(len(fixed.modes.omega)))
+            fixed = replace(fixed, model=model)
+            certificate = partial(certify, structure, fixed, cut_off_hz=cut_off_hz)
+    with stages.stage("certificate"):
+        checks = certificate()
+    with stages.stage(f"writing {out}"):
+        write_body(model, out, checks)

@@ -1,0 +1,81 @@
+"""A body from matrix files of another program instead of a mesh."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from carrierflex.fe.matrices.given_structure import GivenBody, given_body
+from carrierflex.fe.matrices.interface_files import read_interfaces
+from carrierflex.workflows.support.carrier_files import file_record, refuse_changed
+
+#: Roles of the files, as options name them.
+_ROLES = ("stiffness", "mass", "interfaces")
+
+
+@dataclass(frozen=True)
+class MatrixFiles:
+    """Files that a user gives a body by.
+
+    Parameters
+    ----------
+    stiffness, mass, interfaces : Path
+        Matrices, and the file of nodes, pilots and sensors.
+    """
+
+    stiffness: Path
+    mass: Path
+    interfaces: Path
+
+    @classmethod
+    def of_options(
+        cls, stiffness: Path | None, mass: Path | None, interfaces: Path | None
+    ) -> "MatrixFiles | None":
+        """The files of the three options, None where none of them is given.
+
+        Raises
+        ------
+        ValueError
+            Where some are given and others are not.
+        """
+        given = dict(zip(_ROLES, (stiffness, mass, interfaces), strict=True))
+        absent = [f"--{role}" for role, path in given.items() if path is None]
+        if len(absent) == len(_ROLES):
+            return None
+        if stiffness is None or mass is None or interfaces is None:
+            raise ValueError(
+                f"{' and '.join(absent)} is missing; expected --stiffness, --mass and --interfaces "
+                "together"
+            )
+        return cls(stiffness, mass, interfaces)
+
+    @classmethod
+    def recorded(cls, record: Mapping[str, Mapping[str, str]]) -> "MatrixFiles":
+        """The files of an earlier :meth:`record`, unchanged since.
+
+        Raises
+        ------
+        FileNotFoundError, ValueError
+            Where a file is absent, or is no longer the one that was recorded.
+        """
+        files = cls(*(Path(record[role]["file"]) for role in _ROLES))
+        refuse_changed(record, files.record())
+        return files
+
+    def body(self) -> GivenBody:
+        """Structural model of the files; errors as there."""
+        return given_body(self.stiffness, self.mass, self.interfaces)
+
+    def digests(self) -> dict[str, str]:
+        """SHA-256 of every file by its role: the body's identity, wherever the files lie."""
+        return {role: entry["sha256"] for role, entry in self.record().items()}
+
+    def record(self) -> dict[str, dict[str, str]]:
+        """Name and SHA-256 of every file, for provenance; FileNotFoundError where one is absent."""
+        nodes = read_interfaces(self.interfaces).nodes
+        files = dict(zip(_ROLES, (self.stiffness, self.mass, self.interfaces), strict=True))
+        for role, name in (("nodes", nodes.file), ("dofs", nodes.dof_file)):
+            if name is not None:
+                files[role] = self.interfaces.parent / name
+        beside = (self.stiffness.with_suffix(suffix) for suffix in (".dof", ".mapping"))
+        files |= {f"beside {path.suffix}": path for path in beside if path.exists()}
+        return file_record(files)
