@@ -2,7 +2,9 @@
 
 import io
 import re
+import struct
 import zipfile
+import zlib
 from pathlib import Path
 from typing import IO
 
@@ -28,6 +30,20 @@ _PARTS = {
 #: An array may be this many times as large as what is stored of it, and this large whatever is
 #: stored [bytes].
 _PACKED, _SMALL = 1000, 100_000
+#: What zip and numpy raise of damaged files, besides ValueError.
+_DAMAGED = (
+    zipfile.BadZipFile,
+    zlib.error,
+    struct.error,
+    KeyError,
+    IndexError,
+    TypeError,
+    OSError,
+    EOFError,
+    OverflowError,
+    SyntaxError,
+    MemoryError,
+)
 
 
 def read_matrix_market(path: Path, content: bytes) -> StoredMatrix:
@@ -89,7 +105,7 @@ def read_npz(path: Path, content: bytes) -> StoredMatrix:
             _refuse_unstored(path, archive)
         with np.load(io.BytesIO(content), allow_pickle=False) as parts:
             return StoredMatrix(_sparse(path, parts))
-    except (zipfile.BadZipFile, KeyError, TypeError, OSError, EOFError, OverflowError) as error:
+    except _DAMAGED as error:
         raise ValueError(f"{path}: not a whole npz file ({_reason(error)})") from error
     except (ValueError, NotImplementedError, RuntimeError) as error:
         if str(error).startswith(str(path)):

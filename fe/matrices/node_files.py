@@ -20,6 +20,8 @@ _MOST_BYTES = 8_000_000_000
 _EXPECTED = "a file with nodes (.inp, .bdf, .dat, .nas, .blk, .asm)"
 _NASTRAN = (".bdf", ".dat", ".nas", ".blk", ".asm", ".pch")
 _DIRECTIONS = {"UX": 0, "UY": 1, "UZ": 2, "ROTX": 3, "ROTY": 4, "ROTZ": 5}
+#: Nodes that one line of a generated set may name.
+_MOST_GENERATED = 30_000_000
 #: A coordinate system of Nastran that is rectangular.
 _RECTANGULAR = 1
 
@@ -106,13 +108,15 @@ def _deck_nodes(content: bytes) -> NodeTable:
         if name == "NODE" and "SYSTEM" not in settings:
             tables.append(_coordinates(data))
             if settings.get("NSET"):
-                sets.setdefault(settings["NSET"], []).append(tables[-1][:, 0].astype(np.int64))
+                sets.setdefault(settings["NSET"], []).append(
+                    whole(tables[-1][:, 0], "node numbers")
+                )
         elif name == "NODE":
             raise ValueError("*NODE, SYSTEM; expected rectangular coordinates of the model")
         elif name == "NSET" and settings.get("NSET"):
             members = _members(data, "GENERATE" in settings, sets)
             sets.setdefault(settings["NSET"], []).append(members)
-    if not tables:
+    if not sum(map(len, tables)):
         raise ValueError("no *NODE with coordinates; expected the file that holds the nodes")
     table = np.concatenate(tables)
     joined = {name: np.unique(np.concatenate(parts)) for name, parts in sets.items()}
@@ -138,7 +142,7 @@ def _coordinates(data: bytes) -> NDArray[np.float64]:
     rows = [numbers(line, "the nodes") for line in lines]
     if any(len(row) > 4 or not len(row) for row in rows):
         raise ValueError("a line of *NODE with more than four numbers; expected number, x, y, z")
-    return np.array([np.pad(row, (0, 4 - len(row))) for row in rows])
+    return np.array([np.pad(row, (0, 4 - len(row))) for row in rows]).reshape(-1, 4)
 
 
 def _members(
@@ -149,10 +153,11 @@ def _members(
         found: list[NDArray[np.int64]] = []
         for line in data.split(b"\n"):
             if line.strip():
-                first, last, *step = whole(numbers(line, "a set"), "a set").tolist()
-                if not 0 <= last - first < 10**8 or step[1:] or (step and step[0] < 1):
-                    raise ValueError(f"a set from {first} to {last}; expected first, last, step")
-                found.append(np.arange(first, last + 1, step[0] if step else 1))
+                limits = whole(numbers(line, "a set"), "a set").tolist()
+                first, last, step = (*limits, 1, 1)[:3] if len(limits) in (2, 3) else (1, 0, 1)
+                if not 0 <= last - first < _MOST_GENERATED or step < 1:
+                    raise ValueError(f"a set from {limits}; expected first, last and step")
+                found.append(np.arange(first, last + 1, step))
         return np.concatenate([np.zeros(0, dtype=np.int64), *found])
     words = data.decode("latin-1").replace(",", " ").split()
     listed = [word for word in words if word.upper() not in sets]

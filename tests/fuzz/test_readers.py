@@ -23,6 +23,7 @@ from carrierflex.blind_check.sealing.seals import Seals, read_seals, write_seals
 from carrierflex.blind_check.sealing.verdicts import read_verdict
 from carrierflex.diagnosis.report.diagnosis_files import read_diagnosis
 from carrierflex.fe.curve_files import read_curves, write_curves
+from carrierflex.fe.matrices import node_files, op4_input_files
 from carrierflex.files.json_files import save_json
 from carrierflex.files.shown_values import printable
 from carrierflex.geometry import mesh_files
@@ -38,6 +39,7 @@ from carrierflex.simulation.mounting.case_files import read_mounting_case
 from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.workflows.support.cache_store import CacheStore
 from tests.fuzz.counts import COUNTS
+from tests.fuzz.matrix_files import MATRIX_READERS, matrix_contents
 from tests.fuzz.mutations import damaged, damaged_hdf5
 from tests.identification.campaign.test_campaign_files import element_campaign, mounting_campaign
 from tests.identification.synthetic_campaigns import carrier_campaign, run_case
@@ -134,6 +136,18 @@ def _cases() -> dict[str, Target]:
     }
 
 
+def _reading(read: Callable[[Path], Any], file: str) -> Callable[[Path], Any]:
+    return lambda folder: read(folder / file)
+
+
+def _matrices(folder: Path) -> dict[str, Target]:
+    contents = matrix_contents(folder)
+    return {
+        file: Target({file: contents[file]}, file, _reading(read, file))
+        for file, read in MATRIX_READERS.items()
+    }
+
+
 TEXTS = [
     *("campaign carrier document", "campaign carrier run", "campaign mounting document"),
     *("campaign mounting run", "campaign element document", "campaign element run"),
@@ -141,6 +155,7 @@ TEXTS = [
     *("times.json", "diagnosis.json", "entry.json"),
     *("case carrier_lc1_to_lc4", "case mounting_2011", "case stage_lc1"),
     "mesh .msh",
+    *MATRIX_READERS,
     "body .h5 bytes",
 ]
 #: Every reader has its share; the body is damaged in two ways.
@@ -177,6 +192,7 @@ def targets(tmp_path_factory, one_pin_mesh, body):
         **_documents(tmp_path_factory.mktemp("documents")),
         **_cases(),
         "mesh .msh": Target(mesh, "a.msh", lambda path: read_mesh(path / "a.msh")),
+        **_matrices(tmp_path_factory.mktemp("matrices")),
         "body .h5 bytes": Target({"a.h5": body}, "a.h5", _read_both),
     }
 
@@ -184,9 +200,10 @@ def targets(tmp_path_factory, one_pin_mesh, body):
 @pytest.fixture(autouse=True)
 def careful(monkeypatch):
     """The mesh is read in this process, which is faster; all of it may take two gigabytes more."""
-    monkeypatch.setattr(
-        mesh_files, "in_child", lambda function, *arguments, about, what: function(*arguments)
-    )
+    for module in (mesh_files, node_files, op4_input_files):
+        monkeypatch.setattr(
+            module, "in_child", lambda function, *arguments, about, what: function(*arguments)
+        )
     limits = resource.getrlimit(resource.RLIMIT_AS)
     resource.setrlimit(resource.RLIMIT_AS, (_virtual_bytes() + 4_000_000_000, limits[1]))
     previous = signal.signal(signal.SIGVTALRM, _hang)

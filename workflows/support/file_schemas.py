@@ -12,6 +12,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, TypeAdapter
 
+from carrierflex.fe.matrices.interface_tables import InterfacesDocument
 from carrierflex.files.toml_values import FileSchema
 from carrierflex.geometry.cad_surface_tables import SurfacesDocument
 from carrierflex.geometry.parameter_tables import ParameterTables
@@ -44,6 +45,7 @@ _Map = Annotated[
 _DOCUMENTS: dict[str, Any] = {
     "carrier parameters": ParameterTables,
     "cad surfaces": SurfacesDocument,
+    "matrix interfaces": InterfacesDocument,
     "campaign": _Campaign,
     "map": _Map,
     "carrier case": CarrierCaseDocument,

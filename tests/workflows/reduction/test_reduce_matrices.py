@@ -1,0 +1,127 @@
+"""The command with matrices of another program: the same body as by our own mesh, all exports."""
+
+import json
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from numpy.testing import assert_allclose
+
+from carrierflex.fe.structural_model import with_equal_node_weights
+from carrierflex.geometry.mesh_files import write_mesh
+from carrierflex.reduction.body_files import read_body
+from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.workflows.reduction import check_certificate, export_body, reduce_body
+
+SUFFIX = {
+    "op4": "op4",
+    "dmig": "dmig",
+    "mbdyn": "fem",
+    "sid": "SID_FEM",
+    "exudyn": "hdf5",
+    "simscape": "mat",
+}
+PILOT = '[[pilots]]\nname = "{name}"\ntype = "distributing"\nnode_set = "{name}"\npoint = {point}\n'
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory, one_pin_mesh, pin_structure):
+    """Stiffness, mass, deck and interfaces of the default pin."""
+    folder = tmp_path_factory.mktemp("pin")
+    sp.save_npz(folder / "k.npz", pin_structure.K)
+    sp.save_npz(folder / "m.npz", pin_structure.M)
+    write_mesh(one_pin_mesh, folder / "pin.inp")
+    pilots = [PILOT.format(name=p.name, point=p.point.tolist()) for p in pin_structure.pilots]
+    header = 'format = "carrierflex-interfaces"\nversion = 1\nname = "pin"\n'
+    nodes = '[nodes]\nfile = "pin.inp"\n'
+    (folder / "interfaces.toml").write_text(header + nodes + "".join(pilots))
+    return {
+        "stiffness": folder / "k.npz",
+        "mass": folder / "m.npz",
+        "interfaces": folder / "interfaces.toml",
+    }
+
+
+@pytest.fixture(scope="module")
+def body(files, tmp_path_factory):
+    out = tmp_path_factory.mktemp("body") / "pin.h5"
+    reduce_body.main(out=out, modes=4, quiet=True, **files)
+    return out
+
+
+def test_the_body_is_that_of_our_own_mesh(body, pin_structure, one_pin_mesh):
+    ours = craig_bampton(with_equal_node_weights(pin_structure, one_pin_mesh), 4).model
+    given = read_body(body)
+    assert given.labels == ours.labels
+    for letter in "KMD":
+        expected = getattr(ours, letter)
+        scale = np.sqrt(np.outer(*2 * [np.abs(expected.diagonal()) + 1e-30]))
+        assert (np.abs(getattr(given, letter) - expected) / np.maximum(scale, 1e-9)).max() < 1e-8
+    for part in ("N", "P", "Q"):
+        expected = getattr(ours.ffrf, part)
+        assert_allclose(getattr(given.ffrf, part), expected, atol=1e-9 * np.abs(expected).max())
+    assert check_certificate.main(body).met
+    record = json.loads(given.provenance["matrix_files"])
+    assert set(record) == {"stiffness", "mass", "interfaces", "nodes"}
+
+
+@pytest.mark.parametrize("format", SUFFIX)
+def test_such_a_body_is_written_in_every_format(format, body, tmp_path):
+    out = tmp_path / f"pin.{SUFFIX[format]}"
+    result = export_body.main(body, format=format, out=out, quiet=True)
+    assert all(file.stat().st_size > 100 for file in result.files)
+
+
+def test_residual_vectors_and_a_free_interface_are_ours_too(files, tmp_path):
+    model = reduce_body.main(
+        out=tmp_path / "a.h5", modes=4, residual_vectors=True, quiet=True, **files
+    )
+    assert any(label.startswith("residual vector") for label in model.labels)
+    reduce_body.main(out=tmp_path / "b.h5", modes=8, interface="free", quiet=True, **files)
+    assert check_certificate.main(tmp_path / "b.h5").met
+
+
+def test_a_changed_file_is_not_taken_for_the_recorded_one(files, tmp_path):
+    copies = {role: tmp_path / path.name for role, path in files.items()}
+    for role, path in files.items():
+        copies[role].write_bytes(path.read_bytes())
+    (tmp_path / "pin.inp").write_bytes((files["interfaces"].parent / "pin.inp").read_bytes())
+    reduce_body.main(out=tmp_path / "a.h5", modes=2, quiet=True, **copies)
+    copies["mass"].write_bytes(files["stiffness"].read_bytes())
+    with pytest.raises(ValueError, match=r"m\.npz: changed since the body was made of it"):
+        export_body.main(tmp_path / "a.h5", format="exudyn", out=tmp_path / "a.hdf5", quiet=True)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--body", "pin"], "--body is given beside --stiffness"),
+        (["--mesh", "a.msh"], "--mesh is given beside --stiffness"),
+        (["--coupling", "rbe2"], "--coupling is given beside --stiffness"),
+    ],
+)
+def test_options_of_meshes_are_refused_beside_matrices(options, message, files, command, tmp_path):
+    given = [word for role, path in files.items() for word in (f"--{role}", str(path))]
+    refusal = command("reduce", *given, *options, "--out", str(tmp_path / "a.h5"))
+    assert refusal.returncode == 2
+    assert message in refusal.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_missing_matrix_and_a_missing_body_are_told(files, command, tmp_path):
+    alone = command("reduce", "--stiffness", str(files["stiffness"]), "--out", "a.h5")
+    assert "--mass and --interfaces is missing" in alone.stderr
+    nothing = command("reduce", "--out", "a.h5")
+    assert nothing.returncode == 2
+    assert "--body is missing; expected carrier, pin or main_shaft" in nothing.stderr
+
+
+def test_unlikely_units_are_told_and_kept_with_the_body(files, tmp_path, capsys):
+    text = files["interfaces"].read_text()
+    (tmp_path / "pin.inp").write_bytes((files["interfaces"].parent / "pin.inp").read_bytes())
+    units = "[units]\nlength = 0.001\n[nodes]"
+    (tmp_path / "interfaces.toml").write_text(text.replace("[nodes]", units))
+    given = {**files, "interfaces": tmp_path / "interfaces.toml"}
+    model = reduce_body.main(out=tmp_path / "a.h5", modes=2, **given)
+    assert "check the table [units]" in capsys.readouterr().err
+    assert "check the table [units]" in model.provenance["warnings"]
