@@ -19,6 +19,7 @@ from carrierflex.diagnosis.inference.results import (
 )
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.clock import drifting_clocks
+from carrierflex.diagnosis.wiring.late_signals import FloatArray, late_signals
 from carrierflex.diagnosis.wiring.rivals import UNIT, WiringChecks, WiringRival
 from carrierflex.diagnosis.wiring.run_order import exchanged_runs
 from carrierflex.identification.campaign.campaign import Campaign
@@ -66,13 +67,15 @@ def checked_baseline(
     Returns
     -------
     BaselineCheck
-        Checks ``wiring``, ``bound`` and ``declared_noise``.
+        Checks ``wiring``, ``clock``, ``delay``, ``bound`` and ``declared_noise``.
     """
     fit = fit or fit_effects(problem, ())
     before = float(fit.sums.square.sum() / problem.cell_counts.sum())
     floor = float(problem.noise_square.sum() / problem.cell_counts.sum())
     warnings = [*_at_bounds(fit), *_quiet(campaign, before, floor)]
     if before <= _GAP * floor:
+        # A visible gap would be taken for a delay; and there a delay is an effect of the library.
+        warnings += _late(wiring, fit.theta)
         return BaselineCheck(tuple(warnings), ())
     files = [run.file for run in campaign.runs]
     tried = list(wiring.rivals())
@@ -143,6 +146,25 @@ def _wiring_warning(rival: WiringRival, share: float) -> CampaignWarning:
         share,
         rival.line,
     )
+
+
+def _late(wiring: WiringChecks, theta: FloatArray) -> Iterator[CampaignWarning]:
+    """Delays that move the baseline's parameters without a gap."""
+    for late in late_signals(wiring.linear(theta)):
+        size = f"{abs(late.seconds) * 1e3:.2g} ms"
+        sure = f"{abs(late.seconds) / late.std:.0f} standard deviations"
+        text = f"the signals are {size} {'behind' if late.seconds > 0.0 else 'before'} the inputs"
+        if late.run:
+            text = f"the clocks of signals and inputs drift apart by {size} over run {late.run}"
+        yield CampaignWarning(
+            "clock" if late.run else "delay",
+            late.run or "all channels",
+            f"{text}, {sure}",
+            "look for filters and clocks between inputs and signals, or for all sensors turned by "
+            "one angle: the baseline's parameters make up for it",
+            late.seconds,
+            "run files",
+        )
 
 
 def _at_bounds(fit: EffectFit) -> Iterator[CampaignWarning]:

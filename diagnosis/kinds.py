@@ -9,6 +9,7 @@ from carrierflex.diagnosis.carrier.problem import CarrierProblem, carrier_proble
 from carrierflex.diagnosis.carrier.wiring import (
     carrier_left,
     carrier_predictions,
+    carrier_records,
     carrier_rivals,
 )
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, FloatArray
@@ -157,6 +158,7 @@ def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
             lambda: carrier_rivals(carrier),
             lambda theta: carrier_predictions(carrier),
             lambda other: carrier_left(carrier, other),
+            lambda theta: carrier_records(carrier, theta),
         )
     if isinstance(problem, MountingProblem):
         mounting = problem

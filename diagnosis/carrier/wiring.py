@@ -14,6 +14,7 @@ from scipy.optimize import lsq_linear
 
 from carrierflex.diagnosis.carrier.problem import CarrierProblem
 from carrierflex.diagnosis.carrier.sums import inputs_of
+from carrierflex.diagnosis.wiring.late_signals import LinearRecord
 from carrierflex.diagnosis.wiring.rivals import (
     ANGLE_DIRECTION,
     SENSOR_ORDER,
@@ -32,6 +33,8 @@ FloatArray = NDArray[np.float64]
 #: Sensors whose order is tried in full; of more only neighbours and places moved on.
 _ALL_ORDERS = 4
 _RIDGE = 1e-12
+#: Bytes of the columns of one run.
+_MOST_COLUMNS = 300_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +121,40 @@ def carrier_predictions(problem: CarrierProblem) -> tuple[PredictedRecord, ...]:
             PredictedRecord(run.name, run.time, np.array(measured).T, np.array(predicted).T)
         )
     return tuple(records)
+
+
+def carrier_records(problem: CarrierProblem, theta: FloatArray) -> Iterator[LinearRecord]:
+    """Every run beside its baseline and the baseline's columns.
+
+    Parameters
+    ----------
+    problem : CarrierProblem
+        Campaign.
+    theta : ndarray, shape (p,)
+        Fitted parameters of the baseline.
+
+    Yields
+    ------
+    LinearRecord
+        One a run; none where the baseline holds more than linear effects, is another simulator's,
+        or its columns would fill the memory.
+    """
+    effects = _linear_effects(problem)
+    runs, channels = problem.campaign.within_use().runs, problem.campaign.channels
+    is_linear = len(effects) == len(problem.model.contained)
+    longest = max(run.time.size for run in runs)
+    size = 8 * theta.size * longest * len(channels)
+    if not effects or not is_linear or problem.campaign.baseline.source != "model":
+        return
+    if size > _MOST_COLUMNS:
+        return
+    for number, run in enumerate(runs):
+        by_channel = [_columns(problem, effects, run, number, c, _Wiring()) for c in channels]
+        columns = np.stack(by_channel, axis=2)
+        predicted = np.einsum("p,pnc->nc", theta, columns)
+        measured = np.array([run.signals[channel.name] for channel in channels]).T
+        slope = np.gradient(predicted, run.time, axis=0)
+        yield LinearRecord(run.name, run.time, measured - predicted, slope, columns)
 
 
 def carrier_left(problem: CarrierProblem, campaign: Campaign) -> float:

@@ -1,11 +1,12 @@
 """An error of the measurement as an explanation of the gap, and records beside their prediction."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.diagnosis.wiring.late_signals import LinearRecord
 from carrierflex.identification.campaign.campaign import Campaign
 
 FloatArray = NDArray[np.float64]
@@ -68,8 +69,11 @@ class WiringChecks:
     refitted : callable
         ``(campaign) -> mean square`` that the baseline leaves once it is fitted to another
         campaign with the same channels and inputs.
+    linear : callable
+        ``(theta) -> records`` beside a baseline that is linear in its parameters; none elsewhere.
     """
 
     rivals: Callable[[], tuple[WiringRival, ...]]
     predictions: Callable[[FloatArray], tuple[PredictedRecord, ...]]
     refitted: Callable[[Campaign], float]
+    linear: Callable[[FloatArray], Iterable[LinearRecord]] = lambda theta: ()

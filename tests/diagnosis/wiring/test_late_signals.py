@@ -1,0 +1,74 @@
+"""Delays below the gap's limit are measured with an honest error, and told only where they are."""
+
+import numpy as np
+import pytest
+
+from carrierflex.diagnosis.wiring import late_signals as module
+from carrierflex.diagnosis.wiring.late_signals import LinearRecord, late_signals
+
+STEP = 0.05
+NOISE = 0.02
+
+
+def record(seed, *, name="a", speed=2.0, delay=0.0, drift=0.0, memory=0.0, columns=()):
+    """Run of a wave of three orders that the baseline fits, read late, with noise."""
+    rng = np.random.default_rng(seed)
+    time = STEP * np.arange(1500)
+    along = (time - time.mean()) / np.ptp(time)
+    late = time - delay - drift * along
+    signal = sum(np.sin(n * speed * late) / n for n in (1, 2, 3))
+    slope = sum(speed * np.cos(n * speed * time) for n in (1, 2, 3))
+    noise = NOISE * rng.standard_normal(time.size)
+    for k in range(1, time.size):
+        noise[k] = memory * noise[k - 1] + np.sqrt(1.0 - memory**2) * noise[k]
+    predicted = sum(np.sin(n * speed * time) / n for n in (1, 2, 3))
+    # The baseline fits the size of the first order and an offset.
+    J = np.array([np.sin(speed * time), np.ones_like(time), *columns])
+    residual = signal + noise - predicted
+    return LinearRecord(name, time, residual[:, None], slope[:, None], J[:, :, None])
+
+
+def in_deviations(records, monkeypatch):
+    """Every delay and drift in standard deviations, told or not."""
+    monkeypatch.setattr(module, "_DRIFT", 0.0)
+    return {late.run: (late.seconds, late.seconds / late.std) for late in late_signals(records)}
+
+
+def test_nothing_is_told_of_signals_in_time():
+    assert late_signals([record(seed, name=str(seed)) for seed in range(6)]) == ()
+    assert late_signals([]) == ()
+
+
+def test_a_delay_of_all_runs_is_measured():
+    (late,) = late_signals(
+        [record(seed, name=str(seed), delay=0.005, speed=1.0 + seed) for seed in range(3)]
+    )
+    assert late.run == ""
+    assert late.seconds == pytest.approx(0.005, abs=4.0 * late.std)
+    assert late.std < 0.0005
+
+
+def test_a_drift_of_one_run_is_told_of_that_run_alone():
+    records = [record(seed, name=str(seed)) for seed in range(4)]
+    (late,) = late_signals([*records, record(9, name="slow", drift=0.02)])
+    assert late.run == "slow"
+    assert late.seconds == pytest.approx(0.02, abs=4.0 * late.std)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.7])
+def test_errors_are_as_large_as_they_are_said_to_be(memory, monkeypatch):
+    """Of 200 runs in time the drift over its deviation scatters by one, with noise of a memory."""
+    ratios = [
+        in_deviations([record(seed, memory=memory)], monkeypatch)["a"][1] for seed in range(200)
+    ]
+    assert np.std(ratios) == pytest.approx(1.0, abs=0.2)
+
+
+def test_a_delay_that_the_baseline_absorbs_is_not_told(monkeypatch):
+    """Order 1 alone of both phases: a delay turns the phase, as the baseline does."""
+    late = record(1, delay=0.05)
+    time = late.time
+    turned = np.array([np.cos(n * 2.0 * time) for n in (1, 2, 3)] + [np.sin(4.0 * time)])
+    free = record(1, delay=0.05, columns=(*turned, np.sin(6.0 * time)))
+    assert [found.run for found in late_signals([late])] == [""]
+    assert late_signals([free]) == ()
