@@ -10,6 +10,7 @@ from dataclasses import replace
 from carrierflex.diagnosis.class_verdict import joint_verdict
 from carrierflex.diagnosis.classes.answer import WithClasses
 from carrierflex.diagnosis.comparison.declared_gains import WithGains
+from carrierflex.diagnosis.comparison.overlay import Overlaid, SignalComparison
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, Signatures
 from carrierflex.diagnosis.gap.findings import Detailed, GapDetail
@@ -109,6 +110,7 @@ def diagnose(
         reduction=far,
         pictures=_pictures(search, selection),
         gap=_gap_detail(search, selection, far),
+        signals=_signals(search, selection),
         baseline=search.fit(()),
     )
     note("classes")
@@ -216,6 +218,20 @@ def _pictures(search: ForwardSelection, selection: Selection) -> tuple[Picture, 
     """Gap along the motion with the accepted effects."""
     fit = search.score(selection.accepted).fit
     return search.problem.pictures(fit.effects, fit.theta)
+
+
+def _signals(search: ForwardSelection, selection: Selection) -> SignalComparison | None:
+    """Signals with the baseline and with the accepted effects, where the problem has them."""
+    problem = search.problem
+    if not isinstance(problem, Overlaid):
+        return None
+    before = search.score(()).fit
+    after = search.score(selection.accepted).fit
+    overlays = tuple(problem.overlays((), before.theta))
+    if not overlays:
+        return None
+    with_effects = problem.overlays(after.effects, after.theta) if after.effects else ()
+    return SignalComparison(overlays, tuple(with_effects))
 
 
 def _separating_test(

@@ -6,6 +6,7 @@ Where the gap lies, which effect is missing, how far it shrinks, and the verdict
 from dataclasses import dataclass
 
 from carrierflex.diagnosis.classes.results import ClassAnswer
+from carrierflex.diagnosis.comparison.overlay import SignalComparison
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.gap.findings import GapDetail
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
@@ -44,6 +45,8 @@ class Diagnosis:
         What does not look right in the campaign itself.
     baseline : EffectFit, optional
         Fit of the baseline alone; None where the records allow no diagnosis.
+    signals : SignalComparison, optional
+        Measured and simulated signals; None where the records allow no diagnosis.
     records : RecordDigests, optional
         Digests of the records and files; None where the campaign was not read from a folder.
     """
@@ -61,4 +64,5 @@ class Diagnosis:
     reduction_law: GapReduction | None = None
     warnings: tuple[CampaignWarning, ...] = ()
     baseline: EffectFit | None = None
+    signals: SignalComparison | None = None
     records: RecordDigests | None = None

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
 from carrierflex.diagnosis.carrier.sums import CarrierSums
+from carrierflex.diagnosis.comparison.overlay import Overlay
 from carrierflex.diagnosis.comparison.pictures import GAP, LAW, LEFT, Panel, Picture, Trace
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.identification.campaign.order_analysis import MAX_ORDER
@@ -68,6 +69,48 @@ def carrier_pictures(
     )
     return carrier_polar(
         turns_of_gap, turns_of_law, effects, runs=model.runs, channels=model.channels
+    )
+
+
+def carrier_overlays(
+    model: CarrierModel, records: CarrierSums, residual: FloatArray
+) -> tuple[Overlay, ...]:
+    """Measured and simulated mean turn of every sensor in every run.
+
+    Parameters
+    ----------
+    model : CarrierModel
+        Runs and channels.
+    records : CarrierSums
+        Order amplitudes of the columns.
+    residual : ndarray, shape (n_runs, n_channels, n_columns)
+        Weights of measured less simulated.
+
+    Returns
+    -------
+    tuple of Overlay
+        Runs without a complete revolution are left out.
+    """
+    weights = residual[records.run_of_revolution]
+    gap = np.einsum("rcnk,rck->rcn", records.orders, weights)
+    # The target stands first among the columns.
+    turns, gaps = (
+        mean_turns(orders, records.run_of_revolution, len(model.runs))
+        for orders in (records.orders[..., 0], gap)
+    )
+    return tuple(
+        Overlay(
+            run,
+            channel,
+            np.rad2deg(_ANGLES),
+            "carrier angle",
+            "deg",
+            turns[r, c],
+            turns[r, c] - gaps[r, c],
+        )
+        for r, run in enumerate(model.runs)
+        for c, channel in enumerate(model.channels)
+        if np.isfinite(turns[r, c]).all()
     )
 
 

@@ -18,7 +18,7 @@ from carrierflex.diagnosis.carrier.gap_findings import CarrierGap
 from carrierflex.diagnosis.carrier.library import carrier_library
 from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
 from carrierflex.diagnosis.carrier.noise import channel_noise, refuse_silent_channels
-from carrierflex.diagnosis.carrier.pictures import carrier_pictures
+from carrierflex.diagnosis.carrier.pictures import carrier_overlays, carrier_pictures
 from carrierflex.diagnosis.carrier.signatures import carrier_signatures
 from carrierflex.diagnosis.carrier.sums import (
     CarrierSums,
@@ -28,6 +28,7 @@ from carrierflex.diagnosis.carrier.sums import (
 )
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.known_physics import known_physics
+from carrierflex.diagnosis.comparison.overlay import Overlay
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
@@ -183,6 +184,12 @@ class CarrierProblem:
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
         """Polar plots for the report."""
         return carrier_pictures(self.model, self.records, effects, theta, self._choice(effects))
+
+    def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
+        """Mean turn of every sensor as measured and as a model has it."""
+        residual = -self.model.weights(effects, self._choice(effects), theta)[0]
+        residual[..., 0] += 1.0
+        return carrier_overlays(self.model, self.records, residual)
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "CarrierProblem":
         """ComparisonProblem that measured what a model predicts."""

@@ -18,6 +18,7 @@ from carrierflex.diagnosis.comparison.finite_differences import (
     step_halving_error,
 )
 from carrierflex.diagnosis.comparison.known_physics import known_physics
+from carrierflex.diagnosis.comparison.overlay import Overlay, signal_overlay
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
@@ -192,6 +193,13 @@ class ElementProblem:
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
         """Force-space loops for the report."""
         return element_loops(self.model, self.records, effects, theta)
+
+    def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
+        """Response of every run as measured and as a model has it."""
+        return [
+            signal_overlay(own.name, self.channel, own.step, own.response, residual)
+            for own, residual in zip(self.records, self._residuals(effects, theta), strict=True)
+        ]
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "ElementProblem":
         """ComparisonProblem that measured what a model predicts."""

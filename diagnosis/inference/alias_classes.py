@@ -13,6 +13,8 @@ from carrierflex.identification.estimation.gauss_newton import StopRule
 #: Exchange tests for one effect at most, most correlated first.
 _MOST_EXCHANGES = 4
 _EXPERIMENT_STOP = StopRule(most_steps=8)
+#: A trial is as good as the best where it separates by this share of it; how many are told.
+_AS_GOOD, _MOST_OTHERS = 0.8, 3
 
 
 def alias_class(
@@ -91,8 +93,7 @@ def discriminating_experiment_between(
     .. [1] A. C. Atkinson, V. V. Fedorov, "The design of experiments for discriminating between two
        rival models" (1975).
     """
-    best = search.thresholds.separates
-    text = ""
+    ratios: dict[str, float] = {}
     for experiment in search.problem.candidate_experiments():
         search.note(f"trial: {experiment.text}")
         problem = experiment.problem(first.effects, first.theta)
@@ -104,12 +105,20 @@ def discriminating_experiment_between(
         )
         fit = fit_effects(problem, second.effects, starts=starts, stop=_EXPERIMENT_STOP)
         ratio = _rms(problem, fit) / np.sqrt(search.floor)
-        if np.isfinite(ratio) and ratio > best:
-            best, text = ratio, experiment.text
-    if not text:
+        if np.isfinite(ratio) and ratio > search.thresholds.separates:
+            ratios[experiment.text] = float(ratio)
+    if not ratios:
         return ""
+    best = max(ratios.values())
+    # The first of those that are as good in the order of the trials, not the largest by a hair:
+    # the noise of the records does not decide what is recommended.
+    text, *others = [own for own, ratio in ratios.items() if ratio >= _AS_GOOD * best]
     names = " and ".join(set_name(fit.effects) for fit in (first, second))
-    return f"{text} separates {names}: they would differ by {best:.1f} noise floors there"
+    also = f"; as good: {', '.join(others[:_MOST_OTHERS])}" if others else ""
+    return (
+        f"{text} separates {names}: they would differ by {ratios[text]:.1f} noise floors "
+        f"there{also}"
+    )
 
 
 def is_named_consistently(

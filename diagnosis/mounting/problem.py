@@ -13,6 +13,7 @@ from carrierflex.diagnosis.comparison.finite_differences import (
     step_halving_error,
 )
 from carrierflex.diagnosis.comparison.known_physics import known_physics
+from carrierflex.diagnosis.comparison.overlay import Overlay, signal_overlay
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import (
     BoolArray,
@@ -192,6 +193,16 @@ class MountingProblem:
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
         """Gap along the motion that holds most of it."""
         return mounting_pictures(self.model, self.records, effects, theta, self.choice(effects))
+
+    def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
+        """Every channel of every run as measured and as a model has it."""
+        return [
+            signal_overlay(record.name, name, record.step, measured, residual)
+            for record, residuals in zip(self.records, self._residuals(effects, theta), strict=True)
+            for name, measured, residual in zip(
+                self.model.channels, record.measured.T, residuals.T, strict=True
+            )
+        ]
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "MountingProblem":
         """ComparisonProblem that measured what a model predicts, where there was a measurement."""

@@ -21,12 +21,16 @@ from carrierflex.diagnosis.report.figures import (
     gap_map_figure,
     selection_figure,
 )
+from carrierflex.diagnosis.report.first_screen.machine_drawing import machine_figure
+from carrierflex.diagnosis.report.first_screen.signal_figure import signal_figure
 from carrierflex.diagnosis.report.gap_grid import GapGrid, gap_grids
 from carrierflex.diagnosis.report.motion_figures import panel_figure
 from carrierflex.diagnosis.report.svg import inline_svg
 from carrierflex.diagnosis.report.time_figure import MOST_RUNS, gap_in_time_figure
 from carrierflex.diagnosis.report.words import added_effects, position_of, sized
 from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.carrier.sensor_patterns import PATTERN_NAMES
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +59,8 @@ class Drawings:
         Loops or polar plots.
     shapes : tuple of Drawing
         Measured shape of each class of the answer.
+    machine, signals : Drawing, optional
+        The machine with its sensors; measured against simulated, before and after.
     """
 
     gap_maps: tuple[Drawing, ...]
@@ -64,15 +70,19 @@ class Drawings:
     in_time: Drawing | None
     motion: tuple[tuple[Picture, tuple[Drawing, ...]], ...]
     shapes: tuple[Drawing, ...]
+    machine: Drawing | None
+    signals: Drawing | None
 
 
-def drawings(diagnosis: Diagnosis) -> Drawings:
+def drawings(diagnosis: Diagnosis, campaign: Campaign) -> Drawings:
     """Draw everything a diagnosis holds.
 
     Parameters
     ----------
     diagnosis : Diagnosis
         Result of the diagnosis.
+    campaign : Campaign
+        Channels and rig, for the drawing of the machine.
 
     Returns
     -------
@@ -97,6 +107,54 @@ def drawings(diagnosis: Diagnosis) -> Drawings:
         in_time=_in_time(diagnosis.gap.findings.in_time, diagnosis.unit) if diagnosis.gap else None,
         motion=motion,
         shapes=_shapes(diagnosis.classes),
+        machine=_machine(diagnosis, campaign),
+        signals=_signals(diagnosis),
+    )
+
+
+def _machine(diagnosis: Diagnosis, campaign: Campaign) -> Drawing | None:
+    if diagnosis.signals is None:
+        return None
+    waves = _waves(diagnosis)
+    draw = partial(machine_figure, campaign, diagnosis.signals, diagnosis.unit, waves)
+    sizes = ", ".join(
+        f"{name} {sized(before, diagnosis.unit)}"
+        for name, (before, _) in diagnosis.signals.by_channel().items()
+    )
+    after = ", blue with the effects added" if diagnosis.signals.after else ""
+    pattern = (
+        "; dashed: its largest part around the rim at one instant" if waves is not None else ""
+    )
+    view = "" if campaign.kind == "element" else "Seen downwind. "
+    discs = "" if campaign.kind == "element" else f"Discs: gap, orange with the baseline{after}"
+    return Drawing(
+        inline_svg(draw, "machine", f"Machine with its sensors; RMS of the gap: {sizes}"),
+        f"{view}{discs}{pattern}{'. ' if discs else ''}Numbers: its RMS over all runs.",
+    )
+
+
+def _waves(diagnosis: Diagnosis) -> int | None:
+    """Circumferential waves of the largest part of the gap at the rim; None for other patterns."""
+    findings = diagnosis.gap.findings.where if diagnosis.gap is not None else ()
+    names = {name: abs(m) for m, name in PATTERN_NAMES.items()}
+    patterns = [finding.patterns[0] for finding in findings if finding.patterns]
+    return names.get(patterns[0]) if patterns else None
+
+
+def _signals(diagnosis: Diagnosis) -> Drawing | None:
+    compared = diagnosis.signals
+    if compared is None:
+        return None
+    before = compared.before[compared.largest]
+    after = compared.after[compared.largest] if compared.after else None
+    draw = partial(signal_figure, before, after, diagnosis.unit)
+    size = sized(before.rms, diagnosis.unit)
+    left = f", with the effects {sized(after.rms, diagnosis.unit)}" if after else ""
+    span = "mean of the revolutions" if before.x_unit == "deg" else "where the gap is largest"
+    title = f"Measured and simulated, {before.channel} in run {before.run}: gap {size}{left}"
+    return Drawing(
+        inline_svg(draw, "signals", title),
+        f"Run {before.run}, {before.channel}, {span}: the largest gap. RMS {size}{left}.",
     )
 
 

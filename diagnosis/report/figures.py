@@ -129,11 +129,19 @@ def _plain_numbers(axis: "Axis", low: float, high: float) -> None:
 
 def _number_cells(panel: "Axes", grid: GapGrid, shown: np.ndarray, high: float) -> None:
     middles = 0.5 * (grid.edges[1:] + grid.edges[:-1])
+    # Three digits in a narrow column.
+    size = 7.0 if middles.size <= 12 else 5.2
     for (row, column), value in np.ndenumerate(shown):
         if np.isfinite(value) and value >= _NUMBERED * high:
             text = f"{value:.0f}" if high >= 10.0 else f"{value:.1f}"
             panel.text(
-                float(middles[column]), row, text, ha="center", va="center", fontsize=7, color=BLACK
+                float(middles[column]),
+                row,
+                text,
+                ha="center",
+                va="center",
+                fontsize=size,
+                color=BLACK,
             )
 
 

@@ -45,7 +45,7 @@ _SMALLEST_DRIFT = 0.02
 _MOST_DRIFTS = 2
 #: What does not repeat is said where it is this share of what does.
 _SMALLEST_SCATTER = 0.01
-_SMALLEST_P = 1e-99
+_SMALLEST_P = 1e-6
 _NOT_DIAGNOSED = "not diagnosed"
 
 _NOTHING = {

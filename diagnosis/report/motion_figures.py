@@ -16,12 +16,14 @@ if TYPE_CHECKING:
 _STROKES = {
     GAP: {"color": BLUE, "linewidth": 1.8, "linestyle": "-"},
     LAW: {"color": BLACK, "linewidth": 1.4, "linestyle": "--"},
-    LEFT: {"color": ORANGE, "linewidth": 1.0, "linestyle": "-"},
+    LEFT: {"color": ORANGE, "linewidth": 1.6, "linestyle": "-"},
 }
 _SHADE_MAP = "cividis"
 #: Resolution of the clouds, which are pixels inside the drawing: thousands of separate marks would
 #: swell the file.
 _CLOUD_DPI = 220
+#: The remaining gap is drawn at most this large beside the gap.
+_REMAINDER = 0.4
 
 
 def panel_figure(picture: Picture, panel: Panel) -> "Figure":
@@ -40,6 +42,20 @@ def panel_figure(picture: Picture, panel: Panel) -> "Figure":
         Cloud with the law, or polar plot.
     """
     return _polar_figure(picture, panel) if picture.is_polar else _cloud_figure(picture, panel)
+
+
+def remainder_factor(picture: Picture) -> float:
+    """By how much the remaining gap is drawn larger in polar plots: 1, 2, 5, 10 ... 1000.
+
+    At its own size it would lie on the zero circle.
+    """
+    left, gap = (
+        _largest([t.y for panel in picture.panels for t in panel.traces if t.role == role])
+        for role in (LEFT, GAP)
+    )
+    if left <= 0.0 or gap <= 0.0:
+        return 1.0
+    return float(np.clip(_round_step(_REMAINDER * gap / left), 1.0, 1000.0))
 
 
 def _largest(values: list[FloatArray]) -> float:
@@ -96,13 +112,15 @@ def _polar_figure(picture: Picture, panel: Panel) -> "Figure":
     every = _largest([trace.y for each in picture.panels for trace in each.traces])
     factor, unit = scaled_unit(every, picture.y_unit)
     reach = factor * every or 1.0
+    magnified = remainder_factor(picture)
     figure = Figure(figsize=(0.8 * WIDTH, 0.8 * WIDTH), layout="constrained")
     axes = figure.add_subplot(projection="polar")
     for trace in panel.traces:
         stroke = _STROKES[trace.role]
-        axes.plot(trace.x, factor * trace.y, **stroke, label=trace.role)  # type: ignore[arg-type]
+        larger = magnified if trace.role == LEFT else 1.0
+        axes.plot(trace.x, larger * factor * trace.y, **stroke, label=trace.role)  # type: ignore[arg-type]
     circle = np.linspace(0.0, 2.0 * np.pi, 181)
-    axes.plot(circle, np.zeros(circle.size), color=GREY, linewidth=0.9)
+    axes.plot(circle, np.zeros(circle.size), ":", color=GREY, linewidth=0.8, zorder=3)
     _polar_axes(axes, reach)
     axes.set_title(
         f"{picture.y_name} [{unit}] over {picture.x_name} [{picture.x_unit}]", fontsize=8.5

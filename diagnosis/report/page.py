@@ -13,6 +13,8 @@ from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.significance import significant
 from carrierflex.diagnosis.report import class_words, gap_words, words
 from carrierflex.diagnosis.report.drawings import Drawing, Drawings, drawings
+from carrierflex.diagnosis.report.first_screen.next_step import gists, next_step, worth
+from carrierflex.diagnosis.report.motion_figures import remainder_factor
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.files.versions import software_name
 from carrierflex.identification.campaign.campaign import Campaign
@@ -89,9 +91,12 @@ def _content(diagnosis: Diagnosis, source: ReportSource) -> dict[str, Any]:
         "words": words,
         "gap_words": gap_words,
         "class_words": class_words,
+        "next_step": next_step(diagnosis),
+        "worth": worth(diagnosis),
+        "gist": gists(diagnosis),
         "names": effect_names,
         "software": software_name(),
-        "drawn": _marked(drawings(diagnosis)),
+        "drawn": _marked(drawings(diagnosis, source.campaign)),
         "cells_before": _largest_cells(reduction.cells_before if reduction else ()),
         "cells_after": _largest_cells(reduction.cells_after if reduction else ()),
         "sets": which.ranking[:_MOST_SETS],
@@ -102,7 +107,11 @@ def _content(diagnosis: Diagnosis, source: ReportSource) -> dict[str, Any]:
 def _marked(drawn: Drawings) -> dict[str, Any]:
     """Figures as markup that is not escaped again."""
     motion = [
-        {"picture": picture, "figures": [_markup(figure) for figure in figures]}
+        {
+            "picture": picture,
+            "figures": [_markup(figure) for figure in figures],
+            "magnified": remainder_factor(picture),
+        }
         for picture, figures in drawn.motion
     ]
     return {
@@ -113,6 +122,8 @@ def _marked(drawn: Drawings) -> dict[str, Any]:
         "signature_correlation": _markup(drawn.signature_correlation),
         "motion": motion,
         "shapes": [_markup(drawing) for drawing in drawn.shapes],
+        "machine": _markup(drawn.machine),
+        "signals": _markup(drawn.signals),
     }
 
 

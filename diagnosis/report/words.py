@@ -5,9 +5,10 @@ The verdict as a sentence, values with as many digits as their error allows.
 
 import math
 from collections.abc import Sequence
+from itertools import combinations
 from typing import NamedTuple, TypeVar
 
-from carrierflex.diagnosis.comparison.effect_names import plain_name
+from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.comparison.problem import Effects, GapCell
 from carrierflex.diagnosis.gap.findings import Drift, NonSynchronousCell, PartGrowth
 from carrierflex.diagnosis.gap.power_laws import Exponent
@@ -22,9 +23,14 @@ from carrierflex.diagnosis.inference.results import (
     NOT_DIAGNOSABLE,
     GapReduction,
     Interval,
+    NamedValue,
     RankedSet,
 )
 from carrierflex.diagnosis.report.class_words import class_names
+from carrierflex.diagnosis.report.first_screen.engineering import (
+    parameter_words,
+    shown_unit,
+)
 from carrierflex.diagnosis.report.phrases import (
     Phrase,
     in_scientific_notation,
@@ -43,9 +49,12 @@ _UNDETERMINED = 1e6
 _MOST_DECIMALS = 9
 #: Rounding of a closed form: no signal of any unit in use is that small.
 _NOTHING = 1e-15
-_SMALLEST_P = 1e-99
+#: Smaller ones say no more.
+_SMALLEST_P = 1e-6
 _MOST_ROWS = 12
 _MOST_BEYOND = 6
+#: Correlation of signatures that is shown as 1.0; pairs that are named.
+_LOOKS_ALIKE, _MOST_ALIKE = 0.95, 3
 #: An exponent with a wider interval tells no law from another.
 WIDEST_EXPONENT = 3.0
 
@@ -147,8 +156,11 @@ def ratio(value: float) -> str:
 
 
 def interval(ends: Interval) -> str:
-    """95 % interval of a ratio."""
-    return f"[{ends[0]:.3f}, {ends[1]:.3f}]" if all(math.isfinite(end) for end in ends) else UNKNOWN
+    """95 % interval of a ratio; its half width where both ends are the same in three decimals."""
+    if not all(math.isfinite(end) for end in ends):
+        return UNKNOWN
+    low, high = (f"{end:.3f}" for end in ends)
+    return f"[{low}, {high}]" if low != high else "± < 0.001"
 
 
 def percent(value: float) -> str:
@@ -159,11 +171,68 @@ def percent(value: float) -> str:
 
 
 def percent_interval(ends: Interval) -> str:
-    """Interval of a share."""
+    """Interval of a share; one number where both ends are the same to a tenth of a per cent."""
+    if not all(math.isfinite(end) for end in ends):
+        return UNKNOWN
+    low, high = (f"{100.0 * end:.1f}" for end in ends)
+    return f"{low} to {high} %" if low != high else f"{low} ± < 0.1 %"
+
+
+def in_one_unit(values: Sequence[float], unit: str) -> tuple[list[str], str]:
+    """Sizes of a column under one prefix, by the largest of them, and their unit."""
+    finite = [abs(value) for value in values if math.isfinite(value)]
+    factor, shown = scaled_unit(max(finite, default=0.0), unit)
+    return [number(factor * value) if abs(value) >= _NOTHING else "0" for value in values], shown
+
+
+class CellRow(NamedTuple):
+    """Row of a table of parts of the gap: one place in all runs in which it stands out."""
+
+    place: str
+    runs: str
+    share: float
+    rms: float
+
+
+def cell_rows(cells: Sequence[GapCell], *, many_channels: bool, n_runs: int) -> list[CellRow]:
+    """Cells of one place merged over the runs, largest share first.
+
+    The share is the sum, the RMS that over the runs.
+    """
+    groups: dict[str, list[GapCell]] = {}
+    for cell in cells:
+        before = f"{cell.channel_pattern}, " if many_channels else ""
+        groups.setdefault(before + position_of(cell), []).append(cell)
+    rows = []
+    for place, members in groups.items():
+        runs = list(dict.fromkeys(cell.run for cell in members))
+        named = "every run" if len(runs) == n_runs > 1 else ", ".join(runs)
+        mean_square = sum(cell.mean_square for cell in members) / len(members)
+        share = sum(cell.share for cell in members)
+        rows.append(CellRow(place, named, share, math.sqrt(max(mean_square, 0.0))))
+    return sorted(rows, key=lambda row: -row.share)[:_MOST_ROWS]
+
+
+def look_alikes(diagnosis: Diagnosis) -> str:
+    """Named effects whose signatures look like another's; empty where there is none."""
+    which = diagnosis.attribution
+    if which.screen is None:
+        return ""
+    names = [effect.id for effect in which.screen.effects]
+    together = {frozenset(pair) for members in which.aliases for pair in combinations(members, 2)}
+    texts = []
+    for (a, one), (b, other) in combinations(enumerate(names), 2):
+        if abs(which.screen.correlation[a, b]) < _LOOKS_ALIKE or {one, other} in together:
+            continue
+        if one in which.effects or other in which.effects:
+            texts.append(f"{plain_name(one)} and {plain_name(other)}")
+    if not texts:
+        return ""
+    pairs = capitalised(listed(texts[:_MOST_ALIKE]))
     return (
-        f"{100.0 * ends[0]:.1f} to {100.0 * ends[1]:.1f} %"
-        if all(math.isfinite(end) for end in ends)
-        else UNKNOWN
+        f"{pairs} look alike to the screening (correlation 1.0), which takes the effects one by "
+        "one beside the baseline; refitted in full, one does not reproduce the other's signals "
+        "within the noise, so they are told apart."
     )
 
 
@@ -210,6 +279,7 @@ class ParameterRow(NamedTuple):
     """Row of the table of parameters."""
 
     effect: str
+    words: str
     name: str
     value: Phrase
     std: Phrase
@@ -217,14 +287,20 @@ class ParameterRow(NamedTuple):
 
 
 def parameter_rows(diagnosis: Diagnosis) -> list[ParameterRow]:
-    """Every parameter, those of the named effects first."""
+    """Every parameter in engineers' units, those of the named effects first."""
     which = diagnosis.attribution
     order = sorted(which.parameters, key=lambda effect: effect not in which.effects)
     return [
-        ParameterRow(effect, name, *with_error(named.value, named.std), unit_phrase(named.unit))
+        _parameter_row(effect, name, named)
         for effect in order
         for name, named in which.parameters[effect].items()
     ]
+
+
+def _parameter_row(effect: str, name: str, named: NamedValue) -> ParameterRow:
+    factor, unit = shown_unit(name, named.unit)
+    value, std = with_error(factor * named.value, factor * named.std)
+    return ParameterRow(effect, parameter_words(effect, name), name, value, std, unit_phrase(unit))
 
 
 def remark(ranked: RankedSet, diagnosis: Diagnosis) -> str:
@@ -232,6 +308,17 @@ def remark(ranked: RankedSet, diagnosis: Diagnosis) -> str:
     if ranked.effects and set(ranked.effects) == set(diagnosis.attribution.effects):
         return "named"
     return ranked.refused or "passes every rule"
+
+
+def beside_named(effects: Effects, named: Effects) -> str:
+    """Set of effects, told by its difference from the named one where both are long."""
+    common = [effect for effect in effects if effect in named]
+    if len(named) < 2 or set(effects) == set(named) or len(common) < 2:
+        return set_name(effects)
+    more = [plain_name(effect) for effect in effects if effect not in named]
+    less = [plain_name(effect) for effect in named if effect not in effects]
+    changes = [f"and {name}" for name in more] + [f"without {name}" for name in less]
+    return f"the named ones {', '.join(changes)}"
 
 
 def position_of(cell: GapCell) -> str:
@@ -251,7 +338,8 @@ def pair(ends: Interval) -> str:
     """Interval of an exponent."""
     if not all(math.isfinite(end) for end in ends):
         return UNKNOWN
-    return f"{rounded(ends[0], 1)} to {rounded(ends[1], 1)}"
+    low, high = (rounded(end, 1) for end in ends)
+    return f"{low} to {high}" if low != high else f"{low} ± < 0.1"
 
 
 def root_sized(mean_square: float, unit: str) -> str:

@@ -20,7 +20,8 @@ from tests.diagnosis.report.browser import browser
 
 LOADS = ((1.0, 0, 0), (0.5, 0, 0), (1.0, 0, -2e5), (1.0, 1e5, 1e5))
 SECTIONS = (
-    "verdict figures-of-merit where gap-maps gap-in-time growth scalars which parameters "
+    "verdict next named-values figures-of-merit "
+    "where gap-maps gap-in-time growth scalars which parameters "
     "alias-matrix separating-test sets "
     "far ladder-figure ladder remaining validation inputs runs channels rig versions words"
 ).split()
@@ -115,13 +116,13 @@ def test_page_says_what_was_found(element, page):
         reduction.negative_control_rho,
         reduction.black_box_rho,
         *reduction.rho_ci95,
-        *reduction.phi_ci95,
     ):
         assert f"{value:.3f}" in page
     K3 = diagnosis.attribution.parameters["cubic_stiffness"]["K3"]
     mantissa = f"{K3.value:.1e}".split("e")[0]
     assert re.search(
-        rf"<td>K3</td><td class=\"n\">{mantissa}\d*·10<sup>8</sup></td>.*<td>N/m<sup>3</sup></td>",
+        rf"<code>K3</code></td><td class=\"n\">{mantissa}\d*·10<sup>8</sup></td>"
+        r".*<td>N/m<sup>3</sup></td>",
         page,
     )
     for text in (
@@ -167,8 +168,8 @@ def test_every_figure_has_a_text_and_fits_any_width(element, carrier, page, carr
         figures = Tags(text).of("svg")
         n_panels = sum(len(picture.panels) for picture in diagnosis.pictures)
         # Two gap maps, gap in time, forward selection, correlation of the signatures; the remaining
-        # gap where there is one.
-        assert len(figures) - n_panels in (5, 6)
+        # gap where there is one; the machine and its signals first.
+        assert len(figures) - n_panels in (7, 8)
         for figure in figures:
             assert figure["role"] == "img"
             assert "viewbox" in figure
@@ -230,6 +231,7 @@ def without_figures(diagnosis):
         pictures=(),
         gap=None,
         classes=None,
+        signals=None,
         reduction=reduction,
         attribution=replace(diagnosis.attribution, screen=None),
     )
@@ -297,7 +299,7 @@ def test_a_problem_without_pictures_gives_a_page_without_them(element):
     diagnosis, source = element
     page = report_page(replace(diagnosis, pictures=()), source)
     assert "Unexplained force" not in page
-    assert len(Tags(page).of("svg")) in (5, 6)
+    assert len(Tags(page).of("svg")) in (7, 8)
 
 
 def test_page_is_the_same_each_time_and_written_whole(element, tmp_path, page):
@@ -315,6 +317,9 @@ def test_a_browser_shows_every_figure_without_complaint(
             path.write_text(text, encoding="utf-8")
             window.events.clear()
             window.open(path.as_uri(), width=width)
+            window.value(
+                "document.querySelectorAll('details').forEach(own => {own.open = true}); 1"
+            )
             boxes = json.loads(window.value(_BOXES))
             n_panels = sum(len(picture.panels) for picture in result[0].pictures)
             assert len(boxes) >= 5 + n_panels
@@ -338,3 +343,59 @@ _BOXES = """JSON.stringify([...document.querySelectorAll("svg")].map(own => {
 def test_page_says_what_the_errors_of_parameters_hold(page, carrier_page):
     assert "over 1.96; gains taken as exact." in Text(page).text
     assert "gains taken as exact" not in Text(carrier_page).text
+
+
+#: Pairs of texts of one figure, or of the page's first screen, whose boxes overlap.
+_OVERLAPS = """JSON.stringify((() => {
+    const found = [];
+    for (const svg of document.querySelectorAll("svg")) {
+        const texts = [...svg.querySelectorAll("text")].filter(own => own.textContent.trim());
+        const boxes = texts.map(own => own.getBoundingClientRect());
+        for (let i = 0; i < boxes.length; i++) for (let k = 0; k < i; k++) {
+            const a = boxes[i], b = boxes[k];
+            const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+            const down = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+            if (across > 1 && down > 0.35 * Math.min(a.height, b.height))
+                found.push([svg.getAttribute("aria-labelledby"), texts[i].textContent,
+                            texts[k].textContent]);
+        }
+    }
+    return found; })())"""
+
+
+def test_the_answer_and_the_next_step_stand_on_the_first_screen(
+    element, carrier, page, carrier_page, tmp_path
+):
+    with browser(tmp_path / "profile") as window:
+        for text in (page, carrier_page):
+            path = tmp_path / "report.html"
+            path.write_text(text, encoding="utf-8")
+            window.events.clear()
+            window.open(path.as_uri(), width=1280)
+            bottom = "document.querySelector('{}').getBoundingClientRect().bottom"
+            for part in ("#verdict h2", "#next", "#machine-title", "#named-values"):
+                assert window.value(bottom.format(part)) <= 800.0
+            # Details are folded until they are asked for, and printed all the same.
+            assert window.value("document.querySelector('#gap-maps').checkVisibility()") is False
+            window.call("Emulation.setEmulatedMedia", media="print")
+            assert (
+                window.value(
+                    "document.querySelector('#gap-maps svg').getBoundingClientRect().width"
+                )
+                > 80
+            )
+            window.call("Emulation.setEmulatedMedia", media="")
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_no_text_of_a_figure_stands_on_another(carrier_page, page, tmp_path, width):
+    with browser(tmp_path / "profile") as window:
+        for text in (page, carrier_page):
+            path = tmp_path / "report.html"
+            path.write_text(text, encoding="utf-8")
+            window.events.clear()
+            window.open(path.as_uri(), width=width)
+            window.value(
+                "document.querySelectorAll('details').forEach(own => {own.open = true}); 1"
+            )
+            assert json.loads(window.value(_OVERLAPS)) == []

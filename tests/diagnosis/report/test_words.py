@@ -50,8 +50,12 @@ def test_shares_ratios_and_intervals():
     assert [words.percent(share) for share in (0.7123, 0.0512, NAN)] == ["71 %", "5.1 %", "–"]
     assert words.percent_interval((0.1, 0.2)) == "10.0 to 20.0 %"
     assert words.interval((0.1, NAN)) == "–"
+    # Ends that are the same in print are no interval.
+    assert words.percent_interval((0.1391, 0.1394)) == "13.9 ± < 0.1 %"
+    assert words.interval((0.99999, 1.0)) == "± < 0.001"
+    assert words.in_one_unit([3.14e-7, 0.0, 1.75e-4], "m") == (["0.314", "0", "175"], "µm")
     assert (words.ratio(0.0361), words.number(9.8123)) == ("0.036", "9.81")
-    assert words.p_value(1e-300).plain == "< 1e-99"
+    assert words.p_value(1e-300).plain == "< 1e-06"
 
 
 def test_powers_are_raised_and_everything_else_is_escaped():
@@ -127,4 +131,4 @@ def test_only_what_is_beyond_chance_is_listed():
     assert words.root_sized(4e-12, "m") == "2 µm"
     assert words.root_sized(-1e-20, "m") == "0 m"
     assert words.pair((0.91, 1.13)) == "0.9 to 1.1"
-    assert words.pair((-0.04, 0.04)) == "0.0 to 0.0"
+    assert words.pair((-0.04, 0.04)) == "0.0 ± < 0.1"

@@ -294,7 +294,7 @@ def overloaded_element(campaign, folder):
     files = []
     for run in campaign.runs:
         motion, force = _element_columns(run)
-        cells = [numbers(run.time * 1e3, 1), numbers(motion * 1e3, 8), numbers(force, 6)]
+        cells = [numbers(run.time * 1e3, 1), numbers(motion * 1e3, 12), numbers(force, 6)]
         cells[2][500:503] = ["OVERLOAD"] * 3
         lines = ["time|disp/mm|force/N", *text_rows(cells, "|")]
         path = folder / f"{run.name}.csv"

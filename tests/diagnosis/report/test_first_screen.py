@@ -1,0 +1,135 @@
+"""What a report shows first: engineers' units, the next step, the machine."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from carrierflex.diagnosis.comparison.overlay import Overlay, SignalComparison
+from carrierflex.diagnosis.inference.results import VERDICTS, Attribution, GapReduction
+from carrierflex.diagnosis.report.first_screen.engineering import parameter_words, shown_unit
+from carrierflex.diagnosis.report.first_screen.machine_drawing import machine_figure
+from carrierflex.diagnosis.report.first_screen.next_step import next_step, worth
+from carrierflex.diagnosis.report.first_screen.signal_figure import signal_figure
+from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.identification.campaign.campaign_kinds import CARRIER, ELEMENT_BY_DRIVE, MOUNTING
+from tests.diagnosis.element.element_campaigns import displacement_campaign
+from tests.diagnosis.element.test_drives import decay_campaign, dry
+from tests.identification.campaign.test_campaign_files import mounting_campaign
+from tests.identification.synthetic_campaigns import carrier_campaign
+
+
+def overlay(run, channel, gap, *, n=500):
+    time = 0.01 * np.arange(n)
+    measured = np.sin(7.0 * time)
+    return Overlay(run, channel, time, "time", "s", measured, measured - gap)
+
+
+def compared(channels):
+    before = [overlay("A", name, 0.1 * (k + 1)) for k, name in enumerate(channels)]
+    after = [overlay("A", name, 0.01) for name in channels]
+    return SignalComparison(tuple(before), tuple(after))
+
+
+def diagnosis(verdict, effects=("carrier_tilt",)):
+    nothing = Attribution(effects, (), {}, (), None, 0.9, "a test with radial load separates them")
+    return Diagnosis("c", "carrier", verdict, "too few samples", "m", nothing)
+
+
+def test_parameters_are_told_in_words_and_engineers_units():
+    factor, unit = shown_unit("theta_PLC", "rad")
+    assert_allclose(factor * np.pi, 180.0)
+    assert unit == "deg"
+    factor, unit = shown_unit("s_y", "m/N")
+    # 1 nm/N is 100 um at 100 kN.
+    assert_allclose(factor * 1e-9, 100.0)
+    assert unit == "µm per 100 kN"
+    assert shown_unit("phi_H", "rad") == (1e3, "mrad")
+    assert shown_unit("K3", "N/m^3") == (1.0, "N/m^3")
+
+
+@pytest.mark.parametrize("kind", [CARRIER, MOUNTING, *ELEMENT_BY_DRIVE.values()])
+def test_every_published_parameter_has_words(kind):
+    for effect, names in kind.parameters.items():
+        assert [name for name in names if not parameter_words(effect, name)] == [], effect
+
+
+@pytest.mark.parametrize("verdict", VERDICTS)
+def test_every_verdict_has_a_next_step(verdict):
+    text = next_step(diagnosis(verdict))
+    assert text.endswith(".")
+    assert "_" not in text.replace("--save-law", "")
+
+
+def test_what_is_named_is_put_in_and_what_is_not_told_apart_is_measured_first():
+    assert next_step(diagnosis("named")).startswith("Put carrier tilt into the simulation")
+    aliased = next_step(diagnosis("aliased"))
+    assert aliased.startswith("Do not put carrier tilt into the simulation yet")
+    assert "radial load" in aliased
+    assert next_step(diagnosis("not_diagnosable")) == "Measure again: too few samples."
+
+
+def test_the_worth_is_the_gap_before_and_after():
+    steps = (object(), object())
+    fields = dict.fromkeys(GapReduction.__dataclass_fields__)
+    far = GapReduction(
+        **fields
+        | {"rms_before": 2e-4, "rms_after": 1e-5, "noise_floor": 5e-6, "rho": 0.05, "steps": steps}
+    )
+    text = worth(replace(diagnosis("named"), reduction=far))
+    assert "from 200 µm to 10 µm RMS, 95 % less" in text
+    assert worth(diagnosis("not_diagnosable")) == ""
+
+
+def test_signals_are_compared_where_the_gap_is_largest():
+    signals = compared(["a", "b", "c"])
+    assert signals.before[signals.largest].channel == "c"
+    assert_allclose(signals.by_channel()["b"], (0.2, 0.01), rtol=1e-9)
+    late = replace(signals.before[0], simulated=signals.before[0].simulated.copy())
+    late.simulated[420:460] += 3.0
+    drawn = signal_figure(late, None, "m").axes[0].lines[0].get_xdata()
+    assert drawn[0] <= 4.2
+    assert drawn[-1] >= 4.59
+
+
+@pytest.mark.parametrize(
+    "campaign",
+    [
+        carrier_campaign(),
+        mounting_campaign(),
+        displacement_campaign(lambda q, v: 0.0 * q, n=100),
+        decay_campaign(dry),
+    ],
+)
+def test_the_machine_is_drawn_with_every_sensor(campaign):
+    names = [channel.name for channel in campaign.channels]
+    figure = machine_figure(campaign, compared(names), "m", 1)
+    texts = " ".join(text.get_text() for text in figure.axes[0].texts)
+    assert all(name in texts for name in names)
+
+
+def test_the_pattern_at_the_rim_is_that_of_the_gap():
+    campaign = carrier_campaign()
+    turn = np.deg2rad(np.arange(0.0, 361.0, 2.0))
+    tilt = [
+        Overlay(
+            "A",
+            channel.name,
+            np.rad2deg(turn),
+            "carrier angle",
+            "deg",
+            1e-4 * np.cos(turn - channel.angle + 0.3),
+            np.zeros(turn.size),
+        )
+        for channel in campaign.channels
+    ]
+    figure = machine_figure(campaign, SignalComparison(tuple(tilt), ()), "m", 1)
+    (dashed,) = (line for line in figure.axes[0].lines if line.get_linestyle() == "--")
+    radius = np.hypot(*dashed.get_data())
+    around = np.linspace(0.0, 2.0 * np.pi, radius.size)
+    # One wave around the rim, largest towards the sensors' phase at the instant that is drawn.
+    amplitude = np.abs(np.fft.rfft(radius[:-1] - 1.0))
+    assert int(np.argmax(amplitude)) == 1
+    assert amplitude[1] > 1e6 * amplitude[2]
+    assert around.size == radius.size
