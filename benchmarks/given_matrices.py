@@ -1,6 +1,6 @@
 """Reduction of matrices from files against that of our own mesh, both from the files on.
 
-    python -m benchmarks.given_matrices [SIZE] [--form npz|op4]
+    python -m benchmarks.given_matrices [SIZE] [--form npz|op4] [--library CHOLMOD|MKL]
 
 The peer is the way of our own program: mesh, finite elements and reduction without symmetry. The
 other reads the same matrices from files (binary output4 in sparse columns, or npz), the nodes from
@@ -41,7 +41,7 @@ _HEADER = (
 )
 
 
-def ratios(size: float = 0.0178, *, form: str = "npz") -> Iterator[Row]:
+def ratios(size: float = 0.0178, *, form: str = "npz", library: str = "") -> Iterator[Row]:
     """Time of both ways with either library, and what their bodies differ by.
 
     Parameters
@@ -50,6 +50,8 @@ def ratios(size: float = 0.0178, *, form: str = "npz") -> Iterator[Row]:
         Element edge length [m].
     form
         ``npz`` or ``op4``.
+    library
+        ``CHOLMOD`` or ``MKL``; both of them by default.
     """
     libraries = {"CHOLMOD": factorisation._Cholmod}
     if factorisation._mkl_library() is None:
@@ -57,11 +59,13 @@ def ratios(size: float = 0.0178, *, form: str = "npz") -> Iterator[Row]:
     else:
         libraries["MKL"] = factorisation._Pardiso  # type: ignore[assignment]
     _own(0.1)  # compiles the kernels
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
         _write(folder, *_own(size), form)
         case = f"carrier of {_rows(folder)} unknowns by {form}"
-        for library, kind in libraries.items():
+        for name, kind in libraries.items():
+            if library not in ("", name):
+                continue
             usual = factorisation._factoriser
             factorisation._factoriser = lambda kind=kind: kind  # type: ignore[assignment]
             try:
@@ -69,7 +73,7 @@ def ratios(size: float = 0.0178, *, form: str = "npz") -> Iterator[Row]:
                 given = measured(lambda: _reduced_given(folder, form))
             finally:
                 factorisation._factoriser = usual
-            peer = f"own mesh, {library}"
+            peer = f"own mesh, {name}"
             yield Ratio(case, TIME, given.wall, peer, ours.wall, _WANTED)
             yield Ratio(case, PROCESSOR_TIME, given.processor, peer, ours.processor, _WANTED)
             difference = _difference(given.result, ours.result)

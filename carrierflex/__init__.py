@@ -12,7 +12,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from carrierflex.workflows.in_python.bodies import Body, reduced_body
+    from carrierflex.workflows.in_python.bodies import Body, given_body, reduced_body
     from carrierflex.workflows.in_python.campaigns import (
         Records,
         measured_campaign,
@@ -28,13 +28,14 @@ __all__ = [
     "Records",
     "deflection_curves",
     "diagnosed",
+    "given_body",
     "measured_campaign",
     "reduced_body",
     "simulated_campaign",
 ]
 
 _MODULES = {
-    "bodies": ("Body", "reduced_body"),
+    "bodies": ("Body", "given_body", "reduced_body"),
     "campaigns": ("Records", "measured_campaign", "simulated_campaign"),
     "curves": ("Curves", "deflection_curves"),
     "diagnoses": ("Diagnosed", "diagnosed"),

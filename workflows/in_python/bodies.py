@@ -1,22 +1,26 @@
-"""``cf.reduced_body``: a body of few coordinates, with what tells whether to trust it."""
+"""``cf.reduced_body``, ``cf.given_body``: bodies of few coordinates, and what tells their worth."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.files.versions import provenance
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.parameter_files import StageParameters
 from carrierflex.reduction.body_files import write_body
 from carrierflex.reduction.certificate import Certificate, certify
-from carrierflex.reduction.craig_bampton import craig_bampton
-from carrierflex.reduction.held_structure import GroundedBody
+from carrierflex.reduction.craig_bampton import craig_bampton, freedom_record
+from carrierflex.reduction.held_structure import Grounded, grounded
+from carrierflex.reduction.mechanisms import sound_grounding
 from carrierflex.reduction.mode_count import chosen_modes, wanted_frequency
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.workflows.in_python.curves import stage_of
 from carrierflex.workflows.in_python.notebook import shown_in_notebook
+from carrierflex.workflows.support.matrix_inputs import MatrixFiles
 from carrierflex.workflows.support.named_bodies import body_name, body_structure
 
 if TYPE_CHECKING:
@@ -106,18 +110,61 @@ def reduced_body(
     ValueError
         Where both `up_to` and `modes` are given, or dimensions contradict one another.
     """
-    if up_to is not None and modes is not None:
-        raise ValueError(f"up_to is {up_to:g} and modes is {modes}; expected one of them")
     stage = stage_of(parameters)
     _, structure = body_structure(body_name(body, variant), stage, size)
+    inputs = {"parameters": stage, "size": size, "body": body, "variant": variant}
+    return _certified(structure, grounded(structure), inputs, up_to=up_to, modes=modes)
+
+
+def given_body(
+    stiffness: Path | str,
+    mass: Path | str,
+    interfaces: Path | str,
+    *,
+    up_to: float | None = None,
+    modes: int | None = None,
+) -> Body:
+    """Reduce the body of another program's matrices, and certify it.
+
+    Parameters
+    ----------
+    stiffness, mass : path
+        Matrix files; may be one file.
+    interfaces : path
+        TOML file of units, nodes, pilots and sensors (docs/matrices.md).
+    up_to, modes
+        As in :func:`reduced_body`.
+
+    Returns
+    -------
+    Body
+        The body; what may be a mistake stands under ``warnings`` in ``model.provenance``.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        Where a file is missing or damaged, or they do not make one body.
+    """
+    files = MatrixFiles(Path(stiffness), Path(mass), Path(interfaces))
+    body = files.body()
+    inputs = files.inputs(body)
+    return _certified(body.structure, sound_grounding(body), inputs, up_to=up_to, modes=modes)
+
+
+def _certified(
+    structure: StructuralModel,
+    body: Grounded,
+    inputs: Mapping[str, object],
+    *,
+    up_to: float | None,
+    modes: int | None,
+) -> Body:
+    if up_to is not None and modes is not None:
+        raise ValueError(f"up_to is {up_to:g} and modes is {modes}; expected one of them")
     options = dict.fromkeys(("max_frequency", "frf_tolerance", "frf_up_to"))
     options |= {"interface": "fixed", "up_to": up_to, "modes": modes}
-    grounded = GroundedBody(structure.K, structure.points, structure.rigid_points)
-    kept = chosen_modes(structure, grounded, options)
-    reduction = craig_bampton(structure, kept, body=grounded)
-    record = provenance(
-        parameters=stage, size=size, body=body, variant=variant, modes=len(reduction.modes.omega)
-    )
+    reduction = craig_bampton(structure, chosen_modes(structure, body, options), body=body)
+    record = provenance(**inputs, modes=len(reduction.modes.omega)) | freedom_record(structure)
     reduction = replace(reduction, model=replace(reduction.model, provenance=record))
     checks = certify(structure, reduction, cut_off_hz=wanted_frequency(options))
     return Body(reduction.model, checks, reduction.modes.omega)

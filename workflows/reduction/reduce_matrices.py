@@ -10,7 +10,6 @@ from typing import Any
 
 from carrierflex.files.versions import provenance
 from carrierflex.reduction.body_files import read_body
-from carrierflex.reduction.certificate import FREE_MESH
 from carrierflex.reduction.craig_bampton import freedom_record
 from carrierflex.reduction.mechanisms import sound_grounding
 from carrierflex.reduction.reduced_model import ReducedModel
@@ -95,9 +94,6 @@ def _reduce(files: MatrixFiles, options: Mapping[str, Any], out: Path, *, quiet:
         choices = {name: options[name] for name in _CHOICES} | {"modes": n_modes}
         if options["modes"] not in (None, n_modes):
             choices["modes_asked_for"] = options["modes"]
-        mesh = {FREE_MESH[0]: int(FREE_MESH[1])}
-        warnings = {"warnings": body.warnings} if body.warnings else {}
-        inputs = provenance(matrix_files=files.record(), **mesh, **choices, **warnings)
-        return inputs | freedom_record(body.structure)
+        return provenance(**{**files.inputs(body), **choices}) | freedom_record(body.structure)
 
     write_certified_body(body.structure, grounded, options, out, stages=stages, record=record)

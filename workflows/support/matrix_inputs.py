@@ -6,6 +6,7 @@ from pathlib import Path
 
 from carrierflex.fe.matrices.given_structure import GivenBody, given_body
 from carrierflex.fe.matrices.interface_files import read_interfaces
+from carrierflex.reduction.certificate import FREE_MESH
 from carrierflex.workflows.support.carrier_files import file_record, refuse_changed
 
 #: Roles of the files, as options name them.
@@ -64,6 +65,16 @@ class MatrixFiles:
     def body(self) -> GivenBody:
         """Structural model of the files; errors as there."""
         return given_body(self.stiffness, self.mass, self.interfaces)
+
+    def inputs(self, body: GivenBody) -> dict[str, object]:
+        """What a body file records of where the body comes from.
+
+        Files, what may be a mistake, and the basis that makes it again; no symmetry is to be looked
+        for in the mesh of another program.
+        """
+        usual = {"interface": "fixed", "residual_vectors": False, FREE_MESH[0]: int(FREE_MESH[1])}
+        warnings = {"warnings": body.warnings} if body.warnings else {}
+        return {"matrix_files": self.record(), **usual, **warnings}
 
     def digests(self) -> dict[str, str]:
         """SHA-256 of every file by its role: the body's identity, wherever the files lie."""

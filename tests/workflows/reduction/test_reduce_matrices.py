@@ -7,11 +7,13 @@ import pytest
 import scipy.sparse as sp
 from numpy.testing import assert_allclose
 
+import carrierflex as cf
 from carrierflex.fe.structural_model import with_equal_node_weights
 from carrierflex.geometry.mesh_files import write_mesh
-from carrierflex.reduction.body_files import read_body
+from carrierflex.reduction.body_files import read_body, write_body
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.workflows.reduction import check_certificate, export_body, reduce_body
+from carrierflex.workflows.support.stage_bodies import stage_body_of_files
 
 SUFFIX = {
     "op4": "op4",
@@ -63,6 +65,13 @@ def test_the_body_is_that_of_our_own_mesh(body, pin_structure, one_pin_mesh):
     assert check_certificate.main(body).met
     record = json.loads(given.provenance["matrix_files"])
     assert set(record) == {"stiffness", "mass", "interfaces", "nodes"}
+
+
+def test_the_same_body_in_python(body, files):
+    given = cf.given_body(*files.values(), modes=4)
+    assert_allclose(given.model.K, read_body(body).K, rtol=1e-12, atol=1e-6)
+    assert given.certificate.met
+    assert given.model.provenance["matrix_files"] == read_body(body).provenance["matrix_files"]
 
 
 @pytest.mark.parametrize("format", SUFFIX)
@@ -125,3 +134,40 @@ def test_unlikely_units_are_told_and_kept_with_the_body(files, tmp_path, capsys)
     model = reduce_body.main(out=tmp_path / "a.h5", modes=2, **given)
     assert "check the table [units]" in capsys.readouterr().err
     assert "check the table [units]" in model.provenance["warnings"]
+
+
+@pytest.mark.slow
+def test_a_carrier_of_matrices_turns_in_the_stage_as_our_own(
+    flexible_structure, flexible_mesh, carrier, tmp_path
+):
+    ours = with_equal_node_weights(flexible_structure, flexible_mesh)
+    write_body(craig_bampton(ours, 8).model, tmp_path / "ours.h5")
+    sp.save_npz(tmp_path / "k.npz", ours.K)
+    sp.save_npz(tmp_path / "m.npz", ours.M)
+    write_mesh(flexible_mesh, tmp_path / "carrier.inp")
+    rim = np.unique(flexible_mesh.surface("rim_face"))
+    places = flexible_mesh.points[rim]
+    sensors = []
+    for degree in range(360):
+        outward = np.array([0.0, -np.sin(np.radians(degree)), np.cos(np.radians(degree))])
+        near = np.linalg.norm(places - carrier.sensor_radius * outward, axis=1).argmin()
+        for kind, direction in (("axial", [1.0, 0.0, 0.0]), ("radial", outward.tolist())):
+            sensors.append(
+                f'[[sensors]]\nname = "rim_{kind}_{degree:03d}"\nnodes = [{rim[near] + 1}]\n'
+                f"direction = {direction}\n"
+            )
+    pilots = [PILOT.format(name=p.name, point=p.point.tolist()) for p in ours.pilots]
+    text = 'format = "carrierflex-interfaces"\nversion = 1\nname = "flexible_carrier"\n'
+    text += '[nodes]\nfile = "carrier.inp"\n' + "".join([*pilots, *sensors])
+    (tmp_path / "i.toml").write_text(text)
+    files = {"stiffness": "k.npz", "mass": "m.npz", "interfaces": "i.toml"}
+    given = {role: tmp_path / name for role, name in files.items()}
+    reduce_body.main(out=tmp_path / "given.h5", modes=8, quiet=True, **given)
+    bodies = [
+        stage_body_of_files({"carrier": tmp_path / name}, 1e7, 0.06)
+        for name in ("ours.h5", "given.h5")
+    ]
+    K, K_given = (body.model.K for body in bodies)
+    scale = np.sqrt(np.outer(*2 * [K.diagonal()]))
+    assert (np.abs(K_given - K) / scale).max() < 1e-7
+    assert bodies[1].model.sensor_rows.shape == bodies[0].model.sensor_rows.shape
