@@ -18,6 +18,7 @@ from carrierflex.blind_check.labels import (
     OUTSIDE,
     PAIR,
     SINGLE,
+    STAGE,
     CasePlan,
 )
 from carrierflex.blind_check.truth.alias_table import (
@@ -25,12 +26,13 @@ from carrierflex.blind_check.truth.alias_table import (
     ONE_CONDITION_EFFECTS,
     OUTSIDE_NAMES,
     SINGLES,
+    STAGE_EFFECTS,
     same_class,
 )
 
 #: Shares of the families in a check; a full one holds twelve cases of each single effect, 24 pairs,
-#: 24 with nothing missing, 24 outside the library, 12 aliased, 12 of one condition.
-_WEIGHTS = {PAIR: 24, NOTHING: 24, OUTSIDE: 24, ALIASED: 12, ONE_CONDITION: 12}
+#: 24 with nothing missing, 24 outside the library, 12 aliased, 12 of one condition, 26 of a stage.
+_WEIGHTS = {PAIR: 24, NOTHING: 24, OUTSIDE: 24, ALIASED: 12, ONE_CONDITION: 12, STAGE: 26}
 _PER_EFFECT = 12
 #: Gap over floor, drawn with a uniform logarithm.
 SMALLEST_RATIO, LARGEST_RATIO = 0.5, 30.0
@@ -90,9 +92,8 @@ def _weights(kind: str) -> dict[str, int]:
     weights = {SINGLE: _PER_EFFECT * len(SINGLES[kind]), **_WEIGHTS}
     # Sets of loads at which the effects of the mounting cannot be told apart are no case of their
     # own yet.
-    return {
-        family: weights[family] for family in FAMILIES if kind != "mounting" or family != ALIASED
-    }
+    absent = (ALIASED, STAGE) if kind == "mounting" else ()
+    return {family: weights[family] for family in FAMILIES if family not in absent}
 
 
 def _counts(weights: Mapping[str, int], cases: int) -> dict[str, int]:
@@ -116,6 +117,10 @@ def _effects(kind: str, family: str, count: int, rng: np.random.Generator) -> li
         return [()] * count
     if family == PAIR:
         return [_pair(kind, rng) for _ in range(count)]
+    if family == STAGE:
+        first = int(rng.integers(len(STAGE_EFFECTS)))
+        turned = [STAGE_EFFECTS[(first + k) % len(STAGE_EFFECTS)] for k in range(count)]
+        return [turned[k] for k in rng.permutation(count)]
     names = {
         SINGLE: SINGLES[kind],
         OUTSIDE: OUTSIDE_NAMES[kind],

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-FAMILIES = ("single", "pair", "nothing", "outside", "aliased", "one_condition")
-SINGLE, PAIR, NOTHING, OUTSIDE, ALIASED, ONE_CONDITION = FAMILIES
+FAMILIES = ("single", "pair", "nothing", "outside", "aliased", "one_condition", "stage")
+SINGLE, PAIR, NOTHING, OUTSIDE, ALIASED, ONE_CONDITION, STAGE = FAMILIES
 
 KINDS = ("carrier", "mounting", "element")
 

@@ -12,11 +12,13 @@ from itertools import pairwise
 import numpy as np
 from scipy import stats
 
-from carrierflex.blind_check.labels import KINDS, NOTHING, OUTSIDE
+from carrierflex.blind_check.labels import KINDS, NOTHING, OUTSIDE, STAGE
 from carrierflex.blind_check.scoring.judging import Judged
 
 #: Gap over the floor from which an effect has to be found.
 CLEAR_GAP = 5.0
+#: The same where the stage makes the gap.
+STAGE_GAP = 2.0
 #: Bins of the gap over the floor for the power.
 BINS = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, math.inf)
 #: Fewer cases judge no figure: one case of them would be more than the five percent wanted.
@@ -135,7 +137,8 @@ def is_clear(case: Judged) -> bool:
 
 
 def _figures(kind: str, cases: Sequence[Judged]) -> list[Figure]:
-    effects = [case for case in cases if case.has_effect]
+    of_stage = [case for case in cases if case.label.family == STAGE]
+    effects = [case for case in cases if case.has_effect and case not in of_stage]
     clear = [case for case in effects if is_clear(case)]
     named = [case for case in effects if case.is_right and _rho(case) is not None]
     outside = [case for case in cases if case.label.family == OUTSIDE]
@@ -176,6 +179,13 @@ def _figures(kind: str, cases: Sequence[Judged]) -> list[Figure]:
             kind,
             f"the same, or within {_CLOSE:.0%}".replace("%", " %"),
             [hit for c in named for hit in _parameter_hits(c, close=_CLOSE)],
+        ),
+        share_figure(
+            kind,
+            f"stage's own effects right, gap >= {STAGE_GAP:g} floors",
+            [c.is_right for c in of_stage if c.label.gap_over_floor >= STAGE_GAP],
+            ">= 90 %",
+            lambda p, n: p >= 0.9,
         ),
         _median_error(kind, named),
         share_figure(

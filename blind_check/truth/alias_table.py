@@ -58,6 +58,29 @@ _ONE_LOAD: dict[str, tuple[str, ...]] = {
     "mounting": ("cubic_stiffness", "quintic_stiffness"),
 }  # fmt: skip
 
+#: Effects of the planetary stage itself, alone and in pairs: the truth "stage" holds its readings.
+STAGE_EFFECTS: tuple[tuple[str, ...], ...] = (
+    ("bearing_clearance",),
+    ("carrier_tilt",),
+    ("pin_clearance",),
+    ("unequal_load_sharing",),
+    ("ring_pass",),
+    ("bearing_clearance", "carrier_tilt"),
+    ("bearing_clearance", "pin_clearance"),
+    ("bearing_clearance", "ring_pass"),
+    ("carrier_tilt", "pin_clearance"),
+    ("carrier_tilt", "ring_pass"),
+    ("pin_clearance", "ring_pass"),
+    ("pin_clearance", "unequal_load_sharing"),
+    ("ring_pass", "unequal_load_sharing"),
+)
+#: A pin out of place beside a held sun presses the carrier to one side whatever the torque: order
+#: 1 of the carrier, as a tilt of it.
+_IN_THE_STAGE = {"unequal_load_sharing": ("unequal_load_sharing", "carrier_tilt")}
+#: A kink, or a pin out of place, bends the carrier in its own frame: beside the tilt waves that stay
+#: on its face.
+BENDS_THE_CARRIER = ("carrier_tilt", "unequal_load_sharing")
+
 #: Causes that no library of the contract holds.
 OUTSIDE_NAMES: dict[str, tuple[str, ...]] = {
     "carrier": ("thermal_bow", "oil_whirl", "loose_probe_bracket"),
@@ -92,3 +115,8 @@ def same_class(kind: str, effect: str, *, one_load: bool = False) -> tuple[str, 
     if one_load and effect in _ONE_LOAD[kind]:
         members |= set(_ONE_LOAD[kind])
     return (effect, *sorted(members - {effect}))
+
+
+def stage_class(effect: str) -> tuple[str, ...]:
+    """Effects that readings of the stage cannot tell from this one, itself first."""
+    return _IN_THE_STAGE.get(effect, same_class("carrier", effect))

@@ -39,6 +39,11 @@ from carrierflex.workflows.support.stage_bodies import default_stage_body
 #: printed as rad/s).
 PAPER_STIFFNESSES = {"main shaft": 50e6, "gearbox": 27e6, "mounting": 11.4e6}
 PAPER_FREQUENCIES_HZ = {"held": 2.11, "on bushings": 1.47}
+#: Members of the stage whose data were derived from a printed stiffness, and which.
+FITTED = {
+    "main shaft": "outer diameter of the shaft, from 50 MN m/rad over its length",
+    "gearbox": "torsion of the sun shaft, the rest that makes 27 MN m/rad at the carrier",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,6 +150,11 @@ def _write(result: Torsion, train: TorsionalTrain, out: Path) -> None:
     content = {
         "train": train,
         "stiffness_nm_per_rad": {name: sweep.stiffness for name, sweep in result.sweeps.items()},
+        "paper": {
+            "stiffness_nm_per_rad": PAPER_STIFFNESSES,
+            "first_frequency_hz": PAPER_FREQUENCIES_HZ,
+            "fitted_to_it": FITTED,
+        },
         "frequencies_hz": {
             f"{topology}, {mount}": f for (topology, mount), f in result.frequencies_hz.items()
         },

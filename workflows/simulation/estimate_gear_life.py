@@ -206,7 +206,7 @@ def _write_stage(
 ) -> None:
     planets = [f"added slope, planet {planet} [urad]" for planet in range(1, N_PINS + 1)]
     pressures = ["pressure without kink [MPa]", "with kink [MPa]", "increase [%]", "life"]
-    raw = ["without lead correction: pressure without kink [MPa]", "with kink [MPa]"]
+    raw = ["no lead correction: without kink [MPa]", "no lead correction: with kink [MPa]"]
     header = ["support", "carrier", "mesh", "common slope [urad]", *planets, *pressures, *raw]
     save_table(out / "stage_meshes.csv", header, [_mesh_row(kink) for kink in life.kinks])
     tilts = [

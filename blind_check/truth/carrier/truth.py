@@ -13,7 +13,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.blind_check.labels import ALIASED, ONE_CONDITION, OUTSIDE, CasePlan, Label
+from carrierflex.blind_check.labels import (
+    ALIASED,
+    ONE_CONDITION,
+    OUTSIDE,
+    STAGE,
+    CasePlan,
+    Label,
+)
 from carrierflex.blind_check.truth.alias_table import same_class
 from carrierflex.blind_check.truth.carrier.label import largest_cell, named_parameters
 from carrierflex.blind_check.truth.carrier.rig import (
@@ -32,6 +39,7 @@ from carrierflex.blind_check.truth.carrier.signals import (
     scaled_values,
 )
 from carrierflex.blind_check.truth.carrier.sizes import sized_state, with_sensor_errors
+from carrierflex.blind_check.truth.carrier.stage import stage_case
 from carrierflex.blind_check.truth.linear_refit import LinearBaseline
 from carrierflex.blind_check.truth.noise import (
     case_rng,
@@ -74,6 +82,8 @@ def carrier_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     tuple of (Campaign, Label)
         Records with noise, and the truth.
     """
+    if plan.family == STAGE:
+        return stage_case(plan, repeat)
     rng = case_rng(plan)
     alone = plan.family == ONE_CONDITION
     loads = {ALIASED: _CONSTANT, ONE_CONDITION: _LOADS[:1]}.get(plan.family, _LOADS)

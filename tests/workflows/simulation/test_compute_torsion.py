@@ -31,6 +31,8 @@ def test_the_mounting_is_as_soft_as_the_gearbox_and_lowers_the_frequency(tmp_pat
     # Two linear bushings of table 3: 2 K1 R_x^2.
     assert_allclose(written["stiffness_nm_per_rad"]["mounting"], 2.0 * 20.2e6 * 0.75**2, rtol=5e-3)
     assert_allclose(written["stiffness_nm_per_rad"]["gearbox"], 27e6, rtol=0.03)
+    assert written["paper"]["first_frequency_hz"]["held"] == 2.11
+    assert set(written["paper"]["fitted_to_it"]) == {"main shaft", "gearbox"}
     first = {key: values[0] for key, values in torsion.frequencies_hz.items()}
     for topology in ("all stages in one housing", "ring gear alone on the mounting"):
         assert_allclose(first[topology, "held"], 2.074, atol=1e-3)
