@@ -180,13 +180,7 @@ def _figures(kind: str, cases: Sequence[Judged]) -> list[Figure]:
             f"the same, or within {_CLOSE:.0%}".replace("%", " %"),
             [hit for c in named for hit in _parameter_hits(c, close=_CLOSE)],
         ),
-        share_figure(
-            kind,
-            f"stage's own effects right, gap >= {STAGE_GAP:g} floors",
-            [c.is_right for c in of_stage if c.label.gap_over_floor >= STAGE_GAP],
-            ">= 90 %",
-            lambda p, n: p >= 0.9,
-        ),
+        _stage_figure(kind, of_stage),
         _median_error(kind, named),
         share_figure(
             kind,
@@ -198,6 +192,18 @@ def _figures(kind: str, cases: Sequence[Judged]) -> list[Figure]:
         inside = [case.is_right for case in effects if low <= case.label.gap_over_floor < high]
         figures.append(share_figure(kind, f"class right, gap {low:g} to {high:g} floors", inside))
     return figures + time_figures(kind, [case.verdict.seconds for case in cases])
+
+
+def _stage_figure(kind: str, of_stage: Sequence[Judged]) -> Figure:
+    """How often the stage's own effects are named rightly."""
+    clear = [case for case in of_stage if case.label.gap_over_floor >= STAGE_GAP]
+    return share_figure(
+        kind,
+        f"stage's own effects right, gap >= {STAGE_GAP:g} floors",
+        [case.is_right for case in clear],
+        ">= 90 %",
+        lambda p, n: p >= 0.9,
+    )
 
 
 def share_figure(

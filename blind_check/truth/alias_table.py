@@ -77,8 +77,8 @@ STAGE_EFFECTS: tuple[tuple[str, ...], ...] = (
 #: A pin out of place beside a held sun presses the carrier to one side whatever the torque: order
 #: 1 of the carrier, as a tilt of it.
 _IN_THE_STAGE = {"unequal_load_sharing": ("unequal_load_sharing", "carrier_tilt")}
-#: A kink, or a pin out of place, bends the carrier in its own frame: beside the tilt waves that stay
-#: on its face.
+#: A kink, or a pin out of place, bends the carrier in its own frame: beside the tilt, waves that
+#: stay on its face.
 BENDS_THE_CARRIER = ("carrier_tilt", "unequal_load_sharing")
 
 #: Causes that no library of the contract holds.
