@@ -128,6 +128,16 @@ _COMMANDS = {
         "simulation_tables:gear_life_table",
         "Contact pressure and pitting life of sun and ring mesh over the misalignment of a planet.",
     ),
+    "cases": _Command(
+        "copy_cases",
+        "import_tables:cases_table",
+        "List the cases that come along, or copy them to start from.",
+    ),
+    "parameters": _Command(
+        "geometry.write_parameters",
+        "import_tables:parameters_table",
+        "Write every dimension with comment, unit, source and limits, and a dimensioned drawing.",
+    ),
     "new-campaign": _Command(
         "identification.new_campaign",
         "import_tables:map_table",

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, merged
+from carrierflex.identification.campaign_check.clock_shift import clock_shift_findings
 from carrierflex.identification.campaign_check.copies import copied_runs, copy_findings
 from carrierflex.identification.campaign_check.rig_facts import Curves, rig_findings
 from carrierflex.identification.campaign_check.sample_faults import sample_faults
@@ -38,6 +39,7 @@ def records_findings(
         [
             *unit_findings(campaign),
             *rig_findings(campaign, curves),
+            *clock_shift_findings(campaign),
             *copy_findings(campaign, copied_runs(campaign) if copies is None else copies),
             *sampling_findings(campaign),
             *sample_faults(campaign),

@@ -16,8 +16,11 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
+from nptdms import ChannelObject, TdmsWriter
+from scipy.io import savemat
 
 from carrierflex.blind_check.sealing.seals import Seals, read_seals, write_seals
 from carrierflex.blind_check.sealing.verdicts import read_verdict
@@ -32,6 +35,10 @@ from carrierflex.geometry.mesh_files import read_mesh, write_mesh
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.geometry.parameters import CarrierParameters, PinParameters
 from carrierflex.identification.campaign.campaign_files import read_campaign, write_campaign
+from carrierflex.identification.logs.log_files import read_log
+from carrierflex.identification.logs.map_files import read_map
+from carrierflex.identification.logs.map_guesses import map_guess
+from carrierflex.identification.logs.map_text import map_text
 from carrierflex.reduction.body_files import read_body, read_certificate, write_body
 from carrierflex.reduction.certificate import Certificate, Check
 from carrierflex.simulation.carrier.case_files import read_case, shipped_case
@@ -86,6 +93,36 @@ def _campaigns(folder: Path) -> dict[str, Target]:
         for what, name in (("document", "campaign.toml"), ("run", run)):
             targets[f"campaign {kind} {what}"] = Target(files, name, read_campaign)
     return targets
+
+
+def _logs(folder: Path) -> dict[str, Target]:
+    """A logger's files, and the map of their columns."""
+    rows = [f"{k / 10:.1f};{k * k % 7},5;{k % 3}" for k in range(40)]
+    text = "Messung;Probe\n\nZeit;Kraft;Weg\ns;kN;mm\n" + "\n".join(rows)
+    values = np.arange(50.0)
+    (folder / "log.csv").write_bytes(text.encode("utf-16"))
+    savemat(folder / "log.mat", {"t": values, "rig": {"F": values**2}}, do_compression=True)
+    with h5py.File(folder / "log.h5", "w") as file:
+        file["t"], file["x"] = values, values**2
+    with TdmsWriter(folder / "log.tdms") as writer:
+        writer.write_segment([ChannelObject("g", "x", values, {"wf_increment": 0.1})])
+    guess = map_guess("element", [folder / "log.csv"], "force")
+    (folder / "map.toml").write_text(map_text(guess, "# a map"), encoding="utf-8")
+    targets = {
+        f"log {name}": Target({name: (folder / name).read_bytes()}, name, _log_reader(name))
+        for name in ("log.csv", "log.mat", "log.h5", "log.tdms")
+    }
+    return targets | {
+        "map": Target(
+            {"map.toml": (folder / "map.toml").read_bytes()},
+            "map.toml",
+            lambda path: read_map(path / "map.toml"),
+        )
+    }
+
+
+def _log_reader(name: str) -> Callable[[Path], Any]:
+    return lambda path: read_log(path / name)
 
 
 def _documents(folder: Path) -> dict[str, Target]:
@@ -190,6 +227,7 @@ def targets(tmp_path_factory, one_pin_mesh, body):
     return {
         **_campaigns(tmp_path_factory.mktemp("campaigns")),
         **_documents(tmp_path_factory.mktemp("documents")),
+        **_logs(tmp_path_factory.mktemp("logs")),
         **_cases(),
         "mesh .msh": Target(mesh, "a.msh", lambda path: read_mesh(path / "a.msh")),
         **_matrices(tmp_path_factory.mktemp("matrices")),

@@ -1,4 +1,4 @@
-"""New maps, imports and schemas on the screen."""
+"""What a user starts from, on the screen: maps, imports, schemas, cases, dimensions."""
 
 from typing import TYPE_CHECKING
 
@@ -8,6 +8,8 @@ from rich.text import Text
 from carrierflex.workflows.screen.titled_table import titled_table
 
 if TYPE_CHECKING:
+    from carrierflex.workflows.copy_cases import ShippedCases
+    from carrierflex.workflows.geometry.write_parameters import WrittenParameters
     from carrierflex.workflows.identification.import_records import ImportedRecords
     from carrierflex.workflows.identification.new_campaign import NewMap
     from carrierflex.workflows.show_schema import Schema
@@ -46,3 +48,19 @@ def imported_table(result: "ImportedRecords") -> RenderableType:
 def schema_page(schema: "Schema") -> RenderableType:
     """The schema itself, or where it is."""
     return Text(schema.text.rstrip() if schema.path is None else f"schema {schema.path}")
+
+
+def cases_table(cases: "ShippedCases") -> RenderableType:
+    """Shipped cases with their titles."""
+    where = f": copied to {cases.folder}" if cases.folder is not None else ""
+    table = titled_table(f"cases that come along{where}", "name", "what it is")
+    table.columns[1].justify = "left"
+    table.columns[1].overflow = "fold"
+    for name, title in cases.titles.items():
+        table.add_row(name, title)
+    return table
+
+
+def parameters_table(written: "WrittenParameters") -> RenderableType:
+    """Where the dimensions are, and their drawing."""
+    return Text(f"{written.n_keys} dimensions in {written.path}, drawn in {written.drawing}")

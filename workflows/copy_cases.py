@@ -1,0 +1,66 @@
+"""The cases that come along: what each one is, and a copy to start from."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from carrierflex.files.whole_files import whole_file
+from carrierflex.files.whole_folders import check_writable
+from carrierflex.simulation.carrier.case_files import shipped_case
+
+
+@dataclass(frozen=True)
+class ShippedCases:
+    """Names with their first comment; `folder` where copies were written."""
+
+    titles: dict[str, str]
+    folder: Path | None = None
+
+
+def main(*names: str, out: Path | None = None) -> ShippedCases:
+    """List the cases that come along, or copy them to start from.
+
+    Parameters
+    ----------
+    names
+        Cases to copy with --out; all of them without a name.
+    out
+        Folder for the copies; a file that stands there is not replaced. Without, they are listed.
+
+    Returns
+    -------
+    ShippedCases
+        Names and titles.
+
+    Raises
+    ------
+    ValueError
+        Where there is no such case, or a copy stands already.
+    """
+    known = sorted(path.stem for path in shipped_case().parent.glob("*.toml"))
+    chosen = {name: shipped_case(name) for name in names or known}
+    titles = {name: _title(path.read_text(encoding="utf-8")) for name, path in chosen.items()}
+    if out is None:
+        return ShippedCases(titles)
+    check_writable(out)
+    standing = [name for name in chosen if (out / f"{name}.toml").exists()]
+    if standing:
+        raise ValueError(
+            f"{out / standing[0]}.toml: stands already, perhaps edited; expected a new --out"
+        )
+    from carrierflex.workflows.support.file_schemas import schema_line
+
+    for name, path in chosen.items():
+        first, _, rest = path.read_text(encoding="utf-8").partition("\n")
+        kind = Path(first.removeprefix("#:schema ")).stem.replace("-", " ")
+        with whole_file(out / f"{name}.toml") as copy:
+            # The schema is named by its place in this installation.
+            copy.write_text(f"{schema_line(kind)}\n{rest}", encoding="utf-8")
+    return ShippedCases(titles, out)
+
+
+def _title(text: str) -> str:
+    """First comment that is not for editors."""
+    for line in text.splitlines():
+        if line.startswith("# "):
+            return line[2:]
+    return ""
