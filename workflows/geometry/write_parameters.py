@@ -142,8 +142,21 @@ def _section(axes: "Axes", c: CarrierParameters) -> None:
                 edgecolor="#1b1f24",
             )
         )
-    total = a + gap + b
     axes.axhline(0.0, color="#6b6b6b", linestyle="-.", linewidth=0.8)
+    _lengths(axes, c)
+    _radii(axes, c)
+    axes.set_xlim(-mm * (c.hub_length + 0.06), mm * (a + gap + b + c.seat_length + 0.06))
+    axes.set_ylim(-20.0, mm * (c.outer_radius + 0.13))
+    axes.set_xlabel("x, downwind [mm]")
+    axes.set_ylabel("radius [mm]")
+    axes.set_title("section through a pin", fontsize=9)
+
+
+def _lengths(axes: "Axes", c: CarrierParameters) -> None:
+    """Dimensions along the axis."""
+    mm = 1e3
+    a, gap = c.upwind_plate_thickness, c.plate_gap
+    total = c.length_between_faces
     top = c.outer_radius
     rows = (
         (0.0, a, top + 0.03, "upwind_plate_thickness"),
@@ -158,7 +171,14 @@ def _section(axes: "Axes", c: CarrierParameters) -> None:
         axes.annotate("", (mm * low, mm * r), (mm * high, mm * r), arrowprops=arrow)
         text = f"{name}\n{mm * (high - low):.4g}"
         axes.text(mm * 0.5 * (low + high), mm * r + 4, text, ha="center", va="bottom", fontsize=7)
-    middle = a + 0.5 * gap
+
+
+def _radii(axes: "Axes", c: CarrierParameters) -> None:
+    """Dimensions from the axis."""
+    mm = 1e3
+    hub, seat = c.hub_inner_diameter / 2.0, c.seat_inner_diameter / 2.0
+    total = c.length_between_faces
+    middle = c.upwind_plate_thickness + 0.5 * c.plate_gap
     radii = (
         (middle - 0.07, c.centre_distance, "centre_distance", 1.0),
         (-0.6 * c.hub_length, c.hub_outer_diameter / 2.0, "hub_outer_diameter", 2.0),
@@ -181,11 +201,6 @@ def _section(axes: "Axes", c: CarrierParameters) -> None:
             fontsize=7,
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8},
         )
-    axes.set_xlim(-mm * (c.hub_length + 0.06), mm * (total + c.seat_length + 0.06))
-    axes.set_ylim(-20.0, mm * (top + 0.13))
-    axes.set_xlabel("x, downwind [mm]")
-    axes.set_ylabel("radius [mm]")
-    axes.set_title("section through a pin", fontsize=9)
 
 
 def _face(axes: "Axes", c: CarrierParameters) -> None:
