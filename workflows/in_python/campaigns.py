@@ -5,6 +5,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
+from carrierflex.fe.curve_files import write_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign, write_campaign
@@ -67,7 +68,12 @@ class Records:
 
     def write(self, folder: Path | str) -> Path:
         """Write the campaign folder that ``identify`` and ``diagnose`` read; its path."""
-        write_campaign(self.campaign, Path(folder), simulated=True)
+        curves = self.curves
+        named = self.campaign.rig.get("deflection_curves")
+        more = {}
+        if curves is not None and named is not None:
+            more[str(named)] = lambda path: write_curves(path, curves)
+        write_campaign(self.campaign, Path(folder), simulated=True, more_files=more)
         return Path(folder)
 
     def _run(self, name: str | None) -> Run:

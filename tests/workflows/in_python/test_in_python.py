@@ -59,6 +59,13 @@ def test_a_body_is_certified_and_written_where_asked(tmp_path):
         cf.reduced_body("pin", up_to=500.0, modes=6)
 
 
+def test_what_is_written_is_read_again(tmp_path):
+    records = cf.simulated_campaign("carrier_lc1_to_lc4")
+    again = cf.measured_campaign(records.write(tmp_path / "campaign"))
+    assert_allclose(again.to_dataframe("LC3"), records.to_dataframe("LC3"), rtol=1e-14)
+    assert_allclose(again.curves["delta_f"].axial, records.curves["delta_f"].axial, rtol=1e-14)
+
+
 def test_a_simulated_campaign_stays_in_memory(empty_folder):
     records = cf.simulated_campaign("carrier_lc1_to_lc4")
     assert [run.name for run in records.campaign.runs] == ["LC1", "LC2", "LC3", "LC4"]
