@@ -258,7 +258,7 @@ def _released_frequency(deflection: FloatArray, step: float) -> float:
     """
     n_parts = max(1, min(_RELEASED_PARTS, deflection.size // _FEWEST_IN_PART))
     parts = np.array_split(deflection, n_parts)
-    return trusted_frequency(max(parts, key=np.std), step)
+    return trusted_frequency(max(parts, key=np.std), step, is_slow=True)
 
 
 def _is_inner(n: int, spans: Sequence[slice], edge_samples: float) -> NDArray[np.bool_]:

@@ -46,7 +46,7 @@ def filled(values: FloatArray, time: FloatArray, even: FloatArray) -> FloatArray
     return np.interp(even, time[present], values[present])
 
 
-def trusted_frequency(signal: FloatArray, step: float) -> float:
+def trusted_frequency(signal: FloatArray, step: float, *, is_slow: bool = False) -> float:
     """Frequency [Hz] up to which a signal stands clear of its high-frequency plateau.
 
     Parameters
@@ -55,6 +55,9 @@ def trusted_frequency(signal: FloatArray, step: float) -> float:
         Deflection.
     step : float
         Sampling interval [s].
+    is_slow : bool
+        Whether the motion is known to be slow, as a decay is. Where nothing stands clear it then
+        lies below the first lines of the spectrum; elsewhere it fills the whole of it.
 
     Returns
     -------
@@ -70,7 +73,10 @@ def trusted_frequency(signal: FloatArray, step: float) -> float:
     frequency, power = frequency[3:], power[3:] / (2.0 * np.sin(np.pi * frequency[3:] * step)) ** 4
     plateau = float(np.median(power[int(0.85 * power.size) :]))
     clear = np.flatnonzero(power > _ABOVE_PLATEAU * plateau)
-    highest = frequency[clear[-1]] if clear.size else frequency[-1]
+    if clear.size:
+        highest = frequency[clear[-1]]
+    else:
+        highest = frequency[0] if is_slow else frequency[-1]
     return float(min(max(highest, 4.0 * frequency[1]), _WIDEST * 0.5 / step))
 
 
