@@ -15,7 +15,12 @@ from carrierflex.blind_check.truth.element.drives import (
     SINES,
     SWEEPS,
 )
-from carrierflex.blind_check.truth.element.families import CAUSES, INSIDE_CAUSES, OUTSIDE_CAUSES
+from carrierflex.blind_check.truth.element.families import (
+    CAUSES,
+    INSIDE_CAUSES,
+    OUTSIDE_CAUSES,
+    class_sets,
+)
 
 #: Cases by stratum in a full check. A quarter of those with a cause lie below two floors, where no
 #: class has to be found, so that 200 of the two strata with a target lie above.
@@ -91,7 +96,8 @@ def _content(
         second = _drawn_cause(drive, rng)
         # Both of one class alone, so that a pair of causes is a pair of classes.
         classes = CAUSES[first].classes + CAUSES[second].classes
-        if len(classes) == len(set(classes)) == 2:
+        is_pair = len(class_sets((first, second))[0]) == 2
+        if is_pair and len(classes) == len(set(classes)) == 2:
             return PAIR, tuple(sorted((first, second)))
         first = _drawn_cause(drive, rng)
 

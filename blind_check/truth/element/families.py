@@ -271,6 +271,11 @@ def acceptable_laws(name: str) -> tuple[str, ...]:
     return (*own, *(law for law in cause.kin if law not in own))
 
 
+def _without_parts(ids: frozenset[str]) -> frozenset[str]:
+    """Sets of ids with a surface: f(x) + g(v) + h(x) v beside f(x, v) is f(x, v) again."""
+    return ids - {F, G, C} if S in ids else ids
+
+
 def class_sets(names: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]:
     """Class ids of causes that act together, and the sets that records may not tell from them.
 
@@ -289,6 +294,6 @@ def class_sets(names: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[tuple[str
         cause = CAUSES[name]
         choices = [frozenset(cause.classes), *(frozenset(ids) for ids in cause.aliases)]
         combined = [before | choice for before in combined for choice in choices]
-    own, *others = combined
+    own, *others = [_without_parts(ids) for ids in combined]
     different = {tuple(sorted(ids)) for ids in others if ids != own}
     return tuple(sorted(own)), tuple(sorted(different))
