@@ -53,6 +53,10 @@ class ClassConstants:
         and steady sines below 0.1).
     law_named : float
         Difference of shares up to which a law is not distinguishable from its class.
+    law_explains : float
+        Share that a class must explain for its law to be named, where it does not reach the floor:
+        a law leaves nothing but noise, and what its class leaves is no law's (friction that its own
+        heat softens follows Coulomb's law as well as any friction, and both leave a tenth).
     law_parameter : float
         Share that a further parameter of a law must gain among laws.
     bootstrap_samples : int
@@ -82,6 +86,7 @@ class ClassConstants:
     gain_of_left: float = 0.5
     separable_from_drive: float = 0.3
     law_named: float = 0.01
+    law_explains: float = 0.97
     law_parameter: float = 0.005
     bootstrap_samples: int = 400
     band_samples: int = 100

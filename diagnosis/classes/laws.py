@@ -62,7 +62,15 @@ def nearest_law(scores: ClassScores, shares: Shares, own: str, beside: Classes) 
     with_class = scores.of((own, *beside))
     behind = shares.gain(with_class, held)
     error = limits.standard_errors * shares.gain_error(with_class, held)
-    return NearestLaw(name, columns, held, behind <= max(limits.law_named, error))
+    is_equal = behind <= max(limits.law_named, error) and _explains(shares, held)
+    return NearestLaw(name, columns, held, is_equal)
+
+
+def _explains(shares: Shares, held: HeldOutSquares) -> bool:
+    """Whether a result leaves so little that a law can be the whole of the cause."""
+    limits = shares.constants
+    at_floor = held.total <= limits.nothing_ratio * float(shares.floor.sum())
+    return at_floor or shares.of(held) >= limits.law_explains
 
 
 def _best_shape(
