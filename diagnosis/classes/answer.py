@@ -36,6 +36,8 @@ def class_answer(
     candidates: Sequence[str],
     *,
     shape_of: ShapeOf,
+    inseparable: Sequence[str] = (),
+    floor_is_known: bool = True,
     drive_note: str = "",
 ) -> ClassAnswer:
     """Which class the gap shows, the nearest law in it, and what remains.
@@ -48,6 +50,11 @@ def class_answer(
         Classes that these records can show.
     shape_of : callable
         Gives the measured shape of a class.
+    inseparable : sequence of str
+        Classes that this drive shows only mixed with others.
+    floor_is_known : bool
+        Whether shares are of the gap above the floor, or of all that the baseline leaves: a floor
+        that was taken from what no class learns would make the best class right by definition.
     drive_note : str
         What the drive does not separate.
 
@@ -57,9 +64,10 @@ def class_answer(
         Answer with shares, ties and rivals.
     """
     table, constants = scores.table, scores.constants
-    shares = Shares(scores.of(()).squares, table.floor, constants)
+    floor_of_shares = table.floor if floor_is_known else np.zeros_like(table.floor)
+    shares = Shares(scores.of(()).squares, floor_of_shares, constants)
     plain = [name for name in candidates if name != table.surface]
-    decision = decide(scores, shares, plain, drive_note=drive_note)
+    decision = decide(scores, shares, plain, inseparable=inseparable, drive_note=drive_note)
     singles = {
         name: at_most_one(shares.of(scores.of((name,)))) for name in (*plain, table.surface) if name
     }

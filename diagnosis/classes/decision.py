@@ -43,7 +43,12 @@ class Decision:
 
 
 def decide(
-    scores: ClassScores, shares: Shares, candidates: Sequence[str], *, drive_note: str = ""
+    scores: ClassScores,
+    shares: Shares,
+    candidates: Sequence[str],
+    *,
+    inseparable: Sequence[str] = (),
+    drive_note: str = "",
 ) -> Decision:
     """Name the class, or the pair, that the held-out blocks show.
 
@@ -55,8 +60,11 @@ def decide(
         Gap, floor and scatter.
     candidates : sequence of str
         Classes that the records can show, the coupled one left out.
+    inseparable : sequence of str
+        Classes that this drive shows only mixed with others: none of them is named, and where one
+        explains clearly more than the answer, nothing is.
     drive_note : str
-        What to say where a class that was left out would explain as much.
+        What the drive does not separate.
 
     Returns
     -------
@@ -72,22 +80,37 @@ def decide(
     if _is_nothing(scores, shares, [*singles.values(), pairs[best_pair]]):
         return Decision(NOTHING, (), (), scores.of(()), best_pair)
     answer, ties = _single_or_pair(shares, singles, pairs, best)
-    surface = scores.table.surface
     limits = scores.constants
-    coupled = bool(surface) and shares.is_clear_gain(
-        scores.of((surface,)), scores.of(answer), limits.least_gain
-    )
-    if coupled:
-        answer, ties = (surface,), ()
+    coupled = _coupled(scores, shares, candidates)
+    if coupled and shares.is_clear_gain(scores.of(coupled), scores.of(answer), limits.second_cause):
+        answer, ties = coupled, ()
     held = scores.of(answer)
     share = shares.of(held)
-    if share >= limits.named_share:
+    if any(
+        shares.is_clear_gain(scores.of((name,)), held, limits.second_cause) for name in inseparable
+    ):
+        state = NO_CLASS
+    elif share >= limits.named_share:
         state = NAMED_CLASS
     elif share >= limits.leading_share:
         state = LEADING_CLASS
     else:
         state = NO_CLASS
     return Decision(state, answer, ties, held, best_pair, drive_note)
+
+
+def _coupled(scores: ClassScores, shares: Shares, candidates: Sequence[str]) -> Classes:
+    """The coupled class, with a second cause that it does not hold where that clearly gains."""
+    table = scores.table
+    if not table.surface:
+        return ()
+    held = set(table.classes[table.surface])
+    partners = [name for name in candidates if not set(table.classes[name]) <= held]
+    alone = (table.surface,)
+    pairs: list[Classes] = [tuple(sorted((table.surface, name))) for name in partners]
+    best = min(pairs, key=lambda pair: scores.of(pair).total, default=alone)
+    second = shares.constants.second_cause
+    return best if shares.is_clear_gain(scores.of(best), scores.of(alone), second) else alone
 
 
 def _is_nothing(scores: ClassScores, shares: Shares, results: Sequence[HeldOutSquares]) -> bool:

@@ -9,16 +9,18 @@ from carrierflex.diagnosis.classes.answer import class_answer
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.classes.laws import DELAY, DRIVE_SIDE, TIME_VARIATION
+from carrierflex.diagnosis.element.classes.drive_in_time import is_separable_from_time
+from carrierflex.diagnosis.element.classes.laws import (
+    DELAY,
+    DRIVE_SIDE,
+    MEMORY,
+    TIME_VARIATION,
+)
 from carrierflex.diagnosis.element.classes.shapes import measured_shape
-from carrierflex.diagnosis.element.classes.splines import SplineBasis
 from carrierflex.diagnosis.element.classes.table import CLASS_GROUPS, ElementTable, element_table
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
 
-#: Windows of a run over which its amplitude and frequency are followed.
-_WINDOWS = 40
-_FEWEST_IN_WINDOW = 4
 _DRIVE_NOTE = (
     "the drive itself changes with time: a slow change with time is not separable from it in these "
     "records"
@@ -63,22 +65,30 @@ def element_class_answer(
     if own is None:
         return None
     note = _note_of_time(own, constants)
-    left_out = {TIME_VARIATION} if note else set()
+    inseparable = {TIME_VARIATION} if note else set()
+    if note == _ONE_FREQUENCY_NOTE and model.by_force:
+        # The drive is one line in each run: a function of it is any height of that line.
+        inseparable |= {DRIVE_SIDE}
+    left_out = set()
     if model.states:
         # After a release a delay is a shift of the clock, and nothing is applied.
         left_out |= {DELAY, DRIVE_SIDE}
-    candidates = [name for name in CLASS_GROUPS if name not in left_out]
+        # A decay is one line, to which a relaxing branch is one spring and one damper.
+        inseparable |= {MEMORY}
+    candidates = [name for name in CLASS_GROUPS if name not in left_out | inseparable]
     return class_answer(
         own.scores,
         candidates,
         shape_of=partial(measured_shape, own, model.units),
+        floor_is_known=not noise_note,
+        inseparable=sorted(inseparable - left_out),
         drive_note="; ".join(text for text in (noise_note, note) if text),
     )
 
 
 def _note_of_time(own: ElementTable, constants: ClassConstants) -> str:
     """Why a slow change with time cannot be told in these records; empty where it can."""
-    if not is_separable_from_time(own, constants.separable_from_drive):
+    if not is_separable_from_time(own.records, constants.separable_from_drive):
         return _DRIVE_NOTE
     return _ONE_FREQUENCY_NOTE if has_one_frequency(own) else ""
 
@@ -100,44 +110,3 @@ def has_one_frequency(own: ElementTable) -> bool:
         places.append((width * float(np.argmax(power)), width))
     low, high = min(places), max(places)
     return high[0] - low[0] <= low[1] + high[1]
-
-
-def is_separable_from_time(own: ElementTable, highest: float) -> bool:
-    """Whether neither amplitude nor frequency of the motion follows time.
-
-    R² of the windowed log RMS of x, and of v / x, on the time splines common to all runs.
-    """
-    rows = []
-    amplitudes = []
-    frequencies = []
-    for record in own.records:
-        counted = np.flatnonzero(record.counts)
-        # A decay that soon ends has fewer samples than windows.
-        parts = np.array_split(counted, min(_WINDOWS, counted.size // _FEWEST_IN_WINDOW))
-        x = np.array([np.std(record.x[part]) for part in parts])
-        v = np.array([np.std(record.v[part]) for part in parts])
-        middle = np.array([part.mean() for part in parts]) * record.step
-        level = np.log(np.maximum(x, 1e-12 * own.bases.size.half_range))
-        rate = np.log(np.maximum(v, 1e-12 * own.bases.size.speed)) - level
-        amplitudes.append(level - level.mean())
-        frequencies.append(rate - rate.mean())
-        rows.append(_centred(own.bases.time, middle))
-    design = np.concatenate(rows, axis=1).T
-    follows = [_r_squared(design, np.concatenate(values)) for values in (amplitudes, frequencies)]
-    return max(follows) <= highest
-
-
-def _centred(basis: SplineBasis, time: FloatArray) -> FloatArray:
-    values = basis(time)
-    return values - values.mean(axis=1, keepdims=True)
-
-
-def _r_squared(design: FloatArray, target: FloatArray) -> float:
-    """Adjusted R² of a least-squares fit."""
-    c = np.linalg.lstsq(design, target, rcond=None)[0]
-    total = float(target @ target)
-    if total == 0.0:
-        return 0.0
-    degrees = max(target.size - np.linalg.matrix_rank(design), 1)
-    left = float(np.sum((target - design @ c) ** 2)) / degrees
-    return 1.0 - left / (total / target.size)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.classes.drive_in_time import time_basis
 from carrierflex.diagnosis.element.classes.laws import MotionSize, yields
 from carrierflex.diagnosis.element.classes.memory_columns import relaxing_branches, stops
 from carrierflex.diagnosis.element.classes.motion import ForceRecord
@@ -20,7 +21,6 @@ _N_FORCE = 24
 _N_SPEED = 12
 _N_COUPLED = 8
 _N_SURFACE = 6
-_N_TIME = 5
 _N_SIDE = 12
 #: Speed of the asinh scale over its RMS: a third of the splines lie below a tenth of the RMS.
 _SPEED_SCALE = 0.1
@@ -96,8 +96,8 @@ def element_bases(own: Sequence[ForceRecord], size: MotionSize) -> ElementBases:
         speed=basis_over(curved, _N_SPEED),
         coupled=basis_over(x, _N_COUPLED),
         surface_x=basis_over(x, _N_SURFACE),
-        surface_v=basis_over(curved, _N_SURFACE),
-        time=SplineBasis(0.0, longest, _N_TIME),
+        surface_v=basis_over(v / size.speed, _N_SURFACE),
+        time=time_basis(own),
         side=basis_over(side, _N_SIDE),
         taus=np.geomspace(_TAU_STEPS * step, _TAU_SHARE * longest, _N_PRONY),
     )
@@ -116,7 +116,7 @@ def group_columns(bases: ElementBases, side_line: FloatArray) -> tuple[GroupColu
     Returns
     -------
     tuple of GroupColumns
-        Names: f, g, jump, stops, prony, delay, h, surface, time, side.
+        Names: f, g, jump, presliding, stops, prony, delay, h, surface, time, side.
     """
     size = bases.size
     n_plain = yields(size).size
@@ -128,7 +128,7 @@ def group_columns(bases: ElementBases, side_line: FloatArray) -> tuple[GroupColu
 
     def surface(own: ForceRecord) -> FloatArray:
         along_x = bases.surface_x(own.x)
-        along_v = bases.surface_v(bases.curved_speed(own.v))
+        along_v = np.concatenate([bases.surface_v(own.v / size.speed), jump(own)])
         return (along_x[:, None] * along_v[None]).reshape(-1, own.x.size)
 
     def in_time(own: ForceRecord) -> FloatArray:
@@ -148,6 +148,12 @@ def group_columns(bases: ElementBases, side_line: FloatArray) -> tuple[GroupColu
         ),
         GroupColumns("jump", jump, np.zeros((2, 2))),
         GroupColumns(
+            "presliding",
+            lambda own: stops(own.x, size.presliding),
+            np.zeros((size.presliding.size,) * 2),
+            is_nonnegative=True,
+        ),
+        GroupColumns(
             "stops",
             lambda own: stops_columns(own.x, size),
             np.zeros((n_plain + 3 * n_coupled,) * 2),
@@ -165,8 +171,8 @@ def group_columns(bases: ElementBases, side_line: FloatArray) -> tuple[GroupColu
             lambda own: bases.coupled(own.x) * own.v,
             difference_penalty(_N_COUPLED, 2),
         ),
-        GroupColumns("surface", surface, np.eye(_N_SURFACE**2)),
-        GroupColumns("time", in_time, _three_times(difference_penalty(_N_TIME, 1))),
+        GroupColumns("surface", surface, np.eye(_N_SURFACE * (_N_SURFACE + 2))),
+        GroupColumns("time", in_time, _three_times(difference_penalty(bases.time.n, 1))),
         GroupColumns("side", side, difference_penalty(_N_SIDE, 2)),
     )
 

@@ -45,6 +45,8 @@ CLASSES_OF_LAW: dict[str, tuple[str, ...]] = {
 #: Yield deflections, gaps and turning lengths over the half range; rise speeds over the RMS speed;
 #: relaxation times over the time scale of the motion.
 _YIELDS = np.geomspace(0.004, 1.2, 14)
+#: Longest pre-sliding of dry friction over the half range: a slider that yields later is a spring.
+_PRESLIDING, _N_PRESLIDING = 0.04, 4
 _GAPS = np.linspace(0.08, 0.95, 12)
 _RISE_SPEEDS = np.geomspace(0.03, 2.0, 7)
 _TAUS = np.geomspace(0.05, 50.0, 12)
@@ -72,6 +74,13 @@ class MotionSize:
     acceleration: float
     rest_speed: float
     least_yield: float
+
+    @property
+    def presliding(self) -> FloatArray:
+        """Deflections over which dry friction turns before it slides."""
+        longest = _PRESLIDING * self.half_range
+        least = min(max(_YIELDS[0] * self.half_range, self.least_yield), longest)
+        return np.geomspace(least, longest, _N_PRESLIDING)
 
     @property
     def half_range(self) -> float:

@@ -1,9 +1,10 @@
 """What the classes see of a run: target force, motion, drive and blocks, whatever the drive was."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.model import ElementModel
@@ -12,20 +13,28 @@ from carrierflex.diagnosis.element.signatures import base_columns, known_force
 
 #: Periods of the band's end left out at each end of a record, where derivatives are guesses, and
 #: the largest share of the record that they may take.
-_EDGE_PERIODS, _LARGEST_EDGE = 15.0, 0.1
+_EDGE_PERIODS, _LARGEST_EDGE = 15.0, 0.2
 _RELEASED_PERIODS = 10.0
 #: A decay counts until its speed last stands so many standard deviations above its noise: after
 #: that all columns are noise, which a memory of many relaxation times fits best.
 _CLEAR_SPEED = 10.0
-#: Blocks of a decay for each of a driven record: a block that is held out must hold no amplitude
-#: that the others do not.
-_RELEASED_BLOCKS = 4
 #: A motion is narrow where its energy fills less than this share of its band; the information is
 #: then in the harmonics of the force, and the force's band is kept whole.
 _NARROW = 0.15
 _WIDEST = 0.95
+#: Blocks of all runs, and of a sweep or decay for each of these. A block that is held out must hold
+#: no amplitude that the others do not: of 24 blocks of a sweep one holds the resonance, and its
+#: score is that of an extrapolation. Elsewhere long blocks keep what is slow from being
+#: interpolated between neighbours.
 _BLOCKS = 24
+IN_TIME = 4
+#: Times as long as the passage through rest at the RMS of the acceleration from which a mass stands
+#: still rather than turns round, and samples at least.
+_STANDS, _FEWEST_AT_REST = 3.0, 3
 FEWEST_IN_BLOCK = 16
+#: Part of the deflection outside its band that may be left out: so many times the noise, or this
+#: share of the local motion.
+_ABOVE_NOISE, _LEFT_OUT = 3.0, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +84,11 @@ class ForceRecord:
 
 
 def force_records(
-    model: ElementModel, records: Sequence[ElementRecord], noise: FloatArray
+    model: ElementModel,
+    records: Sequence[ElementRecord],
+    noise: FloatArray,
+    *,
+    finer: int = 1,
 ) -> tuple[ForceRecord, ...]:
     """Runs in force space.
 
@@ -87,16 +100,20 @@ def force_records(
         Runs.
     noise : ndarray, shape (n_runs,)
         Variance of the channel's noise by run.
+    finer : int
+        Blocks for each of the usual ones.
 
     Returns
     -------
     tuple of ForceRecord
         Those that hold enough samples away from their ends.
     """
-    n_blocks = max(2, round(_BLOCKS / len(records)))
+    n_blocks = max(2, round(finer * _BLOCKS / len(records)))
     found = []
     for record, variance in zip(records, noise, strict=True):
-        block = _blocks(record, n_blocks, float(variance))
+        deflection = record.response if model.by_force else record.drive
+        inside = _in_band(record, deflection, float(variance) if model.by_force else 0.0)
+        block = _blocks(record, n_blocks, float(variance), inside)
         if block.max(initial=-1) < 0:
             continue
         q, v, a = record.motion
@@ -163,7 +180,24 @@ def speed_noise(variance: float, band_hz: float, step: float) -> float:
     return float(np.sqrt(variance * inside) * 2.0 * np.pi * band_hz)
 
 
-def _blocks(record: ElementRecord, wanted: int, variance: float) -> np.ndarray:
+def _in_band(record: ElementRecord, deflection: FloatArray, variance: float) -> np.ndarray:
+    """Samples at which the motion lies in its trusted band.
+
+    Where a sweep passes the end of the band the motion is known in part alone, and a force that is
+    no straight line of it is not known at all.
+    """
+    window = max(int(np.ceil(1.0 / (record.cutoff_hz * record.step))), 3)
+
+    def local(values: FloatArray) -> FloatArray:
+        return uniform_filter1d(np.asarray(values**2), window, mode="nearest")
+
+    q = record.motion[0]
+    outside = local(deflection - q)
+    swing = local(q - q[record.counts].mean())
+    return (outside <= _ABOVE_NOISE * variance) | (outside <= _LEFT_OUT**2 * swing)
+
+
+def _blocks(record: ElementRecord, wanted: int, variance: float, inside: np.ndarray) -> np.ndarray:
     """Blocks of like length of the samples that count, away from the ends."""
     n = record.counts.size
     # A decay is largest where it begins: fewer periods are given up there.
@@ -173,11 +207,10 @@ def _blocks(record: ElementRecord, wanted: int, variance: float) -> np.ndarray:
     place = np.arange(n)
     last = n - edge
     if is_released:
-        wanted *= _RELEASED_BLOCKS
         least = _CLEAR_SPEED * speed_noise(variance, record.cutoff_hz, record.step)
         clear = np.flatnonzero(np.abs(record.motion[1]) > least)
         last = min(last, int(clear.max(initial=-1)) + 1)
-    counted = np.flatnonzero(record.counts & (place >= edge) & (place < last))
+    counted = np.flatnonzero(record.counts & inside & (place >= edge) & (place < last))
     block = np.full(n, -1)
     if counted.size < 2 * FEWEST_IN_BLOCK:
         return block
@@ -186,3 +219,38 @@ def _blocks(record: ElementRecord, wanted: int, variance: float) -> np.ndarray:
     number = (counted - counted[0]) * n_blocks // length
     block[counted] = np.unique(number, return_inverse=True)[1]
     return block
+
+
+def while_sliding(own: ForceRecord, rest_speed: float) -> ForceRecord | None:
+    """Run without the samples at which the mass stands still.
+
+    While dry friction sticks it balances whatever is applied: its force is a reaction and no
+    function of the motion, so that no class can hold it.
+
+    Parameters
+    ----------
+    own : ForceRecord
+        Run.
+    rest_speed : float
+        Speed below which the sign of the speed is uncertain.
+
+    Returns
+    -------
+    ForceRecord or None
+        Copy in which they do not count; None where the mass hardly moves in the whole run.
+    """
+    rate = float(np.sqrt(np.mean(own.a[own.counts] ** 2)))
+    passage = 2.0 * rest_speed / max(rate * own.step, 1e-300)
+    longest = max(_STANDS * passage, _FEWEST_AT_REST)
+    resting = np.concatenate([[False], np.abs(own.v) < rest_speed, [False]])
+    ends = np.flatnonzero(np.diff(resting.astype(int))).reshape(-1, 2)
+    stands = np.zeros(own.v.size, dtype=bool)
+    for first, last in ends:
+        if last - first > longest:
+            stands[first:last] = True
+    kept = own.counts & ~stands
+    if np.count_nonzero(kept) < 2 * FEWEST_IN_BLOCK:
+        return None
+    block = np.full(own.block.size, -1)
+    block[kept] = np.unique(own.block[kept], return_inverse=True)[1]
+    return replace(own, block=block)

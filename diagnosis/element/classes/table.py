@@ -1,7 +1,7 @@
 """The Gram table of kind element: all columns through one filter, products by block."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from carrierflex.diagnosis.element.classes.columns import (
     element_bases,
     group_columns,
 )
+from carrierflex.diagnosis.element.classes.drive_in_time import is_separable_from_time
 from carrierflex.diagnosis.element.classes.laws import (
     COUPLED_DAMPING,
     DELAY,
@@ -33,9 +34,11 @@ from carrierflex.diagnosis.element.classes.laws import (
     presliding_columns,
 )
 from carrierflex.diagnosis.element.classes.motion import (
+    IN_TIME,
     ForceRecord,
     force_records,
     speed_noise,
+    while_sliding,
 )
 from carrierflex.diagnosis.element.classes.weighting import NoiseWeight
 from carrierflex.diagnosis.element.model import ElementModel
@@ -45,16 +48,28 @@ from carrierflex.identification.estimation.scaled_least_squares import normal_so
 #: Groups of columns of each class.
 CLASS_GROUPS: dict[str, tuple[str, ...]] = {
     RESTORING_FORCE: ("f",),
-    DISSIPATION: ("g", "jump"),
+    DISSIPATION: ("g", "jump", "presliding"),
     HYSTERESIS: ("stops",),
     MEMORY: ("prony",),
     DELAY: ("delay",),
     COUPLED_DAMPING: ("h",),
-    FORCE_SURFACE: ("f", "g", "jump", "h", "surface"),
+    FORCE_SURFACE: ("f", "g", "jump", "presliding", "h", "surface"),
     TIME_VARIATION: ("time",),
     DRIVE_SIDE: ("side",),
 }
-CEILING = ("f", "g", "jump", "h", "surface", "stops", "prony", "delay", "time", "side")
+CEILING = (
+    "f",
+    "g",
+    "jump",
+    "presliding",
+    "h",
+    "surface",
+    "stops",
+    "prony",
+    "delay",
+    "time",
+    "side",
+)
 PRESLIDING = "dahl_friction"
 #: Speed below which the sign is uncertain: this share of the RMS at least, at most.
 _REST_SPEED = (0.01, 0.3)
@@ -119,12 +134,18 @@ def element_table(
         Table with its columns.
     """
     own = force_records(model, records, noise)
+    if not own:
+        return None
+    if not is_separable_from_time(own, constants.separable_from_drive):
+        own = force_records(model, records, noise, finer=IN_TIME)
+    size = motion_size(model, own, _variances(own, records, noise))
+    if model.by_force:
+        sliding = [while_sliding(record, size.rest_speed) for record in own]
+        own = tuple(record for record in sliding if record is not None)
     n_blocks = sum(int(record.block.max()) + 1 for record in own)
     if n_blocks < constants.fewest_blocks:
         return None
-    variance = [float(noise[list(records).index(record.record)]) for record in own]
-    weights = _weights(model, own, variance)
-    size = motion_size(model, own, variance)
+    weights = _weights(model, own, _variances(own, records, noise))
     bases = element_bases(own, size)
     groups = group_columns(bases, _side_line(bases, own))
     laws = [name for name in model.cards if name not in (*model.contained, *_CONTROLS)]
@@ -142,7 +163,17 @@ def element_table(
             folds.append((block + number) % constants.n_folds)
     assert layout is not None
     table = _assembled(np.array(grams), np.array(floors), np.array(folds), layout)
+    if model.states:
+        # The rate of the force after a release holds the acceleration, which is the target.
+        table = replace(table, ceiling=CLASS_GROUPS[FORCE_SURFACE] + CLASS_GROUPS[HYSTERESIS])
     return ElementTable(table, bases, groups, own, weights, ClassScores(table, constants))
+
+
+def _variances(
+    own: Sequence[ForceRecord], records: Sequence[ElementRecord], noise: FloatArray
+) -> list[float]:
+    """Variance of the channel's noise in each of some runs."""
+    return [float(noise[list(records).index(record.record)]) for record in own]
 
 
 _CONTROLS = tuple(card.id for card in NEGATIVE_CONTROLS)

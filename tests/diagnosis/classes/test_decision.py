@@ -21,9 +21,14 @@ B = COLUMNS["b"].sum(axis=0)
 MORE = COLUMNS["more"].sum(axis=0)
 
 
-def answered(signal, columns=COLUMNS, **changed):
+def answered(signal, columns=COLUMNS, *, options=None, **changed):
     table = toy_table(signal, columns, **changed)
-    return class_answer(ClassScores(table, LIMITS), tuple(table.classes), shape_of=lambda *_: None)
+    return answer_of(table, tuple(table.classes), **(options or {}))
+
+
+def answer_of(table, candidates, **options):
+    scores = ClassScores(table, LIMITS)
+    return class_answer(scores, candidates, shape_of=lambda *_: None, **options)
 
 
 def test_noise_alone_is_nothing():
@@ -76,7 +81,7 @@ def test_parts_of_a_pair_add_up_though_one_hides_the_other():
 def test_a_declared_floor_above_the_noise_makes_no_share_above_one():
     table = toy_table(A + 0.5 * B, COLUMNS, noise=0.1)
     table = replace(table, floor=4.0 * table.floor)
-    found = class_answer(ClassScores(table, LIMITS), tuple(table.classes), shape_of=lambda *_: None)
+    found = answer_of(table, tuple(table.classes))
     assert found.share == 1.0
     assert sum(own.share for own in found.classes) == pytest.approx(1.0, abs=1e-12)
     assert max(*found.rivals.values(), found.learnable, *found.share_ci95) <= 1.0
@@ -124,3 +129,41 @@ def test_weights_of_one_sign_do_not_fit_the_other_sign():
     # The products give the same squares as the samples.
     left = block_squares(table.gram, free, c).sum() / table.scale[0] ** 2
     assert left == pytest.approx(1e-6 * N_BLOCKS * N_SAMPLES, rel=0.1)
+
+
+def test_a_class_that_the_drive_does_not_separate_is_never_named_and_silences_what_it_beats():
+    table = replace(toy_table(A + 0.3 * B, COLUMNS), surface="")
+    found = answer_of(table, ("b", "c"), inseparable=("a",))
+    assert (found.state, found.classes) == (NO_CLASS, ())
+    # Where it explains no more than the answer, the answer stands.
+    table = replace(toy_table(B, COLUMNS), surface="")
+    assert answer_of(table, ("b", "c"), inseparable=("a",)).ids == ("b",)
+
+
+def test_without_a_known_floor_the_best_class_is_not_right_by_definition():
+    other = np.random.default_rng(9).standard_normal(A.size)
+    table = toy_table(A + 2.0 * other * A.std(), COLUMNS)
+    best = ClassScores(table, LIMITS).of(("a",))
+    raised = replace(table, floor=best.squares)
+    assert answer_of(raised, tuple(table.classes)).share == pytest.approx(1.0)
+    found = answer_of(raised, tuple(table.classes), floor_is_known=False)
+    assert found.state == NO_CLASS
+    assert found.share == pytest.approx(0.2, abs=0.05)
+
+
+def test_a_cause_beside_a_coupled_one_is_named_with_it():
+    table = toy_table(A + MORE, {name: COLUMNS[name] for name in ("a", "b", "more")})
+    beside = COLUMNS["c"]
+    whole = toy_table(A + MORE + beside.sum(axis=0), COLUMNS)
+    classes = whole.classes | {"surface": ("a", "b", "more")}
+    assert answer_of(table, ("a", "b", "surface")).ids == ("surface",)
+    found = answer_of(replace(whole, classes=classes), ("a", "b", "c", "surface"))
+    assert found.ids == ("c", "surface")
+
+
+def test_a_law_is_not_named_where_its_class_leaves_more_than_noise():
+    other = np.random.default_rng(9).standard_normal(A.size)
+    other *= A.std() / other.std()
+    assert answered(A + 0.1 * other, laws={"a": A}, noise=0.01).classes[0].law_named
+    left = answered(A + 0.35 * other, laws={"a": A}, noise=0.01).classes[0]
+    assert (left.law, left.law_named) == ("law_a", False)

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
@@ -13,10 +14,14 @@ from carrierflex.diagnosis.element.classes.memory_columns import (
     relaxing_branches,
     stops,
 )
+from carrierflex.diagnosis.element.classes.motion import force_records, while_sliding
 from carrierflex.diagnosis.element.classes.shape_words import shape_words
 from carrierflex.diagnosis.element.problem import element_problem
 from tests.diagnosis.element.element_campaigns import (
+    DAMPING,
+    MASS,
     STEP,
+    STIFFNESS,
     displacement_campaign,
     force_campaign,
 )
@@ -69,6 +74,15 @@ def test_a_slider_that_grips_harder_outwards_is_a_hysteresis():
     found = answer(along(lopsided))
     assert found.ids == ("hysteresis",)
     assert "outwards" in found.classes[0].shape.words
+
+
+def test_friction_that_turns_over_a_short_travel_is_dissipation_and_over_a_long_one_hysteresis():
+    def dahl(length):
+        return answer(along(lambda time, q: 4.0 * dahl_friction(q, np.array([length]))[0]))
+
+    short = dahl(0.01 * HALF)
+    assert ("dissipation",) in (short.ids, *short.ties)
+    assert dahl(0.3 * HALF).ids == ("hysteresis",)
 
 
 def test_two_relaxing_springs_are_one_memory():
@@ -175,3 +189,60 @@ def test_springs_in_words(law, words):
     y = law(x)
     band = np.array([y, y]).T
     assert words in shape_words("restoring_force", x, y, band, ("m", "N"))
+
+
+def sweep_campaign(law):
+    """Force sweeps through the resonance and far beyond it, where the motion sinks into noise."""
+    rng = np.random.default_rng(3)
+    plain = force_campaign(lambda q, v: 0.0 * q)
+    time = plain.runs[0].time
+    runs = []
+    for number, (first, last) in enumerate(((2.0, 60.0), (60.0, 2.0))):
+        rate = np.log(last / first) / time[-1]
+
+        def force(t, first=first, rate=rate):
+            return 30.0 * np.sin(2.0 * np.pi * first * np.expm1(rate * t) / rate)
+
+        def slope(t, y, force=force):
+            own = force(t) - STIFFNESS * y[0] - DAMPING * y[1] - law(y[0], y[1])
+            return [y[1], own / MASS]
+
+        fine = solve_ivp(slope, (0.0, time[-1]), [0.0, 0.0], "DOP853", time, rtol=1e-8, atol=1e-12)
+        q = fine.y[0] + 2e-5 * rng.standard_normal(time.size)
+        runs.append(replace(plain.runs[number], inputs={"force": force(time)}, signals={"q": q}))
+    channel = replace(plain.channels[0], noise_std=2e-5)
+    return replace(plain, rig={"drive": "force"}, channels=(channel,), runs=tuple(runs))
+
+
+def test_a_sweep_counts_where_its_motion_lies_in_the_trusted_band():
+    problem = element_problem(sweep_campaign(lambda q, v: 40.0 * v * np.abs(v)))
+    kept = force_records(problem.model, problem.records, problem.noise)
+    for record in kept:
+        assert record.band_hz < 50.0
+        # What counts goes through the resonance, and ends before the band does.
+        rate = np.log(30.0) / record.record.step / record.x.size
+        place = np.flatnonzero(record.counts) * record.step
+        at = (
+            2.0 * np.exp(rate * place)
+            if record.record.name == "R0"
+            else 60.0 * np.exp(-rate * place)
+        )
+        assert at.min() < 8.0
+        assert 12.0 < at.max() < 1.2 * record.band_hz
+    found = problem.class_answer()
+    assert found.ids == ("dissipation",)
+    assert found.share > 0.98
+
+
+def test_a_mass_that_stands_still_does_not_count_and_one_that_turns_round_does():
+    problem = element_problem(force_campaign(lambda q, v: 0.0 * q))
+    own = force_records(problem.model, problem.records, problem.noise)[0]
+    speed = float(np.abs(own.v).max())
+    assert_array_equal(while_sliding(own, 1e-6 * speed).counts, own.counts)
+    still = slice(500, 600)
+    v = own.v.copy()
+    v[still] = 0.0
+    kept = while_sliding(replace(own, v=v), 1e-6 * speed)
+    assert not kept.counts[still].any()
+    assert_array_equal(np.delete(kept.counts, still), np.delete(own.counts, still))
+    assert while_sliding(replace(own, v=0.0 * v), 1e-6 * speed) is None
