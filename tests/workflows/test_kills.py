@@ -166,37 +166,44 @@ def test_nothing_is_damaged_or_lost_and_litter_goes(prepared, capsys):
     folder, seconds = prepared
     rng = random.Random(1)
     tallies = {name: Tally() for name in COMMANDS}
-    for number in range(KILLS):
-        name = list(COMMANDS)[number % len(COMMANDS)]
-        tally = tallies[name]
-        files = kill_once(name, folder, seconds, rng)
-        tally.counts["tried"] += 1
-        if files is None:
-            continue
-        before, after = files
-        tally.counts["killed before the end"] += 1
-        tally.add("lost", before.keys() - after.keys())
-        tally.add("damaged", damage(folder))
-        tally.counts["with litter"] += bool(litter(folder))
-        # Every tenth kill, and each that left something, is followed by the command once more.
-        if not litter(folder) and number % 10:
-            continue
-        again = started(name, folder)
-        _, stderr = again.communicate(timeout=1200)
-        tally.counts["next runs"] += 1
-        if again.returncode not in (0, 1):
-            tally.add("next run failed", [stderr.decode()])
-        tally.add("litter after the next run", litter(folder))
-        # What stood when it was killed still stands; answers that were finished are kept as such.
-        now = standing(folder)
-        tally.add("lost", after.keys() - now.keys())
-        answers = [path for path in after if is_answer(path)]
-        tally.add("lost", [path for path in answers if now.get(path) != after[path]])
-    show(tallies, capsys)
+    try:
+        for number in range(KILLS):
+            name = list(COMMANDS)[number % len(COMMANDS)]
+            kill_and_look(tallies[name], name, number, folder, seconds, rng)
+    finally:
+        # Also of a run that is ended before its time.
+        show(tallies, capsys)
     total = sum((tally.counts for tally in tallies.values()), Counter())
     examples = [text for tally in tallies.values() for text in tally.examples]
     assert total["killed before the end"] >= 0.9 * KILLS
     assert examples == []
+
+
+def kill_and_look(tally, name, number, folder, seconds, rng):
+    """Kill a command once and count what that did."""
+    files = kill_once(name, folder, seconds, rng)
+    tally.counts["tried"] += 1
+    if files is None:
+        return
+    before, after = files
+    tally.counts["killed before the end"] += 1
+    tally.add("lost", before.keys() - after.keys())
+    tally.add("damaged", damage(folder))
+    tally.counts["with litter"] += bool(litter(folder))
+    # Every tenth kill, and each that left something, is followed by the command once more.
+    if not litter(folder) and number % 10:
+        return
+    again = started(name, folder)
+    _, stderr = again.communicate(timeout=1200)
+    tally.counts["next runs"] += 1
+    if again.returncode not in (0, 1):
+        tally.add("next run failed", [stderr.decode()])
+    tally.add("litter after the next run", litter(folder))
+    # What stood when it was killed still stands; answers that were finished are kept as such.
+    now = standing(folder)
+    tally.add("lost", after.keys() - now.keys())
+    answers = [path for path in after if is_answer(path)]
+    tally.add("lost", [path for path in answers if now.get(path) != after[path]])
 
 
 def is_answer(path):
