@@ -59,8 +59,8 @@ class LoadFile:
         table = pa.table({name: pa.array(values) for name, values in columns.items()})
         pa_csv.write_csv(table, self.file, pa_csv.WriteOptions(include_header=False))
         angle = columns["carrier_angle"]
-        if not self.first or self.first[-1]["carrier_angle"][-1] < 2.0 * np.pi * _SHOWN_TURNS:
-            shown = angle <= 2.0 * np.pi * _SHOWN_TURNS
+        shown = angle <= 2.0 * np.pi * _SHOWN_TURNS
+        if shown.any():
             self.first.append({name: values[shown] for name, values in columns.items()})
 
 

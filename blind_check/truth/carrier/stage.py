@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.blind_check.labels import STAGE, CasePlan, Label
-from carrierflex.blind_check.truth.alias_table import BENDS_THE_CARRIER, stage_class
+from carrierflex.blind_check.truth.alias_table import BROUGHT_ALONG, stage_class
 from carrierflex.blind_check.truth.carrier.rig import N_SENSORS, SENSOR_ANGLES, SENSOR_NAMES
 from carrierflex.blind_check.truth.carrier.signals import NOMINAL_TORQUE, RADIUS
 from carrierflex.blind_check.truth.noise import (
@@ -170,14 +170,14 @@ def _campaign(plan: CasePlan, runs: list[Run], floor: float) -> Campaign:
 
 def _label(plan: CasePlan, gap_over_floor: float, floor: float, rho: float) -> Label:
     """Label without parameters: the stage's sizes are none of the library's."""
-    bent = set(plan.effects) & set(BENDS_THE_CARRIER)
+    along = {name for effect in plan.effects for name in BROUGHT_ALONG.get(effect, ())}
     return Label(
         case=plan.name,
         kind="carrier",
         family=STAGE,
         effects=plan.effects,
         acceptable=tuple(stage_class(effect) for effect in plan.effects),
-        present=("sensor_gain", *(("face_runout",) if bent else ())),
+        present=("sensor_gain", *sorted(along)),
         gap_over_floor=gap_over_floor,
         floor=floor,
         rho=rho,
