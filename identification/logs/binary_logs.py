@@ -3,9 +3,11 @@
 Columns of one length share a clock; sizes are looked at before anything is read.
 """
 
+import logging
 import struct
 import zlib
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -179,7 +181,8 @@ def tdms_log(path: Path) -> tuple[LogTable, ...]:
         ) from error
     size = check_plain_file(path, "a TDMS file", LARGEST_FILE)
     try:
-        with TdmsFile.open(path) as file:
+        # It leaves a file open that it refuses: this one is closed here.
+        with _without_logs(), path.open("rb") as stream, TdmsFile.open(stream) as file:
             channels = [channel for group in file.groups() for channel in group.channels()]
             stated = sum(len(channel) for channel in channels)
             # A sample takes a byte at least, and none is packed.
@@ -198,6 +201,17 @@ def tdms_log(path: Path) -> tuple[LogTable, ...]:
         OverflowError,
     ) as error:
         raise ValueError(f"{path}: not a TDMS file: {' '.join(str(error).split())}") from error
+
+
+@contextmanager
+def _without_logs() -> Iterator[None]:
+    """Keep a library's own log from the terminal: what is wrong is told in one line."""
+    before = logging.root.manager.disable
+    logging.disable(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logging.disable(before)
 
 
 def _tdms_tables(path: Path, channels: Iterable[Any]) -> tuple[LogTable, ...]:

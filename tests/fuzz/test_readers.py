@@ -97,7 +97,7 @@ def _campaigns(folder: Path) -> dict[str, Target]:
 
 def _logs(folder: Path) -> dict[str, Target]:
     """A logger's files, and the map of their columns."""
-    rows = [f"{k / 10:.1f};{k * k % 7},5;{k % 3}" for k in range(40)]
+    rows = [f"{k},0;{k * k % 7},5;{k % 3}" for k in range(40)]
     text = "Messung;Probe\n\nZeit;Kraft;Weg\ns;kN;mm\n" + "\n".join(rows)
     values = np.arange(50.0)
     (folder / "log.csv").write_bytes(text.encode("utf-16"))
@@ -192,6 +192,7 @@ TEXTS = [
     *("times.json", "diagnosis.json", "entry.json"),
     *("case carrier_lc1_to_lc4", "case mounting_2011", "case stage_lc1"),
     "mesh .msh",
+    *("map", "log log.csv", "log log.mat", "log log.h5", "log log.tdms"),
     *MATRIX_READERS,
     "body .h5 bytes",
 ]

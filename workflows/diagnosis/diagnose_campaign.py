@@ -31,6 +31,7 @@ from carrierflex.files.versions import versions
 from carrierflex.files.whole_files import check_file_writable
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.identification.campaign.campaign_part import campaign_part
 from carrierflex.identification.campaign.record_digests import record_digests
 from carrierflex.simulation.element.law_files import read_law, write_law
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
@@ -53,6 +54,10 @@ def main(
     law: list[Path] | None = None,
     save_law: Path | None = None,
     law_class: LawClass | None = None,
+    baseline: list[str] | None = None,
+    effects: list[str] | None = None,
+    channels: list[str] | None = None,
+    runs: list[str] | None = None,
     report: bool = True,
     workers: int = 1,
     scheduler: str | None = None,
@@ -75,6 +80,13 @@ def main(
         units of the campaign. Other classes are refused by name.
     law_class : str, optional
         Class whose shape --save-law keeps; without, the one of the largest share.
+    baseline : list of str, optional
+        Effects that the baseline contains, in place of those of campaign.toml; may be given several
+        times.
+    effects : list of str, optional
+        Effects to be looked for; all of the kind without. May be given several times.
+    channels, runs : list of str, optional
+        Channels and runs that count; all without. May be given several times.
     report : bool
         Draw report.html; without, one of an earlier diagnosis goes.
     workers : int
@@ -107,7 +119,13 @@ def main(
     # each other ten times longer.
     with threadpool_limits(limits=1):
         with stages.stage(f"reading {campaign}"):
-            measured = read_campaign(campaign)
+            measured = campaign_part(
+                read_campaign(campaign),
+                runs=runs or (),
+                channels=channels or (),
+                baseline=baseline,
+                effects=effects or (),
+            )
             if save_law is not None and measured.kind != "element":
                 raise ValueError(
                     f"campaign '{measured.name}' is of kind {measured.kind}; --save-law is for "
