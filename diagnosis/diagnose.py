@@ -13,7 +13,7 @@ from carrierflex.diagnosis.comparison.declared_gains import WithGains
 from carrierflex.diagnosis.comparison.overlay import Overlaid, SignalComparison
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, Signatures
-from carrierflex.diagnosis.gap.findings import Detailed, GapDetail
+from carrierflex.diagnosis.gap.findings import Detailed, GapDetail, WithLines
 from carrierflex.diagnosis.gap.validation import cell_validations, scalar_gaps
 from carrierflex.diagnosis.inference.alias_classes import (
     alias_class,
@@ -29,6 +29,7 @@ from carrierflex.diagnosis.inference.joint_selection import select_jointly
 from carrierflex.diagnosis.inference.named_values import named_values
 from carrierflex.diagnosis.inference.results import (
     NAMING,
+    NONE_OF_THESE,
     NOT_DIAGNOSABLE,
     Attribution,
     GapReduction,
@@ -37,6 +38,7 @@ from carrierflex.diagnosis.inference.screening import Screen, explainable_fracti
 from carrierflex.diagnosis.inference.selection import Selection, selected
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.inference.verdict import verdict
+from carrierflex.diagnosis.line_verdict import line_verdict
 from carrierflex.diagnosis.results import Diagnosis
 
 
@@ -114,7 +116,27 @@ def diagnose(
         baseline=search.fit(()),
     )
     note("classes")
-    return _with_classes(diagnosis, problem)
+    return _with_lines(_with_classes(diagnosis, problem), problem)
+
+
+def _with_lines(diagnosis: Diagnosis, problem: ComparisonProblem) -> Diagnosis:
+    """Diagnosis with what was found beside the shaft's orders, where the kind looks there."""
+    far = diagnosis.reduction
+    if far is None or not isinstance(problem, WithLines):
+        return diagnosis
+    joint = line_verdict(diagnosis.verdict, diagnosis.reason, far, problem.off_order_motions())
+    if joint is None:
+        return diagnosis
+    effects = diagnosis.attribution.effects if joint.verdict != NONE_OF_THESE else ()
+    return replace(
+        diagnosis,
+        verdict=joint.verdict,
+        reason=joint.reason,
+        attribution=replace(diagnosis.attribution, effects=effects),
+        reduction=joint.reduction,
+        reduction_law=far,
+        classes=joint.answer,
+    )
 
 
 def _with_classes(diagnosis: Diagnosis, problem: ComparisonProblem) -> Diagnosis:

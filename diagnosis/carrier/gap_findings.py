@@ -18,10 +18,13 @@ from carrierflex.diagnosis.carrier.gap_parts import (
     carrier_where,
     growth_table,
 )
+from carrierflex.diagnosis.carrier.off_orders.cells import line_findings, off_order_tables
+from carrierflex.diagnosis.carrier.off_orders.lines import OffOrders
 from carrierflex.diagnosis.carrier.sums import CarrierSums
 from carrierflex.diagnosis.comparison.problem import BoolArray, GapCell
 from carrierflex.diagnosis.gap.findings import ORDERS as SHAFT_ORDERS
 from carrierflex.diagnosis.gap.findings import (
+    SMALL_ORDER,
     Drift,
     GapFindings,
     GapMoment,
@@ -67,12 +70,15 @@ class CarrierGap:
         Variance of the noise of every channel [m²].
     residual : ndarray of complex, shape (R, C, MAX_ORDER + 1)
         Order amplitudes of the residual.
+    beside : OffOrders
+        What was found beside the orders and is no part of `records`.
     """
 
     campaign: Campaign
     records: CarrierSums
     noise: FloatArray
     residual: ComplexArray
+    beside: OffOrders
 
     @cached_property
     def cells(self) -> tuple[GapCell, ...]:
@@ -80,8 +86,18 @@ class CarrierGap:
         names = [run.name for run in self.campaign.runs]
         noise = self.noise.mean() / self._samples
         return carrier_gap_cells(
-            self.campaign.channels, self.residual, names, self.records.run_of_revolution, noise
+            self.campaign.channels,
+            self.residual,
+            names,
+            self.records.run_of_revolution,
+            noise,
+            tuple(off_order_tables(self.beside)),
         )
+
+    @cached_property
+    def order_cells(self) -> tuple[GapCell, ...]:
+        """Cells of the shaft's orders, without those beside them."""
+        return tuple(cell for cell in self.cells if cell.frequency_hz is None)
 
     @cached_property
     def conditions(self) -> Conditions:
@@ -117,8 +133,12 @@ class CarrierGap:
         rows = significant_non_synchronous(scattered)
         repeated = significant_non_synchronous(self._repeats(split, measured))
         coherent = sum(cell.coherent for cell in self.cells)
+        where = (
+            *carrier_where(self.order_cells, self.conditions),
+            *line_findings(self.beside.motions, coherent, len(self.campaign.runs)),
+        )
         return GapFindings(
-            where=carrier_where(self.cells, self.conditions),
+            where=tuple(sorted(where, key=lambda own: (own.kind == SMALL_ORDER, -own.share))),
             numbered_by=SHAFT_ORDERS,
             in_time=tuple(moments),
             drifts=significant_drifts(trends),
@@ -127,7 +147,7 @@ class CarrierGap:
                 *repeatability(rows, coherent, "revolution"),
                 *repeatability(repeated, coherent, "repeat"),
             ),
-            growth=growth_table(self.cells, self.conditions),
+            growth=growth_table(self.order_cells, self.conditions),
         )
 
     def scalars(self) -> tuple[Scalar, ...]:

@@ -33,6 +33,7 @@ def carrier_gap_cells(
     runs: Sequence[str],
     run_of_revolution: NDArray[np.int64],
     noise_of_mean: FloatArray,
+    beside: Sequence[CellTable] = (),
 ) -> tuple[GapCell, ...]:
     """Gap map of a residual, largest cell first.
 
@@ -51,6 +52,8 @@ def carrier_gap_cells(
         Run of every revolution.
     noise_of_mean : ndarray, shape (n_runs,)
         Noise variance of the mean over one revolution, itself a mean over the channels [m²].
+    beside : sequence of CellTable
+        Cells beside the orders.
 
     Returns
     -------
@@ -64,7 +67,7 @@ def carrier_gap_cells(
         amplitudes = amplitudes[np.isfinite(amplitudes).all(axis=(1, 2))]
         if len(amplitudes):
             tables.append(_run_table(run, amplitudes, split, float(noise_of_mean[r])))
-    return gap_cells(tables)
+    return gap_cells([*tables, *beside])
 
 
 def degrees_of(amplitudes: ComplexArray) -> FloatArray:

@@ -18,6 +18,7 @@ from carrierflex.diagnosis.carrier.gap_findings import CarrierGap
 from carrierflex.diagnosis.carrier.library import carrier_library
 from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
 from carrierflex.diagnosis.carrier.noise import channel_noise, refuse_silent_channels
+from carrierflex.diagnosis.carrier.off_orders.lines import OffOrders, off_orders
 from carrierflex.diagnosis.carrier.pictures import carrier_overlays, carrier_pictures
 from carrierflex.diagnosis.carrier.signatures import carrier_signatures
 from carrierflex.diagnosis.carrier.sums import (
@@ -42,7 +43,7 @@ from carrierflex.diagnosis.comparison.problem import (
     Signatures,
     bounds_of,
 )
-from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
+from carrierflex.diagnosis.gap.findings import GapFindings, OffOrderMotion, Scalar
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET
@@ -66,12 +67,15 @@ class CarrierProblem:
         Sums over the records.
     noise : ndarray, shape (n_channels,)
         Variance of the noise of every channel [m²].
+    beside : OffOrders
+        Motion beside the orders; `campaign` and `records` are without it.
     """
 
     campaign: Campaign
     model: CarrierModel
     records: CarrierSums
     noise: FloatArray
+    beside: OffOrders
 
     def __getstate__(self) -> dict[str, Any]:
         """What it is made of; another process computes again what is kept of earlier steps."""
@@ -181,6 +185,10 @@ class CarrierProblem:
         """Tilts, eccentricity and peak to peak of a model."""
         return self._gap(effects, theta).scalars()
 
+    def off_order_motions(self) -> tuple[OffOrderMotion, ...]:
+        """Lines and bands beside the orders."""
+        return self.beside.motions
+
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
         """Polar plots for the report."""
         return carrier_pictures(self.model, self.records, effects, theta, self._choice(effects))
@@ -220,13 +228,15 @@ class CarrierProblem:
         choice = self._choice(effects)
         under = np.array([value[p.effect, p.name] for p in model.parameters(effects, choice)])
         weights, _ = model.weights(effects, choice, under)
-        return CarrierProblem(campaign, model, records.with_target(weights), self.noise)
+        return CarrierProblem(
+            campaign, model, records.with_target(weights), self.noise, self.beside
+        )
 
     def _gap(self, effects: Effects, theta: FloatArray) -> CarrierGap:
         columns, residual, _ = self._in_use(effects, theta)
         weights = residual[self.records.run_of_revolution]
         orders = np.einsum("rcnk,rck->rcn", self.records.orders[..., list(columns)], weights)
-        return CarrierGap(self.campaign, self.records, self.noise, orders)
+        return CarrierGap(self.campaign, self.records, self.noise, orders, self.beside)
 
     def _in_use(
         self, effects: Effects, theta: FloatArray
@@ -328,6 +338,8 @@ def carrier_problem(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -
         user's card is refused.
     """
     refuse_silent_channels(campaign.within_use())
+    beside = off_orders(campaign)
+    campaign = beside.campaign
     n_planets = int(campaign.rig["n_planets"])
     pin_radius = np.nan
     if "g_f" in curves:
@@ -345,4 +357,4 @@ def carrier_problem(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -
     channels = tuple(channel.name for channel in campaign.channels)
     known = known_physics(campaign)
     model = CarrierModel(source, records.index, contained, runs, channels, known)
-    return CarrierProblem(campaign, model, records, channel_noise(campaign, records))
+    return CarrierProblem(campaign, model, records, channel_noise(campaign, records), beside)

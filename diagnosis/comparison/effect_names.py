@@ -11,8 +11,18 @@ _PROPER_NAMES = {
 }
 
 
+#: Words of a line beside the shaft's orders by its frame, the first part of a class.
+_LINES = {
+    "nonsynchronous": "motion at {} beside the shaft's orders",
+    "channel": "motion at {} in one sensor alone",
+}
+
+
 def plain_name(effect: str) -> str:
     """Effect id in words: ``cubic stiffness``, ``Coulomb friction``."""
+    frame, _, line = effect.partition("/")
+    if line and frame in _LINES:
+        return _LINES[frame].format(line)
     words = effect.replace("elasto_plastic", "elasto-plastic").split("_")
     return " ".join(_PROPER_NAMES.get(word, word) for word in words)
 

@@ -12,9 +12,11 @@ from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.diagnosis.gap.power_laws import Exponent
 
 #: Kinds of findings: a shaft order in a sensor pattern; a small yet significant order in all its
-#: patterns; a band of frequency; a motion pattern; the motion at one channel.
+#: patterns; a line or band beside the shaft's orders; a band of frequency; a motion pattern; the
+#: motion at one channel.
 ORDER = "order"
 SMALL_ORDER = "small order"
+LINE = "line"
 BAND = "band"
 MOTION = "motion"
 CHANNEL = "channel"
@@ -60,7 +62,7 @@ class Finding:
     Parameters
     ----------
     kind : str
-        ORDER, SMALL_ORDER, BAND, MOTION or CHANNEL.
+        ORDER, SMALL_ORDER, LINE, BAND, MOTION or CHANNEL.
     patterns : tuple of str
         Sensor patterns, the motion, or the measured quantity; largest first.
     share : float
@@ -83,6 +85,8 @@ class Finding:
         Condition with which it changes, though not by a power; empty where none.
     follows : FollowedLoad, optional
         Load that it follows in time.
+    line : str
+        Name of a line beside the orders: ``0.47X`` or ``0.83Hz``; empty otherwise.
     """
 
     kind: str
@@ -97,6 +101,7 @@ class Finding:
     exponents: Mapping[str, Exponent] = field(default_factory=dict)
     changes_with: str = ""
     follows: FollowedLoad | None = None
+    line: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +146,41 @@ class Drift:
     order: float
     change: float
     share: float
+    p_value: float
+
+
+@dataclass(frozen=True, eq=False)
+class OffOrderMotion:
+    """A line or a band beside the shaft's orders.
+
+    Parameters
+    ----------
+    id : str
+        Class: ``nonsynchronous/0.47X``, or ``channel/0.47X`` where one channel alone shows it.
+    label : str
+        Its strongest line: ``0.47X`` where it keeps its order, ``0.83Hz`` where its frequency.
+    channels, runs : tuple of str
+        Where it shows.
+    is_in_every_run : bool
+        Whether these are all runs.
+    band_hz : tuple of float
+        Lowest and highest frequency over lines and runs [Hz].
+    mean_square : mapping of str to float
+        Mean square over the channels by run.
+    explained : float
+        Share of its power that amplitudes fitted to other turns predict.
+    p_value : float
+        Probability that noise makes it anywhere in the records.
+    """
+
+    id: str
+    label: str
+    channels: tuple[str, ...]
+    runs: tuple[str, ...]
+    is_in_every_run: bool
+    band_hz: tuple[float, float]
+    mean_square: Mapping[str, float]
+    explained: float
     p_value: float
 
 
@@ -352,4 +392,13 @@ class Detailed(Protocol):
 
     def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
         """Quantities of interest of a model."""
+        ...
+
+
+@runtime_checkable
+class WithLines(Protocol):
+    """A comparison problem whose records are without the motion beside the shaft's orders."""
+
+    def off_order_motions(self) -> tuple[OffOrderMotion, ...]:
+        """Lines and bands beside the orders, which were found and taken out first."""
         ...

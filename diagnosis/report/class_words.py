@@ -1,5 +1,6 @@
 """The answer by class in words: what kind of cause, which law of it, what remains."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from carrierflex.diagnosis.classes.results import (
@@ -27,6 +28,15 @@ def share_words(value: float) -> str:
 def class_names(answer: ClassAnswer) -> str:
     """Classes of an answer in words."""
     return " and ".join(plain_name(name) for name in answer.ids)
+
+
+def lacking_words(answer: ClassAnswer, effects: Sequence[str]) -> str:
+    """What a simulation lacks: classes, and named effects that lie in none of them."""
+    inside = {finding.law for finding in answer.classes}
+    beside = [plain_name(effect) for effect in effects if effect not in inside]
+    if not beside:
+        return f"{class_names(answer)}, by no law of the library"
+    return f"{' and '.join(beside)}, and {class_names(answer)}"
 
 
 def class_sentence(answer: ClassAnswer | None) -> str:

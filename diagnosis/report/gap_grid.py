@@ -57,12 +57,15 @@ def gap_grids(*maps: Sequence[GapCell]) -> tuple[GapGrid, ...]:
     tuple of GapGrid
         One for each map; none where the first is empty.
     """
+    is_frequency = all(cell.frequency_hz is not None for cell in maps[0])
+    if not is_frequency:
+        # Lines beside the orders have no column of their own; tables and words tell them.
+        maps = tuple([cell for cell in cells if cell.frequency_hz is None] for cells in maps)
     first = maps[0]
     if not first:
         return ()
     runs = sorted({cell.run for cell in first})
     patterns = sorted({cell.channel_pattern for cell in first}, key=_pattern_position)
-    is_frequency = all(cell.frequency_hz is not None for cell in first)
     edges = _frequency_edges(first) if is_frequency else _order_edges(first)
     if len(patterns) == 1:
         blank = _blank_grid("run", runs, edges, is_frequency)

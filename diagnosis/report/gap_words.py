@@ -7,6 +7,7 @@ from carrierflex.diagnosis.gap.findings import (
     BAND,
     CHANNEL,
     EVEN,
+    LINE,
     LINES,
     MOTION,
     MOTION_BANDS,
@@ -165,6 +166,18 @@ def _meaning(finding: Finding) -> str:
     return f" ({_FRAMES[finding.frame]})"
 
 
+def _line_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
+    """``30 % of the gap is a line at 0.47X (0.17 Hz), beside the shaft's orders, in s137``."""
+    assert finding.band_hz is not None
+    low, high = finding.band_hz
+    hertz = f"{high:.3g} Hz" if high <= 1.01 * low else f"{low:.3g} to {high:.3g} Hz"
+    alone = f"{finding.patterns[0]} alone" if len(finding.patterns) == 1 else "several channels"
+    return phrase(
+        f"{100.0 * finding.share:.0f} % {of_the_gap}is a line at {finding.line} ({hertz}), beside "
+        f"the shaft's orders, in {alone}, {_run_words(finding)}"
+    )
+
+
 def _band_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
     """``98 % of the gap in force lies between 0.2 and 1.9 Hz, in R2``, growth and parity."""
     assert finding.band_hz is not None
@@ -201,6 +214,7 @@ def _motion_words(finding: Finding, of_the_gap: str, parity: str) -> Phrase:
 
 _SENTENCES = {
     ORDER: _order_words,
+    LINE: _line_words,
     BAND: _band_words,
     MOTION: _motion_words,
     CHANNEL: _motion_words,

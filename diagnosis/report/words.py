@@ -26,7 +26,7 @@ from carrierflex.diagnosis.inference.results import (
     NamedValue,
     RankedSet,
 )
-from carrierflex.diagnosis.report.class_words import class_names
+from carrierflex.diagnosis.report.class_words import class_names, lacking_words
 from carrierflex.diagnosis.report.first_screen.engineering import (
     parameter_words,
     shown_unit,
@@ -97,7 +97,8 @@ def verdict_heading(diagnosis: Diagnosis) -> str:
     answer = diagnosis.classes
     if answer is not None and answer.classes:
         if diagnosis.verdict == CLASS_NAMED:
-            return f"The simulation lacks {class_names(answer)}, by no law of the library"
+            lacking = lacking_words(answer, diagnosis.attribution.effects)
+            return f"The simulation lacks {lacking}"
         if diagnosis.verdict == ALIASED and not diagnosis.attribution.effects:
             return f"The simulation lacks {class_names(answer)}, or what looks the same here"
     return _HEADINGS[diagnosis.verdict].format(

@@ -1,0 +1,135 @@
+"""Signals beside the shaft's orders: what is left of a run once its orders are taken out."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.identification.campaign.campaign import Campaign, Channel
+from carrierflex.identification.campaign.order_analysis import MAX_ORDER
+from carrierflex.identification.campaign.records import Run
+
+FloatArray = NDArray[np.float64]
+
+#: Turns for each quantity that the orders follow: more of them would take the lines beside too.
+_TURNS_A_QUANTITY = 5.0
+#: Degree of the slow drift of the offset that is taken out.
+_DRIFT = 6
+#: Samples for each column of the orders at least; a shorter run is not searched.
+_SAMPLES_A_COLUMN = 3
+#: Samples of a run at most: those of a longer one are averaged in groups.
+_MOST_SAMPLES = 60_000
+#: Change of a load over its size that lets the orders follow it.
+_CHANGES = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class BesideOrders:
+    """One run beside its orders, at the samples that every channel has.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    time : ndarray, shape (n,)
+        Time [s].
+    turns : ndarray, shape (n,)
+        Turns of the carrier since the first sample of the run, growing.
+    values : ndarray, shape (C, n)
+        Gap of every channel without its orders, in the unit of the channel.
+    orders : ndarray, shape (n, k)
+        Orthonormal basis of what was taken out.
+    """
+
+    name: str
+    time: FloatArray
+    turns: FloatArray
+    values: FloatArray
+    orders: FloatArray
+
+    @property
+    def speed(self) -> float:
+        """Mean speed [turns/s]."""
+        return float((self.turns[-1] - self.turns[0]) / (self.time[-1] - self.time[0]))
+
+    def beside(self, waves: FloatArray) -> FloatArray:
+        """Waves, shape (n, k), without what the orders could make of them."""
+        return np.asarray(waves - self.orders @ (self.orders.T @ waves), dtype=np.float64)
+
+
+def beside_orders(campaign: Campaign) -> tuple[BesideOrders, ...]:
+    """Take the orders out of every run.
+
+    Orders 0 to 12 of the measured angle, each of them following torque, time, speed and radial load
+    as far as the run is long enough, and a slow drift are fitted to the run and subtracted: what a
+    shape of the carrier or the housing, or an error of a sensor, could make is gone whatever its
+    size.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Runs; signals less another simulator's prediction where there is one.
+
+    Returns
+    -------
+    tuple of BesideOrders
+        Runs that are long enough, in their order.
+    """
+    runs = [_beside_orders(run, campaign.channels) for run in campaign.within_use().runs]
+    return tuple(run for run in runs if run is not None)
+
+
+def _beside_orders(run: Run, channels: tuple[Channel, ...]) -> BesideOrders | None:
+    gap = np.array([_gap(run, channel.name) for channel in channels])
+    present = np.isfinite(gap).all(axis=0)
+    angle = run.inputs["carrier_angle"]
+    turns = np.abs(angle - angle[0]) / (2.0 * np.pi)
+    group = -(-int(present.sum()) // _MOST_SAMPLES) or 1
+    time, turns, *quantities = (
+        _averaged(row[present], group) for row in (run.time, turns, *_followed(run, angle))
+    )
+    n_waves = 2 * MAX_ORDER + 1
+    n_samples = time.size
+    n_turns = float(turns[-1] - turns[0]) if n_samples else 0.0
+    fewest = min(n_turns / _TURNS_A_QUANTITY, n_samples / (_SAMPLES_A_COLUMN * n_waves))
+    if fewest < 1.0:
+        return None
+    phase = 2.0 * np.pi * np.outer(turns, np.arange(1, MAX_ORDER + 1))
+    waves = np.hstack([np.ones((n_samples, 1)), np.cos(phase), np.sin(phase)])
+    followed = [np.ones(n_samples), *(row for row in map(_centred, quantities) if row.any())]
+    # A drift of the offset is slower than any line that is looked for.
+    along = 2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0
+    drift = np.polynomial.legendre.legvander(along, _DRIFT)[:, 1:]
+    design = np.hstack([drift, *(waves * row[:, None] for row in followed[: int(fewest)])])
+    basis = np.linalg.qr(design)[0]
+    values = np.array([_averaged(row[present], group) for row in gap])
+    return BesideOrders(run.name, time, turns, values - (values @ basis) @ basis.T, basis)
+
+
+def _averaged(values: FloatArray, group: int) -> FloatArray:
+    """Means of groups of neighbours."""
+    whole = values[: values.size // group * group]
+    return np.asarray(whole.reshape(-1, group).mean(axis=1), dtype=np.float64)
+
+
+def _gap(run: Run, channel: str) -> FloatArray:
+    signal = run.signals[channel]
+    if channel not in run.predictions:
+        return signal
+    return np.asarray(signal - run.predictions[channel], dtype=np.float64)
+
+
+def _followed(run: Run, angle: FloatArray) -> list[FloatArray]:
+    """What the orders may follow beside a constant, the most usual first."""
+    speed = np.gradient(angle, run.time)
+    loads = [run.inputs[name] for name in ("ntl_y", "ntl_z") if name in run.inputs]
+    return [run.inputs["torque"], run.time, speed, *loads]
+
+
+def _centred(values: FloatArray) -> FloatArray:
+    """Values about their mean, of size one; zero where they do not change."""
+    change = values - values.mean()
+    size = float(np.sqrt(np.mean(change**2)))
+    if not size > _CHANGES * float(np.abs(values).max()):
+        return np.zeros_like(change)
+    return np.asarray(change / size, dtype=np.float64)
