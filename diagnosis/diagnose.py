@@ -13,7 +13,8 @@ from carrierflex.diagnosis.comparison.declared_gains import WithGains
 from carrierflex.diagnosis.comparison.overlay import Overlaid, SignalComparison
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, Signatures
-from carrierflex.diagnosis.gap.findings import Detailed, GapDetail, WithLines
+from carrierflex.diagnosis.gap.findings import Detailed, GapDetail
+from carrierflex.diagnosis.gap.off_order_motion import WithLines
 from carrierflex.diagnosis.gap.validation import cell_validations, scalar_gaps
 from carrierflex.diagnosis.inference.alias_classes import (
     alias_class,

@@ -43,7 +43,8 @@ from carrierflex.diagnosis.comparison.problem import (
     Signatures,
     bounds_of,
 )
-from carrierflex.diagnosis.gap.findings import GapFindings, OffOrderMotion, Scalar
+from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
+from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET

@@ -150,41 +150,6 @@ class Drift:
 
 
 @dataclass(frozen=True, eq=False)
-class OffOrderMotion:
-    """A line or a band beside the shaft's orders.
-
-    Parameters
-    ----------
-    id : str
-        Class: ``nonsynchronous/0.47X``, or ``channel/0.47X`` where one channel alone shows it.
-    label : str
-        Its strongest line: ``0.47X`` where it keeps its order, ``0.83Hz`` where its frequency.
-    channels, runs : tuple of str
-        Where it shows.
-    is_in_every_run : bool
-        Whether these are all runs.
-    band_hz : tuple of float
-        Lowest and highest frequency over lines and runs [Hz].
-    mean_square : mapping of str to float
-        Mean square over the channels by run.
-    explained : float
-        Share of its power that amplitudes fitted to other turns predict.
-    p_value : float
-        Probability that noise makes it anywhere in the records.
-    """
-
-    id: str
-    label: str
-    channels: tuple[str, ...]
-    runs: tuple[str, ...]
-    is_in_every_run: bool
-    band_hz: tuple[float, float]
-    mean_square: Mapping[str, float]
-    explained: float
-    p_value: float
-
-
-@dataclass(frozen=True, eq=False)
 class NonSynchronousCell:
     """Scatter of one cell over the repetitions, or everything off the orders.
 
@@ -392,13 +357,4 @@ class Detailed(Protocol):
 
     def scalars(self, effects: Effects, theta: FloatArray) -> Sequence[Scalar]:
         """Quantities of interest of a model."""
-        ...
-
-
-@runtime_checkable
-class WithLines(Protocol):
-    """A comparison problem whose records are without the motion beside the shaft's orders."""
-
-    def off_order_motions(self) -> tuple[OffOrderMotion, ...]:
-        """Lines and bands beside the orders, which were found and taken out first."""
         ...

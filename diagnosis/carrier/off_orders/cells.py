@@ -6,8 +6,9 @@ import numpy as np
 
 from carrierflex.diagnosis.carrier.off_orders.lines import OffOrderLine, OffOrders
 from carrierflex.diagnosis.carrier.off_orders.records import FloatArray
-from carrierflex.diagnosis.gap.findings import LINE, Finding, OffOrderMotion
+from carrierflex.diagnosis.gap.findings import LINE, Finding
 from carrierflex.diagnosis.gap.gap_map import N_DRAWS, CellTable
+from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
 
 _SEED = 5
 #: Smallest share of the gap worth naming.

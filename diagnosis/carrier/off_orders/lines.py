@@ -12,7 +12,7 @@ from carrierflex.diagnosis.carrier.off_orders.spectra import (
     spectra_over_time,
     spectra_over_turns,
 )
-from carrierflex.diagnosis.gap.findings import OffOrderMotion
+from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
 from carrierflex.identification.campaign.campaign import Campaign
 
 #: Position of a line, whether it is an order, p-value.
@@ -130,13 +130,22 @@ def _next_line(runs: Sequence[BesideOrders]) -> Found | None:
         other = _in_other_unit(runs, position, is_order)
         for start, keeps_order in ((position, is_order), (other, not is_order)):
             place, power = _refined(runs, start, spectra.resolution, keeps_order)
-            if power > _MATERIAL * whole:
+            if power > _MATERIAL * whole and not _is_an_order(runs, place, keeps_order):
                 preferred = power if keeps_order else power / _STAYS
                 candidates.append((preferred, place, keeps_order, p_value))
     if not candidates:
         return None
     _, position, is_order, p_value = max(candidates)
     return position, is_order, p_value
+
+
+def _is_an_order(runs: Sequence[BesideOrders], position: float, is_order: bool) -> bool:
+    """Whether a line is nearer to an order than every run resolves."""
+    for run in runs:
+        order = position if is_order else position / run.speed
+        if abs(order - round(order)) * float(run.turns[-1] - run.turns[0]) > 1.0:
+            return False
+    return True
 
 
 def _in_other_unit(runs: Sequence[BesideOrders], position: float, is_order: bool) -> float:

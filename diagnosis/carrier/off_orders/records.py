@@ -13,6 +13,10 @@ FloatArray = NDArray[np.float64]
 
 #: Turns for each quantity that the orders follow: more of them would take the lines beside too.
 _TURNS_A_QUANTITY = 5.0
+#: Highest order that is taken out, as steady waves above order 12, and the share of the samples of
+#: a turn below which it stays.
+_HIGHEST_ORDER = 36
+_BELOW_NYQUIST = 0.45
 #: Degree of the slow drift of the offset that is taken out.
 _DRIFT = 6
 #: Samples for each column of the orders at least; a shorter run is not searched.
@@ -100,7 +104,10 @@ def _beside_orders(run: Run, channels: tuple[Channel, ...]) -> BesideOrders | No
     # A drift of the offset is slower than any line that is looked for.
     along = 2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0
     drift = np.polynomial.legendre.legvander(along, _DRIFT)[:, 1:]
-    design = np.hstack([drift, *(waves * row[:, None] for row in followed[: int(fewest)])])
+    highest = min(_HIGHEST_ORDER, int(_BELOW_NYQUIST * n_samples / n_turns))
+    above = 2.0 * np.pi * np.outer(turns, np.arange(MAX_ORDER + 1, highest + 1))
+    steady = [drift, np.cos(above), np.sin(above)]
+    design = np.hstack([*steady, *(waves * row[:, None] for row in followed[: int(fewest)])])
     basis = np.linalg.qr(design)[0]
     values = np.array([_averaged(row[present], group) for row in gap])
     return BesideOrders(run.name, time, turns, values - (values @ basis) @ basis.T, basis)
