@@ -22,6 +22,8 @@ _FOUND = 1e-3
 #: Power of a line over all that is beside the orders, over all runs and channels, below which it is
 #: left in the noise.
 _MATERIAL = 0.03
+#: Share of a motion that amplitudes fitted to other turns must predict.
+_REPEATS = 0.5
 #: Lines looked for at most: a band is several.
 _MOST_LINES = 24
 #: A line stays at a frequency rather than at an order where it is that much stronger there.
@@ -111,11 +113,38 @@ def off_orders(campaign: Campaign) -> OffOrders:
     if not found:
         return OffOrders(campaign, speeds, (), (), ())
     lines = _fitted_lines(runs, found)
-    members = _bands(lines, runs)
-    explained = _explained(runs, found)
+    kept, shares = _repeating(runs, found, _bands(lines, runs))
+    if not kept:
+        return OffOrders(campaign, speeds, (), (), ())
+    # Lines that stay are fitted anew without the others, and numbered anew.
+    numbers = [k for own in kept for k in own]
+    lines = _fitted_lines(runs, [found[k] for k in numbers])
+    members = tuple(tuple(numbers.index(k) for k in own) for own in kept)
     names = [channel.name for channel in campaign.channels]
-    motions = tuple(_motion([lines[k] for k in own], runs, names, explained) for own in members)
+    motions = tuple(
+        _motion([lines[k] for k in own], runs, names, share)
+        for own, share in zip(members, shares, strict=True)
+    )
     return OffOrders(_cleaned(campaign, runs, lines), speeds, lines, motions, members)
+
+
+def _repeating(
+    runs: Sequence[BesideOrders], found: Sequence[Found], bands: Sequence[tuple[int, ...]]
+) -> tuple[list[tuple[int, ...]], list[float]]:
+    """Bands whose amplitudes predict other turns, and the share of them that they predict.
+
+    An order whose size changes from turn to turn has power beside it that lines can follow and
+    never predict: it is no line.
+    """
+    kept, shares = [], []
+    for band in bands:
+        others = [line for k, line in enumerate(found) if k not in band]
+        alone = [_without(run, others) for run in runs] if others else list(runs)
+        share = _explained(alone, [found[k] for k in band])
+        if share >= _REPEATS:
+            kept.append(band)
+            shares.append(share)
+    return kept, shares
 
 
 def _next_line(runs: Sequence[BesideOrders]) -> Found | None:
