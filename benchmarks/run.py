@@ -18,6 +18,7 @@ BENCHMARKS = (
     "distributing_against_rigid",
     "symmetric_reduction",
     "cholmod_against_mkl",
+    "given_matrices",
     "reduction_against_exudyn",
     "reduction_against_calculix",
     "fixed_against_free_interface",
