@@ -25,6 +25,8 @@ LOWEST, HIGHEST = 0.3, 5.0
 BESIDE = 0.12
 #: A line is found where its order in the first run is met within this.
 _MET = 0.05
+#: Runs whose speeds differ by less are at one speed.
+_ONE_SPEED = 0.02
 
 
 @dataclass(frozen=True)
@@ -70,13 +72,14 @@ def is_met(
 ) -> bool:
     """Whether the strongest motion is the line: its place, what it keeps, and its sensors.
 
-    One run has one speed: there an order is a frequency.
+    At one speed, in one run or in all, an order is a frequency.
     """
     if not motions:
         return False
     strongest = max(motions, key=lambda own: sum(own.mean_square.values()))
     is_order = strongest.label.endswith("X")
-    if is_order != line.is_order and len(speeds) > 1:
+    one_speed = max(speeds) - min(speeds) < _ONE_SPEED * max(speeds)
+    if is_order != line.is_order and not one_speed:
         return False
     position = float(strongest.label.removesuffix("X").removesuffix("Hz"))
     order = position if is_order else position / speeds[0]
