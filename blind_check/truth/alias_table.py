@@ -76,14 +76,18 @@ STAGE_EFFECTS: tuple[tuple[str, ...], ...] = (
 )
 #: A pin out of place beside a held sun presses the carrier to one side whatever the torque: order
 #: 1 of the carrier, as a tilt of it.
-_IN_THE_STAGE = {"unequal_load_sharing": ("unequal_load_sharing", "carrier_tilt")}
+#: Clearances that weight holds apart answer alike to both signs of the radial load.
+_IN_THE_STAGE = {
+    "unequal_load_sharing": ("unequal_load_sharing", "carrier_tilt"),
+    "bearing_clearance": ("bearing_clearance", "clearance_rocking"),
+}
 #: What an effect of the stage brings along and may be named beside it. A kink, or a pin out of
 #: place, bends the carrier in its own frame: waves that stay on its face. A carrier that has used
 #: up its clearance gives way to more load elastically, on another path than in tight bearings.
 BROUGHT_ALONG = {
     "carrier_tilt": ("face_runout",),
     "unequal_load_sharing": ("face_runout",),
-    "bearing_clearance": ("ntl_tilt",),
+    "bearing_clearance": ("ntl_tilt", "bearing_clearance", "clearance_rocking"),
 }
 
 #: Causes that no library of the contract holds.

@@ -109,19 +109,27 @@ def _ntl_tilt(record: RimRecord, values: Values) -> FloatArray:
 
 
 def _bearing_clearance(record: RimRecord, values: Values) -> FloatArray:
-    """Tilts of two bearings that run against their limits as a tanh.
+    """Tilt in the plane of the load, which runs against its limit as a tanh."""
+    y, z = _housing_point(record)
+    load = np.hypot(record.ntl_y, record.ntl_z)
+    share = np.tanh(load / values["F_s"]) / np.maximum(load, 1.0)
+    return values["phi_B"] * share * (y * record.ntl_y + z * record.ntl_z)
+
+
+def _clearance_rocking(record: RimRecord, values: Values) -> FloatArray:
+    """Two bearings that weight presses apart run against their limits as a tanh.
 
     Each in the plane of the load that presses it, weight included; nothing without a radial load.
     """
     y, z = _housing_point(record)
     total = 0.0 * _carrier_point(record)
-    for name, weight in (("phi_A", values["F_s"]), ("phi_B", -values["F_s"])):
-        along_z = record.ntl_z + weight
+    for sign in (1.0, -1.0):
+        along_z = record.ntl_z + sign * values["F_s"]
         load = np.hypot(record.ntl_y, along_z)
         share = np.tanh(load / values["F_s"]) / np.maximum(load, 1.0)
-        at_rest = np.tanh(1.0) * np.sign(weight)
-        total += values[name] * (y * share * record.ntl_y + z * (share * along_z - at_rest))
-    return total
+        at_rest = np.tanh(1.0) * sign
+        total += 0.5 * sign * (y * share * record.ntl_y + z * (share * along_z - at_rest))
+    return values["phi_R"] * total
 
 
 def _flexible_pins(record: RimRecord, values: Values) -> FloatArray:
@@ -216,6 +224,7 @@ SIGNALS: dict[str, Callable[[RimRecord, Values], FloatArray]] = {
     "load_sharing_ntl": _load_sharing_ntl,
     "ntl_tilt": _ntl_tilt,
     "bearing_clearance": _bearing_clearance,
+    "clearance_rocking": _clearance_rocking,
     "flange_warp": _flange_warp,
     "face_runout": _face_runout,
     "ring_pass": _ring_pass,
@@ -270,10 +279,10 @@ def drawn_values(effect: str, rng: np.random.Generator, n_runs: int) -> dict[str
         "stiff_pins": {"rho_s": 2.0},
         "pin_clearance": {"c": 1.0, "T_c": float(rng.uniform(120e3, 220e3))},
         "bearing_clearance": {
-            "phi_A": 1e-4 * np.cos(angle),
-            "phi_B": 1e-4 * np.sin(angle),
+            "phi_B": 1e-4,
             "F_s": float(rng.uniform(3e4, 9e4)),
         },
+        "clearance_rocking": {"phi_R": 1e-4, "F_s": float(rng.uniform(3e4, 9e4))},
     }[effect]
 
 

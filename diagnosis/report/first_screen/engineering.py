@@ -71,8 +71,8 @@ _WORDS: dict[str, str] = {
     "F_s": "load of half the travel",
     "phi_B": "largest tilt in the bearing",
     "r_B": "largest radial shift in the bearing",
-    "phi_A": "largest tilt in the other bearing",
-    "r_A": "largest radial shift in the other bearing",
+    "phi_R": "largest tilt between the bearings",
+    "r_R": "largest radial shift between the bearings",
 }
 _DELAYS = ("sensor_delay",)
 

@@ -6,6 +6,7 @@ STATIC = (
     "torque_tilt",
     "ntl_tilt",
     "bearing_clearance",
+    "clearance_rocking",
     "flange_warp",
     "sensor_zero",
 )

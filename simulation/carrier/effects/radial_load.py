@@ -3,7 +3,8 @@
 A clearance holds the carrier where its two bearings are pressed to: by the radial load and, where
 that is small, by weight. In the planetary stage (``docs/stage_model.md``) the two bearings may be
 pressed to opposite sides at rest, the housing hanging between them; a radial load then takes both
-to one side and the tilt *away*, for either sign of the load. One saturating term cannot show that.
+to one side and the tilt *away*, for either sign of the load. So there are two effects by parity:
+what turns round with the load, and what does not.
 """
 
 import numpy as np
@@ -30,17 +31,29 @@ def _ntl_tilt(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> Floa
 def _bearing_clearance(
     sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, F_s: float
 ) -> FloatArray:
-    """Tilt of axial sensors, then shift of radial ones, by the two bearings.
+    """Tilt of axial, then shift of radial sensors by a radial load that saturates at `F_s` [N]."""
+    load = patterns.saturated_load(inputs.ntl_y, inputs.ntl_z, F_s, 0.0)
+    return _tilt_and_shift(sensor, *load)
 
-    Weight presses one of them upwards, the other downwards, as much as a radial load `F_s` [N].
+
+def _clearance_rocking(
+    sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, F_s: float
+) -> FloatArray:
+    """Tilt of axial, then shift of radial sensors by bearings that weight presses apart.
+
+    One upwards, the other downwards, as much as a radial load `F_s` [N]: half their difference.
     """
-    loads = [
-        patterns.saturated_load(inputs.ntl_y, inputs.ntl_z, F_s, weight) for weight in (F_s, -F_s)
-    ]
-    tilts = [patterns.load_tilt_pattern(sensor.angle, sensor.radius, *load) for load in loads]
-    shifts = [patterns.load_shift_pattern(sensor.angle, *load) for load in loads]
-    axial = float(sensor.is_axial)
-    return np.array([*(axial * row for row in tilts), *((1.0 - axial) * row for row in shifts)])
+    up, down = (
+        np.array(patterns.saturated_load(inputs.ntl_y, inputs.ntl_z, F_s, weight))
+        for weight in (F_s, -F_s)
+    )
+    return _tilt_and_shift(sensor, *(0.5 * (up - down)))
+
+
+def _tilt_and_shift(sensor: RimSensor, along_y: FloatArray, along_z: FloatArray) -> FloatArray:
+    tilt = patterns.load_tilt_pattern(sensor.angle, sensor.radius, along_y, along_z)
+    shift = patterns.load_shift_pattern(sensor.angle, along_y, along_z)
+    return np.array([sensor.is_axial * tilt, (not sensor.is_axial) * shift])
 
 
 def _load_nodes(rig: CarrierRig, largest_load: float) -> FloatArray:
@@ -59,13 +72,10 @@ NTL_TILT = Effect(
 )
 BEARING_CLEARANCE = Effect(
     "bearing_clearance",
-    equation=(
-        "R e(v).(phi_A u_+ + phi_B u_-) axial, e(v).(r_A u_+ + r_B u_-) radial; "
-        "u_+- = (F +- F_s e_z) / sqrt(|F +- F_s e_z|^2 + F_s^2) less its value at F = 0"
-    ),
+    equation="(phi_B R e(v).F axial, r_B e(v).F radial) / sqrt(F^2 + F_s^2)",
     parameters=(
-        *angles("phi_A", "phi_B"),
-        *lengths("r_A", "r_B", scale=1e-4),
+        *angles("phi_B"),
+        *lengths("r_B", scale=1e-4),
         EffectParameter("F_s", "N", 1.0, 1e8, 5e4, shape=True),
     ),
     signature="order 0, m = +1 and -1, and a radial shift along the load, both with a limit",
@@ -76,5 +86,24 @@ BEARING_CLEARANCE = Effect(
         "radial loads of five sizes and both signs: a clearance saturates, a compliance does not"
     ),
 )
+CLEARANCE_ROCKING = Effect(
+    "clearance_rocking",
+    equation=(
+        "phi_R R e(v).u axial, r_R e(v).u radial; u = (u_+ - u_-) / 2, "
+        "u_+- = (F +- F_s e_z) / sqrt(|F +- F_s e_z|^2 + F_s^2) less its value at F = 0"
+    ),
+    parameters=(
+        *angles("phi_R"),
+        *lengths("r_R", scale=1e-4),
+        EffectParameter("F_s", "N", 1.0, 1e8, 5e4, shape=True),
+    ),
+    signature="order 0, m = +1 and -1, the same for both signs of the radial load, with a limit",
+    pattern=_clearance_rocking,
+    shape_nodes=_load_nodes,
+    aliases=others("clearance_rocking", STATIC),
+    discriminating_experiment=(
+        "radial loads of five sizes and both signs: a tilt that both signs take away alike"
+    ),
+)
 
-RADIAL_LOAD = (NTL_TILT, BEARING_CLEARANCE)
+RADIAL_LOAD = (NTL_TILT, BEARING_CLEARANCE, CLEARANCE_ROCKING)

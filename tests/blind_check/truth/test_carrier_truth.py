@@ -100,15 +100,13 @@ def test_clearances_close_and_saturate():
     for load in (1e4, 1e6, 2e6):
         record = drawn_record(np.random.default_rng(1), 0, (0.5, 0.0, load, 2.3), 5.0)
         sizes.append(
-            np.abs(
-                SIGNALS["bearing_clearance"](record, {"phi_A": 1e-4, "phi_B": 5e-5, "F_s": 5e4})
-            ).max()
+            np.abs(SIGNALS["bearing_clearance"](record, {"phi_B": 1e-4, "F_s": 5e4})).max()
         )
     assert sizes[0] < 0.25 * sizes[2]
     assert sizes[1] == pytest.approx(sizes[2], rel=1e-6)
     # At rest, under weight alone, the sensors read nothing of it.
     still = drawn_record(np.random.default_rng(1), 0, (0.5, 0.0, 0.0, 2.3), 5.0)
-    assert not SIGNALS["bearing_clearance"](still, {"phi_A": 1e-4, "phi_B": 5e-5, "F_s": 5e4}).any()
+    assert not SIGNALS["clearance_rocking"](still, {"phi_R": 1e-4, "F_s": 5e4}).any()
 
 
 def test_pin_loads_of_unequal_sharing_sum_to_zero_and_stay_pushing():

@@ -123,10 +123,15 @@ def clean_signal(effect, channel, time, columns):
         )
         signal = signal + 1.5 * law[0]
     if effect == "bearing_clearance":
-        for weight, phi, r in ((3e4, 1.2e-4, 4e-5), (-3e4, -0.7e-4, 1e-5)):
-            load = saturated_load(inputs.ntl_y, inputs.ntl_z, 3e4, weight)
-            tilt = phi * load_tilt_pattern(sensor.angle, sensor.radius, *load)
-            shift = r * load_shift_pattern(sensor.angle, *load)
+        load = saturated_load(inputs.ntl_y, inputs.ntl_z, 3e4, 0.0)
+        tilt = 1.2e-4 * load_tilt_pattern(sensor.angle, sensor.radius, *load)
+        shift = 4e-5 * load_shift_pattern(sensor.angle, *load)
+        signal = signal + (tilt if sensor.is_axial else shift)
+    if effect == "clearance_rocking":
+        for sign in (1.0, -1.0):
+            load = saturated_load(inputs.ntl_y, inputs.ntl_z, 3e4, sign * 3e4)
+            tilt = 0.6e-4 * sign * load_tilt_pattern(sensor.angle, sensor.radius, *load)
+            shift = 2e-5 * sign * load_shift_pattern(sensor.angle, *load)
             signal = signal + (tilt if sensor.is_axial else shift)
     if effect == "sensor_gain" and first:
         signal = 1.2 * signal
