@@ -18,7 +18,7 @@ COMMANDS = [
     for line in block.splitlines()
 ]
 #: Files that a command writes into its output folder and the README reads from there.
-WRITTEN = {"cad": ("carrier.step", "surfaces.toml")}
+WRITTEN = {"cad": ("carrier.step", "surfaces.toml"), "simulate": ("LC1.csv",)}
 
 
 def commands():
@@ -41,7 +41,7 @@ def read_by(line):
     """Files and folders that a command takes: its first argument and those of some options."""
     words = shlex.split(line)
     first = [words[2]] if len(words) > 2 and not words[2].startswith("--") else []
-    options = ("--carrier", "--shaft", "--pin", "--variants", "--step", "--surfaces")
+    options = ("--carrier", "--shaft", "--pin", "--variants", "--step", "--surfaces", "--from")
     return first + [after for word, after in pairwise(words) if word in options]
 
 
