@@ -61,6 +61,7 @@ def with_line(campaign: Campaign, line: DrawnLine, floor: float, phase: float) -
         signals = dict(run.signals)
         for number, channel in enumerate(campaign.channels):
             if line.channel in (None, number):
+                assert channel.angle is not None  # a carrier's sensors have a place
                 wave = np.sin(line.position * turned - channel.angle + phase)
                 signals[channel.name] = signals[channel.name] + amplitude * wave
         runs.append(replace(run, signals=signals))
