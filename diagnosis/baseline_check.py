@@ -79,8 +79,9 @@ def checked_baseline(
         return BaselineCheck(tuple(warnings), ())
     files = [run.file for run in campaign.runs]
     tried = list(wiring.rivals())
-    if np.isfinite(before):
-        records = wiring.predictions(fit.theta)
+    records = wiring.predictions(fit.theta) if np.isfinite(before) else ()
+    # None of another simulator's prediction: it stands as it is.
+    if records:
         tried += drifting_clocks(records, files)
         tried += exchanged_runs(records, campaign, wiring.refitted)
     # A baseline that runs away is explained in full by a wiring with which it does not.

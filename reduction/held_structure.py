@@ -26,7 +26,7 @@ import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from carrierflex.fe.factorisation import Factorisation, factorise
+from carrierflex.fe.factorisation import Factorisation, SingularMatrixError, factorise
 from carrierflex.fe.node_dofs import dofs_of
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.fe.surface_integrals import rigid_body_modes
@@ -239,11 +239,23 @@ class HeldStructure:
         S = self._couplings @ self._response_to_couplings
         H = self._couplings @ self.body.rigid_modes
         m, k = H.shape
+        self._refuse_free_motion(H)
         matrix = np.zeros((m + k, m + k))
         matrix[:m, :m] = (S + S.T) / 2.0
         matrix[:m, m:] = -H
         matrix[m:, :m] = H.T
         return scipy.linalg.lu_factor(matrix)
+
+    def _refuse_free_motion(self, H: NDArray[np.float64]) -> None:
+        """Refuse pilots that leave a rigid motion of the body free; `H` are their motions in it."""
+        k = H.shape[1]
+        held = int(np.linalg.matrix_rank(H)) if k else 0
+        if held < k:
+            names = ", ".join(pilot.name for pilot in self.pilots)
+            raise SingularMatrixError(
+                f"the pilots {names} hold {held} of {k} rigid motions of the body; expected "
+                "components that hold all of them"
+            )
 
 
 def statically_determinate_dofs(points: NDArray[np.float64]) -> NDArray[np.int64]:

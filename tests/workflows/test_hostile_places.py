@@ -84,7 +84,7 @@ def test_a_clock_that_jumps_changes_no_campaign_and_loses_none(tmp_path, command
     assert [path for path in tmp_path.rglob(".*")] == []
 
 
-@pytest.mark.slow
+@pytest.mark.acceptance
 def test_a_folder_whose_name_is_not_text_is_diagnosed_on_an_ascii_terminal(tmp_path):
     folder = os.fsencode(tmp_path) + b"/m\xff\xc3"
     os.mkdir(folder)

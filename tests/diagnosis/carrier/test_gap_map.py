@@ -130,7 +130,7 @@ def test_a_small_order_beyond_chance_is_said_with_its_p_value():
 
     problem = twin_problem(None, extra=small, turns=8, loads=QUIET)
     text = said(problem)
-    cell = r"small yet beyond chance: order 6, m=2 \((\S+) %, p <= (\S+) in every run\)"
+    cell = r"small yet beyond chance: order 6, m=2 \((\S+) %, p <=? (\S+) in every run\)"
     match = re.search(cell, text)
     # The square of 2 in 100, printed with two digits; the noise of 5 um shifts 20 um by 1 %.
     assert_allclose(float(match[1]), 0.04, rtol=0.03)

@@ -93,6 +93,7 @@ def test_silverbox_misses_a_cubic_spring(silverbox, tmp_path):
     assert abs(float(where_text(found).split("deflection^")[1].split(" ")[0]) - 3.0) < 0.3
 
 
+@pytest.mark.acceptance
 def test_the_servo_axis_misses_dry_friction(emps, tmp_path):
     found = diagnose_campaign.main(emps, out=tmp_path, quiet=True)
     # Real friction: its class is named, Coulomb's law the nearest (97 % of the class) or named.

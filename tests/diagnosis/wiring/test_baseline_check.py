@@ -57,6 +57,17 @@ def negative(values):
     return -values
 
 
+def test_another_simulators_prediction_has_no_clock_of_ours():
+    own = explained_carrier()
+    runs = tuple(
+        replace(run, predictions={name: 0.5 * values for name, values in run.signals.items()})
+        for run in own.runs
+    )
+    beside = replace(own, runs=runs, baseline=Baseline("columns", ("axial_offset",)))
+    names = {warning.check for warning in checked(beside).warnings}
+    assert names <= {"wiring", "bound"}
+
+
 @pytest.mark.parametrize("kind", ["carrier", "mounting", "element", "driven"])
 def test_a_campaign_without_a_fault_has_no_rival(kind):
     campaign = explained(kind)

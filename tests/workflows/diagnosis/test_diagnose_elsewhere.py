@@ -44,6 +44,7 @@ def test_processes_give_the_same_numbers(campaign, here, tmp_path):
     assert content(tmp_path) == here
 
 
+@pytest.mark.acceptance
 def test_one_thread_and_two_give_the_same_numbers(campaign, here, tmp_path):
     program = [sys.executable, "-P", "-m", "carrierflex.workflows.command_line"]
     for threads in ("1", "2"):
@@ -58,10 +59,11 @@ def test_one_thread_and_two_give_the_same_numbers(campaign, here, tmp_path):
         assert content(out) == here
 
 
+@pytest.mark.acceptance
 def test_a_cluster_that_loses_a_worker_gives_the_same_numbers(campaign, here, tmp_path):
     from distributed import LocalCluster
 
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
         victim = next(iter(cluster.workers.values())).pid
         killed = []
 

@@ -147,7 +147,7 @@ def test_a_cluster_that_loses_a_worker_finds_the_same(folder, tmp_path):
 
     options = {"model": "linear_bushing", "bootstrap": 60, "seed": 3, "quiet": True}
     main(folder, out=tmp_path / "here", **options)
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
         with Client(cluster, set_as_default=False) as client:
             victim = client.submit(os.getpid, pure=False).result()
         killer = threading.Thread(target=_kill_soon, args=(victim,))

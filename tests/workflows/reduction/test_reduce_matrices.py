@@ -136,7 +136,7 @@ def test_unlikely_units_are_told_and_kept_with_the_body(files, tmp_path, capsys)
     assert "check the table [units]" in model.provenance["warnings"]
 
 
-@pytest.mark.slow
+@pytest.mark.acceptance
 def test_a_carrier_of_matrices_turns_in_the_stage_as_our_own(
     flexible_structure, flexible_mesh, carrier, tmp_path
 ):

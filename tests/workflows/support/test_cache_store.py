@@ -87,7 +87,7 @@ def test_every_option_that_changes_a_body_is_in_its_key(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         reduce_body.main(body="pin", out=tmp_path / "pin.h5")
     not_in_the_body = {"out", "preview", "cache", "quiet"}
-    files = {"step", "surfaces", "mesh"}
+    files = {"step", "surfaces", "mesh", "stiffness", "mass", "interfaces"}
     assert set(inspect.signature(reduce_body.main).parameters) - not_in_the_body - files == set(
         recorded
     ) - {

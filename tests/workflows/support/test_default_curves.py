@@ -7,7 +7,7 @@ from carrierflex.workflows.fe.compute_curves import main
 from carrierflex.workflows.support.default_curves import default_curves
 
 
-@pytest.mark.slow
+@pytest.mark.acceptance
 def test_shipped_curves_are_those_of_the_default_carrier(tmp_path):
     fresh = main(out=tmp_path, quiet=True)
     for name, shipped in default_curves().items():

@@ -74,7 +74,7 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_results():
     from distributed import LocalCluster
 
     with (
-        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster,
         work_executor(1, cluster.scheduler_address) as executor,
     ):
         futures = [executor.submit(_squared_slowly, number) for number in range(60)]
