@@ -251,10 +251,9 @@ class HeldStructure:
         k = H.shape[1]
         held = int(np.linalg.matrix_rank(H)) if k else 0
         if held < k:
-            names = ", ".join(pilot.name for pilot in self.pilots)
             raise SingularMatrixError(
-                f"the pilots {names} hold {held} of {k} rigid motions of the body; expected "
-                "components that hold all of them"
+                f"what is held holds {held} of {k} rigid motions of the body; expected pilots "
+                "whose components hold all of them"
             )
 
 

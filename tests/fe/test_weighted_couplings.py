@@ -203,7 +203,7 @@ def test_a_body_that_its_pilots_do_not_hold_is_not_reduced():
         (pilot,),
     )
     with pytest.raises(
-        SingularMatrixError, match=r"the pilots end hold 3 of 6 rigid motions of the body"
+        SingularMatrixError, match=r"what is held holds 3 of 6 rigid motions of the body"
     ):
         craig_bampton(box, 1)
     # Held, it holds what it couples: translations of the face's mean, not its turning.

@@ -164,7 +164,7 @@ def test_a_refused_campaign_is_a_wrong_answer_and_ends_no_check(tmp_path):
 def test_fixed_part_of_the_check_names_no_wrong_class(tmp_path):
     result = main(kind=("carrier",), cases=3, seed=11, out=tmp_path, keep=False, quiet=True)
     figures = {figure.name: figure for figure in result.score.figures}
-    # Three cases: a single wrong one among the clear ones passes, as nine of ten are wanted of many.
+    # Three cases: one wrong among the clear ones passes, as nine of ten are wanted of many.
     clear = figures["class right, gap >= 5 floors"]
     assert clear.cases >= 1
     assert round((1.0 - clear.value) * clear.cases) <= 1
