@@ -1,13 +1,12 @@
 # Every target installs what it needs first (tools/install.sh) and reinstalls only after a change.
 # Another interpreter: make test PYTHON=python3.12     Another result folder: make run OUT=elsewhere
-# Tests run in three processes, since on two cores a fifth of their time waits for other programs; another number:
-# make test WORKERS=4
+# Tests run in two processes; another number: make test WORKERS=3. A process that dies ends the run instead of hanging it.
 PYTHON ?=
 OUT := out
 # Of make bench: names or parts of names, and 1 for small meshes and short records.
 ONLY :=
 QUICK :=
-WORKERS := 3
+WORKERS := 2
 FUZZ_INPUTS := 2000
 BIN := .venv/bin
 PACKAGES := files geometry fe reduction simulation identification diagnosis blind_check workflows
@@ -15,7 +14,7 @@ PACKAGES := files geometry fe reduction simulation identification diagnosis blin
 LINKS := build/import/carrierflex
 # A file's tests share fixtures and stay in one process. Dense matrices are small: a second thread of algebra only waits.
 PYTEST := OMP_NUM_THREADS=1 $(BIN)/pytest --doctest-modules $(LINKS) tests \
-	--numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder
+	--numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder --max-worker-restart 0
 
 MAKEFLAGS += --no-print-directory
 unexport PYTHONPATH PYTHONHOME
@@ -24,7 +23,7 @@ unexport PYTHONPATH PYTHONHOME
 
 help:
 	@echo "make run     meshes, curves, reduced bodies, simulations and the gap report, written to $(OUT)/"
-	@echo "make test    ruff, mypy, doctests and all tests, in three processes (WORKERS=4: in four)"
+	@echo "make test    ruff, mypy, doctests and all tests, in two processes (WORKERS=4: in four)"
 	@echo "make quick   doctests and tests without the slow ones"
 	@echo "make acceptance   the tests that take minutes: coverage of intervals, kills, 100000 damaged files, full blind check"
 	@echo "make fuzz    2000 damaged files through every reader (FUZZ_INPUTS=20000: more), one table of how they end"

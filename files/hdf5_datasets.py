@@ -61,6 +61,22 @@ def numbers(
     return np.asarray(values, dtype=np.float64)
 
 
+def number_attribute(group: h5py.Group, name: str) -> float:
+    """One finite real number of an attribute.
+
+    Raises
+    ------
+    KeyError
+        Where there is no such attribute.
+    PartError
+        Where it is no number, more than one, complex or not finite.
+    """
+    value = np.asarray(group.attrs[name])
+    if value.size != 1 or value.dtype.kind not in "fiu" or not np.isfinite(value).all():
+        raise PartError(f"attribute {name} of {group.name} is {shown(value)}; expected one number")
+    return float(value.reshape(()))
+
+
 def samples(group: h5py.Group, name: str) -> NDArray[np.generic]:
     """Content of a dataset as it stands, missing numbers too.
 

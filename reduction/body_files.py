@@ -10,7 +10,14 @@ from typing import TypeVar
 import h5py
 import numpy as np
 
-from carrierflex.files.hdf5_datasets import PartError, checked_name, length, names, numbers
+from carrierflex.files.hdf5_datasets import (
+    PartError,
+    checked_name,
+    length,
+    names,
+    number_attribute,
+    numbers,
+)
 from carrierflex.files.plain_files import check_plain_file
 from carrierflex.files.shown_values import shortened, shown
 from carrierflex.files.whole_files import whole_file
@@ -173,7 +180,7 @@ def _check_header(file: h5py.File, path: Path) -> None:
     file_format = file.attrs.get("format")
     if file_format != FORMAT:
         raise BodyFileError(f"{path}: format is {shown(file_format)}; expected {FORMAT!r}")
-    version = int(file.attrs["version"])
+    version = int(number_attribute(file, "version"))
     if version > VERSION:
         raise BodyFileError(
             f"{path}: written by a newer version (file version {version}, this program reads up to "
@@ -188,7 +195,7 @@ def _model(file: h5py.File) -> ReducedModel:
     pilots = names(file, "pilots/names")
     points = numbers(file, "pilots/points", (n_pilots, 3))
     coordinates = numbers(file, "pilots/coordinates", (n_pilots, 6)).astype(np.int64)
-    least = _NO_ROW if int(file.attrs["version"]) > _VERSION_OF_SIX else 0
+    least = _NO_ROW if number_attribute(file, "version") > _VERSION_OF_SIX else 0
     if coordinates.size and not (least <= coordinates.min() and coordinates.max() < n):
         raise PartError(
             f"a pilot refers to coordinate {coordinates.max()}; expected numbers below {n}"
@@ -252,4 +259,4 @@ def _certificate(file: h5py.File) -> Certificate | None:
         Check(name, wanted, float(reached), bool(met))
         for name, wanted, reached, met in zip(*columns, strict=True)
     )
-    return Certificate(float(file["certificate"].attrs["cut_off_hz"]), checks)
+    return Certificate(number_attribute(file["certificate"], "cut_off_hz"), checks)

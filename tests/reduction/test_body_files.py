@@ -56,6 +56,14 @@ def test_the_file_states_its_format_version_and_units(written):
         assert file.attrs["units"].startswith("SI: m, kg, s, N, rad")
 
 
+@pytest.mark.parametrize("version", [1.0 + 1.0j, np.nan, [1, 2], "one"])
+def test_a_version_that_is_no_number_is_refused(written, version):
+    with h5py.File(written, "r+") as file:
+        file.attrs["version"] = version
+    with pytest.raises(BodyFileError, match=r"attribute version of / is .*; expected one number"):
+        read_body(written)
+
+
 def test_a_newer_version_is_refused_in_words(written):
     with h5py.File(written, "r+") as file:
         file.attrs["version"] = 3
