@@ -198,9 +198,13 @@ def tdms_log(path: Path) -> tuple[LogTable, ...]:
         IndexError,
         EOFError,
         struct.error,
-        OverflowError,
+        ArithmeticError,
+        RuntimeError,
+        MemoryError,
     ) as error:
-        raise ValueError(f"{path}: not a TDMS file: {' '.join(str(error).split())}") from error
+        # An error of the library may come without a word.
+        why = " ".join(str(error).split()) or "damaged"
+        raise ValueError(f"{path}: not a TDMS file: {why}") from error
 
 
 @contextmanager
