@@ -117,8 +117,8 @@ def _polar_figure(picture: Picture, panel: Panel) -> "Figure":
     axes = figure.add_subplot(projection="polar")
     for trace in panel.traces:
         stroke = _STROKES[trace.role]
-        larger = magnified if trace.role == LEFT else 1.0
-        axes.plot(trace.x, larger * factor * trace.y, **stroke, label=trace.role)  # type: ignore[arg-type]
+        drawn = (magnified if trace.role == LEFT else 1.0) * factor * trace.y
+        axes.plot(trace.x, drawn, **stroke, label=trace.role)  # type: ignore[arg-type]
     circle = np.linspace(0.0, 2.0 * np.pi, 181)
     axes.plot(circle, np.zeros(circle.size), ":", color=GREY, linewidth=0.8, zorder=3)
     _polar_axes(axes, reach)

@@ -73,7 +73,10 @@ def late_signals(records: Iterable[LinearRecord]) -> tuple[Lateness, ...]:
     records : iterable of LinearRecord
         All runs, met once.
     """
-    names, products, correlations, counts = [], [], [], []
+    names = []
+    products = []
+    correlations = []
+    counts = []
     for record in records:
         known = np.isfinite(record.residual) & np.isfinite(record.slope)
         middle = 0.5 * (record.time[0] + record.time[-1])

@@ -223,7 +223,9 @@ def _structure(
     name: str, interface: GivenInterface, free: NDArray[np.float64]
 ) -> tuple[StructuralModel, DofLayout]:
     """Structural model with nodes of three translations first, where there are no others."""
-    K, M, layout = interface.model.K, interface.model.M, interface.model.layout
+    K = interface.model.K
+    M = interface.model.M
+    layout = interface.model.layout
     pilots, sensors = interface.pilots, interface.sensors
     order = standard_order(layout)
     if order is None:

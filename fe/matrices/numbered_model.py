@@ -76,7 +76,9 @@ def numbered_model(
         _refuse_unsymmetric(letter, matrix, names)
     used = np.flatnonzero((_row_sizes(K) > 0.0) | (_row_sizes(M) > 0.0))
     if len(used) < len(names):
-        K, M, names = K[used][:, used], M[used][:, used], names.at(used)
+        K = K[used][:, used]
+        M = M[used][:, used]
+        names = names.at(used)
     layout = DofLayout(names, _places(names, nodes) * units.length)
     K, M = (_turned(A, names, nodes.frames) for A in (K, M))
     K, M = (_symmetric(_in_si(A, layout, units)) for A in (K, M))

@@ -137,7 +137,9 @@ def _scan(
     number of words, the words, and the length again. The last one belongs to the column behind the
     matrix.
     """
-    at, count, fill = start, 0, len(rows) > 0
+    at = start
+    count = 0
+    fill = len(rows) > 0
     while True:
         if at + 5 > len(words):
             return -1, at
@@ -145,7 +147,9 @@ def _scan(
         end = at + 1 + length // 4
         if length < 12 or length % 4 or end >= len(words) or words[end] != length:
             return -1, at
-        column, first, n_words = words[at + 1], words[at + 2], words[at + 3]
+        column = words[at + 1]
+        first = words[at + 2]
+        n_words = words[at + 3]
         if column > n_columns:
             return count, end + 1
         place = at + 4

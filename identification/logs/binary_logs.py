@@ -23,10 +23,14 @@ from carrierflex.identification.campaign.run_files import LARGEST_FILE, check_ce
 from carrierflex.identification.logs.log_table import LogTable
 
 #: Numbers of one file: 4 GB of them; columns that a matrix may hold; parts of a file.
-_MOST_NUMBERS, _MOST_COLUMNS, _MOST_PARTS = 500_000_000, 64, 10_000
+_MOST_NUMBERS = 500_000_000
+_MOST_COLUMNS = 64
+_MOST_PARTS = 10_000
 _MOST_BYTES = 8 * _MOST_NUMBERS
 #: Tag of a compressed element in a MAT 5 file, whose header has 128 bytes.
-_COMPRESSED, _MAT_HEADER, _BLOCK = 15, 128, 1 << 20
+_COMPRESSED = 15
+_MAT_HEADER = 128
+_BLOCK = 1 << 20
 
 Named = tuple[str, NDArray[np.generic], str]
 

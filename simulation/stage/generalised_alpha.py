@@ -123,7 +123,10 @@ class _Stepper:
 
     def step(self, old: _State, load: Array) -> _State:
         """State one step later, under the loads of that instant, shape (4,)."""
-        h, beta, gamma, kept = self.h, self.beta, self.gamma, 1.0 - self.alpha_f
+        h = self.h
+        beta = self.beta
+        gamma = self.gamma
+        kept = 1.0 - self.alpha_f
         stiffness, D = self.stage.omega**2, self.stage.D
         # What the step would bring with no acceleration at its end.
         q = old.q + h * old.v + h**2 * (0.5 - beta) * old.a
@@ -145,7 +148,9 @@ class _Stepper:
 
     def _balanced(self, q: Array, v: Array, free: Array, guess: Array) -> tuple[Array, Array]:
         """Acceleration and channel forces at the end of the step, by Newton's method."""
-        h, beta, gamma = self.h, self.beta, self.gamma
+        h = self.h
+        beta = self.beta
+        gamma = self.gamma
         answer = (1.0 - self.alpha_f) * self.A_inverse @ self.B.T
         W = self.B @ answer
         moved, fast = self.B @ (q + h**2 * beta * free), self.B @ (v + h * gamma * free)

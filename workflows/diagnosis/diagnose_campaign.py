@@ -14,8 +14,6 @@ from typing import Literal
 
 from threadpoolctl import threadpool_limits
 
-from carrierflex.diagnosis.baseline_check import with_findings
-from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.element.classes.measured_laws import law_of_answer
 from carrierflex.diagnosis.kinds import law_findings
 from carrierflex.diagnosis.report.diagnosis_files import (
@@ -158,16 +156,7 @@ def _diagnosed(
         stages.tell(f"law '{warning.about}': {warning.text}")
     prepared_folder(out)
     with stages.stage("which effect, and how far"):
-        diagnosis = diagnose(
-            own.problem,
-            campaign=measured.name,
-            kind=measured.kind,
-            floor_is_measured=own.floor_is_measured,
-            note=stages.note,
-            executor=executor,
-        )
-        checked = own.baseline(diagnosis.baseline)
-        return with_findings(diagnosis, (*own.warnings, *beyond), checked)
+        return own.diagnosis(beyond, note=stages.note, executor=executor)
 
 
 def _write(

@@ -132,7 +132,10 @@ def _draw_carrier_front(axes: Axes, carrier: CarrierParameters) -> None:
 def frames_and_angles() -> Figure:
     """Housing's and carrier's frame, axes of both tilts and the angles to a sensor (figure 3)."""
     figure, axes = sheet((8.6, 8.0), (-1.45, 1.45), (-1.25, 1.42))
-    theta_x, theta_H, theta_PLC, sensor = 24.0, 68.0, 118.0, 47.0
+    theta_x = 24.0
+    theta_H = 68.0
+    theta_PLC = 118.0
+    sensor = 47.0
     disc(axes, (0.0, 0.0), 1.0, "#eef2f6")
     for degrees, name, colour in ((0.0, "z_H", INK), (270.0, "y_H", INK)):
         arrow(axes, (0.0, 0.0), at_angle(1.2, degrees), f"${name}$", colour=colour, width=1.4)

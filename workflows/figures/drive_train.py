@@ -30,10 +30,14 @@ from carrierflex.workflows.figures.sketching import (
 #: Face widths of sun, planet and ring [m] (NREL/TP-500-58190), module of the low-speed parallel
 #: stage and of the high-speed one [m], helix of both [rad], their centre distances [m].
 FACE_WIDTH = {"sun": 0.220, "planet": 0.2275, "ring": 0.230}
-_MODULES, _HELIX, _CENTRES = (8.25e-3, 5e-3), np.deg2rad(14.0), (0.450, 0.285)
+_MODULES = (8.25e-3, 5e-3)
+_HELIX = np.deg2rad(14.0)
+_CENTRES = (0.450, 0.285)
 #: Drawn freely [m]: radius of the planet bearings' outer rings, of the ring gear's outside and of
 #: the housing.
-_BEARING_RADIUS, _RING_OUTSIDE, _HOUSING_RADIUS = 0.145, 0.60, 0.66
+_BEARING_RADIUS = 0.145
+_RING_OUTSIDE = 0.60
+_HOUSING_RADIUS = 0.66
 
 
 @dataclass(frozen=True)
@@ -131,7 +135,9 @@ def _draw_carrier(axes: Axes, carrier: CarrierParameters) -> None:
 
 
 def _draw_planet(axes: Axes, train: DriveTrain) -> None:
-    carrier, gear, middle = train.carrier, train.gear, train.planet_x
+    carrier = train.carrier
+    gear = train.gear
+    middle = train.planet_x
     radii = pitch_radii(gear)
 
     def face(name: str) -> tuple[float, float]:
@@ -179,7 +185,9 @@ def _draw_housing(axes: Axes, carrier: CarrierParameters) -> None:
     mirrored(axes, front, (hub, outer), HOUSING, layer=1.0)
     mirrored(axes, (front[1], wall[0]), (_RING_OUTSIDE, outer), HOUSING, layer=1.0)
     mirrored(axes, wall, (0.25, outer), HOUSING, layer=1.0)
-    top, bottom, rear = 0.90, -0.50, (1.15, 1.20)
+    top = 0.90
+    bottom = -0.50
+    rear = (1.15, 1.20)
     box(axes, wall, (outer, top), HOUSING, layer=1.0)
     box(axes, (wall[1], rear[0]), (top - 0.05, top), HOUSING, layer=1.0)
     box(axes, (wall[1], rear[0]), (bottom, bottom + 0.05), HOUSING, layer=1.0)

@@ -187,7 +187,9 @@ def motion_sensors() -> Figure:
     back, side = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
     prepare(back, (-1.3, 1.35), (-1.12, 1.1), "(a) Back")
     _draw_housing_from_behind(back)
-    R_x, R_y, R_z = rig.R_x, rig.R_y, rig.R_z
+    R_x = rig.R_x
+    R_y = rig.R_y
+    R_z = rig.R_z
     for name, place, text_at in (
         ("ssx", (R_z, R_y), (1.02, 0.42)), ("spx", (-R_z, R_y), (-1.02, 0.42)),
         ("sbx", (0.0, -rig.R_b), (0.32, -0.74)),
@@ -214,7 +216,9 @@ def motion_sensors() -> Figure:
 
 
 def _draw_side_sensors(side: Axes, rig: MountingRig) -> None:
-    R_y, R_b, R_yz = rig.R_y, rig.R_b, rig.R_yz
+    R_y = rig.R_y
+    R_b = rig.R_b
+    R_yz = rig.R_yz
     for name, z, text_at in (("spx", R_y, (-0.78, R_y)), ("sbx", -R_b, (-0.62, -R_b))):
         arrow(side, (text_at[0] + 0.13, z), (-0.12, z), colour=SENSOR)
         words(side, name, text_at, colour=SENSOR, size=11.0)

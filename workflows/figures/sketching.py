@@ -263,7 +263,9 @@ def spring(axes: Axes, foot: Point, head: Point, *, width: float, turns: int = 5
 
 def damper(axes: Axes, foot: Point, head: Point, *, width: float) -> None:
     """Pot and piston of a viscous damper, upright from `foot` to `head`."""
-    x, bottom, top = foot[0], foot[1], head[1]
+    x = foot[0]
+    bottom = foot[1]
+    top = head[1]
     height = top - bottom
     pot = (bottom + 0.35 * height, bottom + 0.62 * height)
     piston = pot[0] + 0.45 * (pot[1] - pot[0])

@@ -118,7 +118,9 @@ def _section(axes: "Axes", c: CarrierParameters) -> None:
     from matplotlib.patches import Rectangle
 
     mm = 1e3
-    a, gap, b = c.upwind_plate_thickness, c.plate_gap, c.downwind_plate_thickness
+    a = c.upwind_plate_thickness
+    gap = c.plate_gap
+    b = c.downwind_plate_thickness
     hub, seat = c.hub_inner_diameter / 2.0, c.seat_inner_diameter / 2.0
     bodies = (
         (0.0, hub, a, c.outer_radius - hub),

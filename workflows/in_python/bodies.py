@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -110,10 +110,11 @@ def reduced_body(
     ValueError
         Where both `up_to` and `modes` are given, or dimensions contradict one another.
     """
+    options = _options_of_modes(up_to, modes)
     stage = stage_of(parameters)
     _, structure = body_structure(body_name(body, variant), stage, size)
     inputs = {"parameters": stage, "size": size, "body": body, "variant": variant}
-    return _certified(structure, grounded(structure), inputs, up_to=up_to, modes=modes)
+    return _certified(structure, grounded(structure), inputs, options)
 
 
 def given_body(
@@ -145,24 +146,26 @@ def given_body(
     FileNotFoundError, ValueError
         Where a file is missing or damaged, or they do not make one body.
     """
+    options = _options_of_modes(up_to, modes)
     files = MatrixFiles(Path(stiffness), Path(mass), Path(interfaces))
     body = files.body()
-    inputs = files.inputs(body)
-    return _certified(body.structure, sound_grounding(body), inputs, up_to=up_to, modes=modes)
+    return _certified(body.structure, sound_grounding(body), files.inputs(body), options)
+
+
+def _options_of_modes(up_to: float | None, modes: int | None) -> dict[str, Any]:
+    """Options of ``carrierflex reduce`` that count modes; refused before any work."""
+    if up_to is not None and modes is not None:
+        raise ValueError(f"up_to is {up_to:g} and modes is {modes}; expected one of them")
+    others = dict.fromkeys(("max_frequency", "frf_tolerance", "frf_up_to"))
+    return {**others, "interface": "fixed", "up_to": up_to, "modes": modes}
 
 
 def _certified(
     structure: StructuralModel,
     body: Grounded,
     inputs: Mapping[str, object],
-    *,
-    up_to: float | None,
-    modes: int | None,
+    options: Mapping[str, Any],
 ) -> Body:
-    if up_to is not None and modes is not None:
-        raise ValueError(f"up_to is {up_to:g} and modes is {modes}; expected one of them")
-    options = dict.fromkeys(("max_frequency", "frf_tolerance", "frf_up_to"))
-    options |= {"interface": "fixed", "up_to": up_to, "modes": modes}
     reduction = craig_bampton(structure, chosen_modes(structure, body, options), body=body)
     record = provenance(**inputs, modes=len(reduction.modes.omega)) | freedom_record(structure)
     reduction = replace(reduction, model=replace(reduction.model, provenance=record))

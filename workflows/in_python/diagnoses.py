@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 
 from threadpoolctl import threadpool_limits
 
-from carrierflex.diagnosis.baseline_check import with_findings
-from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.report.diagnosis_files import write_report
 from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.diagnosis.report.page import ReportSource, report_page
@@ -122,12 +120,5 @@ def diagnosed(records: Records | Path | str) -> Diagnosed:
     if not isinstance(records, Records):
         records = measured_campaign(records)
     with threadpool_limits(limits=1):
-        campaign = examined(records.campaign, records.curves)
-        found = diagnose(
-            campaign.problem,
-            campaign=records.campaign.name,
-            kind=records.campaign.kind,
-            floor_is_measured=campaign.floor_is_measured,
-        )
-        result = with_findings(found, campaign.warnings, campaign.baseline())
+        result = examined(records.campaign, records.curves).diagnosis()
     return Diagnosed(result, records)

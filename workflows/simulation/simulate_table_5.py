@@ -68,7 +68,9 @@ PAPER = {
 LOAD_CASES = ("LC1", "LC2", "LC3", "LC4")
 #: Reference, assumed: kink of shaft and carrier, twice what the clearances of the bearings take up,
 #: its axis, and a pin fit between the paper's and that of bonded pins [N m/rad].
-_KINK, _KINK_AXIS, _PIN_FIT = 1.2e-3, float(np.deg2rad(60.0)), 1e7
+_KINK = 1.2e-3
+_KINK_AXIS = float(np.deg2rad(60.0))
+_PIN_FIT = 1e7
 #: Reference: clearances of the carrier's bearings published (GRC), half the diametral ones; planets
 #: usual (C3); a mounting as stiff axially as radially, at the housing's centre.
 _BEARINGS = {

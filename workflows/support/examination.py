@@ -1,12 +1,15 @@
 """What every look at a campaign begins with: its findings, its distinct records, its problem."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
-from carrierflex.diagnosis.baseline_check import BaselineCheck, checked_baseline
+from carrierflex.diagnosis.baseline_check import BaselineCheck, checked_baseline, with_findings
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem
+from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
 from carrierflex.diagnosis.kinds import Curves, problem_of, wiring_of
+from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.identification.campaign_check.copies import copied_runs, without_copies
@@ -39,6 +42,29 @@ class ExaminedCampaign:
         """Findings with the baseline; `fit` where a diagnosis made it already."""
         wiring = wiring_of(self.problem, self.distinct)
         return checked_baseline(self.problem, self.distinct, wiring, fit)
+
+    def diagnosis(
+        self,
+        findings: Sequence[CampaignWarning] = (),
+        *,
+        note: Callable[[str], None] = lambda text: None,
+        executor: Executor | None = None,
+    ) -> Diagnosis:
+        """Where the gap lies and which effect is missing, with what does not look right.
+
+        `findings` are told with those of the records and of the baseline, `note` hears of the
+        progress, and `executor` fits sets of effects elsewhere.
+        """
+        found = diagnose(
+            self.problem,
+            campaign=self.distinct.name,
+            kind=self.distinct.kind,
+            floor_is_measured=self.floor_is_measured,
+            note=note,
+            executor=executor,
+        )
+        checked = self.baseline(found.baseline)
+        return with_findings(found, (*self.warnings, *findings), checked)
 
 
 def examined(

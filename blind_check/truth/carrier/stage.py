@@ -37,7 +37,11 @@ LOADS = (
 )  # fmt: skip
 #: Sizes of each effect in the table.
 N_SIZES = 3
-_SPEED, _SPEED_RIPPLE, _SECONDS, _RATE, _MEMORY = 2.3, 0.01, 48.0, 20.0, 0.5
+_SPEED = 2.3
+_SPEED_RIPPLE = 0.01
+_SECONDS = 48.0
+_RATE = 20.0
+_MEMORY = 0.5
 #: Noise [m] that a gap is set against: down to what no sensor reaches, up to a poor one.
 _LEAST_NOISE, _MOST_NOISE = 0.3e-6, 20e-6
 #: Errors of gain and torque.

@@ -13,7 +13,7 @@ from carrierflex.diagnosis.report.diagnosis_files import (
     write_diagnosis,
 )
 from carrierflex.identification.campaign.campaign_files import write_campaign
-from carrierflex.workflows.diagnosis import diagnose_campaign
+from carrierflex.workflows.support import examination
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 
 
@@ -99,7 +99,7 @@ def test_the_command_writes_the_file_and_ends_with_zero(tmp_path, campaign, comm
 def test_without_a_report_none_is_drawn_and_none_of_an_earlier_diagnosis_stays(
     tmp_path, campaign, diagnosis, command, monkeypatch
 ):
-    monkeypatch.setattr(diagnose_campaign, "diagnose", lambda *args, **options: diagnosis)
+    monkeypatch.setattr(examination, "diagnose", lambda *args, **options: diagnosis)
     write_campaign(campaign, tmp_path / "campaign")
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "report.html").write_text("of an earlier diagnosis")

@@ -411,8 +411,15 @@ def test_a_body_held_to_the_ground_has_no_free_motions(printed, steel_bar, tmp_p
 
 def frame_matrices():
     """Two beams of equal section in a right angle, nodes with all six components; lumped masses."""
-    E, G, A, I_b, J, length = 2.1e11, 8e10, 1e-3, 1e-7, 2e-7, 0.5
-    a, t, b = E * A / length, G * J / length, E * I_b / length**3
+    E = 2.1e11
+    G = 8e10
+    A = 1e-3
+    I_b = 1e-7
+    J = 2e-7
+    length = 0.5
+    a = E * A / length
+    t = G * J / length
+    b = E * I_b / length**3
     one = np.zeros((12, 12))
     for i, k in ((0, a), (3, t)):
         one[np.ix_([i, i + 6], [i, i + 6])] = k * np.array([[1, -1], [-1, 1]])
@@ -459,7 +466,11 @@ def test_nodes_with_rotations_and_without_inertia_reduce(tmp_path):
     assert not unmet(body, reduction)
     # The tip under a force across both legs, the foot held: bending of both, torsion of the first.
     compliance = pilot_compliance(reduction.model, ["foot"])[2, 2]
-    E, G, I_b, J, length = 2.1e11, 8e10, 1e-7, 2e-7, 0.5
+    E = 2.1e11
+    G = 8e10
+    I_b = 1e-7
+    J = 2e-7
+    length = 0.5
     expected = 2 * length**3 / (3 * E * I_b) + length**3 / (G * J)
     assert_allclose(compliance, expected, rtol=1e-10)
 
@@ -534,7 +545,9 @@ def hinged_frame():
     motion = np.eye(6)
     motion[0, 5], motion[2, 3] = -0.5, 0.5
     second = np.zeros((12, 12))
-    second[:6, 6:], second[6:, :6], second[6:, 6:] = K[6:12, 12:], K[12:, 6:12], K[12:, 12:]
+    second[:6, 6:] = K[6:12, 12:]
+    second[6:, :6] = K[12:, 6:12]
+    second[6:, 6:] = K[12:, 12:]
     second[:6, :6] = -K[6:12, 12:] @ motion
     whole = np.zeros((19, 19))
     whole[:18, :18] = K
