@@ -29,6 +29,8 @@ _GMSH_TET10 = 11
 #: HXT: the fastest of gmsh's algorithms on this geometry; the frontal one gave inverted curved
 #: elements.
 _HXT = 10
+#: Signals whose handlers gmsh replaces when it is opened.
+_REPLACED_BY_GMSH = (signal.SIGINT, signal.SIGPIPE)
 #: A wedge that reaches past every carrier [m].
 _FAR = 10.0
 
@@ -102,19 +104,31 @@ def pin_half(carrier: CarrierParameters, pin: PinParameters, size: float) -> Tet
 def quiet_geometry() -> Iterator[Any]:
     """Open pygmsh's OpenCASCADE session without gmsh's messages.
 
-    Python's own handling of interrupts stays.
-
-    gmsh replaces the interrupt handler by the system's, which ends the process on the spot, and
-    does not put it back.
+    Python's own handling of signals stays: gmsh puts the system's in its place, which ends the
+    process on the spot at an interrupt, and without a word where it writes to a process that has
+    ended; and it does not put Python's back. Only the main thread can.
     """
-    in_main_thread = threading.current_thread() is threading.main_thread()
-    handler = signal.getsignal(signal.SIGINT)
-    with pygmsh.occ.Geometry(init_argv=["carrierflex", "-v", "0"]) as geometry:
-        if in_main_thread:
-            signal.signal(signal.SIGINT, handler)
+    session = pygmsh.occ.Geometry(init_argv=["carrierflex", "-v", "0"])
+    with _kept_handlers() as put_back, session as geometry:
+        put_back()
         yield geometry
-    if in_main_thread:
-        signal.signal(signal.SIGINT, handler)
+
+
+@contextmanager
+def _kept_handlers() -> Iterator[Callable[[], None]]:
+    """Handlers of this process's signals after the block; what is given puts them back in it."""
+    in_main_thread = threading.current_thread() is threading.main_thread()
+    handlers = {number: signal.getsignal(number) for number in _REPLACED_BY_GMSH}
+
+    def put_back() -> None:
+        if in_main_thread:
+            for number, handler in handlers.items():
+                signal.signal(number, handler)
+
+    try:
+        yield put_back
+    finally:
+        put_back()
 
 
 def refuse_useless_size(size: float) -> None:

@@ -1,4 +1,6 @@
 import math
+import os
+import signal
 from dataclasses import replace
 
 import numpy as np
@@ -7,7 +9,12 @@ from numpy.testing import assert_allclose
 
 from carrierflex.geometry.carrier_mesh import flexible_half_sector, pin_mesh, stiff_carrier_mesh
 from carrierflex.geometry.dihedral import cut_plane_nodes
-from carrierflex.geometry.half_sector import MeshingError, carrier_half_sector, pin_half
+from carrierflex.geometry.half_sector import (
+    MeshingError,
+    carrier_half_sector,
+    pin_half,
+    quiet_geometry,
+)
 from carrierflex.geometry.named_surfaces import with_carrier_surfaces
 from carrierflex.geometry.parameters import PinParameters
 
@@ -30,6 +37,33 @@ def test_a_failure_of_the_mesher_is_reported_with_its_cause(carrier, monkeypatch
         MeshingError, match=r"gmsh could not mesh the half sector at size 0.06 m: Could not recover"
     ):
         carrier_half_sector(carrier, 0.06)
+
+
+def written_where_nobody_reads():
+    """Python's answer to a write into a pipe without a reader."""
+    read, write = os.pipe()
+    os.close(read)
+    try:
+        with pytest.raises(BrokenPipeError):
+            os.write(write, b"x")
+    finally:
+        os.close(write)
+
+
+@pytest.mark.parametrize("error", [None, ValueError])
+def test_signals_are_handled_as_before_gmsh_came(error):
+    # The system's handler of SIGPIPE would end this process without a word.
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGPIPE)}
+    try:
+        with quiet_geometry():
+            assert {number: signal.getsignal(number) for number in before} == before
+            written_where_nobody_reads()
+            if error is not None:
+                raise error
+    except ValueError:
+        pass
+    assert {number: signal.getsignal(number) for number in before} == before
+    written_where_nobody_reads()
 
 
 def test_meshing_works_again_after_a_failure(carrier, monkeypatch, flexible_half):

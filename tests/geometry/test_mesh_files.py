@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from carrierflex.geometry.half_sector import quiet_geometry
 from carrierflex.geometry.mesh_files import check_mesh_path, write_mesh
 from carrierflex.geometry.quality import mesh_quality
 
@@ -74,15 +75,12 @@ def test_abaqus_elements_are_plain_quadratic_tetrahedra(tmp_path, stiff_half):
 def test_gmsh_finds_the_same_volume_and_no_inverted_element(tmp_path, one_pin_mesh):
     # A reader of its own: a wrong node order would fold the curved elements.
     write_mesh(one_pin_mesh, tmp_path / "pin.msh")
-    gmsh.initialize(["test", "-v", "0"])
-    try:
+    with quiet_geometry():
         gmsh.open(str(tmp_path / "pin.msh"))
         tags = np.concatenate([tags for tags in gmsh.model.mesh.getElements(3)[1]])
         determinants = gmsh.model.mesh.getElementQualities(tags, "minDetJac")
         points, weights = gmsh.model.mesh.getIntegrationPoints(11, "Gauss4")
         _, jacobians, _ = gmsh.model.mesh.getJacobians(11, points)
-    finally:
-        gmsh.finalize()
     assert determinants.min() > 0.0
     volume = float((jacobians.reshape(-1, len(weights)) @ weights).sum())
     # Both rules are exact to second degree; curved elements' determinants are of third.
