@@ -332,6 +332,7 @@ def column_conflicts(
     where: str,
     *,
     others_allowed: bool = False,
+    said_in: str = "",
 ) -> Iterator[str]:
     """One text for everything in which a header does not match the campaign.
 
@@ -345,8 +346,11 @@ def column_conflicts(
         File or run, for the message.
     others_allowed : bool
         Whether columns that are neither input nor channel are left out instead of refused.
+    said_in : str
+        File that says which columns are expected: it may be the one that is wrong.
     """
     columns = tuple(columns)
+    source = f" (as in {said_in})" if said_in else ""
     if not columns or columns[0] != "time":
         first = shortened(columns[0]) if columns else ""
         yield f"{where}: first column is '{first}'; expected 'time'"
@@ -354,10 +358,10 @@ def column_conflicts(
     for name, what in expected.items():
         if name not in columns:
             found = shortened(", ".join(columns), 400)
-            yield f"{where}: no column for the {what} '{name}'; found {found}"
+            yield f"{where}: no column for the {what} '{name}'{source}; found {found}"
     for name in dict.fromkeys(columns[1:]):
         if name not in expected and name != "time" and not others_allowed:
             yield (
-                f"{where}: column '{shortened(name)}' is neither an input nor a channel; expected "
-                f"time, {', '.join(expected)}"
+                f"{where}: column '{shortened(name)}' is neither an input nor a channel{source}; "
+                f"expected time, {', '.join(expected)}"
             )

@@ -71,7 +71,7 @@ class Run:
         for name, values in {"time": self.time, **self.columns()}.items():
             too_large = (np.abs(values) > _LARGEST) & np.isfinite(values)
             yield from _first_wrong(name, too_large, values, f"a number of {_LARGEST:g} at most")
-        not_later = np.concatenate([[False], np.diff(self.time) <= 0.0])
+        not_later = np.concatenate([[False], self.time[1:] <= self.time[:-1]])
         yield from _first_wrong("time", not_later, self.time, "strictly increasing time")
         yield from self._wrapped_angle()
 
@@ -107,7 +107,8 @@ class Run:
         It was never unwrapped.
         """
         angle = self.inputs.get("carrier_angle")
-        if angle is None or angle.size < 2:
+        if angle is None or angle.size < 2 or not (np.abs(angle) <= _LARGEST).all():
+            # Steps between numbers that are refused anyway are no numbers.
             return
         step = np.diff(angle)
         jump_back = step * np.sign(np.median(step)) < -np.pi

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from carrierflex.files.plain_files import check_plain_file
 from carrierflex.files.problems import refuse
 from carrierflex.identification.campaign.campaign import column_conflicts
+from carrierflex.identification.campaign.file_names import DOCUMENT_NAME
 
 #: Sanity limits, checked before anything is allocated.
 LARGEST_HEADER = 100_000  # bytes of the header line of a CSV file
@@ -57,7 +58,15 @@ class ExpectedColumns:
         ValueError
             Where the header does not match; the message names the file.
         """
-        refuse(column_conflicts(columns, self.kinds, file, others_allowed=self.others_allowed))
+        refuse(
+            column_conflicts(
+                columns,
+                self.kinds,
+                file,
+                others_allowed=self.others_allowed,
+                said_in=DOCUMENT_NAME,
+            )
+        )
         return [name for name in columns if name == "time" or name in self.kinds]
 
 
@@ -67,7 +76,8 @@ def run_file_header(path: Path) -> list[str]:
     Raises
     ------
     ValueError
-        Where the file is not what its name says, or the header line is too long or not text.
+        Where the file is not what its name says, or the header line is too long or a name in it
+        is not text.
     """
     is_parquet = path.suffix.lower() == ".parquet"
     check_plain_file(path, "a run file", LARGEST_FILE, text=not is_parquet)
@@ -75,6 +85,10 @@ def run_file_header(path: Path) -> list[str]:
         try:
             with path.open("rb") as file:
                 return list(pa_parquet.read_schema(file).names)
+        except UnicodeDecodeError as error:
+            raise ValueError(
+                f"{path.name}: a column's name is not UTF-8 text; expected column names"
+            ) from error
         except (pa.ArrowInvalid, OSError) as error:
             raise ValueError(f"{path.name}: not a Parquet file: {_one_line(error)}") from error
     with path.open("rb") as file:

@@ -295,7 +295,8 @@ REFUSALS = {
     ),
     "extra column": (
         edit_csv(lambda lines: [line + (",x" if i == 0 else ",0") for i, line in enumerate(lines)]),
-        r"LC1\.csv: column 'x' is neither an input nor a channel; expected time, carrier_angle",
+        r"LC1\.csv: column 'x' is neither an input nor a channel \(as in campaign\.toml\); "
+        r"expected time, carrier_angle",
     ),
     "prediction without columns": (
         edit_csv(
@@ -305,11 +306,15 @@ REFUSALS = {
     ),
     "missing prediction": (
         edit_document(lambda d: d.update(baseline={"source": "columns"})),
-        r"LC1\.csv: no column for the prediction 's047_sim'; found time",
+        r"LC1\.csv: no column for the prediction 's047_sim' \(as in campaign\.toml\); found time",
     ),
     "missing channel": (
         edit_csv(lambda lines: [line.rsplit(",", 1)[0] for line in lines]),
-        r"LC1\.csv: no column for the channel 's317'; found time, carrier_angle",
+        r"LC1\.csv: no column for the channel 's317' \(as in campaign\.toml\); found time",
+    ),
+    "channel renamed": (
+        edit_document(lambda d: d["channels"][0].update(name="carrier")),
+        r"LC1\.csv: no column for the channel 'carrier' \(as in campaign\.toml\); found time",
     ),
     "missing input": (
         edit_csv(
@@ -341,6 +346,10 @@ REFUSALS = {
     "input infinite": (
         set_cell(5, 2, "inf"),
         r"LC1\.csv: run LC1: column 'torque' is inf at sample 4",
+    ),
+    "angle infinite": (
+        set_cell(5, 1, "1e400"),
+        r"LC1\.csv: run LC1: column 'carrier_angle' is inf at sample 4",
     ),
     "signal infinite": (
         set_cell(5, 6, "-inf"),
@@ -391,6 +400,14 @@ def test_parquet_with_text_or_another_format_is_refused(tmp_path):
         read_campaign(tmp_path / "c")
     (tmp_path / "c" / "A.parquet").write_text("time,force,y\n")
     with pytest.raises(ValueError, match=r"A\.parquet: not a Parquet file"):
+        read_campaign(tmp_path / "c")
+
+
+def test_a_parquet_column_whose_name_is_not_text_is_told_with_its_file(tmp_path):
+    write_campaign(element_campaign(), tmp_path / "c")
+    path = tmp_path / "c" / "A.parquet"
+    path.write_bytes(path.read_bytes().replace(b"\x05force", b"\x05\xfforce"))
+    with pytest.raises(ValueError, match=r"A\.parquet: a column's name is not UTF-8 text"):
         read_campaign(tmp_path / "c")
 
 
