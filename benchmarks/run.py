@@ -26,6 +26,8 @@ BENCHMARKS = (
     "mounting_equal_error",
     "mounting_batch_and_record",
     "stage_speed",
+    "main_job_in_time",
+    "stage_against_exudyn",
     "carrier_identification_speed",
     "bushing_identification_speed",
     "long_record_memory",

@@ -151,7 +151,7 @@ def main(
         if name not in LOAD_CASES:
             raise ValueError(f"--cases has {name!r}; expected some of {', '.join(LOAD_CASES)}")
     folder, rng = prepared_folder(out), np.random.default_rng(seed)
-    chosen = {name: replace(_case(name), duration=duration) for name in cases}
+    chosen = {name: replace(table_5_case(name), duration=duration) for name in cases}
     stages = Stages(len(chosen) + 2, quiet)
     with stages.stage(f"reduced carrier and pins, elements of {size} m, and a rigid carrier"):
         bodies = table_5_bodies(size)
@@ -191,7 +191,7 @@ class Table5Bodies:
 
 def table_5_bodies(size: float) -> Table5Bodies:
     """Bodies from finite elements of `size` [m]."""
-    pin_fit = _case("LC1").pin_fit_stiffness
+    pin_fit = table_5_case("LC1").pin_fit_stiffness
     carrier, pin = reduced_carrier_and_pin(size)
     return Table5Bodies(
         stage_body_of(carrier, pin, pin_fit),
@@ -214,7 +214,8 @@ def _tilted_joint(case: StageCase, phi: float, theta: float) -> StageCase:
 _TILTED = {"face": _tilted_face, "joint": _tilted_joint}
 
 
-def _case(name: str) -> StageCase:
+def table_5_case(name: str) -> StageCase:
+    """Load case of table 5, LC1 to LC4, without misalignment."""
     # The case's own tilt stands in the shaft's joint, where the bearings absorb it
     # (docs/stage_model.md).
     return replace(read_stage_case(shipped_case(f"stage_{name.lower()}")), effects=StageEffects())
