@@ -22,6 +22,9 @@ _SHADE_MAP = "cividis"
 #: Resolution of the clouds, which are pixels inside the drawing: thousands of separate marks would
 #: swell the file.
 _CLOUD_DPI = 220
+#: Left and lower end, width and height of a polar plot in its figure: every one has the same
+#: labels, whose room need not be looked for.
+_POLAR_PLACE = (0.13, 0.07, 0.74, 0.74)
 #: The remaining gap is drawn at most this large beside the gap.
 _REMAINDER = 0.4
 
@@ -113,8 +116,8 @@ def _polar_figure(picture: Picture, panel: Panel) -> "Figure":
     factor, unit = scaled_unit(every, picture.y_unit)
     reach = factor * every or 1.0
     magnified = remainder_factor(picture)
-    figure = Figure(figsize=(0.8 * WIDTH, 0.8 * WIDTH), layout="constrained")
-    axes = figure.add_subplot(projection="polar")
+    figure = Figure(figsize=(0.8 * WIDTH, 0.8 * WIDTH))
+    axes = figure.add_axes(_POLAR_PLACE, projection="polar")
     for trace in panel.traces:
         stroke = _STROKES[trace.role]
         drawn = (magnified if trace.role == LEFT else 1.0) * factor * trace.y

@@ -58,7 +58,9 @@ def inline_svg(draw: "Callable[[], Figure]", key: str, title: str) -> str:
 
     file = io.StringIO()
     with rc_context(_STYLE):
-        draw().savefig(
+        figure = draw()
+        _lay_out(figure)
+        figure.savefig(
             file, format="svg", transparent=True, metadata={"Date": None, "Creator": None}
         )
     text = file.getvalue()
@@ -69,6 +71,17 @@ def inline_svg(draw: "Callable[[], Figure]", key: str, title: str) -> str:
     head = re.sub(r'\s(?:width|height)="[^"]*"', "", head)
     labelled = f'{head} role="img" aria-labelledby="{key}-title">'
     return f'{labelled}<title id="{key}-title">{escape(title)}</title>{body}'
+
+
+def _lay_out(figure: "Figure") -> None:
+    """Place the axes; saving would draw the figure twice, once for their places alone."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        FigureCanvasSVG(figure)
+        engine.execute(figure)
+        figure.set_layout_engine(None)
 
 
 def scaled_unit(largest: float, unit: str) -> tuple[float, str]:
