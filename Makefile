@@ -19,12 +19,13 @@ PYTEST := OMP_NUM_THREADS=1 $(BIN)/pytest --doctest-modules $(LINKS) tests \
 MAKEFLAGS += --no-print-directory
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: help install run test lint types tests quick fuzz acceptance bench clean install-development docs
+.PHONY: help install run test lint types tests quick long fuzz acceptance bench clean install-development docs
 
 help:
 	@echo "make run     meshes, curves, reduced bodies, simulations and the gap report, written to $(OUT)/"
-	@echo "make test    ruff, mypy, doctests and all tests, in two processes (WORKERS=4: in four)"
+	@echo "make test    ruff, mypy, doctests and tests, in two processes (WORKERS=4: in four)"
 	@echo "make quick   doctests and tests without the slow ones"
+	@echo "make long    whole jobs and diagnoses of some seconds each, which 'make test' leaves out: minutes"
 	@echo "make acceptance   the tests that take minutes: coverage of intervals, kills, 100000 damaged files, full blind check"
 	@echo "make fuzz    2000 damaged files through every reader (FUZZ_INPUTS=20000: more), one table of how they end"
 	@echo "make bench   every benchmark beside its peer, one table of ratios, also in $(OUT)/bench.json; QUICK=1 takes minutes,"
@@ -58,7 +59,10 @@ tests: install-development
 	$(PYTEST)
 
 quick: install-development
-	$(PYTEST) -m "not slow and not acceptance and not fuzz"
+	$(PYTEST) -m "not slow and not long and not acceptance and not fuzz"
+
+long: install-development
+	$(PYTEST) -m long
 
 acceptance: install-development
 	$(PYTEST) -m acceptance

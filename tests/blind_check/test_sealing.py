@@ -122,7 +122,7 @@ print("MODULES", *(name for name in sys.modules if name.startswith("carrierflex.
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_diagnosis_reads_its_campaign_and_nothing_else_of_the_check(tmp_path):
     plan = CasePlan("carrier", 1, 5, SINGLE, ("sensor_gain",), 10.0)
     campaign, out = (

@@ -45,6 +45,7 @@ def test_a_baseline_with_a_gain_beside_a_stiff_spring_starts_from_a_motion_withi
     assert np.sqrt(fit.cost / problem.cell_counts.sum()) < 100.0 * NOISE
 
 
+@pytest.mark.long
 def test_with_two_conditions_what_explains_the_whole_gap_is_named_whatever_a_placebo_does():
     campaign = without(
         mounting_campaign({"K5": 1e17}, conditions=(CONDITIONS[2], CONDITIONS[0])), "spz", "sbx"

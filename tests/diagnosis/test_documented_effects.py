@@ -78,6 +78,7 @@ def test_the_stop_of_an_element_is_named(documented_package):
     check_parameter(found, "rubber_stop", "K_s", 4e3)
 
 
+@pytest.mark.long
 def test_the_runout_of_a_carriers_rim_is_named(documented_package):
     def runout(channel, angle):
         wave = np.real((RUNOUT[0] - 1j * RUNOUT[1]) * np.exp(1j * (channel.angle - angle)))

@@ -27,6 +27,7 @@ def changed(tmp_path, case, *changes):
     return tmp_path / "case.toml"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_names_are_shown_drawn_and_written_as_they_are(tmp_path, command, name):
     case = changed(

@@ -79,7 +79,7 @@ def test_a_full_disk_names_the_file_and_leaves_whole_files(tmp_path, command, ar
     assert all(path.stat().st_size < 20_000 for path in tmp_path.glob("out/*"))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 def test_a_check_that_is_asked_to_end_ends_with_its_processes(tmp_path, number, code):
     arguments = ["blind-check", "--kind", "element", "--cases", "2", "--out", "out"]

@@ -12,6 +12,8 @@ from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.reduction.body_files import read_body
 from carrierflex.workflows import run
 
+pytestmark = pytest.mark.long
+
 COARSE = 0.06
 
 
@@ -29,7 +31,6 @@ def summary(job_folder):
 
 # On a coarse mesh the two study meshes differ by more than the fine ones may, and its curved
 # elements are worse than those of the default size.
-@pytest.mark.slow
 def test_every_check_of_the_main_job_is_met_but_those_of_the_mesh(summary):
     names = [row["check"] for row in summary["checks"]]
     assert len(names) == len(set(names)) == 15
@@ -40,7 +41,6 @@ def test_every_check_of_the_main_job_is_met_but_those_of_the_mesh(summary):
     ]
 
 
-@pytest.mark.slow
 def test_identified_rms_follow_the_papers_table_4(summary):
     # Table 4 in um; the shipped truth's saddle is what M2 leaves there, so the two agree within 5
     # um.
@@ -50,7 +50,6 @@ def test_identified_rms_follow_the_papers_table_4(summary):
         np.testing.assert_allclose(rms, expected, atol=5.0)
 
 
-@pytest.mark.slow
 def test_misalignment_shrinks_the_gap_more_than_flexibility_and_a_negative_control_does_not(
     summary,
 ):
@@ -62,7 +61,6 @@ def test_misalignment_shrinks_the_gap_more_than_flexibility_and_a_negative_contr
     assert np.all(np.diff(gap["rms_um"]) <= 0.05)
 
 
-@pytest.mark.slow
 def test_what_the_load_cases_hold_is_named_without_being_told(summary):
     gap = summary["gap"]
     assert gap["verdict"] == "named_with_remainder"
@@ -72,7 +70,6 @@ def test_what_the_load_cases_hold_is_named_without_being_told(summary):
     assert gap["named_rho"] < 0.15
 
 
-@pytest.mark.slow
 def test_files_are_whole_and_readable(job_folder):
     curves = read_curves(job_folder / "deflection_curves.csv")
     assert set(curves) == {"delta_s", "delta_f", "g_s", "g_f"}
@@ -92,7 +89,6 @@ def test_files_are_whole_and_readable(job_folder):
     }
 
 
-@pytest.mark.slow
 def test_every_picture_is_drawn_and_shows_something(job_folder):
     pictures = {path.stem: imread(path)[..., :3] for path in job_folder.rglob("*.png")}
     shown = ("deformed", "mesh", "modes")
@@ -109,7 +105,6 @@ def test_every_picture_is_drawn_and_shows_something(job_folder):
                 assert 0.02 < quarter.mean() < 0.9, name
 
 
-@pytest.mark.slow
 def test_the_bodies_just_reduced_run_in_the_stage(job_folder, summary):
     in_time = summary["in_time"]
     # Their own static curve times the torque, not that of the default mesh: three figures.
@@ -134,7 +129,6 @@ def test_the_bodies_just_reduced_run_in_the_stage(job_folder, summary):
     assert mounting.kind == "mounting"
 
 
-@pytest.mark.slow
 def test_summary_records_inputs_and_versions(summary):
     assert summary["inputs"]["size"] == COARSE
     assert summary["inputs"]["stage"]["carrier"]["centre_distance"] == 0.308

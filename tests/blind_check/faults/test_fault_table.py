@@ -77,6 +77,7 @@ def test_a_drifting_clock_is_late_by_its_drift_at_the_end_of_the_last_run_alone(
     np.testing.assert_allclose(moved[-1], late[-1], rtol=1e-12)
 
 
+@pytest.mark.long
 def test_outcomes_are_told_by_checks_by_names_and_by_what_moved(monkeypatch):
     """A turned torque is told; no change is harmless; what no check tells is a miss."""
     campaign = explained_carrier()

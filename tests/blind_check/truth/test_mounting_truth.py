@@ -53,6 +53,7 @@ def at_rest_under(torque, ntl_y, ntl_z, bushings=PLAIN):
     return housing_motion(RIG_BODIES, bushings, loads, 1.0 / RATE)[-1]
 
 
+@pytest.mark.long
 def test_torque_rolls_the_housing_on_its_two_bushings():
     roll = 1e5 * (1.0 - 1.0 / RIG["gear_ratio"]) / (2.0 * K * R_x**2)
     np.testing.assert_allclose(
@@ -151,6 +152,7 @@ def test_own_refit_finds_the_bushings_of_a_rig_without_effects():
         assert np.abs(residual).max() < 1e-6 * np.abs(signal).max()
 
 
+@pytest.mark.long
 def test_gap_is_as_planned_and_nothing_missing_leaves_noise(tmp_path):
     label = write_case(
         CasePlan("mounting", 1, 8, SINGLE, ("cubic_stiffness",), 12.0), tmp_path / "case"

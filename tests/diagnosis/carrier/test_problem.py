@@ -61,6 +61,7 @@ def test_nothing_missing_is_at_the_noise_floor():
     assert diagnosis_of(twin_problem(None)).verdict == "at_noise_floor"
 
 
+@pytest.mark.long
 def test_an_effect_outside_the_library_is_none_of_these():
     problem = twin_problem(
         None, extra=lambda channel, angle: 5e-5 * np.cos(10.0 * angle) * (channel.name == "s227")
@@ -120,6 +121,7 @@ def test_channels_that_say_nothing_are_refused():
             carrier_problem(replace(campaign, runs=runs), CURVES)
 
 
+@pytest.mark.long
 def test_another_simulators_prediction_is_the_baseline():
     campaign = twin_campaign("flange_warp")
     clean = twin_campaign(None, seed=1)

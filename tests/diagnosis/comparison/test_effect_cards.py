@@ -108,6 +108,7 @@ def test_friction_and_damping_cannot_drive():
             assert all(parameter.lower >= 0.0 for parameter in card.parameters), card.id
 
 
+@pytest.mark.long
 def test_a_users_threshold_of_a_carrier_is_found(monkeypatch):
     def opening(sensor, inputs, rig, threshold):
         beyond = np.maximum(inputs.torque - threshold, 0.0) / rig.nominal_torque

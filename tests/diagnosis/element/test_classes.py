@@ -214,6 +214,7 @@ def sweep_campaign(law):
     return replace(plain, rig={"drive": "force"}, channels=(channel,), runs=tuple(runs))
 
 
+@pytest.mark.long
 def test_a_sweep_counts_where_its_motion_lies_in_the_trusted_band():
     problem = element_problem(sweep_campaign(lambda q, v: 40.0 * v * np.abs(v)))
     kept = force_records(problem.model, problem.records, problem.noise)

@@ -39,6 +39,7 @@ def found(campaign):
     return diagnose(problem, campaign="twin", kind="element", floor_is_measured=measured)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("make", [force_campaign, displacement_campaign])
 def test_what_the_prediction_lacks_is_named(make):
     own = found(beside(make(cubic), make(no_law, noise=1e-12)))

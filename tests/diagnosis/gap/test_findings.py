@@ -11,6 +11,8 @@ from carrierflex.diagnosis.gap.validation import cell_validations, scalar_gaps
 from carrierflex.diagnosis.report.diagnosis_files import diagnosis_document
 from tests.diagnosis.carrier.carrier_twin import INJECTED, KNOWN, twin_problem
 
+pytestmark = pytest.mark.long
+
 
 def cell(square, coherent, p_value=1e-9, order=1.0):
     return GapCell("m=+1", order, "R", square, coherent, 0.5, (0.4, 0.6), p_value)

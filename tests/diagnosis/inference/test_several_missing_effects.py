@@ -9,6 +9,8 @@ import pytest
 from carrierflex.diagnosis.diagnose import diagnose
 from tests.diagnosis.carrier.carrier_twin import KNOWN, twin_problem
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def nothing_in_the_baseline():

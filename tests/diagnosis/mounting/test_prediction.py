@@ -58,6 +58,7 @@ def test_the_gap_is_measured_less_predicted():
     )
 
 
+@pytest.mark.long
 def test_a_prediction_as_good_as_the_measurement_is_at_the_floor():
     own = found(
         beside(mounting_campaign(CUBIC), mounting_campaign(CUBIC, noise=0.0), ("cubic_stiffness",))

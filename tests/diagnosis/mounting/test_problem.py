@@ -76,6 +76,7 @@ def test_every_other_missing_effect_is_named(effect):
     check_named(effect)
 
 
+@pytest.mark.long
 def test_linear_bushings_are_at_the_noise_floor_whatever_the_nominal_stiffness():
     result = found(mounting_problem(mounting_campaign()))
     assert result.verdict == "at_noise_floor"

@@ -129,6 +129,7 @@ def test_declared_noise_above_the_whole_gap_is_told():
     assert [warning.check for warning in checked(loud).warnings] == ["declared_noise"]
 
 
+@pytest.mark.long
 def test_the_verdict_says_to_check_the_wiring_first():
     campaign = changed(explained_carrier(), "torque", negative)
     problem, _ = problem_of(campaign, curve_set())

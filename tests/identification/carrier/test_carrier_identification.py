@@ -104,6 +104,7 @@ def test_runs_that_agree_are_not_said_to_disagree():
     assert sources.count(JACKKNIFE) >= 99
 
 
+@pytest.mark.long
 def test_errors_of_a_shared_tilt_cover_runs_that_disagree():
     """Tilts drawn about a common mean of 0.6 mrad.
 

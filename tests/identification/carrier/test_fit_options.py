@@ -121,6 +121,7 @@ def test_pin_angle_is_found(pin_angle):
         assert_allclose(found.values[found.index(name, "LC1")], value, atol=1e-6, err_msg=name)
 
 
+@pytest.mark.long
 def test_intervals_of_a_free_pin_angle_cover_the_truth():
     inside = []
     for seed in range(60):
@@ -198,6 +199,7 @@ def test_bootstrap_and_jackknife_agree_on_white_noise():
     assert identify_jointly(campaign, M2, FitOptions(bootstrap=500)).std[0] == bootstrap.std[0]
 
 
+@pytest.mark.long
 def test_bootstrap_covers_the_truth_under_noise_that_lasts_over_revolutions():
     """A drift with a memory of one revolution.
 
@@ -217,6 +219,7 @@ def test_bootstrap_covers_the_truth_under_noise_that_lasts_over_revolutions():
     assert np.mean(white) < 0.5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("model", "motion"), [(rigid_model(), RIGID), (M2, TRUTH)], ids=["m1", "m2"]
 )

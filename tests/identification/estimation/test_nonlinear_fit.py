@@ -126,6 +126,7 @@ def test_a_richer_model_that_fits_worse_is_refused():
         merged_values(FREE, {"a": 3.0}, {})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("memory", [0.0, 0.8], ids=["white", "coloured"])
 def test_intervals_cover_the_truth_for_white_and_coloured_noise(memory):
     inside, classical = [], []

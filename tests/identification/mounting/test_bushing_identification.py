@@ -55,7 +55,7 @@ def test_the_truth_is_found_from_the_nominal_rig(model):
     assert set(estimate.rms_by_run["R0"]) == {"ssx", "spx", "ssz", "spz", "spy", "sbx"}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_hydrodynamic_bushing_is_found_and_the_ladder_never_rises():
     estimates = identify_bushings(
         mounting_campaign(HYDRO_TRUTH, duration=40.0), HYDRODYNAMIC, SerialExecutor()

@@ -62,6 +62,7 @@ def test_the_carriers_numbers_hardly_depend_on_what_counts_as_equal(frequencies,
     assert differing <= {9, 10, 19}
 
 
+@pytest.mark.long
 def test_no_reduction_of_the_carrier_ends_inside_a_pair(
     flexible_structure, flexible_half, frequencies, carrier
 ):

@@ -31,6 +31,7 @@ def inputs(*, seconds=20.0, step=0.01):
     return MountingInputs(time, torque, np.zeros(time.size), np.zeros(time.size), ntl_y, ntl_z)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "extra",
     [
@@ -59,6 +60,7 @@ def test_a_stiff_law_that_needs_newtons_method_gives_the_motion_of_the_built_in_
     assert_allclose(own, built_in, rtol=0.0, atol=1e-10 * np.abs(built_in).max())
 
 
+@pytest.mark.long
 def test_a_stop_moves_the_housing_as_another_integrator_says():
     stiffness, gap = 3e7, 0.8e-3
     loads = inputs(seconds=3.0)

@@ -160,7 +160,7 @@ def test_a_refused_campaign_is_a_wrong_answer_and_ends_no_check(tmp_path):
     assert "ValueError" in answer.document["reason"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_fixed_part_of_the_check_names_no_wrong_class(tmp_path):
     result = main(kind=("carrier",), cases=3, seed=11, out=tmp_path, keep=False, quiet=True)
     figures = {figure.name: figure for figure in result.score.figures}
@@ -178,7 +178,7 @@ def test_fixed_part_of_the_check_names_no_wrong_class(tmp_path):
     assert not list(tmp_path.rglob("report.html"))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_elements_are_judged_by_class_from_plan_to_page(tmp_path):
     options = {"keep": False, "quiet": True, "classes_only": True}
     result = main(kind=("element",), cases=2, seed=11, out=tmp_path, **options)

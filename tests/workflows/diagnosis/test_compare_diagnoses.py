@@ -14,6 +14,8 @@ from carrierflex.workflows import command_line
 from carrierflex.workflows.diagnosis import compare_diagnoses, diagnose_campaign
 from tests.diagnosis.carrier.carrier_twin import KNOWN, LOADS, twin_campaign
 
+pytestmark = pytest.mark.long
+
 
 def diagnosed(folder, campaign, name):
     """Folder of the diagnosis of a campaign."""

@@ -14,7 +14,7 @@ from carrierflex.identification.campaign.campaign_files import write_campaign
 from carrierflex.workflows.diagnosis.diagnose_campaign import main
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 
 @pytest.fixture(scope="module")

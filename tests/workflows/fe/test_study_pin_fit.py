@@ -15,6 +15,8 @@ from carrierflex.workflows.fe import study_pin_fit
 from carrierflex.workflows.fe.pin_fit_pictures import RESIDUALS
 from carrierflex.workflows.screen.tables import pin_fit_table
 
+pytestmark = pytest.mark.long
+
 COARSE = 0.06
 
 

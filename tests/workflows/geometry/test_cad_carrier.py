@@ -52,6 +52,7 @@ def test_mesh_files_give_the_curves_of_the_meshes_in_them(
     assert set(read_curves(tmp_path / "curves" / "deflection_curves.csv")) == set(computed)
 
 
+@pytest.mark.long
 def test_a_cad_carrier_is_reduced_with_a_certificate_that_is_met(tmp_path, cad):
     path = tmp_path / "carrier.h5"
     model = reduce_body.main(body="carrier", out=path, **cad, modes=8, size=0.08, quiet=True)

@@ -109,6 +109,7 @@ def test_the_housing_motion_needs_its_sensors_before_anything_is_fitted(tmp_path
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.long
 def test_the_complex_method_stands_beside_the_fit(tmp_path):
     write_campaign(mounting_campaign(LINEAR_TRUTH, duration=20.0, rate=10.0), tmp_path / "campaign")
     main(

@@ -92,6 +92,7 @@ def test_m1_needs_no_curves_and_per_run_leaves_nothing_shared(tmp_path, campaign
     }
 
 
+@pytest.mark.long
 def test_resampling_weighs_angles_alike_where_the_speed_varies(tmp_path, campaign):
     uneven, even = (
         main(campaign, model="m2", out=tmp_path / name, samples_per_revolution=count, quiet=True)

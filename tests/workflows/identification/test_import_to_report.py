@@ -9,6 +9,8 @@ from carrierflex.workflows.diagnosis.diagnose_campaign import main as diagnose_c
 from tests.identification.logs.loggers import LOGGERS
 from tests.identification.logs.test_loggers import clean_campaign, imported
 
+pytestmark = pytest.mark.long
+
 #: Answered within seconds.
 QUICK = "overloaded element"
 
@@ -35,7 +37,6 @@ def test_the_answer_to_the_files_of_a_logger_is_that_to_the_clean_campaign(name,
     assert own == expected
 
 
-@pytest.mark.slow
 def test_the_answer_to_one_logger_is_that_to_the_clean_campaign(tmp_path):
     expected, own = answers(QUICK, tmp_path)
     assert own == expected

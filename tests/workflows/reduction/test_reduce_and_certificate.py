@@ -43,6 +43,7 @@ def test_damaged_matrices_are_found_when_the_certificate_is_shown(body, tmp_path
     assert "mass" in next(check.name for check in certificate.checks if not check.met)
 
 
+@pytest.mark.long
 def test_a_number_that_cuts_a_pair_keeps_both_and_says_so(tmp_path):
     path = tmp_path / "carrier.h5"
     model = reduce_body.main(body="carrier", out=path, modes=1, size=0.1, quiet=True)
@@ -112,6 +113,7 @@ def test_cut_off_frequency_keeps_the_modes_below_it(tmp_path):
         reduce_body.main(body="pin", out=path, modes=3, max_frequency=1.0, quiet=True)
 
 
+@pytest.mark.long
 def test_a_free_interface_body_is_certified_and_holds_its_free_modes(body, tmp_path):
     path = tmp_path / "free.h5"
     model = reduce_body.main(
@@ -171,6 +173,7 @@ def test_equal_node_weights_are_another_distributing_coupling(tmp_path):
         export_body.main(tmp_path / "rbe3-nodes.h5", format="exudyn", out=tmp_path / "pin.npz")
 
 
+@pytest.mark.long
 def test_rigid_couplings_bound_the_stiffness_from_above(tmp_path):
     # Five solutions a carrier: coarser than the others.
     brackets = compare_couplings.main(out=tmp_path, size=0.1, quiet=True)

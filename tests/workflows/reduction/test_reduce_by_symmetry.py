@@ -13,6 +13,7 @@ from carrierflex.workflows.reduction.reduce_body import main
 SIZE = 0.08
 
 
+@pytest.mark.long
 def test_the_body_file_holds_what_the_whole_carrier_gives(tmp_path):
     arguments = {"body": "carrier", "modes": 3, "size": SIZE, "cache": False, "quiet": True}
     main(out=tmp_path / "sixth.h5", by_symmetry=True, **arguments)

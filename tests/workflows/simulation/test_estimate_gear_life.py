@@ -8,6 +8,8 @@ from numpy.testing import assert_allclose
 
 from carrierflex.workflows.simulation import estimate_gear_life
 
+pytestmark = pytest.mark.long
+
 PHI = 0.58e-3
 
 
@@ -26,7 +28,6 @@ def kink(life, support, carrier, mesh):
     return found
 
 
-@pytest.mark.slow
 def test_one_bearing_alone_leaves_nearly_the_whole_kink_in_the_mesh(life):
     # L / (L + a) of the kink in the plane of action of the worst planet: the carrier alone turns,
     # sun and ring stay. Three planets at 120 deg see at least cos 30 of it.
@@ -37,7 +38,6 @@ def test_one_bearing_alone_leaves_nearly_the_whole_kink_in_the_mesh(life):
         assert_allclose(added.sum(), 0.0, atol=0.02 * whole)
 
 
-@pytest.mark.slow
 def test_a_free_housing_takes_the_ring_along_and_a_held_one_does_not(life):
     sun = kink(life[0], "housing free", "flexible", "sun")
     assert abs(sun.worst) < 1e-6
@@ -52,7 +52,6 @@ def test_a_free_housing_takes_the_ring_along_and_a_held_one_does_not(life):
     assert np.linalg.norm(fixed.tilt["ring"]) < 1e-3 * PHI
 
 
-@pytest.mark.slow
 def test_pressure_and_life_follow_from_the_added_slope(life):
     result, folder = life
     papers = result.meshes["sun"].papers_misalignment

@@ -11,6 +11,8 @@ from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.workflows.support.stage_bodies import default_stage_body
 
+pytestmark = pytest.mark.long
+
 #: Torque and radial load of table 2.
 LOADS = {1: (360e3, 0.0), 2: (180e3, 0.0), 3: (360e3, -200e3), 4: (360e3, 200e3)}
 

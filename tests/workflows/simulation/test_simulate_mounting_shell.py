@@ -169,6 +169,7 @@ def test_a_bushing_that_gives_way_ends_the_run_with_what_it_has(tmp_path, comman
     assert kept.condition.endswith("theta_x diverged")
 
 
+@pytest.mark.long
 def test_linearised_files_hold_what_the_model_gives(tmp_path):
     case = shipped_case("mounting_2011")
     what = main(case, out=tmp_path / "out", linearised=tmp_path / "lin", quiet=True).case

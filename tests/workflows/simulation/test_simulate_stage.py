@@ -135,6 +135,7 @@ def test_an_interrupted_run_keeps_what_was_written(tmp_path, curves, monkeypatch
     assert run.condition == "100 % torque, cut at 5 s: interrupted"
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("coarse")
 def test_memory_does_not_grow_with_the_length_of_the_run(tmp_path, curves, monkeypatch):
     monkeypatch.setattr(response, "CHUNK", 100)
@@ -270,6 +271,7 @@ def test_a_run_that_diverges_at_once_leaves_nothing(tmp_path, curves, monkeypatc
     assert not list(tmp_path.glob("*campaign*"))
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("coarse")
 def test_the_linearised_stage_swings_in_torsion_first_and_tilts_under_a_slow_radial_load(
     tmp_path, curves

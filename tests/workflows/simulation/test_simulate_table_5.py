@@ -21,6 +21,8 @@ from carrierflex.workflows.simulation.simulate_table_5 import (
     table_5_bodies,
 )
 
+pytestmark = pytest.mark.long
+
 #: One revolution: orders do not mix.
 SETTINGS = {"size": 0.06, "duration": 2.72, "quiet": True}
 

@@ -10,6 +10,8 @@ from carrierflex.workflows.screen.simulation_tables import order_one_table
 from carrierflex.workflows.simulation.order_one_supports import AXES, Support, supports
 from carrierflex.workflows.simulation.study_order_one import VARIED, main
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):

@@ -4,6 +4,8 @@ import os
 import subprocess
 import sys
 
+import pytest
+
 from carrierflex.workflows.support.compiled_code import with_sound_cache
 
 #: A kernel kept in a cache of its own, called as a command would.
@@ -34,6 +36,7 @@ def run(folder):
     )
 
 
+@pytest.mark.long
 def test_a_damaged_index_is_compiled_again(tmp_path):
     (tmp_path / "kernel.py").write_text(KERNEL)
     assert run(tmp_path).stdout == "42.0\n"

@@ -57,6 +57,7 @@ def test_counts_behind_the_estimate_are_those_of_the_meshes(stiff_mesh, tmp_path
     )
 
 
+@pytest.mark.long
 def test_costs_grow_with_fineness_and_modes_and_meet_the_measured_points():
     coarse, fine = (
         reduction_cost("flexible_carrier", STAGE, size, n_modes=20, files=NONE)
