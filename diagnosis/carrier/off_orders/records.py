@@ -1,6 +1,7 @@
 """Signals beside the shaft's orders: what is left of a run once its orders are taken out."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,8 @@ _SAMPLES_A_COLUMN = 3
 _MOST_SAMPLES = 60_000
 #: Change of a load over its size that lets the orders follow it.
 _CHANGES = 1e-4
+#: Directions of the shared columns below this share of the largest are rounding.
+_ALIKE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +70,8 @@ def beside_orders(campaign: Campaign) -> tuple[BesideOrders, ...]:
     Orders 0 to 12 of the measured angle, each of them following torque, time, speed and radial load
     as far as the run is long enough, and a slow drift are fitted to the run and subtracted: what a
     shape of the carrier or the housing, or an error of a sensor, could make is gone whatever its
-    size.
+    size. How the orders follow torque and radial load in runs too short to tell it is fitted to all
+    runs together.
 
     Parameters
     ----------
@@ -79,18 +83,58 @@ def beside_orders(campaign: Campaign) -> tuple[BesideOrders, ...]:
     tuple of BesideOrders
         Runs that are long enough, in their order.
     """
-    runs = [_beside_orders(run, campaign.channels) for run in campaign.within_use().runs]
-    return tuple(run for run in runs if run is not None)
+    own = [_beside_orders(run, campaign.channels) for run in campaign.within_use().runs]
+    found = [entry for entry in own if entry is not None]
+    return _without_shared([run for run, _ in found], [loaded for _, loaded in found])
 
 
-def _beside_orders(run: Run, channels: tuple[Channel, ...]) -> BesideOrders | None:
+def _without_shared(
+    runs: Sequence[BesideOrders], loaded: Sequence[Sequence[FloatArray]]
+) -> tuple[BesideOrders, ...]:
+    """Runs without what the orders make of the loads with the same sizes in every run.
+
+    A torque that ripples makes lines beside every order that follows it. A run too short to tell
+    how its orders follow the loads leaves them beside the orders; all runs together tell it, as
+    the size per newton metre is one.
+
+    Parameters
+    ----------
+    runs : sequence of BesideOrders
+        Runs without their own orders.
+    loaded : sequence of sequence of ndarray
+        Orders times each load, by run, shape (n, k); the same loads in every run.
+    """
+    n_turns = sum(float(run.turns[-1] - run.turns[0]) for run in runs)
+    n_shared = int(n_turns / _TURNS_A_QUANTITY) - 1
+    if not runs or n_shared < 1:
+        return tuple(runs)
+    followed = [np.hstack(own[:n_shared]) for own in loaded]
+    columns = [run.beside(own) for run, own in zip(runs, followed, strict=True)]
+    table = np.vstack(columns)
+    energy = np.sqrt((table**2).sum(axis=0))
+    # What every run follows by itself is rounding here.
+    kept = energy > _CHANGES * np.sqrt((np.vstack(followed) ** 2).sum(axis=0))
+    if not kept.any():
+        return tuple(runs)
+    values = np.hstack([run.values for run in runs]).T
+    sizes = np.linalg.lstsq(table[:, kept] / energy[kept], values, rcond=_ALIKE)[0]
+    return tuple(
+        replace(run, values=run.values - (own[:, kept] / energy[kept] @ sizes).T)
+        for run, own in zip(runs, columns, strict=True)
+    )
+
+
+def _beside_orders(
+    run: Run, channels: tuple[Channel, ...]
+) -> tuple[BesideOrders, list[FloatArray]] | None:
+    """One run, and its orders times each load that all runs share; None where it is too short."""
     gap = np.array([_gap(run, channel.name) for channel in channels])
     present = np.isfinite(gap).all(axis=0)
     angle = run.inputs["carrier_angle"]
     turns = np.abs(angle - angle[0]) / (2.0 * np.pi)
     group = -(-int(present.sum()) // _MOST_SAMPLES) or 1
-    time, turns, *quantities = (
-        _averaged(row[present], group) for row in (run.time, turns, *_followed(run, angle))
+    time, turns, phase_angle, *quantities = (
+        _averaged(row[present], group) for row in (run.time, turns, angle, *_followed(run, angle))
     )
     n_waves = 2 * MAX_ORDER + 1
     n_samples = time.size
@@ -98,8 +142,7 @@ def _beside_orders(run: Run, channels: tuple[Channel, ...]) -> BesideOrders | No
     fewest = min(n_turns / _TURNS_A_QUANTITY, n_samples / (_SAMPLES_A_COLUMN * n_waves))
     if fewest < 1.0:
         return None
-    phase = 2.0 * np.pi * np.outer(turns, np.arange(1, MAX_ORDER + 1))
-    waves = np.hstack([np.ones((n_samples, 1)), np.cos(phase), np.sin(phase)])
+    waves = _waves(2.0 * np.pi * turns)
     followed = [np.ones(n_samples), *(row for row in map(_centred, quantities) if row.any())]
     # A drift of the offset is slower than any line that is looked for.
     along = 2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0
@@ -110,7 +153,21 @@ def _beside_orders(run: Run, channels: tuple[Channel, ...]) -> BesideOrders | No
     design = np.hstack([*steady, *(waves * row[:, None] for row in followed[: int(fewest)])])
     basis = np.linalg.qr(design)[0]
     values = np.array([_averaged(row[present], group) for row in gap])
-    return BesideOrders(run.name, time, turns, values - (values @ basis) @ basis.T, basis)
+    own = BesideOrders(run.name, time, turns, values - (values @ basis) @ basis.T, basis)
+    return own, [_waves(phase_angle) * load[:, None] for load in _loads(run, present, group)]
+
+
+def _waves(angle: FloatArray) -> FloatArray:
+    """Orders 0 to 12 of an angle [rad], shape (n, 25)."""
+    phase = np.outer(angle, np.arange(1, MAX_ORDER + 1))
+    return np.hstack([np.ones((angle.size, 1)), np.cos(phase), np.sin(phase)])
+
+
+def _loads(run: Run, present: NDArray[np.bool_], group: int) -> list[FloatArray]:
+    """Torque and radial load about their means in a run, in their units, torque first."""
+    rows = [run.inputs[name] for name in ("torque", "ntl_y", "ntl_z") if name in run.inputs]
+    averaged = [_averaged(row[present], group) for row in rows]
+    return [_centred(row) * float(np.std(row)) for row in averaged]
 
 
 def _averaged(values: FloatArray, group: int) -> FloatArray:

@@ -14,6 +14,7 @@ from carrierflex.diagnosis.report.diagnosis_files import diagnosis_document
 from carrierflex.diagnosis.report.words import verdict_heading
 from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
 from tests.diagnosis.carrier.carrier_twin import CURVES, KNOWN, LOADS, NOISE, SPEEDS, twin_campaign
+from tests.identification.synthetic_campaigns import SPEED, carrier_campaign, run_case
 
 AMPLITUDE = 2e-5
 
@@ -49,6 +50,39 @@ def with_tone(campaign, hertz):
 @pytest.mark.parametrize("effect", [None, "torque_tilt", "pin_clearance", "thermal_drift"])
 def test_nothing_is_found_beside_the_orders_of_records_without(effect):
     assert off_orders(twin_campaign(effect)).motions == ()
+
+
+def rippling_campaign(torques=(0.5, 0.75, 0.25, 1.0), turns=8.3, noise=5e-7):
+    """Short runs whose torque ripples by 3 %: lines beside every order that follows it."""
+    cases = [
+        run_case(
+            f"LC{k}",
+            torque=share * 360e3,
+            condition=f"load {k}",
+            duration=turns * 2.0 * np.pi / SPEED,
+            torque_ripple=0.03,
+        )
+        for k, share in enumerate(torques)
+    ]
+    return carrier_campaign(cases, noise_std=noise, seed=2)
+
+
+def test_a_rippling_torque_makes_no_lines_in_runs_too_short_to_follow_it_alone():
+    assert off_orders(rippling_campaign()).motions == ()
+
+
+def test_a_line_is_found_beside_a_rippling_torque():
+    campaign = rippling_campaign()
+    runs = []
+    for run in campaign.runs:
+        angle = run.inputs["carrier_angle"]
+        signals = {
+            channel.name: run.signals[channel.name] + 2e-6 * np.sin(2.5 * angle - channel.angle)
+            for channel in campaign.channels
+        }
+        runs.append(replace(run, signals=signals))
+    (motion,) = off_orders(replace(campaign, runs=tuple(runs))).motions
+    assert motion.id == "nonsynchronous/2.50X"
 
 
 def test_a_whirl_keeps_its_order_and_is_taken_out_of_the_records():
