@@ -4,7 +4,7 @@ Families in fixed shares, effects in turn, gaps from half to thirty times the fl
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -46,7 +46,9 @@ def full_size(kind: str) -> int:
     return sum(_weights(kind).values()) if kind != "mounting" else 60
 
 
-def case_plans(kind: str, cases: int, seed: int) -> tuple[CasePlan, ...]:
+def case_plans(
+    kind: str, cases: int, seed: int, families: Sequence[str] = FAMILIES
+) -> tuple[CasePlan, ...]:
     """Plan of a check; the same arguments give the same plan.
 
     Parameters
@@ -57,6 +59,8 @@ def case_plans(kind: str, cases: int, seed: int) -> tuple[CasePlan, ...]:
         Number of cases.
     seed : int
         Seed.
+    families : sequence of str
+        Families to draw from, of those that the kind has; kind element draws from all.
 
     Returns
     -------
@@ -66,7 +70,7 @@ def case_plans(kind: str, cases: int, seed: int) -> tuple[CasePlan, ...]:
     Raises
     ------
     ValueError
-        Where the kind is unknown, or there is no case or no valid seed.
+        Where the kind is unknown or has none of the families, or there is no case or no valid seed.
     """
     if kind not in KINDS:
         raise ValueError(f"kind is '{kind}'; expected one of {', '.join(KINDS)}")
@@ -77,8 +81,13 @@ def case_plans(kind: str, cases: int, seed: int) -> tuple[CasePlan, ...]:
     rng = np.random.default_rng([seed, _STREAM[kind], 0])
     if kind == "element":
         return tuple(element_plans(_counts(strata_weights(), cases), seed, rng))
+    weights = {name: weight for name, weight in _weights(kind).items() if name in families}
+    if not weights:
+        raise ValueError(
+            f"kind {kind} has no family {', '.join(families)}; it has {', '.join(_weights(kind))}"
+        )
     drawn = []
-    for family, count in _counts(_weights(kind), cases).items():
+    for family, count in _counts(weights, cases).items():
         for k, effects in enumerate(_effects(kind, family, count, rng)):
             # Even strata of the logarithm: a small check covers the range too.
             fraction = (k + rng.uniform()) / count

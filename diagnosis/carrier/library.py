@@ -15,8 +15,10 @@ from carrierflex.diagnosis.comparison.effect_cards import EffectCard, effect_lib
 from carrierflex.diagnosis.comparison.user_laws import check_is_function, first_line, refusal
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.effects.deflection import (
+    PIN_CLEARANCE,
     UNEQUAL_LOAD_SHARING,
     load_sharing_of,
+    pin_clearance_of,
 )
 from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
@@ -49,8 +51,11 @@ def carrier_library(rig: CarrierRig) -> dict[str, Effect]:
     ValueError
         Where a user's card cannot be computed.
     """
-    sharing = {UNEQUAL_LOAD_SHARING.id: load_sharing_of(rig.n_planets)}
-    effects = (*{**CARRIER_EFFECTS, **sharing}.values(), *NEGATIVE_CONTROLS)
+    of_rig = {
+        UNEQUAL_LOAD_SHARING.id: load_sharing_of(rig.n_planets),
+        PIN_CLEARANCE.id: pin_clearance_of(rig.curves),
+    }
+    effects = (*{**CARRIER_EFFECTS, **of_rig}.values(), *NEGATIVE_CONTROLS)
     cards = tuple(card_of(effect) for effect in effects)
     users = users_cards(effect_library(KIND, cards), cards)
     refuse_wrong_carrier_laws(users, rig)

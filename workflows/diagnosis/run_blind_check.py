@@ -18,7 +18,7 @@ from typing import Any, Literal
 from rich.console import Console
 
 from carrierflex.blind_check.case_plans import case_plans, full_size
-from carrierflex.blind_check.labels import KINDS, Label
+from carrierflex.blind_check.labels import FAMILIES, KINDS, Label
 from carrierflex.blind_check.scoring.class_judging import (
     CLASS_KINDS,
     ClassJudged,
@@ -41,6 +41,7 @@ from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
 
 Kind = Literal["carrier", "mounting", "element", "all"]
+Family = Literal["single", "pair", "nothing", "outside", "aliased", "one_condition", "stage"]
 
 
 def main(
@@ -49,6 +50,7 @@ def main(
     kind: Sequence[Kind] = ("all",),
     cases: int | None = None,
     seed: int = 1,
+    family: Sequence[Family] = (),
     workers: int = 1,
     scheduler: str | None = None,
     keep: bool = True,
@@ -67,6 +69,8 @@ def main(
         Cases of each kind; a full check without.
     seed : int
         Seed of the cases.
+    family : sequence of str
+        Only these families of cases (kinds carrier and mounting); may be repeated. All without.
     workers : int
         Processes that write and diagnose cases.
     scheduler : str
@@ -93,11 +97,16 @@ def main(
     """
     kinds = tuple(name for name in KINDS if name in kind or "all" in kind)
     sizes = {name: full_size(name) if cases is None else cases for name in kinds}
-    plans = [plan for name, size in sizes.items() for plan in case_plans(name, size, seed)]
+    families = tuple(family) or FAMILIES
+    plans = [
+        plan for name, size in sizes.items() for plan in case_plans(name, size, seed, families)
+    ]
     folder = prepared_folder(out).resolve()
     stages = Stages(3, quiet)
     with stages.stage("writing and sealing the cases"), _processes(workers, scheduler) as executor:
-        request = {"seed": seed, "cases": sizes}
+        request: dict[str, Any] = {"seed": seed, "cases": sizes}
+        if family:
+            request["families"] = list(family)
         sealed = sealed_check(plans, folder, write_case, executor, check=request, note=stages.note)
     Console(quiet=quiet, highlight=False).print(
         f"digest of {len(plans)} seals: {sealed.published.digest}", soft_wrap=True
@@ -121,6 +130,7 @@ def main(
             ["carrierflex blind-check", *(f"--kind {name}" for name in kinds)]
             + ([f"--cases {cases}"] if cases is not None else [])
             + [f"--seed {seed}"]
+            + [f"--family {name}" for name in family]
             + (["--classes-only"] if classes_only else [])
         )
         rows = [*(_row(case) for case in by_effect), *(_class_row(case) for case in by_class)]

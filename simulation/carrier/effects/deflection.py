@@ -1,5 +1,6 @@
 """Deflection of the carrier: flexible and stiff pins, clearance, uneven pin loads."""
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -39,6 +40,48 @@ def _pin_clearance(
     stiff = _under_torque("delta_s", sensor, inputs, rig, torque)
     flexible = _under_torque("delta_f", sensor, inputs, rig, torque)
     return (stiff - flexible)[None]
+
+
+def _pin_clearance_with_weight(
+    sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, T_c: float
+) -> FloatArray:
+    """The same, then what closed pins carry beside the torque.
+
+    Weight on stiff and on flexible pins, then the radial load: loads that stand still turn through
+    the pins once a revolution.
+    """
+    closed = np.abs(inputs.torque) > T_c
+    weight = (np.zeros_like(inputs.ntl_z), np.ones_like(inputs.ntl_z))
+    turned = [
+        closed * _tangential_loads(curve, sensor, inputs, rig, *load)
+        for load in (weight, (inputs.ntl_y, inputs.ntl_z))
+        for curve in ("g_s", "g_f")
+    ]
+    return np.concatenate([_pin_clearance(sensor, inputs, rig, T_c), turned])
+
+
+def _tangential_loads(
+    curve: str,
+    sensor: RimSensor,
+    inputs: CarrierInputs,
+    rig: CarrierRig,
+    load_y: FloatArray,
+    load_z: FloatArray,
+) -> FloatArray:
+    """Signal of pins that carry the tangential part ``F . t(beta_i)`` of a load, shape (n,)."""
+    pins = rig.pins_at(inputs.carrier_angle)
+    _, across = patterns.load_turned_shares(pins, load_y, load_z, rig.n_planets)
+    # As excess of a torque that loads every pin with one newton.
+    one_newton = np.full_like(pins, rig.n_planets * rig.pin_radius)
+    return patterns.uneven_pins_pattern(
+        pins,
+        sensor.angle,
+        one_newton,
+        across,
+        g=rig.curves[curve],
+        pin_radius=rig.pin_radius,
+        radial=not sensor.is_axial,
+    )
 
 
 def _unequal_load_sharing(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
@@ -126,6 +169,26 @@ PIN_CLEARANCE = Effect(
         "closes"
     ),
 )
+#: Pins bend in their bores under all that they carry. Torque loads all alike; weight and radial
+#: load turn through them. A closed pin answers to a small turned load as to the torque's excess, in
+#: the curves of a single pin, which leave orders 1, 2, 4 and 5 of the carrier: a static tilt, order
+#: 3 of one phase or a saddle, order 6 as a tilt. Stiff and flexible curve have amplitudes of their
+#: own: order 1 in them is that of a carrier clamped at its hub, not of one between two bearings.
+_PIN_CLEARANCE_WITH_WEIGHT = replace(
+    PIN_CLEARANCE,
+    equation=(
+        "c (delta_s - delta_f)(v - theta) sign(T) max(|T| - T_c, 0)/T_unit + [|T| > T_c] "
+        "sum_i ((w_s e_z + k_s F).t(beta_i) g_s + (w_f e_z + k_f F).t(beta_i) g_f)"
+        "(v - theta - alpha_i)"
+    ),
+    parameters=(
+        PIN_CLEARANCE.parameters[0],
+        *(EffectParameter(name, "N", -1e6, 1e6, 1e4) for name in ("w_s", "w_f")),
+        *(EffectParameter(name, "1", -10.0, 10.0, 0.1) for name in ("k_s", "k_f")),
+        PIN_CLEARANCE.parameters[1],
+    ),
+    pattern=_pin_clearance_with_weight,
+)
 
 
 def _pin_shares(n_planets: int) -> tuple[EffectParameter, ...]:
@@ -162,6 +225,11 @@ LOAD_SHARING_NTL = Effect(
 def load_sharing_of(n_planets: int) -> Effect:
     """Unequal load sharing among some number of pins."""
     return replace(UNEQUAL_LOAD_SHARING, parameters=_pin_shares(n_planets))
+
+
+def pin_clearance_of(curves: Collection[str]) -> Effect:
+    """Closing pins, with what weight and radial load do to them where curves of a pin are known."""
+    return _PIN_CLEARANCE_WITH_WEIGHT if {"g_s", "g_f"} <= set(curves) else PIN_CLEARANCE
 
 
 DEFLECTION = (FLEXIBLE_PINS, STIFF_PINS, PIN_CLEARANCE, UNEQUAL_LOAD_SHARING, LOAD_SHARING_NTL)

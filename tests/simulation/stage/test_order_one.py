@@ -71,6 +71,53 @@ def rigid_carrier_on_two_springs(upwind, downwind, main, tilt=0.0):
     return np.linalg.solve(shaft + bearings, shaft @ [0.0, 1.0])[1]
 
 
+def relative_tilt_in_one_plane(bearings, mounting, rotational):
+    """Rotation of a rigid carrier against its housing over the kink, in the plane x-z.
+
+    Shaft's ends, then the housing at the joint: z and rotation each. `rotational` is the stiffness
+    [N m/rad] of both bushings together about their own place.
+    """
+    rows = np.ix_([2, 4, 8, 10], [2, 4, 8, 10])
+    K = np.zeros((6, 6))
+    K[:4, :4] = beam_shaft(ShaftData(), np.zeros(3)).K[rows]
+    load = K[:, 3].copy()  # a kink is a rotation that the shaft's end has without the carrier
+    K[0, 0] += bearings.main_radial
+    for stiffness, x in ((bearings.upwind_radial, UPWIND), (bearings.downwind_radial, DOWNWIND)):
+        arm = x - JOINT
+        between = np.array([0.0, 0.0, 1.0, -arm, -1.0, arm])
+        K += stiffness * np.outer(between, between)
+    # The joint is 0.12 m upwind of the rim's face, from which x of the bushings counts.
+    bushes = np.array([0.0, 0.0, 0.0, 0.0, 1.0, -(mounting.x + 0.12)])
+    K += 2.0 * mounting.radial_stiffness * np.outer(bushes, bushes)
+    K[5, 5] += rotational
+    motion = np.linalg.solve(K, load)
+    return motion[3] - motion[5]
+
+
+def wobble_and_rocking(body, data, load=WEIGHTLESS):
+    """Parts of order 1 that turn with the carrier and against it, over the kink's motion."""
+    model = stage_model(body, data, effects=StageEffects(phi_PLC=PHI, theta_PLC=1.0), speed=0.0)
+    first = sensor_orders(model, quasi_static_turn(model, load), SENSORS).amplitudes[:, 1]
+    angles = np.array([sensor.angle for sensor in SENSORS])
+    parts = [abs(np.mean(first * np.exp(sign * 1j * angles))) for sign in (1.0, -1.0)]
+    return np.array(parts) / (RADIUS * PHI)
+
+
+@pytest.mark.parametrize("tilt_stiffness", [0.0, 2.7e5, 4.55e6])
+def test_a_kink_rocks_about_the_axis_that_the_mounting_holds(rigid_body, tilt_stiffness):
+    # A kink turns; the housing, held about z by 2 k_x arm^2 and about y by little, follows it about
+    # y. A motion about one axis is half a wobble forwards and half of one backwards.
+    soft = BearingData(upwind_radial=1.7e8, downwind_radial=1.15e8, sun_radial=1.0, sun_tilt=1.0)
+    mounting = MountingData(axial_stiffness=8.05e6, x=0.057, tilt_stiffness=tilt_stiffness)
+    about_y = 2.0 * tilt_stiffness
+    about_z = about_y + 2.0 * mounting.axial_stiffness * mounting.arm**2
+    y, z = (relative_tilt_in_one_plane(soft, mounting, stiff) for stiff in (about_y, about_z))
+    forward, backward = wobble_and_rocking(rigid_body, StageData(bearings=soft, mounting=mounting))
+    assert_allclose([forward, backward], [0.5 * (z + y), 0.5 * (z - y)], rtol=0.01)
+    assert z > 0.3
+    assert (y < 0.1 * z) == (tilt_stiffness < 1e6)
+
+
 @pytest.mark.parametrize(
     ("upwind", "downwind", "expected"), [(6e9, 5e9, 0.2815), (1e8, 1e8, 0.8425)]
 )

@@ -1,0 +1,94 @@
+"""Laws of the library against what the sensors of the whole stage read, which knows none."""
+
+import numpy as np
+import pytest
+
+from carrierflex.blind_check.truth.carrier.stage import LOADS, SENSOR_ANGLES, stage_readings
+from carrierflex.diagnosis.carrier.library import carrier_library
+from carrierflex.simulation.carrier.effects.deflection import PIN_CLEARANCE, pin_clearance_of
+from carrierflex.simulation.carrier.rim import CarrierInputs, RimSensor
+from tests.diagnosis.carrier.carrier_twin import CARRIER_RIG, CURVES
+
+ANGLE = 2.0 * np.pi * np.arange(24) / 24
+SENSORS = [RimSensor(float(angle), 0.412, True) for angle in SENSOR_ANGLES]
+
+
+def inputs_under(load):
+    torque, y, z = (value * np.ones_like(ANGLE) for value in load)
+    return CarrierInputs(ANGLE, ANGLE, torque, y, z, start=0.0, end=ANGLE[-1])
+
+
+def gap_of(case, orders=slice(None)):
+    """Readings with the effect less those without, shape (n_loads, n_sensors, n_angles)."""
+    series, nominal = stage_readings(case)
+    gap = series - nominal
+    kept = np.zeros_like(gap)
+    kept[..., orders] = gap[..., orders]
+    waves = np.outer(np.arange(1, (gap.shape[2] + 1) // 2), ANGLE)
+    return kept[..., :1] + kept[..., 1::2] @ np.cos(waves) + kept[..., 2::2] @ np.sin(waves)
+
+
+def share_left(gap, effect, shapes):
+    """Least share of the gap's square that an effect leaves, over values of its shape."""
+    left = []
+    for shape in shapes:
+        columns = np.concatenate(
+            [
+                effect.signals(sensor, inputs_under(load), CARRIER_RIG, shape)
+                for load in LOADS
+                for sensor in SENSORS
+            ],
+            axis=1,
+        ).T
+        fit, *_ = np.linalg.lstsq(columns, gap.ravel(), rcond=None)
+        left.append(((gap.ravel() - columns @ fit) ** 2).sum() / (gap**2).sum())
+    return min(left)
+
+
+@pytest.mark.parametrize(
+    ("case", "torque_alone", "with_weight"),
+    [
+        ("pin_clearance 1", 0.05, 0.02),
+        ("pin_clearance 2", 0.1, 0.025),
+        ("pin_clearance 3", 0.3, 0.04),
+    ],
+)
+def test_closed_pins_carry_weight_beside_the_torque(case, torque_alone, with_weight):
+    gap = gap_of(case)
+    shapes = np.linspace(0.0, 340e3, 35)
+    assert share_left(gap, PIN_CLEARANCE, shapes) > torque_alone
+    assert share_left(gap, pin_clearance_of(CURVES), shapes) < with_weight
+
+
+def test_weight_on_closed_pins_makes_orders_0_3_and_6_of_other_phases_than_torque():
+    # A load that turns through three pins: order n of a pin's curve comes as the multiple of three
+    # beside it.
+    effect = pin_clearance_of(CURVES)
+    rows = np.array([effect.signals(s, inputs_under(LOADS[0]), CARRIER_RIG, 1e5) for s in SENSORS])
+    orders = np.abs(np.fft.rfft(rows, axis=2)).max(axis=0)
+    for row in orders[1:3]:
+        assert row[[1, 2, 4, 5, 7]].max() < 1e-9 * row.max()
+        assert row[[0, 3, 6]].min() > 1e-2 * row.max()
+    # The torque's own part has no order 0 but for the mesh, and open pins carry nothing.
+    assert orders[0, 0] < 0.03 * orders[0].max()
+    open_pins = effect.signals(SENSORS[0], inputs_under(LOADS[0]), CARRIER_RIG, 3.7e5)
+    assert not open_pins.any()
+
+
+def test_a_kink_seen_through_clearances_rocks_and_shrinks_under_radial_load():
+    gap = gap_of("bearing_clearance + carrier_tilt", orders=slice(1, 3))
+    library = carrier_library(CARRIER_RIG)
+    left = share_left(gap, library["followed_kink"], np.geomspace(1e4, 4e5, 12))
+    assert left < 0.03
+    # A kink that turns with the carrier alone leaves half: the housing follows it about one axis.
+    tilt = library["carrier_tilt"]
+    rows = np.concatenate(
+        [
+            tilt.signals(sensor, inputs_under(load), CARRIER_RIG)
+            for load in LOADS
+            for sensor in SENSORS
+        ],
+        axis=1,
+    ).T
+    fit, *_ = np.linalg.lstsq(rows, gap.ravel(), rcond=None)
+    assert ((gap.ravel() - rows @ fit) ** 2).sum() > 0.5 * (gap**2).sum()
