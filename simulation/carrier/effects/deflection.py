@@ -2,6 +2,7 @@
 
 from collections.abc import Collection
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,28 +37,41 @@ def _pin_clearance(
     sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, T_c: float
 ) -> FloatArray:
     """Stiff less flexible pins under the part of the torque beyond `T_c` [N m]."""
-    torque = patterns.closing_torque(inputs.torque, T_c)
-    stiff = _under_torque("delta_s", sensor, inputs, rig, torque)
-    flexible = _under_torque("delta_f", sensor, inputs, rig, torque)
-    return (stiff - flexible)[None]
+    return (_closed_pins(sensor, inputs, rig) * patterns.closing_torque(inputs.torque, T_c))[None]
 
 
 def _pin_clearance_with_weight(
     sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, T_c: float
 ) -> FloatArray:
-    """The same, then what closed pins carry beside the torque.
-
-    Weight on stiff and on flexible pins, then the radial load: loads that stand still turn through
-    the pins once a revolution.
-    """
-    closed = np.abs(inputs.torque) > T_c
-    weight = (np.zeros_like(inputs.ntl_z), np.ones_like(inputs.ntl_z))
-    turned = [
-        closed * _tangential_loads(curve, sensor, inputs, rig, *load)
-        for load in (weight, (inputs.ntl_y, inputs.ntl_z))
-        for curve in ("g_s", "g_f")
-    ]
+    """The same, then what closed pins carry beside the torque."""
+    turned = (np.abs(inputs.torque) > T_c) * _turned_loads(sensor, inputs, rig)
     return np.concatenate([_pin_clearance(sensor, inputs, rig, T_c), turned])
+
+
+# The curves' splines are the same at every value of the threshold: the last inputs' are kept.
+@lru_cache(maxsize=1)
+def _closed_pins(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
+    """Stiff less flexible pins per torque [m/N m], shape (n,)."""
+    one = np.ones_like(inputs.torque)
+    stiff = _under_torque("delta_s", sensor, inputs, rig, one)
+    return stiff - _under_torque("delta_f", sensor, inputs, rig, one)
+
+
+@lru_cache(maxsize=1)
+def _turned_loads(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
+    """Weight on stiff and on flexible pins, then the radial load, shape (4, n).
+
+    Loads that stand still turn through the pins once a revolution.
+    """
+    weight = (np.zeros_like(inputs.ntl_z), np.ones_like(inputs.ntl_z))
+    loads = (weight, (inputs.ntl_y, inputs.ntl_z))
+    return np.array(
+        [
+            _tangential_loads(curve, sensor, inputs, rig, *load)
+            for load in loads
+            for curve in ("g_s", "g_f")
+        ]
+    )
 
 
 def _tangential_loads(
