@@ -80,7 +80,6 @@ STAGE_EFFECTS: tuple[tuple[str, ...], ...] = (
 _IN_THE_STAGE = {
     "unequal_load_sharing": ("unequal_load_sharing", "carrier_tilt"),
     "bearing_clearance": ("bearing_clearance", "clearance_rocking"),
-    "carrier_tilt": ("carrier_tilt", "followed_kink"),
 }
 #: What an effect of the stage brings along and may be named beside it. A kink, or a pin out of
 #: place, bends the carrier in its own frame: waves that stay on its face. A carrier that has used

@@ -13,7 +13,7 @@ STATIC = (
 #: At the third order and its multiples.
 THREE_PER_TURN = ("flexible_pins", "stiff_pins", "pin_clearance", "ring_pass", "face_runout")
 #: At the first order and its neighbours.
-ONCE_PER_TURN = ("carrier_tilt", "followed_kink", "unequal_load_sharing", "load_sharing_ntl")
+ONCE_PER_TURN = ("carrier_tilt", "unequal_load_sharing", "load_sharing_ntl")
 #: Following the radial load, or torque times radial load.
 WITH_RADIAL_LOAD = ("ntl_tilt", "bearing_clearance", "unequal_load_sharing")
 

@@ -12,11 +12,7 @@ from numpy.typing import NDArray
 
 from carrierflex.simulation.carrier import patterns
 from carrierflex.simulation.carrier.effect import Effect, angles, lengths, others, per_newton
-from carrierflex.simulation.carrier.effects.alike import (
-    ONCE_PER_TURN,
-    STATIC,
-    STEPS_OF_LOAD,
-)
+from carrierflex.simulation.carrier.effects.alike import STATIC, STEPS_OF_LOAD
 from carrierflex.simulation.carrier.effects.misalignment import housing_tilt_signals
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
 from carrierflex.simulation.effect_parameters import EffectParameter
@@ -24,8 +20,6 @@ from carrierflex.simulation.effect_parameters import EffectParameter
 FloatArray = NDArray[np.float64]
 #: Loads that take up most of a clearance, over the largest load, between which signals are linear.
 _LOAD_NODES = np.geomspace(0.02, 4.0, 9)
-#: The same for a wobble, whose eight amplitudes make as many columns at every node.
-_WOBBLE_NODES = np.geomspace(0.05, 2.0, 5)
 
 
 def _ntl_tilt(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
@@ -56,20 +50,6 @@ def _clearance_rocking(
     return _tilt_and_shift(sensor, *(0.5 * (up - down)))
 
 
-def _followed_kink(
-    sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, F_s: float
-) -> FloatArray:
-    """Wobble forwards and backwards whatever the load, then as far as clearances are not used up.
-
-    Each as cosine and sine.
-    """
-    forward, backward = inputs.carrier_angle - sensor.angle, -inputs.carrier_angle - sensor.angle
-    waves = np.array([wave(phase) for phase in (forward, backward) for wave in (np.sin, np.cos)])
-    held = sensor.is_axial * sensor.radius * waves
-    left = F_s / np.sqrt(inputs.ntl_y**2 + inputs.ntl_z**2 + F_s**2)
-    return np.concatenate([held, left * held])
-
-
 def _tilt_and_shift(sensor: RimSensor, along_y: FloatArray, along_z: FloatArray) -> FloatArray:
     tilt = patterns.load_tilt_pattern(sensor.angle, sensor.radius, along_y, along_z)
     shift = patterns.load_shift_pattern(sensor.angle, along_y, along_z)
@@ -78,10 +58,6 @@ def _tilt_and_shift(sensor: RimSensor, along_y: FloatArray, along_z: FloatArray)
 
 def _load_nodes(rig: CarrierRig, largest_load: float) -> FloatArray:
     return _LOAD_NODES * largest_load
-
-
-def _wobble_nodes(rig: CarrierRig, largest_load: float) -> FloatArray:
-    return _WOBBLE_NODES * largest_load
 
 
 NTL_TILT = Effect(
@@ -130,25 +106,4 @@ CLEARANCE_ROCKING = Effect(
     ),
 )
 
-FOLLOWED_KINK = Effect(
-    "followed_kink",
-    equation=(
-        "R (p e^{j theta} + q e^{-j theta}) e^{-j v} and the same with p_F, q_F times "
-        "F_s / sqrt(F^2 + F_s^2); c and s are the parts of sine and cosine"
-    ),
-    parameters=(
-        *angles("p_c", "p_s", "q_c", "q_s", scale=1e-4),
-        *angles("p_Fc", "p_Fs", "q_Fc", "q_Fs", scale=1e-4),
-        EffectParameter("F_s", "N", 1.0, 1e8, 5e4, shape=True),
-    ),
-    signature="order 1, m = +1 and -1, smaller under a radial load of any direction",
-    pattern=_followed_kink,
-    shape_nodes=_wobble_nodes,
-    aliases=others("followed_kink", ONCE_PER_TURN),
-    discriminating_experiment=(
-        "one sensor against the ground beside one against the housing, with and without a radial "
-        "load: the kink itself stays, what the housing follows of it changes"
-    ),
-)
-
-RADIAL_LOAD = (NTL_TILT, BEARING_CLEARANCE, CLEARANCE_ROCKING, FOLLOWED_KINK)
+RADIAL_LOAD = (NTL_TILT, BEARING_CLEARANCE, CLEARANCE_ROCKING)

@@ -122,12 +122,6 @@ def clean_signal(effect, channel, time, columns):
             sensor, closed, CARRIER_RIG
         )
         signal = signal + 1.5 * law[0]
-    if effect == "followed_kink":
-        # About one axis of the housing, half of it gone where the load is F_s.
-        load = np.hypot(inputs.ntl_y, inputs.ntl_z)
-        left = 0.4 + 0.6 * 8e4 / np.sqrt(load**2 + 8e4**2)
-        about_z = 2e-4 * left * np.cos(inputs.carrier_angle + 0.5)
-        signal = signal - sensor.is_axial * sensor.radius * about_z * np.sin(sensor.angle)
     if effect == "bearing_clearance":
         load = saturated_load(inputs.ntl_y, inputs.ntl_z, 3e4, 0.0)
         tilt = 1.2e-4 * load_tilt_pattern(sensor.angle, sensor.radius, *load)

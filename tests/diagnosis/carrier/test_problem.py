@@ -22,7 +22,6 @@ EFFECTS = (
     "pin_clearance",
     "bearing_clearance",
     "clearance_rocking",
-    "followed_kink",
     "sensor_gain",
     "sensor_angle",
     "sensor_zero",
@@ -71,15 +70,7 @@ def test_an_effect_outside_the_library_is_none_of_these():
 
 
 @pytest.mark.parametrize(
-    "effect",
-    [
-        "sensor_gain",
-        "sensor_angle",
-        "sensor_delay",
-        "pin_clearance",
-        "clearance_rocking",
-        "followed_kink",
-    ],
+    "effect", ["sensor_gain", "sensor_angle", "sensor_delay", "pin_clearance", "clearance_rocking"]
 )
 def test_derivatives_are_those_of_the_prediction(effect):
     problem = twin_problem(effect, loads=((1.0, 0, 0), (0.6, 0, 1e5)), turns=3)
