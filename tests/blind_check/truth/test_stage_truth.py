@@ -66,3 +66,11 @@ def test_a_case_has_the_gap_that_was_planned_or_tells_what_it_has(effects):
 def test_every_effect_of_the_stage_is_drawn_in_a_full_check():
     plans = [plan for plan in case_plans("carrier", 300, 2) if plan.family == STAGE]
     assert {plan.effects for plan in plans} == set(STAGE_EFFECTS)
+
+
+def test_a_check_of_one_family_holds_no_other():
+    plans = case_plans("carrier", 26, 4, (STAGE,))
+    assert {plan.family for plan in plans} == {STAGE}
+    assert {plan.effects for plan in plans} == set(STAGE_EFFECTS)
+    with pytest.raises(ValueError, match="kind mounting has no family stage; it has single, pair"):
+        case_plans("mounting", 5, 4, (STAGE,))
