@@ -77,6 +77,17 @@ _WORDS: dict[str, str] = {
 _DELAYS = ("sensor_delay",)
 
 
+#: Parameters of pins that close.
+_OF_CLOSED_PINS = {
+    "c": "share that closes",
+    "w_s": "weight on stiff pins",
+    "w_f": "weight on flexible pins",
+    "k_s": "radial load on stiff pins",
+    "k_f": "radial load on flexible pins",
+    "T_c": "torque at which it closes",
+}
+
+
 def parameter_words(effect: str, name: str) -> str:
     """What a parameter is, in words: ``tilt of the carrier``.
 
@@ -90,7 +101,7 @@ def parameter_words(effect: str, name: str) -> str:
     if effect in _DELAYS:
         return "delay"
     if effect == "pin_clearance":
-        return {"c": "share that closes", "T_c": "torque at which it closes"}.get(name, name)
+        return _OF_CLOSED_PINS.get(name, name)
     stem, _, last = name.partition("_")
     if effect in ("ntl_tilt", "flange_warp", "bearing_clearance") and last in _AXES:
         what = {"a": "tilt of direction 0 deg", "b": "tilt of direction 90 deg", "s": "saddle"}.get(
