@@ -33,6 +33,7 @@ from carrierflex.diagnosis.comparison.problem import (
 )
 from carrierflex.diagnosis.comparison.user_laws import force_library
 from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, KIND, NEGATIVE_CONTROLS
+from carrierflex.diagnosis.element.channel_noise import noise_variance
 from carrierflex.diagnosis.element.classes.answer import element_class_answer
 from carrierflex.diagnosis.element.classes.floor import believable_noise
 from carrierflex.diagnosis.element.classes.measured_laws import law_cards
@@ -42,7 +43,7 @@ from carrierflex.diagnosis.element.gap_findings import element_findings, element
 from carrierflex.diagnosis.element.gap_map import element_gap_cells
 from carrierflex.diagnosis.element.model import ElementModel, ElementScale, substeps_for
 from carrierflex.diagnosis.element.pictures import element_loops
-from carrierflex.diagnosis.element.records import ElementRecord, element_records, noise_variance
+from carrierflex.diagnosis.element.records import ElementRecord, element_records
 from carrierflex.diagnosis.element.scale import carried_noise, element_scale
 from carrierflex.diagnosis.element.score_cells import ScoreCells, score_cells, segment_squares
 from carrierflex.diagnosis.element.signatures import Column, element_signatures, signature_columns
@@ -319,7 +320,7 @@ def element_problem(
     model = replace(
         unscaled, scale=scale, substeps=substeps_for(scale, max(record.step for record in records))
     )
-    carried = [_carried_noise(campaign, model, record) for record in records]
+    carried = [carried_noise(model, record) for record in records]
     noise = noise + np.array(carried)
     note, table = "", None
     if not measured:
@@ -349,13 +350,6 @@ def declared_gains(campaign: Campaign) -> DeclaredGains:
     if drive in BY_FORCE:
         return DeclaredGains(force=driven, deflection=channel)
     return DeclaredGains(force=channel, deflection=driven)
-
-
-def _carried_noise(campaign: Campaign, model: ElementModel, record: ElementRecord) -> float:
-    """Variance that the noise of the measured force or deflection brings into the channel."""
-    if campaign.rig["drive"] in PER_MASS:
-        return 0.0
-    return carried_noise(model, record, campaign.input_of(next(iter(campaign.contract.inputs))))
 
 
 def _measured_states(records: Sequence[ElementRecord]) -> dict[str, tuple[float, float]]:

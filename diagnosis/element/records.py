@@ -6,18 +6,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import welch
 
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.element_drive import drive_and_response
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import (
+    band_end,
     band_limited,
     even_time,
+    flat_end,
     surrogate,
     trusted_frequency,
 )
-from carrierflex.simulation.element.drives import BY_FORCE
+from carrierflex.identification.campaign_check.sample_statistics import quantisation_step
+from carrierflex.simulation.element.drives import BY_FORCE, PER_MASS
 
 FloatArray = NDArray[np.float64]
 
@@ -34,6 +36,8 @@ _EDGE_PERIODS, _LARGEST_EDGE = 10.0, 0.1
 _RELEASED_PERIODS = 1.0
 _RELEASED_PARTS = 8
 _FEWEST_IN_PART = 64
+#: Square of a step over the variance of values spread evenly over it.
+_UNIFORM = 12.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +73,8 @@ class ElementRecord:
     base : ndarray, shape (n,), optional
         Displacement of the base where the channel reads the deflection in space; `response` is
         relative to it.
+    drive_noise : float
+        Variance of the noise of a measured force or deflection: declared, or of its steps.
     """
 
     name: str
@@ -86,6 +92,12 @@ class ElementRecord:
     negative_controls: tuple[FloatArray, ...]
     gap: FloatArray | None = None
     base: FloatArray | None = None
+    drive_noise: float = 0.0
+
+    @property
+    def flat_hz(self) -> float:
+        """Frequency [Hz] up to which the motion is known as it is."""
+        return flat_end(self.cutoff_hz)
 
     def with_response(self, response: FloatArray) -> "ElementRecord":
         """Copy that measured another response (force drive: the motion follows)."""
@@ -178,7 +190,7 @@ def _record(run: Run, campaign: Campaign, *, n_blocks: int, settle: int) -> Elem
             f"run {run.name}: {counts.sum()} measured samples after the first {settle} "
             f"('settle_samples'); expected at least {2 * FEWEST_IN_BLOCK}"
         )
-    return prepared_record(
+    record = prepared_record(
         (run.name, run.condition),
         float(even[-1] - even[0]) / (even.size - 1),
         *drive_and_response(run, campaign, even),
@@ -189,6 +201,26 @@ def _record(run: Run, campaign: Campaign, *, n_blocks: int, settle: int) -> Elem
         in_steady_state=bool(period) and settle == 0,
         n_blocks=n_blocks,
     )
+    return replace(record, drive_noise=_drive_noise(campaign, run))
+
+
+def _drive_noise(campaign: Campaign, run: Run) -> float:
+    """Variance of the noise of a measured force or deflection; none of a base or a release."""
+    if campaign.rig["drive"] in PER_MASS:
+        return 0.0
+    name = next(iter(campaign.contract.inputs))
+    declared = campaign.input_of(name).noise_std or 0.0
+    return max(declared**2, noise_of_steps(run.inputs[name]))
+
+
+def noise_of_steps(values: FloatArray) -> float:
+    """Variance of the rounding of a quantised signal, ``step² / 12``; zero of any other.
+
+    References
+    ----------
+    .. [1] W. R. Bennett, "Spectra of quantized signals", Bell Syst. Tech. J. 27 (1948) 446.
+    """
+    return quantisation_step(values) ** 2 / _UNIFORM
 
 
 def prepared_record(
@@ -215,11 +247,12 @@ def prepared_record(
     longest = max(spans, key=lambda span: span.stop - span.start)
     is_released = not force.any()
     if is_released:
-        cutoff = _released_frequency(deflection[longest], step)
+        trusted = _released_frequency(deflection[longest], step)
     else:
-        cutoff = trusted_frequency(deflection[longest], step)
+        trusted = trusted_frequency(deflection[longest], step)
+    cutoff = band_end(trusted, step)
     if not (by_force and period):
-        edge = (_RELEASED_PERIODS if is_released else _EDGE_PERIODS) / (cutoff * step)
+        edge = (_RELEASED_PERIODS if is_released else _EDGE_PERIODS) / (trusted * step)
         counts = counts & _is_inner(counts.size, spans, edge)
     block, n_blocks = _blocks(counts, period, n_blocks)
     motion = _motion(deflection, step, cutoff)
@@ -306,59 +339,3 @@ def _blocks(counts: NDArray[np.bool_], period: int, wanted: int) -> tuple[NDArra
     block = np.full(counts.size, -1)
     block[counted] = number
     return block, present.size
-
-
-def noise_variance(campaign: Campaign, records: Sequence[ElementRecord]) -> tuple[FloatArray, bool]:
-    """Variance of the noise of the channel by run, and whether it was measured rather than guessed.
-
-    Declared noise first; then the scatter over periods at the same phase; else the plateau of the
-    spectrum above the band of the signal, taken as white.
-
-    Parameters
-    ----------
-    campaign : Campaign
-        Its channel may declare `noise_std`.
-    records : sequence of ElementRecord
-        Prepared runs.
-
-    Returns
-    -------
-    tuple of (ndarray, shape (n_runs,), bool)
-        Variances; True where declared or from repeats.
-    """
-    declared = campaign.channels[0].noise_std
-    if declared is not None:
-        return np.full(len(records), declared**2), True
-    repeated = [_scatter_over_periods(record) for record in records]
-    if all(value is not None for value in repeated):
-        return np.array(repeated, dtype=np.float64), True
-    return np.array([_plateau(record) for record in records]), False
-
-
-def _scatter_over_periods(record: ElementRecord) -> float | None:
-    first = int(np.argmax(record.counts))
-    n = (record.response.size - first) // record.period if record.period else 0
-    if n < 2:
-        return None
-    values = record.response[first : first + n * record.period].reshape(n, record.period)
-    counted = record.counts[first : first + n * record.period].reshape(n, record.period).all(axis=0)
-    if not counted.any():
-        return None
-    return float(values[:, counted].var(axis=0, ddof=1).mean())
-
-
-def _plateau(record: ElementRecord) -> float:
-    """Variance of white noise as high as the spectrum's top.
-
-    Differences take the signal's leakage out.
-    """
-    segment = min(record.response.size, 2048)
-    _, power = welch(
-        record.response,
-        1.0 / record.step,
-        nperseg=segment,
-        window="blackmanharris",
-        detrend="linear",
-    )
-    top = power[int(0.85 * power.size) :]
-    return float(np.median(top) * 0.5 / record.step)

@@ -12,7 +12,6 @@ from carrierflex.diagnosis.element.linear import linear_element
 from carrierflex.diagnosis.element.model import ElementModel, ElementScale
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.signatures import base_columns, known_force
-from carrierflex.identification.campaign.campaign import InputSignal
 from carrierflex.identification.campaign.signals import pass_gain
 from carrierflex.identification.estimation.scaled_least_squares import design_solution
 
@@ -20,8 +19,8 @@ from carrierflex.identification.estimation.scaled_least_squares import design_so
 _FREQUENCIES = 4097
 
 
-def carried_noise(model: ElementModel, record: ElementRecord, drive: InputSignal) -> float:
-    """Variance in the channel of white noise that the input declares.
+def carried_noise(model: ElementModel, record: ElementRecord) -> float:
+    """Variance in the channel of the white noise of the measured force or deflection.
 
     Through the linear baseline, whose dynamic stiffness is ``D = K1 - w² m + j w C1``: ``sigma²
     mean |1/D|²`` under a force, ``sigma² mean |D|²`` over the usable band under a deflection.
@@ -31,11 +30,9 @@ def carried_noise(model: ElementModel, record: ElementRecord, drive: InputSignal
     model : ElementModel
         Baseline.
     record : ElementRecord
-        Its step and usable band.
-    drive : InputSignal
-        Input with its declared noise.
+        Its step, its usable band and the noise of its drive.
     """
-    if drive.noise_std is None:
+    if record.drive_noise == 0.0:
         return 0.0
     frequency = np.linspace(0.0, 0.5 / record.step, _FREQUENCIES)
     w = 2.0 * np.pi * frequency
@@ -45,7 +42,7 @@ def carried_noise(model: ElementModel, record: ElementRecord, drive: InputSignal
         gain = 1.0 / np.maximum(np.abs(D), np.finfo(float).tiny)
     else:
         gain = np.abs(D) * pass_gain(frequency, record.cutoff_hz)
-    return float(drive.noise_std**2 * np.mean(gain**2))
+    return float(record.drive_noise * np.mean(gain**2))
 
 
 def element_scale(model: ElementModel, records: Sequence[ElementRecord]) -> ElementScale:

@@ -5,14 +5,15 @@ from numpy.typing import NDArray
 
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
-from carrierflex.identification.campaign.signals import band_limited, filled, trusted_frequency
+from carrierflex.identification.campaign.signals import (
+    band_end,
+    band_limited,
+    filled,
+    trusted_frequency,
+)
 from carrierflex.simulation.element.drives import BASE, FREE_DECAY, base_force, no_force
 
 FloatArray = NDArray[float64]
-
-#: End of the band of a base's acceleration over its highest clear frequency, where the roll-off
-#: begins at 0.8 of the end; widest band in cycles a sample.
-_ABOVE_BASE, _WIDEST = 1.25, 0.475
 
 
 def drive_and_response(
@@ -58,8 +59,7 @@ def drive_and_response(
             )
         return base_force(values, mass), response, None
     step = float(even[-1] - even[0]) / (even.size - 1)
-    # The whole motion of the base drives the element: the band's roll-off lies above it.
-    cutoff = min(_ABOVE_BASE * trusted_frequency(values, step), _WIDEST / step)
+    cutoff = band_end(trusted_frequency(values, step), step)
     acceleration = band_limited(values, step, cutoff, derivative=2)
     base = values if channel.motion == "absolute" else None
     relative = response if base is None else response - base

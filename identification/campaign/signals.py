@@ -160,6 +160,20 @@ def with_gain(
     return np.asarray(np.fft.irfft(spectrum * gain(frequency), n=size)[..., pad : pad + n])
 
 
+def band_end(trusted_hz: float, step: float) -> float:
+    """End [Hz] of a band whose roll-off begins where a signal is no longer trusted.
+
+    A roll-off within the trusted band would take a part of the motion from one that ends sharply,
+    and a force that is no straight line of the motion is then made of another motion.
+    """
+    return min(trusted_hz / _ROLL_OFF, _WIDEST * 0.5 / step)
+
+
+def flat_end(cutoff_hz: float) -> float:
+    """Frequency [Hz] up to which a band passes everything as it is."""
+    return _ROLL_OFF * cutoff_hz
+
+
 def pass_gain(frequency_hz: FloatArray, cutoff_hz: float) -> FloatArray:
     """Gain of the trusted band.
 

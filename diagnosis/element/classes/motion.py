@@ -155,7 +155,7 @@ def _target(model: ElementModel, record: ElementRecord, band_hz: float) -> Float
 
     Over the whole band where the motion is narrow: it has nothing near the end of its own.
     """
-    if record.gap is not None or band_hz == record.cutoff_hz:
+    if record.gap is not None or band_hz == record.flat_hz:
         return known_force(model, record)
     force = record.drive if model.by_force else record.response
     return force - (model.mass or 0.0) * record.motion[2]
@@ -164,14 +164,14 @@ def _target(model: ElementModel, record: ElementRecord, band_hz: float) -> Float
 def _band(model: ElementModel, record: ElementRecord) -> float:
     """End of the band of the force: the motion's, or all of it where the motion is narrow."""
     if model.by_force or record.gap is not None:
-        return record.cutoff_hz
+        return record.flat_hz
     q = record.motion[0][record.block >= 0]
     power = np.abs(np.fft.rfft((q - q.mean()) * np.hanning(q.size))) ** 2
     resolution = 1.0 / (q.size * record.step)
     participation = power.sum() ** 2 / np.square(power).sum() * resolution
-    if participation < _NARROW * record.cutoff_hz:
+    if participation < _NARROW * record.flat_hz:
         return _WIDEST * 0.5 / record.step
-    return record.cutoff_hz
+    return record.flat_hz
 
 
 def speed_noise(variance: float, band_hz: float, step: float) -> float:
@@ -186,7 +186,7 @@ def _in_band(record: ElementRecord, deflection: FloatArray, variance: float) -> 
     Where a sweep passes the end of the band the motion is known in part alone, and a force that is
     no straight line of it is not known at all.
     """
-    window = max(int(np.ceil(1.0 / (record.cutoff_hz * record.step))), 3)
+    window = max(int(np.ceil(1.0 / (record.flat_hz * record.step))), 3)
 
     def local(values: FloatArray) -> FloatArray:
         return uniform_filter1d(np.asarray(values**2), window, mode="nearest")
@@ -203,11 +203,11 @@ def _blocks(record: ElementRecord, wanted: int, variance: float, inside: np.ndar
     # A decay is largest where it begins: fewer periods are given up there.
     is_released = not record.drive.any() and record.base is None and record.gap is None
     periods = _RELEASED_PERIODS if is_released else _EDGE_PERIODS
-    edge = min(int(np.ceil(periods / (record.cutoff_hz * record.step))), int(_LARGEST_EDGE * n))
+    edge = min(int(np.ceil(periods / (record.flat_hz * record.step))), int(_LARGEST_EDGE * n))
     place = np.arange(n)
     last = n - edge
     if is_released:
-        least = _CLEAR_SPEED * speed_noise(variance, record.cutoff_hz, record.step)
+        least = _CLEAR_SPEED * speed_noise(variance, record.flat_hz, record.step)
         clear = np.flatnonzero(np.abs(record.motion[1]) > least)
         last = min(last, int(clear.max(initial=-1)) + 1)
     counted = np.flatnonzero(record.counts & inside & (place >= edge) & (place < last))

@@ -40,9 +40,10 @@ from carrierflex.diagnosis.element.classes.motion import (
     speed_noise,
     while_sliding,
 )
-from carrierflex.diagnosis.element.classes.weighting import NoiseWeight
+from carrierflex.diagnosis.element.classes.weighting import MotionNoise, NoiseWeight
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.diagnosis.element.scale import carried_noise
 from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 
 #: Groups of columns of each class.
@@ -189,7 +190,7 @@ def motion_size(
     speed, acceleration = float(np.sqrt(np.mean(v**2))), float(np.sqrt(np.mean(a**2)))
     step = max(record.step for record in own)
     sigma = _CLEAR * float(np.sqrt(np.mean(variance))) if model.by_force else 0.0
-    band = max(record.record.cutoff_hz for record in own)
+    band = max(record.record.flat_hz for record in own)
     # Noise of the deflection in the trusted band, differentiated.
     sigma_v = speed_noise((sigma / _CLEAR) ** 2, band, step)
     rest = max(_REST_SPEED[0] * speed, 0.5 * step * acceleration, 2.0 * sigma_v)
@@ -208,7 +209,8 @@ def _weights(
 ) -> tuple[NoiseWeight, ...]:
     """Filter of each run; under a force its element follows from the weighted baseline."""
     scale = model.scale
-    element = (scale.m, scale.C1, scale.K1) if model.by_force else None
+    known = (scale.m, scale.C1, scale.K1)
+    element = known if model.by_force else None
     weights: list[NoiseWeight] = []
     for _ in range(_PASSES if model.by_force else 1):
         weights = [
@@ -216,8 +218,11 @@ def _weights(
                 record.step,
                 record.band_hz,
                 element,
-                value,
+                max(value - (0.0 if model.by_force else carried_noise(model, record.record)), 0.0),
                 float(record.target[record.counts].std()),
+                None
+                if model.by_force
+                else MotionNoise(record.record.drive_noise, known, record.record.cutoff_hz),
             )
             for record, value in zip(own, variance, strict=True)
         ]

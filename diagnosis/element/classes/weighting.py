@@ -24,6 +24,37 @@ _FORCE_ERROR = 0.003
 _REACH = 20.0
 
 
+def dynamic_stiffness(element: tuple[float, float, float], frequency_hz: FloatArray) -> FloatArray:
+    """|K1 - w² m + j w C1| of an element m, C1, K1, shape of `frequency_hz`."""
+    m, C1, K1 = element
+    w = 2.0 * np.pi * frequency_hz
+    return np.abs(-(w**2) * m + 1j * w * C1 + K1)
+
+
+@dataclass(frozen=True, eq=False)
+class MotionNoise:
+    """White noise of a driven deflection.
+
+    Parameters
+    ----------
+    variance : float
+        Variance of the noise.
+    element : tuple of float
+        m, C1, K1.
+    band_hz : float
+        End of the band that the motion is limited to.
+    """
+
+    variance: float
+    element: tuple[float, float, float]
+    band_hz: float
+
+    def density(self, frequency_hz: FloatArray) -> FloatArray:
+        """Variance of white noise of the force as dense as this at a frequency."""
+        inside = pass_gain(frequency_hz, self.band_hz)
+        return self.variance * (inside * dynamic_stiffness(self.element, frequency_hz)) ** 2
+
+
 @dataclass(frozen=True, eq=False)
 class NoiseWeight:
     """Band and weight of one run.
@@ -40,6 +71,8 @@ class NoiseWeight:
         Variance of the channel's noise.
     force : float
         RMS of the force.
+    carried : MotionNoise, optional
+        Noise of a driven deflection, which its element makes a force.
     """
 
     step: float
@@ -47,14 +80,13 @@ class NoiseWeight:
     element: tuple[float, float, float] | None
     variance: float
     force: float
+    carried: MotionNoise | None = None
 
     def noise_gain(self, frequency_hz: FloatArray) -> FloatArray:
         """|D|: what noise of the channel is multiplied by in force space."""
         if self.element is None:
             return np.ones_like(frequency_hz)
-        m, C1, K1 = self.element
-        w = 2.0 * np.pi * frequency_hz
-        return np.abs(-(w**2) * m + 1j * w * C1 + K1)
+        return dynamic_stiffness(self.element, frequency_hz)
 
     def gain(self, frequency_hz: FloatArray) -> FloatArray:
         """Gain of the common filter."""
@@ -66,12 +98,12 @@ class NoiseWeight:
         return inside * np.sqrt(S_f / (S_f + self.noise_gain(frequency_hz) ** 2 * S_n))
 
     def floor(self) -> float:
-        """Mean square that the channel's noise leaves after the filter."""
+        """Mean square that the noise of channel and driven deflection leaves after the filter."""
         frequency = np.linspace(0.0, 0.5 / self.step, 4097)
-        # Motion, or force, was limited to the same band before.
-        first = pass_gain(frequency, self.band_hz)
-        density = (self.gain(frequency) * self.noise_gain(frequency) * first) ** 2
-        return float(self.variance * density.mean())
+        density = self.variance * self.noise_gain(frequency) ** 2
+        if self.carried is not None:
+            density = density + self.carried.density(frequency)
+        return float(np.mean(self.gain(frequency) ** 2 * density))
 
     def filtered(self, columns: FloatArray) -> FloatArray:
         """Columns through the filter, shape (n_columns, n)."""

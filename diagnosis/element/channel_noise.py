@@ -1,0 +1,70 @@
+"""Noise of the channel of an element: declared, of what repeats, or of the spectrum's top."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.signal import welch
+
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.records import ElementRecord, noise_of_steps, run_in_use
+from carrierflex.identification.campaign.campaign import Campaign
+
+
+def noise_variance(campaign: Campaign, records: Sequence[ElementRecord]) -> tuple[FloatArray, bool]:
+    """Variance of the noise of the channel by run, and whether it was measured rather than guessed.
+
+    Declared noise first; then the scatter over periods at the same phase; else the plateau of the
+    spectrum above the band of the signal, taken as white. Never less than the steps in which the
+    channel was written make: a record that repeats exactly repeats its rounding too.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Its channel may declare `noise_std`.
+    records : sequence of ElementRecord
+        Prepared runs.
+
+    Returns
+    -------
+    tuple of (ndarray, shape (n_runs,), bool)
+        Variances; True where declared or from repeats.
+    """
+    channel = campaign.channels[0]
+    least = np.array(
+        [noise_of_steps(run_in_use(run).signals[channel.name]) for run in campaign.runs]
+    )
+    if channel.noise_std is not None:
+        return np.maximum(channel.noise_std**2, least), True
+    repeated = [_scatter_over_periods(record) for record in records]
+    if all(value is not None for value in repeated):
+        return np.maximum(np.array(repeated, dtype=np.float64), least), True
+    return np.maximum([_plateau(record) for record in records], least), False
+
+
+def _scatter_over_periods(record: ElementRecord) -> float | None:
+    first = int(np.argmax(record.counts))
+    n = (record.response.size - first) // record.period if record.period else 0
+    if n < 2:
+        return None
+    values = record.response[first : first + n * record.period].reshape(n, record.period)
+    counted = record.counts[first : first + n * record.period].reshape(n, record.period).all(axis=0)
+    if not counted.any():
+        return None
+    return float(values[:, counted].var(axis=0, ddof=1).mean())
+
+
+def _plateau(record: ElementRecord) -> float:
+    """Variance of white noise as high as the spectrum's top.
+
+    Differences take the signal's leakage out.
+    """
+    segment = min(record.response.size, 2048)
+    _, power = welch(
+        record.response,
+        1.0 / record.step,
+        nperseg=segment,
+        window="blackmanharris",
+        detrend="linear",
+    )
+    top = power[int(0.85 * power.size) :]
+    return float(np.median(top) * 0.5 / record.step)
