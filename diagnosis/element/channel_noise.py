@@ -6,8 +6,13 @@ import numpy as np
 from scipy.signal import welch
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord, noise_of_steps, run_in_use
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.signals import pass_gain
+
+#: Frequencies at which the gain of noise is averaged.
+_FREQUENCIES = 4097
 
 
 def noise_variance(campaign: Campaign, records: Sequence[ElementRecord]) -> tuple[FloatArray, bool]:
@@ -68,3 +73,29 @@ def _plateau(record: ElementRecord) -> float:
     )
     top = power[int(0.85 * power.size) :]
     return float(np.median(top) * 0.5 / record.step)
+
+
+def carried_noise(model: ElementModel, record: ElementRecord) -> float:
+    """Variance in the channel of the white noise of the measured force or deflection.
+
+    Through the linear baseline, whose dynamic stiffness is ``D = K1 - w² m + j w C1``: ``sigma²
+    mean |1/D|²`` under a force, ``sigma² mean |D|²`` over the usable band under a deflection.
+
+    Parameters
+    ----------
+    model : ElementModel
+        Baseline.
+    record : ElementRecord
+        Its step, its usable band and the noise of its drive.
+    """
+    if record.drive_noise == 0.0:
+        return 0.0
+    frequency = np.linspace(0.0, 0.5 / record.step, _FREQUENCIES)
+    w = 2.0 * np.pi * frequency
+    scale = model.scale
+    D = scale.K1 - w**2 * scale.m + 1j * w * scale.C1
+    if model.by_force:
+        gain = 1.0 / np.maximum(np.abs(D), np.finfo(float).tiny)
+    else:
+        gain = np.abs(D) * pass_gain(frequency, record.cutoff_hz)
+    return float(record.drive_noise * np.mean(gain**2))

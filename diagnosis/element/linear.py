@@ -1,4 +1,6 @@
-"""Mass, spring and damper of an element under a force, estimated from noisy deflections.
+"""Sizes of an element: where fits start, and the scale of every parameter.
+
+Under a force mass, spring and damper are estimated from noisy deflections.
 
 Least squares in force space is biased where the deflection is noisy: its second derivative is
 mostly noise, and the mass comes out far too small. Instruments that follow from the measured force
@@ -6,12 +8,15 @@ alone carry none of that noise.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import cont2discrete, lfilter
 
+from carrierflex.diagnosis.element.model import ElementModel, ElementScale
 from carrierflex.diagnosis.element.records import ElementRecord
+from carrierflex.diagnosis.element.signatures import base_columns, known_force
 from carrierflex.identification.campaign.signals import band_limited
 from carrierflex.identification.estimation.scaled_least_squares import design_solution
 
@@ -65,6 +70,33 @@ def linear_element(
             best, least = found, misfit
         instrument = found
     return best
+
+
+def element_scale(model: ElementModel, records: Sequence[ElementRecord]) -> ElementScale:
+    """Sizes of an element from its measured motion, and its baseline.
+
+    From its response where it moves by a force.
+    """
+    plain = replace(model, contained=())
+    rows = [base_columns(plain, record)[:, record.block >= 0] for record in records]
+    force = [known_force(model, record)[record.block >= 0] for record in records]
+    design, target = np.concatenate(rows, axis=1), np.concatenate(force)
+    solution = design_solution(design.T, target)
+    mass = model.mass if model.mass is not None else max(float(solution[0]), 0.0)
+    inertia = 0.0 if model.mass is not None else solution[0] * design[0]
+    K1, C1, f0 = (float(value) for value in solution[-3:])
+    restoring = target - inertia
+    if model.by_force:
+        mass, K1, C1, f0 = linear_element(records, (mass, K1, C1, f0), mass=model.mass)
+    return ElementScale(
+        force=float(restoring.std()) or float(target.std()),
+        deflection=float(design[-3].std()),
+        speed=float(np.sqrt(np.mean(design[-2] ** 2))),
+        m=mass,
+        K1=max(K1, 0.0),
+        C1=max(C1, 0.0),
+        f0=f0,
+    )
 
 
 def _typical_frequency(records: Sequence[ElementRecord]) -> float:

@@ -33,7 +33,7 @@ from carrierflex.diagnosis.comparison.problem import (
 )
 from carrierflex.diagnosis.comparison.user_laws import force_library
 from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, KIND, NEGATIVE_CONTROLS
-from carrierflex.diagnosis.element.channel_noise import noise_variance
+from carrierflex.diagnosis.element.channel_noise import carried_noise, noise_variance
 from carrierflex.diagnosis.element.classes.answer import element_class_answer
 from carrierflex.diagnosis.element.classes.floor import believable_noise
 from carrierflex.diagnosis.element.classes.measured_laws import law_cards
@@ -41,10 +41,10 @@ from carrierflex.diagnosis.element.classes.table import ElementTable
 from carrierflex.diagnosis.element.experiments import element_experiments
 from carrierflex.diagnosis.element.gap_findings import element_findings, element_scalars
 from carrierflex.diagnosis.element.gap_map import element_gap_cells
+from carrierflex.diagnosis.element.linear import element_scale
 from carrierflex.diagnosis.element.model import ElementModel, ElementScale, substeps_for
 from carrierflex.diagnosis.element.pictures import element_loops
 from carrierflex.diagnosis.element.records import ElementRecord, element_records
-from carrierflex.diagnosis.element.scale import carried_noise, element_scale
 from carrierflex.diagnosis.element.score_cells import ScoreCells, score_cells, segment_squares
 from carrierflex.diagnosis.element.signatures import Column, element_signatures, signature_columns
 from carrierflex.diagnosis.element.starts import element_starts

@@ -11,6 +11,7 @@ from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, Law
 from carrierflex.diagnosis.classes.held_out import ClassScores
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.cards import NEGATIVE_CONTROLS
+from carrierflex.diagnosis.element.channel_noise import carried_noise
 from carrierflex.diagnosis.element.classes.columns import (
     ElementBases,
     GroupColumns,
@@ -43,7 +44,6 @@ from carrierflex.diagnosis.element.classes.motion import (
 from carrierflex.diagnosis.element.classes.weighting import MotionNoise, NoiseWeight
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
-from carrierflex.diagnosis.element.scale import carried_noise
 from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 
 #: Groups of columns of each class.
