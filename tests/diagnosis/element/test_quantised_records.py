@@ -79,12 +79,14 @@ def test_a_drive_written_with_few_digits_keeps_its_class(law, name, drive, force
     assert found.classes[0].law_named
 
 
-@pytest.mark.parametrize("bits", [8, 14])
+@pytest.mark.parametrize("bits", [12, 16])
 def test_a_converter_neither_hides_a_class_nor_makes_one(bits):
     found = answer(converted(driven(cube), bits))
     assert (found.state, found.ids) == (NAMED_CLASS, ("restoring_force",))
     assert (found.classes[0].law, found.classes[0].law_named) == ("cubic_stiffness", True)
-    assert answer(converted(driven(nothing), bits)).state == NOTHING
+    # A sensor's own noise: without any the rounding repeats with the drive's periods, exactly.
+    plain = displacement_campaign(nothing, noise=0.02, n=2500)
+    assert answer(converted(plain, bits)).state == NOTHING
 
 
 def test_a_converter_keeps_the_class_under_a_force_and_after_a_release():
