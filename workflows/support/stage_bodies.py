@@ -10,6 +10,7 @@ from pathlib import Path
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.reduction.body_files import read_body
 from carrierflex.reduction.craig_bampton import craig_bampton
+from carrierflex.reduction.mode_count import rule_of_options
 from carrierflex.reduction.pin_joints import carrier_with_pins
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.simulation.stage.stage_body import (
@@ -23,9 +24,6 @@ from carrierflex.simulation.stage.stage_body import (
 )
 from carrierflex.workflows.support.named_bodies import body_structure
 
-#: Fixed-interface modes of carrier, pin and shaft, whole groups of equal frequency: up to about 2
-#: kHz, far beyond the mesh frequency's harmonics.
-_N_MODES = {"flexible_carrier": 20, "pin": 4, "main_shaft": 10}
 #: Stiffness of a carrier that counts as rigid, over the real one: its deflection falls below a
 #: micrometre.
 RIGID_FACTOR = 100.0
@@ -144,7 +142,8 @@ def stage_body_of_files(
 
 def _reduced(name: str, size: float, parameters: Path | None = None) -> ReducedModel:
     _, structure = body_structure(name, read_parameters(parameters), size)
-    return craig_bampton(structure, _N_MODES[name]).model
+    # The frequency of use that `carrierflex reduce` has without options, and modes that follow.
+    return craig_bampton(structure, rule_of_options({})).model
 
 
 def _checked(name: str, path: Path) -> ReducedModel:
