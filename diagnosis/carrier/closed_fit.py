@@ -3,13 +3,16 @@
 Gauss-Newton on the sums of whole runs, thresholds fixed.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
-from carrierflex.diagnosis.carrier.sums import used_columns
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, bounds_of
 from carrierflex.identification.estimation.gauss_newton import Bounds, CostSums, bounded_step
 
+#: Products of the columns with some numbers, by run and channel.
+GramOf = Callable[[tuple[int, ...]], FloatArray]
 #: Steps of the fits that choose a channel or a threshold.
 _QUICK_STEPS = 4
 #: Share of every column's square on the diagonal: keeps columns that are alike from large values of
@@ -18,7 +21,7 @@ _RIDGE = 1e-9
 
 
 def closed_fit(
-    model: CarrierModel, run_gram: FloatArray, effects: Effects, choice: Choice, start: FloatArray
+    model: CarrierModel, gram_of: GramOf, effects: Effects, choice: Choice, start: FloatArray
 ) -> tuple[FloatArray, float]:
     """Gauss-Newton steps on the sums of whole runs, thresholds fixed; within bounds.
 
@@ -26,8 +29,8 @@ def closed_fit(
     ----------
     model : CarrierModel
         Weights of the columns and their derivatives.
-    run_gram : ndarray, shape (n_runs, n_channels, n, n)
-        Products of all columns by run and channel.
+    gram_of : callable
+        Products of some columns by run and channel, shape (n_runs, n_channels, u, u).
     effects : tuple of str
         Set beside the baseline.
     choice : mapping of str to int
@@ -48,23 +51,24 @@ def closed_fit(
         model.effects[name].measurement is not None for name in (*model.contained, *effects)
     )
     for _ in range(_QUICK_STEPS if bilinear else 1):
-        sums = _sums_of_runs(model, run_gram, effects, choice, theta)
+        sums = _sums_of_runs(model, gram_of, effects, choice, theta)
         theta = bounded_step(sums, theta, bounds=bounds, free=free, damping=_RIDGE)
-    return theta, _sums_of_runs(model, run_gram, effects, choice, theta).cost
+    return theta, _sums_of_runs(model, gram_of, effects, choice, theta).cost
 
 
 def _sums_of_runs(
-    model: CarrierModel, run_gram: FloatArray, effects: Effects, choice: Choice, theta: FloatArray
+    model: CarrierModel, gram_of: GramOf, effects: Effects, choice: Choice, theta: FloatArray
 ) -> CostSums[None]:
     """``J.T J``, ``J.T r`` and ``r.T r`` over all runs and channels."""
-    W, D = model.weights(effects, choice, theta)
-    columns = used_columns(W, D)
-    slopes = D[..., columns]
-    residual = -W[..., columns]
-    residual[..., 0] += 1.0
-    gram = run_gram[..., columns[:, None], columns]
-    products = slopes @ gram
-    matrix = np.einsum("rcpk,rcqk->pq", products, slopes, optimize=True)
-    right = np.einsum("rcpk,rck->p", products, residual, optimize=True)
+    table = model.weights(effects, choice, theta)
+    gram = gram_of(tuple(table.columns.tolist()))
+    residual = table.residual
+    products = table.slopes @ gram
+    of_runs = np.einsum("rcpk,rcqk->rpq", products, table.slopes, optimize=True)
+    right_of_runs = np.einsum("rcpk,rck->rp", products, residual, optimize=True)
+    matrix, right = np.zeros((theta.size, theta.size)), np.zeros(theta.size)
+    own = table.unknowns
+    np.add.at(matrix, (own[:, :, None], own[:, None, :]), of_runs)
+    np.add.at(right, own, right_of_runs)
     square = np.einsum("rck,rckl,rcl->", residual, gram, residual, optimize=True)
     return CostSums(float(square), matrix, right, None)

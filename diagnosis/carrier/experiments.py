@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.columns import ColumnSource
+from carrierflex.diagnosis.carrier.records.columns import ColumnSource
 from carrierflex.diagnosis.comparison.problem import (
     CandidateExperiment,
     ComparisonProblem,

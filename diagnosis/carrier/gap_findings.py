@@ -20,7 +20,7 @@ from carrierflex.diagnosis.carrier.gap_parts import (
 )
 from carrierflex.diagnosis.carrier.off_orders.cells import line_findings, off_order_tables
 from carrierflex.diagnosis.carrier.off_orders.lines import OffOrders
-from carrierflex.diagnosis.carrier.sums import CarrierSums
+from carrierflex.diagnosis.carrier.records.sums import CarrierSums
 from carrierflex.diagnosis.comparison.problem import BoolArray, GapCell
 from carrierflex.diagnosis.gap.findings import ORDERS as SHAFT_ORDERS
 from carrierflex.diagnosis.gap.findings import (
@@ -118,7 +118,7 @@ class CarrierGap:
         trends: list[Drift] = []
         scattered: list[NonSynchronousCell] = []
         split = pattern_split(self.campaign.channels, self.residual)
-        measured = pattern_split(self.campaign.channels, self.records.orders[..., 0])
+        measured = pattern_split(self.campaign.channels, self.records.orders)
         for r, run in enumerate(self.campaign.runs):
             revolutions = self._complete(r)
             if not revolutions.size:
@@ -153,7 +153,7 @@ class CarrierGap:
     def scalars(self) -> tuple[Scalar, ...]:
         """Static tilt, tilt at 1X, radial 1X and peak to peak by revolution."""
         channels = self.campaign.channels
-        target = self.records.orders[..., 0]
+        target = self.records.orders
         is_complete = np.isfinite(target).all(axis=(1, 2))
         is_complete &= np.isfinite(self.residual).all(axis=(1, 2))
         if not is_complete.any():

@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.columns import (
+from carrierflex.diagnosis.carrier.records.columns import (
     ANGLE,
     ANGLE_NODES,
     DELAY,
@@ -23,6 +23,7 @@ from carrierflex.diagnosis.carrier.columns import (
     ColumnIndex,
     ColumnSource,
 )
+from carrierflex.diagnosis.carrier.weight_table import WeightedColumn, WeightTable, acts
 from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
 from carrierflex.diagnosis.comparison.problem import Effects, Parameter
 from carrierflex.simulation.carrier.effect import Effect
@@ -30,6 +31,7 @@ from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.sensing import Measurement
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 #: Channel of every effect of one sensor.
 Choice = Mapping[str, int]
 #: Prior of a candidate's parameter, in its scales.
@@ -37,63 +39,6 @@ _PRIOR = 30.0
 #: Largest delay, as an angle [rad]: where the columns at the nodes still carry.
 _LARGEST_DELAY = np.deg2rad(20.0)
 _LARGEST_MOVE = np.deg2rad(7.0)
-
-
-@dataclass(frozen=True, eq=False)
-class WeightedColumn:
-    """Weight of one column in some runs.
-
-    Parameters
-    ----------
-    owner : str
-        Effect, or the prediction of another simulator.
-    parameter : int
-        Number of the owner's parameter.
-    runs : slice
-        Runs in which it acts.
-    column : int
-        Number of the column.
-    weight : float
-        Factor of the column.
-    slopes : mapping of int to float
-        Derivatives of the weight by the number of the unknown.
-    """
-
-    owner: str
-    parameter: int
-    runs: slice
-    column: int
-    weight: float
-    slopes: Mapping[int, float]
-
-
-@dataclass(frozen=True, eq=False)
-class WeightTable:
-    """Weights of all columns, summed up term by term.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n_runs, n_channels, k)
-        Weights.
-    slopes : ndarray, shape (n_runs, n_channels, p, k)
-        Their derivatives by the unknowns.
-    """
-
-    values: FloatArray
-    slopes: FloatArray
-
-    def add(self, terms: Iterable[WeightedColumn], channels: int | slice) -> None:
-        """Add terms to some channels."""
-        for term in terms:
-            self.values[term.runs, channels, term.column] += term.weight
-            for unknown, slope in term.slopes.items():
-                self.slopes[term.runs, channels, unknown, term.column] += slope
-
-    def amplify(self, channel: int, gain: float, unknown: int) -> None:
-        """Read a channel ``1 + gain`` times as large; `unknown` is the number of the gain."""
-        self.slopes[:, channel] *= 1.0 + gain
-        self.slopes[:, channel, unknown] = self.values[:, channel]
-        self.values[:, channel] *= 1.0 + gain
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,9 +117,7 @@ class CarrierModel:
             return -_LARGEST_MOVE, _LARGEST_MOVE
         return parameter.lower, parameter.upper
 
-    def weights(
-        self, effects: Effects, choice: Choice, theta: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+    def weights(self, effects: Effects, choice: Choice, theta: FloatArray) -> WeightTable:
         """Weights of the columns and their derivatives.
 
         Parameters
@@ -188,51 +131,73 @@ class CarrierModel:
 
         Returns
         -------
-        tuple of ndarray
-            Shapes (n_runs, n_channels, k) and (n_runs, n_channels, p, k).
+        WeightTable
+            For every column with a weight or a derivative anywhere.
         """
-        shape = (len(self.runs), len(self.channels))
-        table = WeightTable(
-            np.zeros((*shape, self.index.size)), np.zeros((*shape, theta.size, self.index.size))
-        )
-        first = self._first_unknowns(effects)
-        ideal = self._without_sensor_errors(first, theta)
-        table.add(ideal, slice(None))
+        first, unknowns = self._unknowns(effects)
+        ideal = self._without_sensor_errors(first, theta[unknowns])
         errors = {self.effects[name].measurement: name for name in first}
+
+        def value(name: str) -> float:
+            """Value of an error of the sensors, which all runs share."""
+            return float(theta[unknowns[0, first[name]]])
+
+        groups: list[tuple[list[WeightedColumn], int | slice]] = [(ideal, slice(None))]
         # Delay and place shift what the effects make; gain and zero act on the shifted signal.
         if Measurement.DELAY in errors:
-            unknown = first[errors[Measurement.DELAY]]
-            delay = float(theta[unknown])
-            table.add(self._delay_terms(ideal, delay, unknown), slice(None))
+            name = errors[Measurement.DELAY]
+            late = self._delay_terms(ideal, value(name), first[name])
+            groups.append((late, slice(None)))
         if Measurement.ANGLE in errors:
             name = errors[Measurement.ANGLE]
-            move = float(theta[first[name]])
-            table.add(self._move_terms(ideal, move, first[name]), choice[name])
-        if Measurement.GAIN in errors:
-            name = errors[Measurement.GAIN]
-            table.amplify(choice[name], float(theta[first[name]]), first[name])
+            groups.append((self._move_terms(ideal, value(name), first[name]), choice[name]))
+        zeros: list[WeightedColumn] = []
         if Measurement.ZERO in errors:
             name = errors[Measurement.ZERO]
-            unknown = first[name]
-            zero = WeightedColumn(
-                name, 0, slice(None), self.index.of(ONE), float(theta[unknown]), {unknown: 1.0}
+            zeros.append(
+                WeightedColumn(
+                    name, 0, slice(None), self.index.of(ONE), value(name), {first[name]: 1.0}
+                )
             )
-            table.add([zero], choice[name])
-        return table.values, table.slopes
+        table = self._table_of([*(term for terms, _ in groups for term in terms), *zeros], unknowns)
+        for terms, channels in groups:
+            table.add(filter(acts, terms), channels)
+        if Measurement.GAIN in errors:
+            name = errors[Measurement.GAIN]
+            table.amplify(choice[name], value(name), first[name])
+        table.add(zeros, choice[errors[Measurement.ZERO]] if zeros else slice(None))
+        return table
 
-    def _first_unknowns(self, effects: Effects) -> dict[str, int]:
-        """Number of the first unknown of every effect in use."""
-        first: dict[str, int] = {}
-        unknown = 0
+    def _table_of(self, terms: Iterable[WeightedColumn], unknowns: IntArray) -> WeightTable:
+        """Empty table of the columns that some terms use, and of the target."""
+        columns = np.array(sorted({0, *(term.column for term in terms if acts(term))}))
+        shape = (len(self.runs), len(self.channels))
+        slopes = np.zeros((*shape, unknowns.shape[1], columns.size))
+        return WeightTable(columns, unknowns, np.zeros((*shape, columns.size)), slopes)
+
+    def _unknowns(self, effects: Effects) -> tuple[dict[str, int], IntArray]:
+        """Place of every effect's first unknown among those of a run, and their numbers by run."""
+        places: dict[str, int] = {}
+        numbers: list[IntArray] = []
+        first, place = 0, 0
+        n_runs = len(self.runs)
         for name in (*self.contained, *effects):
-            first[name] = unknown
-            unknown += len(self._runs_of(name)) * len(self.effects[name].parameters)
-        return first
+            places[name] = place
+            n = len(self.effects[name].parameters)
+            own = np.arange(n_runs)[:, None] * n if self.effects[name].per_run else 0
+            numbers.append(np.broadcast_to(first + own + np.arange(n), (n_runs, n)))
+            first += len(self._runs_of(name)) * n
+            place += n
+        empty = np.empty((n_runs, 0), dtype=np.int64)
+        return places, np.concatenate([empty, *numbers], axis=1)
 
     def _without_sensor_errors(
         self, first: Mapping[str, int], theta: FloatArray
     ) -> list[WeightedColumn]:
-        """Terms of the prediction of another simulator and of every effect that adds a signal."""
+        """Terms of the prediction of another simulator and of every effect that adds a signal.
+
+        `theta`, shape (n_runs, q), are the values in every run.
+        """
         terms = []
         if self.index.has_prediction:
             column = self.index.of(PREDICTION)
@@ -244,10 +209,9 @@ class CarrierModel:
             n = len(effect.parameters)
             for r in range(len(self._runs_of(name))):
                 runs = slice(r, r + 1) if effect.per_run else slice(None)
-                begin = unknown + r * n
-                values = theta[begin : begin + n]
+                values = theta[r, unknown : unknown + n]
                 make = self._shape_terms if effect.has_shape else self._linear_terms
-                terms += make(effect, runs, values, begin)
+                terms += make(effect, runs, values, unknown)
         return terms
 
     def _linear_terms(

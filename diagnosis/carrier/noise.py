@@ -6,7 +6,7 @@ Declared, or from what does not repeat from revolution to revolution.
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.sums import CarrierSums
+from carrierflex.diagnosis.carrier.records.sums import CarrierSums
 from carrierflex.identification.campaign.campaign import Campaign
 
 FloatArray = NDArray[np.float64]
@@ -74,7 +74,7 @@ def channel_noise(campaign: Campaign, records: CarrierSums) -> FloatArray:
 
 
 def _scatter(records: CarrierSums) -> FloatArray:
-    target = records.orders[..., 0]
+    target = records.orders
     same_run = np.diff(records.run_of_revolution) == 0
     weight = np.where(np.arange(target.shape[2]) == 0, 1.0, 0.5)
     change = 0.5 * (np.abs(np.diff(target, axis=0)[same_run]) ** 2 * weight).sum(axis=2)

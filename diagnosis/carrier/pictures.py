@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
-from carrierflex.diagnosis.carrier.sums import CarrierSums
+from carrierflex.diagnosis.carrier.model import CarrierModel
+from carrierflex.diagnosis.carrier.records.sums import CarrierSums, ComplexArray
 from carrierflex.diagnosis.comparison.overlay import Overlay
 from carrierflex.diagnosis.comparison.pictures import GAP, LAW, LEFT, Panel, Picture, Trace
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
@@ -30,42 +30,33 @@ _WORTH_DRAWING = 0.1
 
 
 def carrier_pictures(
-    model: CarrierModel, records: CarrierSums, effects: Effects, theta: FloatArray, choice: Choice
+    model: CarrierModel,
+    records: CarrierSums,
+    effects: Effects,
+    gap: ComplexArray,
+    left: ComplexArray,
 ) -> tuple[Picture, ...]:
     """Polar plots of a fitted model.
 
     Parameters
     ----------
     model : CarrierModel
-        Parameters and weights of the columns.
+        Runs and channels.
     records : CarrierSums
-        Order amplitudes of the columns.
+        Revolutions.
     effects : tuple of str
         Effects beside the baseline.
-    theta : ndarray, shape (p,)
-        Parameters of both.
-    choice : mapping of str to int
-        Channel of every effect of one sensor.
+    gap, left : ndarray of complex, shape (R, C, MAX_ORDER + 1)
+        Order amplitudes of what the fitted set leaves without the effects, and with them.
 
     Returns
     -------
     tuple of Picture
         See :func:`carrier_polar`.
     """
-    without = theta.copy()
-    for k, parameter in enumerate(model.parameters(effects, choice)):
-        if parameter.effect in effects and not parameter.shape:
-            without[k] = 0.0
-    full, base = (model.weights(effects, choice, parameters)[0] for parameters in (theta, without))
-    gap = -base
-    gap[..., 0] += 1.0  # the target stands first among the columns
     turns_of_gap, turns_of_law = (
-        mean_turns(
-            np.einsum("rcnk,rck->rcn", records.orders, weights[records.run_of_revolution]),
-            records.run_of_revolution,
-            len(model.runs),
-        )
-        for weights in (gap, full - base)
+        mean_turns(orders, records.run_of_revolution, len(model.runs))
+        for orders in (gap, gap - left)
     )
     return carrier_polar(
         turns_of_gap, turns_of_law, effects, runs=model.runs, channels=model.channels
@@ -73,7 +64,7 @@ def carrier_pictures(
 
 
 def carrier_overlays(
-    model: CarrierModel, records: CarrierSums, residual: FloatArray
+    model: CarrierModel, records: CarrierSums, left: ComplexArray
 ) -> tuple[Overlay, ...]:
     """Measured and simulated mean turn of every sensor in every run.
 
@@ -82,21 +73,18 @@ def carrier_overlays(
     model : CarrierModel
         Runs and channels.
     records : CarrierSums
-        Order amplitudes of the columns.
-    residual : ndarray, shape (n_runs, n_channels, n_columns)
-        Weights of measured less simulated.
+        Order amplitudes of the measured signals.
+    left : ndarray of complex, shape (R, C, MAX_ORDER + 1)
+        Order amplitudes of measured less simulated.
 
     Returns
     -------
     tuple of Overlay
         Runs without a complete revolution are left out.
     """
-    weights = residual[records.run_of_revolution]
-    gap = np.einsum("rcnk,rck->rcn", records.orders, weights)
-    # The target stands first among the columns.
     turns, gaps = (
         mean_turns(orders, records.run_of_revolution, len(model.runs))
-        for orders in (records.orders[..., 0], gap)
+        for orders in (records.orders, left)
     )
     return tuple(
         Overlay(

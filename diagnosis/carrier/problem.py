@@ -5,14 +5,13 @@ Its library, and everything else as algebra on sums over the records.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 
 from carrierflex.diagnosis.carrier.cards import NEGATIVE_CONTROLS, card_of
-from carrierflex.diagnosis.carrier.closed_fit import closed_fit
-from carrierflex.diagnosis.carrier.columns import ColumnSource, largest_load, typical_speed
+from carrierflex.diagnosis.carrier.closed_fit import GramOf, closed_fit
 from carrierflex.diagnosis.carrier.experiments import carrier_experiments
 from carrierflex.diagnosis.carrier.gap_findings import CarrierGap
 from carrierflex.diagnosis.carrier.library import carrier_library
@@ -20,13 +19,16 @@ from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
 from carrierflex.diagnosis.carrier.noise import channel_noise, refuse_silent_channels
 from carrierflex.diagnosis.carrier.off_orders.lines import OffOrders, off_orders
 from carrierflex.diagnosis.carrier.pictures import carrier_overlays, carrier_pictures
-from carrierflex.diagnosis.carrier.signatures import carrier_signatures
-from carrierflex.diagnosis.carrier.sums import (
+from carrierflex.diagnosis.carrier.records.columns import ColumnSource, largest_load, typical_speed
+from carrierflex.diagnosis.carrier.records.sums import (
     CarrierSums,
+    ComplexArray,
     accumulated_sums,
+    orders_of,
     segment_squares,
-    used_columns,
 )
+from carrierflex.diagnosis.carrier.signatures import carrier_signatures
+from carrierflex.diagnosis.carrier.weight_table import WeightTable
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.known_physics import known_physics
 from carrierflex.diagnosis.comparison.overlay import Overlay
@@ -50,6 +52,12 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET
 from carrierflex.simulation.carrier.patterns import pin_radius_of
 from carrierflex.simulation.carrier.rim import CarrierRig
+
+#: Bytes of products of columns that are kept, and columns of a usual set.
+_KEPT_BYTES = 200_000_000
+_USUAL_COLUMNS = 40
+#: Residuals whose order amplitudes are kept.
+_KEPT_ORDERS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,31 +155,36 @@ class CarrierProblem:
 
     def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
         """Gauss-Newton sums from the products of the columns."""
-        columns, residual, slopes = self._in_use(effects, theta)
+        table = self._weights(effects, theta)
         run = self.records.run_of_segment[chosen]
-        gram = self._gram_of(columns)[chosen]
-        n_segments = len(self.segments)
-        matrix = np.zeros((n_segments, theta.size, theta.size))
+        gram = self._gram_of(tuple(table.columns.tolist()))[chosen]
+        residual, slopes = table.residual[run], table.slopes[run]
+        n_segments, n_unknowns = len(self.segments), table.unknowns.shape[1]
+        unknowns = table.unknowns[self.records.run_of_segment]
+        matrix = np.zeros((n_segments, n_unknowns, n_unknowns))
         right_side = np.zeros((n_segments, theta.size))
         square = np.zeros(n_segments)
-        products = slopes[run] @ gram
-        matrix[chosen] = (products @ np.swapaxes(slopes[run], 2, 3)).sum(axis=1)
-        right_side[chosen] = (products @ residual[run][..., None])[..., 0].sum(axis=1)
-        square[chosen] = segment_squares(residual[run], gram).sum(axis=1)
-        return SegmentSums(matrix, right_side, square)
+        products = slopes @ gram
+        matrix[chosen] = (products @ np.swapaxes(slopes, 2, 3)).sum(axis=1)
+        right_side[np.flatnonzero(chosen)[:, None], unknowns[chosen]] = (
+            products @ residual[..., None]
+        )[..., 0].sum(axis=1)
+        square[chosen] = segment_squares(residual, gram).sum(axis=1)
+        return SegmentSums(matrix, right_side, square, unknowns)
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         """Squared residuals by segment and channel."""
-        columns, residual, _ = self._in_use(effects, theta)
+        table = self._weights(effects, theta)
         run = self.records.run_of_segment[chosen]
+        gram = self._gram_of(tuple(table.columns.tolist()))[chosen]
         result = np.zeros(self.records.counts.shape)
-        result[chosen] = segment_squares(residual[run], self._gram_of(columns)[chosen])
+        result[chosen] = segment_squares(table.residual[run], gram)
         return result
 
     def signatures(self) -> Signatures:
         """Columns of the screen."""
         return carrier_signatures(
-            self.model, self.records, tuple(self.cards), self._quick_theta(())
+            self.model, self.campaign, self.records, tuple(self.cards), self._quick_theta(())
         )
 
     def gap_cells(self, effects: Effects, theta: FloatArray) -> tuple[GapCell, ...]:
@@ -192,18 +205,21 @@ class CarrierProblem:
 
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
         """Polar plots for the report."""
-        return carrier_pictures(self.model, self.records, effects, theta, self._choice(effects))
+        without = theta.copy()
+        for k, parameter in enumerate(self.parameters(effects)):
+            if parameter.effect in effects and not parameter.shape:
+                without[k] = 0.0
+        gap, left = self._residual_orders(effects, without), self._residual_orders(effects, theta)
+        return carrier_pictures(self.model, self.records, effects, gap, left)
 
     def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
         """Mean turn of every sensor as measured and as a model has it."""
-        residual = -self.model.weights(effects, self._choice(effects), theta)[0]
-        residual[..., 0] += 1.0
-        return carrier_overlays(self.model, self.records, residual)
+        return carrier_overlays(self.model, self.records, self._residual_orders(effects, theta))
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "CarrierProblem":
         """ComparisonProblem that measured what a model predicts."""
-        weights, _ = self.model.weights(effects, self._choice(effects), theta)
-        return replace(self, records=self.records.with_target(weights))
+        table = self._weights(effects, theta)
+        return replace(self, records=self.records.with_target(table.columns, table.values))
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Loads that were not applied."""
@@ -228,37 +244,50 @@ class CarrierProblem:
         }
         choice = self._choice(effects)
         under = np.array([value[p.effect, p.name] for p in model.parameters(effects, choice)])
-        weights, _ = model.weights(effects, choice, under)
-        return CarrierProblem(
-            campaign, model, records.with_target(weights), self.noise, self.beside
-        )
+        table = model.weights(effects, choice, under)
+        simulated = records.with_target(table.columns, table.values)
+        return CarrierProblem(campaign, model, simulated, self.noise, self.beside)
 
     def _gap(self, effects: Effects, theta: FloatArray) -> CarrierGap:
-        columns, residual, _ = self._in_use(effects, theta)
-        weights = residual[self.records.run_of_revolution]
-        orders = np.einsum("rcnk,rck->rcn", self.records.orders[..., list(columns)], weights)
+        orders = self._residual_orders(effects, theta)
         return CarrierGap(self.campaign, self.records, self.noise, orders, self.beside)
 
-    def _in_use(
-        self, effects: Effects, theta: FloatArray
-    ) -> tuple[tuple[int, ...], FloatArray, FloatArray]:
-        """Columns in use, weights of the residual in them, and derivatives of the prediction."""
-        W, D = self.model.weights(effects, self._choice(effects), theta)
-        columns = used_columns(W, D)
-        residual = -W[..., columns]
-        residual[..., 0] += 1.0
-        return tuple(columns.tolist()), residual, D[..., columns]
+    def _residual_orders(self, effects: Effects, theta: FloatArray) -> ComplexArray:
+        """Order amplitudes of what a model leaves, shape (R, C, MAX_ORDER + 1)."""
+        return self._orders_of(effects, tuple(theta.tolist()))
 
     @cached_property
-    def _gram_of(self) -> Callable[[tuple[int, ...]], FloatArray]:
+    def _orders_of(self) -> Callable[[Effects, tuple[float, ...]], ComplexArray]:
+        """Orders of the last residuals: map, findings, scalars and pictures are of two models."""
+
+        def orders_left(effects: Effects, theta: tuple[float, ...]) -> ComplexArray:
+            """Order amplitudes of one residual, from a pass over the records."""
+            table = self._weights(effects, np.array(theta))
+            return orders_of(
+                self.records, self.campaign, self.model.source, table.columns, table.residual
+            )
+
+        return lru_cache(maxsize=_KEPT_ORDERS)(orders_left)
+
+    def _weights(self, effects: Effects, theta: FloatArray) -> WeightTable:
+        return self.model.weights(effects, self._choice(effects), theta)
+
+    @cached_property
+    def _gram_of(self) -> GramOf:
         """Products of some columns by segment and channel, kept for the next step of a fit."""
 
         def gram_of(columns: tuple[int, ...]) -> FloatArray:
             """Gram matrix of the columns with these numbers, by segment and channel."""
-            numbers = np.array(columns)
-            return self.records.gram[:, :, numbers[:, None], numbers]
+            return self.records.gram(np.array(columns))
 
-        return cache(gram_of)
+        usual = 8 * self.records.counts.size * _USUAL_COLUMNS**2
+        return lru_cache(maxsize=max(1, _KEPT_BYTES // usual))(gram_of)
+
+    def _run_gram_of(self, columns: tuple[int, ...]) -> FloatArray:
+        """Products of some columns by run and channel."""
+        runs = np.arange(len(self.campaign.runs))
+        first = np.searchsorted(self.records.run_of_segment, runs)
+        return np.asarray(np.add.reduceat(self._gram_of(columns), first, axis=0))
 
     @cached_property
     def _choice(self) -> Callable[[Effects], Choice]:
@@ -299,22 +328,14 @@ class CarrierProblem:
         """Best fit to all segments over the nodes of the shapes, those of one effect at a time."""
         parameters = self.model.parameters(effects, choice)
         start = np.array([0.5 * (p.lower + p.upper) if p.shape else 0.0 for p in parameters])
-        best = closed_fit(self.model, self._run_gram, effects, choice, start)
+        best = closed_fit(self.model, self._run_gram_of, effects, choice, start)
         for k, parameter in enumerate(parameters):
             for variant in self.model.variants(parameter.effect) if parameter.shape else ():
                 start = best[0].copy()
                 start[k] = variant[0]
-                fit = closed_fit(self.model, self._run_gram, effects, choice, start)
+                fit = closed_fit(self.model, self._run_gram_of, effects, choice, start)
                 best = min(best, fit, key=lambda theta_and_square: theta_and_square[1])
         return best
-
-    @cached_property
-    def _run_gram(self) -> FloatArray:
-        """Products of the columns by run and channel."""
-        runs = range(len(self.campaign.runs))
-        return np.stack(
-            [self.records.gram[self.records.run_of_segment == r].sum(axis=0) for r in runs]
-        )
 
 
 def carrier_problem(campaign: Campaign, curves: Mapping[str, DeflectionCurve]) -> CarrierProblem:

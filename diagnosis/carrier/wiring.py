@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from carrierflex.diagnosis.carrier.problem import CarrierProblem
-from carrierflex.diagnosis.carrier.sums import inputs_of
+from carrierflex.diagnosis.carrier.records.run_columns import inputs_of
 from carrierflex.diagnosis.wiring.late_signals import LinearRecord
 from carrierflex.diagnosis.wiring.rivals import (
     ANGLE_DIRECTION,
@@ -29,6 +29,7 @@ from carrierflex.identification.carrier.models import rim_sensor
 from carrierflex.simulation.carrier.effect import Effect
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 #: Sensors whose order is tried in full; of more only neighbours and places moved on.
 _ALL_ORDERS = 4
@@ -48,22 +49,22 @@ class _Wiring:
 
 @dataclass(frozen=True, eq=False)
 class _Products:
-    """Products of the columns of every place with every signal.
+    """Products of the baseline's columns where signal i is of place order[i].
 
     Parameters
     ----------
-    matrix : ndarray, shape (C, C, p, p)
-        Columns of place j over the samples of signal i: ``[i, j]``.
-    right : ndarray, shape (C, C, p)
-        Columns of place j times signal i.
-    square, count : ndarray, shape (C,)
-        Sum of squares and samples of every signal.
+    matrix : ndarray, shape (n_orders, p, p)
+        Columns with each other, over the samples of the signals.
+    right : ndarray, shape (n_orders, p)
+        Columns with the signals.
+    square, count : float
+        Sum of squares and samples of all signals.
     """
 
     matrix: FloatArray
     right: FloatArray
-    square: FloatArray
-    count: FloatArray
+    square: float
+    count: float
 
 
 def carrier_rivals(problem: CarrierProblem) -> tuple[WiringRival, ...]:
@@ -90,16 +91,14 @@ def carrier_rivals(problem: CarrierProblem) -> tuple[WiringRival, ...]:
         "ntl_y, ntl_z": (TORQUE_SIGN, "radial loads of the other sign", _Wiring(load=-1.0)),
         "carrier_angle": (ANGLE_DIRECTION, "the angle counted the other way", _Wiring(angle=-1.0)),
     }
-    same = tuple(range(len(campaign.channels)))
-    products = _products(problem, effects, _Wiring())
     rivals = [
-        WiringRival(name, about, text, left, place)
+        WiringRival(name, about, text, _left(problem, effects, wiring), place)
         for about, (name, text, wiring) in signs.items()
-        for left in [_left(problem, effects, _products(problem, effects, wiring), same)]
     ]
     orders = list(_orders(problem))
     if orders:
-        left = [_left(problem, effects, products, order) for order in orders]
+        products = _products(problem, effects, _Wiring(), orders)
+        left = [_solved(problem, effects, products, k)[1] for k in range(len(orders))]
         best = int(np.argmin(left))
         rivals.append(_order_rival(campaign.channels, orders[best], left[best]))
     return tuple(rivals)
@@ -111,11 +110,12 @@ def carrier_predictions(problem: CarrierProblem) -> tuple[PredictedRecord, ...]:
     if not effects or problem.campaign.baseline.source != "model":
         return ()
     channels = problem.campaign.channels
-    same = tuple(range(len(channels)))
-    theta = _solved(problem, effects, _products(problem, effects, _Wiring()), same)[0]
+    products = _products(problem, effects, _Wiring(), [range(len(channels))])
+    theta = _solved(problem, effects, products, 0)[0]
     records = []
     for r, run in enumerate(problem.campaign.runs):
-        predicted = [theta @ _columns(problem, effects, run, r, c, _Wiring()) for c in channels]
+        own = theta[_numbers(problem, effects, r)]
+        predicted = [own @ _columns(problem, effects, run, c, _Wiring()) for c in channels]
         measured = [run.signals[channel.name] for channel in channels]
         records.append(
             PredictedRecord(run.name, run.time, np.array(measured).T, np.array(predicted).T)
@@ -149,8 +149,9 @@ def carrier_records(problem: CarrierProblem, theta: FloatArray) -> Iterator[Line
     if size > _MOST_COLUMNS:
         return
     for number, run in enumerate(runs):
-        by_channel = [_columns(problem, effects, run, number, c, _Wiring()) for c in channels]
-        columns = np.stack(by_channel, axis=2)
+        own = np.stack([_columns(problem, effects, run, c, _Wiring()) for c in channels], axis=2)
+        columns = np.zeros((theta.size, *own.shape[1:]))
+        columns[_numbers(problem, effects, number)] = own
         predicted = np.einsum("p,pnc->nc", theta, columns)
         measured = np.array([run.signals[channel.name] for channel in channels]).T
         slope = np.gradient(predicted, run.time, axis=0)
@@ -168,9 +169,7 @@ def carrier_left(problem: CarrierProblem, campaign: Campaign) -> float:
         Records with the same channels, inputs and baseline.
     """
     other = replace(problem, campaign=campaign)
-    effects = _linear_effects(other)
-    same = tuple(range(len(campaign.channels)))
-    return _left(other, effects, _products(other, effects, _Wiring()), same)
+    return _left(other, _linear_effects(other), _Wiring())
 
 
 def _linear_effects(problem: CarrierProblem) -> list[Effect]:
@@ -183,11 +182,10 @@ def _columns(
     problem: CarrierProblem,
     effects: Sequence[Effect],
     run: Run,
-    number: int,
     channel: Channel,
     wiring: _Wiring,
 ) -> FloatArray:
-    """Columns of a place in a run, shape (p, n); zero where they are another run's own."""
+    """Columns of a place in a run, shape (q, n); those of other runs' own values are left out."""
     inputs = inputs_of(run)
     inputs = replace(
         inputs,
@@ -196,60 +194,78 @@ def _columns(
         ntl_z=wiring.load * inputs.ntl_z,
         carrier_angle=wiring.angle * inputs.carrier_angle,
     )
-    rows = []
+    sensor, rig = rim_sensor(channel), problem.model.source.rig
+    return np.concatenate([effect.signals(sensor, inputs, rig) for effect in effects])
+
+
+def _numbers(problem: CarrierProblem, effects: Sequence[Effect], run: int) -> IntArray:
+    """Numbers of the columns of a run among the p of all runs."""
+    n_runs = len(problem.campaign.runs)
+    numbers, first = [], 0
     for effect in effects:
-        signals = effect.signals(rim_sensor(channel), inputs, problem.model.source.rig)
-        if not effect.per_run:
-            rows.append(signals)
-            continue
-        for other in range(len(problem.campaign.runs)):
-            rows.append(signals if other == number else np.zeros_like(signals))
-    return np.concatenate(rows)
+        n = len(effect.parameters)
+        numbers.append(first + np.arange(n) + (run * n if effect.per_run else 0))
+        first += n * (n_runs if effect.per_run else 1)
+    return np.concatenate(numbers)
 
 
-def _products(problem: CarrierProblem, effects: Sequence[Effect], wiring: _Wiring) -> _Products:
+def _products(
+    problem: CarrierProblem,
+    effects: Sequence[Effect],
+    wiring: _Wiring,
+    orders: Sequence[Sequence[int]],
+) -> _Products:
+    """Products for every order of the places, summed run by run."""
     channels = problem.campaign.channels
-    n = len(channels)
-    parts = []
+    p = len(_bounds(problem, effects)[0])
+    matrix, right = np.zeros((len(orders), p, p)), np.zeros((len(orders), p))
+    square = count = 0.0
     for number, run in enumerate(problem.campaign.runs):
-        columns = [_columns(problem, effects, run, number, c, wiring) for c in channels]
+        columns = np.stack([_columns(problem, effects, run, c, wiring) for c in channels])
         signals = np.array([run.signals[channel.name] for channel in channels])
         known = np.isfinite(signals)
         signals = np.where(known, signals, 0.0)
-        matrix = [[(columns[j] * known[i]) @ columns[j].T for j in range(n)] for i in range(n)]
-        right = [[columns[j] @ signals[i] for j in range(n)] for i in range(n)]
-        square = np.sum(signals**2, axis=1)
-        parts.append((np.array(matrix), np.array(right), square, known.sum(axis=1)))
-    return _Products(*(np.sum(np.stack(part), axis=0) for part in zip(*parts, strict=True)))
+        own = _numbers(problem, effects, number)
+        # Where no sample is missing the products of a place are the same for every signal.
+        whole = columns @ np.swapaxes(columns, 1, 2)
+        partial = {
+            i: (columns * known[i]) @ np.swapaxes(columns, 1, 2)
+            for i in range(len(channels))
+            if not known[i].all()
+        }
+        mixed = columns @ signals.T
+        for k, order in enumerate(orders):
+            placed = list(enumerate(order))
+            of_run = sum(partial.get(i, whole)[j] for i, j in placed)
+            matrix[k][np.ix_(own, own)] += of_run
+            right[k, own] += sum(mixed[j, :, i] for i, j in placed)
+        square += float(np.sum(signals**2))
+        count += float(known.sum())
+    return _Products(matrix, right, square, count)
 
 
 def _solved(
     problem: CarrierProblem,
     effects: Sequence[Effect],
     products: _Products,
-    order: Sequence[int],
+    order: int,
 ) -> tuple[FloatArray, float]:
-    """Bounded least squares where signal i is of place order[i]; parameters and mean square."""
-    signals = np.arange(len(order))
-    matrix = products.matrix[signals, list(order)].sum(axis=0)
-    right = products.right[signals, list(order)].sum(axis=0)
+    """Bounded least squares for one of the orders; parameters and mean square."""
+    matrix, right = products.matrix[order], products.right[order]
     scale = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
     scaled = matrix / np.outer(scale, scale) + _RIDGE * np.eye(scale.size)
     factor = np.linalg.cholesky(scaled).T
     target = np.linalg.solve(factor.T, right / scale)
     lower, upper = _bounds(problem, effects)
     solution = lsq_linear(factor, target, bounds=(lower * scale, upper * scale))
-    left = float(products.square.sum() - target @ target + 2.0 * solution.cost)
-    return np.asarray(solution.x / scale), max(left, 0.0) / float(products.count.sum())
+    left = products.square - float(target @ target) + 2.0 * float(solution.cost)
+    return np.asarray(solution.x / scale), max(left, 0.0) / products.count
 
 
-def _left(
-    problem: CarrierProblem,
-    effects: Sequence[Effect],
-    products: _Products,
-    order: Sequence[int],
-) -> float:
-    return _solved(problem, effects, products, order)[1]
+def _left(problem: CarrierProblem, effects: Sequence[Effect], wiring: _Wiring) -> float:
+    """Mean square that the baseline leaves with every sensor where it is said to be."""
+    same = range(len(problem.campaign.channels))
+    return _solved(problem, effects, _products(problem, effects, wiring, [same]), 0)[1]
 
 
 def _bounds(problem: CarrierProblem, effects: Sequence[Effect]) -> tuple[FloatArray, FloatArray]:

@@ -99,16 +99,49 @@ class SegmentSums:
 
     Parameters
     ----------
-    matrix : ndarray, shape (n_segments, p, p)
-        ``J.T J``.
+    matrix : ndarray, shape (n_segments, q, q)
+        ``J.T J``; q is p where `unknowns` is not given.
     right_side : ndarray, shape (n_segments, p)
         ``J.T r``.
     square : ndarray, shape (n_segments,)
         ``r.T r``.
+    unknowns : ndarray of int, shape (n_segments, q), optional
+        Numbers of the unknowns that act in every segment; without, all do. Where runs have unknowns
+        of their own, the other runs' are left out.
     """
 
     matrix: FloatArray
     right_side: FloatArray
+    square: FloatArray
+    unknowns: NDArray[np.int64] | None = None
+
+    def total_matrix(self, chosen: BoolArray | None = None) -> FloatArray:
+        """``J.T J`` over the chosen segments, or all, shape (p, p)."""
+        which = slice(None) if chosen is None else chosen
+        if self.unknowns is None:
+            return np.asarray(self.matrix[which].sum(axis=0))
+        n_unknowns = self.right_side.shape[1]
+        total = np.zeros((n_unknowns, n_unknowns))
+        own = self.unknowns[which]
+        np.add.at(total, (own[:, :, None], own[:, None, :]), self.matrix[which])
+        return total
+
+
+@dataclass(frozen=True, eq=False)
+class FeatureBlocks:
+    """Products of flexible features that come in blocks with none between one and another.
+
+    Features of every sensor are zero at the other sensors; G groups of segments, C blocks.
+
+    Parameters
+    ----------
+    cross : ndarray, shape (G, C, n, m)
+        Products of the n columns of the screen with the m features of every block.
+    square : ndarray, shape (G, C, m, m)
+        Products of the features of a block.
+    """
+
+    cross: FloatArray
     square: FloatArray
 
 
@@ -123,7 +156,7 @@ class Signatures:
     Parameters
     ----------
     gram : ndarray, shape (n_segments, n, n)
-        Products of the columns by segment.
+        Products of the columns by segment, or by group of segments: every fourth is held out.
     n_base : int
         Regressors of the baseline.
     effects : tuple of str
@@ -131,12 +164,15 @@ class Signatures:
     variants : tuple of tuple of float
         Shape parameters a column was computed with; columns of one effect and one shape belong
         together.
+    features : FeatureBlocks, optional
+        Flexible features that are no columns of `gram`.
     """
 
     gram: FloatArray
     n_base: int
     effects: tuple[str, ...]
     variants: tuple[tuple[float, ...], ...]
+    features: FeatureBlocks | None = None
 
 
 #: Owner of the columns of the flexible residual model.

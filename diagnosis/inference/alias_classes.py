@@ -131,7 +131,7 @@ def is_named_consistently(
     """
     std = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
     limit = thresholds.fold_signal**2
-    matrix = fit.sums.matrix.sum(axis=0)
+    matrix = fit.sums.total_matrix()
     for effect in fit.effects:
         named = [
             k

@@ -117,7 +117,7 @@ class EffectFit:
 
         Not a number where neither the records nor a prior see a parameter.
         """
-        matrix = self.sums.matrix.sum(axis=0) + np.diag(self.prior.weight)
+        matrix = self.sums.total_matrix() + np.diag(self.prior.weight)
         inverse = normal_inverse(matrix)
         scores = self.sums.right_side - self.sums.right_side.mean(axis=0)
         segments = max(len(scores), 2)
@@ -243,7 +243,7 @@ def minimised(
         """Cost, matrix and slope at `theta`: chosen segments and prior together."""
         return CostSums(
             cost=float(sums.square[chosen].sum()) + prior.cost(theta),
-            matrix=sums.matrix[chosen].sum(axis=0) + np.diag(prior.weight),
+            matrix=sums.total_matrix(chosen) + np.diag(prior.weight),
             slope=sums.right_side[chosen].sum(axis=0) + prior.slope(theta),
             detail=sums,
         )

@@ -10,11 +10,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import cho_factor, cho_solve
 
-from carrierflex.diagnosis.comparison.problem import BLACK_BOX, FloatArray, Signatures
+from carrierflex.diagnosis.comparison.problem import (
+    BLACK_BOX,
+    BoolArray,
+    FeatureBlocks,
+    FloatArray,
+    Signatures,
+)
 from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.identification.estimation.scaled_least_squares import (
     DEPENDENT,
+    column_lengths,
     normal_inverse,
     normal_solution,
 )
@@ -122,8 +130,10 @@ def screen(
     best: dict[str, tuple[float, tuple[int, ...]]] = {}
     for columns in _variants(signatures):
         name = signatures.effects[columns[0] - 1 - signatures.n_base]
+        if name == BLACK_BOX:
+            continue
         share = _explained(projected, columns)
-        if name != BLACK_BOX and (name not in best or share > best[name][0]):
+        if name not in best or share > best[name][0]:
             best[name] = (share, columns)
     order = sorted(best, key=lambda name: -best[name][0])
     entries = tuple(
@@ -170,8 +180,16 @@ def explainable_fraction(signatures: Signatures) -> float:
             signatures.gram[group != fold].sum(axis=0),
             signatures.gram[group == fold].sum(axis=0),
         )
-        for name, columns, ridge in (("base", base, 0.0), ("flexible", flexible, _RIDGE)):
-            remaining[name] += _left_over(train, test, columns, ridge)
+        remaining["base"] += _left_over(train, test, base, 0.0)
+        if signatures.features is None:
+            remaining["flexible"] += _left_over(train, test, flexible, _RIDGE)
+        else:
+            held_out = group == fold
+            remaining["flexible"] += _left_over_beside_blocks(
+                (train, _sums_of_blocks(signatures.features, ~held_out)),
+                (test, _sums_of_blocks(signatures.features, held_out)),
+                flexible,
+            )
     return 1.0 - remaining["flexible"] / remaining["base"] if remaining["base"] > 0.0 else 0.0
 
 
@@ -183,6 +201,48 @@ def _left_over(train: FloatArray, test: FloatArray, columns: list[int], ridge: f
         - 2.0 * solution @ test[columns, 0]
         + solution @ test[np.ix_(columns, columns)] @ solution
     )
+
+
+def _sums_of_blocks(features: FeatureBlocks, chosen: BoolArray) -> FeatureBlocks:
+    """Products over the chosen groups of segments, shapes (C, n, m) and (C, m, m)."""
+    return FeatureBlocks(features.cross[chosen].sum(axis=0), features.square[chosen].sum(axis=0))
+
+
+def _left_over_beside_blocks(
+    train: tuple[FloatArray, FeatureBlocks],
+    test: tuple[FloatArray, FeatureBlocks],
+    columns: list[int],
+) -> float:
+    """What the ridge on columns and blocks of features leaves of the test's target.
+
+    The features of a block see those of no other block, so that they are eliminated one block after
+    the other: ``(G - sum_c X_c F_c^-1 X_c') b = g - sum_c X_c F_c^-1 f_c`` in columns of unit
+    length, with the ridge on every diagonal.
+    """
+    gram, blocks = train
+    length = column_lengths(gram)[columns]
+    inner = gram[np.ix_(columns, columns)] / np.outer(length, length)
+    inner += _RIDGE * np.eye(len(columns))
+    right = gram[columns, 0] / length
+    eliminated = []
+    for cross, square in zip(blocks.cross, blocks.square, strict=True):
+        own = column_lengths(square)
+        factor = cho_factor(square / np.outer(own, own) + _RIDGE * np.eye(own.size))
+        mixed = cross[columns] / np.outer(length, own)
+        solved = cho_solve(factor, np.column_stack([mixed.T, cross[0] / own]))
+        inner -= mixed @ solved[:, :-1]
+        right = right - mixed @ solved[:, -1]
+        eliminated.append((own, solved))
+    scaled = np.linalg.lstsq(inner, right, rcond=DEPENDENT)[0] if columns else right
+    values = scaled / length
+    measured, others = test
+    left = measured[0, 0] - 2.0 * values @ measured[columns, 0]
+    left += values @ measured[np.ix_(columns, columns)] @ values
+    for c, (own, solved) in enumerate(eliminated):
+        amounts = (solved[:, -1] - solved[:, :-1] @ scaled) / own
+        seen = others.cross[c, 0] - values @ others.cross[c, columns]
+        left += amounts @ others.square[c] @ amounts - 2.0 * amounts @ seen
+    return float(left)
 
 
 def _variants(signatures: Signatures) -> list[tuple[int, ...]]:

@@ -5,13 +5,16 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.carrier.problem import carrier_problem
+from carrierflex.diagnosis.comparison.problem import BLACK_BOX
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.identification.campaign.campaign import Baseline
 from carrierflex.identification.campaign.campaign_kinds import CARRIER
 from tests.diagnosis.carrier.carrier_twin import (
+    CHANNELS,
     CURVES,
     INJECTED,
+    LOADS,
     NOISE,
     twin_campaign,
     twin_problem,
@@ -82,8 +85,35 @@ def test_derivatives_are_those_of_the_prediction(effect):
         step = 1e-4 * parameter.scale * np.eye(theta.size)[k]
         cost = [problem.squares((effect,), theta + sign * step, chosen).sum() for sign in (1, -1)]
         # Central differences of a quadratic are exact but for rounding of the sums.
-        size = np.sqrt(problem.sums((effect,), theta, chosen).matrix.sum(axis=0)[k, k] * cost[0])
+        size = np.sqrt(problem.sums((effect,), theta, chosen).total_matrix()[k, k] * cost[0])
         assert abs((cost[0] - cost[1]) / (2e-4 * parameter.scale) - slope[k]) < 1e-3 * size
+
+
+def test_unknowns_of_other_runs_are_left_out_and_count_in_the_total():
+    problem = twin_problem("thermal_drift", loads=LOADS[:3], turns=3)
+    names = [(own.effect, own.run) for own in problem.parameters(("thermal_drift",))]
+    theta = problem.starts(("thermal_drift",), {})[-1]
+    sums = problem.sums(("thermal_drift",), theta, np.ones(len(problem.segments), dtype=bool))
+    # Offset and three drifts of one run, five that all runs share; not those of the two others.
+    assert sums.matrix.shape[1:] == (9, 9)
+    total = sums.total_matrix()
+    assert total.shape == (17, 17) == (len(names), len(names))
+    run_of = [run for _, run in names]
+    for i, j in np.ndindex(total.shape):
+        apart = run_of[i] and run_of[j] and run_of[i] != run_of[j]
+        assert (total[i, j] == 0.0) or not apart
+    drifts = [k for k, own in enumerate(names) if own == ("thermal_drift", "run2")]
+    assert (np.diag(total)[drifts] > 0.0).all()
+
+
+def test_flexible_features_grow_with_the_channels_and_not_with_their_square():
+    sizes = []
+    for channels in (CHANNELS[:3], CHANNELS):
+        signatures = twin_problem(loads=LOADS[:2], turns=3, channels=channels).signatures()
+        sizes.append(signatures.features.square.nbytes)
+        assert BLACK_BOX not in signatures.effects
+        assert len(signatures.gram) == 4
+    assert sizes[1] == 2 * sizes[0]
 
 
 def test_parameters_of_a_gain_and_a_threshold_are_recovered():
@@ -136,16 +166,17 @@ def test_another_simulators_prediction_is_the_baseline():
 
 def test_a_large_campaign_has_fewer_blocks_and_a_larger_one_is_refused(monkeypatch):
     usual = twin_problem()
-    size = usual.records.gram.nbytes + usual.records.orders.nbytes
-    monkeypatch.setattr("carrierflex.diagnosis.carrier.sums._USUAL_MEMORY", size // 2)
+    size = usual.records.nbytes
+    monkeypatch.setattr("carrierflex.diagnosis.carrier.records.sums._USUAL_MEMORY", size // 3)
     smaller = twin_problem()
     assert len(smaller.segments) < len(usual.segments) / 2
-    assert smaller.records.gram.nbytes + smaller.records.orders.nbytes <= size // 2
+    assert smaller.records.nbytes <= size // 3
     # The same record, in fewer blocks; products of orthogonal columns are rounding.
-    found, expected = (problem.records.gram.sum(axis=0) for problem in (smaller, usual))
+    every = np.arange(usual.records.index.size)
+    found, expected = (problem.records.gram(every).sum(axis=0) for problem in (smaller, usual))
     size_of_column = np.sqrt(np.diagonal(expected, axis1=1, axis2=2))
     scale = size_of_column[:, :, None] * size_of_column[:, None, :]
     assert (np.abs(found - expected) <= 1e-9 * scale).all()
-    monkeypatch.setattr("carrierflex.diagnosis.carrier.sums._MOST_MEMORY", size // 20)
-    with pytest.raises(ValueError, match=r"runs of \d+ channels and \d+ revolutions in all: their"):
+    monkeypatch.setattr("carrierflex.diagnosis.carrier.records.sums._MOST_MEMORY", size // 20)
+    with pytest.raises(ValueError, match=r"runs of \d+ channels: their sums take"):
         twin_problem()

@@ -7,7 +7,7 @@ shifts: with nodes 3 deg (sensor, up to 6) and 6 deg (delay, up to 18) apart the
 misses order 6 by less than half a per cent of its amplitude. A shape is linear between its nodes.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,7 +34,6 @@ _FORCED_ORDERS = 2
 TARGET = "target"
 PREDICTION = "prediction"
 ONE = "one"
-BLACK_BOX_COLUMN = "ceiling"
 #: Families of nodes; plain columns have none.
 PLAIN = ""
 SHAPE = "threshold"
@@ -58,10 +57,6 @@ class ColumnIndex:
     def of(self, effect: str, parameter: int = 0, family: str = PLAIN, node: int = 0) -> int:
         """Number of one column."""
         return self.numbers[effect, parameter, family, node]
-
-    def of_owner(self, effect: str) -> list[int]:
-        """Numbers of all columns of one owner, in order."""
-        return [number for key, number in self.numbers.items() if key[0] == effect]
 
     @property
     def has_prediction(self) -> bool:
@@ -96,9 +91,13 @@ class ColumnSource:
     largest_load: float
 
     def rows(
-        self, sensor: RimSensor, inputs: CarrierInputs, delayed: Sequence[CarrierInputs]
+        self,
+        sensor: RimSensor,
+        inputs: CarrierInputs,
+        delayed: Sequence[CarrierInputs],
+        owners: Collection[str] | None = None,
     ) -> dict[Key, FloatArray]:
-        """All columns but target and prediction, by key.
+        """Columns of effects, by key.
 
         Parameters
         ----------
@@ -108,6 +107,8 @@ class ColumnSource:
             Inputs of n samples.
         delayed : sequence of CarrierInputs
             The same inputs at the nodes of the delay.
+        owners : collection of str, optional
+            Effects whose columns are wanted; all without.
 
         Returns
         -------
@@ -116,7 +117,7 @@ class ColumnSource:
         """
         rows: dict[Key, FloatArray] = {(ONE, 0, PLAIN, 0): np.ones(inputs.time.size)}
         for effect in self.effects.values():
-            if effect.pattern is None:
+            if effect.pattern is None or (owners is not None and effect.id not in owners):
                 continue
             if effect.has_shape:
                 for node, value in enumerate(self.shape_nodes(effect).tolist()):
@@ -133,7 +134,6 @@ class ColumnSource:
                 for node in np.flatnonzero(DELAY_NODES).tolist():
                     signals = effect.signals(sensor, delayed[node], self.rig)
                     rows.update(_keyed(effect.id, DELAY, node, signals))
-        rows.update(_keyed(BLACK_BOX_COLUMN, PLAIN, 0, self._flexible_rows(inputs)))
         return rows
 
     def shape_nodes(self, effect: Effect) -> FloatArray:
@@ -143,7 +143,14 @@ class ColumnSource:
         shape = effect.parameters[-1]
         return np.linspace(shape.lower, shape.upper, _SHAPE_NODES)
 
-    def _flexible_rows(self, inputs: CarrierInputs) -> FloatArray:
+    @property
+    def n_flexible(self) -> int:
+        """Number of features of the flexible residual model."""
+        one = np.zeros(1)
+        return len(self.flexible_rows(CarrierInputs(one, one, one, one, one, 0.0, 0.0)))
+
+    def flexible_rows(self, inputs: CarrierInputs) -> FloatArray:
+        """Features of the flexible residual model, the same at every sensor, shape (k, n)."""
         torque = inputs.torque / self.rig.nominal_torque
         forces = [inputs.ntl_y / self.largest_load, inputs.ntl_z / self.largest_load]
         u = (2.0 * inputs.time - inputs.start - inputs.end) / max(

@@ -1,0 +1,204 @@
+"""Columns of one run, sensor by sensor, no more of them in memory at once than a piece holds."""
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.diagnosis.carrier.records.columns import (
+    DELAY_NODES,
+    PREDICTION,
+    TARGET,
+    ColumnIndex,
+    ColumnSource,
+    Key,
+)
+from carrierflex.identification.campaign.campaign import Channel
+from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign.revolutions import whole_revolutions
+from carrierflex.identification.carrier.models import rim_sensor
+from carrierflex.simulation.carrier.rim import CarrierInputs, inputs_of_columns
+from carrierflex.simulation.sensing import delayed, delayed_angle
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Samples whose columns are in memory at once.
+_CHUNK = 20_000
+
+
+@dataclass(frozen=True, eq=False)
+class BlockColumns:
+    """Columns of one sensor in one block of a run.
+
+    Parameters
+    ----------
+    index : ColumnIndex
+        Numbers of the columns.
+    rows : ndarray, shape (k, n)
+        Columns at the samples of a piece that holds the block, the target first.
+    samples : ndarray of int, shape (n,)
+        Numbers of these samples in the run, ascending.
+    inputs : CarrierInputs
+        Inputs at these samples.
+    revolutions : sequence of ndarray of int
+        Numbers of the samples of every revolution of the block.
+    """
+
+    index: ColumnIndex
+    rows: FloatArray
+    samples: IntArray
+    inputs: CarrierInputs
+    revolutions: Sequence[IntArray]
+
+    def present(self, revolution: IntArray) -> IntArray:
+        """Places of the samples of a revolution in which no column is missing."""
+        places = np.searchsorted(self.samples, revolution)
+        return places[np.isfinite(self.rows[:, places]).all(axis=0)]
+
+
+@dataclass(frozen=True, eq=False)
+class RunColumns:
+    """What the columns of one run are computed from.
+
+    Parameters
+    ----------
+    run : Run
+        Record within its windows of use.
+    source : ColumnSource
+        Effects, rig and typical speed.
+    """
+
+    run: Run
+    source: ColumnSource
+
+    @cached_property
+    def revolutions(self) -> tuple[IntArray, ...]:
+        """Samples of every whole revolution."""
+        return whole_revolutions(self.run).samples
+
+    @cached_property
+    def inputs(self) -> CarrierInputs:
+        """Inputs of the whole run."""
+        return inputs_of(self.run)
+
+    @cached_property
+    def _delayed_inputs(self) -> list[CarrierInputs]:
+        """Inputs whose carrier angle is that of some time ago, at the nodes of the delay."""
+        inputs = self.inputs
+        return [
+            replace(
+                inputs,
+                carrier_angle=delayed_angle(
+                    inputs.time, inputs.carrier_angle, shift / self.source.speed
+                ),
+            )
+            for shift in DELAY_NODES.tolist()
+        ]
+
+    def blocks(self, most_blocks: int) -> list[IntArray]:
+        """Numbers of the revolutions of at most `most_blocks` blocks."""
+        n = len(self.revolutions)
+        return np.array_split(np.arange(n), min(most_blocks, n))
+
+    def of(
+        self,
+        channel: Channel,
+        blocks: Sequence[IntArray],
+        owners: Collection[str] | None = None,
+    ) -> Iterator[BlockColumns]:
+        """Columns at a sensor, block by block.
+
+        Parameters
+        ----------
+        channel : Channel
+            Sensor.
+        blocks : sequence of ndarray of int
+            Numbers of the revolutions of every block.
+        owners : collection of str, optional
+            Effects whose columns are wanted; all without. The target, and another simulator's
+            prediction, are always among them.
+        """
+        sensor = rim_sensor(channel)
+        for chunk in self._chunks(blocks):
+            samples = np.sort(
+                np.concatenate([self.revolutions[r] for block in chunk for r in block])
+            )
+            inputs = _part(self.inputs, samples)
+            late = [_part(shifted, samples) for shifted in self._delayed_inputs]
+            rows = {
+                **_target_rows(self.run, channel, samples, self.source.speed),
+                **self.source.rows(sensor, inputs, late, owners),
+            }
+            index = ColumnIndex({key: number for number, key in enumerate(rows)})
+            table = np.array(list(rows.values()))
+            for block in chunk:
+                revolutions = [self.revolutions[r] for r in block]
+                yield BlockColumns(index, table, samples, inputs, revolutions)
+
+    def some(self, channel: Channel, n_samples: int) -> FloatArray:
+        """All columns at a few samples from the first to the last, shape (k, n_samples)."""
+        last = self.run.time.size - 1
+        samples = np.unique(np.linspace(0, last, min(n_samples, last + 1)).astype(np.int64))
+        late = [_part(shifted, samples) for shifted in self._delayed_inputs]
+        rows = {
+            **_target_rows(self.run, channel, samples, self.source.speed),
+            **self.source.rows(rim_sensor(channel), _part(self.inputs, samples), late),
+        }
+        return np.array(list(rows.values()))
+
+    def _chunks(self, blocks: Sequence[IntArray]) -> list[list[IntArray]]:
+        """Blocks grouped so that no group holds many more samples than a chunk."""
+        groups: list[list[IntArray]] = [[]]
+        n_samples = 0
+        for block in blocks:
+            size = sum(self.revolutions[r].size for r in block)
+            if n_samples and n_samples + size > _CHUNK:
+                groups.append([])
+                n_samples = 0
+            groups[-1].append(block)
+            n_samples += size
+        return groups
+
+
+def inputs_of(run: Run) -> CarrierInputs:
+    """Inputs of a whole run."""
+    zero = np.zeros(run.time.size)
+    # A rig without radial load has no columns of it.
+    return inputs_of_columns({"ntl_y": zero, "ntl_z": zero, **run.inputs, "time": run.time})
+
+
+def columns_of_campaign(run: Run, channel: Channel, source: ColumnSource) -> ColumnIndex:
+    """Numbers of the columns, from one sample of a run."""
+    columns = RunColumns(run, source)
+    first = _part(columns.inputs, np.arange(1))
+    rows = {
+        **_target_rows(run, channel, np.arange(1), source.speed),
+        **source.rows(rim_sensor(channel), first, [first] * len(DELAY_NODES)),
+    }
+    return ColumnIndex({key: number for number, key in enumerate(rows)})
+
+
+def _target_rows(
+    run: Run, channel: Channel, samples: IntArray, speed: float
+) -> dict[Key, FloatArray]:
+    """Target and another simulator's prediction, the latter at the nodes of a delay too.
+
+    Another simulator's prediction is moved in time only: its waves turn with the carrier.
+    """
+    rows = {(TARGET, 0, "", 0): run.signals[channel.name][samples]}
+    if channel.name in run.predictions:
+        prediction = run.predictions[channel.name]
+        rows[PREDICTION, 0, "", 0] = prediction[samples]
+        for node, shift in enumerate(DELAY_NODES):
+            if shift:
+                late = delayed(run.time, prediction, float(shift) / speed)
+                rows[PREDICTION, 0, "delay", node] = late[samples]
+    return rows
+
+
+def _part(inputs: CarrierInputs, samples: IntArray) -> CarrierInputs:
+    names = ("time", "carrier_angle", "torque", "ntl_y", "ntl_z")
+    return replace(inputs, **{name: getattr(inputs, name)[samples] for name in names})

@@ -1,0 +1,44 @@
+"""Columns of a sensor as combinations of those that are different."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.testing import assert_allclose
+
+from carrierflex.diagnosis.carrier.records import sums
+from carrierflex.diagnosis.carrier.records.column_basis import column_basis, every_column
+from carrierflex.diagnosis.carrier.records.run_columns import RunColumns
+from carrierflex.diagnosis.carrier.records.sums import accumulated_sums
+from tests.diagnosis.carrier.carrier_twin import CHANNELS, LOADS, twin_campaign, twin_problem
+
+
+def test_products_of_all_columns_are_those_without_a_basis(monkeypatch):
+    problem = twin_problem(loads=LOADS[:4], turns=3, channels=CHANNELS[2:5])
+    every = np.arange(problem.records.index.size)
+    assert problem.records.basis.size < 0.6 * every.size
+
+    def no_basis(runs, channels, source):
+        return every_column(every.size - 1, len(channels))
+
+    monkeypatch.setattr(sums, "column_basis", no_basis)
+    plain = accumulated_sums(problem.campaign, problem.model.source)
+    assert plain.nbytes > 2 * problem.records.nbytes
+    found, expected = problem.records.gram(every), plain.gram(every)
+    length = np.sqrt(np.diagonal(expected, axis1=2, axis2=3))
+    scale = length[..., :, None] * length[..., None, :]
+    assert (np.abs(found - expected) <= 1e-10 * scale).all()
+    # The same where a model takes the target's place.
+    columns, weights = every[:9], np.random.default_rng(3).standard_normal((4, 3, 9))
+    simulated = [own.with_target(columns, weights).target for own in (problem.records, plain)]
+    assert_allclose(simulated[0][..., 0], simulated[1][..., 0], rtol=1e-10)
+
+
+def test_records_that_leave_the_basis_are_taken_with_all_columns():
+    campaign = twin_campaign(loads=LOADS[:2], turns=3, channels=CHANNELS[:1])
+    source = twin_problem(loads=LOADS[:2], turns=3, channels=CHANNELS[:1]).model.source
+    basis = column_basis(campaign.runs, campaign.channels, source)
+    run = campaign.runs[0]
+    # Without a radial load its columns are zero; with one they are not.
+    pushed = replace(run, inputs={**run.inputs, "ntl_z": run.inputs["ntl_z"] + 1e5})
+    for own, holds in ((run, True), (pushed, False)):
+        assert basis.holds(0, RunColumns(own, source).some(CHANNELS[0], 40)[1:]) is holds
