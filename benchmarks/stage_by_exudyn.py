@@ -2,7 +2,8 @@
 
 Rigid bodies with large rotations in the fixed frame, springs between them and Exudyn's own
 integrator: of this project it takes numbers alone (the stiffness of the shaft's ends among them),
-no equation. Gears are left out: a floating sun makes their forces equal, so that they hold neither tilt nor shift of the carrier.
+no equation. Gears are left out: a floating sun makes their forces equal, so that they hold neither
+tilt nor shift of the carrier.
 
 Positions are along the carrier's axis x from the rim's face, y and z across it, z up.
 """
