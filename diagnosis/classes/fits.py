@@ -117,11 +117,25 @@ def coefficients(gram: FloatArray, model: ClassModel) -> FloatArray:
     return found
 
 
-def block_squares(gram: FloatArray, model: ClassModel, c: FloatArray) -> FloatArray:
-    """Sum of squares that coefficients leave in each block, shape (n_blocks,)."""
+def block_squares(
+    gram: FloatArray, blocks: IntArray, model: ClassModel, c: FloatArray
+) -> FloatArray:
+    """Sum of squares that coefficients leave in some blocks, shape (n,).
+
+    Parameters
+    ----------
+    gram : ndarray, shape (n_blocks, n_table, n_table)
+        Products of all columns by block.
+    blocks : ndarray of int, shape (n,)
+        Blocks.
+    model : ClassModel
+        Columns.
+    c : ndarray
+        Coefficients in their order.
+    """
     places = np.concatenate([[0], model.columns])
     weights = np.concatenate([[1.0], -c])
-    products = gram[:, places[:, None], places[None]] @ weights
+    products = gram[blocks[:, None, None], places[:, None], places] @ weights
     return np.asarray(products @ weights)
 
 

@@ -105,8 +105,10 @@ class ClassScores:
     def _scored(self, key: Classes) -> HeldOutSquares:
         groups = tuple(dict.fromkeys(name for own in key for name in self.table.classes[own]))
         if len(key) < 2:
-            options = [(ridge,) * len(groups) for ridge in self._ridges] if groups else [()]
-            return self._best(groups, options)
+            is_smoothed = any(self.table.groups[name].penalty.any() for name in groups)
+            # Groups without a penalty are the same at every weight of it.
+            ridges = self._ridges if is_smoothed else self._ridges[:1]
+            return self._best(groups, [(ridge,) * len(groups) for ridge in ridges])
         known: dict[str, float] = {}
         for own in key:
             single = self.of((own,))
@@ -130,7 +132,7 @@ class ClassScores:
     def _held_out(self, model: ClassModel) -> FloatArray:
         squares = np.empty(len(self.table.gram))
         for fold in self.table.fold_numbers:
-            held = self.table.folds == fold
+            held = np.flatnonzero(self.table.folds == fold)
             c = coefficients(self.table.training[fold], model)
-            squares[held] = block_squares(self.table.gram[held], model, c)
+            squares[held] = block_squares(self.table.gram, held, model, c)
         return squares

@@ -127,7 +127,9 @@ def test_weights_of_one_sign_do_not_fit_the_other_sign():
     c = coefficients(table.total, free)
     assert (c[1:] < 0.0).all()
     # The products give the same squares as the samples.
-    left = block_squares(table.gram, free, c).sum() / table.scale[0] ** 2
+    left = (
+        block_squares(table.gram, np.arange(len(table.gram)), free, c).sum() / table.scale[0] ** 2
+    )
     assert left == pytest.approx(1e-6 * N_BLOCKS * N_SAMPLES, rel=0.1)
 
 
