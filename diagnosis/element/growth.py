@@ -108,8 +108,8 @@ def block_forces(
     blocks = [
         (r, record.block == b) for r, record in enumerate(records) for b in range(record.n_blocks)
     ]
-    columns = [base_columns(model, record) for record in records]
-    force = [known_force(model, record) for record in records]
+    columns = [record.where_flat(base_columns(model, record)) for record in records]
+    force = [record.where_flat(known_force(model, record)) for record in records]
     deflection = np.array([records[r].motion[0][samples].std() for r, samples in blocks])
     speed = np.array([records[r].motion[1][samples].std() for r, samples in blocks])
     low = np.argsort(deflection)[: _n_low(len(blocks))]
@@ -137,11 +137,12 @@ def _force_noise(
 ) -> float:
     """RMS of the channel's noise, brought to force space by the fitted element."""
     if not model.by_force:
-        return float(np.sqrt(variance * min(2.0 * record.cutoff_hz * record.step, 1.0)))
+        return float(np.sqrt(variance * min(2.0 * record.flat_hz * record.step, 1.0)))
     white = np.sqrt(variance) * np.random.default_rng(_SEED).standard_normal(record.response.size)
     q, v, a = record.with_response(white).motion
     rows = [q, v] if model.mass is not None else [a, q, v]
-    return float(np.std((model.mass or 0.0) * a + law[: len(rows)] @ np.array(rows)))
+    force = (model.mass or 0.0) * a + law[: len(rows)] @ np.array(rows)
+    return float(np.std(record.where_flat(force)))
 
 
 def _fitted(blocks: BlockForces) -> Exponent:

@@ -78,8 +78,10 @@ def element_scale(model: ElementModel, records: Sequence[ElementRecord]) -> Elem
     From its response where it moves by a force.
     """
     plain = replace(model, contained=())
-    rows = [base_columns(plain, record)[:, record.block >= 0] for record in records]
-    force = [known_force(model, record)[record.block >= 0] for record in records]
+    rows = [
+        record.where_flat(base_columns(plain, record))[:, record.block >= 0] for record in records
+    ]
+    force = [record.where_flat(known_force(model, record))[record.block >= 0] for record in records]
     design, target = np.concatenate(rows, axis=1), np.concatenate(force)
     solution = design_solution(design.T, target)
     mass = model.mass if model.mass is not None else max(float(solution[0]), 0.0)

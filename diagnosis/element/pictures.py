@@ -62,7 +62,8 @@ def element_loops(
         values.setdefault(parameter.effect, {})[parameter.name] = float(value)
     largest: dict[str, tuple[float, ElementRecord, FloatArray]] = {}
     for record in records:
-        left = known_force(model, record) - _baseline_force(model, record, values, effects)
+        baseline = _baseline_force(model, record, values, effects)
+        left = record.where_flat(known_force(model, record) - baseline)
         size = float(np.std(left[record.counts]))
         if size > largest.get(record.condition, (-1.0,))[0]:
             largest[record.condition] = (size, record, left)

@@ -99,6 +99,21 @@ class ElementRecord:
         """Frequency [Hz] up to which the motion is known as it is."""
         return flat_end(self.cutoff_hz)
 
+    @property
+    def is_released(self) -> bool:
+        """Whether nothing drives the element: a free decay."""
+        return not self.drive.any() and self.base is None and self.gap is None
+
+    def where_flat(self, forces: FloatArray) -> FloatArray:
+        """Forces, shape (..., n), in the band where the motion is known as it is.
+
+        Beyond it its noise is no longer below it, and the inertia's would fill the gap. A release
+        is largest where it begins, and a second filter would ring there.
+        """
+        if self.is_released:
+            return forces
+        return band_limited(forces, self.step, self.flat_hz)
+
     def with_response(self, response: FloatArray) -> "ElementRecord":
         """Copy that measured another response (force drive: the motion follows)."""
         motion = _motion(response, self.step, self.cutoff_hz)

@@ -165,13 +165,15 @@ def element_signatures(model: ElementModel, records: Sequence[ElementRecord]) ->
     for record in records:
         base = base_columns(model, record)
         flexible = _flexible_features(model, record)
-        table = np.vstack(
-            [
-                known_force(model, record),
-                base,
-                *[column_values(model, record, column) for column in columns],
-                flexible,
-            ]
+        table = record.where_flat(
+            np.vstack(
+                [
+                    known_force(model, record),
+                    base,
+                    *[column_values(model, record, column) for column in columns],
+                    flexible,
+                ]
+            )
         )
         for block in range(record.n_blocks):
             own = table[:, record.block == block]

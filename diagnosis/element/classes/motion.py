@@ -201,12 +201,11 @@ def _blocks(record: ElementRecord, wanted: int, variance: float, inside: np.ndar
     """Blocks of like length of the samples that count, away from the ends."""
     n = record.counts.size
     # A decay is largest where it begins: fewer periods are given up there.
-    is_released = not record.drive.any() and record.base is None and record.gap is None
-    periods = _RELEASED_PERIODS if is_released else _EDGE_PERIODS
+    periods = _RELEASED_PERIODS if record.is_released else _EDGE_PERIODS
     edge = min(int(np.ceil(periods / (record.flat_hz * record.step))), int(_LARGEST_EDGE * n))
     place = np.arange(n)
     last = n - edge
-    if is_released:
+    if record.is_released:
         least = _CLEAR_SPEED * speed_noise(variance, record.flat_hz, record.step)
         clear = np.flatnonzero(np.abs(record.motion[1]) > least)
         last = min(last, int(clear.max(initial=-1)) + 1)
