@@ -167,7 +167,7 @@ def test_missing_input_files_are_refused(tmp_path, command):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_interrupted_run_says_so_and_leaves_whole_files_only(tmp_path):
     with subprocess.Popen(
         [*COMMAND, "run", "--out", "out", "--size", "0.06"],

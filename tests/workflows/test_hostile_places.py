@@ -48,6 +48,7 @@ def on_small_disk(place, command, environment):
     return json.loads(ended.stdout)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("variable", ["", "TMPDIR", "CARRIERFLEX_CACHE"])
 def test_a_full_disk_is_told_where_results_go_and_ends_no_command_elsewhere(tmp_path, variable):
     place = tmp_path / "small"

@@ -145,6 +145,7 @@ def test_cells_of_a_line_have_its_frequency_and_channel():
         assert cell.share_ci95[0] < cell.share < cell.share_ci95[1]
 
 
+@pytest.mark.long
 def test_without_declared_noise_a_line_is_a_class_and_not_the_floor():
     problem = carrier_problem(undeclared(twin_campaign(extra=whirl)), CURVES)
     assert np.allclose(np.sqrt(problem.noise), NOISE, rtol=0.1)

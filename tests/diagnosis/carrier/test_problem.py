@@ -49,7 +49,9 @@ def test_the_twins_hold_every_effect_of_the_contract():
     assert set(EFFECTS) | {"axial_offset"} == set(CARRIER.effects)
 
 
-@pytest.mark.parametrize("effect", FAST)
+@pytest.mark.parametrize(
+    "effect", [FAST[0], *(pytest.param(effect, marks=pytest.mark.long) for effect in FAST[1:])]
+)
 def test_a_missing_effect_is_named(effect):
     check_named(effect)
 
@@ -60,6 +62,7 @@ def test_every_other_missing_effect_is_named(effect):
     check_named(effect)
 
 
+@pytest.mark.long
 def test_nothing_missing_is_at_the_noise_floor():
     assert diagnosis_of(twin_problem(None)).verdict == "at_noise_floor"
 
@@ -164,6 +167,7 @@ def test_another_simulators_prediction_is_the_baseline():
     assert diagnosis_of(carrier_problem(columns, CURVES)).attribution.effects == ("flange_warp",)
 
 
+@pytest.mark.long
 def test_a_large_campaign_has_fewer_blocks_and_a_larger_one_is_refused(monkeypatch):
     usual = twin_problem()
     size = usual.records.nbytes

@@ -58,6 +58,7 @@ def shrinkage(problem, law):
     return 1.0 - after / before
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("cause", "name"),
     [

@@ -2,6 +2,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.carrier.problem import carrier_problem
@@ -10,6 +11,8 @@ from carrierflex.diagnosis.gap.significance import SIGNIFICANCE
 from carrierflex.diagnosis.report.gap_words import scatter_words
 from tests.diagnosis.carrier.carrier_twin import CHANNELS, CURVES, KNOWN, NOISE, twin_campaign
 from tests.diagnosis.element.element_campaigns import force_campaign
+
+pytestmark = pytest.mark.long
 
 QUIET = ((1.0, 0, 0), (0.5, 0, 0))
 WOBBLE = 2e-5

@@ -8,6 +8,8 @@ from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.inference.effects_in_turn import effects_in_turn
 from tests.diagnosis.carrier.carrier_twin import CURVES, KNOWN, NOISE, twin_campaign, twin_problem
 
+pytestmark = pytest.mark.long
+
 PAPER_ORDER = ("housing_tilt", "carrier_tilt", "flexible_pins", "stiff_pins")
 
 

@@ -87,6 +87,7 @@ def test_other_and_newer_files_are_refused(tmp_path):
             read_diagnosis(path)
 
 
+@pytest.mark.long
 def test_the_command_writes_the_file_and_ends_with_zero(tmp_path, campaign, command):
     write_campaign(campaign, tmp_path / "campaign")
     done = command("diagnose", "campaign", "--out", "out")

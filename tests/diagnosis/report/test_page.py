@@ -266,6 +266,7 @@ def test_records_that_allow_no_diagnosis_give_a_page_that_says_why(element):
     assert not Tags(page).of("svg")
 
 
+@pytest.mark.long
 def test_without_a_supported_set_the_gap_is_drawn_once(element):
     diagnosis, source = element
     reduction = replace(

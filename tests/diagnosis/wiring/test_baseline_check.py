@@ -175,6 +175,7 @@ def test_runs_of_different_length_are_never_exchanged():
     assert "wiring/run_order" not in rivals(replace(campaign, runs=(shorter, *others)))
 
 
+@pytest.mark.long
 def test_a_load_that_is_too_large_beside_the_others_explains_the_gap():
     campaign = explained("mounting")
     check = checked(changed(campaign, "torque", lambda values: 1.3 * values))

@@ -78,7 +78,7 @@ def test_the_element_form_of_a_substructure_comes_back_as_printed(calculix_subst
 
 
 @pytest.mark.parametrize("form", ["dense", "bigmat", "nonbigmat"])
-@pytest.mark.parametrize("endian", ["<", ">"])
+@pytest.mark.parametrize("endian", ["<", pytest.param(">", marks=pytest.mark.long)])
 def test_binary_op4_comes_back_to_the_last_bit(form, endian, tmp_path):
     K, M = symmetric(), symmetric()
     path = tmp_path / "a.op4"
@@ -96,6 +96,7 @@ def test_text_op4_comes_back_as_printed(form, tmp_path):
     assert same(read_matrix(path, "stiffness").A, K)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("form", ["bigmat", "nonbigmat", "dense"])
 def test_nastrans_own_files_of_64_bit_words_are_read_as_pyyeti_does(form):
     path = OP4 / f"nas_large_dim_{form}_binary.op4"

@@ -47,6 +47,7 @@ def test_modes_of_different_frequency_are_not_mixed(modes):
     assert_allclose(np.abs(apart), np.abs(Phi))
 
 
+@pytest.mark.long
 def test_another_starting_block_gives_the_same_matrices(flexible_structure, flexible_reduction):
     other = craig_bampton(flexible_structure, 11, seed=5).model
     model = flexible_reduction.model

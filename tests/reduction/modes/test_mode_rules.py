@@ -48,6 +48,7 @@ def test_a_body_used_up_to_a_frequency_keeps_modes_up_to_four_times_that():
         Below(float("nan"))
 
 
+@pytest.mark.long
 def test_the_carriers_numbers_hardly_depend_on_what_counts_as_equal(frequencies, monkeypatch):
     def numbers():
         return [end_of_group(frequencies, n) for n in range(1, 22)]

@@ -38,6 +38,7 @@ def test_curves_of_the_exported_carrier_are_those_of_the_parametric_one(tmp_path
         assert_allclose(imported.radius, curve.radius, rtol=1e-12)
 
 
+@pytest.mark.long
 def test_mesh_files_give_the_curves_of_the_meshes_in_them(
     tmp_path, flexible_mesh, stiff_mesh, flexible_deflection, stiff_deflection
 ):

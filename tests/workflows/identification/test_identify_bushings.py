@@ -34,6 +34,7 @@ def folder(tmp_path_factory):
     return path
 
 
+@pytest.mark.long
 def test_bushings_are_found_and_written_with_both_tables(folder, tmp_path):
     result = main(
         folder,

@@ -15,6 +15,8 @@ from carrierflex.workflows.fe import compare_couplings
 from carrierflex.workflows.reduction import check_certificate, export_body, reduce_body
 from carrierflex.workflows.screen.tables import reduced_table
 
+pytestmark = pytest.mark.long
+
 COARSE = 0.06
 
 

@@ -10,6 +10,8 @@ from numpy.testing import assert_allclose
 
 from carrierflex.reduction.body_files import read_body
 
+pytestmark = pytest.mark.long
+
 BODIES = {
     "whole": {"body": "carrier", "modes": 12},
     "half_sector": {"body": "carrier", "modes": 12, "by_symmetry": True},

@@ -96,6 +96,7 @@ def test_a_diverging_run_tells_time_and_coordinate_and_keeps_its_record(tmp_path
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case.toml", "out"]
 
 
+@pytest.mark.long
 def test_an_interrupted_run_keeps_its_record(tmp_path):
     case = changed_case(tmp_path)
     line = one_line(

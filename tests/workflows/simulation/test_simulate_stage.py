@@ -299,6 +299,7 @@ def test_the_linearised_stage_swings_in_torsion_first_and_tilts_under_a_slow_rad
     assert_allclose(campbell["mesh_hz"][-1], 1.2 * 36.465, rtol=1e-4)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("coarse")
 def test_loads_stand_beside_the_record_where_asked(tmp_path, curves):
     loads = tmp_path / "loads"

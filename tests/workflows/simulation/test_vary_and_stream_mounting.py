@@ -118,6 +118,7 @@ def test_a_stream_that_diverges_keeps_its_record_and_says_so(short_case, tmp_pat
     assert 21.0 < kept.time[-1] < 35.0
 
 
+@pytest.mark.long
 def test_the_energy_balance_closes_and_a_poor_one_fails_the_command(
     short_case, tmp_path, monkeypatch
 ):
