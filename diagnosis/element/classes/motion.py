@@ -112,7 +112,8 @@ def force_records(
     found = []
     for record, variance in zip(records, noise, strict=True):
         deflection = record.response if model.by_force else record.drive
-        inside = _in_band(record, deflection, float(variance) if model.by_force else 0.0)
+        own_noise = float(variance) if model.by_force else 0.0
+        inside = _in_band(record, deflection, own_noise, by_force=model.by_force)
         block = _blocks(record, n_blocks, float(variance), inside)
         if block.max(initial=-1) < 0:
             continue
@@ -180,7 +181,9 @@ def speed_noise(variance: float, band_hz: float, step: float) -> float:
     return float(np.sqrt(variance * inside) * 2.0 * np.pi * band_hz)
 
 
-def _in_band(record: ElementRecord, deflection: FloatArray, variance: float) -> np.ndarray:
+def _in_band(
+    record: ElementRecord, deflection: FloatArray, variance: float, *, by_force: bool
+) -> np.ndarray:
     """Samples at which the motion lies in its trusted band.
 
     Where a sweep passes the end of the band the motion is known in part alone, and a force that is
@@ -192,7 +195,10 @@ def _in_band(record: ElementRecord, deflection: FloatArray, variance: float) -> 
         return uniform_filter1d(np.asarray(values**2), window, mode="nearest")
 
     q = record.motion[0]
-    outside = local(deflection - q)
+    # Under a force the motion is compared too, where the band is flat: a line beyond has no force
+    # beside it.
+    compared = record.where_flat(q) if by_force else q
+    outside = local(deflection - compared)
     swing = local(q - q[record.counts].mean())
     return (outside <= _ABOVE_NOISE * variance) | (outside <= _LEFT_OUT**2 * swing)
 
