@@ -75,6 +75,13 @@ def _plateau(record: ElementRecord) -> float:
     return float(np.median(top) * 0.5 / record.step)
 
 
+def dynamic_stiffness(element: tuple[float, float, float], frequency_hz: FloatArray) -> FloatArray:
+    """|K1 - w² m + j w C1| of an element m, C1, K1, shape of `frequency_hz`."""
+    m, C1, K1 = element
+    w = 2.0 * np.pi * frequency_hz
+    return np.abs(-(w**2) * m + 1j * w * C1 + K1)
+
+
 def carried_noise(model: ElementModel, record: ElementRecord) -> float:
     """Variance in the channel of the white noise of the measured force or deflection.
 
@@ -91,11 +98,10 @@ def carried_noise(model: ElementModel, record: ElementRecord) -> float:
     if record.drive_noise == 0.0:
         return 0.0
     frequency = np.linspace(0.0, 0.5 / record.step, _FREQUENCIES)
-    w = 2.0 * np.pi * frequency
     scale = model.scale
-    D = scale.K1 - w**2 * scale.m + 1j * w * scale.C1
+    stiffness = dynamic_stiffness((scale.m, scale.C1, scale.K1), frequency)
     if model.by_force:
-        gain = 1.0 / np.maximum(np.abs(D), np.finfo(float).tiny)
+        gain = 1.0 / np.maximum(stiffness, np.finfo(float).tiny)
     else:
-        gain = np.abs(D) * pass_gain(frequency, record.cutoff_hz)
+        gain = stiffness * pass_gain(frequency, record.cutoff_hz)
     return float(record.drive_noise * np.mean(gain**2))

@@ -16,19 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.channel_noise import dynamic_stiffness
 from carrierflex.identification.campaign.signals import pass_gain, with_gain
 
 #: RMS of a force error that is allowed everywhere, over the RMS of the force.
 _FORCE_ERROR = 0.003
 #: Periods of the band's end by which records are continued before filtering.
 _REACH = 20.0
-
-
-def dynamic_stiffness(element: tuple[float, float, float], frequency_hz: FloatArray) -> FloatArray:
-    """|K1 - w² m + j w C1| of an element m, C1, K1, shape of `frequency_hz`."""
-    m, C1, K1 = element
-    w = 2.0 * np.pi * frequency_hz
-    return np.abs(-(w**2) * m + 1j * w * C1 + K1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -60,6 +60,8 @@ def _load_nodes(rig: CarrierRig, largest_load: float) -> FloatArray:
     return _LOAD_NODES * largest_load
 
 
+#: Load at which what a clearance leaves free is mostly used up.
+_LIMITING_LOAD = EffectParameter("F_s", "N", 1.0, 1e8, 5e4, shape=True)
 NTL_TILT = Effect(
     "ntl_tilt",
     equation="R sin(0 - v) (a_y F_y + a_z F_z) + R sin(pi/2 - v) (b_y F_y + b_z F_z)",
@@ -76,7 +78,7 @@ BEARING_CLEARANCE = Effect(
     parameters=(
         *angles("phi_B"),
         *lengths("r_B", scale=1e-4),
-        EffectParameter("F_s", "N", 1.0, 1e8, 5e4, shape=True),
+        _LIMITING_LOAD,
     ),
     signature="order 0, m = +1 and -1, and a radial shift along the load, both with a limit",
     pattern=_bearing_clearance,
@@ -95,7 +97,7 @@ CLEARANCE_ROCKING = Effect(
     parameters=(
         *angles("phi_R"),
         *lengths("r_R", scale=1e-4),
-        EffectParameter("F_s", "N", 1.0, 1e8, 5e4, shape=True),
+        _LIMITING_LOAD,
     ),
     signature="order 0, m = +1 and -1, the same for both signs of the radial load, with a limit",
     pattern=_clearance_rocking,
