@@ -121,17 +121,12 @@ class RunColumns:
             Effects whose columns are wanted; all without. The target, and another simulator's
             prediction, are always among them.
         """
-        sensor = rim_sensor(channel)
         for chunk in self._chunks(blocks):
             samples = np.sort(
                 np.concatenate([self.revolutions[r] for block in chunk for r in block])
             )
             inputs = _part(self.inputs, samples)
-            late = [_part(shifted, samples) for shifted in self._delayed_inputs]
-            rows = {
-                **_target_rows(self.run, channel, samples, self.source.speed),
-                **self.source.rows(sensor, inputs, late, owners),
-            }
+            rows = self._rows(channel, samples, inputs, owners)
             index = ColumnIndex({key: number for number, key in enumerate(rows)})
             table = np.array(list(rows.values()))
             for block in chunk:
@@ -142,12 +137,22 @@ class RunColumns:
         """All columns at a few samples from the first to the last, shape (k, n_samples)."""
         last = self.run.time.size - 1
         samples = np.unique(np.linspace(0, last, min(n_samples, last + 1)).astype(np.int64))
-        late = [_part(shifted, samples) for shifted in self._delayed_inputs]
-        rows = {
-            **_target_rows(self.run, channel, samples, self.source.speed),
-            **self.source.rows(rim_sensor(channel), _part(self.inputs, samples), late),
-        }
+        rows = self._rows(channel, samples, _part(self.inputs, samples))
         return np.array(list(rows.values()))
+
+    def _rows(
+        self,
+        channel: Channel,
+        samples: IntArray,
+        inputs: CarrierInputs,
+        owners: Collection[str] | None = None,
+    ) -> dict[Key, FloatArray]:
+        """Columns at a sensor at some samples, whose inputs are given, the target first."""
+        late = [_part(shifted, samples) for shifted in self._delayed_inputs]
+        return {
+            **_target_rows(self.run, channel, samples, self.source.speed),
+            **self.source.rows(rim_sensor(channel), inputs, late, owners),
+        }
 
     def _chunks(self, blocks: Sequence[IntArray]) -> list[list[IntArray]]:
         """Blocks grouped so that no group holds many more samples than a chunk."""
