@@ -55,6 +55,7 @@ def test_with_two_conditions_what_explains_the_whole_gap_is_named_whatever_a_pla
     assert found.verdict == "named"
 
 
+@pytest.mark.long
 def test_a_set_whose_search_stuck_is_refused_and_ends_no_diagnosis():
     problem = twin_problem(
         contained=tuple(KNOWN)[1:3],

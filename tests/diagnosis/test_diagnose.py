@@ -90,6 +90,7 @@ def test_interval_of_a_placebo_contains_one():
         assert low <= 1.0 <= high
 
 
+@pytest.mark.long
 def test_dry_friction_is_named_with_its_class():
     own = found(displacement_campaign(lambda q, v: 0.4 * np.sign(v), n=2000))
     assert own.verdict == "named"
@@ -109,6 +110,7 @@ def test_two_effects_are_both_named():
     assert own.reduction.steps[2].rms < own.reduction.steps[1].rms
 
 
+@pytest.mark.long
 def test_a_law_outside_the_library_is_none_of_these():
     # A force that waves over the deflection ten times.
     own = found(displacement_campaign(lambda q, v: 0.5 * np.cos(2.0 * np.pi * q / 2e-4), n=2000))
@@ -117,6 +119,7 @@ def test_a_law_outside_the_library_is_none_of_these():
     assert "is rejected" in own.reason
 
 
+@pytest.mark.long
 def test_mixed_up_forces_destroy_the_score():
     campaign = displacement_campaign(lambda q, v: 5e8 * q**3, n=2000)
     forces = [run.signals["F"] for run in campaign.runs]
@@ -128,6 +131,7 @@ def test_mixed_up_forces_destroy_the_score():
     assert own.verdict not in ("named", "named_with_remainder")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_what_the_baseline_contains_is_no_candidate():
     own = found(force_campaign(cubic, effects=("cubic_stiffness",)))
@@ -136,6 +140,7 @@ def test_what_the_baseline_contains_is_no_candidate():
     assert all("cubic_stiffness" not in ranked.effects for ranked in own.attribution.ranking)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_one_condition_is_scored_by_blocks():
     own = found(force_campaign(cubic, amplitudes=(4.0,)))

@@ -72,6 +72,7 @@ def check_parameter(found, effect, name, truth):
     assert abs(own.value - truth) < 4.0 * own.std + 5e-3 * abs(truth), own
 
 
+@pytest.mark.long
 def test_the_stop_of_an_element_is_named(documented_package):
     campaign = displacement_campaign(lambda q, v: 4e3 * np.maximum(q - 0.5e-3, 0.0), n=2000)
     found = diagnose(element_problem(campaign), campaign="page", kind="element")

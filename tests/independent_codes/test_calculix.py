@@ -74,6 +74,7 @@ def concentrated_loads(load, references):
     return lines
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("variant", ["flexible", "stiff"])
 def test_the_torque_curve_with_rigid_couplings_is_calculixs(

@@ -24,6 +24,7 @@ def model(flexible_reduction, pin_reduction):
     return reference_model(body, table_5_case("LC1"))
 
 
+@pytest.mark.long
 def test_kink_and_clearances_move_the_rim_as_in_exudyn(model):
     compared = compared_motion(model, table_5_case("LC1"))
     assert compared.size > 1e-4

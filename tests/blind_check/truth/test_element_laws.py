@@ -140,6 +140,7 @@ def response(steps):
     return motion_under(force, step, np.zeros(2), base, law, p, form, ONE[None])[-1]
 
 
+@pytest.mark.long
 def test_march_is_of_fourth_order():
     exact = response(4096)
     errors = [abs(response(n) - exact) for n in (64, 128, 256)]

@@ -68,6 +68,7 @@ def element_size(name, change, driven):
     return 1.0 / element.laws[0].scale[0]
 
 
+@pytest.mark.long
 def test_refit_of_a_linear_element_leaves_nothing():
     rng = np.random.default_rng(3)
     plain = replace(drawn_element(rng, SWEEPS), by_force=True)

@@ -61,6 +61,7 @@ def test_torque_rolls_the_housing_on_its_two_bushings():
     )
 
 
+@pytest.mark.long
 def test_radial_load_tips_the_shaft_about_the_main_bearing():
     pitch = (
         5e4 * RIG["coupling_arm"] / (2.0 * K * L**2)

@@ -76,6 +76,7 @@ def test_no_package_that_fits_imports_the_truth():
             ), path
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("plan", [ELEMENT, CARRIER], ids=lambda plan: plan.kind)
 def test_a_case_follows_from_its_plan_alone(plan, tmp_path):
     first = write_case(plan, tmp_path / "first")

@@ -119,6 +119,7 @@ def test_flexible_features_grow_with_the_channels_and_not_with_their_square():
     assert sizes[1] == 2 * sizes[0]
 
 
+@pytest.mark.long
 def test_parameters_of_a_gain_and_a_threshold_are_recovered():
     gain = fit_effects(twin_problem("sensor_gain"), ("sensor_gain",))
     assert gain.parameters[-1].name == "g_s137"
@@ -128,6 +129,7 @@ def test_parameters_of_a_gain_and_a_threshold_are_recovered():
     assert_allclose(closing.theta[[-6, -1]], [1.5, 150e3], rtol=0.05)
 
 
+@pytest.mark.long
 def test_noise_is_measured_where_none_is_declared():
     campaign = twin_campaign(None)
     silent = replace(

@@ -66,6 +66,7 @@ def test_an_element_is_fitted_and_scored_within_the_windows_alone(make):
         assert time[-1] <= 9.0 + 1e-9
 
 
+@pytest.mark.long
 def test_a_carrier_is_fitted_and_scored_within_the_windows_alone():
     campaign = twin_campaign(turns=8)
     windows = ((0.0, 6.0), (12.0, 15.0))
@@ -130,6 +131,7 @@ def test_known_physics_is_a_prior_of_the_fit():
     assert_allclose(half.theta[k], 0.5 * (free.theta[k] + 1.1 * STIFFNESS), rtol=1e-4)
 
 
+@pytest.mark.long
 def test_a_known_tilt_is_given_by_size_and_angle():
     fixed = {
         "carrier_tilt.phi_PLC": KnownValue(4e-4, 0.0),
@@ -161,6 +163,7 @@ def test_impossible_effects_are_no_candidates():
     assert "quintic_stiffness" in problem.cards
 
 
+@pytest.mark.long
 def test_impossible_effects_of_a_carrier_are_no_candidates():
     campaign = twin_campaign(turns=2)
     ruled_out = replace(campaign.baseline, impossible=("face_runout",))
@@ -169,6 +172,7 @@ def test_impossible_effects_of_a_carrier_are_no_candidates():
     assert "face_runout" not in problem.signatures().effects
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("effect", "error", "declared", "true"),
     [

@@ -63,6 +63,7 @@ def test_the_gap_is_measured_less_predicted():
     assert_allclose(squares.sum(), expected, rtol=1e-6)
 
 
+@pytest.mark.long
 def test_a_prediction_as_good_as_the_measurement_is_at_the_floor():
     own = found(
         beside(force_campaign(cubic), force_campaign(cubic, noise=1e-12), ("cubic_stiffness",))

@@ -40,6 +40,7 @@ def test_signals_equal_those_of_a_second_model_integrated_by_scipy(name):
     assert_allclose(ours, reference, rtol=0.0, atol=tolerance * np.abs(reference).max())
 
 
+@pytest.mark.long
 def test_the_fluid_branch_and_damping_that_grows_with_deflection_equal_the_second_model():
     law = {"C1": 5e4, "k": 46.82e6, "c": 5.72e6, "K5": 1.2e15, "C3": 5e9}
     parameters = parameter_array(RIG, law)

@@ -52,6 +52,7 @@ def test_a_batch_survives_other_processes_and_a_set_that_diverges():
     assert (bad.coordinate, bad.signals.shape) == ("theta_x", (bad.samples, 6))
 
 
+@pytest.mark.long
 def test_a_batch_gives_what_single_runs_give():
     inputs = shaking_inputs(0.5)
     sets = softer_to_stiffer(60)
@@ -76,6 +77,7 @@ def test_a_wrong_set_of_a_batch_is_named_before_anything_runs():
         )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["linear", "hydro-dynamic"])
 def test_a_record_in_pieces_equals_the_whole_one(tmp_path, name):
     inputs, parameters = (
@@ -154,6 +156,7 @@ def test_pieces_that_do_not_fit_are_refused(tmp_path):
         list(marched_pieces(RIG, delayed, [first], largest_loads=inputs.loads))
 
 
+@pytest.mark.long
 def test_every_effect_of_the_contract_has_parameters_within_bounds():
     from carrierflex.identification.campaign.campaign_kinds import MOUNTING
 

@@ -50,6 +50,7 @@ def test_a_law_equal_to_the_built_in_ones_gives_their_motion(extra):
     assert_allclose(own, built_in, rtol=0.0, atol=1e-7 * np.abs(built_in).max())
 
 
+@pytest.mark.long
 def test_a_stiff_law_that_needs_newtons_method_gives_the_motion_of_the_built_in_one():
     # At 4 ms the added stiffness turns by 2 rad a step: only Newton's method with the slopes of the
     # law gets to rounding.

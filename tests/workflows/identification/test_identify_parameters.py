@@ -26,6 +26,7 @@ def campaign(tmp_path_factory):
     return folder
 
 
+@pytest.mark.long
 def test_m2_finds_the_truth_and_writes_it_with_the_plots(tmp_path, campaign):
     result = main(campaign, model="m2", out=tmp_path / "out")
     document = json.loads((tmp_path / "out" / "identification.json").read_text())

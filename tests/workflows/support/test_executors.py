@@ -69,6 +69,7 @@ def test_a_scheduler_that_does_not_answer_is_named(monkeypatch):
         pass
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_cluster_that_loses_a_worker_gives_the_same_results():
     from distributed import LocalCluster
