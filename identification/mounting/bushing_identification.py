@@ -3,7 +3,7 @@
 The three models in turn, each warm-started from the simpler one.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from time import perf_counter
@@ -23,6 +23,7 @@ from carrierflex.identification.estimation.fit_uncertainty import (
 from carrierflex.identification.estimation.nonlinear_fit import NonlinearFit, bounded_fit
 from carrierflex.identification.estimation.several_starts import best_of_starts, check_nested
 from carrierflex.identification.mounting.bushing_models import (
+    AXIAL,
     BUSHING_MODELS,
     BushingModel,
     MountingResiduals,
@@ -85,6 +86,7 @@ def identify_bushings(
     executor: Executor,
     *,
     weights: Mapping[str, float] | None = None,
+    axial: Sequence[str] = (),
     progress: Callable[[str], None] = lambda text: None,
 ) -> tuple[BushingEstimate, ...]:
     """Fit the bushing models up to `last`, from the simplest to the richest.
@@ -100,6 +102,9 @@ def identify_bushings(
     weights : mapping of str to float, optional
         Weights of the housing's motion in the objective (equation 12); without them the sensors are
         compared.
+    axial : sequence of str
+        Axial constants that are unknown too, of :data:`~.bushing_models.AXIAL`; the others keep the
+        rig's values. :func:`identify_with_shown_axial` finds which a campaign shows.
     progress : callable
         Told what begins.
 
@@ -120,7 +125,8 @@ def identify_bushings(
     .. [1] 2011 paper, section 5, equation (12).
     """
     estimates: list[BushingEstimate] = []
-    for model in BUSHING_MODELS[: BUSHING_MODELS.index(last) + 1]:
+    for plain_model in BUSHING_MODELS[: BUSHING_MODELS.index(last) + 1]:
+        model = plain_model.with_axial(axial) if axial else plain_model
         progress(f"{model.name}: {len(model.names)} parameters")
         begin = perf_counter()
         residuals = mounting_residuals(campaign, model, weights)
@@ -130,6 +136,37 @@ def identify_bushings(
             check_nested(fit.cost, simpler.fit.cost, (model.name, simpler.model.name))
         estimates.append(_estimate(campaign, residuals, fit, perf_counter() - begin))
     return tuple(estimates)
+
+
+def identify_with_shown_axial(
+    campaign: Campaign,
+    last: BushingModel,
+    executor: Executor,
+    *,
+    weights: Mapping[str, float] | None = None,
+) -> tuple[BushingEstimate, ...]:
+    """Fit the bushing models up to `last`, with those axial constants unknown that are shown.
+
+    Axial springs and dampers act on the housing's yaw, which a load to the side drives. Shown is
+    what `last`, fitted with both unknown, holds away from zero by its 95 % interval; the other one
+    keeps the rig's value.
+
+    Parameters
+    ----------
+    campaign, last, executor, weights
+        As for :func:`identify_bushings`.
+
+    Returns
+    -------
+    tuple of BushingEstimate
+        One for each model, all with the same axial unknowns.
+    """
+    every = identify_bushings(campaign, last, executor, weights=weights, axial=tuple(AXIAL))
+    least = dict(zip(every[-1].fit.names, every[-1].ci95[:, 0], strict=True))
+    shown = tuple(name for name in AXIAL if least[name] > 0.0)
+    if len(shown) == len(AXIAL):
+        return every
+    return identify_bushings(campaign, last, executor, weights=weights, axial=shown)
 
 
 def search_bushings(

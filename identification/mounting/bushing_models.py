@@ -6,7 +6,7 @@ here both keep it, as ``C0``, so that a richer model can never be the worse one 
 2, where it is, tells of a search that had not converged).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,12 +28,17 @@ _NONLINEAR = {"K1": "K1", "C0": "C1", "K3": "K3", "K5": "K5", "C1": "C3"}
 _HYDRODYNAMIC = {**_NONLINEAR, "k": "k", "c": "c", "Kp": "Kp", "Fy": "Fy"}
 _UNITS = {
     "K1": "N/m", "C0": "N s/m", "K3": "N/m^3", "K5": "N/m^5", "k": "N/m", "c": "N s/m",
-    "Kp": "N/m", "Fy": "N", "P_T": "m",
+    "Kp": "N/m", "Fy": "N", "P_T": "m", "K_x": "N/m", "C_x": "N s/m",
 }  # fmt: skip
+#: Spring and damper of each bushing along the axis: the paper fitted them beside the radial ones
+#: and did not print them. They act where the housing yaws.
+AXIAL = {"K_x": "k_x", "C_x": "c_x"}
 
 #: Deflection at which the nonlinear terms are scaled [m]: the trunnions move by several millimetres
 #: in use.
 _DEFLECTION = 5e-3
+#: Axial over radial stiffness of a bushing on whose pin the housing slides, for scales only.
+_AXIAL_SHARE = 0.05
 #: Angular frequency at which a damper is weighed against a spring [rad/s]: of the order of the
 #: drive train's 1.4 Hz.
 _FREQUENCY = 9.0
@@ -66,6 +71,21 @@ class BushingModel:
             _within_simulator(one, own)
             for one, own in zip(free, self.simulated.values(), strict=True)
         )
+
+    def with_axial(self, names: Iterable[str]) -> "BushingModel":
+        """Copy with axial constants among its unknowns.
+
+        Parameters
+        ----------
+        names : iterable of str
+            Of :data:`AXIAL`.
+        """
+        return replace(self, simulated={**self.simulated, **{name: AXIAL[name] for name in names}})
+
+    @property
+    def axial(self) -> tuple[str, ...]:
+        """Axial constants among the unknowns."""
+        return tuple(name for name in AXIAL if name in self.simulated)
 
     def unit(self, name: str) -> str:
         """Unit of an unknown; the paper gives two quantities the symbol C1."""
@@ -237,5 +257,7 @@ def _free(name: str, unit: str, K: float) -> FitParameter:
         "Kp": (0.0, 20.0 * K, K),
         "Fy": (0.0, 2.0 * K * u, 0.5 * K * u),
         "P_T": (-1.0, 1.0, 0.1),
+        "K_x": (0.0, 20.0 * K, _AXIAL_SHARE * K),
+        "C_x": (0.0, 10.0 * damping, 0.1 * _AXIAL_SHARE * damping),
     }[name]
     return FitParameter(name, unit, lower, upper, scale)

@@ -37,7 +37,14 @@ def search_starts(
     free = model.free(residuals.rig)
     zero = dict.fromkeys(model.names, 0.0)
     if simpler is None:
-        base = {**zero, "K1": K, "C1": residuals.rig.bushing_radial_damping}
+        rig = residuals.rig
+        base = {
+            **zero,
+            "K1": K,
+            "C1": rig.bushing_radial_damping,
+            "K_x": rig.bushing_axial_stiffness,
+            "C_x": rig.bushing_axial_damping,
+        }
         guesses: list[dict[str, float]] = [{}]
     else:
         known = simpler[0].simulator_values(simpler[1])

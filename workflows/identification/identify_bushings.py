@@ -11,7 +11,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,10 +28,12 @@ from carrierflex.identification.mounting.bushing_identification import (
     BushingEstimate,
     bootstrapped,
     identify_bushings,
+    identify_with_shown_axial,
     profiled,
     search_bushings,
 )
 from carrierflex.identification.mounting.bushing_models import (
+    AXIAL,
     BUSHING_MODELS,
     BushingModel,
     mounting_residuals,
@@ -66,6 +68,7 @@ class BushingOptions:
 
     per_run: bool = False
     weights: Mapping[str, float] | None = None
+    axial: Literal["shown", "all", "none"] = "shown"
     compare_complex: bool = False
     profile: tuple[str, ...] = ()
     housing_motion: bool = False
@@ -96,18 +99,19 @@ def identify(
         measured = whole.within_use()
     for note in measured.notes:
         stages.tell(note)
-    for name in options.profile:
-        if name not in last.names:
-            raise ValueError(
-                f"--profile {name}: {model} has no such parameter; expected one of "
-                f"{', '.join(last.names)}"
-            )
     motion = measured_motion(measured) if options.housing_motion else None
     groups = (
         {run.name: replace(measured, runs=(run,)) for run in measured.runs}
         if options.per_run
         else {"": measured}
     )
+    possible = last if options.axial == "none" else last.with_axial(AXIAL)
+    for name in options.profile:
+        if name not in possible.names:
+            raise ValueError(
+                f"--profile {name}: {model} has no such unknown; expected one of "
+                f"{', '.join(possible.names)}"
+            )
     # Another kind, unknown weights or missing sensors are refused before the folder is made.
     mounting_residuals(measured, last, options.weights)
     prepared_folder(out)
@@ -122,11 +126,12 @@ def identify(
                         group, fitted[-1], parameter, options.weights
                     )
                     for parameter in options.profile
+                    if parameter in fitted[-1].fit.names
                 }
     searches, seconds = {}, {}
     if options.compare_complex:
         with stages.stage("complex method on the same record"):
-            for entry in BUSHING_MODELS[: BUSHING_MODELS.index(last) + 1]:
+            for entry in (estimate.model for estimate in next(iter(estimates.values()))):
                 begin = perf_counter()
                 searches[entry.name] = search_bushings(
                     measured, entry, weights=options.weights, seed=options.seed
@@ -147,7 +152,11 @@ def _fitted(
     group: Campaign, last: BushingModel, executor: Executor, options: BushingOptions
 ) -> tuple[BushingEstimate, ...]:
     """Estimates of the models up to `last`, its errors by the bootstrap where that is asked for."""
-    result = identify_bushings(group, last, executor, weights=options.weights)
+    if options.axial == "shown":
+        result = identify_with_shown_axial(group, last, executor, weights=options.weights)
+    else:
+        axial = tuple(AXIAL) if options.axial == "all" else ()
+        result = identify_bushings(group, last, executor, weights=options.weights, axial=axial)
     if not options.bootstrap:
         return result
     refitted = bootstrapped(
@@ -196,6 +205,7 @@ def _document(measured: Campaign, result: BushingIdentification) -> dict[str, An
             }
             for run in measured.runs
         },
+        "axial_unknowns": {group: entry.model.axial for group, entry in last.items()},
         "undetermined": [
             f"{group}: {text}".removeprefix(": ")
             for group, last_estimate in last.items()

@@ -91,6 +91,7 @@ def main(
     bootstrap: int = 0,
     seed: int = 0,
     weights: dict[str, float] | None = None,
+    axial: Literal["shown", "all", "none"] = "shown",
     profile: tuple[str, ...] = (),
     compare_complex: bool = False,
     housing_motion: bool = False,
@@ -133,6 +134,10 @@ def main(
         Bushing models: weights of the housing's motion in the objective, --weights.theta_x 1 (d_x,
         d_y, d_z in 1/m^2, theta_x, theta_y, theta_z in 1/rad^2); without them the sensors are
         compared, each over its declared noise.
+    axial : {"shown", "all", "none"}
+        Bushing models: which of K_x [N/m] and C_x [N s/m], spring and damper of each bushing along
+        the axis, are unknowns too: those that the campaign shows, by the housing's yaw under a load
+        to the side; both; or none, which leaves the rig's values.
     profile : tuple of str
         Bushing models: parameters whose likelihood profile is drawn (K1, P_T ...).
     compare_complex : bool
@@ -166,7 +171,7 @@ def main(
     )
     if model.endswith("_bushing"):
         shared = BushingOptions(
-            per_run, weights, compare_complex, profile, housing_motion,
+            per_run, weights, axial, compare_complex, profile, housing_motion,
             bootstrap, seed, workers, scheduler, quiet,
         )  # fmt: skip
         return identify(campaign, model, out, shared)

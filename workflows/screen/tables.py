@@ -13,6 +13,7 @@ from carrierflex.geometry.cad_faces import CadFace
 from carrierflex.geometry.quality import MeshQuality
 from carrierflex.identification.carrier.printed_tables import DerivedFacts
 from carrierflex.identification.carrier.result_tables import parameter_rows, rms_rows
+from carrierflex.identification.mounting.bushing_models import AXIAL
 from carrierflex.reduction.certificate import Certificate
 from carrierflex.reduction.interface_mass import (
     DIRECTIONS,
@@ -261,6 +262,9 @@ def _bushing_table(identified: "BushingIdentification") -> RenderableType:
                 "complex method: accuracy", *(f"{row['complex_accuracy']:.6g}" for row in rows)
             )
         parts += [table, *estimates[-1].uncertainty.undetermined]
+        kept = [name for name in AXIAL if name not in estimates[-1].model.axial]
+        if kept:
+            parts.append(f"{' and '.join(kept)} of the bushings: no unknown here, the rig's value")
     for run, rms in identified.motion_rms.items():
         table = _table(f"housing motion {run}, RMS", "", "measured", "left by the model", "unit")
         for name, measured, residual in zip(HOUSING_MOTION, *(rms * 1e6), strict=True):

@@ -1,5 +1,7 @@
 """Small mounting campaigns with a known truth."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
@@ -42,13 +44,17 @@ def loads(seed=0, duration=60.0, rate=20.0):
 
 
 def mounting_campaign(
-    truth, *, noise_std=5e-6, memory=0.0, seed=0, rate=20.0, duration=60.0, n_runs=1
+    truth, *, noise_std=5e-6, memory=0.0, seed=0, rate=20.0, duration=60.0, n_runs=1, sideways=1.0
 ):
-    """Campaign of `n_runs` runs; `memory` in seconds gives coloured noise."""
+    """Campaign of `n_runs` runs.
+
+    `memory` in seconds gives coloured noise, `sideways` scales the load that makes the housing yaw.
+    """
     rng = np.random.default_rng(1000 + seed)
     runs = []
     for k in range(n_runs):
         inputs = loads(k, duration, rate)
+        inputs = replace(inputs, ntl_y=sideways * inputs.ntl_y)
         clean = simulate(RIG, parameter_array(RIG, truth), inputs).signals
         noise = _noise(clean.shape, memory * rate, rng) * noise_std
         columns = inputs.columns()

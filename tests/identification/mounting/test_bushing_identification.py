@@ -14,6 +14,7 @@ from carrierflex.identification.estimation.nonlinear_fit import bounded_fit
 from carrierflex.identification.mounting import bushing_identification
 from carrierflex.identification.mounting.bushing_identification import (
     identify_bushings,
+    identify_with_shown_axial,
     search_bushings,
 )
 from carrierflex.identification.mounting.bushing_models import (
@@ -53,6 +54,28 @@ def test_the_truth_is_found_from_the_nominal_rig(model):
     assert_allclose(estimate.rms, 5e-6, rtol=0.05)
     assert estimate.uncertainty.undetermined == ()
     assert set(estimate.rms_by_run["R0"]) == {"ssx", "spx", "ssz", "spz", "spy", "sbx"}
+
+
+def test_a_load_to_the_side_shows_the_axial_spring_and_damper():
+    truth = {**LINEAR_TRUTH, "k_x": 3e6, "c_x": 2e6}
+    campaign = mounting_campaign(truth)
+    (estimate,) = identify_with_shown_axial(campaign, LINEAR, SerialExecutor())
+    assert estimate.model.axial == ("K_x", "C_x")
+    std = dict(zip(estimate.fit.names, estimate.uncertainty.std, strict=True))
+    values = estimate.fit.by_name()
+    assert abs(values["K_x"] - 3e6) < 4.0 * std["K_x"] < 5e5
+    assert abs(values["C_x"] - 2e6) < 4.0 * std["C_x"] < 1e6
+    assert_allclose(estimate.rms, 5e-6, rtol=0.05)
+    # The rig's 1e6 N/m and 1e4 N s/m instead leave more than the noise.
+    (kept,) = identify_bushings(campaign, LINEAR, SerialExecutor())
+    assert kept.rms > 1.1 * estimate.rms
+
+
+def test_without_yaw_no_axial_constant_is_shown_and_the_rest_is_found():
+    campaign = mounting_campaign({**LINEAR_TRUTH, "k_x": 3e6}, sideways=0.0)
+    (estimate,) = identify_with_shown_axial(campaign, LINEAR, SerialExecutor())
+    assert estimate.model.axial == ()
+    assert_allclose(estimate.rms, 5e-6, rtol=0.05)
 
 
 @pytest.mark.long

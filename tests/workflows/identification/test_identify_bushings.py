@@ -128,7 +128,7 @@ def test_the_complex_method_stands_beside_the_fit(tmp_path):
 def test_wrong_choices_are_one_line_and_leave_nothing(folder, tmp_path):
     with pytest.raises(
         ValueError,
-        match="--profile K9: linear_bushing has no such parameter; expected one of K1, C1, P_T",
+        match="--profile K9: linear_bushing has no such unknown; expected one of K1, C1, P_T",
     ):
         main(folder, model="linear_bushing", out=tmp_path / "out", profile=("K9",), quiet=True)
     write_campaign(carrier_campaign(), tmp_path / "carrier")
