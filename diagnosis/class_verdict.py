@@ -27,6 +27,7 @@ from carrierflex.diagnosis.inference.results import (
     NONE_OF_THESE,
     GapReduction,
 )
+from carrierflex.diagnosis.inference.thresholds import Thresholds
 
 #: Share by which laws may stay behind their class and still be named.
 _BEHIND = 0.01
@@ -89,8 +90,10 @@ def joint_verdict(
     if verdict == AT_NOISE_FLOOR and answer.state == LEADING_CLASS:
         # Noise of the motion in a contained law is no white noise in force space: a class that only
         # leads there says less than the records, which the simulation meets to their noise.
-        nothing = replace(answer, state=NOTHING, classes=(), ties=(), learnt_by=())
-        return JointVerdict(verdict, reason, (), nothing, reduction)
+        return JointVerdict(verdict, reason, (), _silent(answer), reduction)
+    if answer.same_scores and (verdict == AT_NOISE_FLOOR or _stand(named, answer, reduction)):
+        kept = _of_laws(_silent(answer), named, reduction, answer.ids)
+        return JointVerdict(verdict, reason, named, kept, reduction)
     covered = _covered(named, answer) or _with_small_causes(named, answer, reduction)
     if covered is not None and _follow(answer, reduction):
         resolved = _with_named_laws(answer, covered, named)
@@ -98,6 +101,22 @@ def joint_verdict(
     if answer.state == NO_CLASS:
         return _without_class(verdict, reason, named, answer, reduction)
     return _of_class(answer, named, reduction)
+
+
+def _stand(laws: Effects, answer: ClassAnswer, reduction: GapReduction) -> bool:
+    """Whether named laws leave no more than noise, or no more than the classes do.
+
+    Of laws and classes that are scored alike the laws, which have fewer parameters, are believed
+    unless a class explains as much more as a second cause would.
+    """
+    behind = min(answer.share, 1.0) - reduction.phi
+    near_floor = reduction.floor_multiple <= Thresholds().gap_beyond_floor
+    return bool(laws) and (near_floor or behind <= ClassConstants().second_cause)
+
+
+def _silent(answer: ClassAnswer) -> ClassAnswer:
+    """Answer that names no class."""
+    return replace(answer, state=NOTHING, classes=(), ties=(), learnt_by=())
 
 
 def _follow(answer: ClassAnswer, reduction: GapReduction) -> bool:
@@ -201,11 +220,17 @@ def _without_class(
     return JointVerdict(NONE_OF_THESE, text, (), answer, reduction)
 
 
-def _of_laws(answer: ClassAnswer, laws: Effects, reduction: GapReduction) -> ClassAnswer:
-    """Answer whose classes are those of the laws that the search named."""
+def _of_laws(
+    answer: ClassAnswer, laws: Effects, reduction: GapReduction, seen: Sequence[str] = ()
+) -> ClassAnswer:
+    """Answer whose classes are those of the laws that the search named.
+
+    Of the classes of a law the one that was `seen`, else its own.
+    """
     held: dict[str, str] = {}
     for law in laws:
-        for name in answer.classes_of_law.get(law, ())[:1]:
+        own = answer.classes_of_law.get(law, ())
+        for name in (*(name for name in own if name in seen), *own)[:1]:
             held.setdefault(name, law)
     if not held:
         return answer

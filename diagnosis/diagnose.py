@@ -125,7 +125,9 @@ def _with_lines(diagnosis: Diagnosis, problem: ComparisonProblem) -> Diagnosis:
     far = diagnosis.reduction
     if far is None or not isinstance(problem, WithLines):
         return diagnosis
-    joint = line_verdict(diagnosis.verdict, diagnosis.reason, far, problem.off_order_motions())
+    classes = diagnosis.classes.classes if diagnosis.classes is not None else ()
+    motions = problem.off_order_motions()
+    joint = line_verdict(diagnosis.verdict, diagnosis.reason, far, motions, classes)
     if joint is None:
         return diagnosis
     effects = diagnosis.attribution.effects if joint.verdict != NONE_OF_THESE else ()
@@ -135,7 +137,7 @@ def _with_lines(diagnosis: Diagnosis, problem: ComparisonProblem) -> Diagnosis:
         reason=joint.reason,
         attribution=replace(diagnosis.attribution, effects=effects),
         reduction=joint.reduction,
-        reduction_law=far,
+        reduction_law=diagnosis.reduction_law or far,
         classes=joint.answer,
     )
 

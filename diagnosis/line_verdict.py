@@ -45,7 +45,11 @@ class LineVerdict:
 
 
 def line_verdict(
-    verdict: str, reason: str, reduction: GapReduction, motions: Sequence[OffOrderMotion]
+    verdict: str,
+    reason: str,
+    reduction: GapReduction,
+    motions: Sequence[OffOrderMotion],
+    classes: Sequence[ClassFinding] = (),
 ) -> LineVerdict | None:
     """Verdict of a search without the lines, and of the lines.
 
@@ -57,6 +61,8 @@ def line_verdict(
         How far its effects shrink that gap.
     motions : sequence of OffOrderMotion
         Lines and bands beside the orders.
+    classes : sequence of ClassFinding
+        Classes of the gap on the orders.
 
     Returns
     -------
@@ -81,6 +87,7 @@ def line_verdict(
         ClassFinding(own.id, part * own.explained, (part * own.explained, part), "", 0.0, False)
         for part, own in large
     ]
+    findings += _of_whole(classes, on_orders / gap)
     answer = ClassAnswer(
         state=state,
         classes=tuple(findings) if state != NO_CLASS else (),
@@ -100,10 +107,26 @@ def line_verdict(
     text = f"motion beside the shaft's orders, {names}, is {beside / gap:.0%} of the gap"
     if verdict in NAMING:
         text = f"{text}; of the rest: {reason}"
+    elif verdict == CLASS_NAMED:
+        text = f"{text}; on the orders {reason}"
     elif verdict == NONE_OF_THESE:
         text = f"{text}; no effect explains the rest: {reason}"
     joint = NONE_OF_THESE if state == NO_CLASS else CLASS_NAMED
     return LineVerdict(verdict if verdict == ALIASED else joint, text, answer, whole)
+
+
+def _of_whole(classes: Sequence[ClassFinding], part: float) -> list[ClassFinding]:
+    """Classes of a part of the gap as shares of the whole."""
+    return [
+        replace(
+            own,
+            share=part * own.share,
+            share_ci95=(part * own.share_ci95[0], part * own.share_ci95[1]),
+            law_share=part * own.law_share,
+        )
+        for own in classes
+        if part * own.share >= _SMALLEST_SHARE
+    ]
 
 
 def _where(motion: OffOrderMotion) -> str:

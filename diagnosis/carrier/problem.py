@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from carrierflex.diagnosis.carrier.cards import NEGATIVE_CONTROLS, card_of
+from carrierflex.diagnosis.carrier.classes.answer import carrier_class_answer
 from carrierflex.diagnosis.carrier.closed_fit import GramOf, closed_fit
 from carrierflex.diagnosis.carrier.experiments import carrier_experiments
 from carrierflex.diagnosis.carrier.gap_findings import CarrierGap
@@ -29,6 +30,7 @@ from carrierflex.diagnosis.carrier.records.sums import (
 )
 from carrierflex.diagnosis.carrier.signatures import carrier_signatures
 from carrierflex.diagnosis.carrier.weight_table import WeightTable
+from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.known_physics import known_physics
 from carrierflex.diagnosis.comparison.overlay import Overlay
@@ -202,6 +204,17 @@ class CarrierProblem:
     def off_order_motions(self) -> tuple[OffOrderMotion, ...]:
         """Lines and bands beside the orders."""
         return self.beside.motions
+
+    def class_answer(self) -> ClassAnswer | None:
+        """Class of what the baseline lacks; None where the records are too short."""
+        return carrier_class_answer(
+            self.model,
+            self.campaign,
+            self.records,
+            self.noise,
+            tuple(self.cards),
+            self._quick_theta(()),
+        )
 
     def pictures(self, effects: Effects, theta: FloatArray) -> tuple[Picture, ...]:
         """Polar plots for the report."""

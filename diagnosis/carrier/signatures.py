@@ -3,52 +3,24 @@
 Derivatives of the signals by every parameter, at the baseline.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.model import CarrierModel
-from carrierflex.diagnosis.carrier.records.run_columns import BlockColumns, RunColumns
-from carrierflex.diagnosis.carrier.records.sums import CarrierSums, blocks_of_run
-from carrierflex.diagnosis.carrier.weight_table import WeightTable
+from carrierflex.diagnosis.carrier.records.sums import CarrierSums
+from carrierflex.diagnosis.carrier.signature_rows import (
+    column_products,
+    effect_rows,
+    rows_at,
+    segments_of,
+)
 from carrierflex.diagnosis.comparison.problem import Effects, FeatureBlocks, Signatures
 from carrierflex.identification.campaign.campaign import Campaign
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Groups of segments whose products are kept apart: as many as the screen holds out in turn.
 _GROUPS = 4
-
-
-@dataclass(frozen=True, eq=False)
-class _Rows:
-    """Rows of the screen that one table of weights makes.
-
-    Parameters
-    ----------
-    numbers : ndarray of int, shape (n_runs, q)
-        Number of each row among all, by run.
-    columns : ndarray of int, shape (u,)
-        Columns that they are made of.
-    weights : ndarray, shape (n_runs, n_own_channels, q, u)
-        Their weights.
-    channel : int, optional
-        The only channel that they act on; all without.
-    """
-
-    numbers: IntArray
-    columns: IntArray
-    weights: FloatArray
-    channel: int | None = None
-
-    def at(self, run: int, channel: int) -> FloatArray | None:
-        """Weights in one channel of a run, shape (q, u); None where they do not act on it."""
-        if self.channel is None:
-            return np.asarray(self.weights[run, channel])
-        return np.asarray(self.weights[run, 0]) if channel == self.channel else None
 
 
 def carrier_signatures(
@@ -81,107 +53,18 @@ def carrier_signatures(
     Signatures
         Residual, baseline, effects by variant, and each channel's flexible features beside them.
     """
-    contained = {name: 0 for name in model.contained if model.effects[name].is_of_one_channel}
-    groups = [_base_rows(model.weights((), contained, base), base)]
-    n_base = base.size
-    owners: list[str] = []
-    variants: list[tuple[float, ...]] = []
-    for effect in candidates:
-        for variant in model.variants(effect):
-            first = 1 + n_base + len(owners)
-            rows = _effect_rows(model, effect, variant, base, contained, first)
-            groups.append(rows)
-            n_rows = np.unique(rows.numbers).size
-            owners += [effect] * n_rows
-            variants += [variant] * n_rows
-    n_rows = 1 + n_base + len(owners)
+    rows = effect_rows(model, candidates, base)
     n_channels, n_features = len(campaign.channels), model.source.n_flexible
     n_groups = min(_GROUPS, len(records.segments))
-    gram = np.zeros((n_groups, n_rows, n_rows))
-    cross = np.zeros((n_groups, n_channels, n_rows, n_features))
+    gram = np.zeros((n_groups, rows.size, rows.size))
+    cross = np.zeros((n_groups, n_channels, rows.size, n_features))
     square = np.zeros((n_groups, n_channels, n_features, n_features))
-    for run, channel, group, block in _blocks(model, campaign, records):
-        numbers, weights = _table(groups, run, channel, len(block.rows))
-        columns, flexible, mixed = _products(block, model.source.flexible_rows(block.inputs))
+    for run, channel, segment, block in segments_of(model, campaign, records):
+        group = segment % _GROUPS
+        numbers, weights = rows_at(rows.groups, run, channel, len(block.rows))
+        columns, flexible, mixed = column_products(block, model.source.flexible_rows(block.inputs))
         rows_by_columns = weights @ columns
         gram[group][np.ix_(numbers, numbers)] += rows_by_columns @ weights.T
         cross[group, channel, numbers] += weights @ mixed
         square[group, channel] += flexible
-    return Signatures(gram, n_base, tuple(owners), tuple(variants), FeatureBlocks(cross, square))
-
-
-def _blocks(
-    model: CarrierModel, campaign: Campaign, records: CarrierSums
-) -> Iterator[tuple[int, int, int, BlockColumns]]:
-    """Run, channel, group and columns of every segment and channel."""
-    for r, run in enumerate(campaign.within_use().runs):
-        columns = RunColumns(run, model.source)
-        blocks = blocks_of_run(records, r, columns)
-        first = int(np.argmax(records.run_of_segment == r))
-        for c, channel in enumerate(campaign.channels):
-            for p, block in enumerate(columns.of(channel, blocks), start=first):
-                yield r, c, p % _GROUPS, block
-
-
-def _products(
-    block: BlockColumns, features: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Products of the columns, of the features, and of columns with features."""
-    present = np.concatenate([block.present(rows) for rows in block.revolutions])
-    columns, flexible = block.rows[:, present], features[:, present]
-    return columns @ columns.T, flexible @ flexible.T, columns @ flexible.T
-
-
-def _table(
-    groups: list[_Rows], run: int, channel: int, n_columns: int
-) -> tuple[IntArray, FloatArray]:
-    """Numbers of the rows that act in a channel of a run, and their weights, shape (m, k)."""
-    numbers, tables = [], []
-    for rows in groups:
-        weights = rows.at(run, channel)
-        if weights is None:
-            continue
-        table = np.zeros((len(weights), n_columns))
-        table[:, rows.columns] = weights
-        numbers.append(rows.numbers[run])
-        tables.append(table)
-    return np.concatenate(numbers), np.concatenate(tables)
-
-
-def _base_rows(table: WeightTable, base: FloatArray) -> _Rows:
-    """The target less the parts that are no parameter's (another simulator's prediction).
-
-    And the derivatives by the baseline's parameters.
-    """
-    linear = np.einsum("rcqk,rq->rck", table.slopes, base[table.unknowns])
-    target = -(table.values - linear)
-    target[..., 0] += 1.0
-    weights = np.concatenate([target[:, :, None], table.slopes], axis=2)
-    zero = np.zeros((len(weights), 1), dtype=np.int64)
-    return _Rows(np.concatenate([zero, 1 + table.unknowns], axis=1), table.columns, weights)
-
-
-def _effect_rows(
-    model: CarrierModel,
-    effect: str,
-    variant: tuple[float, ...],
-    base: FloatArray,
-    contained: dict[str, int],
-    first: int,
-) -> _Rows:
-    """Derivatives of the signals by an effect's amplitudes, whose rows begin at `first`."""
-    is_of_one_channel = model.effects[effect].is_of_one_channel
-    choice = {**contained, effect: int(variant[0])} if is_of_one_channel else contained
-    parameters = model.parameters((effect,), choice)[base.size :]
-    value = [variant[0] if parameter.shape else 0.0 for parameter in parameters]
-    table = model.weights((effect,), choice, np.concatenate([base, value]))
-    is_amplitude = np.array([not parameter.shape for parameter in parameters], dtype=bool)
-    rank = np.cumsum(is_amplitude) - 1
-    own = table.unknowns[0] >= base.size
-    own[own] = is_amplitude[table.unknowns[0, own] - base.size]
-    numbers = first + rank[table.unknowns[:, own] - base.size]
-    weights = table.slopes[:, :, own]
-    if not is_of_one_channel:
-        return _Rows(numbers, table.columns, weights)
-    channel = int(variant[0])
-    return _Rows(numbers, table.columns, weights[:, [channel]], channel)
+    return Signatures(gram, rows.n_base, rows.owners, rows.variants, FeatureBlocks(cross, square))

@@ -68,9 +68,37 @@ def class_answer(
     shares = Shares(scores.of(()).squares, floor_of_shares, constants)
     plain = [name for name in candidates if name != table.surface]
     decision = decide(scores, shares, plain, inseparable=inseparable, drive_note=drive_note)
-    singles = {
-        name: at_most_one(shares.of(scores.of((name,)))) for name in (*plain, table.surface) if name
-    }
+    names = [name for name in (*plain, table.surface) if name]
+    return answer_of(scores, shares, decision, names, shape_of=shape_of, note=decision.note)
+
+
+def answer_of(
+    scores: ClassScores,
+    shares: Shares,
+    decision: Decision,
+    rivals: Sequence[str],
+    *,
+    shape_of: ShapeOf,
+    note: str = "",
+) -> ClassAnswer:
+    """Answer of a decision: shares, nearest laws, rivals and what remains.
+
+    Parameters
+    ----------
+    scores : ClassScores
+        Held-out squares of the table.
+    shares : Shares
+        Gap and floor.
+    decision : Decision
+        Which classes are named.
+    rivals : sequence of str
+        Classes whose share alone is told beside the answer.
+    shape_of : callable
+        Gives the measured shape of a class.
+    note : str
+        What the records cannot say.
+    """
+    table, constants = scores.table, scores.constants
     if decision.state == NOTHING:
         return _nothing(scores, decision, shares, table)
     findings, laws = [], []
@@ -82,13 +110,14 @@ def class_answer(
     learnable = max(shares.of(scores.ceiling()), shares.of(scores.of(decision.best_pair)))
     pair_gains = shares.gain(scores.of(decision.best_pair), held) > constants.least_gain
     floor = float(table.floor.sum())
+    is_class = decision.state != NO_CLASS
     return ClassAnswer(
         state=decision.state,
-        classes=tuple(findings) if decision.state != NO_CLASS else (),
-        ties=decision.ties if decision.state != NO_CLASS else (),
+        classes=tuple(findings) if is_class else (),
+        ties=decision.ties if is_class else (),
         rivals={
-            name: share
-            for name, share in singles.items()
+            name: at_most_one(shares.of(scores.of((name,))))
+            for name in rivals
             if not _holds(table, name, decision.classes)
         },
         share=at_most_one(shares.of(held)),
@@ -100,7 +129,7 @@ def class_answer(
         rho_ci95=shares.ratio_interval(held),
         floor_multiple=float(np.sqrt(held.total / floor)) if floor > 0.0 else float("inf"),
         classes_of_law=classes_of_law(table),
-        note=decision.note,
+        note=note,
     )
 
 

@@ -77,7 +77,7 @@ def decide(
         pair: scores.of(pair) for pair in combinations(sorted(candidates), 2)
     }
     best_pair = min(pairs, key=lambda pair: pairs[pair].total)
-    if _is_nothing(scores, shares, [*singles.values(), pairs[best_pair]]):
+    if is_nothing(scores, shares, [*singles.values(), pairs[best_pair]]):
         return Decision(NOTHING, (), (), scores.of(()), best_pair)
     answer, ties = _single_or_pair(shares, singles, pairs, best)
     limits = scores.constants
@@ -85,18 +85,19 @@ def decide(
     if coupled and shares.is_clear_gain(scores.of(coupled), scores.of(answer), limits.second_cause):
         answer, ties = coupled, ()
     held = scores.of(answer)
-    share = shares.of(held)
-    if any(
+    is_mixed = any(
         shares.is_clear_gain(scores.of((name,)), held, limits.second_cause) for name in inseparable
-    ):
-        state = NO_CLASS
-    elif share >= limits.named_share:
-        state = NAMED_CLASS
-    elif share >= limits.leading_share:
-        state = LEADING_CLASS
-    else:
-        state = NO_CLASS
+    )
+    state = NO_CLASS if is_mixed else state_of(shares, held)
     return Decision(state, answer, ties, held, best_pair, drive_note)
+
+
+def state_of(shares: Shares, held: HeldOutSquares) -> str:
+    """Whether an answer is named, leads, or is no class, by the share it explains."""
+    limits, share = shares.constants, shares.of(held)
+    if share >= limits.named_share:
+        return NAMED_CLASS
+    return LEADING_CLASS if share >= limits.leading_share else NO_CLASS
 
 
 def _coupled(scores: ClassScores, shares: Shares, candidates: Sequence[str]) -> Classes:
@@ -113,8 +114,16 @@ def _coupled(scores: ClassScores, shares: Shares, candidates: Sequence[str]) -> 
     return best if shares.is_clear_gain(scores.of(best), scores.of(alone), second) else alone
 
 
-def _is_nothing(scores: ClassScores, shares: Shares, results: Sequence[HeldOutSquares]) -> bool:
-    """Whether there is no gap above the floor, or one that looks like coloured noise."""
+def is_nothing(scores: ClassScores, shares: Shares, results: Sequence[HeldOutSquares]) -> bool:
+    """Whether there is no gap above the floor, or one that looks like coloured noise.
+
+    Parameters
+    ----------
+    scores, shares
+        Held-out squares, gap and floor.
+    results : sequence of HeldOutSquares
+        What single classes and the best pair leave.
+    """
     limits = scores.constants
     before = scores.of(())
     ratio = before.total / max(float(shares.floor.sum()), 1e-300)

@@ -67,7 +67,7 @@ def class_model(
     penalty = np.zeros((columns.size, columns.size))
     nonnegative = np.zeros(columns.size, dtype=bool)
     first = table.n_base + laws.size
-    energy = table.total[columns, columns].max()
+    energy = table.total[columns, columns].max(initial=0.0)
     penalty[range(table.n_base), range(table.n_base)] = _ROUNDING * energy
     for place in range(table.n_base, first):
         penalty[place, place] = jitter * energy
@@ -101,6 +101,8 @@ def coefficients(gram: FloatArray, model: ClassModel) -> FloatArray:
     ----------
     .. [1] C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems" (1974), chapter 23.
     """
+    if not model.columns.size:
+        return np.empty(0)
     A = gram[np.ix_(model.columns, model.columns)] + model.penalty
     b = gram[model.columns, 0]
     n = model.is_nonnegative

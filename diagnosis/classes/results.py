@@ -114,6 +114,9 @@ class ClassAnswer:
         Classes that hold each law, the narrowest first.
     note : str
         What the records cannot say, as a sentence; empty where nothing.
+    same_scores : bool
+        Whether laws and classes are scored on the same signals and held-out records; otherwise
+        classes are compared in force space and laws are simulated.
     """
 
     state: str
@@ -130,6 +133,7 @@ class ClassAnswer:
     floor_multiple: float
     classes_of_law: Mapping[str, tuple[str, ...]]
     note: str = ""
+    same_scores: bool = False
 
     @property
     def ids(self) -> tuple[str, ...]:

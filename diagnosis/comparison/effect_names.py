@@ -17,14 +17,50 @@ _LINES = {
     "channel": "motion at {} in one sensor alone",
 }
 
+#: Words of a class of frame, pattern and loads, by its first two parts.
+_SHAPES = {
+    "housing/offset": "offset of the housing",
+    "housing/tilt": "tilt of the housing",
+    "housing/saddle": "saddle of the housing",
+    "housing/planet_pass": "motion of the housing as planets pass",
+    "housing/load_sharing": "planet loads that change once a turn",
+    "carrier/tilt": "tilt of the carrier",
+    "carrier/waves": "waves fixed to the carrier",
+    "carrier/load_sharing": "unequal planet loads fixed to the carrier",
+    "channel/gain": "gain of a sensor",
+    "channel/zero": "zero of a sensor",
+    "channel/angle": "place of a sensor",
+    "clock/delay": "delay of all sensors",
+}
+#: Words of what such a class follows.
+_FOLLOWS = {
+    "none": "whatever the load",
+    "time": "slow in time",
+    "torque": "following torque",
+    "radial_load": "following radial load",
+    "undetermined": "following what these records do not tell",
+}
+
 
 def plain_name(effect: str) -> str:
-    """Effect id in words: ``cubic stiffness``, ``Coulomb friction``."""
+    """Effect id, or id of a class, in words: ``cubic stiffness``, ``tilt of the housing``."""
+    shape, _, follows = effect.rpartition("/")
+    if shape in _SHAPES:
+        return f"{_SHAPES[shape]}, {_follows_words(follows)}"
     frame, _, line = effect.partition("/")
     if line and frame in _LINES:
         return _LINES[frame].format(line)
     words = effect.replace("elasto_plastic", "elasto-plastic").split("_")
     return " ".join(_PROPER_NAMES.get(word, word) for word in words)
+
+
+def _follows_words(follows: str) -> str:
+    """What a class follows: ``following torque and radial load, part of it whatever the load``."""
+    if follows in _FOLLOWS:
+        return _FOLLOWS[follows]
+    loads = [word for word in follows.split("+") if word != "none"]
+    words = "following " + " and ".join(word.replace("_", " ") for word in loads)
+    return f"{words}, part of it whatever the load" if "none" in follows.split("+") else words
 
 
 def set_name(effects: Effects) -> str:

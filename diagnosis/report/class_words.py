@@ -31,12 +31,13 @@ def class_names(answer: ClassAnswer) -> str:
 
 
 def lacking_words(answer: ClassAnswer, effects: Sequence[str]) -> str:
-    """What a simulation lacks: classes, and named effects that lie in none of them."""
-    inside = {finding.law for finding in answer.classes}
-    beside = [plain_name(effect) for effect in effects if effect not in inside]
-    if not beside:
+    """What a simulation lacks: named effects, and the classes that none of them follows."""
+    if not effects:
         return f"{class_names(answer)}, by no law of the library"
-    return f"{' and '.join(beside)}, and {class_names(answer)}"
+    by_law = {own.id for own in answer.classes if own.law_named and own.law in effects}
+    laws = " and ".join(plain_name(effect) for effect in effects)
+    others = [plain_name(name) for name in answer.ids if name not in by_law]
+    return f"{laws}, and {' and '.join(others)}" if others else laws
 
 
 def class_sentence(answer: ClassAnswer | None) -> str:

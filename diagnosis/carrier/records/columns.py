@@ -40,6 +40,20 @@ SHAPE = "threshold"
 ANGLE = "angle"
 DELAY = "delay"
 Key = tuple[str, int, str, int]
+#: Loads by which a wave of the flexible model is multiplied.
+CONSTANT, TORQUE, FORCE_Y, FORCE_Z = "1", "torque", "ntl_y", "ntl_z"
+
+
+@dataclass(frozen=True)
+class FlexibleTerm:
+    """One column of the flexible residual model: cosine or sine of an order, times a load.
+
+    Torque is over the nominal torque, radial loads over the largest radial load.
+    """
+
+    order: int
+    is_sine: bool
+    load: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,17 +170,32 @@ class ColumnSource:
         u = (2.0 * inputs.time - inputs.start - inputs.end) / max(
             inputs.end - inputs.start, np.finfo(float).tiny
         )
+        quantity = {CONSTANT: np.ones_like(torque), TORQUE: torque}
+        quantity |= dict(zip((FORCE_Y, FORCE_Z), forces, strict=True))
         rows = [u, u**2]
-        for order in range(_BLACK_BOX_ORDERS + 1):
-            phase = order * inputs.carrier_angle
-            waves = [np.cos(phase), np.sin(phase)] if order else [np.ones_like(torque)]
-            loads = [np.ones_like(torque)]
-            if order <= _LOADED_ORDERS:
-                loads.append(torque)
-            if order <= _FORCED_ORDERS:
-                loads += forces
-            rows += [wave * load for wave in waves for load in loads]
+        for term in FLEXIBLE_TERMS:
+            phase = term.order * inputs.carrier_angle
+            rows.append((np.sin if term.is_sine else np.cos)(phase) * quantity[term.load])
         return np.array(rows)
+
+
+def _flexible_terms() -> tuple[FlexibleTerm, ...]:
+    terms = []
+    for order in range(_BLACK_BOX_ORDERS + 1):
+        loads = [CONSTANT]
+        if order <= _LOADED_ORDERS:
+            loads.append(TORQUE)
+        if order <= _FORCED_ORDERS:
+            loads += [FORCE_Y, FORCE_Z]
+        waves = (False, True) if order else (False,)
+        terms += [FlexibleTerm(order, is_sine, load) for is_sine in waves for load in loads]
+    return tuple(terms)
+
+
+#: Columns of the flexible residual model after its two of time, in their order.
+FLEXIBLE_TERMS = _flexible_terms()
+#: Columns of time before them: u and u squared.
+N_TIME_COLUMNS = 2
 
 
 def _keyed(effect: str, family: str, node: int, rows: FloatArray) -> dict[Key, FloatArray]:

@@ -158,7 +158,8 @@ def test_without_declared_noise_a_line_is_a_class_and_not_the_floor():
     diagnosis = diagnose(problem, campaign="twin", kind="carrier")
     document = diagnosis_document(diagnosis)
     assert document["verdict"] == "class_named"
-    assert [own["id"] for own in document["classes"]] == ["nonsynchronous/0.47X"]
+    classes = [own["id"] for own in document["classes"]]
+    assert classes == ["nonsynchronous/0.47X", "housing/tilt/undetermined"]
     assert document["effects"] == ["torque_tilt"]
     heading = verdict_heading(diagnosis)
     assert heading.startswith("The simulation lacks torque tilt, and motion at 0.47X beside the")

@@ -1,0 +1,1 @@
+"""Classes of missing effect of a carrier: frame, pattern over the sensors, dependence on loads."""

@@ -1,0 +1,180 @@
+"""Classes of a carrier: frame and pattern, each with the ways it may follow the loads."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+from carrierflex.diagnosis.carrier.classes.dependence import (
+    BY_BOTH,
+    BY_RADIAL_LOAD,
+    BY_TORQUE,
+    NONE,
+)
+from carrierflex.diagnosis.carrier.classes.patterns import (
+    Columns,
+    face_waves,
+    modulated_waves,
+    offset,
+    planet_pass,
+    planet_waves,
+    saddle,
+    tilt,
+    turning_tilt,
+    uneven_waves,
+)
+from carrierflex.identification.campaign.campaign import Channel
+
+OFFSET, TILT, SADDLE = "housing/offset", "housing/tilt", "housing/saddle"
+PLANET_PASS, MODULATED = "housing/planet_pass", "housing/load_sharing"
+TURNING_TILT, WAVES, UNEVEN = "carrier/tilt", "carrier/waves", "carrier/load_sharing"
+GAIN, ZERO, ANGLE, DELAY = "channel/gain", "channel/zero", "channel/angle", "clock/delay"
+UNDETERMINED = "undetermined"
+TIME = "time"
+
+#: Frame and pattern of each law of the library, and what it follows.
+LAWS = {
+    "axial_offset": (OFFSET, (NONE,)),
+    "thermal_drift": (OFFSET, (TIME,)),
+    "housing_tilt": (TILT, (NONE,)),
+    "torque_tilt": (TILT, (BY_TORQUE,)),
+    "ntl_tilt": (TILT, (BY_RADIAL_LOAD,)),
+    "bearing_clearance": (TILT, (BY_RADIAL_LOAD,)),
+    "clearance_rocking": (TILT, (BY_RADIAL_LOAD,)),
+    "flange_warp": (SADDLE, (NONE, BY_TORQUE, BY_RADIAL_LOAD)),
+    "ring_pass": (PLANET_PASS, (BY_TORQUE,)),
+    "load_sharing_ntl": (MODULATED, (BY_BOTH,)),
+    "carrier_tilt": (TURNING_TILT, (NONE,)),
+    "flexible_pins": (WAVES, (BY_TORQUE,)),
+    "stiff_pins": (WAVES, (BY_TORQUE,)),
+    "pin_clearance": (WAVES, (BY_TORQUE,)),
+    "face_runout": (WAVES, (NONE,)),
+    "unequal_load_sharing": (UNEVEN, (BY_TORQUE,)),
+    "sensor_gain": (GAIN, (NONE,)),
+    "sensor_zero": (ZERO, (NONE,)),
+    "sensor_angle": (ANGLE, (NONE,)),
+    "sensor_delay": (DELAY, (NONE,)),
+}
+CLASS_OF_LAW = {law: shape for law, (shape, _) in LAWS.items()}
+#: Effects of the sensors, whose own signatures are the columns of their class.
+SENSOR_EFFECTS = {
+    "sensor_gain": GAIN,
+    "sensor_zero": ZERO,
+    "sensor_angle": ANGLE,
+    "sensor_delay": DELAY,
+}
+_SETS_OF_HOUSING = (
+    (NONE,),
+    (BY_TORQUE,),
+    (NONE, BY_TORQUE),
+    (BY_RADIAL_LOAD,),
+    (NONE, BY_RADIAL_LOAD),
+    (BY_TORQUE, BY_RADIAL_LOAD),
+    (NONE, BY_TORQUE, BY_RADIAL_LOAD),
+)
+_OF_TORQUE = ((NONE,), (BY_TORQUE,), (NONE, BY_TORQUE))
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """Frame and pattern of a class.
+
+    Parameters
+    ----------
+    id : str
+        ``frame/pattern``.
+    columns : mapping of str to callable
+        Columns over the sensors by dependence: channels and planets to columns.
+    sets : tuple of tuple of str
+        Ways to follow the loads, as sets of dependences, the simplest first.
+    """
+
+    id: str
+    columns: Mapping[str, Callable[[Sequence[Channel], int], Columns]]
+    sets: tuple[tuple[str, ...], ...]
+
+
+def _alone(
+    pattern: Callable[[Sequence[Channel]], Columns],
+) -> Callable[[Sequence[Channel], int], Columns]:
+    """Pattern that does not depend on the number of planets."""
+    return partial(_of_channels, pattern)
+
+
+def _of_channels(
+    pattern: Callable[[Sequence[Channel]], Columns], channels: Sequence[Channel], n_planets: int
+) -> Columns:
+    return pattern(channels)
+
+
+def shapes() -> tuple[Shape, ...]:
+    """Every frame and pattern whose columns are waves."""
+    still = {OFFSET: offset, TILT: tilt, SADDLE: saddle}
+    housing = tuple(
+        Shape(
+            name,
+            {load: _alone(pattern) for load in (NONE, BY_TORQUE, BY_RADIAL_LOAD)},
+            _SETS_OF_HOUSING,
+        )
+        for name, pattern in still.items()
+    )
+
+    turning = _alone(turning_tilt)
+    return (
+        *housing,
+        Shape(PLANET_PASS, {NONE: planet_pass, BY_TORQUE: planet_pass}, _OF_TORQUE),
+        Shape(MODULATED, {BY_BOTH: modulated_waves}, ((BY_BOTH,),)),
+        Shape(TURNING_TILT, {NONE: turning, BY_TORQUE: turning}, _OF_TORQUE),
+        Shape(WAVES, {NONE: _alone(face_waves), BY_TORQUE: planet_waves}, _OF_TORQUE),
+        Shape(UNEVEN, {BY_TORQUE: uneven_waves}, ((BY_TORQUE,),)),
+    )
+
+
+def class_id(shape: str, dependences: Sequence[str], *, is_told: bool) -> str:
+    """Class of a shape that follows some loads.
+
+    Parameters
+    ----------
+    shape : str
+        ``frame/pattern``.
+    dependences : sequence of str
+        What it follows.
+    is_told : bool
+        Whether the records have torques enough to tell what it follows.
+    """
+    if not is_told:
+        return f"{shape}/{UNDETERMINED}"
+    words = [BY_TORQUE, BY_RADIAL_LOAD] if BY_BOTH in dependences else list(dependences)
+    return f"{shape}/{'+'.join(words)}"
+
+
+def classes_of_laws(
+    classes_of_law: Mapping[str, Sequence[str]], *, is_told: bool
+) -> dict[str, tuple[str, ...]]:
+    """Classes that hold each law, that of its own way to follow the loads first.
+
+    Parameters
+    ----------
+    classes_of_law : mapping of str to sequence of str
+        Classes of a table by law.
+    is_told : bool
+        Whether the records tell what a class follows.
+    """
+    ordered = {}
+    for law, classes in classes_of_law.items():
+        own = ""
+        if law in LAWS:
+            shape, follows = LAWS[law]
+            is_plain = shape == OFFSET or law in SENSOR_EFFECTS
+            own = class_id(shape, follows, is_told=is_told or is_plain)
+        ordered[law] = tuple(sorted(classes, key=lambda name: name != own))
+    return ordered
+
+
+def shape_of(class_name: str) -> str:
+    """``frame/pattern`` of a class."""
+    return class_name.rsplit("/", 1)[0]
+
+
+def follows_of(class_name: str) -> str:
+    """What a class follows."""
+    return class_name.rsplit("/", 1)[1]

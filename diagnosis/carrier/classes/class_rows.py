@@ -1,0 +1,146 @@
+"""Rows of the classes of a carrier: weights of the flexible model's columns by run and sensor."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from carrierflex.diagnosis.carrier.classes.catalogue import OFFSET, TIME, Shape, shapes
+from carrierflex.diagnosis.carrier.classes.dependence import (
+    LoadWeights,
+    load_functions,
+    load_weights,
+)
+from carrierflex.diagnosis.carrier.classes.patterns import PatternColumn
+from carrierflex.diagnosis.carrier.records.columns import (
+    CONSTANT,
+    FLEXIBLE_TERMS,
+    N_TIME_COLUMNS,
+)
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.identification.campaign.campaign import Channel
+
+#: Number of a wave times a load among the columns of the flexible model.
+_NUMBERS = {
+    (term.order, term.is_sine, term.load): N_TIME_COLUMNS + k
+    for k, term in enumerate(FLEXIBLE_TERMS)
+}
+N_FEATURES = N_TIME_COLUMNS + len(FLEXIBLE_TERMS)
+
+
+@dataclass(frozen=True, eq=False)
+class RowGroup:
+    """Rows of one shape that follow the loads in one way: every function with every column.
+
+    Parameters
+    ----------
+    columns : sequence of PatternColumn
+        Waves over the sensors.
+    loads : sequence of LoadWeights
+        Functions of the loads.
+    penalty : ndarray, shape (n, n)
+        Penalty of the amplitudes, the columns of a function together.
+    """
+
+    columns: Sequence[PatternColumn]
+    loads: Sequence[LoadWeights]
+    penalty: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class ClassRows:
+    """Rows of all classes, group by group; the last ones are the offset that changes in time.
+
+    Parameters
+    ----------
+    groups : mapping of str to RowGroup
+        By ``frame/pattern:dependence``.
+    n_channels : int
+        Channels.
+    """
+
+    groups: Mapping[str, RowGroup]
+    n_channels: int
+
+    @property
+    def places(self) -> dict[str, tuple[slice, FloatArray]]:
+        """Rows of every group, and their penalty."""
+        found = {}
+        first = 0
+        for name, group in self.groups.items():
+            found[name] = (slice(first, first + len(group.penalty)), group.penalty)
+            first += len(group.penalty)
+        warming = slice(first, first + N_TIME_COLUMNS)
+        found[f"{OFFSET}:{TIME}"] = (warming, np.eye(N_TIME_COLUMNS))
+        return found
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+        return N_TIME_COLUMNS + sum(len(group.penalty) for group in self.groups.values())
+
+    def of_run(self, run: int) -> FloatArray:
+        """Weights of the flexible columns in a run, shape (n_rows, n_channels, n_features)."""
+        rows = [
+            _row(column, loads, run)
+            for group in self.groups.values()
+            for loads in group.loads
+            for column in group.columns
+        ]
+        warming = np.zeros((N_TIME_COLUMNS, self.n_channels, N_FEATURES))
+        for k in range(N_TIME_COLUMNS):
+            warming[k, :, k] = 1.0
+        return np.concatenate([np.array(rows), warming])
+
+
+def class_rows(
+    channels: Sequence[Channel], n_planets: int, means: FloatArray, n_torques: int
+) -> ClassRows:
+    """Rows of every shape.
+
+    Parameters
+    ----------
+    channels : sequence of Channel
+        Sensors.
+    n_planets : int
+        Planets.
+    means : ndarray, shape (n_runs, 3)
+        Mean torque and radial load of each run, over nominal and over the largest.
+    n_torques : int
+        Torques that differ.
+    """
+    functions = load_functions(n_torques)
+    groups = {}
+    for shape in shapes():
+        for dependence in shape.columns:
+            loads, penalty = functions[dependence]
+            columns = _columns(shape, dependence, channels, n_planets)
+            groups[f"{shape.id}:{dependence}"] = RowGroup(
+                columns,
+                [load_weights(load, means) for load in loads],
+                np.asarray(np.kron(np.diag(penalty), np.eye(len(columns))), dtype=np.float64),
+            )
+    return ClassRows(groups, len(channels))
+
+
+def _columns(
+    shape: Shape, dependence: str, channels: Sequence[Channel], n_planets: int
+) -> tuple[PatternColumn, ...]:
+    return shape.columns[dependence](channels, n_planets)
+
+
+def _row(column: PatternColumn, loads: LoadWeights, run: int) -> FloatArray:
+    """Weights of the flexible columns for one row in a run, shape (n_channels, n_features)."""
+    row = np.zeros((column.cosine.size, N_FEATURES))
+    for is_sine, over_channels in ((False, column.cosine), (True, column.sine)):
+        if not over_channels.any():
+            continue
+        plain = _NUMBERS[column.order, is_sine, CONSTANT]
+        for load, factor in loads.by_load.items():
+            number = _NUMBERS.get((column.order, is_sine, load))
+            if number is None:
+                # No column of this order follows the load within a run: its mean stands for it.
+                row[:, plain] += factor[run] * loads.means[load][run] * over_channels
+            else:
+                row[:, number] += factor[run] * over_channels
+    return row

@@ -1,0 +1,144 @@
+"""Which classes of a carrier the held-out conditions show: frame and pattern, then what it follows.
+
+Every shape (frame and pattern) may follow the loads in several ways, each a class. Sets of classes
+of different shapes grow by the one that leaves least, as long as that is a clear gain; then every
+member is replaced by the simplest way to follow the loads that the records cannot tell from it.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import combinations
+
+import numpy as np
+
+from carrierflex.diagnosis.carrier.classes.catalogue import shape_of
+from carrierflex.diagnosis.classes.decision import Decision, is_nothing, state_of
+from carrierflex.diagnosis.classes.fits import block_squares, coefficients
+from carrierflex.diagnosis.classes.held_out import Classes, ClassScores
+from carrierflex.diagnosis.classes.results import NOTHING
+from carrierflex.diagnosis.classes.shares import Shares
+
+#: Classes of an answer at most.
+_MOST_CLASSES = 4
+
+
+def decide_by_shape(scores: ClassScores, shares: Shares, sizes: Mapping[str, int]) -> Decision:
+    """Name the classes that the held-out blocks show.
+
+    Parameters
+    ----------
+    scores : ClassScores
+        Held-out squares of any set.
+    shares : Shares
+        Gap, floor and scatter.
+    sizes : mapping of str to int
+        Columns of each class.
+
+    Returns
+    -------
+    Decision
+        Answer; its ties are other shapes of no more columns that leave as much.
+    """
+    first = best_of_shapes(scores, sizes)
+    singles = [(name,) for name in first]
+    pairs = list(combinations(sorted(first), 2))
+    best_pair = _best(scores, pairs)
+    results = [scores.of(own) for own in (*singles, best_pair)]
+    if is_nothing(scores, shares, results):
+        return Decision(NOTHING, (), (), scores.of(()), best_pair)
+    answer = _grown(scores, shares, _best(scores, singles), best_pair, first)
+    answer = _needed(scores, shares, _simplest(scores, shares, answer, sizes), sizes)
+    held = scores.of(answer)
+    ties = _ties(scores, shares, answer, sizes)
+    return Decision(state_of(shares, held), answer, ties, held, best_pair)
+
+
+def best_of_shapes(scores: ClassScores, names: Iterable[str]) -> list[str]:
+    """Class that alone leaves least of every shape, the best shape first."""
+    best: dict[str, str] = {}
+    for name in sorted(names, key=lambda name: scores.of((name,)).total):
+        best.setdefault(shape_of(name), name)
+    return list(best.values())
+
+
+def _best(scores: ClassScores, sets: Iterable[Classes]) -> Classes:
+    """Set that leaves least."""
+    return min(sets, key=lambda own: scores.of(own).total)
+
+
+def _grown(
+    scores: ClassScores, shares: Shares, single: Classes, pair: Classes, first: Sequence[str]
+) -> Classes:
+    """Set that further shapes do not clearly improve."""
+    answer, larger = single, pair
+    least = shares.constants.second_cause
+    while not _fits_all(scores, shares, answer) and shares.is_clear_gain(
+        scores.of(larger), scores.of(answer), least
+    ):
+        answer = larger
+        further = [name for name in first if name not in answer]
+        if len(answer) == _MOST_CLASSES or not further:
+            break
+        larger = _best(scores, [tuple(sorted((*answer, name))) for name in further])
+    return answer
+
+
+def _fits_all(scores: ClassScores, shares: Shares, answer: Classes) -> bool:
+    """Whether a set leaves nothing of the records once it is fitted to all of them.
+
+    It lacks no cause then: what it leaves held out is how far its curves must reach beyond the
+    other conditions.
+    """
+    model = scores.model(scores.of(answer))
+    table = scores.table
+    every = np.arange(len(table.gram))
+    left = block_squares(table.gram, every, model, coefficients(table.total, model)).sum()
+    return bool(left <= shares.constants.nothing_ratio * shares.floor.sum())
+
+
+def _simplest(
+    scores: ClassScores, shares: Shares, answer: Classes, sizes: Mapping[str, int]
+) -> Classes:
+    """Answer whose members follow the loads in the simplest way that leaves as much."""
+    for own in answer:
+        others = tuple(name for name in answer if name != own)
+        ways = [name for name in sizes if shape_of(name) == shape_of(own)]
+        sets = [tuple(sorted((*others, way))) for way in sorted(ways, key=lambda n: sizes[n])]
+        best = scores.of(_best(scores, sets))
+        answer = next(own for own in sets if shares.are_equal(scores.of(own), best))
+    return answer
+
+
+def _needed(
+    scores: ClassScores, shares: Shares, answer: Classes, sizes: Mapping[str, int]
+) -> Classes:
+    """Answer without members that pay no more once the others follow the loads as they do best."""
+    for own in answer:
+        others = tuple(name for name in answer if name != own)
+        if not others:
+            return answer
+        rest = _simplest(scores, shares, others, sizes)
+        least = shares.constants.second_cause
+        if not shares.is_clear_gain(scores.of(answer), scores.of(rest), least):
+            return _needed(scores, shares, rest, sizes)
+    return answer
+
+
+def _ties(
+    scores: ClassScores, shares: Shares, answer: Classes, sizes: Mapping[str, int]
+) -> tuple[Classes, ...]:
+    """Sets with one member of another shape that leave as much with no more columns.
+
+    Of the ways to follow the loads of a shape the simplest is listed.
+    """
+    held = scores.of(answer)
+    taken = {shape_of(name) for name in answer}
+    found: dict[tuple[str, ...], Classes] = {}
+    for own in answer:
+        others = tuple(name for name in answer if name != own)
+        for name in sorted(sizes, key=lambda n: sizes[n]):
+            if shape_of(name) in taken or sizes[name] > sizes[own]:
+                continue
+            rival = tuple(sorted((*others, name)))
+            if shares.are_equal(scores.of(rival), held):
+                found.setdefault(tuple(sorted(map(shape_of, rival))), rival)
+    return tuple(found.values())

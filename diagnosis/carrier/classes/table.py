@@ -1,0 +1,314 @@
+"""Table of products for the classes of a carrier: target, baseline, classes and laws by block."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from carrierflex.diagnosis.carrier.classes.catalogue import (
+    CLASS_OF_LAW,
+    OFFSET,
+    SENSOR_EFFECTS,
+    TIME,
+    class_id,
+    shape_of,
+    shapes,
+)
+from carrierflex.diagnosis.carrier.classes.class_rows import ClassRows, class_rows
+from carrierflex.diagnosis.carrier.classes.dependence import NONE, torque_levels
+from carrierflex.diagnosis.carrier.model import CarrierModel
+from carrierflex.diagnosis.carrier.records.sums import CarrierSums
+from carrierflex.diagnosis.carrier.signature_rows import (
+    EffectRows,
+    column_products,
+    contained_channels,
+    effect_rows,
+    rows_at,
+    segments_of,
+)
+from carrierflex.diagnosis.classes.gram_table import (
+    ColumnGroup,
+    GramTable,
+    IntArray,
+    LawColumns,
+)
+from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
+from carrierflex.identification.campaign.campaign import Campaign
+
+#: Fewer torques leave open what a class follows.
+_FEWEST_TORQUES = 3
+#: Conditions from which whole ones are held out; blocks of a run, and of all runs together, that
+#: the table keeps, and folds of blocks where conditions are fewer.
+_FEWEST_CONDITIONS = 3
+_BLOCKS_A_RUN = 4
+_MOST_BLOCKS = 96
+#: Directions of a run's own parameters below this share of the largest are rounding.
+_ROUNDING = 1e-10
+
+
+@dataclass(frozen=True, eq=False)
+class CarrierTable:
+    """Table with what its columns are.
+
+    Parameters
+    ----------
+    table : GramTable
+        Products.
+    sizes : mapping of str to int
+        Columns of each class.
+    """
+
+    table: GramTable
+    sizes: Mapping[str, int]
+
+
+@dataclass(frozen=True, eq=False)
+class _Places:
+    """Where the rows stand in the table.
+
+    Target, what all runs share of the baseline, laws, classes; behind them the parameters of one
+    run, those of every run at the same places.
+
+    Parameters
+    ----------
+    of_row : ndarray of int
+        Place of each row of target, baseline and laws.
+    n_base : int
+        Parameters of the baseline that all runs share.
+    classes : slice
+        Rows of the classes.
+    own : slice
+        Parameters of one run.
+    """
+
+    of_row: IntArray
+    n_base: int
+    classes: slice
+    own: slice
+
+
+def carrier_table(
+    model: CarrierModel,
+    campaign: Campaign,
+    records: CarrierSums,
+    noise: FloatArray,
+    candidates: Effects,
+    base: FloatArray,
+) -> CarrierTable:
+    """Table of all classes of a campaign.
+
+    Parameters
+    ----------
+    model : CarrierModel
+        Weights of baseline and laws.
+    campaign : Campaign
+        Records.
+    records : CarrierSums
+        Segments and loads.
+    noise : ndarray, shape (n_channels,)
+        Variance of the noise [m²].
+    candidates : tuple of str
+        Laws beside the baseline.
+    base : ndarray, shape (p,)
+        Parameters of the fitted baseline.
+    """
+    means = _mean_loads(model, records)
+    n_torques = torque_levels(means[:, 0])
+    of_effects = effect_rows(model, candidates, base)
+    of_classes = class_rows(campaign.channels, model.source.rig.n_planets, means, n_torques)
+    places = _places(model, of_effects, of_classes)
+    block_of_segment = _blocks(records)
+    gram = _products(model, campaign, records, of_effects, of_classes, places, block_of_segment)
+    n_blocks = len(gram)
+    by_segment = records.counts @ noise
+    floor = np.array([by_segment[block_of_segment == b].sum() for b in range(n_blocks)])
+    first = np.searchsorted(block_of_segment, np.arange(n_blocks))
+    conditions = [records.segments[p].condition for p in first.tolist()]
+    folds = _folds(conditions, records.run_of_segment[first])
+    groups = _groups(of_effects, of_classes, places)
+    options = _options(model, is_told=n_torques >= _FEWEST_TORQUES)
+    laws = _laws(model, of_effects, places)
+    return _assembled(gram, places.n_base, groups, options, laws, floor, folds)
+
+
+def _mean_loads(model: CarrierModel, records: CarrierSums) -> FloatArray:
+    """Mean torque over nominal and radial load over the largest of every run, shape (n_runs, 3)."""
+    source = model.source
+    scale = np.array([source.rig.nominal_torque, source.largest_load, source.largest_load])
+    runs = range(len(model.runs))
+    return np.array([records.loads[records.run_of_revolution == r].mean(axis=0) for r in runs]) / (
+        scale
+    )
+
+
+def _options(model: CarrierModel, *, is_told: bool) -> dict[str, tuple[str, ...]]:
+    """Groups of columns of every class, the simplest of a shape first."""
+    found: dict[str, tuple[str, ...]] = {}
+    own_offset = any(model.effects[name].per_run for name in model.contained)
+    for shape in shapes():
+        if shape.id == OFFSET:
+            # Every run has its own offset: what follows the loads is in it.
+            if own_offset:
+                found[f"{OFFSET}/{TIME}"] = (f"{OFFSET}:{TIME}",)
+            continue
+        sets = shape.sets if is_told else (tuple(shape.columns),)
+        for own in sets:
+            groups = tuple(f"{shape.id}:{dependence}" for dependence in own)
+            found.setdefault(class_id(shape.id, own, is_told=is_told), groups)
+    for effect, name in SENSOR_EFFECTS.items():
+        if effect not in model.contained:
+            found[f"{name}/{NONE}"] = (f"{name}:{NONE}",)
+    return found
+
+
+def _places(model: CarrierModel, effects: EffectRows, classes: ClassRows) -> _Places:
+    parameters = model.parameters((), contained_channels(model))
+    is_own = np.array([False, *(p.run is not None for p in parameters)])
+    is_own = np.append(is_own, np.zeros(len(effects.owners), dtype=bool))
+    of_row = np.cumsum(~is_own) - 1
+    first = int(np.count_nonzero(~is_own))
+    n_own = 0
+    for run in model.runs:
+        numbers = [1 + k for k, p in enumerate(parameters) if p.run == run]
+        of_row[numbers] = first + classes.size + np.arange(len(numbers))
+        n_own = max(n_own, len(numbers))
+    end = first + classes.size
+    n_base = first - 1 - len(effects.owners)
+    return _Places(of_row, n_base, slice(first, end), slice(end, end + n_own))
+
+
+def _blocks(records: CarrierSums) -> IntArray:
+    """Block of the table of every segment: neighbouring segments of a run, as many as are kept."""
+    n_runs = int(records.run_of_segment.max()) + 1
+    most = max(1, min(_BLOCKS_A_RUN, _MOST_BLOCKS // n_runs))
+    blocks: list[IntArray] = []
+    first = 0
+    for run in range(n_runs):
+        n_segments = int(np.count_nonzero(records.run_of_segment == run))
+        parts = np.array_split(np.arange(n_segments), min(most, n_segments))
+        blocks += [np.full(part.size, first + k) for k, part in enumerate(parts)]
+        first += len(parts)
+    return np.concatenate(blocks)
+
+
+def _products(
+    model: CarrierModel,
+    campaign: Campaign,
+    records: CarrierSums,
+    effects: EffectRows,
+    classes: ClassRows,
+    places: _Places,
+    block_of_segment: IntArray,
+) -> FloatArray:
+    """Products of the rows by block, the parameters of each run fitted to the run and taken out."""
+    n_blocks, size = int(block_of_segment.max()) + 1, places.own.stop
+    result = np.zeros((n_blocks, size, size))
+    now, of_run = -1, np.empty(0)
+    for run, channel, segment, block in segments_of(model, campaign, records):
+        if run != now:
+            now, of_run = run, classes.of_run(run)
+        numbers, of_columns = rows_at(effects.groups, run, channel, len(block.rows))
+        of_features = of_run[:, channel]
+        columns, flexible, mixed = column_products(block, model.source.flexible_rows(block.inputs))
+        own = places.of_row[numbers]
+        cross = of_columns @ mixed @ of_features.T
+        part = result[block_of_segment[segment]]
+        part[np.ix_(own, own)] += of_columns @ columns @ of_columns.T
+        part[own, places.classes] += cross
+        part[places.classes, own] += cross.T
+        part[places.classes, places.classes] += of_features @ flexible @ of_features.T
+    first = np.searchsorted(block_of_segment, np.arange(n_blocks))
+    return _without_own(result, records.run_of_segment[first], places.own)
+
+
+def _without_own(gram: FloatArray, run_of_block: IntArray, own: slice) -> FloatArray:
+    """Products once each run's own parameters, the last ones, are fitted to it and taken out."""
+    before = np.diag(gram.sum(axis=0)).copy()
+    for run in np.unique(run_of_block).tolist():
+        blocks = np.flatnonzero(run_of_block == run)
+        whole = gram[blocks].sum(axis=0)
+        fit = whole[:, own] @ np.linalg.pinv(whole[own, own], rcond=_ROUNDING)
+        for b in blocks.tolist():
+            taken = fit @ gram[b, own]
+            gram[b] += fit @ gram[b, own, own] @ fit.T - taken - taken.T
+    result = gram[:, : own.start, : own.start]
+    # What the runs' own parameters take whole is rounding of either sign.
+    empty = np.diag(result.sum(axis=0)) <= _ROUNDING * before[: own.start]
+    result[:, empty] = 0.0
+    result[:, :, empty] = 0.0
+    return result
+
+
+def _folds(conditions: Sequence[str], runs: IntArray) -> IntArray:
+    """Whole conditions, or every fourth block where conditions are too few."""
+    names = list(dict.fromkeys(conditions))
+    if len(names) >= _FEWEST_CONDITIONS:
+        return np.array([names.index(name) for name in conditions])
+    first = np.searchsorted(runs, runs)
+    return np.asarray((np.arange(runs.size) - first + runs) % _BLOCKS_A_RUN)
+
+
+def _laws(
+    model: CarrierModel, effects: EffectRows, places: _Places
+) -> dict[str, tuple[LawColumns, ...]]:
+    """Columns of every law by frame and pattern; a law of the user's under the empty name."""
+    variants: dict[str, dict[tuple[float, ...], list[int]]] = {}
+    first = 1 + effects.n_base
+    for k, (law, variant) in enumerate(zip(effects.owners, effects.variants, strict=True)):
+        by_variant = variants.setdefault(law, {})
+        by_variant.setdefault(variant, []).append(int(places.of_row[first + k]))
+    laws: dict[str, tuple[LawColumns, ...]] = {}
+    for law, by_variant in variants.items():
+        columns = tuple(np.array(own) for own in by_variant.values())
+        shape = CLASS_OF_LAW.get(law, "")
+        own = LawColumns(law, columns, len(model.effects[law].parameters))
+        laws[shape] = (*laws.get(shape, ()), own)
+    return laws
+
+
+def _groups(
+    effects: EffectRows, classes: ClassRows, places: _Places
+) -> dict[str, tuple[IntArray, FloatArray]]:
+    """Columns of every group, and their penalty."""
+    found = {
+        name: (places.classes.start + np.arange(place.start, place.stop), penalty)
+        for name, (place, penalty) in classes.places.items()
+    }
+    owners = np.array(effects.owners)
+    for law, name in SENSOR_EFFECTS.items():
+        own = places.of_row[1 + effects.n_base + np.flatnonzero(owners == law)]
+        if own.size:
+            found[f"{name}:{NONE}"] = (own, np.eye(own.size))
+    return found
+
+
+def _assembled(
+    gram: FloatArray,
+    n_base: int,
+    groups: Mapping[str, tuple[IntArray, FloatArray]],
+    options: Mapping[str, tuple[str, ...]],
+    laws: Mapping[str, tuple[LawColumns, ...]],
+    floor: FloatArray,
+    folds: IntArray,
+) -> CarrierTable:
+    """Table of unit energies, each group scaled as one."""
+    energy = np.diag(gram.sum(axis=0)).copy()
+    for columns, _ in groups.values():
+        energy[columns] = energy[columns].max()
+    scale = 1.0 / np.sqrt(np.where(energy > 0.0, energy, 1.0))
+    classes = {name: own for name, own in options.items() if set(own) <= set(groups)}
+    of_user = laws.get("", ())
+    table = GramTable(
+        gram=gram * np.outer(scale, scale),
+        n_base=n_base,
+        groups={name: ColumnGroup(*group) for name, group in groups.items()},
+        classes=classes,
+        surface="",
+        ceiling=tuple(dict.fromkeys(group for own in classes.values() for group in own)),
+        laws={name: (*laws.get(shape_of(name), ()), *of_user) for name in classes},
+        floor=floor * scale[0] ** 2,
+        folds=folds,
+        scale=scale,
+    )
+    sizes = {name: sum(groups[group][0].size for group in own) for name, own in classes.items()}
+    return CarrierTable(table, sizes)

@@ -1,0 +1,182 @@
+"""Rows of the screen and of the classes: weights of the columns, and their products by segment."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.diagnosis.carrier.model import CarrierModel
+from carrierflex.diagnosis.carrier.records.run_columns import BlockColumns, RunColumns
+from carrierflex.diagnosis.carrier.records.sums import CarrierSums, blocks_of_run
+from carrierflex.diagnosis.carrier.weight_table import WeightTable
+from carrierflex.diagnosis.comparison.problem import Effects
+from carrierflex.identification.campaign.campaign import Campaign
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class SignatureRows:
+    """Rows that one table of weights makes.
+
+    Parameters
+    ----------
+    numbers : ndarray of int, shape (n_runs, q)
+        Number of each row among all, by run.
+    columns : ndarray of int, shape (u,)
+        Columns that they are made of.
+    weights : ndarray, shape (n_runs, n_own_channels, q, u)
+        Their weights.
+    channel : int, optional
+        The only channel that they act on; all without.
+    """
+
+    numbers: IntArray
+    columns: IntArray
+    weights: FloatArray
+    channel: int | None = None
+
+    def at(self, run: int, channel: int) -> FloatArray | None:
+        """Weights in one channel of a run, shape (q, u); None where they do not act on it."""
+        if self.channel is None:
+            return np.asarray(self.weights[run, channel])
+        return np.asarray(self.weights[run, 0]) if channel == self.channel else None
+
+
+@dataclass(frozen=True, eq=False)
+class EffectRows:
+    """Rows of target, baseline and effects.
+
+    Parameters
+    ----------
+    groups : tuple of SignatureRows
+        The target and the baseline's regressors, then each effect at each of its variants.
+    n_base : int
+        Regressors of the baseline.
+    owners : tuple of str
+        Effect of every row after them.
+    variants : tuple of tuple of float
+        Its channel, or its shape; empty where it has neither.
+    """
+
+    groups: tuple[SignatureRows, ...]
+    n_base: int
+    owners: tuple[str, ...]
+    variants: tuple[tuple[float, ...], ...]
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+        return 1 + self.n_base + len(self.owners)
+
+
+def effect_rows(model: CarrierModel, candidates: Effects, base: FloatArray) -> EffectRows:
+    """Rows of target, baseline and candidates.
+
+    Parameters
+    ----------
+    model : CarrierModel
+        Weights.
+    candidates : tuple of str
+        Effects beside the baseline.
+    base : ndarray, shape (p,)
+        Parameters of the fitted baseline, at which effects of a sensor are linearised.
+    """
+    contained = contained_channels(model)
+    groups = [_base_rows(model.weights((), contained, base), base)]
+    owners: list[str] = []
+    variants: list[tuple[float, ...]] = []
+    for effect in candidates:
+        for variant in model.variants(effect):
+            first = 1 + base.size + len(owners)
+            rows = _rows_of_effect(model, effect, variant, base, contained, first)
+            groups.append(rows)
+            n_rows = np.unique(rows.numbers).size
+            owners += [effect] * n_rows
+            variants += [variant] * n_rows
+    return EffectRows(tuple(groups), base.size, tuple(owners), tuple(variants))
+
+
+def contained_channels(model: CarrierModel) -> dict[str, int]:
+    """First channel for every effect of one sensor in the baseline."""
+    return {name: 0 for name in model.contained if model.effects[name].is_of_one_channel}
+
+
+def segments_of(
+    model: CarrierModel, campaign: Campaign, records: CarrierSums
+) -> Iterator[tuple[int, int, int, BlockColumns]]:
+    """Run, channel, segment and columns of every segment and channel."""
+    for r, run in enumerate(campaign.within_use().runs):
+        columns = RunColumns(run, model.source)
+        blocks = blocks_of_run(records, r, columns)
+        first = int(np.argmax(records.run_of_segment == r))
+        for c, channel in enumerate(campaign.channels):
+            for p, block in enumerate(columns.of(channel, blocks), start=first):
+                yield r, c, p, block
+
+
+def column_products(
+    block: BlockColumns, features: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Products of the columns, of the features, and of columns with features."""
+    present = np.concatenate([block.present(rows) for rows in block.revolutions])
+    columns, flexible = block.rows[:, present], features[:, present]
+    return columns @ columns.T, flexible @ flexible.T, columns @ flexible.T
+
+
+def rows_at(
+    groups: Sequence[SignatureRows], run: int, channel: int, n_columns: int
+) -> tuple[IntArray, FloatArray]:
+    """Numbers of the rows that act in a channel of a run, and their weights, shape (m, k)."""
+    numbers, tables = [], []
+    for rows in groups:
+        weights = rows.at(run, channel)
+        if weights is None:
+            continue
+        table = np.zeros((len(weights), n_columns))
+        table[:, rows.columns] = weights
+        numbers.append(rows.numbers[run])
+        tables.append(table)
+    return np.concatenate(numbers), np.concatenate(tables)
+
+
+def _base_rows(table: WeightTable, base: FloatArray) -> SignatureRows:
+    """The target less the parts that are no parameter's (another simulator's prediction).
+
+    And the derivatives by the baseline's parameters.
+    """
+    linear = np.einsum("rcqk,rq->rck", table.slopes, base[table.unknowns])
+    target = -(table.values - linear)
+    target[..., 0] += 1.0
+    weights = np.concatenate([target[:, :, None], table.slopes], axis=2)
+    zero = np.zeros((len(weights), 1), dtype=np.int64)
+    numbers = np.concatenate([zero, 1 + table.unknowns], axis=1)
+    return SignatureRows(numbers, table.columns, weights)
+
+
+def _rows_of_effect(
+    model: CarrierModel,
+    effect: str,
+    variant: tuple[float, ...],
+    base: FloatArray,
+    contained: dict[str, int],
+    first: int,
+) -> SignatureRows:
+    """Derivatives of the signals by an effect's amplitudes, whose rows begin at `first`."""
+    is_of_one_channel = model.effects[effect].is_of_one_channel
+    choice = {**contained, effect: int(variant[0])} if is_of_one_channel else contained
+    parameters = model.parameters((effect,), choice)[base.size :]
+    value = [variant[0] if parameter.shape else 0.0 for parameter in parameters]
+    table = model.weights((effect,), choice, np.concatenate([base, value]))
+    is_amplitude = np.array([not parameter.shape for parameter in parameters], dtype=bool)
+    rank = np.cumsum(is_amplitude) - 1
+    own = table.unknowns[0] >= base.size
+    own[own] = is_amplitude[table.unknowns[0, own] - base.size]
+    numbers = first + rank[table.unknowns[:, own] - base.size]
+    weights = table.slopes[:, :, own]
+    if not is_of_one_channel:
+        return SignatureRows(numbers, table.columns, weights)
+    channel = int(variant[0])
+    return SignatureRows(numbers, table.columns, weights[:, [channel]], channel)

@@ -1,0 +1,119 @@
+"""Classes of a carrier: frame and pattern, and what they follow, for laws outside the library."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from carrierflex.diagnosis.carrier.classes.dependence import load_functions, torque_levels
+from carrierflex.diagnosis.carrier.problem import carrier_problem
+from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
+from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.report.diagnosis_files import diagnosis_document
+from carrierflex.diagnosis.report.words import verdict_heading
+from tests.diagnosis.carrier.carrier_twin import CHANNELS, CURVES, KNOWN, LOADS, twin_campaign
+
+AXIAL = CHANNELS[:4]
+SIZE = 4e-5
+
+
+def three_lobes(angle, torque):
+    """Lobes of no pin's shape, which grow up to 60 % of the torque and stay."""
+    height = np.minimum(torque / 360e3, 0.6)
+    return SIZE * height * (np.cos(3.0 * angle + 0.4) + 0.7 * np.sin(9.0 * angle))
+
+
+def campaign_of(signal, **options):
+    """Campaign with one more signal of (sensor angle, run)."""
+    campaign = twin_campaign(None, channels=AXIAL, turns=6, contained=tuple(KNOWN), **options)
+    runs = []
+    for run in campaign.runs:
+        signals = {
+            channel.name: run.signals[channel.name] + signal(channel.angle, run)
+            for channel in campaign.channels
+        }
+        runs.append(replace(run, signals=signals))
+    return replace(campaign, runs=tuple(runs))
+
+
+def lobed(v, run):
+    """Three lobes that turn with the carrier."""
+    return three_lobes(v - run.inputs["carrier_angle"], run.inputs["torque"])
+
+
+def tilt_that_bends(v, run):
+    """Tilt of the housing along the radial load, as its square root."""
+    y, z = run.inputs["ntl_y"], run.inputs["ntl_z"]
+    size = np.hypot(y, z)
+    share = np.sqrt(size / 2e5) / np.maximum(size, 1.0)
+    return SIZE * share * (-np.sin(v) * y + np.cos(v) * z)
+
+
+def bent_face(v, run):
+    """Two kinks on the carrier's face, whatever the load."""
+    turned = v - run.inputs["carrier_angle"]
+    return SIZE * np.abs(np.cos(turned + 0.3))
+
+
+def saddle_of_squared_torque(v, run):
+    """Saddle of the housing that grows as the torque squared."""
+    return SIZE * np.cos(2.0 * v - 1.6) * (run.inputs["torque"] / 360e3) ** 2
+
+
+TRUTHS = {
+    "carrier/waves/torque": lobed,
+    "housing/tilt/radial_load": tilt_that_bends,
+    "carrier/waves/none": bent_face,
+    "housing/saddle/torque": saddle_of_squared_torque,
+}
+
+
+def answer_of(signal, **options):
+    """Answer by class alone."""
+    return carrier_problem(campaign_of(signal, **options), CURVES).class_answer()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", TRUTHS)
+def test_frame_pattern_and_load_are_named_where_no_law_is_right(name):
+    answer = answer_of(TRUTHS[name])
+    assert answer.state == NAMED_CLASS
+    assert answer.ids == (name,)
+    assert answer.ties == ()
+
+
+@pytest.mark.long
+def test_nothing_is_named_where_nothing_is_missing():
+    assert answer_of(lambda v, run: 0.0 * run.time).state == NOTHING
+
+
+def test_two_torques_leave_open_what_a_class_follows():
+    answer = answer_of(lobed, loads=((1.0, 0, 0), (0.5, 0, 0), (1.0, 0, -2e5)))
+    assert answer.ids == ("carrier/waves/undetermined",)
+    assert "fewer than three torques" in answer.note
+
+
+@pytest.mark.long
+def test_a_class_beyond_the_library_is_the_verdict_and_stands_in_the_files():
+    kept = {*KNOWN, "stiff_pins", "housing_tilt"}
+    campaign = campaign_of(lobed)
+    problem = carrier_problem(campaign, CURVES)
+    others = tuple(name for name in problem.cards if name not in kept)
+    baseline = replace(campaign.baseline, impossible=others)
+    problem = carrier_problem(replace(campaign, baseline=baseline), CURVES)
+    diagnosis = diagnose(problem, campaign="lobes", kind="carrier")
+    document = diagnosis_document(diagnosis)
+    assert document["verdict"] == "class_named"
+    assert [entry["id"] for entry in document["classes"]] == ["carrier/waves/torque"]
+    assert list(document["effects"]) == []
+    assert "waves fixed to the carrier" in verdict_heading(diagnosis)
+
+
+def test_functions_of_the_torque_vanish_without_torque_and_are_as_many_as_torques_tell():
+    still = np.zeros(1)
+    for n_torques, n_powers in ((1, 1), (3, 2), (4, 3), (6, 3)):
+        functions, penalty = load_functions(n_torques)["torque"]
+        assert len(functions) == len(penalty) == n_powers
+        assert all(function(still, still, still) == 0.0 for function in functions)
+    assert torque_levels(np.array([1.0, 1.01, 0.5, 0.99])) == 2
+    assert torque_levels(np.array([share for share, *_ in LOADS])) == 4
