@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import BLACK_BOX, FloatArray, Signatures
+from carrierflex.diagnosis.comparison.signature_blocks import products_by_block, shape_starts
 from carrierflex.diagnosis.element.cards import NEGATIVE_CONTROLS
 from carrierflex.diagnosis.element.model import ElementModel, is_delay
 from carrierflex.diagnosis.element.records import ElementRecord
@@ -56,7 +57,7 @@ def signature_columns(model: ElementModel) -> tuple[Column, ...]:
             if parameter.effect == name
         }
         shapes = [parameter for parameter in own.values() if parameter.shape]
-        for share in _shape_starts(name):
+        for share in shape_starts(ELEMENT_EFFECTS, name):
             values = {parameter.name: share * parameter.scale for parameter in shapes}
             if name == "elasto_plastic_friction":
                 # The column has Kp = 1: its yield force is the deflection at which it yields.
@@ -70,11 +71,6 @@ def signature_columns(model: ElementModel) -> tuple[Column, ...]:
                 Column(name, a, {**values, a: 1.0}, tuple(values.values())) for a in amplitudes
             ]
     return tuple(columns)
-
-
-def _shape_starts(name: str) -> tuple[float, ...]:
-    known = ELEMENT_EFFECTS.get(name)
-    return known.shape_starts if known else (1.0,)
 
 
 def base_columns(model: ElementModel, record: ElementRecord) -> FloatArray:
@@ -175,9 +171,7 @@ def element_signatures(model: ElementModel, records: Sequence[ElementRecord]) ->
                 ]
             )
         )
-        for block in range(record.n_blocks):
-            own = table[:, record.block == block]
-            grams.append(own @ own.T)
+        grams += products_by_block(table, record.block, record.n_blocks)
     n_flexible = flexible.shape[0]
     return Signatures(
         np.array(grams),

@@ -19,6 +19,7 @@ from carrierflex.diagnosis.comparison.problem import (
     Parameter,
     Signatures,
 )
+from carrierflex.diagnosis.comparison.signature_blocks import products_by_block, shape_starts
 from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS, ONE_CHANNEL
 from carrierflex.diagnosis.mounting.features import flexible_features
 from carrierflex.diagnosis.mounting.model import MountingModel
@@ -86,7 +87,7 @@ def signature_columns(model: MountingModel) -> tuple[Column, ...]:
         shape = next((p for p in own if p.shape), None)
         size = _SIZE * amplitude.scale
         channels = range(len(model.channels)) if name in ONE_CHANNEL else (-1,)
-        for share, channel in product(_shape_starts(name), channels):
+        for share, channel in product(shape_starts(MOUNTING_EFFECTS, name), channels):
             shapes = {}
             if shape is not None:
                 # Yield force and damper go with the amplitude of the column.
@@ -98,11 +99,6 @@ def signature_columns(model: MountingModel) -> tuple[Column, ...]:
             bounds = (amplitude.lower, amplitude.upper)
             columns.append(Column(name, amplitude.name, size, shapes, channel, bounds=bounds))
     return tuple(columns)
-
-
-def _shape_starts(name: str) -> tuple[float, ...]:
-    known = MOUNTING_EFFECTS.get(name)
-    return known.shape_starts if known else (1.0,)
 
 
 def _user_columns(effect: str, parameters: Sequence[Parameter]) -> list[Column]:
@@ -186,9 +182,7 @@ def mounting_signatures(
         rows += [column_values(model, record, column, known) for column in (*contained, *columns)]
         rows += flexible_features(record)
         table = np.where(np.isfinite(record.measured), np.array(rows), 0.0)
-        for block in range(record.n_blocks):
-            own = table[:, record.block == block].reshape(len(table), -1)
-            grams.append(own @ own.T)
+        grams += products_by_block(table, record.block, record.n_blocks)
     n_flexible = len(table) - 3 - len(every)
     signatures = Signatures(
         np.array(grams),
