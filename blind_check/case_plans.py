@@ -12,6 +12,7 @@ from carrierflex.blind_check.element_plans import FULL_SIZE, element_plans, stra
 from carrierflex.blind_check.labels import (
     ALIASED,
     FAMILIES,
+    FORM,
     KINDS,
     NOTHING,
     ONE_CONDITION,
@@ -29,11 +30,14 @@ from carrierflex.blind_check.truth.alias_table import (
     STAGE_EFFECTS,
     same_class,
 )
+from carrierflex.blind_check.truth.carrier.other_forms import OTHER_FORMS
 
 #: Shares of the families in a check; a full one holds twelve cases of each single effect, 24 pairs,
 #: 24 with nothing missing, 24 outside the library, 12 aliased, 12 of one condition, 26 of a stage.
 _WEIGHTS = {PAIR: 24, NOTHING: 24, OUTSIDE: 24, ALIASED: 12, ONE_CONDITION: 12, STAGE: 26}
 _PER_EFFECT = 12
+#: Causes of another form: of six cases one holds nothing and one two causes.
+_FORMS, _FORM_CYCLE = 200, 6
 #: Gap over floor, drawn with a uniform logarithm.
 SMALLEST_RATIO, LARGEST_RATIO = 0.5, 30.0
 _STREAM = {kind: number for number, kind in enumerate(KINDS)}
@@ -43,7 +47,8 @@ def full_size(kind: str) -> int:
     """Cases of a full check of one kind."""
     if kind == "element":
         return FULL_SIZE
-    return sum(_weights(kind).values()) if kind != "mounting" else 60
+    weights = _weights(kind)
+    return sum(weights[name] for name in FAMILIES if name in weights) if kind != "mounting" else 60
 
 
 def case_plans(
@@ -92,7 +97,7 @@ def case_plans(
             # Even strata of the logarithm: a small check covers the range too.
             fraction = (k + rng.uniform()) / count
             ratio = SMALLEST_RATIO * (LARGEST_RATIO / SMALLEST_RATIO) ** fraction
-            drawn.append((family, effects, 0.0 if family == NOTHING else float(ratio)))
+            drawn.append((family, effects, float(ratio) if effects else 0.0))
     order = rng.permutation(len(drawn))
     return tuple(CasePlan(kind, index + 1, seed, *drawn[k]) for index, k in enumerate(order))
 
@@ -102,7 +107,8 @@ def _weights(kind: str) -> dict[str, int]:
     # Sets of loads at which the effects of the mounting cannot be told apart are no case of their
     # own yet.
     absent = (ALIASED, STAGE) if kind == "mounting" else ()
-    return {family: weights[family] for family in FAMILIES if family not in absent}
+    drawn = {family: weights[family] for family in FAMILIES if family not in absent}
+    return {**drawn, FORM: _FORMS} if kind == "carrier" else drawn
 
 
 def _counts(weights: Mapping[str, int], cases: int) -> dict[str, int]:
@@ -126,6 +132,8 @@ def _effects(kind: str, family: str, count: int, rng: np.random.Generator) -> li
         return [()] * count
     if family == PAIR:
         return [_pair(kind, rng) for _ in range(count)]
+    if family == FORM:
+        return _forms(count, rng)
     if family == STAGE:
         first = int(rng.integers(len(STAGE_EFFECTS)))
         turned = [STAGE_EFFECTS[(first + k) % len(STAGE_EFFECTS)] for k in range(count)]
@@ -139,6 +147,19 @@ def _effects(kind: str, family: str, count: int, rng: np.random.Generator) -> li
     start = int(rng.integers(len(names)))
     turns = [names[(start + k) % len(names)] for k in range(count)]
     return [(turns[k],) for k in rng.permutation(count)]
+
+
+def _forms(count: int, rng: np.random.Generator) -> list[tuple[str, ...]]:
+    """Causes of another form in turn, alone, in pairs of two classes, and none."""
+    names = tuple(OTHER_FORMS)
+    start = int(rng.integers(len(names)))
+    drawn: list[tuple[str, ...]] = []
+    for k in range(count):
+        first = names[(start + k) % len(names)]
+        others = [name for name in names if OTHER_FORMS[name].shape != OTHER_FORMS[first].shape]
+        own = (first, str(rng.choice(others)))
+        drawn.append({0: (), 1: tuple(sorted(own))}.get(k % _FORM_CYCLE, (first,)))
+    return [drawn[k] for k in rng.permutation(count)]
 
 
 def _pair(kind: str, rng: np.random.Generator) -> tuple[str, ...]:

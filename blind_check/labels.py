@@ -8,6 +8,9 @@ from typing import Any
 
 FAMILIES = ("single", "pair", "nothing", "outside", "aliased", "one_condition", "stage")
 SINGLE, PAIR, NOTHING, OUTSIDE, ALIASED, ONE_CONDITION, STAGE = FAMILIES
+#: Causes of the carrier in forms of no law, alone, in pairs and none: judged by class, and drawn
+#: only where it is asked for.
+FORM = "form"
 
 KINDS = ("carrier", "mounting", "element")
 

@@ -15,19 +15,27 @@ abstained, silent
     No class: the diagnosis says that something is missing that it cannot name, or that nothing is
     to be seen. An error is its own outcome.
 
+Kind carrier compares frame and pattern; what a class follows is judged apart. A class of an error
+that the sensors really have may stand beside the truth's.
+
 A named law is false where none of its classes is the truth's or in its alias table.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from carrierflex.blind_check.labels import NOTHING, OUTSIDE, Label
 from carrierflex.blind_check.sealing.verdicts import ERROR, Verdict
+from carrierflex.blind_check.truth.carrier.other_forms import CLASSES_OF_LAW as CARRIER_LAWS
 from carrierflex.blind_check.truth.element.families import CLASSES_OF_LAW
 
-#: Kinds whose answers are judged by class.
+#: Kinds whose answers are all judged by class.
 CLASS_KINDS = ("element",)
+#: A class whose records do not tell what it follows.
+UNDETERMINED = "undetermined"
+#: Parts of a class's id that are frame, pattern and what it follows.
+_PARTS = 3
 
 OUTCOMES = ("right", "tie", "wrong", "abstained", "silent", "error")
 RIGHT, TIE, WRONG, ABSTAINED, SILENT, FAILED = OUTCOMES
@@ -81,6 +89,18 @@ class ClassJudged:
         return " or ".join(" + ".join(ids) for ids in sets)
 
     @property
+    def follows_right(self) -> bool | None:
+        """Whether what every class of a right answer follows is the truth's too.
+
+        None where the answer is not right, or leaves it open.
+        """
+        told = not any(name.endswith(f"/{UNDETERMINED}") for name in self.answer)
+        is_asked = self.label.kind not in CLASS_KINDS and self.has_class
+        if self.outcome != RIGHT or not is_asked or not told:
+            return None
+        return set(self.label.classes) <= set(self.answer)
+
+    @property
     def largest_change(self) -> float:
         """Largest change of form of the causes."""
         return max(self.label.changes, default=0.0)
@@ -102,12 +122,20 @@ def judge_by_class(label: Label, verdict: Verdict) -> ClassJudged:
         Outcome and laws.
     """
     document = verdict.document
-    answer = _ids([entry["id"] for entry in document.get("classes") or ()])
     names_laws = document["verdict"] not in _NAMES_NO_LAW
     laws = tuple(document.get("effects", ())) if names_laws else ()
+    if "classes" in document:
+        answer = _sorted([entry["id"] for entry in document["classes"] or ()])
+    else:
+        answer = _sorted({_class_of_law(law, label) for law in laws})
     false = tuple(law for law in laws if not _is_of_truth(law, label))
     outcome = _outcome(label, document, answer, bool(laws))
     return ClassJudged(label, verdict, answer, outcome, laws, false)
+
+
+def is_judged_by_class(label: Label) -> bool:
+    """Whether the answer to a case is judged by class: of some kinds all, of others some."""
+    return label.kind in CLASS_KINDS or bool(label.drive)
 
 
 def cases_judged_by_class(
@@ -117,7 +145,7 @@ def cases_judged_by_class(
     return tuple(
         judge_by_class(label, verdicts[case])
         for case, label in sorted(labels.items())
-        if label.kind in CLASS_KINDS
+        if is_judged_by_class(label)
     )
 
 
@@ -130,11 +158,30 @@ def _outcome(
         return WRONG if answer or names_law else RIGHT
     if not answer:
         return SILENT if document["verdict"] in _SEES_NOTHING else ABSTAINED
-    sets = {answer, *_ties(document)}
-    if label.classes not in sets:
+    true = _compared(label.classes, label)
+    sets = {_compared(ids, label) for ids in (answer, *_ties(document))}
+    if true not in sets:
         return WRONG
-    others = sets - {label.classes}
+    others = sets - {true}
     return RIGHT if others <= set(label.class_aliases) else TIE
+
+
+def _compared(ids: Sequence[str], label: Label) -> tuple[str, ...]:
+    """What is compared of a set of classes: all of an element, frame and pattern of a carrier.
+
+    Classes of errors that the sensors have besides are left out.
+    """
+    if label.kind in CLASS_KINDS:
+        return tuple(ids)
+    real = {name for effect in label.present for name in CARRIER_LAWS[effect]}
+    shapes = {name.rpartition("/")[0] if name.count("/") + 1 == _PARTS else name for name in ids}
+    return _sorted(shapes - real)
+
+
+def _class_of_law(law: str, label: Label) -> str:
+    """Class of a law for answers that name laws alone; the law itself where no class holds it."""
+    table = CLASSES_OF_LAW if label.kind in CLASS_KINDS else CARRIER_LAWS
+    return table.get(law, (law,))[0]
 
 
 def _is_of_truth(law: str, label: Label) -> bool:
@@ -143,12 +190,15 @@ def _is_of_truth(law: str, label: Label) -> bool:
         return False
     true = {*label.classes, *(member for ids in label.class_aliases for member in ids)}
     # A law of the user, or of a later library, is of no class that this table knows.
-    return not true.isdisjoint(CLASSES_OF_LAW.get(law, ()))
+    if label.kind in CLASS_KINDS:
+        return not true.isdisjoint(CLASSES_OF_LAW.get(law, ()))
+    of_truth = _compared(tuple(true), label)
+    return law in label.present or not set(of_truth).isdisjoint(CARRIER_LAWS.get(law, ()))
 
 
 def _ties(document: Mapping[str, Any]) -> list[tuple[str, ...]]:
-    return [_ids(ids) for ids in document.get("class_ties") or ()]
+    return [_sorted(ids) for ids in document.get("class_ties") or ()]
 
 
-def _ids(ids: Any) -> tuple[str, ...]:
+def _sorted(ids: Any) -> tuple[str, ...]:
     return tuple(sorted(str(name) for name in ids))

@@ -1,6 +1,6 @@
 """Score by class of the missing cause: figures by stratum, confusion, false laws, change of form.
 
-Wanted figures hold from two floors upwards; a stratum is a kind of drive.
+Wanted figures hold from two floors upwards; a stratum is a kind of drive, or a kind of campaign.
 """
 
 from collections.abc import Callable, Sequence
@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from carrierflex.blind_check.labels import NOTHING, OUTSIDE
+from carrierflex.blind_check.labels import KINDS, NOTHING, OUTSIDE
 from carrierflex.blind_check.scoring.class_coverage import covered_parameters
 from carrierflex.blind_check.scoring.class_judging import (
     ABSTAINED,
+    CLASS_KINDS,
     FAILED,
     RIGHT,
     SILENT,
@@ -35,8 +36,10 @@ from carrierflex.blind_check.truth.element.families import CAUSES
 #: Gap over the floor from which a class has to be found.
 CLEAR_CLASS_GAP = 2.0
 #: Right of those answered at least, and not answered at most, by stratum.
-_WANTED = {"wide_band": (0.95, 0.10), "levels": (0.85, 0.30)}
-STRATA = ("wide_band", "levels", "single_level", "decay")
+_WANTED = {"wide_band": (0.95, 0.10), "levels": (0.85, 0.30), "carrier": (0.95, 0.10)}
+STRATA = ("wide_band", "levels", "single_level", "decay", "carrier")
+#: False classes with nothing missing at most, by kind.
+_FALSE_AT_MOST = {"element": 0.03, "carrier": 0.02}
 #: Ends of the bins of the change of form; textbook laws have none.
 CHANGES = (0.0, 0.05, 0.10, 0.15, 0.20, 0.25, 0.30)
 
@@ -80,7 +83,7 @@ class ClassScore:
 
 
 def class_score(cases: Sequence[ClassJudged]) -> ClassScore:
-    """Score of cases judged by class, all of one kind.
+    """Score of cases judged by class, kind by kind.
 
     Parameters
     ----------
@@ -97,19 +100,20 @@ def class_score(cases: Sequence[ClassJudged]) -> ClassScore:
         for case in cases
         if (is_clear(case) and case.outcome in (WRONG, TIE, FAILED)) or case.false_laws
     )
+    figures: list[Figure] = []
+    confusion: list[ClassRow] = []
+    for kind in KINDS:
+        own = [case for case in cases if case.label.kind == kind]
+        if own:
+            figures += _figures(own)
+            clear = [case for case in own if is_clear(case)]
+            rows = [(case.truth, case.answered, case.outcome == RIGHT) for case in clear]
+            confusion += confusion_rows(kind, rows)
+    elements = [case for case in cases if case.label.kind in CLASS_KINDS]
     return ClassScore(
-        figures=tuple(_figures(cases)),
-        confusion=tuple(
-            confusion_rows(
-                cases[0].label.kind,
-                [
-                    (case.truth, case.answered, case.outcome == RIGHT)
-                    for case in cases
-                    if is_clear(case)
-                ],
-            )
-        ),
-        changes=tuple(_changes(cases)),
+        figures=tuple(figures),
+        confusion=tuple(confusion),
+        changes=tuple(_changes(elements)) if elements else (),
         wrong=wrong,
         false_laws=tuple(case for case in cases if case.false_laws),
     )
@@ -137,15 +141,26 @@ def _figures(cases: Sequence[ClassJudged]) -> list[Figure]:
     ) -> Figure:
         return share_figure(kind, name, hits, wanted, is_met)
 
+    most = _FALSE_AT_MOST[kind]
     false = [bool(case.answer or case.laws) for case in nothing]
     named = [bool(case.laws) for case in outside]
     false_laws = [bool(case.false_laws) for case in inside]
     figures += [
-        figure("nothing missing: false class or law", false, "<= 3 %", lambda p, n: p <= 0.03),
+        figure(
+            "nothing missing: false class or law",
+            false,
+            f"<= {100.0 * most:.0f} %",
+            lambda p, n: p <= most,
+        ),
         figure("outside: law named", named, "<= 1 %", lambda p, n: p <= 0.01),
         figure("outside: class named", [bool(case.answer) for case in outside]),
         figure("law named, class wrong", false_laws, "<= 1 %", lambda p, n: p <= 0.01),
     ]
+    if kind not in CLASS_KINDS:
+        follows = [case.follows_right for case in inside if is_clear(case)]
+        told = [own for own in follows if own is not None]
+        figures.append(figure("what a right class follows is right", told))
+        return figures + time_figures(kind, [case.verdict.seconds for case in cases])
     hits = [hit for case in cases for hit in covered_parameters(case)]
     for name, of in (("m and K1", True), ("textbook laws' parameters", False)):
         inside_own = [hit.is_covered for hit in hits if hit.is_baseline is of]
@@ -155,8 +170,13 @@ def _figures(cases: Sequence[ClassJudged]) -> list[Figure]:
     return figures + time_figures(kind, [case.verdict.seconds for case in cases])
 
 
+def _stratum(case: ClassJudged) -> str:
+    """Stratum of a case: its kind of drive, or its kind where there is no drive."""
+    return STRATUM.get(case.label.drive, case.label.kind)
+
+
 def _stratum_figures(kind: str, stratum: str, cases: Sequence[ClassJudged]) -> list[Figure]:
-    own = [case for case in cases if case.has_class and STRATUM[case.label.drive] == stratum]
+    own = [case for case in cases if case.has_class and _stratum(case) == stratum]
     if not own:
         return []
     clear = [case.outcome for case in own if is_clear(case)]

@@ -185,7 +185,7 @@ def _figures(kind: str, cases: Sequence[Judged]) -> list[Figure]:
         share_figure(
             kind,
             "largest cell right, gap >= 5 floors",
-            [_top_cell(c) for c in clear if c.label.where],
+            [_top_cell(c) for c in clear if c.label.where and "where" in c.verdict.document],
         ),
     ]
     for low, high in pairwise(BINS):
@@ -238,10 +238,12 @@ def _median_error(kind: str, named: Sequence[Judged]) -> Figure:
 def time_figures(kind: str, seconds: Sequence[float]) -> list[Figure]:
     """Median and longest time of a diagnosis."""
     limit, n = _SECONDS[kind], len(seconds)
-    longest = max(seconds)
-    met = longest <= limit if n >= FEWEST else None
+    known = [value for value in seconds if not math.isnan(value)]
+    longest = max(known, default=math.nan)
+    met = longest <= limit if len(known) >= FEWEST else None
+    median = float(np.median(known)) if known else math.nan
     return [
-        Figure(kind, "seconds a case, median", "", float(np.median(seconds)), None, n, None),
+        Figure(kind, "seconds a case, median", "", median, None, n, None),
         Figure(kind, "seconds a case, longest", f"<= {limit:g}", longest, None, n, met),
     ]
 

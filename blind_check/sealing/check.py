@@ -25,7 +25,8 @@ from carrierflex.blind_check.sealing.seals import (
     write_seals,
 )
 from carrierflex.blind_check.sealing.verdicts import Verdict, is_finished, read_verdict
-from carrierflex.files.json_files import read_json, save_json
+from carrierflex.files.json_files import read_json, save_json, save_text
+from carrierflex.files.whole_folders import whole_folder
 
 SEALS_FILE = "seals.json"
 SALTS_FILE = "salts.json"
@@ -188,6 +189,64 @@ def opened(sealed: SealedCheck) -> Mapping[str, Label]:
     }
     save_json(sealed.out / LABELS_FILE, rows)
     return sealed.labels
+
+
+def exported(sealed: SealedCheck, folder: Path, readme: str) -> None:
+    """Move the campaigns of a check into a folder that tells nothing of the truth.
+
+    It holds the campaigns, the seals without the request (who knows the seed can make every label)
+    and a page; seals and salts stay in the folder of the check.
+
+    Parameters
+    ----------
+    sealed : SealedCheck
+        Check whose seals are published.
+    folder : Path
+        Folder to write, whole or not at all.
+    readme : str
+        Text of its README.md.
+    """
+    with whole_folder(folder) as new:
+        for case in sealed.labels:
+            shutil.copytree(sealed.campaign(case), new / "campaigns" / case)
+        write_seals(new / SEALS_FILE, Seals({}, sealed.published.seals))
+        save_text(new / "README.md", readme)
+    _remove_campaigns(sealed)
+
+
+def remade(
+    out: Path,
+    plans: Callable[[Mapping[str, Any]], Sequence[CasePlan]],
+    label: Callable[[CasePlan], Label],
+) -> tuple[dict[str, Label], Seals]:
+    """Labels of an exported check, made again from its seed and verified against its seals.
+
+    Parameters
+    ----------
+    out : Path
+        Folder of the check.
+    plans : callable
+        Plans of what was asked for.
+    label : callable
+        Label of a plan.
+
+    Returns
+    -------
+    tuple of (dict, Seals)
+        Label by case, and what was published.
+
+    Raises
+    ------
+    ValueError
+        Where the folder holds no check, or the labels come out otherwise now.
+    """
+    if not (out / SEALS_FILE).exists():
+        raise ValueError(f"{out}: holds no {SEALS_FILE}; expected the folder of an exported check")
+    published = read_seals(out / SEALS_FILE)
+    salts = _read_salts(out / SALTS_FILE)
+    labels = {plan.name: label(plan) for plan in plans(published.check)}
+    verify(labels, salts, published)
+    return labels, published
 
 
 def _remove_campaigns(sealed: SealedCheck) -> None:

@@ -126,9 +126,9 @@ def screen(
         )
         if (beside or {}).get(name) == variant
     ]
-    projected = _projected(gram, [*range(1, first), *joined])
+    projected = projected_gram(gram, [*range(1, first), *joined])
     best: dict[str, tuple[float, tuple[int, ...]]] = {}
-    for columns in _variants(signatures):
+    for columns in variant_columns(signatures):
         name = signatures.effects[columns[0] - 1 - signatures.n_base]
         if name == BLACK_BOX:
             continue
@@ -245,16 +245,40 @@ def _left_over_beside_blocks(
     return float(left)
 
 
-def _variants(signatures: Signatures) -> list[tuple[int, ...]]:
-    """Columns of every variant of every effect, by their number in the Gram matrix."""
+def variant_columns(signatures: Signatures) -> list[tuple[int, ...]]:
+    """Columns of every variant of every effect, by their number in the Gram matrix.
+
+    Parameters
+    ----------
+    signatures : Signatures
+        Columns of the problem.
+
+    Returns
+    -------
+    list of tuple of int
+        In the order of the signatures.
+    """
     groups: dict[tuple[str, tuple[float, ...]], list[int]] = {}
     for k, key in enumerate(zip(signatures.effects, signatures.variants, strict=True)):
         groups.setdefault(key, []).append(k + 1 + signatures.n_base)
     return [tuple(columns) for columns in groups.values()]
 
 
-def _projected(gram: FloatArray, columns: list[int]) -> FloatArray:
-    """Gram matrix after the baseline's columns are taken out of all others (Schur complement)."""
+def projected_gram(gram: FloatArray, columns: list[int]) -> FloatArray:
+    """Gram matrix after some columns are taken out of all others (Schur complement).
+
+    Parameters
+    ----------
+    gram : ndarray, shape (n, n)
+        Products of all columns.
+    columns : list of int
+        Columns that are taken out, as the baseline's.
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+        Products of what is left of the columns.
+    """
     if not columns:
         return gram
     inverse = normal_inverse(gram[np.ix_(columns, columns)])

@@ -148,6 +148,8 @@ def test_diagnosis_reads_its_campaign_and_nothing_else_of_the_check(tmp_path):
     assert not [path for path in paths if Path(path).resolve().is_relative_to(truth)]
     assert set(modules.split()[1:]) == {
         "carrierflex.blind_check",
+        "carrierflex.blind_check.references",
+        "carrierflex.blind_check.references.linear_laws",
         "carrierflex.blind_check.sealing",
         "carrierflex.blind_check.sealing.verdicts",
     }

@@ -12,7 +12,8 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from carrierflex.blind_check.sealing.verdicts import TIMES_FILE
+from carrierflex.blind_check.references.linear_laws import REFERENCES
+from carrierflex.blind_check.sealing.verdicts import ERROR, TIMES_FILE, Verdict
 from carrierflex.diagnosis.classes.answer import WithClasses
 from carrierflex.diagnosis.classes.results import (
     LEADING_CLASS,
@@ -26,12 +27,13 @@ from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
     CLASS_NAMED,
+    NAMED,
     NONE_OF_THESE,
     NOT_DIAGNOSABLE,
 )
 from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, FORMAT, VERSION, class_keys
-from carrierflex.files.json_files import plain, save_json
+from carrierflex.files.json_files import plain, read_json, save_json
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.workflows.diagnosis.diagnose_campaign import main as diagnose_campaign
 
@@ -43,8 +45,13 @@ _VERDICT_OF_STATE = {
     LEADING_CLASS: CLASS_NAMED,
 }
 
+#: What the references answer to a case.
+_REFERENCES_FILE = "references.json"
 
-def diagnose_case(campaign: Path, out: Path, *, report: bool = True) -> None:
+
+def diagnose_case(
+    campaign: Path, out: Path, *, report: bool = True, references: bool = False
+) -> None:
     """Diagnose a campaign and write diagnosis.json, report.html and the time it took.
 
     An input that is refused or a numerical failure is an answer too, and a wrong one: it is kept as
@@ -56,11 +63,15 @@ def diagnose_case(campaign: Path, out: Path, *, report: bool = True) -> None:
         Folder of the campaign, folder for the files.
     report : bool
         Draw report.html too.
+    references : bool
+        Write the answers of the references too.
     """
+    if references:
+        _refer(campaign, out)
     _kept(out, lambda: diagnose_campaign(campaign, out=out, report=report, quiet=True))
 
 
-def classify_case(campaign: Path, out: Path) -> None:
+def classify_case(campaign: Path, out: Path, *, references: bool = False) -> None:
     """Answer by class alone, without the search for laws: ten times faster, for large checks.
 
     Writes diagnosis.json with the keys that the score by class reads. A law is named where it
@@ -70,15 +81,63 @@ def classify_case(campaign: Path, out: Path) -> None:
     ----------
     campaign, out : Path
         Folder of the campaign, of a kind that has classes, and folder for the files.
+    references : bool
+        Write the answers of the references too.
     """
+    if references:
+        _refer(campaign, out)
     _kept(out, lambda: _classify(campaign, out))
+
+
+def reference_verdict(out: Path, name: str) -> Verdict:
+    """Answer of one reference to a case: the laws that it names.
+
+    Parameters
+    ----------
+    out : Path
+        Folder of the case's diagnosis.
+    name : str
+        Reference.
+
+    Raises
+    ------
+    ValueError
+        Where the references have not answered it.
+    """
+    answer = read_json(out / _REFERENCES_FILE, "answers of the references")[name]
+    if answer["error"] is not None:
+        return Verdict({"verdict": ERROR, "reason": answer["error"]}, answer["seconds"])
+    laws = answer["effects"]
+    verdict = NAMED if laws else AT_NOISE_FLOOR
+    return Verdict({"verdict": verdict, "effects": laws, "aliases": []}, answer["seconds"])
+
+
+def _refer(campaign: Path, out: Path) -> None:
+    """Write what every reference answers; an error is an answer too."""
+    start = time.perf_counter()
+    answers = {}
+    signatures, error, n_samples = None, None, 0.0
+    try:
+        with threadpool_limits(limits=1):
+            problem, _ = problem_of(read_campaign(campaign), None)
+            signatures, n_samples = problem.signatures(), float(problem.cell_counts.sum())
+    except (ValueError, ArithmeticError, RuntimeError, KeyError) as raised:
+        error = f"{type(raised).__name__}: {raised}"
+    for name, reference in REFERENCES.items():
+        laws = reference(signatures, n_samples) if signatures is not None else ()
+        seconds = time.perf_counter() - start
+        answers[name] = {"effects": list(laws), "error": error, "seconds": seconds}
+    out.mkdir(parents=True, exist_ok=True)
+    save_json(out / _REFERENCES_FILE, answers)
 
 
 def _classify(campaign: Path, out: Path) -> None:
     with threadpool_limits(limits=1):  # as in diagnose_campaign
         problem, _ = problem_of(read_campaign(campaign), None)
         if not isinstance(problem, WithClasses):
-            raise ValueError(f"{campaign}: its kind has no classes; expected kind element")
+            raise ValueError(
+                f"{campaign}: its kind has no classes; expected kind element or carrier"
+            )
         answer = problem.class_answer()
     # Records too short for classes answer nothing.
     keys = {"verdict": NOT_DIAGNOSABLE} if answer is None else _verdict_keys(answer)

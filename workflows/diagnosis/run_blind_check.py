@@ -11,37 +11,54 @@ import functools
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
-from datetime import datetime
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
 from rich.console import Console
 
 from carrierflex.blind_check.case_plans import case_plans, full_size
-from carrierflex.blind_check.labels import FAMILIES, KINDS, Label
-from carrierflex.blind_check.scoring.class_judging import (
-    CLASS_KINDS,
-    ClassJudged,
-    cases_judged_by_class,
+from carrierflex.blind_check.labels import FAMILIES, KINDS, CasePlan, Label
+from carrierflex.blind_check.references.linear_laws import REFERENCES
+from carrierflex.blind_check.scoring.result import BlindCheck, ExportedCheck
+from carrierflex.blind_check.sealing.answers import Answers, read_answers, write_answers
+from carrierflex.blind_check.sealing.check import (
+    SEALS_FILE,
+    diagnosed,
+    exported,
+    opened,
+    remade,
+    sealed_check,
 )
-from carrierflex.blind_check.scoring.class_score import class_score
-from carrierflex.blind_check.scoring.judging import Judged, judged_cases
-from carrierflex.blind_check.scoring.result import BlindCheck
-from carrierflex.blind_check.scoring.scoring import score
-from carrierflex.blind_check.sealing.check import diagnosed, opened, sealed_check
 from carrierflex.blind_check.sealing.verdicts import Verdict
-from carrierflex.blind_check.truth.campaigns import write_case
-from carrierflex.files.json_files import plain, save_json
+from carrierflex.blind_check.truth.campaigns import case_campaign, write_case
 from carrierflex.files.versions import software_name
-from carrierflex.files.whole_files import whole_file
-from carrierflex.workflows.diagnosis.diagnose_case import classify_case, diagnose_case
-from carrierflex.workflows.screen.score_tables import score_page
+from carrierflex.workflows.diagnosis.diagnose_case import (
+    classify_case,
+    diagnose_case,
+    reference_verdict,
+)
+from carrierflex.workflows.diagnosis.scored_check import scored, write_score
 from carrierflex.workflows.support.executors import other_processes, work_executor
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
 
 Kind = Literal["carrier", "mounting", "element", "all"]
-Family = Literal["single", "pair", "nothing", "outside", "aliased", "one_condition", "stage"]
+Family = Literal[
+    "single", "pair", "nothing", "outside", "aliased", "one_condition", "stage", "form"
+]
+
+_README = """# Sealed campaigns of a blind check
+
+Every folder of `campaigns/` is one measurement campaign beside a baseline simulation (format:
+docs/campaign_format.md of carrierflex). In some of them the baseline lacks one effect or several,
+in others it lacks nothing. What is missing?
+
+Answers go into one JSON file: its keys are in docs/blind_check.md, "Others can enter". `seals.json`
+fixes the truth of every case: SHA-256 of its label and a salt that are published with the score.
+
+Digest of the seals: {digest}
+"""
 
 
 def main(
@@ -55,8 +72,11 @@ def main(
     scheduler: str | None = None,
     keep: bool = True,
     classes_only: bool = False,
+    references: bool = False,
+    export: Path | None = None,
+    score: Path | None = None,
     quiet: bool = False,
-) -> BlindCheck:
+) -> BlindCheck | ExportedCheck:
     """Diagnose sealed campaigns and score the answers.
 
     Parameters
@@ -70,7 +90,8 @@ def main(
     seed : int
         Seed of the cases.
     family : sequence of str
-        Only these families of cases (kinds carrier and mounting); may be repeated. All without.
+        Only these families of cases (kinds carrier and mounting); may be repeated. All without,
+        but "form": causes of a carrier in forms of no law, judged by class.
     workers : int
         Processes that write and diagnose cases.
     scheduler : str
@@ -79,68 +100,87 @@ def main(
     keep : bool
         Keep the campaigns and draw the reports.
     classes_only : bool
-        Answer by class alone, without the search for laws (kind element).
+        Answer by class alone, without the search for laws (kind element; kind carrier with
+        --family form).
+    references : bool
+        Answer every case by two plain methods too, best single law by BIC and sparse regression
+        over the library, and set their figures beside those of the diagnosis.
+    export : Path
+        Folder to write the sealed campaigns to, without their truth, instead of diagnosing them:
+        others answer them. Seals and salts stay in --out.
+    score : Path
+        Answers (JSON) of any tool to an exported check whose folder is --out: its figures go to
+        --out/scores/NAME. Kinds, cases, seed and families are those of the check.
     quiet : bool
         Show no progress and no digest before the diagnoses.
 
     Returns
     -------
-    BlindCheck
-        Figures beside what is wanted.
+    BlindCheck or ExportedCheck
+        Figures beside what is wanted; of an export, where it is.
 
     Raises
     ------
     ValueError
-        Where the folder holds another check, or a label is not the sealed one.
+        Where the folder holds another check, a label is not the sealed one, the answers are no
+        answers to this check, or `score` and `export` are both given.
     OSError
         Where `out` cannot be written.
     """
+    if score is not None and export is not None:
+        raise ValueError("--score and --export are given; expected one of them")
+    if score is not None:
+        return _scored_answers(score, out)
     kinds = tuple(name for name in KINDS if name in kind or "all" in kind)
-    sizes = {name: full_size(name) if cases is None else cases for name in kinds}
-    families = tuple(family) or FAMILIES
-    plans = [
-        plan for name, size in sizes.items() for plan in case_plans(name, size, seed, families)
-    ]
+    request: dict[str, Any] = {
+        "seed": seed,
+        "cases": {name: full_size(name) if cases is None else cases for name in kinds},
+    }
+    if family:
+        request["families"] = list(family)
+    plans = _plans(request)
     folder = prepared_folder(out).resolve()
-    stages = Stages(3, quiet)
+    if export is not None:
+        _check_export(export)
+    stages = Stages(3 if export is None else 1, quiet)
     with stages.stage("writing and sealing the cases"), _processes(workers, scheduler) as executor:
-        request: dict[str, Any] = {"seed": seed, "cases": sizes}
-        if family:
-            request["families"] = list(family)
         sealed = sealed_check(plans, folder, write_case, executor, check=request, note=stages.note)
     Console(quiet=quiet, highlight=False).print(
         f"digest of {len(plans)} seals: {sealed.published.digest}", soft_wrap=True
     )
+    if export is not None:
+        exported(sealed, export, _README.format(digest=sealed.published.digest))
+        return ExportedCheck(export, len(plans), sealed.published.digest)
     # Fresh processes: those that wrote the cases have held labels.
     with stages.stage("diagnosing"), _processes(workers, scheduler) as executor:
-        full = functools.partial(diagnose_case, report=keep)
-        diagnose = classify_case if classes_only else full
+        full = functools.partial(diagnose_case, report=keep, references=references)
+        by_class = functools.partial(classify_case, references=references)
+        diagnose = by_class if classes_only else full
         verdicts = diagnosed(sealed, diagnose, executor, keep=keep, note=stages.note)
     with stages.stage("opening the labels"):
         labels = opened(sealed)
-        by_class = cases_judged_by_class(labels, verdicts)
-        effect_labels = _by_effect(labels)
-        by_effect = judged_cases(effect_labels, {case: verdicts[case] for case in effect_labels})
-        result = BlindCheck(
-            score(by_effect) if by_effect else None,
-            class_score(by_class) if by_class else None,
-            sealed.published.digest,
-        )
-        command = " ".join(
-            ["carrierflex blind-check", *(f"--kind {name}" for name in kinds)]
-            + ([f"--cases {cases}"] if cases is not None else [])
-            + [f"--seed {seed}"]
-            + [f"--family {name}" for name in family]
-            + (["--classes-only"] if classes_only else [])
-        )
-        rows = [*(_row(case) for case in by_effect), *(_class_row(case) for case in by_class)]
-        _write(folder, result, rows, command=command)
+        result, rows = scored(labels, verdicts, sealed.published.digest)
+        if references:
+            result = replace(result, beside=_beside(folder, labels, verdicts, result.digest))
+        flags = {"--classes-only": classes_only, "--references": references}
+        command = _command(kinds, cases, seed, family, flags)
+        write_score(folder, result, rows, command=command)
     return result
 
 
-def _by_effect(labels: Mapping[str, Label]) -> dict[str, Label]:
-    """Labels of the kinds that are judged by effect."""
-    return {case: label for case, label in labels.items() if label.kind not in CLASS_KINDS}
+def _command(
+    kinds: Sequence[str],
+    cases: int | None,
+    seed: int,
+    families: Sequence[str],
+    flags: Mapping[str, bool],
+) -> str:
+    """Command that makes the same check."""
+    words = ["carrierflex blind-check", *(f"--kind {name}" for name in kinds)]
+    if cases is not None:
+        words.append(f"--cases {cases}")
+    words += [f"--seed {seed}", *(f"--family {name}" for name in families)]
+    return " ".join([*words, *(flag for flag, is_set in flags.items() if is_set)])
 
 
 def _processes(workers: int, scheduler: str | None) -> AbstractContextManager[Executor]:
@@ -150,57 +190,51 @@ def _processes(workers: int, scheduler: str | None) -> AbstractContextManager[Ex
     return work_executor(workers, scheduler)
 
 
-def _write(
-    out: Path, result: BlindCheck, rows: Sequence[Mapping[str, Any]], *, command: str
-) -> None:
-    date, software = f"{datetime.now():%Y-%m-%d}", software_name()
-    head = {"format": "carrierflex-blind-check", "version": 2, "software": software, "date": date}
-    scores = [own for own in (result.score, result.class_score) if own is not None]
-    figures: dict[str, Any] = {
-        "met": result.met,
-        "figures": plain([figure for own in scores for figure in own.figures]),
-        "confusion": plain([row for own in scores for row in own.confusion]),
-    }
-    if result.class_score is not None:
-        figures["by_change_of_form"] = plain(result.class_score.changes)
-    save_json(
-        out / "blind_check.json",
-        head | {"command": command, "digest": result.digest} | figures | {"cases": rows},
-    )
-    page = score_page(result, command=command, date=date, software=software)
-    with whole_file(out / "blind_check.md") as file:
-        file.write_text(page, encoding="utf-8")
+def _check_export(folder: Path) -> None:
+    """Make sure that an export replaces nothing but an earlier one.
+
+    Raises
+    ------
+    ValueError
+        Where the folder holds something else.
+    """
+    prepared_folder(folder)
+    if any(folder.iterdir()) and not (folder / SEALS_FILE).is_file():
+        raise ValueError(f"--export {folder}: holds other files; expected a new or empty folder")
 
 
-def _row(case: Judged) -> dict[str, Any]:
-    names = ("case", "family", "effects", "gap_over_floor", "rho")
-    return {
-        **{name: getattr(case.label, name) for name in names},
-        **_answer(case.verdict),
-        "named": case.named,
-        "right": case.is_right,
-    }
+def _plans(request: Mapping[str, Any]) -> list[CasePlan]:
+    """Plans of what was asked for."""
+    families = tuple(request.get("families", FAMILIES))
+    return [
+        plan
+        for kind, size in request["cases"].items()
+        for plan in case_plans(kind, size, request["seed"], families)
+    ]
 
 
-def _class_row(case: ClassJudged) -> dict[str, Any]:
-    names = ("case", "family", "effects", "gap_over_floor", "classes", "drive", "changes")
-    document = case.verdict.document
-    return {
-        **{name: getattr(case.label, name) for name in names},
-        **_answer(case.verdict),
-        "named": case.laws,
-        "answer": case.answer,
-        "class_ties": document.get("class_ties", ()),
-        "rivals": document.get("class_rivals", {}),
-        "outcome": case.outcome,
-        "false_laws": case.false_laws,
-    }
+def _beside(
+    folder: Path, labels: Mapping[str, Label], verdicts: Mapping[str, Verdict], digest: str
+) -> dict[str, BlindCheck]:
+    """Scores of the references, whose answers are written as any tool's are, ours with them."""
+    answers = folder / "answers"
+    answers.mkdir(exist_ok=True)
+    write_answers(answers / "carrierflex.json", Answers(software_name(), verdicts))
+    found = {}
+    for name in REFERENCES:
+        own = {case: reference_verdict(folder / "diagnoses" / case, name) for case in labels}
+        write_answers(answers / f"{name}.json", Answers(name, own))
+        found[name] = scored(labels, own, digest)[0]
+    return found
 
 
-def _answer(verdict: Verdict) -> dict[str, Any]:
-    document = verdict.document
-    return {
-        "verdict": document["verdict"],
-        "reason": document.get("reason"),
-        "seconds": verdict.seconds,
-    }
+def _scored_answers(answers: Path, out: Path) -> BlindCheck:
+    """Score of the answers of any tool to an exported check."""
+    labels, published = remade(out, _plans, lambda plan: case_campaign(plan)[1])
+    read = read_answers(answers, labels)
+    result, rows = scored(labels, read.cases, published.digest)
+    folder = out / "scores" / answers.stem
+    folder.mkdir(parents=True, exist_ok=True)
+    command = f"carrierflex blind-check --score {answers.name}, answers of {read.tool}"
+    write_score(folder, result, rows, command=command)
+    return result

@@ -1,18 +1,15 @@
 """Score of a blind check as a table on the screen and as a page."""
 
 import math
-from typing import TYPE_CHECKING
 
 from rich.console import Group, RenderableType
 
 from carrierflex.blind_check.scoring.class_judging import ClassJudged
 from carrierflex.blind_check.scoring.class_score import ChangeRow, ClassScore
 from carrierflex.blind_check.scoring.judging import Judged
+from carrierflex.blind_check.scoring.result import BlindCheck, ExportedCheck
 from carrierflex.blind_check.scoring.scoring import ClassRow, Figure, Score
 from carrierflex.workflows.screen.titled_table import titled_table
-
-if TYPE_CHECKING:
-    from carrierflex.blind_check.scoring.result import BlindCheck
 
 _FIGURES = ("kind", "figure", "wanted", "reached", "95 %", "cases", "met")
 _CLASSES = ("kind", "true class", "cases", "right", "95 %", "answers")
@@ -42,8 +39,10 @@ _FALSE = (
 Section = tuple[str, tuple[str, ...], list[list[str]]]
 
 
-def blind_check_table(check: "BlindCheck") -> RenderableType:
-    """Figures, confusion matrix and wrong cases."""
+def blind_check_table(check: BlindCheck | ExportedCheck) -> RenderableType:
+    """Figures, confusion matrix and wrong cases; of an export, where it is."""
+    if isinstance(check, ExportedCheck):
+        return f"{check.cases} sealed campaigns: {check.folder}, digest {check.digest}"
     parts: list[RenderableType] = []
     for title, columns, rows in _sections(check):
         table = titled_table(title, *columns)
@@ -53,7 +52,7 @@ def blind_check_table(check: "BlindCheck") -> RenderableType:
     return Group(*parts, f"digest of the seals: {check.digest}")
 
 
-def score_page(check: "BlindCheck", *, command: str, date: str, software: str) -> str:
+def score_page(check: BlindCheck, *, command: str, date: str, software: str) -> str:
     """Markdown of a score.
 
     Parameters
@@ -81,13 +80,34 @@ def score_page(check: "BlindCheck", *, command: str, date: str, software: str) -
     return "\n".join(lines)
 
 
-def _sections(check: "BlindCheck") -> list[Section]:
+def _sections(check: BlindCheck) -> list[Section]:
     sections: list[Section] = []
     if check.score is not None:
         sections += _effect_sections(check.score)
     if check.class_score is not None:
         sections += _class_sections(check.class_score)
+    if check.beside:
+        sections.append(_beside(check))
     return sections
+
+
+def _beside(check: BlindCheck) -> Section:
+    """Shares that the diagnosis reaches beside those of other answers to the same seals."""
+    others = [_figures_of(own) for own in check.beside.values()]
+    rows = []
+    for key, figure in _figures_of(check).items():
+        if figure.interval is not None and figure.cases:
+            values = [_percent(own[key].value) if key in own else "-" for own in others]
+            reached = _percent(figure.value)
+            rows.append([figure.kind, figure.name, figure.wanted, reached, *values])
+    names = [name.replace("_", " ") for name in check.beside]
+    columns = ("kind", "figure", "wanted", "carrierflex", *names)
+    return "beside plain methods on the same seals", columns, rows
+
+
+def _figures_of(check: BlindCheck) -> dict[tuple[str, str], Figure]:
+    scores = [own for own in (check.score, check.class_score) if own is not None]
+    return {(figure.kind, figure.name): figure for own in scores for figure in own.figures}
 
 
 def _effect_sections(score: Score) -> list[Section]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.blind_check.truth.carrier.other_forms import OTHER_FORMS, other_form_signal
 from carrierflex.blind_check.truth.carrier.signals import NOMINAL_TORQUE, SIGNALS, RimRecord
 from carrierflex.blind_check.truth.noise import slow_ripple
 
@@ -63,7 +64,10 @@ class CarrierState:
         )
         total = _outside(*self.outside, shifted)
         for name, values in self.effects.items():
-            total = total + SIGNALS[name](shifted, values)
+            if name in OTHER_FORMS:
+                total = total + other_form_signal(name, shifted, values)
+            else:
+                total = total + SIGNALS[name](shifted, values)
         gain = (1.0 + self.gain) * (1.0 + self.gain_error)
         return gain[:, None] * total + self.zero[:, None]
 

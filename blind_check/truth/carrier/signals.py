@@ -292,4 +292,7 @@ SHAPES = ("theta_H", "theta_T", "theta_PLC", "tau", "T_c", "F_s")
 
 def scaled_values(values: Values, factor: float) -> dict[str, float]:
     """The same effect `factor` times as large."""
-    return {name: value if name in SHAPES else factor * value for name, value in values.items()}
+    return {
+        name: value if name in SHAPES or name.startswith("form_") else factor * value
+        for name, value in values.items()
+    }

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from carrierflex.blind_check.labels import OUTSIDE, CasePlan
+from carrierflex.blind_check.truth.carrier.other_forms import OTHER_FORMS, drawn_form
 from carrierflex.blind_check.truth.carrier.rig import N_SENSORS, CarrierState
 from carrierflex.blind_check.truth.carrier.signals import drawn_values, scaled_values
 from carrierflex.blind_check.truth.noise import largest_leak
@@ -124,6 +125,8 @@ def _unit_effect(family: str, name: str, rng: np.random.Generator, n_runs: int) 
     """A state that holds one effect alone, of about 30 micrometres."""
     if family == OUTSIDE:
         return CarrierState({}, outside=(name, 3e-5))
+    if name in OTHER_FORMS:
+        return CarrierState({name: drawn_form(name, rng)})
     gains = np.zeros(N_SENSORS)
     gains[rng.integers(N_SENSORS)] = rng.choice((-1.0, 1.0))
     if name == "sensor_gain":

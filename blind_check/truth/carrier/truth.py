@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from carrierflex.blind_check.labels import (
     ALIASED,
+    FORM,
+    NOTHING,
     ONE_CONDITION,
     OUTSIDE,
     STAGE,
@@ -23,6 +25,7 @@ from carrierflex.blind_check.labels import (
 )
 from carrierflex.blind_check.truth.alias_table import same_class
 from carrierflex.blind_check.truth.carrier.label import largest_cell, named_parameters
+from carrierflex.blind_check.truth.carrier.other_forms import OTHER_FORMS
 from carrierflex.blind_check.truth.carrier.rig import (
     N_SENSORS,
     SENSOR_ANGLES,
@@ -65,6 +68,8 @@ _LOADS = (
 #: not.
 _CONSTANT = ((1.0, 0.0, 0.0, 2.3), (1.0, 0.0, 0.0, 1.5), (1.0, 0.0, 0.0, 2.0))
 _TORQUE = 0.01
+#: Runs of a drawn plan of loads, and its largest radial load [N].
+_FORM_RUNS, _LARGEST_LOAD = 8, 2e5
 
 
 def carrier_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
@@ -86,7 +91,11 @@ def carrier_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         return stage_case(plan, repeat)
     rng = case_rng(plan)
     alone = plan.family == ONE_CONDITION
-    loads = {ALIASED: _CONSTANT, ONE_CONDITION: _LOADS[:1]}.get(plan.family, _LOADS)
+    loads: Sequence[Sequence[float]] = {ALIASED: _CONSTANT, ONE_CONDITION: _LOADS[:1]}.get(
+        plan.family, _LOADS
+    )
+    if plan.family == FORM:
+        loads = _form_loads(rng)
     records = [
         drawn_record(rng, k, load, _SECONDS_ALONE if alone else _SECONDS)
         for k, load in enumerate(loads)
@@ -122,8 +131,10 @@ def carrier_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     # The effect as sensors without errors would read it: what a perfect model adds.
     rho = _rho(baseline, measured, _differences(ideal.read(records), known.read(records)))
     label = _label(plan, state, floor, _size(residuals(ideal)) if plan.effects else 0.0, rho)
+    if plan.family == FORM:
+        label = _form_label(plan, label, loads)
     # What is outside the library, and a drift, have no place among the orders.
-    if label.effects and "thermal_drift" not in label.effects:
+    elif label.effects and "thermal_drift" not in label.effects:
         label = replace(label, where=largest_cell(residuals(ideal), declared))
     return _campaign(plan, declared, measured, contained, floor), label
 
@@ -142,8 +153,35 @@ def _label(plan: CasePlan, state: CarrierState, floor: float, gap: float, rho: f
         gap_over_floor=gap / floor,
         floor=floor,
         rho=rho,
-        parameters={name: named_parameters(name, state) for name in inside},
+        parameters={name: named_parameters(name, state) for name in inside}
+        if plan.family != FORM
+        else {},
         where={},
+    )
+
+
+def _form_loads(rng: np.random.Generator) -> Sequence[Sequence[float]]:
+    """The check's six loads, or eight of three or four torques and any radial load."""
+    if rng.uniform() < 0.5:
+        return _LOADS
+    torques = (1.0, 0.75, 0.5, 0.25)[: int(rng.integers(3, 5))]
+    loads: list[tuple[float, ...]] = []
+    for k in range(_FORM_RUNS):
+        size = _LARGEST_LOAD * float(rng.uniform(0.1, 1.0)) if k % 4 else 0.0
+        angle, speed = float(rng.uniform(-np.pi, np.pi)), float(rng.uniform(1.4, 2.4))
+        load = (size * np.cos(angle), size * np.sin(angle))
+        loads.append((torques[k % len(torques)], *load, speed))
+    return loads
+
+
+def _form_label(plan: CasePlan, label: Label, loads: Sequence[Sequence[float]]) -> Label:
+    """Label of a case that is judged by class: the classes of its causes."""
+    causes = [OTHER_FORMS[name] for name in plan.effects]
+    return replace(
+        label,
+        family=FORM if causes else NOTHING,
+        classes=tuple(sorted(f"{own.shape}/{own.follows}" for own in causes)),
+        drive="six_loads" if len(loads) == len(_LOADS) else "eight_loads",
     )
 
 

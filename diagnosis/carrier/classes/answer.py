@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from carrierflex.diagnosis.carrier.classes.catalogue import (
     UNDETERMINED,
+    classes_holding,
     classes_of_laws,
     follows_of,
     shape_of,
@@ -21,6 +22,10 @@ from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.identification.campaign.campaign import Campaign
 
 _TORQUES_NOTE = "fewer than three torques: what a class follows cannot be determined"
+_OFFSET_NOTE = "the offset of every run is fitted to it: whether one is missing is not compared"
+#: Penalties that the folds choose from: down to none for gaps of hundreds of floors.
+_RIDGES = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2)
+_PAIR_RIDGES = (1e-2, 1.0)
 
 
 def carrier_class_answer(
@@ -36,15 +41,14 @@ def carrier_class_answer(
     Returns
     -------
     ClassAnswer or None
-        None where the records hold too few blocks, or the baseline does not hold the offset of
-        every run: what differs from run to run without a cause then is no class.
+        None where the records hold too few blocks.
     """
-    constants = ClassConstants()
-    if not any(model.effects[name].per_run for name in model.contained):
-        return None
+    constants = ClassConstants(ridges=_RIDGES, pair_ridges=_PAIR_RIDGES)
     if len(records.segments) < constants.fewest_blocks:
         return None
-    own = carrier_table(model, campaign, records, noise, candidates, base)
+    by_run = tuple(name for name in candidates if model.effects[name].per_run)
+    of_all_runs = tuple(name for name in candidates if name not in by_run)
+    own = carrier_table(model, campaign, records, noise, of_all_runs, base)
     scores = ClassScores(own.table, constants)
     shares = Shares(scores.of(()).squares, own.table.floor, constants)
     decision = decide_by_shape(scores, shares, own.sizes)
@@ -57,7 +61,17 @@ def carrier_class_answer(
         decision,
         rivals,
         shape_of=lambda scores, name, held, law: None,
-        note=_TORQUES_NOTE if is_open else "",
+        note="; ".join(_notes(model, is_open=is_open)),
     )
-    ordered = classes_of_laws(answer.classes_of_law, is_told=not is_open)
+    # Laws with values by run say nothing of a condition that is held out.
+    classes_of_law = {**answer.classes_of_law, **classes_holding(by_run, own.sizes)}
+    ordered = classes_of_laws(classes_of_law, is_told=not is_open)
     return replace(answer, classes_of_law=ordered, same_scores=True)
+
+
+def _notes(model: CarrierModel, *, is_open: bool) -> list[str]:
+    """What the records cannot say."""
+    notes = [_TORQUES_NOTE] if is_open else []
+    if not any(model.effects[name].per_run for name in model.contained):
+        notes.append(_OFFSET_NOTE)
+    return notes

@@ -1,6 +1,6 @@
 """Classes of a carrier: frame and pattern, each with the ways it may follow the loads."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -168,6 +168,15 @@ def classes_of_laws(
             own = class_id(shape, follows, is_told=is_told or is_plain)
         ordered[law] = tuple(sorted(classes, key=lambda name: name != own))
     return ordered
+
+
+def classes_holding(laws: Sequence[str], classes: Iterable[str]) -> dict[str, tuple[str, ...]]:
+    """Classes of the frame and pattern of each law."""
+    names = tuple(classes)
+    return {
+        law: tuple(name for name in names if shape_of(name) == CLASS_OF_LAW.get(law))
+        for law in laws
+    }
 
 
 def shape_of(class_name: str) -> str:

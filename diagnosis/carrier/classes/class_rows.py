@@ -57,10 +57,13 @@ class ClassRows:
         By ``frame/pattern:dependence``.
     n_channels : int
         Channels.
+    offset : ndarray, shape (n_channels,)
+        One where an offset of the run shows.
     """
 
     groups: Mapping[str, RowGroup]
     n_channels: int
+    offset: FloatArray
 
     @property
     def places(self) -> dict[str, tuple[slice, FloatArray]]:
@@ -80,7 +83,10 @@ class ClassRows:
         return N_TIME_COLUMNS + sum(len(group.penalty) for group in self.groups.values())
 
     def of_run(self, run: int) -> FloatArray:
-        """Weights of the flexible columns in a run, shape (n_rows, n_channels, n_features)."""
+        """Weights of the flexible columns in a run, shape (n_rows + 1, n_channels, n_features).
+
+        The last row is the offset of the run.
+        """
         rows = [
             _row(column, loads, run)
             for group in self.groups.values()
@@ -90,7 +96,14 @@ class ClassRows:
         warming = np.zeros((N_TIME_COLUMNS, self.n_channels, N_FEATURES))
         for k in range(N_TIME_COLUMNS):
             warming[k, :, k] = 1.0
-        return np.concatenate([np.array(rows), warming])
+        return np.concatenate([np.array(rows), warming, self._offset_row])
+
+    @property
+    def _offset_row(self) -> FloatArray:
+        """Offset of the run, shape (1, n_channels, n_features)."""
+        row = np.zeros((1, self.n_channels, N_FEATURES))
+        row[0, :, _NUMBERS[0, False, CONSTANT]] = self.offset
+        return row
 
 
 def class_rows(
@@ -120,7 +133,8 @@ def class_rows(
                 [load_weights(load, means) for load in loads],
                 np.asarray(np.kron(np.diag(penalty), np.eye(len(columns))), dtype=np.float64),
             )
-    return ClassRows(groups, len(channels))
+    is_axial = [float(channel.quantity == "axial_displacement") for channel in channels]
+    return ClassRows(groups, len(channels), np.array(is_axial))
 
 
 def _columns(

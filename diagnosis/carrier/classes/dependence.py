@@ -94,12 +94,19 @@ def load_functions(n_torques: int) -> dict[str, tuple[tuple[LoadFunction, ...], 
         NONE: ((lambda t, y, z: np.ones_like(t),), np.zeros(1)),
         BY_TORQUE: (powers, np.array([0.0, *[1.0] * (len(powers) - 1)])),
         BY_RADIAL_LOAD: ((*linear, *bends, *even), np.array([0.0] * 2 + [1.0] * 7)),
-        BY_BOTH: ((lambda t, y, z: t * y, lambda t, y, z: t * z), np.zeros(2)),
+        BY_BOTH: (
+            tuple(_times_torque(function) for function in (*linear, *bends)),
+            np.array([0.0] * 2 + [1.0] * 4),
+        ),
     }
 
 
 def _power(k: int) -> LoadFunction:
     return lambda t, y, z: np.asarray(np.sign(t) * np.abs(t) ** k)
+
+
+def _times_torque(function: LoadFunction) -> LoadFunction:
+    return lambda t, y, z: t * function(t, y, z)
 
 
 def _saturating(component: int, bend: float) -> LoadFunction:

@@ -14,7 +14,7 @@ from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.identification.campaign.campaign import Channel
 from carrierflex.identification.campaign.order_analysis import MAX_ORDER
 
-#: Highest order of waves on the face that follow no load.
+#: Highest order of waves that unequal planet loads make: higher ones of a pin's are small.
 _HIGHEST_WAVE = 8
 #: Places that the two halves of a saddle are counted from.
 _SADDLE = np.deg2rad(47.0)
@@ -108,7 +108,7 @@ def turning_tilt(channels: Sequence[Channel]) -> Columns:
 
 def face_waves(channels: Sequence[Channel]) -> Columns:
     """Waves on the carrier's face, whatever their order."""
-    return carrier_columns(channels, range(2, _HIGHEST_WAVE + 1))
+    return carrier_columns(channels, range(2, MAX_ORDER + 1))
 
 
 def planet_waves(channels: Sequence[Channel], n_planets: int) -> Columns:

@@ -66,8 +66,8 @@ class CarrierTable:
 class _Places:
     """Where the rows stand in the table.
 
-    Target, what all runs share of the baseline, laws, classes; behind them the parameters of one
-    run, those of every run at the same places.
+    Target, what all runs share of the baseline, laws, classes; behind them the offset of one run
+    and its parameters, those of every run at the same places.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class _Places:
     classes : slice
         Rows of the classes.
     own : slice
-        Parameters of one run.
+        Offset and parameters of one run.
     """
 
     of_row: IntArray
@@ -124,9 +124,10 @@ def carrier_table(
     floor = np.array([by_segment[block_of_segment == b].sum() for b in range(n_blocks)])
     first = np.searchsorted(block_of_segment, np.arange(n_blocks))
     conditions = [records.segments[p].condition for p in first.tolist()]
-    folds = _folds(conditions, records.run_of_segment[first])
+    is_told = n_torques >= _FEWEST_TORQUES
+    folds = _folds(conditions, records.run_of_segment[first], is_told=is_told)
     groups = _groups(of_effects, of_classes, places)
-    options = _options(model, is_told=n_torques >= _FEWEST_TORQUES)
+    options = _options(model, is_told=is_told)
     laws = _laws(model, of_effects, places)
     return _assembled(gram, places.n_base, groups, options, laws, floor, folds)
 
@@ -144,12 +145,10 @@ def _mean_loads(model: CarrierModel, records: CarrierSums) -> FloatArray:
 def _options(model: CarrierModel, *, is_told: bool) -> dict[str, tuple[str, ...]]:
     """Groups of columns of every class, the simplest of a shape first."""
     found: dict[str, tuple[str, ...]] = {}
-    own_offset = any(model.effects[name].per_run for name in model.contained)
     for shape in shapes():
         if shape.id == OFFSET:
             # Every run has its own offset: what follows the loads is in it.
-            if own_offset:
-                found[f"{OFFSET}/{TIME}"] = (f"{OFFSET}:{TIME}",)
+            found[f"{OFFSET}/{TIME}"] = (f"{OFFSET}:{TIME}",)
             continue
         sets = shape.sets if is_told else (tuple(shape.columns),)
         for own in sets:
@@ -170,11 +169,11 @@ def _places(model: CarrierModel, effects: EffectRows, classes: ClassRows) -> _Pl
     n_own = 0
     for run in model.runs:
         numbers = [1 + k for k, p in enumerate(parameters) if p.run == run]
-        of_row[numbers] = first + classes.size + np.arange(len(numbers))
+        of_row[numbers] = first + classes.size + 1 + np.arange(len(numbers))
         n_own = max(n_own, len(numbers))
     end = first + classes.size
     n_base = first - 1 - len(effects.owners)
-    return _Places(of_row, n_base, slice(first, end), slice(end, end + n_own))
+    return _Places(of_row, n_base, slice(first, end), slice(end, end + 1 + n_own))
 
 
 def _blocks(records: CarrierSums) -> IntArray:
@@ -202,6 +201,7 @@ def _products(
 ) -> FloatArray:
     """Products of the rows by block, the parameters of each run fitted to the run and taken out."""
     n_blocks, size = int(block_of_segment.max()) + 1, places.own.stop
+    waves = slice(places.classes.start, places.own.start + 1)
     result = np.zeros((n_blocks, size, size))
     now, of_run = -1, np.empty(0)
     for run, channel, segment, block in segments_of(model, campaign, records):
@@ -214,9 +214,9 @@ def _products(
         cross = of_columns @ mixed @ of_features.T
         part = result[block_of_segment[segment]]
         part[np.ix_(own, own)] += of_columns @ columns @ of_columns.T
-        part[own, places.classes] += cross
-        part[places.classes, own] += cross.T
-        part[places.classes, places.classes] += of_features @ flexible @ of_features.T
+        part[own, waves] += cross
+        part[waves, own] += cross.T
+        part[waves, waves] += of_features @ flexible @ of_features.T
     first = np.searchsorted(block_of_segment, np.arange(n_blocks))
     return _without_own(result, records.run_of_segment[first], places.own)
 
@@ -239,10 +239,14 @@ def _without_own(gram: FloatArray, run_of_block: IntArray, own: slice) -> FloatA
     return result
 
 
-def _folds(conditions: Sequence[str], runs: IntArray) -> IntArray:
-    """Whole conditions, or every fourth block where conditions are too few."""
+def _folds(conditions: Sequence[str], runs: IntArray, *, is_told: bool) -> IntArray:
+    """Whole conditions, or every fourth block where conditions or torques are too few.
+
+    Without the condition of one of two torques nothing tells what follows torque from what does
+    not: only amplitudes at the torques that were fitted can be predicted.
+    """
     names = list(dict.fromkeys(conditions))
-    if len(names) >= _FEWEST_CONDITIONS:
+    if len(names) >= _FEWEST_CONDITIONS and is_told:
         return np.array([names.index(name) for name in conditions])
     first = np.searchsorted(runs, runs)
     return np.asarray((np.arange(runs.size) - first + runs) % _BLOCKS_A_RUN)

@@ -7,6 +7,7 @@ import json
 
 import pytest
 
+from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.labels import NOTHING, SINGLE, CasePlan, Label
 from carrierflex.blind_check.scoring.class_judging import FAILED, OUTCOMES
 from carrierflex.blind_check.scoring.judging import judged_cases
@@ -186,3 +187,64 @@ def test_elements_are_judged_by_class_from_plan_to_page(tmp_path):
     document = json.loads((tmp_path / "blind_check.json").read_text(encoding="utf-8"))
     assert {case["outcome"] for case in document["cases"]} <= set(OUTCOMES) - {FAILED}
     assert "### Figures by class" in (tmp_path / "blind_check.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.long
+def test_an_exported_check_tells_nothing_and_scores_what_others_answer(tmp_path):
+    check, entry = tmp_path / "check", tmp_path / "entry"
+    options = {"kind": ("mounting",), "cases": 3, "seed": 12, "quiet": True}
+    made = main(out=check, export=entry, **options)
+    assert made.cases == 3
+    names = sorted(path.name for path in (entry / "campaigns").iterdir())
+    assert names == ["mounting-0001", "mounting-0002", "mounting-0003"]
+    assert not (check / "campaigns").exists()
+    public = "".join(p.read_text("utf-8") for p in entry.glob("*.*"))
+    assert "seed" not in public
+    assert "salt" in public  # the page says what the seals are made of
+    truth = {plan.name: plan.effects for plan in case_plans("mounting", 3, 12)}
+    assert not any(effect in public for effects in truth.values() for effect in effects)
+    answers = tmp_path / "other.json"
+    content = {"format": "carrierflex-answers", "version": 1, "tool": "other"}
+    right = {name: {"effects": list(effects)} for name, effects in truth.items()}
+    outside = [
+        plan.name for plan in case_plans("mounting", 3, 12) if plan.family in ("outside", NOTHING)
+    ]
+    right |= {name: {} for name in outside}
+    answers.write_text(json.dumps(content | {"cases": right}), encoding="utf-8")
+    main(out=check, score=answers)
+    document = json.loads((check / "scores" / "other" / "blind_check.json").read_text("utf-8"))
+    assert document["digest"] == made.digest
+    assert all(case["right"] for case in document["cases"])
+    wrong = {name: {"effects": ["no_such_law"]} for name in truth}
+    answers.write_text(json.dumps(content | {"cases": wrong}), encoding="utf-8")
+    main(out=check, score=answers)
+    document = json.loads((check / "scores" / "other" / "blind_check.json").read_text("utf-8"))
+    assert not any(case["right"] for case in document["cases"])
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "notes.txt").write_text("keep", encoding="utf-8")
+    with pytest.raises(ValueError, match="holds other files; expected a new or empty folder"):
+        main(out=check, export=tmp_path / "mine", **options)
+    assert (tmp_path / "mine" / "notes.txt").read_text(encoding="utf-8") == "keep"
+
+
+@pytest.mark.long
+def test_plain_methods_stand_beside_and_their_answers_are_scored_as_anyones(tmp_path):
+    options = {"keep": False, "quiet": True, "classes_only": True, "references": True}
+    result = main(kind=("element",), cases=3, seed=11, out=tmp_path, **options)
+    assert set(result.beside) == {"best_single_law", "sparse_regression"}
+    page = (tmp_path / "blind_check.md").read_text(encoding="utf-8")
+    assert "### Beside plain methods on the same seals" in page
+    # What was sealed and answered here is scored alike from the file of answers.
+    again = main(out=tmp_path, score=tmp_path / "answers" / "carrierflex.json")
+    for own, other in zip(result.class_score.figures, again.class_score.figures, strict=True):
+        assert (own.name, own.cases) == (other.name, other.cases)
+        assert own.value == pytest.approx(other.value, nan_ok=True)
+    scored = main(out=tmp_path, score=tmp_path / "answers" / "best_single_law.json")
+    beside = result.beside["best_single_law"]
+    for own, other in zip(beside.class_score.figures, scored.class_score.figures, strict=True):
+        assert own.value == pytest.approx(other.value, nan_ok=True)
+
+
+def test_a_folder_without_seals_has_no_answers_to_score(tmp_path):
+    with pytest.raises(ValueError, match=r"holds no seals.json; expected the folder of an export"):
+        main(out=tmp_path, score=tmp_path / "answers.json")

@@ -1,0 +1,1 @@
+"""Plain methods that answer the same sealed campaigns, to set a diagnosis beside."""

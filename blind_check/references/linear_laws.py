@@ -1,0 +1,142 @@
+"""Two references on the screen's columns: best single law by BIC, and sparse regression.
+
+Both know the library, the baseline and the signals that a diagnosis screens with, and nothing of
+held-out records, alias classes or noise: what is left after the baseline's regressors are taken out
+is fitted by least squares.
+
+    BIC = n ln(RSS / n) + k ln n,  k the columns of the laws, and one for each law that has shapes.
+
+References
+----------
+.. [1] G. Schwarz, "Estimating the dimension of a model", Annals of Statistics 6 (1978) 461.
+.. [2] S. L. Brunton, J. L. Proctor, J. N. Kutz, "Discovering governing equations from data by
+   sparse identification of nonlinear dynamical systems", PNAS 113 (2016) 3932.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from carrierflex.diagnosis.comparison.problem import BLACK_BOX, FloatArray, Signatures
+from carrierflex.diagnosis.inference.screening import projected_gram, variant_columns
+from carrierflex.identification.estimation.scaled_least_squares import DEPENDENT
+
+#: Thresholds of the sparse regression: part of the residual's square that a law must carry.
+_THRESHOLDS = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1)
+_ROUNDING = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class _Law:
+    """Columns of a law at its best shape, and how many unknowns that takes."""
+
+    columns: tuple[int, ...]
+    n_unknowns: int
+
+
+def best_single_law(signatures: Signatures, n_samples: float) -> tuple[str, ...]:
+    """Law that lowers the BIC most; empty where none lowers it.
+
+    Parameters
+    ----------
+    signatures : Signatures
+        Columns of the screen.
+    n_samples : float
+        Samples of all channels.
+    """
+    gram = _residual_gram(signatures)
+    laws = _laws(signatures, gram)
+    values: dict[tuple[str, ...], float] = {(): _bic(gram, [], n_samples)}
+    values |= {(name,): _bic(gram, [law], n_samples) for name, law in laws.items()}
+    return min(values, key=lambda names: values[names])
+
+
+def sparse_laws(signatures: Signatures, n_samples: float) -> tuple[str, ...]:
+    """Laws that sequentially thresholded least squares keeps, the threshold chosen by BIC.
+
+    All laws are fitted together; those that carry less than the threshold of the residual's square
+    are dropped, and the rest is fitted again until none is.
+
+    Parameters
+    ----------
+    signatures : Signatures
+        Columns of the screen.
+    n_samples : float
+        Samples of all channels.
+    """
+    gram = _residual_gram(signatures)
+    laws = _laws(signatures, gram)
+    values: dict[tuple[str, ...], float] = {(): _bic(gram, [], n_samples)}
+    for threshold in _THRESHOLDS:
+        kept = _thresholded(gram, laws, threshold)
+        values[kept] = _bic(gram, [laws[name] for name in kept], n_samples)
+    return min(values, key=lambda names: values[names])
+
+
+#: Answers of every reference by its name.
+REFERENCES = {"best_single_law": best_single_law, "sparse_regression": sparse_laws}
+
+
+def _residual_gram(signatures: Signatures) -> FloatArray:
+    """Products of target and laws once the baseline is taken out of all."""
+    gram = np.asarray(signatures.gram.sum(axis=0))
+    return projected_gram(gram, list(range(1, 1 + signatures.n_base)))
+
+
+def _laws(signatures: Signatures, gram: FloatArray) -> dict[str, _Law]:
+    """Every law of the library at the shape that alone leaves least."""
+    variants: dict[str, list[tuple[int, ...]]] = {}
+    for columns in variant_columns(signatures):
+        name = signatures.effects[columns[0] - 1 - signatures.n_base]
+        if name != BLACK_BOX:
+            variants.setdefault(name, []).append(columns)
+    found = {}
+    for name, options in variants.items():
+        best = min(options, key=lambda columns: _left(gram, columns))
+        found[name] = _Law(best, len(best) + (len(options) > 1))
+    return found
+
+
+def _left(gram: FloatArray, columns: Sequence[int]) -> float:
+    """Sum of squares that a fit of some columns leaves of the target."""
+    own = list(columns)
+    return float(gram[0, 0] - gram[0, own] @ _fit(gram, own))
+
+
+def _fit(gram: FloatArray, columns: Sequence[int]) -> FloatArray:
+    """Least squares of the target on some columns, of unit length while it is solved."""
+    own = list(columns)
+    length = np.sqrt(np.maximum(np.diag(gram)[own], 0.0))
+    length[length == 0.0] = 1.0
+    scaled = gram[np.ix_(own, own)] / np.outer(length, length)
+    inverse = np.linalg.pinv(scaled, rcond=DEPENDENT, hermitian=True)
+    return np.asarray(inverse @ (gram[own, 0] / length) / length)
+
+
+def _bic(gram: FloatArray, laws: Sequence[_Law], n_samples: float) -> float:
+    columns = [column for law in laws for column in law.columns]
+    left = max(_left(gram, columns), _ROUNDING * gram[0, 0])
+    n_unknowns = sum(law.n_unknowns for law in laws)
+    return float(n_samples * np.log(left / n_samples) + n_unknowns * np.log(n_samples))
+
+
+def _thresholded(gram: FloatArray, laws: Mapping[str, _Law], threshold: float) -> tuple[str, ...]:
+    """Laws that are kept at one threshold."""
+    kept = tuple(sorted(laws))
+    while kept:
+        columns = [column for name in kept for column in laws[name].columns]
+        amounts = dict(zip(columns, _fit(gram, columns).tolist(), strict=True))
+        carried = {name: _square(gram, laws[name].columns, amounts) for name in kept}
+        fewer = tuple(name for name in kept if carried[name] >= threshold * gram[0, 0])
+        if fewer == kept:
+            break
+        kept = fewer
+    return kept
+
+
+def _square(gram: FloatArray, columns: Sequence[int], amounts: Mapping[int, float]) -> float:
+    """Sum of squares of what some columns carry in a fit."""
+    own = list(columns)
+    values = np.array([amounts[column] for column in own])
+    return float(values @ gram[np.ix_(own, own)] @ values)
