@@ -1,10 +1,12 @@
 """Causes of a carrier in other forms: each of the frame, pattern and load that its class says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from carrierflex.blind_check.case_plans import case_plans
-from carrierflex.blind_check.labels import FORM
+from carrierflex.blind_check.labels import FORM, NOTHING, CasePlan
 from carrierflex.blind_check.truth.carrier.other_forms import (
     CLASSES_OF_LAW,
     OTHER_FORMS,
@@ -13,6 +15,7 @@ from carrierflex.blind_check.truth.carrier.other_forms import (
 )
 from carrierflex.blind_check.truth.carrier.rig import SENSOR_ANGLES
 from carrierflex.blind_check.truth.carrier.signals import NOMINAL_TORQUE, RimRecord
+from carrierflex.blind_check.truth.carrier.truth import carrier_case
 from carrierflex.diagnosis.carrier.classes.catalogue import CLASS_OF_LAW
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 240, endpoint=False)
@@ -96,3 +99,15 @@ def test_plans_hold_causes_alone_in_pairs_of_two_classes_and_none():
 
 def test_the_diagnosis_and_the_truth_place_every_law_alike():
     assert {law: (shape,) for law, shape in CLASS_OF_LAW.items()} == dict(CLASSES_OF_LAW)
+
+
+def test_a_case_has_its_gap_and_its_label_the_classes_of_its_causes():
+    plan = CasePlan("carrier", 1, 5, FORM, ("bounded_lobes",), 10.0)
+    campaign, label = carrier_case(plan)
+    assert label.gap_over_floor == pytest.approx(10.0, rel=1e-3)
+    assert (label.family, label.classes) == (FORM, ("carrier/waves/torque",))
+    assert label.drive == {6: "six_loads", 8: "eight_loads"}[len(campaign.runs)]
+    assert not label.parameters
+    _, nothing = carrier_case(replace(plan, effects=(), ratio=0.0))
+    assert (nothing.family, nothing.classes) == (NOTHING, ())
+    assert nothing.drive

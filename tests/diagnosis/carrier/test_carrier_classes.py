@@ -25,7 +25,8 @@ def three_lobes(angle, torque):
 
 def campaign_of(signal, **options):
     """Campaign with one more signal of (sensor angle, run)."""
-    campaign = twin_campaign(None, channels=AXIAL, turns=6, contained=tuple(KNOWN), **options)
+    options = {"contained": tuple(KNOWN), **options}
+    campaign = twin_campaign(None, channels=AXIAL, turns=6, **options)
     runs = []
     for run in campaign.runs:
         signals = {
@@ -85,6 +86,15 @@ def test_frame_pattern_and_load_are_named_where_no_law_is_right(name):
 @pytest.mark.long
 def test_nothing_is_named_where_nothing_is_missing():
     assert answer_of(lambda v, run: 0.0 * run.time).state == NOTHING
+
+
+@pytest.mark.long
+def test_offsets_of_the_runs_that_the_baseline_lacks_hide_no_other_class():
+    without = tuple(name for name in KNOWN if name != "axial_offset")
+    answer = answer_of(lobed, contained=without)
+    assert answer.ids == ("carrier/waves/torque",)
+    assert "offset of every run" in answer.note
+    assert answer_of(lambda v, run: 0.0 * run.time, contained=without).state == NOTHING
 
 
 def test_two_torques_leave_open_what_a_class_follows():
