@@ -21,7 +21,7 @@ import numpy as np
 from benchmarks.ratio import PROCESSOR_TIME, Ratio, at_most
 from benchmarks.run import run_alone
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
-from carrierflex.geometry.parameters import N_PINS
+from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.workflows import run as main_job
@@ -83,7 +83,7 @@ def _still(
         "time",
         "carrier_angle",
         *(sensor.name for sensor in case.sensors),
-        *(f"share_{pin_number + 1}" for pin_number in range(N_PINS)),
+        *(f"share_{pin_number + 1}" for pin_number in range(CarrierParameters.n_planets)),
         "housing_theta_x",
     ]
     zero = np.zeros(_SAMPLES)

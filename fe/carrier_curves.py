@@ -3,7 +3,7 @@
 One factorisation serves a variant.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,15 +20,15 @@ from carrierflex.fe.load_cases import (
 from carrierflex.fe.static import HeldSolver, clamped_displacement, held_displacement
 from carrierflex.fe.structural_model import N_SENSOR_ANGLES, Sensors, StructuralModel
 from carrierflex.geometry.carrier_interface import CarrierInterface
-from carrierflex.geometry.parameters import N_PINS, CarrierParameters, GearData
+from carrierflex.geometry.parameters import CarrierParameters, GearData
 
 #: Drive torque of the unit load cases [N m], the paper's 1 kN m.
 UNIT_TORQUE = 1000.0
 #: Force of the single-pin cases [N].
 UNIT_PIN_FORCE = 1.0
 
-#: Load cases in the order of the columns of a solution.
-CASES = ("tangential", "tilting", "both", "pin_1", "pin_2", "pin_3")
+#: Pilot loads of every unit load case by name.
+UnitCases = dict[str, dict[str, PilotLoad]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +38,8 @@ class CarrierDeflection:
     Parameters
     ----------
     curves : dict of str to DeflectionCurve
-        By load case: ``tangential``, ``tilting``, ``both`` (1 kN m), ``pin_1``, ``pin_2``,
-        ``pin_3`` (1 N).
+        By load case: ``tangential``, ``tilting``, ``both`` (1 kN m); ``pin_1``, ``pin_2``
+        ... (1 N).
     u : ndarray, shape (n, 3)
         Nodal displacement under ``both`` [m].
     reaction : ndarray, shape (6,)
@@ -54,42 +54,44 @@ class CarrierDeflection:
     imbalance: float
 
 
-def flexible_cases(
-    carrier: CarrierParameters | CarrierInterface, gear: GearData
-) -> list[dict[str, PilotLoad]]:
-    """Pilot loads of every case of `CASES` for the carrier without pins."""
+def flexible_cases(carrier: CarrierParameters | CarrierInterface, gear: GearData) -> UnitCases:
+    """Pilot loads of every unit load case for the carrier without pins."""
     return _cases(
-        lambda pin, force, moment: simply_supported_pin_load(pin, force, moment, carrier), gear
+        lambda pin, force, moment: simply_supported_pin_load(pin, force, moment, carrier),
+        gear,
+        carrier.n_planets,
     )
 
 
-def stiff_cases(gear: GearData) -> list[dict[str, PilotLoad]]:
-    """Pilot loads of every case of `CASES` for the carrier with bonded pins."""
-    return _cases(bonded_pin_load, gear)
+def stiff_cases(gear: GearData, n_planets: int) -> UnitCases:
+    """Pilot loads of every unit load case for the carrier with bonded pins."""
+    return _cases(
+        lambda pin, force, moment: bonded_pin_load(pin, force, moment, n_planets), gear, n_planets
+    )
 
 
 def _cases(
-    pin_load: Callable[[int, float, float], dict[str, PilotLoad]], gear: GearData
-) -> list[dict[str, PilotLoad]]:
-    forces = gear_forces(UNIT_TORQUE, gear)
-    pins = range(1, N_PINS + 1)
+    pin_load: Callable[[int, float, float], dict[str, PilotLoad]], gear: GearData, n_planets: int
+) -> UnitCases:
+    forces = gear_forces(UNIT_TORQUE, gear, n_planets)
+    pins = range(1, n_planets + 1)
 
     def all_pins(force: float, moment: float) -> dict[str, PilotLoad]:
         """The same force [N] and moment [N m] on every pin."""
         return together(*(pin_load(pin, force, moment) for pin in pins))
 
-    torque_cases = [
-        all_pins(forces.F_PLC, 0.0),
-        all_pins(0.0, forces.M_t),
-        all_pins(forces.F_PLC, forces.M_t),
-    ]
-    return torque_cases + [pin_load(pin, UNIT_PIN_FORCE, 0.0) for pin in pins]
+    torque_cases = {
+        "tangential": all_pins(forces.F_PLC, 0.0),
+        "tilting": all_pins(0.0, forces.M_t),
+        "both": all_pins(forces.F_PLC, forces.M_t),
+    }
+    return torque_cases | {f"pin_{pin}": pin_load(pin, UNIT_PIN_FORCE, 0.0) for pin in pins}
 
 
 def carrier_deflection(
     structure: StructuralModel,
     shaft_face: NDArray[np.int64],
-    cases: Sequence[Mapping[str, PilotLoad]],
+    cases: Mapping[str, Mapping[str, PilotLoad]],
     *,
     solver: HeldSolver = held_displacement,
 ) -> CarrierDeflection:
@@ -103,8 +105,8 @@ def carrier_deflection(
         Carrier with the sensor circle's recovery rows.
     shaft_face : ndarray of int
         Nodes that are held in all directions.
-    cases : sequence
-        Pilot loads in the order of `CASES`, from :func:`flexible_cases` or :func:`stiff_cases`.
+    cases : mapping of str to mapping
+        Pilot loads by load case, from :func:`flexible_cases` or :func:`stiff_cases`.
     solver : callable
         What solves K u = f with the shaft face held.
 
@@ -115,13 +117,13 @@ def carrier_deflection(
     ValueError
         Where the structure has no sensors.
     """
-    loads = np.stack([structure.load_vector(case) for case in cases], axis=1)
+    loads = np.stack([structure.load_vector(case) for case in cases.values()], axis=1)
     solution = clamped_displacement(structure, shaft_face, loads, solver=solver)
-    both = CASES.index("both")
+    both = list(cases).index("both")
     return CarrierDeflection(
         curves={
             case: _recovered(structure.sensors, solution.u[:, i], case)
-            for i, case in enumerate(CASES)
+            for i, case in enumerate(cases)
         },
         u=solution.u[:, both].reshape(-1, 3),
         reaction=solution.reaction[:, both],

@@ -14,6 +14,8 @@ from scipy.interpolate import CubicHermiteSpline
 
 #: Points of the table that long records are read from: order 180 is met to 2e-10 of its amplitude.
 _TABLE_SIZE = 65536
+#: Share of the largest order that is more than what a free mesh's asymmetry makes.
+_NOTABLE = 0.02
 #: Angles from which on the table is worth its making.
 _LONG_RECORD = 500
 #: An extremum between two grid points is found on a grid this many times finer than the samples.
@@ -110,6 +112,17 @@ class DeflectionCurve:
     def axial_order_content(self) -> NDArray[np.float64]:
         """Magnitude of every order 0, 1, 2, ... of the axial curve [m], shape (n // 2 + 1,)."""
         return np.abs(_amplitudes(self.axial))
+
+    @property
+    def first_order(self) -> int:
+        """Lowest order that the axial curve has a part of worth telling: the number of planets.
+
+        Where the load is the same on all pins.
+        """
+        content = self.axial_order_content()[1:]
+        return (
+            int(np.flatnonzero(content > _NOTABLE * content.max())[0]) + 1 if content.any() else 1
+        )
 
     def peak_angles(self) -> NDArray[np.float64]:
         """Carrier-frame angles of the local maxima of the axial curve [rad], ascending.

@@ -1,4 +1,4 @@
-"""Torque deflection curve from the half sector alone: a sixth of the unknowns, for mesh studies.
+"""Torque deflection curve from the half sector alone: one of 2 N images of N planets.
 
 Under equal tangential pin loads the carrier's displacement is antisymmetric about every pin's and
 every web's meridional plane, so on those planes the radial and axial displacement vanish. The shaft
@@ -13,13 +13,14 @@ from carrierflex.fe.assembly import assemble_stiffness
 from carrierflex.fe.carrier_curves import UNIT_TORQUE
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.fe.factorisation import factorise
+from carrierflex.fe.half_sector_sensors import folded_circle
 from carrierflex.fe.load_cases import PilotLoad
 from carrierflex.fe.materials import BODY_MATERIALS
 from carrierflex.fe.rim_circle import rim_recovery
-from carrierflex.fe.structural_model import N_SENSOR_ANGLES, carrier_pilot_points
+from carrierflex.fe.structural_model import carrier_pilot_points
 from carrierflex.fe.surface_integrals import surface_moments
 from carrierflex.geometry.dihedral import cut_plane_nodes
-from carrierflex.geometry.parameters import HALF_SECTOR_ANGLE, CarrierParameters
+from carrierflex.geometry.parameters import CarrierParameters, half_sector_angle
 from carrierflex.geometry.tet_mesh import TetMesh
 
 #: Reflection of a rigid motion about the plane y = 0: translations keep x and z, rotations keep y.
@@ -29,7 +30,7 @@ _MIRROR = np.diag([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 def half_sector_curve(
     half: TetMesh, carrier: CarrierParameters, pin_1_load: dict[str, PilotLoad]
 ) -> DeflectionCurve:
-    """Deflection curve under a unit drive torque, computed on the half sector 0..60 deg.
+    """Deflection curve under a unit drive torque, computed on the half sector.
 
     Parameters
     ----------
@@ -57,7 +58,7 @@ def half_sector_curve(
         Where the load is not antisymmetric about the pin's plane.
     """
     K = assemble_stiffness(half, BODY_MATERIALS)
-    T, free = _fixed_directions(half)
+    T, free = _fixed_directions(half, carrier.n_planets)
     f = np.zeros(K.shape[0])
     points = carrier_pilot_points(carrier)
     for name, load in pin_1_load.items():
@@ -71,17 +72,18 @@ def half_sector_curve(
     turned = (T.T @ K @ T).tocsr()
     q = np.zeros_like(f)
     q[free] = factorise(sp.csr_array(turned[free][:, free])).solve((T.T @ f)[free])
-    return _whole_circle(half, carrier.sensor_radius, T @ q)
+    return _whole_circle(half, carrier, T @ q)
 
 
-def _fixed_directions(half: TetMesh) -> tuple[sp.csr_array, NDArray[np.int64]]:
+def _fixed_directions(half: TetMesh, n_planets: int) -> tuple[sp.csr_array, NDArray[np.int64]]:
     """Rotation T of the web's nodes into (x, radial, tangential), and the free dofs.
 
     The nodes are those on the web's plane.
     """
-    on_pin, on_web = cut_plane_nodes(half)
+    on_pin, on_web = cut_plane_nodes(half, n_planets)
     n = len(half.points)
-    c, s = np.cos(HALF_SECTOR_ANGLE), np.sin(HALF_SECTOR_ANGLE)
+    angle = half_sector_angle(n_planets)
+    c, s = np.cos(angle), np.sin(angle)
     blocks = np.tile(np.eye(3), (n, 1, 1))
     blocks[on_web] = np.array([[1.0, 0.0, 0.0], [0.0, -s, -c], [0.0, c, -s]])
     T = sp.csr_array(sp.bsr_array((blocks, np.arange(n), np.arange(n + 1))))
@@ -92,17 +94,13 @@ def _fixed_directions(half: TetMesh) -> tuple[sp.csr_array, NDArray[np.int64]]:
     return T, np.flatnonzero(~fixed.ravel())
 
 
-def _whole_circle(half: TetMesh, radius: float, u: NDArray[np.float64]) -> DeflectionCurve:
-    n_half = N_SENSOR_ANGLES // 6
-    axial_rows, radial_rows = rim_recovery(
-        half, radius, HALF_SECTOR_ANGLE * np.arange(n_half + 1) / n_half
+def _whole_circle(
+    half: TetMesh, carrier: CarrierParameters, u: NDArray[np.float64]
+) -> DeflectionCurve:
+    circle, radius = folded_circle(carrier.n_planets), carrier.sensor_radius
+    # The displacement is antisymmetric: a mirrored image has its sign turned.
+    sign = np.where(circle.images % 2 == 1, -1.0, 1.0)
+    axial, radial = (
+        sign * (rows @ u)[circle.place] for rows in rim_recovery(half, radius, circle.angles)
     )
-
-    def continued(values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Whole circle from half a sector: mirrored, then three times."""
-        third = np.concatenate([values, -values[-2:0:-1]])
-        return np.tile(third, 3)
-
-    return DeflectionCurve(
-        "torque", radius, UNIT_TORQUE, continued(axial_rows @ u), continued(radial_rows @ u)
-    )
+    return DeflectionCurve("torque", radius, UNIT_TORQUE, axial, radial)

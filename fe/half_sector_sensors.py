@@ -1,6 +1,6 @@
-"""The rim's sensor circle read from a sixth of it.
+"""The rim's sensor circle read from the half sector's part of it.
 
-Every angle is an image of one between 0 and 60 degrees.
+Every angle is an image of one between a pin's plane and the next web's.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from carrierflex.fe.rim_circle import rim_recovery
 from carrierflex.fe.structural_model import N_SENSOR_ANGLES, sensor_names
-from carrierflex.geometry.parameters import HALF_SECTOR_ANGLE
+from carrierflex.geometry.parameters import half_sector_angle
 from carrierflex.geometry.tet_mesh import TetMesh
 
 
@@ -27,8 +27,8 @@ class HalfSectorSensors:
         Displacement [m] of the sensor's place on the half sector, along the direction that its
         image makes the sensor's.
     images : ndarray of int, shape (n_sensors,)
-        Number of the image (:data:`carrierflex.geometry.dihedral_group.MOTIONS`) that carries this
-        place to the sensor's.
+        Number of the image (of the motions of :class:`carrierflex.geometry.dihedral_group
+        .DihedralGroup`) that carries this place to the sensor's.
     """
 
     names: tuple[str, ...]
@@ -36,8 +36,40 @@ class HalfSectorSensors:
     images: NDArray[np.int64]
 
 
-def half_sector_sensors(half: TetMesh, radius: float) -> HalfSectorSensors:
-    """Sensor circle of a whole body from its half sector 0..60 deg.
+@dataclass(frozen=True, eq=False)
+class FoldedCircle:
+    """The sensor circle's n angles as images of those that a half sector holds.
+
+    Parameters
+    ----------
+    angles : ndarray, shape (k,)
+        Carrier-frame angles [rad] on the half sector, from a pin's plane to the next web's.
+    place : ndarray of int, shape (n,)
+        Which of `angles` each of the circle's is an image of.
+    images : ndarray of int, shape (n,)
+        Number of the image; odd ones are mirrored.
+    """
+
+    angles: NDArray[np.float64]
+    place: NDArray[np.int64]
+    images: NDArray[np.int64]
+
+
+def folded_circle(n_planets: int) -> FoldedCircle:
+    """The sensor circle folded into the half sector of a carrier of `n_planets`."""
+    # Whole numbers: a pitch has as many steps as the circle has angles, an angle n_planets steps.
+    sector, step = np.divmod(n_planets * np.arange(N_SENSOR_ANGLES), N_SENSOR_ANGLES)
+    mirrored = 2 * step > N_SENSOR_ANGLES
+    # The second half of a pitch is the mirror image that the next rotation brings.
+    images = np.where(mirrored, 2 * ((sector + 1) % n_planets) + 1, 2 * sector)
+    step = np.where(mirrored, N_SENSOR_ANGLES - step, step)
+    places, place = np.unique(step, return_inverse=True)
+    angles = half_sector_angle(n_planets) * (2 * places / N_SENSOR_ANGLES)
+    return FoldedCircle(angles, place, images)
+
+
+def half_sector_sensors(half: TetMesh, radius: float, n_planets: int) -> HalfSectorSensors:
+    """Sensor circle of a whole body from its half sector.
 
     The whole body's is :class:`carrierflex.fe.structural_model.Sensors`.
 
@@ -47,13 +79,10 @@ def half_sector_sensors(half: TetMesh, radius: float) -> HalfSectorSensors:
         Half sector with the surface ``rim_face``.
     radius : float
         Radius of the circle [m].
+    n_planets : int
+        Pins of the whole body.
     """
-    n_half = N_SENSOR_ANGLES // 6
-    axial, radial = rim_recovery(half, radius, HALF_SECTOR_ANGLE * np.arange(n_half + 1) / n_half)
-    third, step = np.divmod(np.arange(N_SENSOR_ANGLES), 2 * n_half)
-    mirrored = step > n_half
-    # The second half of a third is the mirror image that the next rotation brings.
-    images = np.where(mirrored, 2 * ((third + 1) % 3) + 1, 2 * third)
-    step = np.where(mirrored, 2 * n_half - step, step)
-    rows = sp.csr_array(sp.vstack([axial[step], radial[step]]))
-    return HalfSectorSensors(sensor_names(), rows, np.tile(images, 2))
+    circle = folded_circle(n_planets)
+    axial, radial = rim_recovery(half, radius, circle.angles)
+    rows = sp.csr_array(sp.vstack([axial[circle.place], radial[circle.place]]))
+    return HalfSectorSensors(sensor_names(), rows, np.tile(circle.images, 2))

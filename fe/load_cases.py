@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.geometry.carrier_interface import CarrierInterface
-from carrierflex.geometry.parameters import N_PINS, CarrierParameters, GearData, pin_angles
+from carrierflex.geometry.parameters import CarrierParameters, GearData, pin_angles
 
 #: Six components at a pilot: force x y z [N], moment x y z [N m].
 PilotLoad = NDArray[np.float64]
@@ -37,30 +37,30 @@ class GearForces:
     """Tilting moment on the planet [N m], equation (6)."""
 
 
-def gear_forces(torque: float, gear: GearData) -> GearForces:
-    """Forces of one planet under the drive `torque` [N m], as the paper computes them.
+def gear_forces(torque: float, gear: GearData, n_planets: int) -> GearForces:
+    """Forces of one of `n_planets` under the drive `torque` [N m], as the paper computes them.
 
     ``F_n' = F_t / cos α`` (4), ``F_a = F_n' tan β`` (5), ``M_t = d F_a`` (6) with d the planet's
-    working pitch diameter. For 1 kN m this gives 30.36 N m; the paper prints 30.3.
+    working pitch diameter. For 1 kN m on three planets this gives 30.36 N m; the paper prints 30.3.
 
     Notes
     -----
     The usual axial force of a helical gear is ``F_t tan β``, 6 % smaller;
     :func:`standard_tilting_moment` has it.
     """
-    F_PLC = torque / (N_PINS * gear.centre_distance)
+    F_PLC = torque / (n_planets * gear.centre_distance)
     F_t = F_PLC / 2.0
     F_n = F_t / math.cos(gear.pressure_angle)
     F_a = F_n * math.tan(gear.helix_angle)
     return GearForces(F_PLC, F_t, F_n, F_a, gear.planet_pitch_diameter * F_a)
 
 
-def standard_tilting_moment(torque: float, gear: GearData) -> float:
+def standard_tilting_moment(torque: float, gear: GearData, n_planets: int) -> float:
     """Tilting moment [N m] with the usual axial force ``F_t tan β``.
 
     It takes the place of the paper's equation (5).
     """
-    return gear_forces(torque, gear).M_t * math.cos(gear.pressure_angle)
+    return gear_forces(torque, gear, n_planets).M_t * math.cos(gear.pressure_angle)
 
 
 def tangential(angle: float) -> NDArray[np.float64]:
@@ -79,7 +79,7 @@ def radial(angle: float) -> NDArray[np.float64]:
     return np.array([0.0, -math.sin(angle), math.cos(angle)])
 
 
-def bonded_pin_load(pin: int, force: float, moment: float) -> dict[str, PilotLoad]:
+def bonded_pin_load(pin: int, force: float, moment: float, n_planets: int) -> dict[str, PilotLoad]:
     """Load on a bonded pin's mid-span pilot.
 
     `force` [N] against increasing angle, `moment` [N m] about t.
@@ -87,11 +87,13 @@ def bonded_pin_load(pin: int, force: float, moment: float) -> dict[str, PilotLoa
     Parameters
     ----------
     pin : int
-        Pin number 1, 2 or 3.
+        Pin number, from 1 on.
     force, moment : float
         F_PLC and M_t of a positive torque are positive.
+    n_planets : int
+        Pins of the carrier.
     """
-    t = tangential(float(pin_angles()[pin - 1]))
+    t = tangential(float(pin_angles(n_planets)[pin - 1]))
     return {f"pin_{pin}_midspan": np.concatenate([-force * t, moment * t])}
 
 
@@ -106,7 +108,7 @@ def simply_supported_pin_load(
     signs as in :func:`bonded_pin_load`. A moment about t is held by a couple of radial forces,
     ``(x2 - x1) x × (M / (x2 - x1)) e = M t``.
     """
-    angle = float(pin_angles()[pin - 1])
+    angle = float(pin_angles(carrier.n_planets)[pin - 1])
     t, e = tangential(angle), radial(angle)
     x1, x_m, x2 = carrier.pin_stations
     span = x2 - x1

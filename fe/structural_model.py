@@ -19,8 +19,7 @@ from carrierflex.geometry.carrier_interface import CarrierInterface
 from carrierflex.geometry.parameters import CarrierParameters, pin_angles
 from carrierflex.geometry.tet_mesh import TetMesh
 
-#: Angles of the sensor circle: one degree apart, a multiple of six so that the carrier's symmetry
-#: maps them on themselves.
+#: Angles of the sensor circle: one degree apart.
 N_SENSOR_ANGLES = 360
 
 
@@ -133,7 +132,7 @@ def carrier_pilot_points(
         "upwind_seat": np.array([float(np.mean(carrier.upwind_bearing_x)), 0.0, 0.0]),
         "downwind_seat": np.array([seat_x, 0.0, 0.0]),
     }
-    for number, angle in enumerate(pin_angles(), start=1):
+    for number, angle in enumerate(pin_angles(carrier.n_planets), start=1):
         axis = carrier.centre_distance * radial(float(angle))
         for part, x in (
             ("upwind", float(np.mean(carrier.upwind_bore_x))),
@@ -233,19 +232,21 @@ def _rim_sensors(mesh: TetMesh, radius: float) -> Sensors:
     return Sensors(sensor_names(), radius, sp.csr_array(sp.vstack([axial, radial_rows])))
 
 
-#: Interface of the carrier without pins.
-FLEXIBLE_CARRIER_PILOTS = (
-    "shaft_face",
-    "upwind_seat",
-    "downwind_seat",
-    *(f"pin_{number}_{side}" for number in (1, 2, 3) for side in ("upwind", "downwind")),
-)
-#: Interface of the carrier with bonded pins.
-STIFF_CARRIER_PILOTS = (
-    "shaft_face",
-    "upwind_seat",
-    "downwind_seat",
-    *(f"pin_{number}_midspan" for number in (1, 2, 3)),
-)
-#: Interface of pin 1 alone; pins 2 and 3 are the same body turned by 120 and 240 deg.
+#: Pilots that every carrier has.
+_ON_THE_AXIS = ("shaft_face", "upwind_seat", "downwind_seat")
+
+
+def flexible_carrier_pilots(n_planets: int) -> tuple[str, ...]:
+    """Interface of the carrier without pins."""
+    sides = ("upwind", "downwind")
+    pins = range(1, n_planets + 1)
+    return (*_ON_THE_AXIS, *(f"pin_{pin}_{side}" for pin in pins for side in sides))
+
+
+def stiff_carrier_pilots(n_planets: int) -> tuple[str, ...]:
+    """Interface of the carrier with bonded pins."""
+    return (*_ON_THE_AXIS, *(f"pin_{pin}_midspan" for pin in range(1, n_planets + 1)))
+
+
+#: Interface of pin 1 alone; the other pins are the same body turned.
 PIN_PILOTS = ("pin_1_upwind", "pin_1_midspan", "pin_1_downwind")

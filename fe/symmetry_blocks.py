@@ -1,16 +1,17 @@
-"""The carrier's finite elements as three independent blocks, assembled from its half sector alone.
+"""The carrier's finite elements as independent blocks, assembled from its half sector alone.
 
-A displacement that follows an irreducible representation of D3
+A displacement that follows an irreducible representation of D_N
 (:mod:`carrierflex.geometry.dihedral_group`) is known everywhere from its d partners u_1 ... u_d on
 the half sector: ``u_j(g x) = ρ(g) Σ_k D_jk(g) u_k(x)``. Energies of different representations, and
-of different partners, do not mix, and with ``U_j = √(d/6) T_j z`` one partner's is
+of different partners, do not mix, and with ``U_j = √(d/2N) T_j z`` one partner's is
 
     zᵀ K_b z,   K_b = Σ_j T_jᵀ K_half T_j,
 
 K_half the half sector's own matrix. T picks the displacements that the symmetry admits on the cut
 planes: a node that stays where it is under g has ``ρ(g) u_j = Σ_k D_kj(g) u_k``. There it ties the
-two partners of a pair to one another; elsewhere it is the identity. The blocks have N/6, N/6 and
-N/3 unknowns; the last serves both partners, which have equal matrices.
+two partners of a pair to one another; elsewhere it is the identity. Of a body of n unknowns and
+three planets the blocks have n/6, n/6 and n/3; of four planets four have n/8 and one n/4. A pair's
+serves both partners, which have equal matrices.
 """
 
 from collections.abc import Mapping
@@ -25,7 +26,11 @@ from carrierflex.fe.materials import BODY_MATERIALS, Material
 from carrierflex.fe.node_dofs import dofs_of
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.fe.surface_integrals import rigid_motion, surface_moments
-from carrierflex.geometry.dihedral_group import MOTIONS, IrreducibleRepresentation, pilot_motions
+from carrierflex.geometry.dihedral_group import (
+    DihedralGroup,
+    IrreducibleRepresentation,
+    pilot_motions,
+)
 from carrierflex.geometry.tet_mesh import TetMesh
 
 #: Distance [m] within which a node counts as staying where it is under a motion of the group.
@@ -34,7 +39,7 @@ _SAME_POINT = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class HalfSector:
-    """A sixth of a body with dihedral symmetry, and its share of the couplings.
+    """The half sector of a body with dihedral symmetry, and its share of the couplings.
 
     Parameters
     ----------
@@ -46,17 +51,25 @@ class HalfSector:
         The half sector's share of ``∫ Rᵀ N dA`` over every pilot's surface.
     Z : ndarray, shape (6 p, 6 p)
         ``∫ Rᵀ R dA`` over the whole surfaces.
+    group : DihedralGroup
+        Motions that carry the half sector to its images.
     """
 
     structure: StructuralModel
     pilots: Mapping[str, NDArray[np.float64]]
     B: sp.csr_array
     Z: NDArray[np.float64]
+    group: DihedralGroup
 
     @property
     def pilot_points(self) -> NDArray[np.float64]:
         """Positions of all pilots [m], shape (p, 3)."""
         return np.array(list(self.pilots.values()), dtype=np.float64)
+
+    @property
+    def pilot_motions(self) -> NDArray[np.float64]:
+        """How the pilots' coordinates follow the group, shape (2 N, 6 p, 6 p)."""
+        return pilot_motions(self.group, self.pilot_points)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +106,7 @@ class SymmetryBlock:
         The result has the shape (d, n_half, c).
         """
         d = self.representation.dimension
-        return np.asarray(np.sqrt(d / 6.0) * (self.T @ z)).reshape(
+        return np.asarray(np.sqrt(self.representation.share) * (self.T @ z)).reshape(
             d, self.T.shape[0] // d, z.shape[1]
         )
 
@@ -102,6 +115,7 @@ def half_sector(
     name: str,
     half: TetMesh,
     pilots: Mapping[str, NDArray[np.float64]],
+    group: DihedralGroup,
     *,
     materials: Mapping[str, Material] = BODY_MATERIALS,
 ) -> HalfSector:
@@ -112,9 +126,11 @@ def half_sector(
     name : str
         Name of the whole body.
     half : TetMesh
-        Half sector 0..60 deg with the parts of the surfaces that it holds.
+        Half sector with the parts of the surfaces that it holds.
     pilots : mapping of str to ndarray, shape (3,)
         All pilots of the whole body [m], named like their surfaces.
+    group : DihedralGroup
+        Motions that carry the half sector to its images.
     materials : mapping
         Material of every body of the mesh.
 
@@ -125,7 +141,7 @@ def half_sector(
         surface in the half sector.
     """
     points = np.array(list(pilots.values()), dtype=np.float64)
-    Q = pilot_motions(points)
+    Q = pilot_motions(group, points)
     shares, Z_half = [], np.zeros((6 * len(pilots), 6 * len(pilots)))
     for i, (pilot, point) in enumerate(pilots.items()):
         B, Z = surface_moments(
@@ -146,23 +162,24 @@ def half_sector(
         dict(pilots),
         sp.csr_array(sp.vstack(shares)),
         Z_body,
+        group,
     )
 
 
 def symmetry_block(half: HalfSector, representation: IrreducibleRepresentation) -> SymmetryBlock:
     """The body's problem for displacements that follow `representation`.
 
-    The coupling is the body's own: of the six images' shares only ``√(6/d) Σ_j X_jᵀ Z⁻¹ B T_j`` is
+    The coupling is the body's own: of the images' shares only ``√(2N/d) Σ_j X_jᵀ Z⁻¹ B T_j`` is
     left, X the pilots' coordinates of this kind.
     """
     structure = half.structure
-    T = _admitted_displacements(structure.points, representation)
+    T = _admitted_displacements(structure.points, half.group, representation)
     parts = [
         T[j * structure.n_dofs : (j + 1) * structure.n_dofs]
         for j in range(representation.dimension)
     ]
-    X = representation.adapted_coordinates(pilot_motions(half.pilot_points))
-    scale, shape = np.sqrt(6.0 / representation.dimension), (X.shape[2], T.shape[1])
+    X = representation.adapted_coordinates(half.pilot_motions)
+    scale, shape = np.sqrt(1.0 / representation.share), (X.shape[2], T.shape[1])
     mean = np.linalg.inv(half.Z)
     G = sum(
         (sp.csr_array(X_j.T @ mean) @ half.B @ T_j for X_j, T_j in zip(X, parts, strict=True)),
@@ -174,7 +191,7 @@ def symmetry_block(half: HalfSector, representation: IrreducibleRepresentation) 
         M=_summed([T_j.T @ structure.M @ T_j for T_j in parts]),
         G=sp.csr_array(scale * G),
         pilot_coordinates=X,
-        rigid_modes=_rigid_modes(structure.points, representation, T),
+        rigid_modes=_rigid_modes(half, representation, T),
         T=T,
     )
 
@@ -186,30 +203,30 @@ def _summed(matrices: list[sp.csr_array]) -> sp.csr_array:
 
 
 def _rigid_modes(
-    points: NDArray[np.float64], representation: IrreducibleRepresentation, T: sp.csr_array
+    half: HalfSector, representation: IrreducibleRepresentation, T: sp.csr_array
 ) -> NDArray[np.float64]:
     """Rigid motions about a point of the axis, as unknowns of the block."""
+    points = half.structure.points
     centre = np.array([[points[:, 0].mean(), 0.0, 0.0]])
-    X = representation.adapted_coordinates(pilot_motions(centre))
+    X = representation.adapted_coordinates(pilot_motions(half.group, centre))
     R = rigid_motion(points, centre[0]).reshape(-1, 6)
     return np.asarray(
-        np.sqrt(6.0 / representation.dimension) * (T.T @ np.concatenate([R @ X_j for X_j in X]))
+        np.sqrt(1.0 / representation.share) * (T.T @ np.concatenate([R @ X_j for X_j in X]))
     )
 
 
 def _admitted_displacements(
-    points: NDArray[np.float64], representation: IrreducibleRepresentation
+    points: NDArray[np.float64], group: DihedralGroup, representation: IrreducibleRepresentation
 ) -> sp.csr_array:
     """Orthonormal basis of the partners' displacements that the symmetry admits.
 
     T has the shape (3 d n, n_unknowns).
     """
     n, d = len(points), representation.dimension
-    stays = np.stack(
-        [np.linalg.norm(points @ rho.T - points, axis=1) < _SAME_POINT for rho in MOTIONS], axis=1
-    )
+    moved = [np.linalg.norm(points @ rho.T - points, axis=1) for rho in group.motions]
+    stays = np.stack([distance < _SAME_POINT for distance in moved], axis=1)
     kinds, kind = np.unique(stays, axis=0, return_inverse=True)
-    bases = [_fixed_space(representation, stabiliser) for stabiliser in kinds]
+    bases = [_fixed_space(group, representation, stabiliser) for stabiliser in kinds]
     first = np.concatenate([[0], np.cumsum(np.array([basis.shape[1] for basis in bases])[kind])])
     rows = []
     columns = []
@@ -227,13 +244,16 @@ def _admitted_displacements(
 
 
 def _fixed_space(
-    representation: IrreducibleRepresentation, stabiliser: NDArray[np.bool_]
+    group: DihedralGroup,
+    representation: IrreducibleRepresentation,
+    stabiliser: NDArray[np.bool_],
 ) -> NDArray[np.float64]:
     """Orthonormal basis of the values at a node that the motions of `stabiliser` leave in place.
 
     Shape (3 d, k), partner by partner.
     """
-    images = [np.kron(representation.matrices[g], MOTIONS[g]) for g in np.flatnonzero(stabiliser)]
+    stay = np.flatnonzero(stabiliser)
+    images = [np.kron(representation.matrices[g], group.motions[g]) for g in stay]
     P = np.mean(images, axis=0)
     eigenvalues, vectors = np.linalg.eigh((P + P.T) / 2.0)
     basis = vectors[:, eigenvalues > 0.5]

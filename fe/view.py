@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.geometry.parameters import pin_angles
 from carrierflex.geometry.tet_mesh import TetMesh
 from carrierflex.geometry.view import LIGHTING, new_plotter, skin, taken
 
@@ -76,7 +77,7 @@ def add_deformed(
     plotter.add_text(title, font_size=11 if free_scale else 13, color="black")
 
 
-def curves_figure(delta_s: DeflectionCurve, delta_f: DeflectionCurve) -> "Figure":
+def curves_figure(delta_s: DeflectionCurve, delta_f: DeflectionCurve, n_planets: int) -> "Figure":
     """Draw both axial deflection curves over the carrier-frame angle, their peaks marked.
 
     It is the 2012 paper's figure 8.
@@ -98,7 +99,7 @@ def curves_figure(delta_s: DeflectionCurve, delta_f: DeflectionCurve) -> "Figure
             ms=7,
             label=f"{len(peaks)} peaks",
         )
-        for pin in (0, 120, 240, 360):
+        for pin in np.append(np.rad2deg(pin_angles(n_planets)), 360.0):
             axis.axvline(pin, color="0.75", lw=0.8, zorder=0)
         axis.set_title(f"{curve.name}, {title}", loc="left")
         axis.set_ylabel("axial deflection\n[µm per kN m]")
@@ -111,13 +112,15 @@ def curves_figure(delta_s: DeflectionCurve, delta_f: DeflectionCurve) -> "Figure
     return figure
 
 
-def order_content_figure(labels: Sequence[str], curves: Sequence[DeflectionCurve]) -> "Figure":
-    """Draw the orders 3, 6, 9 and 12 of several axial curves as bars [µm per kN m]."""
+def order_content_figure(
+    labels: Sequence[str], curves: Sequence[DeflectionCurve], n_planets: int
+) -> "Figure":
+    """Draw the orders N, 2 N, 3 N and 4 N of several axial curves as bars [µm per kN m]."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8.0, 4.0), layout="constrained")
     axis = figure.subplots()
-    orders = np.arange(3, 13, 3)
+    orders = n_planets * np.arange(1, 5)
     width = 0.8 / len(curves)
     for number, (label, curve) in enumerate(zip(labels, curves, strict=True)):
         heights = curve.axial_order_content()[orders] * 1e6

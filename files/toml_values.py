@@ -279,6 +279,16 @@ FourNumbers = Annotated[
     Expected("four finite numbers"),
 ]
 _Greater = Annotated[_Finite, Field(gt=0)]
+_EachPlanet = Field(min_length=3, max_length=8)
+#: One a planet.
+PlanetNumbers = Annotated[
+    tuple[_Finite, ...], _Fixed, _EachPlanet, Expected("finite numbers, one a planet (3 to 8)")
+]
+PlanetPositive = Annotated[
+    tuple[_Greater, ...], _Fixed, _EachPlanet, Expected("positive numbers, one a planet (3 to 8)")
+]
+#: Of a planetary stage.
+Planets = Annotated[int, Field(ge=3, le=8), Expected("a whole number from 3 to 8")]
 ThreePositive = Annotated[
     tuple[_Greater, _Greater, _Greater],
     _Fixed,

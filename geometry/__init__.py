@@ -12,11 +12,12 @@ Angle
     v)``.
 Carrier angle
     ``theta``, the rotation of the carrier frame about x, is zero when pin 1 points along z. Pins
-    stand at 0, 120 and 240 deg in the carrier frame; a sensor at the housing angle v reads the
+    stand at equal angles from 0 in the carrier frame, three of them at 0, 120 and 240 deg; a
+    sensor at the housing angle v reads the
     material point at the carrier-frame angle ``v - theta``.
 Torque
     Positive about +x: it drives the carrier towards increasing angle. The planets then load the
-    pins against the rotation: the tangential force on each pin is ``-T / (3 a) t``.
+    pins against the rotation: the tangential force on each pin is ``-T / (N a) t`` of N planets.
 Units
     SI (m, kg, s, N, Pa, rad). A value in another unit carries the unit in its name.
 """

@@ -34,7 +34,8 @@ def write_step(carrier: CarrierParameters, path: Path) -> None:
         # The model's unit; OpenCASCADE writes millimetres and converts.
         gmsh.option.setString("Geometry.OCCTargetUnit", "M")
         try:
-            carrier_solid(geometry, carrier, [float(angle) for angle in pin_angles()])
+            angles = [float(angle) for angle in pin_angles(carrier.n_planets)]
+            carrier_solid(geometry, carrier, angles)
             geometry.synchronize()
             with silent_stdout():
                 gmsh.write(str(temporary))

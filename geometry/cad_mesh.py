@@ -20,6 +20,8 @@ from scipy.spatial.transform import Rotation
 from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.plain_files import plain_content
 from carrierflex.geometry.cad_faces import CadFace, cad_faces
+from carrierflex.geometry.cad_holes import small_holes, without_faces
+from carrierflex.geometry.cad_refinement import mesh_until_sound
 from carrierflex.geometry.cad_surface_files import CadFrame, CadStatements
 from carrierflex.geometry.cad_surfaces import Circle, SurfaceStatement
 from carrierflex.geometry.half_sector import (
@@ -29,7 +31,7 @@ from carrierflex.geometry.half_sector import (
     refuse_useless_size,
 )
 from carrierflex.geometry.mesh_checks import check_mesh, refuse_wrong_unit
-from carrierflex.geometry.parameters import N_PINS
+from carrierflex.geometry.pin_names import planets_of
 from carrierflex.geometry.silent_output import silent_stdout
 from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
 
@@ -38,7 +40,6 @@ log = logging.getLogger(__name__)
 #: Who reads STEP files, for messages; the largest one that is read [bytes].
 _READER = "OpenCASCADE"
 _MOST_BYTES = 500_000_000
-_HXT = 10
 _TRIANGLE6 = 9
 #: Distance [m] within which a node of gmsh's and one of the mesh are the same.
 _SAME_NODE = 1e-8
@@ -130,7 +131,8 @@ def step_carrier_mesh(path: Path, statements: CadStatements, size: float, *, pin
 
 
 def _step_carrier_mesh(path: Path, statements: CadStatements, size: float, pins: bool) -> TetMesh:
-    with _step_solid(path, statements.frame) as (solid, faces):
+    with _step_solid(path, statements.frame) as (whole, all_faces):
+        solid, faces = _without_small_holes(path, statements, whole, all_faces)
         bonded = _pins(statements, faces) if pins else CadPins((), ())
         carrier_volume, overlaps = _cut(solid, _circles(statements, faces, bonded), bonded)
         if overlaps:
@@ -143,11 +145,31 @@ def _step_carrier_mesh(path: Path, statements: CadStatements, size: float, pins:
         chosen = {
             s.name: [face.tag for face in s.chosen(cut, statements.tolerance)] for s in wanted
         }
-        _mesh(path, size)
+        mesh_until_sound(str(path), size, cut)
         mesh = extracted(lambda volume: "carrier" if volume in carrier_volume else "pins")
         return replace(
             mesh, surfaces={name: _facets(mesh, name, tags) for name, tags in chosen.items()}
         )
+
+
+def _without_small_holes(
+    path: Path, statements: CadStatements, solid: int, faces: tuple[CadFace, ...]
+) -> tuple[int, tuple[CadFace, ...]]:
+    """The solid and its faces, the holes filled that the surfaces file asks to leave out."""
+    if statements.leave_out_holes_below is None:
+        return solid, faces
+    holes, n_holes = small_holes(solid, faces, statements.leave_out_holes_below)
+    if not n_holes:
+        return solid, faces
+    try:
+        left = without_faces(solid, holes)
+    except ValueError as error:
+        raise ValueError(
+            f"{path}: {n_holes} holes of at most {statements.leave_out_holes_below} m cannot be "
+            f"left out: {error}; expected another [mesh] leave_out_holes_below"
+        ) from error
+    log.info("%s: %d holes left out", path, n_holes)
+    return left, cad_faces()
 
 
 @contextmanager
@@ -251,7 +273,8 @@ def _pins(statements: CadStatements, faces: tuple[CadFace, ...]) -> CadPins:
             "bonded pins"
         )
     solids, seats = [], []
-    for number in range(1, N_PINS + 1):
+    n_planets = planets_of(surface.name for surface in statements.surfaces)
+    for number in range(1, n_planets + 1):
         bores = [statements.named(f"pin_{number}_{side}") for side in ("upwind", "downwind")]
         bore_faces = [bore.touched(faces, statements.tolerance) for bore in bores]
         reach = [_reach(bore, touched) for bore, touched in zip(bores, bore_faces, strict=True)]
@@ -319,17 +342,6 @@ def _cut(solid: int, circles: list[Circle], pins: CadPins) -> tuple[set[int], in
         )
     occ.synchronize()
     return carrier, n_overlaps
-
-
-def _mesh(path: Path, size: float) -> None:
-    for option in ("Mesh.MeshSizeMin", "Mesh.MeshSizeMax"):
-        gmsh.option.setNumber(option, size)
-    gmsh.option.setNumber("Mesh.Algorithm3D", _HXT)
-    try:
-        gmsh.model.mesh.generate(3)
-        gmsh.model.mesh.setOrder(2)
-    except Exception as error:
-        raise MeshingError(f"gmsh could not mesh {path} at size {size} m: {error}") from error
 
 
 def _facets(mesh: TetMesh, name: str, tags: list[int]) -> NDArray[np.int64]:

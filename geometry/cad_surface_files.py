@@ -4,7 +4,8 @@ Which surfaces of a CAD model carry which name, stated by axis, radius and stati
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -83,12 +84,18 @@ class CadStatements:
         Deviation [m] of position and radius within which a face counts as the stated one.
     bearing_width : float or None
         Width [m] of the planet bearings' seat on the pins; None where the file does not say.
+    leave_out_holes_below : float or None
+        Diameter [m] up to which round holes are filled before meshing; None for none.
+    body_of_group : mapping of str to str
+        Body, ``carrier`` or ``pins``, by the name of a group of elements of a mesh.
     """
 
     surfaces: tuple[SurfaceStatement, ...]
     frame: CadFrame
     tolerance: float
     bearing_width: float | None
+    leave_out_holes_below: float | None = None
+    body_of_group: Mapping[str, str] = field(default_factory=dict)
 
     def named(self, name: str) -> SurfaceStatement:
         """The statement of that name; KeyError lists the names there are."""
@@ -120,7 +127,14 @@ def read_cad_statements(path: Path) -> CadStatements:
         _unit_vector(document.frame.pin_1),
     )
     surfaces = tuple(_statement(name, table) for name, table in document.surfaces.items())
-    return CadStatements(surfaces, frame, document.tolerance, document.pin.bearing_width)
+    return CadStatements(
+        surfaces,
+        frame,
+        document.tolerance,
+        document.pin.bearing_width,
+        document.mesh.leave_out_holes_below,
+        {group: body for body, groups in document.mesh.bodies.items() for group in groups},
+    )
 
 
 def write_cad_statements(path: Path, carrier: CarrierParameters, pin: PinParameters) -> None:
@@ -150,7 +164,7 @@ def write_cad_statements(path: Path, carrier: CarrierParameters, pin: PinParamet
         _cylinder_text("upwind_seat", 0.0, hub, carrier.upwind_bearing_x),
         _cylinder_text("downwind_seat", 0.0, seat, (carrier.length_between_faces, seat_end)),
     ]
-    for number, angle in enumerate(pin_angles(), start=1):
+    for number, angle in enumerate(pin_angles(carrier.n_planets), start=1):
         for side, x in (("upwind", carrier.upwind_bore_x), ("downwind", carrier.downwind_bore_x)):
             at = carrier.centre_distance * np.array([-math.sin(angle), math.cos(angle)])
             lines.append(_cylinder_text(f"pin_{number}_{side}", at, carrier.pin_hole_radius, x))

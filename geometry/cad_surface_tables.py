@@ -9,6 +9,7 @@ from carrierflex.files.toml_values import (
     Expected,
     Number,
     Positive,
+    Texts,
     ThreeNumbers,
     TomlTable,
     TwoNumbers,
@@ -102,6 +103,19 @@ class PinTable(TomlTable):
     )
 
 
+class MeshTable(TomlTable):
+    """How the solid is meshed."""
+
+    leave_out_holes_below: Width | None = key(
+        "Diameter up to which round holes of a STEP file are filled before meshing",
+        "m",
+        default=None,
+    )
+    bodies: dict[Literal["carrier", "pins"], Texts] = key(
+        "Groups of elements of a mesh file that make up each body", default_factory=dict
+    )
+
+
 class SurfacesDocument(TomlTable):
     """Which surfaces of a CAD model carry which name; lengths in metres whatever the CAD's unit."""
 
@@ -117,6 +131,7 @@ class SurfacesDocument(TomlTable):
         default_factory=FrameTable,
     )
     pin: PinTable = key("What the CAD model does not tell of the pins", default_factory=PinTable)
+    mesh: MeshTable = key("How the solid is meshed", default_factory=MeshTable)
     surfaces: Annotated[dict[str, SurfaceTable], Field(min_length=1)] = key(
         "The surfaces by name",
         expected="at least one table [surfaces.<name>]",

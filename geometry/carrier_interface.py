@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.geometry.cad_faces import circle_through
-from carrierflex.geometry.parameters import N_PINS, pin_angles
+from carrierflex.geometry.parameters import pin_angles
+from carrierflex.geometry.pin_names import planets_of
 from carrierflex.geometry.tet_mesh import TetMesh
 
-#: Pins stand at 0, 120 and 240 deg to this angle [rad] ...
+#: Pins stand at equal angles from 0 to this angle [rad] ...
 _PIN_ANGLE = 1e-3
 #: ... and their distances from the axis and the stations of their bores agree to this length [m].
 _PIN_POSITION = 1e-4
@@ -43,6 +44,11 @@ class CarrierInterface:
     centre_distance: float
     sensor_radius: float
 
+    @property
+    def n_planets(self) -> int:
+        """Number of planets: of pins among the points."""
+        return planets_of(self.points)
+
 
 def carrier_interface(mesh: TetMesh) -> CarrierInterface:
     """Read the interface off the named surfaces of a carrier.
@@ -59,27 +65,28 @@ def carrier_interface(mesh: TetMesh) -> CarrierInterface:
     KeyError
         Where a surface is missing.
     ValueError
-        Where a bore is no cylinder along x, or the pins do not stand at 0, 120 and 240 deg at one
+        Where a bore is no cylinder along x, or the pins do not stand at equal angles from 0 at one
         distance and station.
     """
     points = {}
+    n_planets = planets_of(mesh.surfaces)
     for name in ("shaft_face", "upwind_seat", "downwind_seat"):
         points[name] = np.array([_middle(mesh, name), 0.0, 0.0])
     stations, distances = [], []
-    for number, angle in enumerate(pin_angles(), start=1):
+    for number, angle in enumerate(pin_angles(n_planets), start=1):
         bores = [f"pin_{number}_{side}" for side in ("upwind", "downwind")]
         points |= {name: _on_axis(mesh, name) for name in bores}
         first, last = (_extent(mesh, name) for name in bores)
         midspan = (first[1] + last[0]) / 2.0
         points[f"pin_{number}_midspan"] = np.array([midspan, *points[bores[0]][1:]])
         stations.append((points[bores[0]][0], midspan, points[bores[1]][0]))
-        distances += [_distance(name, points[name], float(angle)) for name in bores]
+        distances += [_distance(name, points[name], float(angle), n_planets) for name in bores]
     if np.ptp(stations, axis=0).max() > _PIN_POSITION or np.ptp(distances) > _PIN_POSITION:
         shown = "; ".join(f"({a:.5g}, {m:.5g}, {b:.5g}) m" for a, m, b in stations)
         raise ValueError(
             f"the pins' bores differ: stations (upwind, middle, downwind) {shown}, distances from "
-            f"the axis {min(distances):.5g} to {max(distances):.5g} m; expected {N_PINS} alike to "
-            f"{_PIN_POSITION} m"
+            f"the axis {min(distances):.5g} to {max(distances):.5g} m; expected {n_planets} alike "
+            f"to {_PIN_POSITION} m"
         )
     first_station, midspan, last_station = np.mean(stations, axis=0)
     rim = mesh.points[np.unique(mesh.surface("rim_face"))]
@@ -113,7 +120,7 @@ def _on_axis(mesh: TetMesh, name: str) -> NDArray[np.float64]:
     return centre + np.array([_middle(mesh, name), 0.0, 0.0])
 
 
-def _distance(name: str, point: NDArray[np.float64], angle: float) -> float:
+def _distance(name: str, point: NDArray[np.float64], angle: float, n_planets: int) -> float:
     """Distance of the bore from the carrier's axis [m].
 
     ValueError where it does not stand at `angle` [rad].
@@ -123,7 +130,7 @@ def _distance(name: str, point: NDArray[np.float64], angle: float) -> float:
     if abs(off) > _PIN_ANGLE:
         raise ValueError(
             f"surface {name!r} stands at {math.degrees(angle_of_bore) % 360.0:.4g} deg about the x "
-            f"axis; expected {math.degrees(angle):.4g} deg (pins 1, 2, 3 at 0, 120, 240 deg from "
-            "z, angles turning about +x)"
+            f"axis; expected {math.degrees(angle):.4g} deg (pins 1 to {n_planets} at equal "
+            "angles from z, turning about +x)"
         )
     return math.hypot(point[1], point[2])

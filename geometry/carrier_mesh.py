@@ -35,24 +35,24 @@ def flexible_carrier_mesh(carrier: CarrierParameters, size: float = DEFAULT_SIZE
     """
     half = carrier_half_sector(carrier, size)
     check_quality(half)
-    return with_carrier_surfaces(completed(half), carrier)
+    return with_carrier_surfaces(completed(half, carrier.n_planets), carrier)
 
 
 def stiff_carrier_mesh(
     carrier: CarrierParameters, pin: PinParameters, size: float = DEFAULT_SIZE
 ) -> TetMesh:
-    """Mesh the carrier with its three pins bonded into the bores, the paper's stiff variant.
+    """Mesh the carrier with its pins bonded into the bores, the paper's stiff variant.
 
     Parameters, errors and result as in :func:`flexible_carrier_mesh`; with a second body ``pins``
     and the surfaces ``pin_i_midspan``.
     """
     half = carrier_half_sector(carrier, size, pin=pin)
     check_quality(half)
-    return with_carrier_surfaces(completed(half), carrier, pin)
+    return with_carrier_surfaces(completed(half, carrier.n_planets), carrier, pin)
 
 
 def flexible_half_sector(carrier: CarrierParameters, size: float = DEFAULT_SIZE) -> TetMesh:
-    """Mesh the half sector 0..60 deg of :func:`flexible_carrier_mesh`.
+    """Mesh the half sector of :func:`flexible_carrier_mesh`, from a pin's plane to a web's.
 
     With the parts of the surfaces it holds.
     """
@@ -64,7 +64,7 @@ def flexible_half_sector(carrier: CarrierParameters, size: float = DEFAULT_SIZE)
 def stiff_half_sector(
     carrier: CarrierParameters, pin: PinParameters, size: float = DEFAULT_SIZE
 ) -> TetMesh:
-    """Mesh the half sector 0..60 deg of :func:`stiff_carrier_mesh`.
+    """Mesh the half sector of :func:`stiff_carrier_mesh`, from a pin's plane to a web's.
 
     With the parts of the surfaces it holds.
     """

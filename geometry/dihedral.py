@@ -1,6 +1,6 @@
 """The whole carrier from its half sector.
 
-One reflection and two rotations, the dihedral group D3.
+One reflection and the rotations by the pins' pitch, the dihedral group D_N of N pins.
 """
 
 import math
@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.parameters import HALF_SECTOR_ANGLE
+from carrierflex.geometry.parameters import half_sector_angle
 from carrierflex.geometry.tet_mesh import TetMesh
 
 #: A reflection turns a tetrahedron inside out; exchanging corners 0 and 1 (and the edges that
@@ -23,35 +23,42 @@ def rotation_about_x(angle: float) -> NDArray[np.float64]:
     return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
 
 
-def completed(half: TetMesh) -> TetMesh:
-    """Mirror the half sector 0..60 deg about the pin's plane and rotate both by 120 and 240 deg.
+def completed(half: TetMesh, n_planets: int) -> TetMesh:
+    """Mirror the half sector about the pin's plane and rotate both by every multiple of the pitch.
 
     Parameters
     ----------
     half : TetMesh
-        Half sector with nodes exactly on its two cut planes; its surfaces are not carried over.
+        Half sector, from 0 to half the pins' pitch, with nodes exactly on its two cut planes; its
+        surfaces are not carried over.
+    n_planets : int
+        Pins N of the whole carrier.
 
     Returns
     -------
     TetMesh
-        The whole carrier, ``symmetry_order`` 3; nodes on the cut planes are shared.
+        The whole carrier, ``symmetry_order`` N; nodes on the cut planes are shared.
     """
-    on_pin_plane, on_web_plane = cut_plane_nodes(half)
-    n_half = len(half.points)
+    on_pin_plane, on_web_plane = cut_plane_nodes(half, n_planets)
+    n_half, images = len(half.points), 2 * n_planets
     mirrored = half.points * np.array([1.0, -1.0, 1.0])
     points, tets = [], []
-    # Image 2 k covers [120 k, 120 k + 60] deg, image 2 k + 1 its mirror [120 k - 60, 120 k].
-    number = np.arange(6 * n_half).reshape(6, n_half)
-    for k in range(3):
-        R = rotation_about_x(2.0 * math.pi * k / 3.0)
+    # With the pitch p, image 2 k covers [k p, k p + p / 2], image 2 k + 1 its mirror
+    # [k p - p / 2, k p].
+    number = np.arange(images * n_half).reshape(images, n_half)
+    for k in range(n_planets):
+        R = rotation_about_x(2.0 * math.pi * k / n_planets)
         points += [half.points @ R.T, mirrored @ R.T]
         number[2 * k + 1, on_pin_plane] = number[2 * k, on_pin_plane]
-    for k in range(3):
-        number[2 * ((k + 1) % 3) + 1, on_web_plane] = number[2 * k, on_web_plane]
-    for k in range(3):
+    for k in range(n_planets):
+        number[2 * ((k + 1) % n_planets) + 1, on_web_plane] = number[2 * k, on_web_plane]
+    for k in range(n_planets):
         tets += [number[2 * k][half.tets], number[2 * k + 1][half.tets][:, _RIGHTED]]
     return _compact(
-        np.concatenate(points), np.concatenate(tets), _repeated(half.bodies, len(half.tets), 6), 3
+        np.concatenate(points),
+        np.concatenate(tets),
+        _repeated(half.bodies, len(half.tets), images),
+        n_planets,
     )
 
 
@@ -65,12 +72,13 @@ def mirrored_pin(half: TetMesh) -> TetMesh:
     return _compact(points, tets, _repeated(half.bodies, len(half.tets), 2), 1)
 
 
-def cut_plane_nodes(half: TetMesh) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Masks of the nodes on the pin's plane (0 deg) and on the web's (60 deg), shape (n,) each.
+def cut_plane_nodes(half: TetMesh, n_planets: int) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Masks of the nodes on the pin's plane (0 deg) and on the web's, shape (n,) each.
 
-    Both are meridional planes.
+    Both are meridional planes, half the pins' pitch apart.
     """
-    c, s = math.cos(HALF_SECTOR_ANGLE), math.sin(HALF_SECTOR_ANGLE)
+    angle = half_sector_angle(n_planets)
+    c, s = math.cos(angle), math.sin(angle)
     y, z = half.points[:, 1], half.points[:, 2]
     return np.abs(y) < 1e-12, np.abs(c * y + s * z) < 1e-12
 

@@ -1,9 +1,9 @@
-"""One 60-degree half sector of the carrier, meshed with gmsh.
+"""One half sector of the carrier, meshed with gmsh: 60 degrees of three planets, 45 of four.
 
 It reaches from a pin's meridional plane to a web's.
 
 The half sector is the carrier's smallest part under its dihedral symmetry: mirrored and rotated
-five times it gives the whole (:mod:`carrierflex.geometry.dihedral`), with cut faces that match
+it gives the whole (:mod:`carrierflex.geometry.dihedral`), with cut faces that match
 because they are their own mirror images.
 """
 
@@ -12,6 +12,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import gmsh
@@ -20,7 +21,11 @@ import pygmsh
 from numpy.typing import NDArray
 
 from carrierflex.geometry.carrier_solid import carrier_solid, solid_cylinder
-from carrierflex.geometry.parameters import HALF_SECTOR_ANGLE, CarrierParameters, PinParameters
+from carrierflex.geometry.parameters import (
+    CarrierParameters,
+    PinParameters,
+    half_sector_angle,
+)
 from carrierflex.geometry.tet_mesh import TetMesh
 
 #: gmsh numbers the last two mid-side nodes of a quadratic tetrahedron the other way round.
@@ -42,7 +47,7 @@ class MeshingError(RuntimeError):
 def carrier_half_sector(
     carrier: CarrierParameters, size: float, *, pin: PinParameters | None = None
 ) -> TetMesh:
-    """Mesh the half sector 0..60 deg of the carrier, with half a bonded pin where `pin` is given.
+    """Mesh the half sector of the carrier, with half a bonded pin where `pin` is given.
 
     Parameters
     ----------
@@ -74,7 +79,8 @@ def carrier_half_sector(
     circles += [(x, carrier.centre_distance, carrier.pin_hole_radius) for x in plate_faces]
     with quiet_geometry() as geometry:
         carrier_parts = carrier_solid(geometry, carrier, (0.0,))
-        solids = [geometry.boolean_intersection([*carrier_parts, _wedge(geometry)])[0]]
+        wedge = _wedge(geometry, half_sector_angle(carrier.n_planets))
+        solids = [geometry.boolean_intersection([*carrier_parts, wedge])[0]]
         if pin is not None:
             pin.check_fits(carrier)
             solids.append(_pin_solid(geometry, carrier, pin))
@@ -154,9 +160,9 @@ def _bearing_circles(
     return [(x, carrier.centre_distance, pin.diameter / 2.0) for x in ends]
 
 
-def _wedge(geometry: Any) -> Any:
-    """Everything between the meridional planes at 0 and 60 deg."""
-    s, c = math.sin(HALF_SECTOR_ANGLE), math.cos(HALF_SECTOR_ANGLE)
+def _wedge(geometry: Any, angle: float) -> Any:
+    """Everything between the meridional planes at 0 and at `angle` [rad]."""
+    s, c = math.sin(angle), math.cos(angle)
     corners = [[-_FAR, 0.0, 0.0], [-_FAR, 0.0, _FAR], [-_FAR, -_FAR * s, _FAR * c]]
     return geometry.extrude(geometry.add_polygon(corners), [2.0 * _FAR, 0.0, 0.0])[1]
 
@@ -164,20 +170,24 @@ def _wedge(geometry: Any) -> Any:
 def _pin_solid(geometry: Any, carrier: CarrierParameters, pin: PinParameters) -> Any:
     x = (0.0, carrier.length_between_faces)
     pin_cylinder = solid_cylinder(geometry, x, pin.diameter / 2.0, (0.0, carrier.centre_distance))
-    return geometry.boolean_intersection([pin_cylinder, _wedge(geometry)])[0]
+    wedge = _wedge(geometry, half_sector_angle(carrier.n_planets))
+    return geometry.boolean_intersection([pin_cylinder, wedge])[0]
 
 
 def _imprint(
     solids: list[Any],
     circles: list[tuple[float, float, float]],
-    angle_from_axis: float = HALF_SECTOR_ANGLE,
+    angle_from_axis: float,
 ) -> None:
-    """Cut the solids' faces along circles, and the solids along the faces they share."""
+    """Cut the solids' faces along circles, and the solids along the faces they share.
+
+    Circles about the carrier's axis end at `angle_from_axis` [rad].
+    """
     occ = gmsh.model.occ
     arcs = []
     for x, centre, radius in circles:
-        # A circle about the pin is cut in half by the plane at 0 deg; one about the axis ends at 60
-        # deg.
+        # A circle about the pin is cut in half by the plane at 0 deg; one about the axis ends at
+        # the web's plane.
         angle = math.pi if centre else angle_from_axis
         start = occ.addPoint(x, 0.0, centre + radius)
         half = occ.addPoint(
@@ -202,10 +212,11 @@ def _meshed(
     gmsh.option.setNumber("Mesh.Algorithm3D", _HXT)
     try:
         geometry.synchronize()
-        _imprint(solids, circles)
+        _imprint(solids, circles, half_sector_angle(carrier.n_planets))
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.setOrder(2)
-        return extracted(lambda volume: "pins" if _is_pin(volume, carrier) else "carrier")
+        mesh = extracted(lambda volume: "pins" if _is_pin(volume, carrier) else "carrier")
+        return on_cut_planes(mesh, carrier.n_planets)
     except Exception as error:
         raise MeshingError(
             f"gmsh could not mesh the half sector at size {size} m: {error}"
@@ -214,8 +225,6 @@ def _meshed(
 
 def extracted(body_of: Callable[[int], str]) -> TetMesh:
     """Copy nodes and elements out of gmsh, numbered from 0 without gaps.
-
-    The nodes of the cut faces are put exactly on their planes.
 
     Parameters
     ----------
@@ -242,7 +251,7 @@ def extracted(body_of: Callable[[int], str]) -> TetMesh:
     used, compact = np.unique(np.concatenate(list(by_body.values())), return_inverse=True)
     edges = np.cumsum([0, *(len(part) for part in by_body.values())])
     bodies = {name: np.arange(edges[i], edges[i + 1]) for i, name in enumerate(by_body)}
-    return TetMesh(_on_cut_planes(all_points[used]), compact.reshape(-1, 10), {}, bodies)
+    return TetMesh(all_points[used], compact.reshape(-1, 10), {}, bodies)
 
 
 def _is_pin(volume: int, carrier: CarrierParameters) -> bool:
@@ -251,13 +260,18 @@ def _is_pin(volume: int, carrier: CarrierParameters) -> bool:
     return z_low > carrier.centre_distance - reach and z_high < carrier.centre_distance + reach
 
 
-def _on_cut_planes(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Move nodes within rounding of a cut plane onto it, so that mirror images coincide exactly."""
-    s, c = math.sin(HALF_SECTOR_ANGLE), math.cos(HALF_SECTOR_ANGLE)
+def on_cut_planes(mesh: TetMesh, n_planets: int) -> TetMesh:
+    """Move nodes within rounding of a cut plane onto it, so that mirror images coincide exactly.
+
+    The planes are those of a half sector: of pin 1, and of the web beside it.
+    """
+    points = mesh.points
+    angle = half_sector_angle(n_planets)
+    s, c = math.sin(angle), math.cos(angle)
     snapped = points.copy()
     snapped[np.abs(points[:, 1]) < 1e-9, 1] = 0.0
-    # Distance from the plane at 60 deg, whose tangential normal is t(60 deg) = (0, -cos, -sin).
+    # Distance from the web's plane, whose tangential normal is t(angle) = (0, -cos, -sin).
     distance = -c * points[:, 1] - s * points[:, 2]
     near = np.abs(distance) < 1e-9
     snapped[near] -= distance[near, None] * np.array([0.0, -c, -s])
-    return snapped
+    return replace(mesh, points=snapped)

@@ -139,26 +139,16 @@ class InvolutePair:
         return self.face_width * math.sin(self.helix_angle) / (math.pi * self.module)
 
 
-#: Normal module of the planetary stage (2012 paper, table 3) [m].
-_MODULE = 0.010
-#: Tip radii derived from the paper's table 3, and face widths of the GRC gearbox
-#: (NREL/TP-500-58190) [m].
-_SUN_TIP = 0.2356 / 2.0
-_PLANET_TIP = 0.4212 / 2.0
-_RING_TIP = 0.998 / 2.0
-_SUN_WIDTH, _PLANET_WIDTH = 0.220, 0.2275
-
-
 def sun_planet_pair(gear: GearData) -> InvolutePair:
     """Mesh of planet and sun."""
     return InvolutePair(
         (gear.planet_teeth, gear.sun_teeth),
-        _MODULE,
+        gear.module,
         gear.pressure_angle,
         gear.helix_angle,
         gear.centre_distance,
-        (_PLANET_TIP, _SUN_TIP),
-        _SUN_WIDTH,
+        (gear.planet_tip_diameter / 2.0, gear.sun_tip_diameter / 2.0),
+        gear.sun_width,
     )
 
 
@@ -166,10 +156,10 @@ def ring_planet_pair(gear: GearData) -> InvolutePair:
     """Mesh of planet and ring."""
     return InvolutePair(
         (gear.planet_teeth, -gear.ring_teeth),
-        _MODULE,
+        gear.module,
         gear.pressure_angle,
         gear.helix_angle,
         gear.centre_distance,
-        (_PLANET_TIP, _RING_TIP),
-        _PLANET_WIDTH,
+        (gear.planet_tip_diameter / 2.0, gear.ring_tip_diameter / 2.0),
+        gear.planet_width,
     )

@@ -12,18 +12,19 @@ from carrierflex.geometry.dihedral import completed
 from carrierflex.geometry.half_sector import (
     MeshingError,
     extracted,
+    on_cut_planes,
     quiet_geometry,
     refuse_useless_size,
 )
 from carrierflex.geometry.main_shaft_parameters import MainShaftParameters
 from carrierflex.geometry.named_surfaces import with_main_shaft_surfaces
-from carrierflex.geometry.parameters import HALF_SECTOR_ANGLE, CarrierParameters
+from carrierflex.geometry.parameters import CarrierParameters, half_sector_angle
 from carrierflex.geometry.quality import check_quality
 from carrierflex.geometry.tet_mesh import TetMesh
 
 #: Layers are this many element edges long: nothing changes quickly along a plain shaft.
 _LAYER_OVER_SIZE = 2.0
-#: Fewest elements along the 60 deg of the half sector: coarser ones bulge out of the bore.
+#: Fewest elements around the half sector: coarser ones bulge out of the bore.
 _FEWEST_AROUND = 2
 
 
@@ -65,19 +66,20 @@ def main_shaft_mesh(carrier: CarrierParameters, shaft: MainShaftParameters, size
                 f"gmsh could not mesh the main shaft at size {size} m: {error}"
             ) from error
     check_quality(half)
-    return with_main_shaft_surfaces(completed(half), carrier, shaft)
+    return with_main_shaft_surfaces(completed(half, carrier.n_planets), carrier, shaft)
 
 
 def _half_sector(
     geometry: Any, carrier: CarrierParameters, shaft: MainShaftParameters, size: float
 ) -> TetMesh:
-    """Mesh the shaft's sector from 0 to 60 deg.
+    """Mesh the shaft's sector from a pin's plane to a web's.
 
     Its flange's face, swept to the seat, along it and on to the joint.
     """
     occ = gmsh.model.occ
     start = shaft.flange_x(carrier)
-    section = [(2, _section(start, shaft.inner_diameter / 2.0, shaft.outer_diameter / 2.0))]
+    angle, bore = half_sector_angle(carrier.n_planets), shaft.inner_diameter / 2.0
+    section = [(2, _section(start, (bore, shaft.outer_diameter / 2.0), angle))]
     for end in (*shaft.bearing_seat_x(carrier), shaft.joint_x(carrier)):
         layers = math.ceil((end - start) / (_LAYER_OVER_SIZE * size))
         swept = occ.extrude(section, end - start, 0.0, 0.0, numElements=[layers], recombine=False)
@@ -85,16 +87,17 @@ def _half_sector(
     geometry.synchronize()
     for option in ("Mesh.MeshSizeMin", "Mesh.MeshSizeMax"):
         gmsh.option.setNumber(option, size)
-    _subdivide_bore(shaft.inner_diameter / 2.0, size)
+    _subdivide_bore(bore, math.ceil(angle * bore / size))
     gmsh.model.mesh.generate(3)
     gmsh.model.mesh.setOrder(2)
-    return extracted(lambda volume: "main_shaft")
+    return on_cut_planes(extracted(lambda volume: "main_shaft"), carrier.n_planets)
 
 
-def _section(x: float, inner: float, outer: float) -> int:
-    """Ring sector from 0 to 60 deg in the plane at `x`; its number in gmsh."""
+def _section(x: float, radii: tuple[float, float], angle: float) -> int:
+    """Ring sector from 0 to `angle` in the plane at `x`; its number in gmsh."""
     occ = gmsh.model.occ
-    s, c = math.sin(HALF_SECTOR_ANGLE), math.cos(HALF_SECTOR_ANGLE)
+    inner, outer = radii
+    s, c = math.sin(angle), math.cos(angle)
     centre = occ.addPoint(x, 0.0, 0.0)
     a, b = (occ.addPoint(x, 0.0, r) for r in (inner, outer))
     d, e = (occ.addPoint(x, -r * s, r * c) for r in (outer, inner))
@@ -109,9 +112,9 @@ def _section(x: float, inner: float, outer: float) -> int:
     return int(face)
 
 
-def _subdivide_bore(radius: float, size: float) -> None:
+def _subdivide_bore(radius: float, n_elements: int) -> None:
     """Give the arcs of the bore enough elements, whatever the size asked for."""
-    n = max(_FEWEST_AROUND, math.ceil(HALF_SECTOR_ANGLE * radius / size))
+    n = max(_FEWEST_AROUND, n_elements)
     reach = radius + 1e-6
     for dimension, curve in gmsh.model.getEntities(1):
         x_low, y_low, z_low, x_high, y_high, z_high = gmsh.model.getBoundingBox(dimension, curve)

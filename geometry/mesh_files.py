@@ -1,10 +1,11 @@
 """Mesh files through meshio.
 
-Gmsh .msh, VTK .vtu and Abaqus .inp, named surfaces as sets; .msh is read back.
+Gmsh .msh, VTK .vtu and Abaqus .inp, named surfaces as sets; other programs' meshes are read too.
 """
 
 import re
 import struct
+from dataclasses import replace
 from pathlib import Path
 
 import meshio
@@ -16,12 +17,23 @@ from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.plain_files import check_plain_file
 from carrierflex.files.shown_values import shortened
 from carrierflex.files.whole_files import whole_file
+from carrierflex.geometry.cad_surface_files import CadStatements
+from carrierflex.geometry.given_meshes.foreign_files import (
+    FORMATS,
+    ForeignMesh,
+    read_foreign_mesh,
+)
+from carrierflex.geometry.given_meshes.quadratic import quadratic_tetrahedra
+from carrierflex.geometry.given_meshes.stated_facets import stated_facets
 from carrierflex.geometry.mesh_checks import check_mesh
 from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
 
 #: Format of meshio's writer by suffix.
 _FORMATS = {".msh": "gmsh22", ".vtu": "vtu", ".inp": "abaqus"}
 _ABAQUS_WIDTH = 20
+_TETRAHEDRA, _TRIANGLES = ("tetra10", "tetra"), ("triangle6", "triangle")
+#: What may stand beside solids and is left out.
+_NO_SOLIDS = ("line", "line3", "vertex")
 #: Largest mesh file that is read [bytes]: some ten million nodes.
 _MOST_BYTES = 4_000_000_000
 
@@ -116,10 +128,24 @@ def _for_abaqus(mesh: TetMesh) -> meshio.Mesh:
     )
 
 
-def read_mesh(path: Path) -> TetMesh:
-    """Read a gmsh file of quadratic tetrahedra.
+def read_mesh(
+    path: Path, *, metres: float = 1.0, statements: CadStatements | None = None
+) -> TetMesh:
+    """Read a mesh of tetrahedra with its groups.
 
-    Bodies from its physical volumes, surfaces from its physical surfaces.
+    gmsh .msh, Abaqus .inp, Nastran .bdf, I-deas .unv or Salome .med. Bodies come from groups of
+    elements, surfaces from groups of facets or of nodes, or from statements. Linear tetrahedra get
+    mid-side nodes on their straight edges.
+
+    Parameters
+    ----------
+    path : Path
+        Mesh file.
+    metres : float
+        Length unit of its coordinates [m].
+    statements : CadStatements, optional
+        Surfaces by axis, radius and station, the carrier's frame, and which groups of the file are
+        which body.
 
     Returns
     -------
@@ -132,20 +158,51 @@ def read_mesh(path: Path) -> TetMesh:
     FileNotFoundError
         Where there is no such file.
     ValueError
-        Where it is no gmsh file, is cut short, holds other elements or unnamed bodies, or a surface
-        is not on the boundary; and from the checks: unit, unused nodes, detached pieces, inverted
-        elements.
+        Where it is none of these files, is cut short, holds other elements or unnamed bodies, or a
+        surface is not on the boundary; and from the checks: unit, unused nodes, detached pieces,
+        inverted elements.
     """
-    if path.suffix != ".msh":
+    suffix = path.suffix.lower()
+    if suffix != ".msh" and suffix not in FORMATS:
         raise ValueError(
             f"{path}: suffix {path.suffix!r}; expected .msh, the format that holds bodies and "
-            "surfaces"
+            f"surfaces, or one of {', '.join(FORMATS)}"
         )
-    size = check_plain_file(path, "a gmsh mesh (.msh)", _MOST_BYTES, text=True)
-    points, blocks = in_child(_points_and_blocks, path, size, about=path, what="meshio")
-    mesh = _from_blocks(points, blocks, path)
+    what = FORMATS.get(suffix, "a gmsh mesh (.msh)")
+    size = check_plain_file(path, what, _MOST_BYTES, text=suffix == ".msh")
+    if suffix == ".msh":
+        points, blocks = in_child(_points_and_blocks, path, size, about=path, what="meshio")
+        foreign = ForeignMesh(points, blocks, {})
+    else:
+        foreign = _without_unused_nodes(read_foreign_mesh(path, size))
+    mesh = _from_blocks(foreign, path, statements)
+    points = metres * mesh.points
+    if statements is not None:
+        points = (points - statements.frame.origin) @ statements.frame.rotation.T
+    mesh = replace(mesh, points=points)
     check_mesh(mesh, str(path))
+    if statements is not None:
+        stated = {
+            statement.name: stated_facets(mesh, statement, statements.tolerance, str(path))
+            for statement in statements.surfaces
+        }
+        mesh = replace(mesh, surfaces={**mesh.surfaces, **stated})
     return mesh
+
+
+def _without_unused_nodes(mesh: ForeignMesh) -> ForeignMesh:
+    """Copy with the nodes of tetrahedra alone: reference points and nodes of beams left out."""
+    solids = [nodes.ravel() for kind, _, nodes in mesh.blocks if kind in _TETRAHEDRA]
+    used = np.unique(np.concatenate(solids)) if solids else np.zeros(0, dtype=np.int64)
+    row = np.full(len(mesh.points), -1, dtype=np.int64)
+    row[used] = np.arange(len(used))
+    blocks = [
+        (kind, name, row[nodes])
+        for kind, name, nodes in mesh.blocks
+        if kind not in _TRIANGLES or (row[nodes] >= 0).all()
+    ]
+    node_sets = {name: row[nodes][row[nodes] >= 0] for name, nodes in mesh.node_sets.items()}
+    return ForeignMesh(mesh.points[used], blocks, node_sets)
 
 
 def _points_and_blocks(
@@ -206,21 +263,51 @@ def _named_blocks(gmsh_mesh: meshio.Mesh) -> list[tuple[str, str, NDArray[np.int
     return blocks
 
 
-def _from_blocks(
-    points: NDArray[np.float64], blocks: list[tuple[str, str, NDArray[np.int64]]], path: Path
-) -> TetMesh:
+def _from_blocks(mesh: ForeignMesh, path: Path, statements: CadStatements | None) -> TetMesh:
     solids: dict[str, list[NDArray[np.int64]]] = {}
     faces: dict[str, list[NDArray[np.int64]]] = {}
-    for kind, name, nodes in blocks:
-        if kind == "tetra10":
-            solids.setdefault(name, []).append(nodes)
-        elif kind == "triangle6" and name:
+    of_group = {} if statements is None else statements.body_of_group
+    for kind, name, nodes in mesh.blocks:
+        if kind in _TETRAHEDRA:
+            solids.setdefault(of_group.get(name, name), []).append(nodes)
+        elif kind in _TRIANGLES and name:
             faces.setdefault(name, []).append(nodes)
-        elif kind not in ("triangle6", "line3", "vertex"):
+        elif kind not in (*_TRIANGLES, *_NO_SOLIDS):
             raise ValueError(
                 f"{path}: {len(nodes)} elements of type {kind}; expected quadratic tetrahedra "
-                "(tetra10) only"
+                "(tetra10) or linear ones (tetra) only"
             )
+    parts = {name: np.concatenate(nodes) for name, nodes in _bodies(solids, path).items()}
+    edges = np.cumsum([0, *(len(part) for part in parts.values())])
+    bodies = {name: np.arange(edges[i], edges[i + 1]) for i, name in enumerate(parts)}
+    points, tets = np.asarray(mesh.points, np.float64), np.concatenate(list(parts.values()))
+    if tets.shape[1] == 4:
+        points, tets = quadratic_tetrahedra(points, tets)
+    outside = [boundary_facets(tets[elements]) for elements in bodies.values()]
+    surfaces = {
+        name: _outward(np.concatenate(nodes), outside, f"{path}: surface {name!r}")
+        for name, nodes in faces.items()
+    }
+    for name, nodes in mesh.node_sets.items():
+        found = (of_body[np.isin(of_body[:, :3], nodes).all(axis=1)] for of_body in outside)
+        # Bodies that share a surface have its facets twice; they are those of the first.
+        facets = next((part for part in found if len(part)), None)
+        if facets is not None:
+            surfaces.setdefault(name, facets)
+    return TetMesh(points, tets, surfaces, bodies)
+
+
+def _bodies(
+    solids: dict[str, list[NDArray[np.int64]]], path: Path
+) -> dict[str, list[NDArray[np.int64]]]:
+    """Tetrahedra by body: as named; those of one group in a foreign file are the carrier."""
+    orders = {nodes.shape[1] for parts in solids.values() for nodes in parts}
+    if len(orders) > 1:
+        raise ValueError(
+            f"{path}: linear and quadratic tetrahedra; expected one of the two throughout"
+        )
+    if len(solids) == 1 and path.suffix.lower() in FORMATS:
+        return {"carrier": next(iter(solids.values()))}
     if not solids or "" in solids:
         what = (
             "no quadratic tetrahedra"
@@ -230,17 +317,13 @@ def _from_blocks(
         raise ValueError(
             f"{path}: {what}; expected all of them in physical volumes such as 'carrier' and 'pins'"
         )
-    parts = {name: np.concatenate(nodes) for name, nodes in solids.items()}
-    edges = np.cumsum([0, *(len(part) for part in parts.values())])
-    bodies = {name: np.arange(edges[i], edges[i + 1]) for i, name in enumerate(parts)}
-    outside = [boundary_facets(part) for part in parts.values()]
-    surfaces = {
-        name: _outward(np.concatenate(nodes), outside, f"{path}: surface {name!r}")
-        for name, nodes in faces.items()
-    }
-    return TetMesh(
-        np.asarray(points, dtype=np.float64), np.concatenate(list(parts.values())), surfaces, bodies
-    )
+    unknown = sorted(solids.keys() - {"carrier", "pins", "main_shaft"})
+    if unknown and path.suffix.lower() in FORMATS:
+        raise ValueError(
+            f"{path}: groups of elements {', '.join(map(repr, unknown))}; expected 'carrier' and "
+            "'pins', or [mesh.bodies] of the surfaces file saying which is which"
+        )
+    return solids
 
 
 def _outward(

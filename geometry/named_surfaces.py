@@ -33,7 +33,7 @@ def with_carrier_surfaces(
 
     ``shaft_face``, ``rim_face`` (outside the sensor circle), ``upwind_seat``, ``downwind_seat``,
     ``pin_i_upwind`` and ``pin_i_downwind`` (bores), ``pin_i_midspan`` (planet bearings' seat,
-    bonded pins only), i = 1, 2, 3. A half sector keeps those that it holds a part of.
+    bonded pins only), i = 1, 2, 3 ... A half sector keeps those that it holds a part of.
 
     Raises
     ------
@@ -51,7 +51,8 @@ def with_carrier_surfaces(
             if "midspan" in name
         }
         surfaces |= _matching(mesh, pin_facets, equations)
-    return _checked(mesh, surfaces)
+    whole = mesh.symmetry_order == carrier.n_planets
+    return _checked(mesh, surfaces, complete=whole)
 
 
 def with_pin_surfaces(mesh: TetMesh, carrier: CarrierParameters, pin: PinParameters) -> TetMesh:
@@ -97,7 +98,7 @@ def carrier_surface_equations(p: CarrierParameters) -> dict[str, Surface]:
             p.seat_outer_diameter / 2.0,
         ),
     }
-    for number, angle in enumerate(pin_angles(), start=1):
+    for number, angle in enumerate(pin_angles(p.n_planets), start=1):
         for side, x in (("upwind", p.upwind_bore_x), ("downwind", p.downwind_bore_x)):
             surfaces[f"pin_{number}_{side}"] = _cylinder(
                 x, p.pin_hole_radius, (p.centre_distance, float(angle))
@@ -106,11 +107,11 @@ def carrier_surface_equations(p: CarrierParameters) -> dict[str, Surface]:
 
 
 def pin_surface_equations(p: CarrierParameters, pin: PinParameters) -> dict[str, Surface]:
-    """Equation of each named surface of the three pins."""
+    """Equation of each named surface of the pins."""
     middle = p.upwind_plate_thickness + p.plate_gap / 2.0
     seat = (middle - pin.bearing_width / 2.0, middle + pin.bearing_width / 2.0)
     surfaces: dict[str, Surface] = {}
-    for number, angle in enumerate(pin_angles(), start=1):
+    for number, angle in enumerate(pin_angles(p.n_planets), start=1):
         for part, x in (
             ("upwind", p.upwind_bore_x),
             ("downwind", p.downwind_bore_x),
@@ -153,11 +154,9 @@ def _matching(
     return {name: facets[lies_on(coordinates).all(axis=1)] for name, lies_on in equations.items()}
 
 
-def _checked(
-    mesh: TetMesh, surfaces: dict[str, NDArray[np.int64]], *, complete: bool | None = None
-) -> TetMesh:
+def _checked(mesh: TetMesh, surfaces: dict[str, NDArray[np.int64]], *, complete: bool) -> TetMesh:
     empty = [name for name, facets in surfaces.items() if not len(facets)]
-    if empty and (mesh.symmetry_order == 3 if complete is None else complete):
+    if empty and complete:
         raise ValueError(
             f"the mesh has no facet on {', '.join(empty)}: it does not belong to these parameters"
         )

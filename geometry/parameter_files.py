@@ -5,6 +5,7 @@ Tables [carrier], [pin], [gear] and [main_shaft], every key a field of the param
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from importlib.resources import as_file, files
 from pathlib import Path
 
 from carrierflex.files.problems import Problems, problems_of, refuse
@@ -46,6 +47,13 @@ class StageParameters:
                 f"GearData.centre_distance is {self.gear.centre_distance} m; expected the "
                 f"carrier's centre_distance {self.carrier.centre_distance} m"
             )
+        yield from self.gear.assembly_conflicts(self.carrier.n_planets)
+
+
+def _shipped_sets() -> dict[str, Path]:
+    """Files of dimensions that come with the package, by name."""
+    with as_file(files("carrierflex.geometry") / "sets") as folder:
+        return {path.stem: path for path in folder.glob("*.toml")}
 
 
 def read_parameters(path: Path | None) -> StageParameters:
@@ -54,7 +62,8 @@ def read_parameters(path: Path | None) -> StageParameters:
     Parameters
     ----------
     path : Path or None
-        TOML file; tables and keys that it leaves out keep their defaults (metres, radians).
+        TOML file; tables and keys that it leaves out keep their defaults (metres, radians). Or the
+        name of a set that comes with the package: ``four_planets``.
 
     Raises
     ------
@@ -68,6 +77,7 @@ def read_parameters(path: Path | None) -> StageParameters:
         return StageParameters()
     from carrierflex.geometry.parameter_tables import ParameterTables
 
+    path = _shipped_sets().get(str(path), path)
     tables = read_toml(path, PARAMETER_FILE, ParameterTables)
     try:
         return StageParameters(tables.carrier, tables.pin, tables.gear, tables.main_shaft)

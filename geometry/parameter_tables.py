@@ -6,6 +6,7 @@ from carrierflex.files.toml_values import (
     FieldsOf,
     Key,
     NotNegative,
+    Planets,
     Positive,
     Teeth,
     TomlTable,
@@ -49,6 +50,12 @@ GEAR_KEYS = {
     "helix_angle": Key(
         NotNegative, "Helix angle; the sun is right-handed; 0 for spur gears", "rad"
     ),
+    "module": Key(Positive, "Normal module", "m"),
+    "sun_tip_diameter": Key(Positive, "Tip diameter of the sun", "m"),
+    "planet_tip_diameter": Key(Positive, "Tip diameter of a planet", "m"),
+    "ring_tip_diameter": Key(Positive, "Tip diameter of the ring, its smallest", "m"),
+    "sun_width": Key(Positive, "Face width of the sun", "m"),
+    "planet_width": Key(Positive, "Face width of planets and ring", "m"),
 }
 _MAIN_SHAFT = {
     "outer_diameter": "Outer diameter of the main shaft",
@@ -64,10 +71,18 @@ def _lengths(words: dict[str, str]) -> FieldsOf:
     return FieldsOf({name: Key(Positive, text, "m") for name, text in words.items()})
 
 
+_CARRIER_KEYS = FieldsOf(
+    {
+        **{name: Key(Positive, text, "m") for name, text in _CARRIER.items()},
+        "n_planets": Key(Planets, "Number of planets, 3 to 8, and of pins and webs"),
+    }
+)
+
+
 class ParameterTables(TomlTable):
     """Dimensions of the carrier, pins, gears and main shaft; what is left out keeps its default."""
 
-    carrier: Annotated[CarrierParameters, _lengths(_CARRIER)] = key(
+    carrier: Annotated[CarrierParameters, _CARRIER_KEYS] = key(
         "Planet carrier",
         default_factory=CarrierParameters,
     )

@@ -14,19 +14,22 @@ from numpy.typing import NDArray
 
 from carrierflex.files.problems import refuse
 
-#: Half the angle between two pins: a half sector of the carrier runs from a pin's plane to a web's
-#: plane.
-HALF_SECTOR_ANGLE = math.pi / 3.0
-N_PINS = 3
+#: Fewest and most planets of a carrier: two hold no symmetric tilt, nine leave no room for webs.
+FEWEST_PLANETS, MOST_PLANETS = 3, 8
 #: No planet carrier is larger [m]; a value in millimetres is.
 _LARGEST_RADIUS = 5.0
 #: The pin holes are drilled past hub and seat; they may cut that deep a notch into them [m].
 _DEEPEST_NOTCH = 0.005
 
 
-def pin_angles() -> NDArray[np.float64]:
-    """Carrier-frame angles of pins 1, 2 and 3 [rad]: 0, 120 and 240 deg."""
-    return 2.0 * np.pi * np.arange(N_PINS) / N_PINS
+def pin_angles(n_planets: int) -> NDArray[np.float64]:
+    """Carrier-frame angles of pins 1, 2, 3 ... [rad], shape (n_planets,): equal, from 0."""
+    return 2.0 * np.pi * np.arange(n_planets) / n_planets
+
+
+def half_sector_angle(n_planets: int) -> float:
+    """Half the angle between two pins [rad]: a half sector runs from a pin's plane to a web's."""
+    return math.pi / n_planets
 
 
 def refuse_non_positive(parameters: object, *, but: tuple[str, ...] = ()) -> None:
@@ -51,14 +54,14 @@ def _non_positive(parameters: object, but: tuple[str, ...]) -> Iterator[str]:
 class CarrierParameters:
     """Dimensions of the planet carrier [m], checked for consistency.
 
-    Two plates joined by three webs midway between the pins; a hub upwind, shrunk onto the main
+    Two plates joined by webs midway between the pins; a hub upwind, shrunk onto the main
     shaft; a seat for the downwind bearing. All fillets are left out, as in the paper's mesh.
 
     Raises
     ------
     ValueError
-        Where a dimension is not positive or two of them contradict each other; the message names
-        the parameter.
+        Where a dimension is not positive, two of them contradict each other or there are fewer
+        than three or more than eight planets; the message names the parameter.
     """
 
     outer_radius: float = 0.435
@@ -96,9 +99,17 @@ class CarrierParameters:
     """Chosen: bearing width 46 mm."""
     sensor_radius: float = 0.412
     """Paper, section 2: the proximity sensors' distance from the axis."""
+    n_planets: int = 3
+    """Paper, section 2: planets, and as many pins and webs."""
 
     def __post_init__(self) -> None:
         refuse_non_positive(self)
+        whole = isinstance(self.n_planets, int)
+        if not (whole and FEWEST_PLANETS <= self.n_planets <= MOST_PLANETS):
+            raise ValueError(
+                f"CarrierParameters.n_planets is {self.n_planets}; expected a whole number from "
+                f"{FEWEST_PLANETS} to {MOST_PLANETS}"
+            )
         # In millimetres nothing else would make sense either.
         if self.outer_radius > _LARGEST_RADIUS:
             raise ValueError(
@@ -173,6 +184,13 @@ class CarrierParameters:
                 f"reaches radius {outer:.4g} m and leaves the plate; expected less than "
                 f"outer_radius {self.outer_radius} m"
             )
+        to_web = self.centre_distance * math.sin(half_sector_angle(self.n_planets))
+        if to_web <= self.pin_hole_radius:
+            yield (
+                f"CarrierParameters.n_planets is {self.n_planets}: neighbouring pin holes of "
+                f"pin_hole_diameter {self.pin_hole_diameter} m stand {2.0 * to_web:.4g} m apart "
+                "and overlap; expected fewer planets, thinner pins or a larger centre_distance"
+            )
         for name in ("hub_outer_diameter", "seat_outer_diameter"):
             if inner <= getattr(self, name) / 2.0 - _DEEPEST_NOTCH:
                 yield (
@@ -188,12 +206,11 @@ class CarrierParameters:
                 f"CarrierParameters.web_inner_radius is {self.web_inner_radius} m; expected less "
                 f"than outer_radius {self.outer_radius} m"
             )
-        # Nearest distance of the web's middle plane (60 deg from the pin) to the pin axis, within
-        # the web's radii.
-        r_nearest = min(
-            max(a * math.cos(HALF_SECTOR_ANGLE), self.web_inner_radius), self.outer_radius
-        )
-        nearest = math.sqrt(r_nearest**2 + a**2 - 2.0 * r_nearest * a * math.cos(HALF_SECTOR_ANGLE))
+        # Nearest distance of the web's middle plane (half a pitch from the pin) to the pin axis,
+        # within the web's radii.
+        across = math.cos(half_sector_angle(self.n_planets))
+        r_nearest = min(max(a * across, self.web_inner_radius), self.outer_radius)
+        nearest = math.sqrt(r_nearest**2 + a**2 - 2.0 * r_nearest * a * across)
         if nearest <= clearance:
             yield (
                 f"CarrierParameters.planet_clearance_radius is {clearance} m: the webs touch the "
@@ -301,6 +318,18 @@ class GearData:
     """Paper, Table 3 [rad]; sun right-handed, planet and ring left-handed (GRC).
 
     0 for spur gears (paper, section 3.2)."""
+    module: float = 0.010
+    """Paper, Table 3: normal module [m]."""
+    sun_tip_diameter: float = 0.2356
+    """Derived from the paper's Table 3 [m]."""
+    planet_tip_diameter: float = 0.4212
+    """Derived, as above."""
+    ring_tip_diameter: float = 0.998
+    """Derived, as above."""
+    sun_width: float = 0.220
+    """GRC: face width of the sun (NREL/TP-500-58190) [m]."""
+    planet_width: float = 0.2275
+    """GRC: face width of planets and ring, as above [m]."""
 
     def __post_init__(self) -> None:
         refuse_non_positive(self, but=("helix_angle",))
@@ -321,10 +350,19 @@ class GearData:
                 f"GearData.ring_teeth is {self.ring_teeth}; expected sun_teeth + 2 planet_teeth = "
                 f"{self.sun_teeth + 2 * self.planet_teeth}"
             )
-        if (self.ring_teeth + self.sun_teeth) % N_PINS:
+
+    def assembly_conflicts(self, n_planets: int) -> Iterator[str]:
+        """What keeps so many planets from being assembled at equal angles, or from having room."""
+        if (self.ring_teeth + self.sun_teeth) % n_planets:
             yield (
                 f"GearData.sun_teeth is {self.sun_teeth}; expected ring_teeth + sun_teeth "
-                f"divisible by {N_PINS}, or the planets cannot be assembled at equal angles"
+                f"divisible by {n_planets}, or the planets cannot be assembled at equal angles"
+            )
+        between = 2.0 * self.centre_distance * math.sin(half_sector_angle(n_planets))
+        if self.planet_tip_diameter >= between:
+            yield (
+                f"GearData.planet_tip_diameter is {self.planet_tip_diameter} m: planets stand "
+                f"{between:.4g} m apart and touch; expected less, or fewer planets than {n_planets}"
             )
 
     @property

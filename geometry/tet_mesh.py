@@ -34,7 +34,8 @@ class TetMesh:
     bodies : mapping of str to ndarray of int
         Element numbers of each body.
     symmetry_order : int
-        3 for a mesh with the carrier's dihedral symmetry D3, 1 for one without rotational symmetry.
+        N for a mesh with the dihedral symmetry D_N of a carrier of N pins, 1 for one without
+        rotational symmetry.
 
     Raises
     ------

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from carrierflex.fe.couplings import Pilot
 from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.geometry.pin_names import planets_of
 from carrierflex.reduction.craig_bampton import Reduction, numbered_coordinates
 from carrierflex.reduction.cyclic_symmetry import (
     asymmetry_ppm,
@@ -182,7 +183,7 @@ def inner_checks(model: ReducedModel, cut_off_hz: float) -> tuple[Check, ...]:
     A reader of the body file can repeat them.
 
     Mass, centre and inertia from three kinds of rigid-body modes, and grounding. Where the pilots
-    map onto one another under the rotation by 120 degrees: the symmetry of their stiffness and
+    map onto one another under the rotation by the pins' pitch: the symmetry of their stiffness and
     mass, that of what the modes add, and how alike they answer up to `cut_off_hz` [Hz].
     """
     if model.provenance.get(FREE_MOTIONS, "6") != "6":
@@ -207,8 +208,9 @@ def inner_checks(model: ReducedModel, cut_off_hz: float) -> tuple[Check, ...]:
 
 
 def _symmetry_checks(model: ReducedModel, cut_off_hz: float) -> list[Check]:
+    pitch = 360.0 / planets_of(model.pilots)
     figures = {
-        "asymmetry under 120 deg, ppm": (asymmetry_ppm(model), _LIMITS["asymmetry"]),
+        f"asymmetry under {pitch:.4g} deg, ppm": (asymmetry_ppm(model), _LIMITS["asymmetry"]),
         "asymmetry of the modal part, ppm": (modal_asymmetry_ppm(model), _LIMITS["asymmetry"]),
         "unlike response of equal pilots up to the cut-off": (
             unlike_response(model, cut_off_hz) if cut_off_hz > 0.0 else None,

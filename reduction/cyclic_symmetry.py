@@ -1,6 +1,6 @@
 """How far a reduced body is from the symmetry of its part.
 
-Reduced matrices under the rotation by 120 degrees.
+Reduced matrices under the rotation by the pins' pitch.
 """
 
 import numpy as np
@@ -8,7 +8,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from carrierflex.geometry.dihedral import rotation_about_x
-from carrierflex.geometry.parameters import N_PINS
+from carrierflex.geometry.pin_names import planets_of
 from carrierflex.reduction.dynamic_stiffness import LOSS_FACTOR
 from carrierflex.reduction.reduced_model import ReducedModel
 
@@ -21,18 +21,18 @@ _N_SIGMA = 8
 
 
 def pilot_rotation(model: ReducedModel) -> NDArray[np.float64] | None:
-    """Permutation and rotation of the pilots' coordinates under +120 deg about x.
+    """Permutation and rotation of the pilots' coordinates under the rotation by a pitch about x.
 
     None where the pilots do not map, or have fewer than six components.
 
     Returns
     -------
     ndarray, shape (6 p, 6 p), or None
-        Q such that a motion q of the body, turned by 120 deg, is Q q.
+        Q such that a motion q of the body, turned by the pins' pitch, is Q q.
     """
     if model.pilot_components:
         return None
-    R = rotation_about_x(2.0 * np.pi / N_PINS)
+    R = rotation_about_x(2.0 * np.pi / planets_of(model.pilots))
     names = list(model.pilots)
     points = np.array([model.pilots[name] for name in names])
     Q = np.zeros((6 * len(names), 6 * len(names)))

@@ -4,7 +4,7 @@ One small solve a stiffness; and its mixes of two extremes.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,6 +14,7 @@ from carrierflex.fe.carrier_curves import UNIT_TORQUE, sensor_curve
 from carrierflex.fe.curve_mixes import convex_mix, least_squares_mix, nonnegative_mix
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.fe.load_cases import GearForces, PilotLoad
+from carrierflex.geometry.pin_names import planets_of
 from carrierflex.reduction.pin_joints import carrier_with_pins, drive_torque_load
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.reduced_static import static_coordinates
@@ -73,10 +74,15 @@ class PinFitFamily:
     radius: float
     sliding: bool = False
 
+    @property
+    def n_planets(self) -> int:
+        """Number of the carrier's pins."""
+        return planets_of(self.carrier.pilots)
+
     def curve(self, stiffness: float) -> DeflectionCurve:
         """Torque curve with interfaces of `stiffness` [N m/rad], from 0 to infinity."""
         model = carrier_with_pins(self.carrier, self.pin, stiffness, sliding=self.sliding)
-        loads = drive_torque_load(self.forces.F_PLC, self.forces.M_t)
+        loads = drive_torque_load(self.forces.F_PLC, self.forces.M_t, self.n_planets)
         return torque_curve(f"{stiffness:.3g} N m/rad", model, loads, self.radius)
 
     @cached_property
@@ -122,10 +128,8 @@ class PinFitRow:
     stiffness: float
     """Of every interface [N m/rad]."""
     peaks: int
-    order_3: float
-    """Amplitude [m per kN m], as the other orders."""
-    order_6: float
-    order_9: float
+    orders: Mapping[int, float]
+    """Amplitude [m per kN m] of the orders N, 2 N and 3 N of N planets."""
     rms: float
     """Of the curve [m per kN m]."""
     rho_s: float
@@ -171,7 +175,7 @@ class ExtremeCurves:
 def rms(curve: DeflectionCurve) -> float:
     """RMS of the axial curve [m per unit load].
 
-    Of a curve of orders 3, 6, 9 ... its mean is zero.
+    Of a curve of orders N, 2 N, 3 N ... its mean is zero.
     """
     return float(np.sqrt(np.mean(curve.axial**2)))
 
@@ -188,9 +192,7 @@ def pin_fit_row(family: PinFitFamily, stiffness: float, extremes: ExtremeCurves)
         axial="sliding" if family.sliding else "tied",
         stiffness=stiffness,
         peaks=len(curve.peak_angles()),
-        order_3=float(content[3]),
-        order_6=float(content[6]),
-        order_9=float(content[9]),
+        orders={order: float(content[order]) for order in family.n_planets * np.array([1, 2, 3])},
         rms=rms(curve),
         rho_s=best.rho_s,
         rho_f=best.rho_f,

@@ -1,4 +1,4 @@
-"""The carrier with its three pins in the reduced space, the pin fit as one bending stiffness."""
+"""The carrier with its pins in the reduced space, the pin fit as one bending stiffness."""
 
 import math
 
@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.fe.load_cases import bonded_pin_load, together
-from carrierflex.geometry.parameters import N_PINS, pin_angles
+from carrierflex.geometry.parameters import pin_angles
+from carrierflex.geometry.pin_names import planets_of
 from carrierflex.reduction.assembly import Joint, assembled
 from carrierflex.reduction.reduced_model import ReducedModel, turned
 
@@ -26,7 +27,7 @@ _PARTS = ("upwind", "midspan", "downwind")
 
 
 def pin_pilot(pin: int, part: str) -> str:
-    """Name of a pilot on pin 1, 2 or 3 in the assembly.
+    """Name of a pilot on pin 1, 2, 3 ... in the assembly.
 
     Its carrier counterpart's name and ``_of_pin``.
     """
@@ -40,7 +41,7 @@ def carrier_with_pins(
     *,
     sliding: bool = False,
 ) -> ReducedModel:
-    """Join the flexible carrier and three copies of pin 1 at six interfaces.
+    """Join the flexible carrier and copies of pin 1, one for every pair of bores.
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ def carrier_with_pins(
     """
     bodies = [carrier]
     joints = []
-    for number, angle in enumerate(pin_angles(), start=1):
+    for number, angle in enumerate(pin_angles(planets_of(carrier.pilots)), start=1):
         rename = {f"pin_1_{part}": pin_pilot(number, part) for part in _PARTS}
         bodies.append(turned(pin, float(angle), rename))
         for side in ("upwind", "downwind"):
@@ -80,10 +81,13 @@ def carrier_with_pins(
     return assembled("carrier_with_pins", bodies, joints)
 
 
-def drive_torque_load(force: float, moment: float) -> dict[str, NDArray[np.float64]]:
-    """Loads at the three pins' mid-spans in the assembly.
+def drive_torque_load(
+    force: float, moment: float, n_planets: int
+) -> dict[str, NDArray[np.float64]]:
+    """Loads at the pins' mid-spans in the assembly.
 
     Signs as in :func:`carrierflex.fe.load_cases.bonded_pin_load`.
     """
-    loads = together(*(bonded_pin_load(pin, force, moment) for pin in range(1, N_PINS + 1)))
+    pins = range(1, n_planets + 1)
+    loads = together(*(bonded_pin_load(pin, force, moment, n_planets) for pin in pins))
     return {f"{name}_of_pin": load for name, load in loads.items()}

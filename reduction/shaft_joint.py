@@ -18,9 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.fe.load_cases import radial
-from carrierflex.geometry.parameters import N_PINS
 from carrierflex.reduction.assembly import ImposedMotion, Joint, assembled, imposed_motion
-from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, carrier_with_pins, pin_pilot
+from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, carrier_with_pins
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.reduced_static import constrained_solution
 
@@ -30,8 +29,6 @@ COUPLING = "coupling_flange"
 MAIN_BEARING = "main_bearing_seat"
 #: Pilots at the carrier's bearings A (upwind) and B (downwind).
 CARRIER_BEARINGS = ("upwind_seat", "downwind_seat")
-#: Pilots at the planets' positions on pins 1, 2, 3.
-PLANETS = tuple(pin_pilot(number, "midspan") for number in range(1, N_PINS + 1))
 
 _SHAFT_SIDE, _CARRIER_SIDE = "carrier_joint", "shaft_face"
 #: Larger angles [rad] leave the small-motion frame: an error of 0.1 % in the tilt itself.
@@ -147,7 +144,7 @@ def rotating_group(
     pin_fit: float = PAPER_STIFFNESS,
     misalignment: Misalignment | None = None,
 ) -> RotatingGroup:
-    """Main shaft, carrier and three pins: all that turns with the carrier except the planets.
+    """Main shaft, carrier and pins: all that turns with the carrier except the planets.
 
     Parameters
     ----------
@@ -166,8 +163,8 @@ def rotating_group(
     Returns
     -------
     RotatingGroup
-        With the pilots `COUPLING`, `MAIN_BEARING`, `CARRIER_BEARINGS`, `PLANETS` and the carrier's
-        rim sensors.
+        With the pilots `COUPLING`, `MAIN_BEARING`, `CARRIER_BEARINGS`, one at every pin's mid-span
+        and the carrier's rim sensors.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """Craig-Bampton reduction of a body with dihedral symmetry from its half sector.
 
-Three small problems for one large.
+Small problems for one large: three of them of three planets, five of four.
 
 Every block of :mod:`carrierflex.fe.symmetry_blocks` gives constraint modes in its own pilot
 coordinates, and fixed-interface modes; pairs of equal frequency are the partners of one mode of the
@@ -10,7 +10,7 @@ block, ``K_bb = Σ X_j K_b X_jᵀ``. On image g of the half sector the basis is
     T(g x) = ρ(g) T(x) Q(g)ᵀ,
 
 Q the motion of the reduced coordinates under the group, so that mass, inertia invariants and sensor
-rows are sums over six images of integrals over one. Nothing of the whole body's size is ever made.
+rows are sums over all images of integrals over one. Nothing of the whole body's size is ever made.
 """
 
 from dataclasses import dataclass
@@ -22,10 +22,7 @@ from numpy.typing import NDArray
 
 from carrierflex.fe.symmetry_blocks import HalfSector, symmetry_block
 from carrierflex.geometry.dihedral_group import (
-    IRREDUCIBLE_REPRESENTATIONS,
-    MOTIONS,
     IrreducibleRepresentation,
-    pilot_motions,
 )
 from carrierflex.reduction.ffrf_data import FfrfData, ffrf_data
 from carrierflex.reduction.fixed_interface_modes import fixed_interface_modes
@@ -52,7 +49,7 @@ class SymmetricBasis:
         Fixed-interface angular frequencies [rad/s], ascending; both partners of every pair.
     T : ndarray, shape (n_half, m + k)
         Basis on the half sector, pilots' coordinates first.
-    motions : ndarray, shape (6, m + k, m + k)
+    motions : ndarray, shape (2 N, m + k, m + k)
         Motion Q(g) of the reduced coordinates under the group.
     """
 
@@ -70,11 +67,11 @@ class SymmetricBasis:
         return np.asarray(rows @ self.motions[number].T)
 
     def inertia_invariants(self) -> FfrfData:
-        """Inertia invariants of the whole body: those of six images of the half sector."""
+        """Inertia invariants of the whole body: those of all images of the half sector."""
         half_sector = ffrf_data(self.half.structure, self.T)
         images = [
             half_sector.turned(rho).transformed(Q.T)
-            for rho, Q in zip(MOTIONS, self.motions, strict=True)
+            for rho, Q in zip(self.half.group.motions, self.motions, strict=True)
         ]
         return FfrfData(
             mass=sum(image.mass for image in images),
@@ -103,7 +100,7 @@ class SymmetricBasis:
         tree = scipy.spatial.KDTree(points)
         field = np.full((len(points), 3, self.T.shape[1]), np.nan)
         on_nodes = self.T.reshape(-1, 3, self.T.shape[1])
-        for number, rho in enumerate(MOTIONS):
+        for number, rho in enumerate(self.half.group.motions):
             distance, node = tree.query(self.half.structure.points @ rho.T)
             if distance.max() > _SAME_POINT:
                 raise ValueError(
@@ -114,8 +111,8 @@ class SymmetricBasis:
             field[node] = np.einsum("ab,nbc->nac", rho, self.on_image(number, on_nodes))
         if np.isnan(field).any():
             raise ValueError(
-                "the body has nodes that are no images of the half sector's; expected six images "
-                "of it"
+                "the body has nodes that are no images of the half sector's; expected the images "
+                "of it and no more"
             )
         return field.reshape(-1, self.T.shape[1])
 
@@ -171,9 +168,10 @@ def symmetric_basis(half: HalfSector, kept: int | ModeRule, *, seed: int = 0) ->
     def lowest_modes(n_modes: int) -> _SolvedBody:
         return _with_lowest_modes(half, n_modes, seed)
 
-    body, n_modes = modes_by_rule(rule_of(kept), lowest_modes, 6 * half.structure.n_dofs)
+    most = len(half.group.motions) * half.structure.n_dofs
+    body, n_modes = modes_by_rule(rule_of(kept), lowest_modes, most)
     solved, chosen = body.blocks, _lowest(body.blocks, n_modes)
-    n_half, pilots = half.structure.n_dofs, pilot_motions(half.pilot_points)
+    n_half, pilots = half.structure.n_dofs, half.pilot_motions
     T_pilots = np.zeros((n_half, pilots.shape[1]))
     K_bb = np.zeros(pilots.shape[1:])
     for part in solved:
@@ -220,14 +218,10 @@ def _solved(
 
 def _with_lowest_modes(half: HalfSector, n_modes: int, seed: int) -> _SolvedBody:
     """All blocks, each with a mode at or above the highest of the lowest `n_modes` of the body."""
-    shares = [
-        -(-n_modes * kind.dimension // 6) + _SPARE_MODES for kind in IRREDUCIBLE_REPRESENTATIONS
-    ]
-    counts = shares if n_modes else [0, 0, 0]
-    solved = [
-        _solved(half, kind, n, seed)
-        for kind, n in zip(IRREDUCIBLE_REPRESENTATIONS, counts, strict=True)
-    ]
+    kinds, images = half.group.representations, len(half.group.motions)
+    shares = [-(-n_modes * kind.dimension // images) + _SPARE_MODES for kind in kinds]
+    counts = shares if n_modes else [0] * len(kinds)
+    solved = [_solved(half, kind, n, seed) for kind, n in zip(kinds, counts, strict=True)]
     while True:
         have = np.sort(
             np.concatenate([np.repeat(part.omega, part.kind.dimension) for part in solved])

@@ -14,9 +14,9 @@ import pytest
 
 from carrierflex.fe.carrier_curves import carrier_deflection, flexible_cases, stiff_cases
 from carrierflex.fe.structural_model import (
-    FLEXIBLE_CARRIER_PILOTS,
     PIN_PILOTS,
-    STIFF_CARRIER_PILOTS,
+    flexible_carrier_pilots,
+    stiff_carrier_pilots,
     structural_model,
 )
 from carrierflex.geometry.carrier_mesh import (
@@ -170,12 +170,12 @@ def stiff_half(carrier, pin):
 
 @pytest.fixture(scope="session")
 def flexible_structure(flexible_mesh, carrier):
-    return structural_model("flexible_carrier", flexible_mesh, carrier, FLEXIBLE_CARRIER_PILOTS)
+    return structural_model("flexible_carrier", flexible_mesh, carrier, flexible_carrier_pilots(3))
 
 
 @pytest.fixture(scope="session")
 def stiff_structure(stiff_mesh, carrier):
-    return structural_model("stiff_carrier", stiff_mesh, carrier, STIFF_CARRIER_PILOTS)
+    return structural_model("stiff_carrier", stiff_mesh, carrier, stiff_carrier_pilots(3))
 
 
 @pytest.fixture(scope="session")
@@ -192,7 +192,7 @@ def flexible_deflection(flexible_structure, flexible_mesh, carrier, gear):
 @pytest.fixture(scope="session")
 def stiff_deflection(stiff_structure, stiff_mesh, gear):
     return carrier_deflection(
-        stiff_structure, np.unique(stiff_mesh.surface("shaft_face")), stiff_cases(gear)
+        stiff_structure, np.unique(stiff_mesh.surface("shaft_face")), stiff_cases(gear, 3)
     )
 
 

@@ -40,13 +40,16 @@ def draw_carriers(
         )
     for name, body in (("flexible", reduced.flexible), ("stiff", reduced.stiff)):
         save_image(folder / f"{name}_modes.png", modes_picture(variants[name].mesh, body.modes))
+    n_planets = variants["flexible"].n_planets
     save_figure(
-        folder / "deflection_curves.png", curves_figure(curves["delta_s"], curves["delta_f"])
+        folder / "deflection_curves.png",
+        curves_figure(curves["delta_s"], curves["delta_f"], n_planets),
     )
     joined = {_stiffness_label(k): curve for k, curve in reduced.joined.items()}
     labelled = {"no pins (FE)": curves["delta_f"], **joined, "bonded (FE)": curves["delta_s"]}
     save_figure(
-        folder / "pin_fit.png", order_content_figure(list(labelled), list(labelled.values()))
+        folder / "pin_fit.png",
+        order_content_figure(list(labelled), list(labelled.values()), n_planets),
     )
 
 

@@ -12,12 +12,13 @@ from pathlib import Path
 
 from carrierflex.fe.carrier_curves import named_curves
 from carrierflex.fe.curve_files import write_curves
-from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import provenance, versions
+from carrierflex.files.whole_files import whole_file
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.mesh_files import write_mesh
 from carrierflex.geometry.parameter_files import read_parameters
+from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.identification.campaign.campaign_files import prepare_campaign_folder
 from carrierflex.reduction.body_files import write_body
 from carrierflex.simulation.carrier.case_files import shipped_case
@@ -59,7 +60,7 @@ def main(
         Element edge length [m].
     parameters
         TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
-        keeps its default.
+        keeps its default. four_planets: a set that comes with the package.
     study_sizes
         Element edge lengths of the mesh study [m], descending.
     quiet
@@ -100,7 +101,8 @@ def main(
         in_time = run_reduced_bodies.main(
             reduced.flexible.model, reduced.pin.model, stage.gear, curves=curves, out=out
         )
-    simulated, identified, gap = _signals(out, curves, stages)
+    case = _load_cases(out, stage.carrier.n_planets)
+    simulated, identified, gap = _signals(out, case, stages)
     job = Job(
         stage,
         variants,
@@ -128,8 +130,21 @@ def _write_meshes(folder: Path, variants: Mapping[str, CarrierVariant]) -> None:
             write_mesh(variant.mesh, folder / f"{name}_carrier{suffix}")
 
 
+def _load_cases(out: Path, n_planets: int) -> Path:
+    """The shipped load cases, or a copy of them for a carrier of another number of planets."""
+    shipped = shipped_case()
+    if n_planets == CarrierParameters.n_planets:
+        return shipped
+    text = shipped.read_text(encoding="utf-8")
+    stated = f"n_planets = {CarrierParameters.n_planets}\n"
+    copy = out / "load_cases.toml"
+    with whole_file(copy) as temporary:
+        temporary.write_text(text.replace(stated, f"n_planets = {n_planets}\n"), encoding="utf-8")
+    return copy
+
+
 def _signals(
-    out: Path, curves: Mapping[str, DeflectionCurve], stages: Stages
+    out: Path, case: Path, stages: Stages
 ) -> tuple[
     simulate_carrier.SimulatedLoadCases, identify_parameters.Identification, diagnose_load_cases.Gap
 ]:
@@ -137,7 +152,7 @@ def _signals(
     campaign = out / "campaign"
     with stages.stage("load cases LC1 to LC4 simulated"):
         simulated = simulate_carrier.main(
-            shipped_case(), out=campaign, curves=out / "deflection_curves.csv", quiet=True
+            case, out=campaign, curves=out / "deflection_curves.csv", quiet=True
         )
     with stages.stage("M1 and M2 identified"):
         identified = identify_parameters.identify_carrier(

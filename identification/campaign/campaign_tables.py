@@ -22,6 +22,7 @@ from carrierflex.files.toml_values import (
     KeysOf,
     NotNegative,
     Number,
+    Planets,
     Positive,
     PositiveCount,
     Text,
@@ -30,7 +31,7 @@ from carrierflex.files.toml_values import (
     different,
     key,
 )
-from carrierflex.geometry.parameters import N_PINS
+from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.identification.campaign.campaign import (
     Baseline,
     KnownValue,
@@ -179,9 +180,6 @@ def baseline_of(table: BaselineTable) -> Baseline:
     return Baseline(table.source, tuple(table.effects), fixed, tuple(table.impossible), shifts)
 
 
-Planets = Annotated[int, Field(ge=3, le=8), Expected("a whole number from 3 to 8")]
-
-
 class CarrierRigTable(TomlTable):
     """Nominal facts of the carrier's rig."""
 
@@ -200,9 +198,10 @@ class CarrierRigTable(TomlTable):
 
     @model_validator(mode="after")
     def _has_curves_of_its_planets(self) -> "CarrierRigTable":
-        if self.n_planets != N_PINS and self.deflection_curves is None:
+        of_default = CarrierParameters.n_planets
+        if self.n_planets != of_default and self.deflection_curves is None:
             raise ValueError(
-                f"key 'n_planets' is {self.n_planets}, and the default carrier has {N_PINS}; "
+                f"key 'n_planets' is {self.n_planets}, and the default carrier has {of_default}; "
                 "expected key 'deflection_curves' with those of the carrier"
             )
         return self

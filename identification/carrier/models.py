@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.fe.deflection_curves import DeflectionCurve
-from carrierflex.geometry.parameters import N_PINS
+from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.identification.campaign.campaign import Channel
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.effects.deflection import FLEXIBLE_PINS, STIFF_PINS
@@ -98,10 +98,10 @@ def rim_sensor(channel: Channel) -> RimSensor:
 
 
 def _rig(curves: Mapping[str, DeflectionCurve], pin_angle: float = 0.0) -> CarrierRig:
-    """Rig of effects that use neither the nominal torque nor the radius of the pins."""
+    """Rig of effects that use neither the nominal torque nor number and radius of the pins."""
     return CarrierRig(
         nominal_torque=np.nan,
-        n_planets=N_PINS,
+        n_planets=CarrierParameters.n_planets,
         pin_radius=np.nan,
         curves=curves,
         pin_angle=pin_angle,

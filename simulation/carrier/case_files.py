@@ -93,7 +93,7 @@ def read_case(path: Path, delta_f: DeflectionCurve) -> SimulationCase:
     path : Path
         TOML file; the shipped cases show its keys.
     delta_f : DeflectionCurve
-        Flexible curve, which turns the rim's order-3 amplitude into rho_f.
+        Flexible curve, which turns the rim's amplitude of the planets' order into rho_f.
 
     Returns
     -------
@@ -137,7 +137,13 @@ def _run_case(
 ) -> RunCase:
     """Build one run; the keys that all runs share stand at the top of the document."""
     truth = run.motion
-    rho_s, rho_f = rim_factors(truth.rim_order3_amplitude, truth.stiff_share, run.torque, delta_f)
+    rho_s, rho_f = rim_factors(
+        truth.rim_order3_amplitude,
+        truth.stiff_share,
+        run.torque,
+        delta_f,
+        document.rig.n_planets,
+    )
     motion = CarrierMotion(
         d_x=truth.d_x,
         phi_H=truth.phi_H,

@@ -10,8 +10,8 @@ from carrierflex.files.toml_values import (
     FileStem,
     NotNegative,
     Number,
+    Planets,
     Positive,
-    PositiveCount,
     Text,
     TomlTable,
     different,
@@ -31,7 +31,7 @@ class RigTable(TomlTable):
 
     nominal_torque: Positive = key("Torque on the main shaft that counts as 100 %", "N m")
     sensor_radius: Positive = key("Radius of the points that the sensors look at", "m")
-    n_planets: PositiveCount = key("Number of planets")
+    n_planets: Planets = key("Number of planets, 3 to 8")
 
 
 class SensorTable(TomlTable):
@@ -51,7 +51,7 @@ class MotionTable(TomlTable):
     phi_PLC: Number = key("Tilt of the carrier against the main shaft", "rad")
     theta_PLC_deg: Number = key("Carrier-frame angle of the tilt's axis", "deg")
     rim_order3_amplitude: NotNegative = key(
-        "Amplitude of the rim's third order at the run's torque",
+        "Amplitude at the rim of the planets' order (3 of three planets) at the run's torque",
         "m",
     )
     stiff_share: Share = key("Share of the stiff deflection curve, rho_s / (rho_s + rho_f)")

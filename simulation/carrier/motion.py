@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.fe.deflection_curves import DeflectionCurve
-from carrierflex.geometry.parameters import N_PINS
+from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.effects.deflection import FLEXIBLE_PINS, STIFF_PINS
 from carrierflex.simulation.carrier.effects.housing_and_face import FLANGE_WARP
@@ -83,7 +83,8 @@ def clean_signal(
     """
     rig = CarrierRig(
         nominal_torque=np.nan,
-        n_planets=N_PINS,
+        # None of these effects asks for it.
+        n_planets=CarrierParameters.n_planets,
         pin_radius=np.nan,
         curves={"delta_s": delta_s, "delta_f": delta_f},
     )

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.fe.deflection_curves import DeflectionCurve
+from carrierflex.geometry.parameters import pin_angles
 
 FloatArray = NDArray[np.float64]
 
@@ -47,11 +48,6 @@ def pin_radius_of(delta: DeflectionCurve, g: DeflectionCurve, n_planets: int) ->
             f"{delta.name}"
         )
     return float(summed @ summed) / product
-
-
-def pin_angles(n_planets: int) -> FloatArray:
-    """Carrier-frame angles of the pins [rad], shape (n_planets,)."""
-    return 2.0 * np.pi * np.arange(n_planets) / n_planets
 
 
 def uneven_pins_pattern(

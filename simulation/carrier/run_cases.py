@@ -125,22 +125,29 @@ class RunCase:
 
 
 def rim_factors(
-    order3_amplitude: float, stiff_share: float, torque: float, delta_f: DeflectionCurve
+    amplitude: float,
+    stiff_share: float,
+    torque: float,
+    delta_f: DeflectionCurve,
+    n_planets: int,
 ) -> tuple[float, float]:
     """Scales of the two deflection curves from the size and the mix of the rim's deflection.
 
-    ``rho_f = A_3 / (|c_3(delta_f)| T / T_unit)`` and ``rho_s = rho_f s / (1 - s)``.
+    ``rho_f = A_n / (|c_n(delta_f)| T / T_unit)`` and ``rho_s = rho_f s / (1 - s)``, n the planets.
 
     Parameters
     ----------
-    order3_amplitude : float
-        Amplitude A_3 of the third order of ``rho_f delta_f`` at the torque T [m].
+    amplitude : float
+        Amplitude A_n of the planets' order, the third of three, of ``rho_f delta_f`` at the torque
+        T [m].
     stiff_share : float
         Mix ``s = rho_s / (rho_s + rho_f)`` [-].
     torque : float
         Torque T [N m].
     delta_f : DeflectionCurve
         Flexible curve.
+    n_planets : int
+        Planets n.
 
     Returns
     -------
@@ -150,19 +157,19 @@ def rim_factors(
     Raises
     ------
     ValueError
-        Where the torque or the curve's third order is zero, or an input is out of range.
+        Where the torque or the curve's planet order is zero, or an input is out of range.
     """
-    per_rho = abs(delta_f.axial_order(3)) * torque / delta_f.unit_load
+    per_rho = abs(delta_f.axial_order(n_planets)) * torque / delta_f.unit_load
     if per_rho <= 0.0:
         raise ValueError(
             f"torque {torque} N m with curve {delta_f.name} bends the rim by {per_rho} m in "
-            "order 3; "
-            "a positive torque and a curve with a third order are needed"
+            f"order {n_planets}; "
+            "a positive torque and a curve with that order are needed"
         )
-    if order3_amplitude < 0.0 or not 0.0 <= stiff_share < 1.0:
+    if amplitude < 0.0 or not 0.0 <= stiff_share < 1.0:
         raise ValueError(
-            f"rim_order3_amplitude is {order3_amplitude} m and stiff_share {stiff_share}; "
+            f"rim_order3_amplitude is {amplitude} m and stiff_share {stiff_share}; "
             "expected an amplitude >= 0 and 0 <= stiff_share < 1"
         )
-    rho_f = order3_amplitude / per_rho
+    rho_f = amplitude / per_rho
     return rho_f * stiff_share / (1.0 - stiff_share), rho_f

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from carrierflex.geometry.parameters import N_PINS
 from carrierflex.simulation.stage.coordinate_layout import CoordinateLayout
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.gear_meshes import (
@@ -33,9 +32,10 @@ ROLLING_ROWS = [1, 2, 4, 5]
 class Channels:
     """Columns ``B`` of the channels, ``delta = Bᵀ c - free``, and what each needs.
 
-    Order: carrier angle; six drive flanks (sun 1-3, ring 1-3); six coast flanks; six motions of the
-    housing; two a carrier bearing with unequal stiffnesses; two a bearing with clearance; four a
-    roller bearing: y, z, ry, rz of planet 1, 2, 3 against its pin.
+    Order: carrier angle; two drive flanks a planet (all suns', then all rings'); as many coast
+    flanks; six motions of the housing; two a carrier bearing with unequal stiffnesses; two a
+    bearing with clearance; four a roller bearing: y, z, ry, rz of planet 1, 2, 3 ... against its
+    pin.
 
     Parameters
     ----------
@@ -46,9 +46,9 @@ class Channels:
     reference : ndarray, shape (m,)
         Stiffness that the linear part of the equations already has [N/m].
     lines : tuple of FlankLine
-        The twelve flanks.
+        Four flanks a planet.
     stiffness : tuple of MeshStiffness
-        Of the six meshes, sun 1-3, ring 1-3.
+        Of the meshes, all suns', then all rings'.
     K_fixed, C_fixed, K_mean, C_mean : ndarray, shape (t, t)
         Stiffness and damping in the fixed frame of what stands still there, and what the linear
         part has of it: t = 6 motions of the housing on its mount and 2 an unequal bearing.
@@ -209,7 +209,7 @@ def _rollers(layout: CoordinateLayout, effects: StageEffects) -> RollerSet:
         data.planet_rollers,
         data.gear,
         data.bearings.planet_clearance,
-        effects.planet_bearing_factor,
+        effects.of_planets("planet_bearing_factor", layout.n_planets),
     )
 
 
@@ -219,16 +219,22 @@ def _meshes(
     gear = layout.data.gear
     data = layout.data.mesh
     x = layout.data.planet.x
-    order = [(mate, planet) for mate in ("sun", "ring") for planet in range(1, N_PINS + 1)]
+    n_planets = layout.n_planets
+    order = [(mate, planet) for mate in ("sun", "ring") for planet in range(1, n_planets + 1)]
     lines = tuple(
-        flank_line(mate, planet, gear, x=x, coast=coast, gap=data.backlash if coast else 0.0)
+        flank_line(
+            mate, planet, gear, n_planets, x=x, coast=coast, gap=data.backlash if coast else 0.0
+        )
         for coast in (False, True)
         for mate, planet in order
     )
-    factors = {"sun": effects.sun_mesh_factor, "ring": effects.ring_mesh_factor}
+    factors = {
+        mate: effects.of_planets(f"{mate}_mesh_factor", n_planets) for mate in ("sun", "ring")
+    }
     stiffness = tuple(
         MeshStiffness(
-            mesh_stiffness(mate, planet, gear, data).amplitudes * factors[mate][planet - 1]
+            mesh_stiffness(mate, planet, gear, data, n_planets).amplitudes
+            * factors[mate][planet - 1]
         )
         for mate, planet in order
     )

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.parameters import N_PINS, pin_angles
+from carrierflex.geometry.parameters import pin_angles
 from carrierflex.reduction.rigid_body_checks import geometric_rigid_modes
 from carrierflex.simulation.stage.stage_body import StageBody
 from carrierflex.simulation.stage.stage_data import RigidPart, StageData
@@ -49,6 +49,11 @@ class CoordinateLayout:
     data: StageData
 
     @property
+    def n_planets(self) -> int:
+        """Number of planets."""
+        return self.body.n_planets
+
+    @property
     def hub(self) -> str:
         """Pilot where rotor loads enter.
 
@@ -68,7 +73,7 @@ class CoordinateLayout:
     @property
     def parts(self) -> dict[str, RigidPart]:
         """Rigid parts by name in the order of their coordinates."""
-        planets = {f"planet_{i}": self.data.planet for i in range(1, N_PINS + 1)}
+        planets = {f"planet_{i}": self.data.planet for i in range(1, self.n_planets + 1)}
         return {
             **planets,
             "sun": self.data.sun,
@@ -99,7 +104,7 @@ class CoordinateLayout:
         """Centre of a rigid part in the carrier frame [m]."""
         point = np.array([self.parts[part].x, 0.0, 0.0])
         if part.startswith("planet"):
-            angle = float(pin_angles()[int(part[-1]) - 1])
+            angle = float(pin_angles(self.n_planets)[int(part[-1]) - 1])
             point[1:] = self.data.gear.centre_distance * np.array([-np.sin(angle), np.cos(angle)])
         return point
 
@@ -133,7 +138,7 @@ class CoordinateLayout:
         gear, chain = self.data.gear, self.data.chain
         r = np.zeros(self.n)
         r[: self.body.model.n_coordinates] = geometric_rigid_modes(self.body.model)[:, 3]
-        for i, angle in enumerate(pin_angles(), start=1):
+        for i, angle in enumerate(pin_angles(self.n_planets), start=1):
             rows = self.rows[f"planet_{i}"]
             r[rows[1:3]] = gear.centre_distance * np.array([-np.cos(angle), -np.sin(angle)])
             r[rows[3]] = 1.0 - gear.ring_teeth / gear.planet_teeth

@@ -9,10 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.parameters import N_PINS
+from carrierflex.geometry.parameters import FEWEST_PLANETS, MOST_PLANETS
 
-_ONE_EACH = (1.0,) * N_PINS
-_NONE_EACH = (0.0,) * N_PINS
+#: Numbers that stand one a planet, and the nominal one.
+_EACH_PLANET = {
+    "pin_offset": 0.0,
+    "sun_mesh_factor": 1.0,
+    "ring_mesh_factor": 1.0,
+    "planet_bearing_factor": 1.0,
+}
 
 
 @dataclass(frozen=True)
@@ -34,14 +39,14 @@ class StageEffects:
     """``carrier_tilt``: tilt of the carrier against the main shaft [rad], paper eq. 1."""
     theta_PLC: float = 0.0
     """``carrier_tilt``: carrier-frame angle of its axis [rad]."""
-    pin_offset: tuple[float, ...] = _NONE_EACH
+    pin_offset: tuple[float, ...] = ()
     """``unequal_load_sharing``: tangential position error of each pin, along increasing angle
-    [m]."""
-    sun_mesh_factor: tuple[float, ...] = _ONE_EACH
+    [m]; as the three lists that follow empty where all planets are nominal."""
+    sun_mesh_factor: tuple[float, ...] = ()
     """``unequal_load_sharing``: stiffness of each sun mesh over the nominal one."""
-    ring_mesh_factor: tuple[float, ...] = _ONE_EACH
+    ring_mesh_factor: tuple[float, ...] = ()
     """``unequal_load_sharing``: stiffness of each ring mesh over the nominal one."""
-    planet_bearing_factor: tuple[float, ...] = _ONE_EACH
+    planet_bearing_factor: tuple[float, ...] = ()
     """``unequal_load_sharing``: stiffness of each planet bearing over the nominal one."""
     pin_fit_play: float = 0.0
     """``pin_clearance``: angle by which a pin bends in its bore before it bears on the bore's edges
@@ -54,7 +59,7 @@ class StageEffects:
     a play."""
     ring_pass_offset: tuple[float, ...] = (0.0, 0.0)
     """``ring_pass``: axial motion of the housing's flange under the sensors per torque, as cos and
-    sin of three times the carrier angle [m/N m]."""
+    sin of the planets' number times the carrier angle [m/N m]."""
     ring_pass_tilt: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     """``ring_pass``: tilt of the flange per torque, about the housing angle 0 as cos and sin, then
     about 90 deg [rad/N m]; its sign is that of the housing's tilt
@@ -66,14 +71,15 @@ class StageEffects:
                 f"StageEffects: phi_PLC {self.phi_PLC} and theta_PLC {self.theta_PLC} must be "
                 "finite"
             )
-        for name in ("pin_offset", "sun_mesh_factor", "ring_mesh_factor", "planet_bearing_factor"):
+        for name in _EACH_PLANET:
             values = getattr(self, name)
-            if len(values) != N_PINS or not all(math.isfinite(value) for value in values):
+            one_each = not values or FEWEST_PLANETS <= len(values) <= MOST_PLANETS
+            if not (one_each and all(math.isfinite(value) for value in values)):
                 raise ValueError(
-                    f"StageEffects.{name} is {values}; expected {N_PINS} finite numbers, one a "
-                    "planet"
+                    f"StageEffects.{name} is {values}; expected {FEWEST_PLANETS} to {MOST_PLANETS} "
+                    "finite numbers, one a planet"
                 )
-            if name.endswith("factor") and not min(values) > 0.0:
+            if name.endswith("factor") and not min(values, default=1.0) > 0.0:
                 raise ValueError(f"StageEffects.{name} is {values}; expected positive factors")
         for name, n in (("ring_pass_offset", 2), ("ring_pass_tilt", 4)):
             values = getattr(self, name)
@@ -90,6 +96,22 @@ class StageEffects:
                 "a play >= 0 and a positive stiffness"
             )
 
+    def of_planets(self, name: str, n_planets: int) -> tuple[float, ...]:
+        """Numbers of one of the lists, one a planet of a stage; nominal ones where it is empty.
+
+        Raises
+        ------
+        ValueError
+            Where the list has another length than the stage has planets.
+        """
+        values: tuple[float, ...] = getattr(self, name) or (_EACH_PLANET[name],) * n_planets
+        if len(values) != n_planets:
+            raise ValueError(
+                f"StageEffects.{name} holds {len(values)} numbers; expected {n_planets}, one a "
+                "planet of this stage"
+            )
+        return values
+
     @property
     def misalignment(self) -> NDArray[np.float64]:
         """Rotation of the carrier about y and z of its frame [rad], shape (2,).
@@ -104,15 +126,10 @@ class StageEffects:
         ids = []
         if self.phi_PLC != 0.0:
             ids.append("carrier_tilt")
-        nominal = StageEffects()
         if any(
-            getattr(self, name) != getattr(nominal, name)
-            for name in (
-                "pin_offset",
-                "sun_mesh_factor",
-                "ring_mesh_factor",
-                "planet_bearing_factor",
-            )
+            value != nominal
+            for name, nominal in _EACH_PLANET.items()
+            for value in getattr(self, name)
         ):
             ids.append("unequal_load_sharing")
         if self.pin_fit_play > 0.0:

@@ -1,4 +1,4 @@
-"""Lines of action of the six planetary meshes, drive and coast flanks.
+"""Lines of action of the planetary meshes, two a planet, drive and coast flanks.
 
 Their stiffness over the carrier angle.
 """
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.geometry.involute_pair import InvolutePair, ring_planet_pair, sun_planet_pair
-from carrierflex.geometry.parameters import N_PINS, GearData, pin_angles
+from carrierflex.geometry.parameters import GearData, pin_angles
 from carrierflex.simulation.stage.stage_data import MeshData
 
 
@@ -23,7 +23,7 @@ class FlankLine:
     mate : str
         ``sun`` or ``ring``.
     planet : int
-        1, 2 or 3.
+        Number, from 1 on.
     normal : ndarray, shape (3,)
         Direction of the force on the planet, carrier frame.
     point : ndarray, shape (3,)
@@ -67,7 +67,14 @@ def _pair(mate: str, gear: GearData) -> InvolutePair:
 
 
 def flank_line(
-    mate: str, planet: int, gear: GearData, *, x: float, coast: bool, gap: float
+    mate: str,
+    planet: int,
+    gear: GearData,
+    n_planets: int,
+    *,
+    x: float,
+    coast: bool,
+    gap: float,
 ) -> FlankLine:
     """Line of action of one flank pair through the pitch point.
 
@@ -81,9 +88,11 @@ def flank_line(
     mate : str
         ``sun`` or ``ring``.
     planet : int
-        1, 2 or 3.
+        Number, from 1 on.
     gear : GearData
         Teeth and angles.
+    n_planets : int
+        Planets of the stage.
     x : float
         Mid-width of the gears [m].
     coast : bool
@@ -91,7 +100,7 @@ def flank_line(
     gap : float
         Play along the normal [m].
     """
-    angle = float(pin_angles()[planet - 1])
+    angle = float(pin_angles(n_planets)[planet - 1])
     e = np.array([0.0, -math.sin(angle), math.cos(angle)])
     t = np.array([0.0, -math.cos(angle), -math.sin(angle)])
     pair = _pair(mate, gear)
@@ -107,7 +116,9 @@ def flank_line(
     return FlankLine(mate, planet, normal, radius * e + np.array([x, 0.0, 0.0]), gap)
 
 
-def mesh_stiffness(mate: str, planet: int, gear: GearData, data: MeshData) -> MeshStiffness:
+def mesh_stiffness(
+    mate: str, planet: int, gear: GearData, data: MeshData, n_planets: int
+) -> MeshStiffness:
     """Stiffness of one mesh.
 
     Tooth pairs in contact, averaged over the face width, its first harmonics.
@@ -124,12 +135,12 @@ def mesh_stiffness(mate: str, planet: int, gear: GearData, data: MeshData) -> Me
     mean = data.sun_stiffness if mate == "sun" else data.ring_stiffness
     h = np.arange(1, data.n_harmonics + 1)
     ripple = 2.0 * np.sinc(h * pair.contact_ratio) * np.sinc(h * pair.overlap_ratio)
-    phase = 2.0 * np.pi * mesh_phase(mate, planet, gear)
+    phase = 2.0 * np.pi * mesh_phase(mate, planet, gear, n_planets)
     amplitudes = np.concatenate([[1.0], ripple * np.exp(1j * h * phase)]).astype(np.complex128)
     return MeshStiffness(mean * amplitudes)
 
 
-def mesh_phase(mate: str, planet: int, gear: GearData) -> float:
+def mesh_phase(mate: str, planet: int, gear: GearData, n_planets: int) -> float:
     """Phase of a mesh against that of planet 1 with the ring, in base pitches.
 
     Planet i is ahead by ``z_r psi_i / 2 pi`` at the ring and behind by ``z_s psi_i / 2 pi`` at the
@@ -140,7 +151,7 @@ def mesh_phase(mate: str, planet: int, gear: GearData) -> float:
     ----------
     Parker and Lin (2004), J. Mechanical Design 126, 525-534, table 1.
     """
-    turn = (planet - 1) / N_PINS
+    turn = (planet - 1) / n_planets
     if mate == "ring":
         return (gear.ring_teeth * turn) % 1.0
     middle = _middle_of_contact("sun", gear) - _middle_of_contact("ring", gear)

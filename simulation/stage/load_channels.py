@@ -7,7 +7,6 @@ shafts, generator torque, energies.
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.parameters import N_PINS
 from carrierflex.simulation.stage.coordinate_layout import SHAFTS
 from carrierflex.simulation.stage.part_loads import PartLoads, mesh_misalignment, spring_load
 from carrierflex.simulation.stage.response import StageRecord
@@ -67,19 +66,20 @@ def load_columns(
         and ``energy_imbalance``, what the balance leaves over [J].
     """
     columns = {"carrier_angle": record.c[:, 0], "torque": record.drive[:, 0]}
-    n_meshes = 2 * N_PINS
+    n_planets = model.layout.n_planets
+    n_meshes, planets = 2 * n_planets, range(n_planets)
     slopes = mesh_misalignment(model, record.c)
     net = loads.mesh_force[:, :n_meshes] - loads.mesh_force[:, n_meshes:]
-    for i, name in enumerate(f"{mate}_mesh_{p + 1}" for mate in ("sun", "ring") for p in range(3)):
+    for i, name in enumerate(f"{mate}_mesh_{p + 1}" for mate in ("sun", "ring") for p in planets):
         columns[name] = net[:, i]
         columns[f"{name}_slope"] = slopes[:, i]
-    for pin in range(N_PINS):
+    for pin in planets:
         for i, direction in enumerate(("axial", "radial", "tangential")):
             columns[f"pin_{pin + 1}_force_{direction}"] = loads.pin_force[:, pin, i]
             columns[f"pin_{pin + 1}_moment_{direction}"] = loads.pin_moment[:, pin, i]
     share = loads.load_share
-    columns |= {f"share_{pin + 1}": share[:, pin] for pin in range(N_PINS)}
-    columns["load_sharing_factor"] = N_PINS * share.max(axis=1)
+    columns |= {f"share_{pin + 1}": share[:, pin] for pin in planets}
+    columns["load_sharing_factor"] = n_planets * share.max(axis=1)
     for spring, name in BEARINGS.items():
         force = -_in_fixed_frame(record.c[:, 0], spring_load(model, spring, record.c))
         for i, component in zip((0, 1, 2, 4, 5), ("x", "y", "z", "my", "mz"), strict=True):
@@ -98,7 +98,8 @@ def load_columns(
 def _speeds(model: StageModel, record: StageRecord) -> dict[str, NDArray[np.float64]]:
     """Speeds about x of carrier, planets, sun and the parallel stages [rad/s]."""
     rows = model.layout.rows
-    where = {f"planet_{pin + 1}": rows[f"planet_{pin + 1}"][3] for pin in range(N_PINS)}
+    planets = [f"planet_{pin + 1}" for pin in range(model.layout.n_planets)]
+    where = {planet: rows[planet][3] for planet in planets}
     where |= {"sun": rows["sun"][3]} | {shaft: rows[shaft][0] for shaft in SHAFTS}
     speeds = {"carrier_speed": record.c_rate[:, 0]}
     return speeds | {f"{name}_speed": record.c_rate @ model.L[row] for name, row in where.items()}

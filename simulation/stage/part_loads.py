@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.parameters import N_PINS, pin_angles
+from carrierflex.geometry.parameters import pin_angles
 from carrierflex.simulation.stage.channels import ROLLING_ROWS, Channels
 from carrierflex.simulation.stage.contact_laws import mesh_stiffness_at
 from carrierflex.simulation.stage.roller_bearing import EXPONENT
@@ -20,12 +20,13 @@ class PartLoads:
 
     Parameters
     ----------
-    mesh_force : ndarray, shape (N, 12)
-        Force along the normal [N]: drive flanks sun 1-3, ring 1-3, then coast flanks.
-    pin_force : ndarray, shape (N, 3, 3)
+    mesh_force : ndarray, shape (N, 4 p)
+        Force along the normal [N] of p planets: drive flanks of the sun, of the ring, then coast
+        flanks.
+    pin_force : ndarray, shape (N, p, 3)
         Force of each planet on its pin [N]: x, radial (away from the axis), tangential (along
         increasing angle).
-    pin_moment : ndarray, shape (N, 3, 3)
+    pin_moment : ndarray, shape (N, p, 3)
         Moment on the pin [N m] about the same directions.
     """
 
@@ -35,7 +36,7 @@ class PartLoads:
 
     @property
     def load_share(self) -> NDArray[np.float64]:
-        """Each planet's share of the tangential pin forces, shape (N, 3)."""
+        """Each planet's share of the tangential pin forces, shape (N, p)."""
         tangential = self.pin_force[:, :, 2]
         return np.asarray(tangential / tangential.sum(axis=1, keepdims=True))
 
@@ -48,8 +49,9 @@ def part_loads(model: StageModel, c: NDArray[np.float64]) -> PartLoads:
     k = np.array([mesh_stiffness_at(real, imag, channels.mesh_teeth * angle) for angle in c[:, 0]])
     gaps = np.array([line.gap for line in channels.lines])
     mesh = np.concatenate([k, k], axis=1) * np.maximum(delta[:, channels.meshes] - gaps, 0.0)
-    force, moment = np.zeros((len(c), N_PINS, 3)), np.zeros((len(c), N_PINS, 3))
-    for i, angle in enumerate(pin_angles()):
+    n_planets = model.layout.n_planets
+    force, moment = np.zeros((len(c), n_planets, 3)), np.zeros((len(c), n_planets, 3))
+    for i, angle in enumerate(pin_angles(n_planets)):
         load = spring_load(model, f"planet_{i + 1}", c)
         if len(channels.rollers.directions):
             load[:, ROLLING_ROWS] = _bearing_loads(channels, i, delta)
@@ -79,8 +81,8 @@ def mesh_misalignment(model: StageModel, c: NDArray[np.float64]) -> NDArray[np.f
 
     Returns
     -------
-    ndarray, shape (N, 6)
-        Slopes of the drive flanks [rad]: sun 1-3, ring 1-3.
+    ndarray, shape (N, 2 p)
+        Slopes of the drive flanks of p planets [rad]: of the sun, then of the ring.
     """
     rows, q = model.layout.rows, c[:, 1:] @ model.L[:, 1:].T
     slopes = np.zeros((len(c), len(model.channels.stiffness)))
@@ -158,7 +160,7 @@ def _bearing_loads(channels: Channels, b: int, delta: NDArray[np.float64]) -> ND
 
 
 def roller_forces(model: StageModel, c: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Force of every roller on its races, N instants [N], shape (N, 3, n_rollers, rows * slices).
+    """Force of every roller on its races, N instants [N], shape (N, p, n_rollers, rows * slices).
 
     Slices of each roller stand in the order of
     :attr:`carrierflex.simulation.stage.roller_bearing.RollerBearingData.slices`, row by row; a

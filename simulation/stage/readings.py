@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.parameters import N_PINS
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.effects.housing_and_face import (
     FLANGE_WARP,
@@ -36,8 +35,6 @@ from carrierflex.simulation.stage.stage_model import StageModel
 
 #: Orders below this share of the largest are rounding and are left out.
 _NEGLIGIBLE = 1e-12
-#: Rig in which the coefficients of the torque are per newton metre; no curve is used.
-_PER_NEWTON_METRE = CarrierRig(nominal_torque=1.0, n_planets=N_PINS, pin_radius=np.nan, curves={})
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,10 +266,12 @@ def _patterns(
             "ntl_z": record.drive[:, 3],
         }
     )
+    # Coefficients of the torque are per newton metre; no curve is used.
+    rig = CarrierRig(1.0, model.layout.n_planets, np.nan, {})
     signal = np.zeros(len(theta))
     for effect, coefficients in _coefficients(model, effects, inputs).items():
         if any(coefficients):
-            signal += effect.signal(coefficients, rim_sensor, inputs, _PER_NEWTON_METRE)
+            signal += effect.signal(coefficients, rim_sensor, inputs, rig)
     if rim_sensor.is_axial:
         # The stage takes any order and phase, the effect face_runout orders 2 to 8.
         for order, (amplitude, phase) in (effects.runout or {}).items():

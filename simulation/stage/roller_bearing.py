@@ -26,7 +26,7 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
-from carrierflex.geometry.parameters import N_PINS, GearData, pin_angles
+from carrierflex.geometry.parameters import GearData, pin_angles
 from carrierflex.simulation.stage.roller_contact import RollerSet, roller_load
 
 #: ISO/TS 16281: spring constant of a roller between both races, steel on steel [N/mm^(10/9)] times
@@ -125,9 +125,9 @@ def roller_set(
     data: RollerBearingData,
     gear: GearData,
     clearance: float,
-    factors: tuple[float, ...] = (1.0,) * N_PINS,
+    factors: tuple[float, ...],
 ) -> RollerSet:
-    """Rollers of the three planets.
+    """Rollers of the planets.
 
     The first roller of every planet stands on the line from the carrier's axis at the carrier angle
     0, both rows in step: the symmetric stage stays symmetric, and the rollers' passing shows at its
@@ -142,11 +142,11 @@ def roller_set(
     clearance : float
         Radial clearance [m].
     factors : tuple of float
-        Stiffness of each planet's bearing over the nominal one.
+        Stiffness of each planet's bearing over the nominal one, one a planet.
     """
     x, share, drop = data.slices
     pitch = 2.0 * np.pi * np.arange(data.n_rollers) / data.n_rollers
-    angles = np.asarray(pin_angles(), np.float64)[:, None] + pitch
+    angles = np.asarray(pin_angles(len(factors)), np.float64)[:, None] + pitch
     return RollerSet(
         directions=np.stack([np.cos(angles), np.sin(angles)], axis=-1),
         cage=data.cage_ratio(gear),

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.parameters import N_PINS, pin_angles
+from carrierflex.geometry.parameters import pin_angles
 from carrierflex.simulation.stage.coordinate_layout import CoordinateLayout, motion_at
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.roller_bearing import roller_set, stiffness_at
@@ -45,7 +45,8 @@ def stage_springs(layout: CoordinateLayout, effects: StageEffects) -> dict[str, 
     Mount and planetary meshes stand elsewhere, they change with the carrier angle.
     """
     bearings, points = layout.data.bearings, layout.body.model.pilots
-    springs = {f"planet_{i}": _planet_bearing(layout, effects, i) for i in range(1, N_PINS + 1)}
+    planets = range(1, layout.n_planets + 1)
+    springs = {f"planet_{i}": _planet_bearing(layout, effects, i) for i in planets}
 
     def bearing(
         G: NDArray[np.float64],
@@ -107,7 +108,7 @@ def _pin_fits(layout: CoordinateLayout, effects: StageEffects) -> dict[str, Spri
     if effects.pin_fit_play == 0.0:
         return {}
     stiffness, springs = np.array([0.0, effects.pin_fit_closed, effects.pin_fit_closed]), {}
-    for pin in range(1, N_PINS + 1):
+    for pin in range(1, layout.n_planets + 1):
         for side in ("upwind", "downwind"):
             bore, pin_side = f"pin_{pin}_{side}", f"pin_{pin}_{side}_of_pin"
             missing = {bore, pin_side} - layout.body.model.pilots.keys()
@@ -126,20 +127,22 @@ def _planet_bearing(layout: CoordinateLayout, effects: StageEffects, planet: int
     bearings, pilot = layout.data.bearings, layout.body.planet_pilots[planet - 1]
     part = f"planet_{planet}"
     G = layout.part_motion(part, layout.body.model.pilots[pilot]) - layout.pilot_motion(pilot)
-    angle = float(pin_angles()[planet - 1])
+    angle = float(pin_angles(layout.n_planets)[planet - 1])
+    offset = effects.of_planets("pin_offset", layout.n_planets)[planet - 1]
     free = np.zeros(6)
-    free[1:3] = effects.pin_offset[planet - 1] * np.array([-np.cos(angle), -np.sin(angle)])
+    free[1:3] = offset * np.array([-np.cos(angle), -np.sin(angle)])
     data, clearance = layout.data, bearings.planet_clearance
     radial, tilt = bearings.planet_radial, bearings.planet_tilt
     if data.planet_rollers is not None:
         # The rollers take over; the linear part keeps what they answer at their reference load.
         radial, tilt = stiffness_at(
-            roller_set(data.planet_rollers, data.gear, clearance),
+            roller_set(data.planet_rollers, data.gear, clearance, (1.0,) * layout.n_planets),
             data.planet_rollers.reference_load,
         )
         clearance = 0.0
     stiffness = np.array([bearings.planet_axial, radial, radial, 0.0, tilt, tilt])
-    return Spring(G, stiffness * effects.planet_bearing_factor[planet - 1], free, clearance)
+    factor = effects.of_planets("planet_bearing_factor", layout.n_planets)[planet - 1]
+    return Spring(G, stiffness * factor, free, clearance)
 
 
 def _parallel_stages(layout: CoordinateLayout) -> dict[str, Spring]:

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.parameters import N_PINS, GearData, pin_angles
+from carrierflex.geometry.parameters import GearData, pin_angles
+from carrierflex.geometry.pin_names import planets_of
 from carrierflex.reduction.assembly import Joint, assembled, imposed_motion
 from carrierflex.reduction.reduced_model import PILOT_COORDINATES, MassProperties, ReducedModel
 from carrierflex.simulation.stage.beam import beam_matrices
@@ -33,7 +34,7 @@ class StageBody:
         Body with the pilots ``main_bearing_seat``, ``upwind_seat``, ``downwind_seat`` and one pilot
         a planet.
     planet_pilots : tuple of str
-        Where planets 1, 2 and 3 sit.
+        Where planets 1, 2, 3 ... sit.
     misalignment_load : ndarray, shape (n, 2)
         Force of a carrier tilted against the shaft by 1 rad about y and z of the carrier frame,
         held unbent.
@@ -50,6 +51,11 @@ class StageBody:
     planet_pilots: tuple[str, ...]
     misalignment_load: NDArray[np.float64]
     misalignment_reading: NDArray[np.float64]
+
+    @property
+    def n_planets(self) -> int:
+        """Number of planets."""
+        return len(self.planet_pilots)
 
     def __post_init__(self) -> None:
         refuse_missing_pilots(self.model, (*FIXED_PILOTS, *self.planet_pilots))
@@ -90,15 +96,18 @@ def refuse_unfit_carrier(carrier: ReducedModel, gear: GearData) -> None:
     """
     refuse_missing_pilots(carrier, ("shaft_face", *FIXED_PILOTS[1:]))
     _refuse_blind(carrier)
+    n_planets = planets_of(carrier.pilots)
     if holds_pins(carrier):
         pilots = _planet_pilots(carrier)
     else:
         pilots = tuple(
-            f"pin_{pin}_{side}" for pin in range(1, N_PINS + 1) for side in ("upwind", "downwind")
+            f"pin_{pin}_{side}"
+            for pin in range(1, n_planets + 1)
+            for side in ("upwind", "downwind")
         )
     refuse_missing_pilots(carrier, pilots)
     for pilot in pilots:
-        angle = float(pin_angles()[int(pilot[4]) - 1])
+        angle = float(pin_angles(n_planets)[int(pilot[4]) - 1])
         wanted = gear.centre_distance * np.array([-math.sin(angle), math.cos(angle)])
         position = np.asarray(carrier.pilots[pilot])[1:]
         if np.abs(position - wanted).max() > _SAME_PLACE:
@@ -214,7 +223,7 @@ def _planet_pilots(carrier: ReducedModel) -> tuple[str, ...]:
     On the pin where pins are bodies of their own, else at the bonded pin's mid-span.
     """
     names = []
-    for pin in range(1, N_PINS + 1):
+    for pin in range(1, planets_of(carrier.pilots) + 1):
         pin_pilot = f"pin_{pin}_midspan_of_pin"
         names.append(pin_pilot if pin_pilot in carrier.pilots else f"pin_{pin}_midspan")
     return tuple(names)

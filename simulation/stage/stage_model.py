@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.files.problems import refuse
 from carrierflex.geometry.dihedral import rotation_about_x
 from carrierflex.simulation.stage.channels import Channels, stage_channels
 from carrierflex.simulation.stage.coordinate_layout import CoordinateLayout
@@ -140,11 +141,13 @@ def stage_model(
     ------
     ValueError
         Where the body is bound to the ground or to a part that the drive motion moves against it,
-        or the speed is not finite.
+        or the speed is not finite; where the gears cannot have so many planets, or an effect has
+        another number of them.
     """
     if not np.isfinite(speed):
         raise ValueError(f"carrier speed is {speed} rad/s; expected a finite number")
     data, effects = data or StageData(), effects or StageEffects()
+    refuse(data.gear.assembly_conflicts(body.n_planets))
     layout = CoordinateLayout(body, data)
     springs = stage_springs(layout, effects)
     K, M, constant = _elastic(layout, springs, effects)

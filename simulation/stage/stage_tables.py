@@ -12,10 +12,11 @@ from carrierflex.files.toml_values import (
     FourNumbers,
     NotNegative,
     Number,
+    PlanetNumbers,
+    PlanetPositive,
     Positive,
     Text,
     ThreeNumbers,
-    ThreePositive,
     TomlTable,
     TwoNumbers,
     different,
@@ -73,20 +74,20 @@ class EffectsTable(TomlTable):
     # Symbols of the paper.
     phi_PLC: Number = key("Tilt of the carrier on the main shaft", "rad", default=0.0)
     theta_PLC_deg: Number = key("Carrier angle of its axis", "deg", default=0.0)
-    pin_offset: ThreeNumbers = key(
+    pin_offset: PlanetNumbers = key(
         "Tangential position error of each pin",
         "m",
         default=StageEffects.pin_offset,
     )
-    sun_mesh_factor: ThreePositive = key(
+    sun_mesh_factor: PlanetPositive = key(
         "Stiffness of each sun mesh over the nominal one",
         default=StageEffects.sun_mesh_factor,
     )
-    ring_mesh_factor: ThreePositive = key(
+    ring_mesh_factor: PlanetPositive = key(
         "Stiffness of each ring mesh over the nominal one",
         default=StageEffects.ring_mesh_factor,
     )
-    planet_bearing_factor: ThreePositive = key(
+    planet_bearing_factor: PlanetPositive = key(
         "Stiffness of each planet bearing over the nominal one",
         default=StageEffects.planet_bearing_factor,
     )
@@ -101,7 +102,8 @@ class EffectsTable(TomlTable):
         default=StageEffects.pin_fit_closed,
     )
     ring_pass_offset: TwoNumbers = key(
-        "Axial motion of the flange per torque, cos and sin of three times the carrier angle",
+        "Axial motion of the flange per torque, cos and sin of so many times the carrier angle as "
+        "there are planets",
         "m/N m",
         default=StageEffects.ring_pass_offset,
     )

@@ -7,7 +7,7 @@ from tests.simulation.synthetic_curves import flexible_curve, stiff_curve
 
 def test_the_curves_figure_draws_both_curves_closed_and_marks_their_peaks():
     stiff, flexible = stiff_curve(), flexible_curve()
-    figure = curves_figure(stiff, flexible)
+    figure = curves_figure(stiff, flexible, 3)
     for axis, curve, n_peaks in zip(figure.axes, (stiff, flexible), (6, 3), strict=True):
         line, peaks = axis.lines[0], axis.lines[1]
         assert_allclose(line.get_xdata()[[0, -1]], [0.0, 360.0], rtol=0.0, atol=1e-12)
@@ -17,7 +17,7 @@ def test_the_curves_figure_draws_both_curves_closed_and_marks_their_peaks():
 
 
 def test_the_order_figure_draws_orders_3_to_12_in_micrometres():
-    figure = order_content_figure(["flexible"], [flexible_curve()])
+    figure = order_content_figure(["flexible"], [flexible_curve()], 3)
     heights = [bar.get_height() for bar in figure.axes[0].patches]
     assert_allclose(heights, [0.19, 0.017, 0.0, 0.0], rtol=0.0, atol=1e-9)
 

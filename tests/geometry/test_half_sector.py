@@ -99,7 +99,7 @@ def test_half_sector_lies_between_0_and_60_deg_with_nodes_on_both_planes(variant
     angle = np.rad2deg(np.arctan2(-half.points[:, 1], half.points[:, 2]))
     assert angle.min() >= -1e-9
     assert angle.max() <= 60.0 + 1e-9
-    on_pin, on_web = cut_plane_nodes(half)
+    on_pin, on_web = cut_plane_nodes(half, 3)
     assert (half.points[on_pin, 1] == 0.0).all()
     assert_allclose(angle[on_web], 60.0, rtol=0.0, atol=1e-9)  # [deg], rounding
     assert on_pin.sum() > 100

@@ -100,9 +100,9 @@ def test_files_without_names_or_with_other_elements_are_refused(tmp_path, one_pi
     with pytest.raises(ValueError, match="tetrahedra without a physical volume's name"):
         read_mesh(written(tmp_path / "a.msh", points, [("tetra10", tets)]))
     with pytest.raises(
-        ValueError, match=rf"{len(tets)} elements of type tetra; expected quadratic tetrahedra"
+        ValueError, match=rf"{len(tets)} elements of type hexahedron; expected quadratic tetrah"
     ):
-        read_mesh(written(tmp_path / "b.msh", points, [("tetra", tets[:, :4])]))
+        read_mesh(written(tmp_path / "b.msh", points, [("hexahedron", tets[:, :8])]))
     with pytest.raises(ValueError, match="no quadratic tetrahedra"):
         read_mesh(
             written(

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from carrierflex.geometry.parameter_files import StageParameters
 from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters, pin_angles
 
 CARRIER_CONTRADICTIONS = [
@@ -120,7 +121,36 @@ def test_tooth_numbers_that_cannot_be_assembled_are_refused():
         ValueError,
         match=r"GearData.sun_teeth is 22; expected ring_teeth \+ sun_teeth divisible by 3",
     ):
-        GearData(ring_teeth=100, sun_teeth=22)
+        StageParameters(gear=GearData(ring_teeth=100, sun_teeth=22))
+    gear = GearData(ring_teeth=99, planet_teeth=33, sun_teeth=33)
+    assert not list(gear.assembly_conflicts(4))
+    assert any("divisible by 5" in text for text in gear.assembly_conflicts(5))
+
+
+def test_planets_that_touch_are_refused(gear):
+    assert not list(gear.assembly_conflicts(4))
+    # 2 x 308 sin(36 deg) = 362 mm from one to the next.
+    (message,) = gear.assembly_conflicts(5)
+    assert "planet_tip_diameter is 0.4212 m: planets stand 0.3621 m apart and touch" in message
+
+
+@pytest.mark.parametrize("n_planets", [2, 9, 3.0, True])
+def test_a_number_of_planets_that_no_carrier_has_is_refused(n_planets):
+    with pytest.raises(
+        ValueError, match=r"n_planets is (2|9|3\.0|True); expected a whole number from 3 to 8"
+    ):
+        CarrierParameters(n_planets=n_planets)
+
+
+def test_pins_that_overlap_are_refused():
+    with pytest.raises(
+        ValueError,
+        match=r"n_planets is 8: neighbouring pin holes of pin_hole_diameter 0.24 m stand 0.2357 m",
+    ):
+        CarrierParameters(
+            n_planets=8, pin_hole_diameter=0.24, hub_outer_diameter=0.35, seat_outer_diameter=0.35,
+            hub_inner_diameter=0.2, outer_radius=0.6, sensor_radius=0.5,
+        )  # fmt: skip
 
 
 def test_working_pitch_diameter_and_ratio_are_those_of_the_paper(gear):
@@ -130,7 +160,8 @@ def test_working_pitch_diameter_and_ratio_are_those_of_the_paper(gear):
 
 
 def test_pins_stand_at_increasing_angles_from_the_first():
-    assert_allclose(np.rad2deg(pin_angles()), [0.0, 120.0, 240.0], rtol=1e-15)
+    assert_allclose(np.rad2deg(pin_angles(3)), [0.0, 120.0, 240.0], rtol=1e-15)
+    assert_allclose(np.rad2deg(pin_angles(4)), [0.0, 90.0, 180.0, 270.0], rtol=1e-15)
 
 
 @pytest.mark.parametrize(

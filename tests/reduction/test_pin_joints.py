@@ -22,13 +22,13 @@ from carrierflex.reduction.reduced_static import static_coordinates
 
 @pytest.fixture(scope="module")
 def forces(gear):
-    return gear_forces(1000.0, gear)
+    return gear_forces(1000.0, gear, 3)
 
 
 def rim_curve(carrier, pin, stiffness, forces, **options):
     """Axial rim displacement under 1 kN m with the shaft pilot held."""
     whole = carrier_with_pins(carrier, pin, stiffness, **options)
-    q = static_coordinates(whole, ["shaft_face"], drive_torque_load(forces.F_PLC, forces.M_t))
+    q = static_coordinates(whole, ["shaft_face"], drive_torque_load(forces.F_PLC, forces.M_t, 3))
     return (whole.sensor_rows @ q)[:360]
 
 
@@ -107,7 +107,7 @@ def test_the_papers_stiffness_is_the_default_and_fits_have_names(flexible_reduct
 
 
 def test_more_stiffness_never_lets_the_pins_lag_further(flexible_reduction, pin_reduction, forces):
-    load = drive_torque_load(forces.F_PLC, forces.M_t)
+    load = drive_torque_load(forces.F_PLC, forces.M_t, 3)
     work = []
     for stiffness in (0.0, 1e6, 1e7, 1e8, 1e10):
         whole = carrier_with_pins(flexible_reduction.model, pin_reduction.model, stiffness)
@@ -141,7 +141,7 @@ def test_pins_stand_where_the_carriers_bores_are(flexible_reduction, pin_reducti
 
 
 def test_drive_torque_loads_every_pin_against_the_rotation(forces):
-    loads = drive_torque_load(forces.F_PLC, 0.0)
+    loads = drive_torque_load(forces.F_PLC, 0.0, 3)
     assert set(loads) == {pin_pilot(number, "midspan") for number in (1, 2, 3)}
     # Pin 1 stands along z; increasing angle there is -y, so the planet pushes it towards +y.
     assert_allclose(

@@ -16,7 +16,7 @@ from tests.reduction.small_bar import LENGTH, bar
 
 
 def test_a_turned_pin_equals_the_reduction_of_the_turned_mesh(pin_reduction, one_pin_mesh, carrier):
-    angle = float(pin_angles()[1])
+    angle = float(pin_angles(3)[1])
     points = one_pin_mesh.points @ rotation_about_x(angle).T
     surfaces = {
         name.replace("pin_1", "pin_2"): facets for name, facets in one_pin_mesh.surfaces.items()

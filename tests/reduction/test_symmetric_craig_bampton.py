@@ -9,12 +9,12 @@ from numpy.testing import assert_allclose
 
 from carrierflex.fe.half_sector_sensors import half_sector_sensors
 from carrierflex.fe.structural_model import (
-    FLEXIBLE_CARRIER_PILOTS,
-    STIFF_CARRIER_PILOTS,
     carrier_pilot_points,
+    flexible_carrier_pilots,
+    stiff_carrier_pilots,
 )
 from carrierflex.fe.symmetry_blocks import half_sector, symmetry_block
-from carrierflex.geometry.dihedral_group import IRREDUCIBLE_REPRESENTATIONS
+from carrierflex.geometry.dihedral_group import dihedral_group
 from carrierflex.reduction.certificate import inner_checks
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.symmetric_craig_bampton import symmetric_craig_bampton
@@ -29,10 +29,11 @@ def paths(request, carrier):
     """Whole body, its reduction, the half sector and the reduction made from it."""
     mesh = request.getfixturevalue(f"{request.param}_half")
     structure = request.getfixturevalue(f"{request.param}_structure")
-    names = FLEXIBLE_CARRIER_PILOTS if request.param == "flexible" else STIFF_CARRIER_PILOTS
+    names = flexible_carrier_pilots(3) if request.param == "flexible" else stiff_carrier_pilots(3)
     points = carrier_pilot_points(carrier)
-    half = half_sector(structure.name, mesh, {name: points[name] for name in names})
-    sensors = half_sector_sensors(mesh, carrier.sensor_radius)
+    pilots = {name: points[name] for name in names}
+    half = half_sector(structure.name, mesh, pilots, dihedral_group(3))
+    sensors = half_sector_sensors(mesh, carrier.sensor_radius, 3)
     symmetric = symmetric_craig_bampton(half, N_MODES, sensors=sensors)
     return structure, craig_bampton(structure, N_MODES), half, symmetric
 
@@ -142,7 +143,7 @@ def test_the_reduced_body_passes_the_checks_of_its_own_matrices(paths):
 
 def test_blocks_hold_a_sixth_a_sixth_and_a_third_of_the_unknowns(paths):
     structure, _, half, _ = paths
-    sizes = [symmetry_block(half, kind).K.shape[0] for kind in IRREDUCIBLE_REPRESENTATIONS]
+    sizes = [symmetry_block(half, kind).K.shape[0] for kind in half.group.representations]
     assert sizes[0] + sizes[1] + 2 * sizes[2] == structure.n_dofs
 
 
@@ -180,4 +181,6 @@ def test_a_pilot_without_a_surface_is_refused(flexible_half, carrier):
         ValueError,
         match="pilot 'pin_1_midspan' has no surface in the half sector, nor has an image of it",
     ):
-        half_sector("carrier", flexible_half, {name: points[name] for name in names})
+        half_sector(
+            "carrier", flexible_half, {name: points[name] for name in names}, dihedral_group(3)
+        )

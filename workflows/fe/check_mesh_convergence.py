@@ -1,4 +1,4 @@
-"""Is the mesh fine enough? Orders 3 and 6 of both torque curves over the element size.
+"""Is the mesh fine enough? Orders N and 2 N of both torque curves over the element size.
 
 Computed on the half sector.
 """
@@ -16,8 +16,11 @@ from carrierflex.geometry.parameter_files import StageParameters
 
 #: Element sizes of the study [m].
 STUDY_SIZES = (0.025, 0.016, 0.0125)
-#: Orders that the study follows.
-STUDY_ORDERS = (3, 6)
+
+
+def study_orders(n_planets: int) -> tuple[int, int]:
+    """Orders that the study follows: those that rule the flexible and the stiff curve."""
+    return n_planets, 2 * n_planets
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +34,7 @@ class MeshStudy:
     n_dofs : tuple of int
         Unknowns of the stiff half sector.
     flexible, stiff : ndarray, shape (n_sizes, 2)
-        Amplitudes of orders 3 and 6.
+        Amplitudes of orders N and 2 N of N planets.
     """
 
     sizes: tuple[float, ...]
@@ -58,9 +61,10 @@ def main(stage: StageParameters, sizes: tuple[float, ...] = STUDY_SIZES) -> Mesh
     Returns
     -------
     MeshStudy
-        In a good study orders 3 and 6 change by less than 2 % between the two finest meshes.
+        In a good study both orders change by less than 2 % between the two finest meshes.
     """
-    force = gear_forces(UNIT_TORQUE, stage.gear).F_PLC
+    n_planets = stage.carrier.n_planets
+    force, orders = gear_forces(UNIT_TORQUE, stage.gear, n_planets).F_PLC, study_orders(n_planets)
     n_dofs = []
     flexible = []
     stiff = []
@@ -68,12 +72,12 @@ def main(stage: StageParameters, sizes: tuple[float, ...] = STUDY_SIZES) -> Mesh
         half = flexible_half_sector(stage.carrier, size)
         load = simply_supported_pin_load(1, force, 0.0, stage.carrier)
         flexible.append(
-            half_sector_curve(half, stage.carrier, load).axial_order_content()[list(STUDY_ORDERS)]
+            half_sector_curve(half, stage.carrier, load).axial_order_content()[list(orders)]
         )
         half = stiff_half_sector(stage.carrier, stage.pin, size)
-        load = bonded_pin_load(1, force, 0.0)
+        load = bonded_pin_load(1, force, 0.0, n_planets)
         stiff.append(
-            half_sector_curve(half, stage.carrier, load).axial_order_content()[list(STUDY_ORDERS)]
+            half_sector_curve(half, stage.carrier, load).axial_order_content()[list(orders)]
         )
         n_dofs.append(3 * len(half.points))
     return MeshStudy(tuple(sizes), tuple(n_dofs), np.array(flexible), np.array(stiff))

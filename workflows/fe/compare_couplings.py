@@ -8,7 +8,7 @@ a fitted part lies between.
 
 from pathlib import Path
 
-from carrierflex.fe.carrier_curves import CASES, flexible_cases, stiff_cases
+from carrierflex.fe.carrier_curves import flexible_cases, stiff_cases
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
@@ -34,7 +34,7 @@ def main(
         Element edge length [m].
     parameters
         TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
-        keeps its default.
+        keeps its default. four_planets: a set that comes with the package.
     quiet
         Show no progress.
 
@@ -54,11 +54,11 @@ def main(
             cases = (
                 flexible_cases(stage.carrier, stage.gear)
                 if variant == "flexible"
-                else stiff_cases(stage.gear)
+                else stiff_cases(stage.gear, stage.carrier.n_planets)
             )
             mesh, soft = body_structure(f"{variant}_carrier", stage, size)
             curve_name = "delta_f" if variant == "flexible" else "delta_s"
-            brackets[variant] = coupling_bracket(curve_name, mesh, soft, cases[CASES.index("both")])
+            brackets[variant] = coupling_bracket(curve_name, mesh, soft, cases["both"])
     changes = {
         bracket.curve_name: {part: bracket.curve_change(part) for part in bracket.all_curves}
         for bracket in brackets.values()

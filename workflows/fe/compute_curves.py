@@ -1,4 +1,4 @@
-"""How does the rim deflect under drive torque? Six peaks with bonded pins, three without pins."""
+"""How does the rim deflect under drive torque? Two peaks a planet with bonded pins, one without."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from carrierflex.files.versions import versions
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
 from carrierflex.workflows.support.cached_results import cached_files
-from carrierflex.workflows.support.carrier_files import CarrierFiles
+from carrierflex.workflows.support.carrier_files import CarrierFiles, LengthUnit
 from carrierflex.workflows.support.carrier_variants import (
     CarrierVariant,
     flexible_variant,
@@ -37,6 +37,7 @@ def main(
     surfaces: Path | None = None,
     flexible_mesh: Path | None = None,
     stiff_mesh: Path | None = None,
+    length_unit: LengthUnit = "m",
     assembly: AssemblyName = "compiled",
     preview: bool = False,
     cache: bool = True,
@@ -55,14 +56,17 @@ def main(
         Element edge length [m].
     parameters
         TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
-        keeps its default.
+        keeps its default. four_planets: a set that comes with the package.
     step
         STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
     surfaces
-        TOML file that states the STEP file's surfaces; carrierflex cad writes one to start from.
+        TOML file that states the surfaces of the STEP or mesh files; carrierflex cad writes one to
+        start from. A mesh whose groups have the surfaces' names needs none.
     flexible_mesh, stiff_mesh
-        Mesh files (.msh, metres) of the carrier without and with bonded pins, instead of the
-        parametric carrier.
+        Mesh files (.msh, .inp, .bdf, .unv, .med; tetrahedra) of the carrier without and with bonded
+        pins, instead of the parametric carrier.
+    length_unit
+        Of the mesh files' coordinates.
     assembly
         compiled: element loops compiled, a sparse factorisation library solves; scikit-fem: its
         forms and scipy's solver do both, the same numbers some fifty times slower.
@@ -76,11 +80,12 @@ def main(
     Returns
     -------
     dict
-        The four curves by name. A good answer has six peaks in delta_s, three in delta_f, and
-        orders 3, 6, 9 ... only.
+        The four curves by name. A good answer has two peaks a planet in delta_s, one in delta_f,
+        and orders N, 2 N, 3 N ... of N planets only.
     """
     stage = read_parameters(parameters)
-    files = _files(step, surfaces, flexible_mesh, stiff_mesh)
+    meshes = _meshes(flexible_mesh, stiff_mesh)
+    files = CarrierFiles(step, surfaces, meshes, length_unit)
     inputs = {
         "kind": "deflection curves", "stage": stage, "size": size, "files": files.digests(),
         "assembly": assembly,
@@ -99,9 +104,7 @@ def main(
     return read_curves(out / _CURVES, radius=radius)
 
 
-def _files(
-    step: Path | None, surfaces: Path | None, flexible: Path | None, stiff: Path | None
-) -> CarrierFiles:
+def _meshes(flexible: Path | None, stiff: Path | None) -> dict[str, Path]:
     if (flexible is None) != (stiff is None):
         alone, absent = (
             ("--flexible-mesh", "--stiff-mesh")
@@ -109,11 +112,9 @@ def _files(
             else ("--stiff-mesh", "--flexible-mesh")
         )
         raise ValueError(f"{alone} is given without {absent}; expected the meshes of both variants")
-    return CarrierFiles(
-        step,
-        surfaces,
-        {} if flexible is None or stiff is None else {"flexible": flexible, "stiff": stiff},
-    )
+    if flexible is None or stiff is None:
+        return {}
+    return {"flexible": flexible, "stiff": stiff}
 
 
 def _compute(
@@ -143,7 +144,8 @@ def _compute(
     with stages.stage("files"):
         curves = named_curves(stiff.deflection, flexible.deflection)
         write_curves(out / _CURVES, curves)
-        save_figure(out / _PICTURE, curves_figure(curves["delta_s"], curves["delta_f"]))
+        n_planets = flexible.n_planets
+        save_figure(out / _PICTURE, curves_figure(curves["delta_s"], curves["delta_f"], n_planets))
         radius = curves["delta_s"].radius
         content = {
             "size": size,
@@ -162,4 +164,9 @@ def _refuse_different_carriers(flexible: CarrierVariant, stiff: CarrierVariant) 
             f"the flexible carrier's sensor circle has radius {radii[0]:.6g} m, the stiff one's "
             f"{radii[1]:.6g} m; expected two "
             "variants of one carrier"
+        )
+    if flexible.n_planets != stiff.n_planets:
+        raise ValueError(
+            f"the flexible carrier has {flexible.n_planets} pins, the stiff one "
+            f"{stiff.n_planets}; expected two variants of one carrier"
         )

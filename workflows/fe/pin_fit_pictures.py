@@ -22,6 +22,8 @@ RESIDUALS = {
     "residual_clamped": "stiff and flexible, shaft face clamped",
     "residual_ends": "rigid and free fit, best shares",
 }
+#: Changes of the curve's character by name: peaks beyond one a planet, size of the paper's curve.
+MORE_PEAKS, TABLE_4 = "more peaks than planets", "RMS of Table 4"
 _COLOURS = ("#1f5fa8", "#c8501e", "#3a8f4d", "#7a4fa3", "#555555")
 #: Stiffnesses whose curves are drawn over their mixes [N m/rad].
 _DRAWN = (1e6, 1.4e7, 1e8, np.inf)
@@ -76,34 +78,34 @@ def sweep_figure(study: PinFitStudy) -> "Figure":
     figure = Figure(figsize=(9.0, 10.5), layout="constrained")
     axes = figure.subplots(3, 1, sharex=True)
     x = _positions(study.tied)
-    orders = {"order_3": "order 3", "order_6": "order 6", "order_9": "order 9", "rms": "RMS"}
-    _draw(axes[0], x, study.tied, orders, scale=MICROMETRES)
+    amplitudes = {
+        f"order {order}": [row.orders[order] for row in study.tied]
+        for order in study.tied[0].orders
+    }
+    amplitudes["RMS"] = [row.rms for row in study.tied]
+    _draw(axes[0], x, amplitudes, scale=MICROMETRES)
     axes[0].set_ylabel("axial rim deflection [µm per kN m]")
     shares = {
         "rho_s": "ρ_s, stiff",
         "rho_f": "ρ_f, flexible",
         "rho_s_convex": "ρ_s where both add up to one",
     }
-    _draw(axes[1], x, study.tied, shares)
+    _draw(axes[1], x, _columns(study.tied, shares))
     axes[1].set_ylabel("shares of the best mix")
-    _draw(
-        axes[2],
-        x,
-        study.tied,
-        {name: text for name, text in RESIDUALS.items() if name != "residual_nonnegative"},
-    )
+    drawn = {name: text for name, text in RESIDUALS.items() if name != "residual_nonnegative"}
+    _draw(axes[2], x, _columns(study.tied, drawn))
     axes[2].set_yscale("log")
     axes[2].set_ylim(1e-4, 1.0)
     axes[2].set_ylabel("RMS left by the mix / RMS of the curve")
     for axis in axes:
-        axis.axvline(
-            study.changes["more than three peaks"], color="black", lw=1.0, ls="--", zorder=0
-        )
-        axis.axvline(study.changes["RMS of Table 4"], color="0.6", lw=1.0, ls=":", zorder=0)
+        for name, colour, style in ((MORE_PEAKS, "black", "--"), (TABLE_4, "0.6", ":")):
+            if name in study.changes:
+                axis.axvline(study.changes[name], color=colour, lw=1.0, ls=style, zorder=0)
         axis.grid(alpha=0.25)
         axis.legend(loc="best", framealpha=1.0)
     axes[0].set_title(
-        "dashed: three peaks left of it, more right of it; dotted: RMS of the paper's Table 4",
+        f"dashed: {study.family.n_planets} peaks left of it, more right of it; dotted: RMS of the "
+        "paper's Table 4",
         loc="left",
     )
     axes[2].set_xlabel("bending stiffness of each pin interface [N m/rad]")
@@ -123,16 +125,14 @@ def _positions(rows: Sequence[PinFitRow]) -> np.ndarray:
     return np.where(x == 0.0, inside.min() / 10.0, np.where(np.isinf(x), inside.max() * 10.0, x))
 
 
-def _draw(
-    axis: Any,
-    x: np.ndarray,
-    rows: Sequence[PinFitRow],
-    columns: dict[str, str],
-    *,
-    scale: float = 1.0,
-) -> None:
-    for colour, (name, text) in zip(_COLOURS, columns.items(), strict=False):
-        y = scale * np.array([getattr(row, name) for row in rows])
+def _columns(rows: Sequence[PinFitRow], texts: dict[str, str]) -> dict[str, list[float]]:
+    """Values of the rows' fields by what the legend calls them."""
+    return {text: [getattr(row, name) for row in rows] for name, text in texts.items()}
+
+
+def _draw(axis: Any, x: np.ndarray, columns: dict[str, list[float]], *, scale: float = 1.0) -> None:
+    for colour, (text, values) in zip(_COLOURS, columns.items(), strict=False):
+        y = scale * np.array(values)
         axis.plot(x[1:-1], y[1:-1], color=colour, lw=1.6, label=text)
         axis.plot(x[[0, -1]], y[[0, -1]], "o", color=colour, ms=5)
     axis.set_xscale("log")
@@ -141,17 +141,18 @@ def _draw(
 def mix_figure(study: PinFitStudy) -> "Figure":
     """Draw the curves of a few fits over their best and their convex mix.
 
-    One pin's third of the rim.
+    One pin's sector of the rim.
     """
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.0, 7.0), layout="constrained")
     axes = figure.subplots(2, 2, sharex=True)
     stiff, flexible = study.extremes.stiff, study.extremes.flexible
+    half = 180.0 / study.family.n_planets
     for axis, stiffness in zip(axes.ravel(), _DRAWN, strict=True):
         curve = study.family.curve(stiffness)
         best, convex = least_squares_mix(curve, stiff, flexible), convex_mix(curve, stiff, flexible)
-        angle = np.linspace(-60.0, 60.0, 361)
+        angle = np.linspace(-half, half, 361)
         drawn = (
             (curve, "joined carrier and pins", {"color": "black", "lw": 2.2}),
             (
@@ -175,7 +176,8 @@ def mix_figure(study: PinFitStudy) -> "Figure":
         axis.grid(alpha=0.25)
     for axis in axes[1]:
         axis.set_xlabel("carrier-frame angle from pin 1 [deg]")
-        axis.set_xticks(range(-60, 61, 30))
+        axis.set_xticks(np.linspace(-half, half, 5))
+        axis.xaxis.set_major_formatter("{x:.3g}")
     for axis in axes[:, 0]:
         axis.set_ylabel("axial deflection [µm per kN m]")
     return figure

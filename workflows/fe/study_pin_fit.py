@@ -7,6 +7,7 @@ good answer tells where three peaks become six, which shares represent each curv
 mix leaves of it.
 """
 
+import contextlib
 import csv
 import dataclasses
 from collections.abc import Callable, Sequence
@@ -15,7 +16,6 @@ from pathlib import Path
 import numpy as np
 
 from carrierflex.fe.carrier_curves import (
-    CASES,
     UNIT_TORQUE,
     carrier_deflection,
     flexible_cases,
@@ -38,7 +38,13 @@ from carrierflex.reduction.pin_fit import (
     torque_curve,
 )
 from carrierflex.reduction.pin_joints import PIN_FITS
-from carrierflex.workflows.fe.pin_fit_pictures import PinFitStudy, mix_figure, sweep_figure
+from carrierflex.workflows.fe.pin_fit_pictures import (
+    MORE_PEAKS,
+    TABLE_4,
+    PinFitStudy,
+    mix_figure,
+    sweep_figure,
+)
 from carrierflex.workflows.support.named_bodies import body_structure
 from carrierflex.workflows.support.outputs import prepared_folder, save_figure
 from carrierflex.workflows.support.progress import Stages
@@ -47,7 +53,6 @@ from carrierflex.workflows.support.progress import Stages
 LOWEST, HIGHEST = 1e4, 1e12
 #: Derived from the paper's Table 4: RMS of the rim deflection [m per kN m].
 TABLE_4_RMS = 0.083e-6
-_BOTH = CASES.index("both")
 
 
 def main(
@@ -73,7 +78,7 @@ def main(
         on top.
     parameters
         TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
-        keeps its default.
+        keeps its default. four_planets: a set that comes with the package.
     quiet
         Show no progress.
 
@@ -111,16 +116,17 @@ def _family(stage: StageParameters, size: float) -> tuple[PinFitFamily, ExtremeC
     """
     cases = {
         "flexible": flexible_cases(stage.carrier, stage.gear),
-        "stiff": stiff_cases(stage.gear),
+        "stiff": stiff_cases(stage.gear, stage.carrier.n_planets),
     }
-    forces, radius = gear_forces(UNIT_TORQUE, stage.gear), stage.carrier.sensor_radius
+    forces = gear_forces(UNIT_TORQUE, stage.gear, stage.carrier.n_planets)
+    radius = stage.carrier.sensor_radius
     models = {}
     pilot_held = {}
     clamped = {}
     for name, loads in cases.items():
         mesh, structure = body_structure(f"{name}_carrier", stage, size)
         models[name] = craig_bampton(structure, 0).model
-        pilot_held[name] = torque_curve(name, models[name], loads[_BOTH], radius)
+        pilot_held[name] = torque_curve(name, models[name], loads["both"], radius)
         clamped[name] = carrier_deflection(
             structure, np.unique(mesh.surface("shaft_face")), loads
         ).curves["both"]
@@ -140,23 +146,28 @@ def _stiffnesses(points_per_decade: int) -> list[float]:
 def _changes(family: PinFitFamily) -> dict[str, float]:
     """Interface stiffness at which the curve's character changes [N m/rad]."""
     conditions: dict[str, Callable[[DeflectionCurve], bool]] = {
-        "more than three peaks": lambda curve: len(curve.peak_angles()) > 3,
-        "RMS of Table 4": lambda curve: rms(curve) <= TABLE_4_RMS,
+        MORE_PEAKS: lambda curve: len(curve.peak_angles()) > family.n_planets,
+        TABLE_4: lambda curve: rms(curve) <= TABLE_4_RMS,
     }
-    return {
-        name: family.stiffness_where(reached, LOWEST, HIGHEST)
-        for name, reached in conditions.items()
-    }
+    changes = {}
+    for name, reached in conditions.items():
+        # Another carrier may be softer or stiffer than the paper's throughout.
+        with contextlib.suppress(ValueError):
+            changes[name] = family.stiffness_where(reached, LOWEST, HIGHEST)
+    return changes
 
 
 def _write_table(path: Path, rows: Sequence[PinFitRow]) -> None:
     """Write one line a row; stiffness in N m/rad, orders and RMS in m per kN m."""
     names = [field.name for field in dataclasses.fields(PinFitRow)]
+    split = names.index("orders")
+    orders = [f"order_{order}" for order in rows[0].orders]
     with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(names)
+        writer.writerow([*names[:split], *orders, *names[split + 1 :]])
         for row in rows:
-            values = (getattr(row, name) for name in names)
+            values = [getattr(row, name) for name in names]
+            values[split : split + 1] = row.orders.values()
             writer.writerow(
                 [f"{value:.9g}" if isinstance(value, float) else value for value in values]
             )

@@ -124,7 +124,7 @@ def _draw_carrier_front(axes: Axes, carrier: CarrierParameters) -> None:
     disc(axes, (0.0, 0.0), carrier.outer_radius, CARRIER)
     disc(axes, (0.0, 0.0), carrier.hub_outer_diameter / 2.0, "#b8c9dc", layer=3.0)
     disc(axes, (0.0, 0.0), carrier.hub_inner_diameter / 2.0, "white", layer=3.0)
-    for angle in pin_angles():
+    for angle in pin_angles(carrier.n_planets):
         place = at_angle(carrier.centre_distance, float(np.rad2deg(angle)))
         disc(axes, place, carrier.pin_hole_radius, STEEL, layer=2.5)
 
@@ -221,7 +221,7 @@ def gear_force_drawing() -> Figure:
     drive = DriveTrain()
     prepare(train, (-0.72, 0.72), (-0.66, 0.70), "(a) planets and carrier, seen from upwind")
     _draw_gear_train(train, drive)
-    forces = gear_forces(UNIT_TORQUE, drive.gear)
+    forces = gear_forces(UNIT_TORQUE, drive.gear, drive.carrier.n_planets)
     prepare(tooth, (-0.2, 3.2), (-1.75, 1.45), "(b) pressure angle and helix angle")
     _draw_tooth_forces(tooth, drive.gear)
     words(
@@ -246,7 +246,7 @@ def _draw_gear_train(axes: Axes, drive: DriveTrain) -> None:
     leader(axes, "Sun", (-0.05, 0.05), (-0.30, 0.02))
     leader(axes, "Ring", (-0.42, 0.36), (-0.62, 0.60))
     leader(axes, "Planet", (-0.10, 0.36), (-0.38, 0.66))
-    for number, degrees in enumerate(np.rad2deg(pin_angles())):
+    for number, degrees in enumerate(np.rad2deg(pin_angles(drive.carrier.n_planets))):
         place = at_angle(a, float(degrees))
         disc(axes, place, radii["planet"], "#ecdcae", layer=3.0)
         disc(axes, place, drive.carrier.pin_hole_radius, STEEL, layer=4.0)

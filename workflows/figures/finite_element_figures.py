@@ -65,7 +65,7 @@ def boundary_conditions(shared: SharedRuns) -> Figure:
     points = carrier_pilot_points(carrier)
     # Loads are drawn outside the rim, on the radius of their pin.
     feet, shown = {}, {"clamp": np.array([-carrier.hub_length, 0.195, 0.0])}
-    for number, angle in enumerate(pin_angles(), start=1):
+    for number, angle in enumerate(pin_angles(shared.parameters.carrier.n_planets), start=1):
         foot = points[f"pin_{number}_midspan"] + 0.22 * radial(float(angle))
         feet[number] = foot
         shown[f"force {number}"] = foot - 0.33 * tangential(float(angle))
@@ -84,7 +84,7 @@ def boundary_conditions(shared: SharedRuns) -> Figure:
             )
         held = mesh.points - np.array([1e-3, 0.0, 0.0])
         plotter.add_mesh(surface_patch(held, mesh.surface("shaft_face")), color=_CLAMP, **LIGHTING)
-        for number, angle in enumerate(pin_angles(), start=1):
+        for number, angle in enumerate(pin_angles(shared.parameters.carrier.n_planets), start=1):
             loaded = surface_patch(mesh.points, mesh.surface(f"pin_{number}_midspan"))
             plotter.add_mesh(loaded, color=_LOAD, **LIGHTING)
             foot, along = feet[number], tangential(float(angle))
@@ -110,7 +110,7 @@ def boundary_conditions(shared: SharedRuns) -> Figure:
         colour=_CLAMP,
         size=11.0,
     )
-    forces = gear_forces(UNIT_TORQUE, shared.parameters.gear)
+    forces = gear_forces(UNIT_TORQUE, shared.parameters.gear, shared.parameters.carrier.n_planets)
     height, width, _ = scene.image.shape
     words(
         axes,
@@ -170,7 +170,9 @@ def _draw_face(
 
 def deflection_curves(shared: SharedRuns) -> Figure:
     """Axial deflection of the rim over the angle, both variants (2012, figure 8)."""
-    return curves_figure(shared.curves["delta_s"], shared.curves["delta_f"])
+    return curves_figure(
+        shared.curves["delta_s"], shared.curves["delta_f"], shared.parameters.carrier.n_planets
+    )
 
 
 def seventh_mode(shared: SharedRuns) -> Figure:
@@ -235,7 +237,7 @@ def mode_shapes(shared: SharedRuns) -> tuple[list[BodyShape], AssemblyMode, floa
     ).model
     mode = _upright(group, assembly_modes(group, 2))
     placed = [_Placed(shaft, 0.0, {}), _Placed(carrier, 0.0, {})]
-    for number, angle in enumerate(pin_angles(), start=1):
+    for number, angle in enumerate(pin_angles(shared.parameters.carrier.n_planets), start=1):
         names = {f"pin_1_{part}": pin_pilot(number, part) for part in _PIN_PARTS}
         placed.append(_Placed(pin, float(angle), names))
     modal = [i for i, label in enumerate(group.labels) if label.startswith("mode ")]

@@ -42,7 +42,7 @@ def main(
         TOML file that states the STEP file's surfaces; carrierflex cad writes one to start from.
     parameters
         TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
-        keeps its default.
+        keeps its default. four_planets: a set that comes with the package.
     quiet
         Show no progress.
 

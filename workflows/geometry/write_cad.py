@@ -22,7 +22,7 @@ def main(*, out: Path, parameters: Path | None = None) -> tuple[CadFace, ...]:
         Output folder.
     parameters
         TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
-        keeps its default.
+        keeps its default. four_planets: a set that comes with the package.
 
     Returns
     -------

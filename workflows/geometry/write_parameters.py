@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from carrierflex.files.whole_files import check_file_writable, whole_file
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
 from carrierflex.geometry.parameter_sources import limits, sources
-from carrierflex.geometry.parameters import CarrierParameters
+from carrierflex.geometry.parameters import CarrierParameters, pin_angles
 from carrierflex.workflows.support.outputs import save_figure
 
 if TYPE_CHECKING:
@@ -227,15 +227,16 @@ def _face(axes: "Axes", c: CarrierParameters) -> None:
             arrowprops={"arrowstyle": "->", "linewidth": 0.7},
         )
     axes.add_patch(Circle((0.0, 0.0), mm * c.web_inner_radius, fill=False, linestyle=":"))
-    for k in range(3):
-        turn = 2.0 * np.pi * k / 3.0
+    for k, turn in enumerate(pin_angles(c.n_planets)):
         y, z = mm * c.centre_distance * np.sin(turn), mm * c.centre_distance * np.cos(turn)
         bore = Circle((y, z), mm * c.pin_hole_radius, facecolor="#eef1f4", edgecolor="#1b1f24")
         axes.add_patch(bore)
         planet = mm * c.planet_clearance_radius
         axes.add_patch(Circle((y, z), planet, fill=False, linestyle=":", color="#0072b2"))
         axes.text(y, z, f"pin {k + 1}", ha="center", va="center", fontsize=7)
-    pin = (mm * c.centre_distance * np.sin(2.0 * np.pi / 3.0), -0.5 * mm * c.centre_distance)
+    # Of the pin nearest to the drawing's lower right: pin 2 of three.
+    below = float(pin_angles(c.n_planets)[round(c.n_planets / 3)])
+    pin = (mm * c.centre_distance * np.sin(below), mm * c.centre_distance * np.cos(below))
     axes.annotate(
         f"pin_hole_diameter Ø {mm * c.pin_hole_diameter:.4g}",
         (pin[0] + mm * c.pin_hole_radius, pin[1]),

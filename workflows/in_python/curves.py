@@ -54,7 +54,8 @@ class Curves:
         """Both torque curves over the carrier's angle, peaks marked."""
         from carrierflex.fe.view import curves_figure
 
-        return curves_figure(self.by_name["delta_s"], self.by_name["delta_f"])
+        n_planets = self.parameters.carrier.n_planets
+        return curves_figure(self.by_name["delta_s"], self.by_name["delta_f"], n_planets)
 
     def write(self, path: Path | str) -> Path:
         """Write the CSV that ``simulate --curves`` reads; the file's path."""

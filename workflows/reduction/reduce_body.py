@@ -22,7 +22,7 @@ from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.workflows.reduction import reduce_matrices
 from carrierflex.workflows.reduction.certified_body import write_certified_body
 from carrierflex.workflows.support.cached_results import cached_files
-from carrierflex.workflows.support.carrier_files import CarrierFiles, given_structure
+from carrierflex.workflows.support.carrier_files import CarrierFiles, LengthUnit, given_structure
 from carrierflex.workflows.support.cost_preview import CostPreview, reduction_cost, tell
 from carrierflex.workflows.support.finite_elements import FINITE_ELEMENTS, AssemblyName
 from carrierflex.workflows.support.half_sector_bodies import (
@@ -56,6 +56,7 @@ def main(
     step: Path | None = None,
     surfaces: Path | None = None,
     mesh: Path | None = None,
+    length_unit: LengthUnit = "m",
     assembly: AssemblyName = "compiled",
     by_symmetry: bool = False,
     preview: bool = False,
@@ -119,9 +120,13 @@ def main(
     step
         STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
     surfaces
-        TOML file that states the STEP file's surfaces; carrierflex cad writes one to start from.
+        TOML file that states the surfaces of the STEP or mesh file; carrierflex cad writes one to
+        start from. A mesh whose groups have the surfaces' names needs none.
     mesh
-        Mesh file (.msh, metres) of the carrier's variant, instead of the parametric carrier.
+        Mesh file (.msh, .inp, .bdf, .unv, .med; tetrahedra) of the carrier's variant, instead of
+        the parametric carrier.
+    length_unit
+        Of the mesh file's coordinates.
     assembly
         Who makes K and M; compiled: element loops of this program; scikit-fem: its forms, the same
         matrices some fifty times slower.
@@ -142,7 +147,7 @@ def main(
         The body as written.
     """
     matrices = MatrixFiles.of_options(stiffness, mass, interfaces)
-    files = CarrierFiles(step, surfaces, {} if mesh is None else {variant: mesh})
+    files = CarrierFiles(step, surfaces, {} if mesh is None else {variant: mesh}, length_unit)
     # Every option that changes the body is part of the key under which it is kept.
     options = {
         "body": body, "variant": variant, "coupling": coupling, "interface": interface,

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from carrierflex.fe.carrier_curves import CASES, UNIT_TORQUE, flexible_cases, sensor_curve
+from carrierflex.fe.carrier_curves import UNIT_TORQUE, flexible_cases, sensor_curve
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.fe.load_cases import gear_forces
 from carrierflex.fe.structural_model import StructuralModel
@@ -93,7 +93,8 @@ def main(
     flexible_body, grounded = _reduced(flexible, provenance)
     reference = _held_through_pilot(stage, flexible, grounded)
 
-    forces, radius = gear_forces(UNIT_TORQUE, stage.gear), stage.carrier.sensor_radius
+    forces = gear_forces(UNIT_TORQUE, stage.gear, stage.carrier.n_planets)
+    radius = stage.carrier.sensor_radius
     family = PinFitFamily(flexible_body.model, pin.model, forces, radius)
     joined = {stiffness: family.curve(stiffness) for stiffness in STUDY_STIFFNESSES}
     sliding = replace(family, sliding=True).curve(0.0)
@@ -115,7 +116,7 @@ def _held_through_pilot(
 
     Its shaft face held through the pilot instead of node by node.
     """
-    load = structure.load_vector(flexible_cases(stage.carrier, stage.gear)[CASES.index("both")])
+    load = structure.load_vector(flexible_cases(stage.carrier, stage.gear)["both"])
     shaft = tuple(pilot for pilot in structure.pilots if pilot.name == HELD)
     u = HeldStructure(body, shaft).solve(load[:, None], np.zeros((6, 1)))[0]
     assert structure.sensors is not None

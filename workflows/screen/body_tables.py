@@ -45,14 +45,16 @@ def coupling_table(brackets: "dict[str, CouplingBracket]") -> RenderableType:
                 )
             parts += [table, ""]
         title = f"{bracket.curve_name}, um/kN m"
-        orders = _table(title, "rigid", "order 3", "order 6", "peaks", "change, %")
+        first = next(iter(bracket.all_curves.values())).first_order
+        columns = ("rigid", f"order {first}", f"order {2 * first}", "peaks", "change, %")
+        orders = _table(title, *columns)
         for rigid_part, curve in bracket.all_curves.items():
             content = curve.axial_order_content() * 1e6
             change = 100.0 * bracket.curve_change(rigid_part)
             orders.add_row(
                 rigid_part,
-                f"{content[3]:.4f}",
-                f"{content[6]:.4f}",
+                f"{content[first]:.4f}",
+                f"{content[2 * first]:.4f}",
                 str(len(curve.peak_angles())),
                 f"{change:.1f}",
             )

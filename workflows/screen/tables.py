@@ -58,14 +58,14 @@ def curve_table(curves: "dict[str, DeflectionCurve] | CostPreview") -> Renderabl
     """Orders and peaks of the deflection curves, or what they would cost."""
     if not isinstance(curves, dict):
         return str(curves)
-    table = _table(
-        "axial rim deflection", "curve", "per", "order 3, um", "order 6, um", "order 9, um", "peaks"
-    )
+    orders = curves["delta_f"].first_order * np.array([1, 2, 3])
+    columns = (f"order {order}, um" for order in orders)
+    table = _table("axial rim deflection", "curve", "per", *columns, "peaks")
     for name, curve in curves.items():
         content = curve.axial_order_content() * MICROMETRES
         of_torque = name.startswith("delta")
         unit, peaks = ("kN m", str(len(curve.peak_angles()))) if of_torque else ("N on pin 1", "-")
-        table.add_row(name, unit, *(f"{content[order]:.4g}" for order in (3, 6, 9)), peaks)
+        table.add_row(name, unit, *(f"{content[order]:.4g}" for order in orders), peaks)
     return table
 
 
@@ -103,9 +103,9 @@ def pin_fit_table(study: "PinFitStudy") -> RenderableType:
     """
     from carrierflex.workflows.fe.pin_fit_pictures import RESIDUALS
 
+    first_two = list(study.tied[0].orders)[:2]
     columns = (
-        "order 3, um",
-        "order 6, um",
+        *(f"order {order}, um" for order in first_two),
         "RMS, um",
         "peaks",
         "rho_s",
@@ -117,7 +117,8 @@ def pin_fit_table(study: "PinFitStudy") -> RenderableType:
     for row in study.tied:
         decade = np.log10(row.stiffness) % 1.0 if 0.0 < row.stiffness < np.inf else 0.0
         if min(decade, 1.0 - decade) < 1e-9 or row.stiffness in PIN_FITS.values():
-            sizes = (f"{value * MICROMETRES:.4f}" for value in (row.order_3, row.order_6, row.rms))
+            amplitudes = (*(row.orders[order] for order in first_two), row.rms)
+            sizes = (f"{value * MICROMETRES:.4f}" for value in amplitudes)
             shares = (f"{row.rho_s:.3f}", f"{row.rho_f:.3f}")
             residuals = (f"{100.0 * value:.2f}" for value in (row.residual, row.residual_convex))
             table.add_row(f"{row.stiffness:.3g}", *sizes, str(row.peaks), *shares, *residuals)
@@ -299,11 +300,11 @@ def summary_table(job: "Job") -> RenderableType:
     seconds, memory = sum(summary["seconds"].values()), summary["peak_memory_gb"]
     moment = summary["tilting_moment_nm"]
     named = " + ".join(diagnosis.attribution.effects) or "no effect"
-    in_time = summary["in_time"]
+    in_time, order = summary["in_time"], summary["mesh_study"]["orders"][0]
     sentences = (
         f"the reduced bodies in time, {in_time['revolutions']:.0f} revolutions at "
-        f"{in_time['torque_nm'] / 1e3:.0f} kN m: order 3 at the axial sensors "
-        f"{in_time['order_3_um_per_knm']:.3f} um per kN m, load shares "
+        f"{in_time['torque_nm'] / 1e3:.0f} kN m: order {order} at the axial "
+        f"sensors {in_time[f'order_{order}_um_per_knm']:.3f} um per kN m, load shares "
         f"{100.0 * in_time['smallest_load_share']:.1f} to "
         f"{100.0 * in_time['largest_load_share']:.1f} %, roll of the housing "
         f"{in_time['housing_roll_mrad']:.1f} mrad (stage/in_time.png); roll in the mounting's "

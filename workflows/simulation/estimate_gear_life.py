@@ -22,7 +22,7 @@ from carrierflex.files.versions import versions
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.involute_pair import InvolutePair, ring_planet_pair, sun_planet_pair
 from carrierflex.geometry.parameter_files import read_parameters
-from carrierflex.geometry.parameters import N_PINS, GearData
+from carrierflex.geometry.parameters import GearData
 from carrierflex.reduction.pin_joints import PAPER_STIFFNESS
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.stage.stage_cases import read_stage_case
@@ -37,7 +37,6 @@ from carrierflex.simulation.stage.tooth_contact import (
 from carrierflex.simulation.view import mesh_contact_figure, stage_contact_figure
 from carrierflex.workflows.simulation.order_one_supports import PHI_PLC, supports
 from carrierflex.workflows.simulation.stage_misalignment import (
-    PARTS,
     KinkInMesh,
     StageState,
     kinks_in_meshes,
@@ -156,7 +155,8 @@ def main(
     GearLife
         Pressure and life by mesh.
     """
-    gear = read_parameters(parameters).gear
+    stage = read_parameters(parameters)
+    gear = stage.gear
     flank = ToothFlank(crowning=crowning, tip_relief=tip_relief)
     if not (np.isfinite(largest_misalignment) and largest_misalignment > 0.0):
         raise ValueError(
@@ -166,7 +166,7 @@ def main(
         raise ValueError(f"--phi-plc is {phi_plc} rad; expected a finite angle")
     prepared_folder(out)
     stages = Stages(3, quiet)
-    force = _tangential_force(torque, gear)
+    force = _tangential_force(torque, gear, stage.carrier.n_planets)
     slopes = np.linspace(0.0, largest_misalignment, 30)
     pairs = {"sun": sun_planet_pair(gear), "ring": ring_planet_pair(gear)}
     with stages.stage("meshes over their misalignment"):
@@ -204,7 +204,8 @@ def _stages(gear: GearData) -> dict[str, StageData]:
 def _write_stage(
     life: GearLife, pairs: Mapping[str, InvolutePair], force: float, out: Path
 ) -> None:
-    planets = [f"added slope, planet {planet} [urad]" for planet in range(1, N_PINS + 1)]
+    n_planets = len(life.kinks[0].added_slope)
+    planets = [f"added slope, planet {planet} [urad]" for planet in range(1, n_planets + 1)]
     pressures = ["pressure without kink [MPa]", "with kink [MPa]", "increase [%]", "life"]
     raw = ["no lead correction: without kink [MPa]", "no lead correction: with kink [MPa]"]
     header = ["support", "carrier", "mesh", "common slope [urad]", *planets, *pressures, *raw]
@@ -212,7 +213,7 @@ def _write_stage(
     tilts = [
         [state.support, state.carrier, state.phi_PLC * 1e3, part, *(state.tilt[part] * 1e6)]
         for state in life.states
-        for part in PARTS
+        for part in state.tilt
     ]
     header = ["support", "carrier", "phi_PLC [mrad]", "part", "about y [urad]", "about z [urad]"]
     save_table(out / "stage_tilts.csv", header, tilts)
@@ -241,12 +242,12 @@ def _contacts(
     return contacts
 
 
-def _tangential_force(torque: float, gear: GearData) -> float:
+def _tangential_force(torque: float, gear: GearData, n_planets: int) -> float:
     """Force of each mesh at the working pitch circle [N].
 
-    Half the pin force T/(3a), as the planet is in balance.
+    Half the pin force T/(n a), as the planet is in balance.
     """
-    return torque / (N_PINS * gear.centre_distance) / 2.0
+    return torque / (n_planets * gear.centre_distance) / 2.0
 
 
 def _swept(

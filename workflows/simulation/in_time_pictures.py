@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.parameters import N_PINS
 from carrierflex.simulation.carrier.run_cases import AXIAL, Sensor
 from carrierflex.simulation.mounting.rig import HOUSING_MOTION
 from carrierflex.simulation.stage.load_channels import HOUSING_COLUMNS
@@ -41,16 +40,17 @@ def stage_in_time_figure(run: str, columns: Columns, sensors: Sequence[Sensor]) 
     figure.suptitle(f"{run}: the reduced bodies in the planetary stage")
     axial, radial, teeth, shares, moved, turned = figure.subplots(2, 3, sharex=True).flat
     turns = columns["carrier_angle"] / (2.0 * np.pi)
+    n_planets = sum(name.startswith("share_") for name in columns)
     for sensor in sensors:
         panel = axial if sensor.quantity == AXIAL else radial
         panel.plot(turns, columns[sensor.name] * 1e3, label=sensor.name, linewidth=0.9)
     for mate, style in (("sun", "-"), ("ring", "--")):
-        for planet in range(1, N_PINS + 1):
+        for planet in range(1, n_planets + 1):
             force = columns[f"{mate}_mesh_{planet}"] / 1e3
             teeth.plot(
                 turns, force, f"C{planet - 1}{style}", label=f"{mate} {planet}", linewidth=0.7
             )
-    for planet in range(1, N_PINS + 1):
+    for planet in range(1, n_planets + 1):
         share = columns[f"share_{planet}"] * 100.0
         shares.plot(turns, share, label=f"planet {planet}", linewidth=0.9)
     _draw_change(moved, turns, columns, HOUSING_COLUMNS[:3])

@@ -2,8 +2,8 @@
 
 The carrier and pin that were just reduced, joined to the main shaft, run as the planetary stage
 under the first load case of the 2012 paper; the housing answers on its bushings to the load history
-of the 2011 paper. A good answer: the sensors' order 3 in time is that of the static curve of the
-same bodies, energy balances to rounding, and the planets share the load but for weight.
+of the 2011 paper. A good answer: the sensors' planet order in time is that of the static curve of
+the same bodies, energy balances to rounding, and the planets share the load but for weight.
 """
 
 import shutil
@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from carrierflex.fe.curve_files import write_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
-from carrierflex.geometry.parameters import N_PINS, GearData
+from carrierflex.geometry.parameters import GearData
+from carrierflex.geometry.pin_names import planets_of
 from carrierflex.identification.campaign.campaign_files import CASE_COPY, write_campaign
 from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE
 from carrierflex.reduction.reduced_model import ReducedModel
@@ -72,16 +73,23 @@ class BodiesAtWork:
     mounting: Columns
 
     @property
-    def order_3(self) -> float:
-        """Amplitude of order 3 over the last revolution [m], mean vector of the axial sensors.
+    def n_planets(self) -> int:
+        """Number of planets."""
+        return int(self.case.rig["n_planets"])
 
-        Weight adds to the torque's order 3 as a vector that turns from sensor to sensor and has no
-        mean.
+    @property
+    def planet_order(self) -> float:
+        """Amplitude of the planets' order over the last revolution [m].
+
+        Mean vector of the axial sensors: weight adds to the torque's as a vector that turns from
+        sensor to sensor and has no mean.
         """
         last = slice(-_SAMPLES_A_TURN, None)
         angle = self.stage["carrier_angle"][last]
         parts = [
-            np.mean(self.stage[sensor.name][last] * np.exp(3j * (sensor.angle - angle)))
+            np.mean(
+                self.stage[sensor.name][last] * np.exp(1j * self.n_planets * (sensor.angle - angle))
+            )
             for sensor in self.axial_sensors
         ]
         return float(2.0 * np.abs(np.mean(parts)))
@@ -95,12 +103,12 @@ class BodiesAtWork:
     def figures(self) -> dict[str, float]:
         """What the summary tells, by name with unit."""
         torque = self.case.runs[0].load.torque
-        shares = np.stack([self.stage[f"share_{pin + 1}"] for pin in range(N_PINS)])
+        shares = np.stack([self.stage[f"share_{pin + 1}"] for pin in range(self.n_planets)])
         roll = self.stage["housing_theta_x"].mean()
         return {
             "revolutions": float(_TURNS),
             "torque_nm": torque,
-            "order_3_um_per_knm": self.order_3 * 1e9 / torque,
+            f"order_{self.n_planets}_um_per_knm": self.planet_order * 1e9 / torque,
             "smallest_load_share": float(shares.min()),
             "largest_load_share": float(shares.max()),
             "housing_roll_mrad": float(roll) * 1e3,
@@ -141,17 +149,18 @@ def main(
     ValueError, StageDivergedError
         Where body and stage do not fit, or the run leaves the range of small motions.
     """
-    case = _case(gear)
+    case = _case(gear, planets_of(carrier.pilots))
     stage, imbalance = _run_stage(case, carrier, pin, curves, out / "stage")
     mounting = _run_mounting(out / "mounting")
     return BodiesAtWork(case, stage, imbalance, mounting)
 
 
-def _case(gear: GearData) -> StageCase:
+def _case(gear: GearData, n_planets: int) -> StageCase:
     shipped = read_stage_case(shipped_case(STAGE_CASE))
     turn = 2.0 * np.pi / shipped.speed
     return replace(
         shipped,
+        rig={**shipped.rig, "n_planets": n_planets},
         data=replace(shipped.data, gear=gear),
         duration=_TURNS * turn,
         sample_rate=_SAMPLES_A_TURN / turn,
@@ -196,7 +205,7 @@ def _run_stage(
         "time",
         "carrier_angle",
         *record.signals,
-        *(f"share_{pin + 1}" for pin in range(N_PINS)),
+        *(f"share_{pin + 1}" for pin in range(body.n_planets)),
         *HOUSING_COLUMNS,
     )
     save_table(

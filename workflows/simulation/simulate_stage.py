@@ -154,10 +154,22 @@ def main(
 
 def _body(what: StageCase, size: float) -> StageBody:
     if what.bodies:
-        return stage_body_of_files(
-            what.bodies, what.pin_fit_stiffness, size, main_shaft=what.main_shaft
+        body = stage_body_of_files(
+            what.bodies,
+            what.pin_fit_stiffness,
+            size,
+            gear=what.data.gear,
+            main_shaft=what.main_shaft,
         )
-    return default_stage_body(what.pin_fit_stiffness, size, main_shaft=what.main_shaft)
+    else:
+        body = default_stage_body(what.pin_fit_stiffness, size, main_shaft=what.main_shaft)
+    stated = what.rig["n_planets"]
+    if body.n_planets != stated:
+        raise ValueError(
+            f"key 'n_planets' of [rig] is {stated}, the carrier has pins for {body.n_planets} "
+            "planets; expected as many ([bodies] carrier takes another carrier)"
+        )
+    return body
 
 
 def _curves(curves: Path | None) -> Mapping[str, DeflectionCurve]:

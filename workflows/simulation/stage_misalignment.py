@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.geometry.involute_pair import InvolutePair
-from carrierflex.geometry.parameters import N_PINS
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.part_loads import mesh_misalignment, part_loads, part_tilt
 from carrierflex.simulation.stage.quasi_static import quasi_static_turn
@@ -27,8 +26,6 @@ from carrierflex.simulation.stage.tooth_contact import (
     mesh_contact,
 )
 
-#: Parts whose tilt is told.
-PARTS = ("sun", "ring", *(f"planet_{pin + 1}" for pin in range(N_PINS)))
 #: Carrier angle of the kink's axis [rad]: towards pin 1, whose meshes it misaligns by nearly all.
 _KINK_AXIS = 0.0
 
@@ -45,9 +42,9 @@ class StageState:
         Kink of main shaft and carrier [rad].
     tilt : mapping of str to ndarray, shape (2,)
         Rotation about y and z [rad] by part.
-    slope : ndarray, shape (6,)
-        Misalignment of sun meshes 1-3 and ring meshes 1-3 in the plane of action [rad].
-    force : ndarray, shape (6,)
+    slope : ndarray, shape (2 p,)
+        Misalignment of the sun's and the ring's meshes with p planets in the plane of action [rad].
+    force : ndarray, shape (2 p,)
         Force along the tooth normal [N].
     """
 
@@ -68,11 +65,11 @@ class KinkInMesh:
     support, carrier, mesh : str
         In words.
     common_slope : float
-        Mean misalignment of the three meshes without a kink [rad]: torque tilts all planets alike.
-    added_slope : ndarray, shape (3,)
+        Mean misalignment of its meshes without a kink [rad]: torque tilts all planets alike.
+    added_slope : ndarray, shape (p,)
         What the kink adds, by planet [rad].
     pressure, pressure_with_kink : float
-        Largest contact pressure of the three meshes, the common misalignment taken up by a lead
+        Largest contact pressure of its meshes, the common misalignment taken up by a lead
         correction [Pa].
     uncorrected, uncorrected_with_kink : float
         The same without a lead correction [Pa].
@@ -142,8 +139,9 @@ def _state(
     effects = StageEffects(phi_PLC=name[2], theta_PLC=_KINK_AXIS)
     model = stage_model(body, data, effects=effects, speed=0.0)
     c = quasi_static_turn(model, load).c
-    tilt = {part: part_tilt(model, part, c).mean(axis=0) for part in PARTS}
-    force = part_loads(model, c).mesh_force[:, : 2 * N_PINS].mean(axis=0)
+    parts = ("sun", "ring", *(f"planet_{pin + 1}" for pin in range(body.n_planets)))
+    tilt = {part: part_tilt(model, part, c).mean(axis=0) for part in parts}
+    force = part_loads(model, c).mesh_force[:, : 2 * body.n_planets].mean(axis=0)
     return StageState(*name, tilt, mesh_misalignment(model, c).mean(axis=0), force)
 
 
@@ -169,7 +167,8 @@ def _kinks(
 ) -> Iterator[KinkInMesh]:
     for without, kinked in zip(states[::2], states[1::2], strict=True):
         for i, (mesh, pair) in enumerate(pairs.items()):
-            meshes = slice(N_PINS * i, N_PINS * (i + 1))
+            n_planets = len(without.slope) // 2
+            meshes = slice(n_planets * i, n_planets * (i + 1))
             common = float(without.slope[meshes].mean())
             pressures = [
                 max(

@@ -15,7 +15,6 @@ import numpy as np
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
-from carrierflex.geometry.parameters import N_PINS
 from carrierflex.identification.carrier.printed_tables import (
     FULL_TORQUE,
     LOAD_CASES,
@@ -172,8 +171,8 @@ def _row(body: StageBody, support: Support) -> OrderOneRow:
         third,
         first / kink,
         (float(about_y), float(about_z)),
-        float(np.ptp(slopes[:N_PINS])) / 2.0,
-        float(np.ptp(slopes[N_PINS:])) / 2.0,
+        float(np.ptp(slopes[: body.n_planets])) / 2.0,
+        float(np.ptp(slopes[body.n_planets :])) / 2.0,
     )
 
 

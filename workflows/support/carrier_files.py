@@ -7,12 +7,13 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal, cast
 
 from carrierflex.fe.assembly import Assembly, assemble_stiffness_and_mass
 from carrierflex.fe.structural_model import (
-    FLEXIBLE_CARRIER_PILOTS,
-    STIFF_CARRIER_PILOTS,
     StructuralModel,
+    flexible_carrier_pilots,
+    stiff_carrier_pilots,
     structural_model,
 )
 from carrierflex.geometry.cad_mesh import step_carrier_mesh
@@ -21,7 +22,10 @@ from carrierflex.geometry.carrier_interface import CarrierInterface, carrier_int
 from carrierflex.geometry.mesh_files import read_mesh
 from carrierflex.geometry.tet_mesh import TetMesh
 
-_PILOTS = {"flexible": FLEXIBLE_CARRIER_PILOTS, "stiff": STIFF_CARRIER_PILOTS}
+#: Units that coordinates of a mesh file may have, in metres.
+METRES = {"m": 1.0, "mm": 1e-3, "inch": 0.0254}
+LengthUnit = Literal["m", "mm", "inch"]
+_PILOTS = {"flexible": flexible_carrier_pilots, "stiff": stiff_carrier_pilots}
 
 
 @dataclass(frozen=True)
@@ -34,25 +38,35 @@ class CarrierFiles:
         CAD model and the file that states its surfaces.
     meshes : mapping of str to Path
         Mesh file by variant, ``stiff`` and ``flexible``.
+    length_unit : str
+        Unit of the mesh files' coordinates.
 
     Raises
     ------
     ValueError
-        Where the STEP file or the surfaces file stands alone, or meshes are given beside them.
+        Where the STEP file, the surfaces file or the unit stands alone, or meshes are given beside
+        a STEP file.
     """
 
     step: Path | None = None
     surfaces: Path | None = None
     meshes: Mapping[str, Path] = field(default_factory=dict)
+    length_unit: LengthUnit = "m"
 
     def __post_init__(self) -> None:
-        if (self.step is None) != (self.surfaces is None):
-            alone, absent = (
-                ("--step", "--surfaces") if self.surfaces is None else ("--surfaces", "--step")
-            )
+        if self.step is not None and self.surfaces is None:
             raise ValueError(
-                f"{alone} is given without {absent}; expected the CAD model and the file that "
+                "--step is given without --surfaces; expected the CAD model and the file that "
                 "states its surfaces"
+            )
+        if self.surfaces is not None and self.step is None and not self.meshes:
+            raise ValueError(
+                "--surfaces is given without --step; expected the CAD model or a mesh file beside "
+                "the file that states its surfaces"
+            )
+        if self.length_unit != "m" and not self.meshes:
+            raise ValueError(
+                f"--length-unit is {self.length_unit} without a mesh file; expected one beside it"
             )
         if self.meshes and self.step is not None:
             raise ValueError("a mesh file and --step are both given; expected one of them")
@@ -68,7 +82,8 @@ class CarrierFiles:
         """
         paths = {role: Path(entry["file"]) for role, entry in record.items()}
         step, surfaces = paths.pop("step", None), paths.pop("surfaces", None)
-        files = cls(step, surfaces, paths)
+        units = {entry.get("length_unit", "m") for entry in record.values()} - {"m"}
+        files = cls(step, surfaces, paths, cast(LengthUnit, units.pop() if units else "m"))
         refuse_changed(record, files.record())
         return files
 
@@ -86,7 +101,11 @@ class CarrierFiles:
             return step_carrier_mesh(
                 self.step, read_cad_statements(self.surfaces), size, pins=variant == "stiff"
             )
-        mesh = read_mesh(self.meshes[variant])
+        mesh = read_mesh(
+            self.meshes[variant],
+            metres=METRES[self.length_unit],
+            statements=None if self.surfaces is None else read_cad_statements(self.surfaces),
+        )
         if ("pins" in mesh.bodies) != (variant == "stiff"):
             bodies, other = (
                 ("a body", "stiff") if "pins" in mesh.bodies else ("no body", "flexible")
@@ -98,13 +117,21 @@ class CarrierFiles:
         return mesh
 
     def digests(self) -> dict[str, str]:
-        """SHA-256 of every file by its role: the carrier's identity, wherever the files lie."""
-        return {role: entry["sha256"] for role, entry in self.record().items()}
+        """SHA-256 of every file by its role: the carrier's identity, wherever the files lie.
+
+        With the meshes' unit where that is not the metre.
+        """
+        digests = {role: entry["sha256"] for role, entry in self.record().items()}
+        return digests if self.length_unit == "m" else {**digests, "length_unit": self.length_unit}
 
     def record(self) -> dict[str, dict[str, str]]:
         """Name and SHA-256 of every file, for provenance; FileNotFoundError where one is absent."""
         files = {"step": self.step, "surfaces": self.surfaces, **self.meshes}
-        return file_record({role: path for role, path in files.items() if path is not None})
+        record = file_record({role: path for role, path in files.items() if path is not None})
+        if self.length_unit != "m":
+            for role in self.meshes:
+                record[role]["length_unit"] = self.length_unit
+        return record
 
 
 def file_record(files: Mapping[str, Path]) -> dict[str, dict[str, str]]:
@@ -147,5 +174,5 @@ def given_structure(
         Where a surface is missing or does not fit, or a body of the mesh has no material.
     """
     interface = carrier_interface(mesh)
-    name, pilots = f"{variant}_carrier", _PILOTS[variant]
+    name, pilots = f"{variant}_carrier", _PILOTS[variant](interface.n_planets)
     return structural_model(name, mesh, interface, pilots, assembly=assembly), interface

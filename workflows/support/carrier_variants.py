@@ -3,18 +3,18 @@
 The part that several workflows share.
 """
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from carrierflex.fe.carrier_curves import (
     CarrierDeflection,
+    UnitCases,
     carrier_deflection,
     flexible_cases,
     stiff_cases,
 )
-from carrierflex.fe.load_cases import PilotLoad
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.geometry.parameter_files import StageParameters
+from carrierflex.geometry.pin_names import planets_of
 from carrierflex.geometry.tet_mesh import TetMesh
 from carrierflex.workflows.support.carrier_files import CarrierFiles, given_structure
 from carrierflex.workflows.support.finite_elements import COMPILED, FiniteElements
@@ -28,6 +28,11 @@ class CarrierVariant:
     mesh: TetMesh
     structure: StructuralModel
     deflection: CarrierDeflection
+
+    @property
+    def n_planets(self) -> int:
+        """Number of its pins."""
+        return planets_of(self.mesh.surfaces)
 
 
 def flexible_variant(
@@ -44,7 +49,7 @@ def stiff_variant(
 ) -> CarrierVariant:
     """Carrier with bonded pins, solved under the unit load cases."""
     mesh, structure = body_structure("stiff_carrier", stage, size, finite_elements.assembly)
-    cases = stiff_cases(stage.gear)
+    cases = stiff_cases(stage.gear, stage.carrier.n_planets)
     return _solved(mesh, structure, cases, finite_elements)
 
 
@@ -62,14 +67,18 @@ def given_variant(
     mesh = files.mesh(variant, size)
     structure, interface = given_structure(variant, mesh, finite_elements.assembly)
     gear = replace(stage.gear, centre_distance=interface.centre_distance)
-    cases = flexible_cases(interface, gear) if variant == "flexible" else stiff_cases(gear)
+    cases = (
+        flexible_cases(interface, gear)
+        if variant == "flexible"
+        else stiff_cases(gear, interface.n_planets)
+    )
     return _solved(mesh, structure, cases, finite_elements)
 
 
 def _solved(
     mesh: TetMesh,
     structure: StructuralModel,
-    cases: Sequence[Mapping[str, PilotLoad]],
+    cases: UnitCases,
     finite_elements: FiniteElements,
 ) -> CarrierVariant:
     shaft_face = mesh.surface("shaft_face")

@@ -7,12 +7,13 @@ from collections.abc import Mapping
 
 from carrierflex.fe.half_sector_sensors import HalfSectorSensors, half_sector_sensors
 from carrierflex.fe.structural_model import (
-    FLEXIBLE_CARRIER_PILOTS,
-    STIFF_CARRIER_PILOTS,
     carrier_pilot_points,
+    flexible_carrier_pilots,
+    stiff_carrier_pilots,
 )
 from carrierflex.fe.symmetry_blocks import HalfSector, half_sector
 from carrierflex.geometry.carrier_mesh import flexible_half_sector, stiff_half_sector
+from carrierflex.geometry.dihedral_group import dihedral_group
 from carrierflex.geometry.parameter_files import StageParameters
 from carrierflex.reduction.certificate import (
     Certificate,
@@ -39,24 +40,27 @@ _NEEDS_WHOLE_BODY = {
 def half_sector_body(
     name: str, stage: StageParameters, size: float
 ) -> tuple[HalfSector, HalfSectorSensors]:
-    """Finite elements of a sixth of ``flexible_carrier`` or ``stiff_carrier``, and its sensors.
+    """Half sector of ``flexible_carrier`` or ``stiff_carrier``: finite elements and sensors.
 
     Raises
     ------
     ValueError
         Where the body is not a carrier: the others have no dihedral symmetry.
     """
+    n_planets = stage.carrier.n_planets
     if name == "flexible_carrier":
-        mesh, names = flexible_half_sector(stage.carrier, size), FLEXIBLE_CARRIER_PILOTS
+        mesh, names = flexible_half_sector(stage.carrier, size), flexible_carrier_pilots(n_planets)
     elif name == "stiff_carrier":
-        mesh, names = stiff_half_sector(stage.carrier, stage.pin, size), STIFF_CARRIER_PILOTS
+        mesh = stiff_half_sector(stage.carrier, stage.pin, size)
+        names = stiff_carrier_pilots(n_planets)
     else:
         raise ValueError(
             f"{name} has no dihedral symmetry; expected flexible_carrier or stiff_carrier"
         )
     points = carrier_pilot_points(stage.carrier)
-    half = half_sector(name, mesh, {pilot: points[pilot] for pilot in names})
-    return half, half_sector_sensors(mesh, stage.carrier.sensor_radius)
+    pilots = {pilot: points[pilot] for pilot in names}
+    half = half_sector(name, mesh, pilots, dihedral_group(n_planets))
+    return half, half_sector_sensors(mesh, stage.carrier.sensor_radius, n_planets)
 
 
 def refuse_whole_body_options(options: Mapping[str, object], *, files_given: bool) -> None:

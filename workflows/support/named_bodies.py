@@ -3,10 +3,10 @@
 from carrierflex.fe.assembly import Assembly, assemble_stiffness_and_mass
 from carrierflex.fe.main_shaft import main_shaft_structure
 from carrierflex.fe.structural_model import (
-    FLEXIBLE_CARRIER_PILOTS,
     PIN_PILOTS,
-    STIFF_CARRIER_PILOTS,
     StructuralModel,
+    flexible_carrier_pilots,
+    stiff_carrier_pilots,
     structural_model,
 )
 from carrierflex.geometry.carrier_mesh import flexible_carrier_mesh, pin_mesh, stiff_carrier_mesh
@@ -40,9 +40,11 @@ def body_structure(
     if name == "pin":
         mesh, pilots = pin_mesh(stage.carrier, stage.pin, size), PIN_PILOTS
     elif name == "flexible_carrier":
-        mesh, pilots = flexible_carrier_mesh(stage.carrier, size), FLEXIBLE_CARRIER_PILOTS
+        mesh = flexible_carrier_mesh(stage.carrier, size)
+        pilots = flexible_carrier_pilots(stage.carrier.n_planets)
     elif name == "stiff_carrier":
-        mesh, pilots = stiff_carrier_mesh(stage.carrier, stage.pin, size), STIFF_CARRIER_PILOTS
+        mesh = stiff_carrier_mesh(stage.carrier, stage.pin, size)
+        pilots = stiff_carrier_pilots(stage.carrier.n_planets)
     else:
         raise ValueError(
             f"no finite elements are known for a body named {name!r}; expected pin, "

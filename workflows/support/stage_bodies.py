@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from carrierflex.geometry.parameter_files import read_parameters
+from carrierflex.geometry.parameters import GearData
 from carrierflex.reduction.body_files import read_body
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.mode_count import rule_of_options
@@ -102,7 +103,12 @@ def _default_shaft(kind: str, carrier: ReducedModel, size: float) -> ReducedMode
 
 
 def stage_body_of_files(
-    files: Mapping[str, Path], pin_fit_stiffness: float, size: float, *, main_shaft: str = "beam"
+    files: Mapping[str, Path],
+    pin_fit_stiffness: float,
+    size: float,
+    *,
+    gear: GearData,
+    main_shaft: str = "beam",
 ) -> StageBody:
     """Body of a stage in which files stand for some of carrier, pin and main shaft.
 
@@ -115,6 +121,8 @@ def stage_body_of_files(
         Bending stiffness of each pin interface [N m/rad].
     size : float
         Element edge length [m] of default bodies.
+    gear : GearData
+        Gears whose centre distance the carrier's pins have to stand at.
     main_shaft : str
         Default main shaft, as in :func:`default_stage_body`.
 
@@ -124,7 +132,7 @@ def stage_body_of_files(
         Before any reduction, where a file is missing or its body lacks what the stage takes hold
         of; the message names it.
     """
-    read = {name: _checked(name, path) for name, path in files.items()}
+    read = {name: _checked(name, path, gear) for name, path in files.items()}
     carrier = read.get("carrier")
     if carrier is not None and holds_pins(carrier):
         if "pin" in read:
@@ -146,11 +154,11 @@ def _reduced(name: str, size: float, parameters: Path | None = None) -> ReducedM
     return craig_bampton(structure, rule_of_options({})).model
 
 
-def _checked(name: str, path: Path) -> ReducedModel:
+def _checked(name: str, path: Path, gear: GearData) -> ReducedModel:
     model = read_body(path)
     try:
         if name == "carrier":
-            refuse_unfit_carrier(model, read_parameters(None).gear)
+            refuse_unfit_carrier(model, gear)
         else:
             refuse_missing_pilots(model, _PILOTS[name])
     except ValueError as error:

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.parameters import N_PINS
+from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.simulation.carrier import kinematics, patterns
 from carrierflex.simulation.carrier.effect import Effect, others, per_newton
 from carrierflex.simulation.carrier.effects.alike import (
@@ -214,7 +214,7 @@ def _pin_shares(n_planets: int) -> tuple[EffectParameter, ...]:
 UNEQUAL_LOAD_SHARING = Effect(
     "unequal_load_sharing",
     equation="sum_i T/(n a) e_i g_f(v - theta - alpha_i), sum e_i = 0",
-    parameters=_pin_shares(N_PINS),
+    parameters=_pin_shares(CarrierParameters.n_planets),
     signature="orders 1, 2, 4 and 5 fixed to the carrier, growing as the torque",
     pattern=_unequal_load_sharing,
     curves=("g_f",),
@@ -224,7 +224,7 @@ UNEQUAL_LOAD_SHARING = Effect(
 LOAD_SHARING_NTL = Effect(
     "load_sharing_ntl",
     equation=(
-        "sum_i T/(3a) e_i(t) g_f(v - theta - alpha_i), "
+        "sum_i T/(n a) e_i(t) g_f(v - theta - alpha_i), "
         "e_i = kappa_r F.e(beta_i) + kappa_t F.t(beta_i)"
     ),
     parameters=per_newton("1/N", 5e-7, "kappa_r", "kappa_t"),

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.fe.structural_model import FLEXIBLE_CARRIER_PILOTS, carrier_pilot_points
+from carrierflex.fe.structural_model import carrier_pilot_points, flexible_carrier_pilots
 from carrierflex.fe.symmetry_blocks import half_sector
+from carrierflex.geometry.dihedral_group import dihedral_group
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.fixed_interface_modes import fixed_interface_modes
 from carrierflex.reduction.free_interface import free_interface_reduction
@@ -73,7 +74,8 @@ def test_no_reduction_of_the_carrier_ends_inside_a_pair(
     half = half_sector(
         "flexible_carrier",
         flexible_half,
-        {name: points[name] for name in FLEXIBLE_CARRIER_PILOTS},
+        {name: points[name] for name in flexible_carrier_pilots(3)},
+        dihedral_group(3),
     )
     for kept in (wanted, Below(frequencies[wanted - 1] / HZ * (1.0 + 1e-6))):
         whole = craig_bampton(flexible_structure, kept)

@@ -85,7 +85,7 @@ def test_deflection_follows_the_instantaneous_torque():
 
 
 def test_third_order_of_the_rim_has_the_stated_amplitude():
-    rho_s, rho_f = rim_factors(42e-6, 0.3, 360e3, flexible_curve())
+    rho_s, rho_f = rim_factors(42e-6, 0.3, 360e3, flexible_curve(), 3)
     motion = CarrierMotion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, rho_f)
     angle = 2.0 * np.pi * np.arange(720) / 720
     signal = clean_signal(
@@ -151,10 +151,10 @@ def test_simulation_leaves_the_curves_unchanged():
         ),
         (lambda: Sensor("s", AXIAL, 0.0, -0.4), "radius -0.4 m must be positive"),
         (lambda: simulate(case(), noise_std=-1.0), "noise_std is -1.0 m; expected a value >= 0"),
-        (lambda: rim_factors(1e-5, 1.0, 1e5, flexible_curve()), "0 <= stiff_share < 1"),
+        (lambda: rim_factors(1e-5, 1.0, 1e5, flexible_curve(), 3), "0 <= stiff_share < 1"),
         (
-            lambda: rim_factors(1e-5, 0.2, 0.0, flexible_curve()),
-            "a positive torque and a curve with a third order",
+            lambda: rim_factors(1e-5, 0.2, 0.0, flexible_curve(), 3),
+            "order 3; a positive torque and a curve with that order",
         ),
     ],
 )

@@ -22,7 +22,7 @@ def test_driving_the_train_opens_and_closes_no_mesh(nominal_stage):
 def test_a_tooth_force_turns_planet_and_mate_by_their_base_radii(gear, mate, pair):
     pair = pair(gear)
     for coast in (False, True):
-        line = flank_line(mate, 2, gear, x=0.185, coast=coast, gap=0.0)
+        line = flank_line(mate, 2, gear, 3, x=0.185, coast=coast, gap=0.0)
         assert_allclose(np.linalg.norm(line.normal), 1.0, rtol=1e-14)
         angle = 2.0 * math.pi / 3.0
         centre = np.array([0.185, -0.308 * math.sin(angle), 0.308 * math.cos(angle)])
@@ -39,7 +39,7 @@ def test_a_tooth_force_turns_planet_and_mate_by_their_base_radii(gear, mate, pai
 
 def test_drive_flanks_push_the_planet_against_the_rotation_and_apart_along_the_axis(gear):
     sun, ring = (
-        flank_line(mate, 1, gear, x=0.0, coast=False, gap=0.0).normal for mate in ("sun", "ring")
+        flank_line(mate, 1, gear, 3, x=0.0, coast=False, gap=0.0).normal for mate in ("sun", "ring")
     )
     # Pin 1 stands along z; increasing angle there is -y. The sun pushes out (+z) and downwind, the
     # ring in and upwind.
@@ -54,7 +54,7 @@ def test_drive_flanks_push_the_planet_against_the_rotation_and_apart_along_the_a
 
 def test_stiffness_follows_the_number_of_teeth_in_contact(gear):
     data = MeshData(n_harmonics=400)
-    stiffness, pair = mesh_stiffness("ring", 1, gear, data), ring_planet_pair(gear)
+    stiffness, pair = mesh_stiffness("ring", 1, gear, data, 3), ring_planet_pair(gear)
     # Direct count: tooth pairs in contact over slices of the face width, teeth one base pitch
     # apart.
     slices = (np.arange(400) + 0.5) / 400 * pair.overlap_ratio - pair.overlap_ratio / 2.0
@@ -72,7 +72,7 @@ def test_stiffness_follows_the_number_of_teeth_in_contact(gear):
 def test_meshes_of_these_tooth_numbers_are_in_phase(gear):
     # z_r / 3 = 33 and z_s / 3 = 7 are whole: every planet meets its teeth at the same time.
     for mate in ("sun", "ring"):
-        phases = [mesh_phase(mate, planet, gear) for planet in (1, 2, 3)]
+        phases = [mesh_phase(mate, planet, gear, 3) for planet in (1, 2, 3)]
         assert_allclose(
             np.exp(2j * np.pi * np.array(phases)),
             np.exp(2j * np.pi * phases[0]),

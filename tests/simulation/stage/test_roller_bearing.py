@@ -37,7 +37,7 @@ LOAD = SteadyLoad(360e3)
 
 
 def bearing(clearance=0.0, **changes):
-    return roller_set(replace(ROLLERS, **changes), GearData(), clearance)
+    return roller_set(replace(ROLLERS, **changes), GearData(), clearance, (1.0,) * 3)
 
 
 def loads(rollers, motion, angle=0.3):

@@ -88,7 +88,7 @@ def test_far_above_the_threshold_the_share_is_that_of_stiff_pins(
     # The play's contact and the pin fit are springs side by side in both bores; about the pin's own
     # axis the fit is alone.
     bodies, joints = [flexible_reduction.model], []
-    for number, angle in enumerate(pin_angles(), start=1):
+    for number, angle in enumerate(pin_angles(3), start=1):
         rename = {
             f"pin_1_{part}": pin_pilot(number, part) for part in ("upwind", "midspan", "downwind")
         }

@@ -187,9 +187,13 @@ def test_wrong_input_is_refused(stage_body):
     ):
         BearingData(upwind_radial=-1.0)
     with pytest.raises(
-        ValueError, match=r"pin_offset is .* expected 3 finite numbers, one a planet"
+        ValueError, match=r"pin_offset is .* expected 3 to 8 finite numbers, one a planet"
     ):
         StageEffects(pin_offset=(0.0,))
+    with pytest.raises(
+        ValueError, match=r"pin_offset holds 4 numbers; expected 3, one a planet of this stage"
+    ):
+        stage_model(stage_body, effects=StageEffects(pin_offset=(0.0,) * 4), speed=SPEED)
     with pytest.raises(ValueError, match="carrier speed is inf rad/s"):
         stage_model(stage_body, speed=np.inf)
     grounded = replace(

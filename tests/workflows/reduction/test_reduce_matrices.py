@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 import carrierflex as cf
 from carrierflex.fe.structural_model import with_equal_node_weights
 from carrierflex.geometry.mesh_files import write_mesh
+from carrierflex.geometry.parameters import GearData
 from carrierflex.reduction.body_files import read_body, write_body
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.workflows.reduction import check_certificate, export_body, reduce_body
@@ -164,7 +165,7 @@ def test_a_carrier_of_matrices_turns_in_the_stage_as_our_own(
     given = {role: tmp_path / name for role, name in files.items()}
     reduce_body.main(out=tmp_path / "given.h5", modes=8, quiet=True, **given)
     bodies = [
-        stage_body_of_files({"carrier": tmp_path / name}, 1e7, 0.06)
+        stage_body_of_files({"carrier": tmp_path / name}, 1e7, 0.06, gear=GearData())
         for name in ("ours.h5", "given.h5")
     ]
     K, K_given = (body.model.K for body in bodies)

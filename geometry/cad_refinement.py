@@ -1,0 +1,141 @@
+"""Curved elements about the small features of a CAD solid, in as many passes as they take.
+
+A coarse second-order element that bends round a bolt hole or a fillet turns inside out. Elements
+are therefore as small as the curvature asks for, gmsh moves the nodes of what is still distorted
+(its high-order optimisation), and where that does not do, the next pass halves the elements there.
+"""
+
+import logging
+from dataclasses import dataclass, field
+
+import gmsh
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from carrierflex.geometry.cad_faces import CadFace
+from carrierflex.geometry.half_sector import MeshingError
+
+log = logging.getLogger(__name__)
+
+#: Passes at most, and gmsh's minSJ (smallest scaled Jacobian determinant) above which all is well.
+MOST_PASSES, LEAST_QUALITY = 4, 0.1
+#: Elements around a full turn of a curved face.
+_ELEMENTS_AROUND = 8
+#: Smallest element over the size asked for: what curvature and refinement may ask for.
+_SMALLEST = 1.0 / 8.0
+#: Elements within so many of its own sizes of a bad one are made smaller with it.
+_REACH = 2.0
+_TET10, _HXT = 11, 10
+#: Bad faces that a refusal names.
+_SHOWN = 6
+
+
+@dataclass
+class _Refinement:
+    """Places where elements have to be smaller than the curvature asks for."""
+
+    size: float
+    centres: list[NDArray[np.float64]] = field(default_factory=list)
+    sizes: list[float] = field(default_factory=list)
+    tree: cKDTree | None = None
+
+    def add(self, centres: NDArray[np.float64], sizes: NDArray[np.float64]) -> None:
+        """Halve the elements about these centres [m], which are so large [m] now."""
+        self.centres += list(centres)
+        self.sizes += [max(0.5 * size, _SMALLEST * self.size) for size in sizes]
+        self.tree = cKDTree(np.array(self.centres))
+
+    def __call__(self, dim: int, tag: int, x: float, y: float, z: float, lc: float) -> float:
+        """Element size [m] at a point, as gmsh asks for it."""
+        if self.tree is None:
+            return lc
+        near = self.tree.query_ball_point([x, y, z], _REACH * 2.0 * max(self.sizes))
+        centre = np.array([x, y, z])
+        for i in near:
+            reach = _REACH * 2.0 * self.sizes[i]
+            if float(np.linalg.norm(self.centres[i] - centre)) < reach:
+                lc = min(lc, self.sizes[i])
+        return lc
+
+
+def mesh_until_sound(what: str, size: float, faces: tuple[CadFace, ...]) -> None:
+    """Mesh gmsh's current model with quadratic tetrahedra none of which is distorted.
+
+    Parameters
+    ----------
+    what : str
+        The model, for messages.
+    size : float
+        Largest edge length [m].
+    faces : tuple of CadFace
+        Its faces, for messages.
+
+    Raises
+    ------
+    MeshingError
+        Where gmsh fails, or an element's minSJ is not above 0.1 after four passes; the message
+        names the faces that bad elements lie on.
+    """
+    refinement = _Refinement(size)
+    gmsh.option.setNumber("Mesh.MeshSizeMin", _SMALLEST * size)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", size)
+    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", _ELEMENTS_AROUND)
+    gmsh.option.setNumber("Mesh.Algorithm3D", _HXT)
+    gmsh.option.setNumber("Mesh.HighOrderThresholdMin", 2.0 * LEAST_QUALITY)
+    gmsh.model.mesh.setSizeCallback(refinement)
+    for number in range(1, MOST_PASSES + 1):
+        try:
+            _meshed_once()
+        except Exception as error:
+            raise MeshingError(f"gmsh could not mesh {what} at size {size} m: {error}") from error
+        tags, quality = _qualities()
+        bad = quality <= LEAST_QUALITY
+        log.info("%s: pass %d, worst minSJ %.3f, %d bad", what, number, quality.min(), bad.sum())
+        if not bad.any():
+            return
+        refinement.add(*_places(tags[bad]))
+    raise MeshingError(
+        f"{what}: after {MOST_PASSES} passes from size {size} m {int(bad.sum())} of {len(tags)} "
+        f"elements have a scaled Jacobian (minSJ) of {quality.min():.3f} to {LEAST_QUALITY}, on "
+        f"{_touched(tags[bad], faces)}; expected more than {LEAST_QUALITY}: choose a smaller size, "
+        "or leave small holes out ([mesh] leave_out_holes_below)"
+    )
+
+
+def _meshed_once() -> None:
+    gmsh.model.mesh.clear()
+    gmsh.model.mesh.generate(3)
+    gmsh.model.mesh.setOrder(2)
+    if _qualities()[1].min() <= LEAST_QUALITY:
+        gmsh.model.mesh.optimize("HighOrder")
+
+
+def _qualities() -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Tags and minSJ of all quadratic tetrahedra."""
+    tags = np.asarray(gmsh.model.mesh.getElementsByType(_TET10)[0], dtype=np.int64)
+    return tags, np.asarray(gmsh.model.mesh.getElementQualities(tags, "minSJ"))
+
+
+def _places(tags: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Centres (n, 3) and mean edges (n,) of elements [m]."""
+    corners = np.array([_corners(int(tag)) for tag in tags])
+    edges = [corners[:, i] - corners[:, j] for i in range(4) for j in range(i)]
+    return corners.mean(axis=1), np.mean(np.linalg.norm(edges, axis=2), axis=0)
+
+
+def _corners(tag: int) -> NDArray[np.float64]:
+    nodes = gmsh.model.mesh.getElement(tag)[1][:4]
+    return np.array([gmsh.model.mesh.getNode(node)[0] for node in nodes])
+
+
+def _touched(tags: NDArray[np.int64], faces: tuple[CadFace, ...]) -> str:
+    """Faces that these elements have nodes on, in words."""
+    nodes = {int(node) for tag in tags for node in gmsh.model.mesh.getElement(int(tag))[1]}
+    touched = []
+    for face in faces:
+        on_face = gmsh.model.mesh.getNodes(2, face.tag, includeBoundary=True)[0]
+        if nodes & set(on_face.tolist()):
+            touched.append(f"face {face.tag} ({face})")
+    shown = "; ".join(touched[:_SHOWN]) or "no face"
+    return shown + (f"; and {len(touched) - _SHOWN} more" if len(touched) > _SHOWN else "")

@@ -1,0 +1,1 @@
+"""Meshes of other programs: read with their groups, linear tetrahedra made quadratic."""

@@ -1,0 +1,63 @@
+"""Carriers with the features of real ones, from STEP to a mesh that can be computed with."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from carrierflex.geometry.cad_mesh import step_carrier_mesh, step_volume_and_area
+from carrierflex.geometry.cad_refinement import LEAST_QUALITY
+from carrierflex.geometry.cad_surface_files import read_cad_statements
+from carrierflex.geometry.carrier_interface import carrier_interface
+from carrierflex.geometry.half_sector import MeshingError
+from carrierflex.geometry.quality import mesh_quality
+from tests.geometry.cad_solids import SOLIDS, write_solid
+
+SIZE = 0.08
+pytestmark = pytest.mark.long
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+def test_a_solid_with_real_features_is_meshed_soundly(name, tmp_path):
+    carrier, _ = SOLIDS[name]
+    step, surfaces = write_solid(name, tmp_path)
+    statements = read_cad_statements(surfaces)
+    mesh = step_carrier_mesh(step, statements, SIZE, pins=False)
+    interface = carrier_interface(mesh)
+    assert interface.n_planets == carrier.n_planets
+    assert_allclose(interface.centre_distance, carrier.centre_distance, atol=1e-5)
+    assert_allclose(interface.sensor_radius, carrier.sensor_radius, atol=1e-6)
+    quality = mesh_quality(mesh)
+    assert quality.worst_scaled_jacobian > LEAST_QUALITY / 2.0
+    volume, _ = step_volume_and_area(step, statements, pins=False)
+    # Quadratic elements follow the bolt holes' circles.
+    assert_allclose(quality.volume, volume, rtol=1e-3)
+
+
+def test_small_holes_are_left_out_on_request(tmp_path):
+    step, surfaces = write_solid("four_with_fillet_and_bolts", tmp_path)
+    statements = read_cad_statements(surfaces)
+    carrier, features = SOLIDS["four_with_fillet_and_bolts"]
+    without = replace(statements, leave_out_holes_below=1.1 * features.bolt_diameter)
+    volumes = [
+        mesh_quality(step_carrier_mesh(step, each, SIZE, pins=False)).volume
+        for each in (statements, without)
+    ]
+    hole = np.pi * features.bolt_diameter**2 / 4.0 * 0.6 * carrier.hub_length
+    assert_allclose(volumes[1] - volumes[0], features.bolts * hole, rtol=0.02)
+
+
+def test_what_stays_distorted_is_refused_by_its_faces(tmp_path, monkeypatch):
+    step, surfaces = write_solid("fillet_oil_moved", tmp_path)
+    statements = read_cad_statements(surfaces)
+    monkeypatch.setattr("carrierflex.geometry.cad_refinement.MOST_PASSES", 1)
+    monkeypatch.setattr("carrierflex.geometry.cad_refinement.LEAST_QUALITY", 2.0)
+    from carrierflex.geometry.cad_mesh import _step_carrier_mesh
+
+    with pytest.raises(
+        MeshingError,
+        match=r"fillet_oil_moved.step: after 1 passes .* elements have a scaled Jacobian .* on "
+        r"face \d+ \((plane|cylinder|other)",
+    ):
+        _step_carrier_mesh(step, statements, SIZE, False)
