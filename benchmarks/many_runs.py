@@ -80,6 +80,7 @@ def _write(folder: Path, n_runs: int, n_channels: int, n_samples: int) -> None:
     for level in range(5):
         run = replace(
             case.runs[0],
+            name=f"level_{level}",
             condition=f"torque {level}",
             torque=(0.2 + 0.2 * level) * case.runs[0].torque,
             duration=n_samples / case.runs[0].sample_rate,

@@ -18,8 +18,14 @@ from carrierflex.diagnosis.inference.results import (
     NAMING,
 )
 from carrierflex.diagnosis.results import Diagnosis
-from carrierflex.diagnosis.wiring.clock import drifting_clocks
-from carrierflex.diagnosis.wiring.late_signals import FloatArray, late_signals
+from carrierflex.diagnosis.wiring.clock import (
+    SMALLEST_DRIFT,
+    clock_rival,
+    drifting_clocks,
+    without_delay,
+)
+from carrierflex.diagnosis.wiring.late_signals import FloatArray, drifting_runs, late_signals
+from carrierflex.diagnosis.wiring.left_over import left_over_findings
 from carrierflex.diagnosis.wiring.rivals import UNIT, WiringChecks, WiringRival
 from carrierflex.diagnosis.wiring.run_order import exchanged_runs
 from carrierflex.identification.campaign.campaign import Campaign
@@ -33,6 +39,8 @@ _TOLD = 0.5
 _AS_GOOD = 0.03
 #: RMS of the gap over the declared noise below which that is too large.
 _QUIETER = 0.5
+#: Steps of time that a delay of all signals has at least; a smaller one is an effect.
+_FEWEST_STEPS = 3.0
 #: Distance from a bound in scales of the parameter that is on it.
 _ON_BOUND = 1e-6
 
@@ -77,13 +85,20 @@ def checked_baseline(
         # A visible gap would be taken for a delay; and there a delay is an effect of the library.
         warnings += _late(wiring, fit.theta)
         return BaselineCheck(tuple(warnings), ())
-    files = [run.file for run in campaign.runs]
     tried = list(wiring.rivals())
     records = wiring.predictions(fit.theta) if np.isfinite(before) else ()
     # None of another simulator's prediction: it stands as it is.
     if records:
-        tried += drifting_clocks(records, files)
+        clocks = (
+            *_drifting(wiring, fit, campaign, before),
+            *drifting_clocks(records, campaign, wiring.refitted),
+        )
+        # The better of two looks at one run.
+        by_run = sorted(clocks, key=lambda rival: -rival.mean_square)
+        tried += {rival.about: rival for rival in by_run}.values()
         tried += exchanged_runs(records, campaign, wiring.refitted)
+        warnings += left_over_findings(records, campaign, floor)
+        warnings += _late_by_steps(wiring, campaign, before, floor)
     # A baseline that runs away is explained in full by a wiring with which it does not.
     shares = [
         (rival, (before - rival.mean_square) / (before - floor) if np.isfinite(before) else 1.0)
@@ -92,6 +107,21 @@ def checked_baseline(
     rivals = tuple((rival, share) for rival, share in shares if share >= _TOLD)
     warnings += [_wiring_warning(rival, share) for rival, share in rivals]
     return BaselineCheck(tuple(warnings), rivals)
+
+
+def _drifting(
+    wiring: WiringChecks, fit: EffectFit, campaign: Campaign, before: float
+) -> tuple[WiringRival, ...]:
+    """Drifting clocks as rivals, fitted together with a baseline that can be made linear."""
+    runs = {run.name: run for run in campaign.runs}
+    rivals = []
+    for drift in drifting_runs(wiring.linear(fit.theta)) or ():
+        run = runs[drift.run]
+        step = float(run.time[-1] - run.time[0]) / max(run.time.size - 1, 1)
+        if abs(drift.seconds) > SMALLEST_DRIFT * step:
+            left = before * (1.0 - drift.explained)
+            rivals.append(clock_rival(run.name, drift.seconds, left, run.file))
+    return tuple(rivals)
 
 
 def with_findings(
@@ -152,20 +182,40 @@ def _wiring_warning(rival: WiringRival, share: float) -> CampaignWarning:
 def _late(wiring: WiringChecks, theta: FloatArray) -> Iterator[CampaignWarning]:
     """Delays that move the baseline's parameters without a gap."""
     for late in late_signals(wiring.linear(theta)):
-        size = f"{abs(late.seconds) * 1e3:.2g} ms"
         sure = f"{abs(late.seconds) / late.std:.0f} standard deviations"
-        text = f"the signals are {size} {'behind' if late.seconds > 0.0 else 'before'} the inputs"
-        if late.run:
-            text = f"the clocks of signals and inputs drift apart by {size} over run {late.run}"
-        yield CampaignWarning(
-            "clock" if late.run else "delay",
-            late.run or "all channels",
-            f"{text}, {sure}",
-            "look for filters and clocks between inputs and signals, or for all sensors turned by "
-            "one angle: the baseline's parameters make up for it",
-            late.seconds,
-            "run files",
-        )
+        yield _delay_warning(late.run, late.seconds, sure)
+
+
+def _late_by_steps(
+    wiring: WiringChecks, campaign: Campaign, before: float, floor: float
+) -> Iterator[CampaignWarning]:
+    """A delay of all signals that a fit of the baseline cannot find, put back."""
+    seconds = wiring.delay()
+    run = campaign.runs[0]
+    step = float(run.time[-1] - run.time[0]) / max(run.time.size - 1, 1)
+    if abs(seconds) < _FEWEST_STEPS * step:
+        return
+    share = (before - wiring.refitted(without_delay(campaign, seconds))) / (before - floor)
+    if share >= _TOLD:
+        sure = f"put back, the baseline alone explains {share:.0%} of the gap"
+        yield _delay_warning("", seconds, sure)
+
+
+def _delay_warning(run: str, seconds: float, sure: str) -> CampaignWarning:
+    """Finding about signals that are late, or ever later in one run."""
+    size = f"{abs(seconds) * 1e3:.2g} ms"
+    text = f"the signals are {size} {'behind' if seconds > 0.0 else 'before'} the inputs"
+    if run:
+        text = f"the clocks of signals and inputs drift apart by {size} over run {run}"
+    return CampaignWarning(
+        "clock" if run else "delay",
+        run or "all channels",
+        f"{text}, {sure}",
+        "look for filters and clocks between inputs and signals, or for all sensors turned by "
+        "one angle: the baseline's parameters make up for it",
+        seconds,
+        "run files",
+    )
 
 
 def _at_bounds(fit: EffectFit) -> Iterator[CampaignWarning]:

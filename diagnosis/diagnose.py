@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from carrierflex.diagnosis.class_verdict import joint_verdict
 from carrierflex.diagnosis.classes.answer import WithClasses
-from carrierflex.diagnosis.comparison.declared_gains import WithGains
+from carrierflex.diagnosis.comparison.declared_gains import LOADS_AS_READ, WithGains
 from carrierflex.diagnosis.comparison.overlay import Overlaid, SignalComparison
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, Signatures
@@ -214,7 +214,7 @@ def _attribution(
         screen=screened,
         explainable=explainable,
         discriminating_experiment=_separating_test(search, selection, classes),
-        gains=gains.words if gains else "",
+        gains=gains.words if gains else LOADS_AS_READ,
     )
 
 

@@ -1,7 +1,6 @@
 """The comparison problem of a campaign, by its kind; a new kind joins this table."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -12,23 +11,29 @@ from carrierflex.diagnosis.carrier.wiring import (
     carrier_records,
     carrier_rivals,
 )
-from carrierflex.diagnosis.comparison.problem import ComparisonProblem, FloatArray
+from carrierflex.diagnosis.comparison.problem import ComparisonProblem
 from carrierflex.diagnosis.element.classes.measured_laws import beyond_visited
 from carrierflex.diagnosis.element.prediction import element_beside_prediction
 from carrierflex.diagnosis.element.problem import ElementProblem, element_problem
+from carrierflex.diagnosis.element.wiring.delay import element_delay
+from carrierflex.diagnosis.element.wiring.rivals import (
+    element_left,
+    element_linear,
+    element_predictions,
+    element_rivals,
+)
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.mounting.prediction import mounting_beside_prediction
 from carrierflex.diagnosis.mounting.problem import MountingProblem, mounting_problem
-from carrierflex.diagnosis.mounting.wiring import mounting_predictions, mounting_rivals
-from carrierflex.diagnosis.wiring.rivals import (
-    TORQUE_SIGN,
-    PredictedRecord,
-    WiringChecks,
-    WiringRival,
+from carrierflex.diagnosis.mounting.wiring import (
+    mounting_linear,
+    mounting_predictions,
+    mounting_rivals,
 )
+from carrierflex.diagnosis.wiring.rivals import WiringChecks
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, sample_of
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 
 Curves = Mapping[str, DeflectionCurve]
@@ -166,13 +171,16 @@ def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
             lambda: mounting_rivals(mounting),
             lambda theta: mounting_predictions(mounting, theta),
             lambda other: _left(mounting_problem(other)),
+            lambda theta: mounting_linear(mounting, theta),
         )
     if isinstance(problem, ElementProblem) and campaign.baseline.source == "model":
         element = problem
         return WiringChecks(
-            lambda: _element_rivals(campaign),
-            lambda theta: _element_predictions(element, theta),
-            lambda other: _left(element_problem(other)),
+            lambda: element_rivals(campaign),
+            lambda theta: element_predictions(element, theta),
+            lambda other: element_left(other),
+            lambda theta: element_linear(element, theta),
+            lambda: element_delay(element),
         )
     return WiringChecks(lambda: (), lambda theta: (), lambda other: float("nan"))
 
@@ -181,30 +189,3 @@ def _left(problem: ComparisonProblem) -> float:
     """Mean square that the fitted baseline leaves."""
     fit = fit_effects(problem, ())
     return float(fit.sums.square.sum() / problem.cell_counts.sum())
-
-
-def _element_rivals(campaign: Campaign) -> tuple[WiringRival, ...]:
-    """Baseline refitted with the drive of the other sign."""
-    if not campaign.contract.inputs:
-        return ()
-    name = next(iter(campaign.contract.inputs))
-    runs = tuple(
-        replace(run, inputs={**run.inputs, name: -run.inputs[name]}) for run in campaign.runs
-    )
-    left = _left(element_problem(replace(campaign, runs=runs)))
-    place = sample_of(campaign.runs[0].file, 0)
-    rival = WiringRival(TORQUE_SIGN, name, f"'{name}' of the other sign", left, place)
-    return (rival,) if np.isfinite(left) else ()
-
-
-def _element_predictions(problem: ElementProblem, theta: FloatArray) -> tuple[PredictedRecord, ...]:
-    """Every run beside its fitted baseline; NaN where samples do not count."""
-    return tuple(
-        PredictedRecord(
-            record.name,
-            np.asarray(record.step * np.arange(record.response.size), dtype=np.float64),
-            np.where(record.block >= 0, record.response, np.nan)[:, None],
-            problem.model.predicted(record, (), theta)[:, None],
-        )
-        for record in problem.records
-    )

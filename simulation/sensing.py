@@ -15,6 +15,7 @@ from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 FloatArray = NDArray[np.float64]
 
@@ -99,6 +100,24 @@ def delayed(time: FloatArray, values: FloatArray, delay: float) -> FloatArray:
                 weight *= (wanted - node) / (time[first + k] - node)
         result += (weight * values[first + k].T).T
     return result
+
+
+def at_other_times(time: FloatArray, values: FloatArray, wanted: FloatArray) -> FloatArray:
+    """Signal at other times by a cubic spline; missing outside the record.
+
+    Straight lines between samples would damp what is fast, which no delay does.
+
+    Parameters
+    ----------
+    time, values : ndarray, shape (n,)
+        Time [s], ascending, and signal, missing samples NaN.
+    wanted : ndarray, shape (n,)
+        Time [s] that each sample is to be of; where a sample is missing it stays so.
+    """
+    known = np.isfinite(values)
+    inside = (wanted >= time[0]) & (wanted <= time[-1])
+    moved = CubicSpline(time[known], values[known])(wanted)
+    return np.where(known & inside, moved, np.nan)
 
 
 def delayed_angle(time: FloatArray, angle: FloatArray, delay: float) -> FloatArray:

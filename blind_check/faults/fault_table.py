@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from carrierflex.identification.campaign.campaign import Campaign, Channel
 from carrierflex.identification.campaign.records import Run
+from carrierflex.simulation.sensing import at_other_times
 
 FloatArray = NDArray[np.float64]
 Change = Callable[[Campaign, np.random.Generator], Campaign]
@@ -217,10 +218,9 @@ def _time_scaled(campaign: Campaign, rng: np.random.Generator, *, factor: float)
 
 
 def _late(run: Run, delay: FloatArray) -> Run:
-    """Signals late by a delay [s], one for every sample."""
-    signals = {
-        name: np.interp(run.time - delay, run.time, values) for name, values in run.signals.items()
-    }
+    """Signals late by a delay [s], one for every sample; missing before the first one."""
+    at = run.time - delay
+    signals = {name: at_other_times(run.time, own, at) for name, own in run.signals.items()}
     return replace(run, signals=signals)
 
 

@@ -66,7 +66,7 @@ class Outcome:
 
 
 def fault_outcomes(
-    clean: Campaign, faults: Sequence[Fault], seed: int, curves: Curves
+    clean: Campaign, faults: Sequence[Fault], seed: int, curves: Curves, *, first: int = 0
 ) -> Iterator[Outcome]:
     """Put faults into a campaign one by one.
 
@@ -82,6 +82,8 @@ def fault_outcomes(
         Seed of their random parts.
     curves : mapping of str to DeflectionCurve, optional
         Deflection curves of a carrier.
+    first : int
+        Number of the fault to begin with.
 
     Yields
     ------
@@ -90,7 +92,7 @@ def fault_outcomes(
     """
     told = {*_records_checks(clean, curves), *_baseline_checks(clean, curves)}
     without: list[_Answer] = []
-    for number, fault in enumerate(faults):
+    for number, fault in list(enumerate(faults))[first:]:
         faulty = fault.change(clean, np.random.default_rng([seed, number]))
         try:
             by = _records_checks(faulty, curves) - told

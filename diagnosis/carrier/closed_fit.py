@@ -3,16 +3,16 @@
 Gauss-Newton on the sums of whole runs, thresholds fixed.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.model import CarrierModel, Choice
+from carrierflex.diagnosis.carrier.model import CarrierModel, Choice, IntArray
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray, bounds_of
 from carrierflex.identification.estimation.gauss_newton import Bounds, CostSums, bounded_step
 
-#: Products of the columns with some numbers, by run and channel.
-GramOf = Callable[[tuple[int, ...]], FloatArray]
+#: Products of the columns with some numbers, by run of a part and channel.
+GramOf = Callable[[IntArray, slice], FloatArray]
 #: Steps of the fits that choose a channel or a threshold.
 _QUICK_STEPS = 4
 #: Share of every column's square on the diagonal: keeps columns that are alike from large values of
@@ -21,7 +21,13 @@ _RIDGE = 1e-9
 
 
 def closed_fit(
-    model: CarrierModel, gram_of: GramOf, effects: Effects, choice: Choice, start: FloatArray
+    model: CarrierModel,
+    gram_of: GramOf,
+    effects: Effects,
+    choice: Choice,
+    start: FloatArray,
+    *,
+    parts: Sequence[slice],
 ) -> tuple[FloatArray, float]:
     """Gauss-Newton steps on the sums of whole runs, thresholds fixed; within bounds.
 
@@ -30,13 +36,16 @@ def closed_fit(
     model : CarrierModel
         Weights of the columns and their derivatives.
     gram_of : callable
-        Products of some columns by run and channel, shape (n_runs, n_channels, u, u).
+        Products of some columns by run and channel, shape (n_runs, n_channels, u, u), of the runs
+        of a part.
     effects : tuple of str
         Set beside the baseline.
     choice : mapping of str to int
         Channel of every effect of one sensor.
     start : ndarray, shape (p,)
         Values to start from; those of the thresholds stay.
+    parts : sequence of slice
+        Runs whose products are in memory at once.
 
     Returns
     -------
@@ -51,24 +60,31 @@ def closed_fit(
         model.effects[name].measurement is not None for name in (*model.contained, *effects)
     )
     for _ in range(_QUICK_STEPS if bilinear else 1):
-        sums = _sums_of_runs(model, gram_of, effects, choice, theta)
+        sums = _sums_of_runs(model, gram_of, effects, choice, theta, parts)
         theta = bounded_step(sums, theta, bounds=bounds, free=free, damping=_RIDGE)
-    return theta, _sums_of_runs(model, gram_of, effects, choice, theta).cost
+    return theta, _sums_of_runs(model, gram_of, effects, choice, theta, parts).cost
 
 
 def _sums_of_runs(
-    model: CarrierModel, gram_of: GramOf, effects: Effects, choice: Choice, theta: FloatArray
+    model: CarrierModel,
+    gram_of: GramOf,
+    effects: Effects,
+    choice: Choice,
+    theta: FloatArray,
+    parts: Sequence[slice],
 ) -> CostSums[None]:
     """``J.T J``, ``J.T r`` and ``r.T r`` over all runs and channels."""
-    table = model.weights(effects, choice, theta)
-    gram = gram_of(tuple(table.columns.tolist()))
-    residual = table.residual
-    products = table.slopes @ gram
-    of_runs = np.einsum("rcpk,rcqk->rpq", products, table.slopes, optimize=True)
-    right_of_runs = np.einsum("rcpk,rck->rp", products, residual, optimize=True)
     matrix, right = np.zeros((theta.size, theta.size)), np.zeros(theta.size)
-    own = table.unknowns
-    np.add.at(matrix, (own[:, :, None], own[:, None, :]), of_runs)
-    np.add.at(right, own, right_of_runs)
-    square = np.einsum("rck,rckl,rcl->", residual, gram, residual, optimize=True)
-    return CostSums(float(square), matrix, right, None)
+    square = 0.0
+    for part in parts:
+        table = model.weights(effects, choice, theta, part)
+        gram = gram_of(table.columns, part)
+        residual = table.residual
+        products = table.slopes @ gram
+        of_runs = np.einsum("rcpk,rcqk->rpq", products, table.slopes, optimize=True)
+        right_of_runs = np.einsum("rcpk,rck->rp", products, residual, optimize=True)
+        own = table.unknowns
+        np.add.at(matrix, (own[:, :, None], own[:, None, :]), of_runs)
+        np.add.at(right, own, right_of_runs)
+        square += float(np.einsum("rck,rckl,rcl->", residual, gram, residual, optimize=True))
+    return CostSums(square, matrix, right, None)

@@ -117,7 +117,13 @@ class CarrierModel:
             return -_LARGEST_MOVE, _LARGEST_MOVE
         return parameter.lower, parameter.upper
 
-    def weights(self, effects: Effects, choice: Choice, theta: FloatArray) -> WeightTable:
+    def weights(
+        self,
+        effects: Effects,
+        choice: Choice,
+        theta: FloatArray,
+        part: slice = slice(None),
+    ) -> WeightTable:
         """Weights of the columns and their derivatives.
 
         Parameters
@@ -128,6 +134,8 @@ class CarrierModel:
             Channel of every effect of one sensor among all effects.
         theta : ndarray, shape (p,)
             Parameters.
+        part : slice
+            Runs that are wanted; all without.
 
         Returns
         -------
@@ -135,6 +143,7 @@ class CarrierModel:
             For every column with a weight or a derivative anywhere.
         """
         first, unknowns = self._unknowns(effects)
+        unknowns = unknowns[part]
         ideal = self._without_sensor_errors(first, theta[unknowns])
         errors = {self.effects[name].measurement: name for name in first}
 
@@ -171,7 +180,7 @@ class CarrierModel:
     def _table_of(self, terms: Iterable[WeightedColumn], unknowns: IntArray) -> WeightTable:
         """Empty table of the columns that some terms use, and of the target."""
         columns = np.array(sorted({0, *(term.column for term in terms if acts(term))}))
-        shape = (len(self.runs), len(self.channels))
+        shape = (len(unknowns), len(self.channels))
         slopes = np.zeros((*shape, unknowns.shape[1], columns.size))
         return WeightTable(columns, unknowns, np.zeros((*shape, columns.size)), slopes)
 
@@ -207,7 +216,7 @@ class CarrierModel:
             if effect.pattern is None:
                 continue
             n = len(effect.parameters)
-            for r in range(len(self._runs_of(name))):
+            for r in range(len(theta) if effect.per_run else 1):
                 runs = slice(r, r + 1) if effect.per_run else slice(None)
                 values = theta[r, unknown : unknown + n]
                 make = self._shape_terms if effect.has_shape else self._linear_terms

@@ -12,7 +12,7 @@ import numpy as np
 
 from carrierflex.diagnosis.carrier.cards import NEGATIVE_CONTROLS, card_of
 from carrierflex.diagnosis.carrier.classes.answer import carrier_class_answer
-from carrierflex.diagnosis.carrier.closed_fit import GramOf, closed_fit
+from carrierflex.diagnosis.carrier.closed_fit import closed_fit
 from carrierflex.diagnosis.carrier.experiments import carrier_experiments
 from carrierflex.diagnosis.carrier.gap_findings import CarrierGap
 from carrierflex.diagnosis.carrier.library import carrier_library
@@ -24,10 +24,12 @@ from carrierflex.diagnosis.carrier.records.columns import ColumnSource, largest_
 from carrierflex.diagnosis.carrier.records.sums import (
     CarrierSums,
     ComplexArray,
+    IntArray,
     accumulated_sums,
     orders_of,
     segment_squares,
 )
+from carrierflex.diagnosis.carrier.run_parts import RunParts
 from carrierflex.diagnosis.carrier.signatures import carrier_signatures
 from carrierflex.diagnosis.carrier.weight_table import WeightTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
@@ -49,15 +51,13 @@ from carrierflex.diagnosis.comparison.problem import (
 )
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.diagnosis.gap.off_order_motion import OffOrderMotion
+from carrierflex.diagnosis.inference.effect_fit import parameter_key
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.carrier.effects.misalignment import AXIAL_OFFSET
 from carrierflex.simulation.carrier.patterns import pin_radius_of
 from carrierflex.simulation.carrier.rim import CarrierRig
 
-#: Bytes of products of columns that are kept, and columns of a usual set.
-_KEPT_BYTES = 200_000_000
-_USUAL_COLUMNS = 40
 #: Residuals whose order amplitudes are kept.
 _KEPT_ORDERS = 4
 
@@ -149,38 +149,43 @@ class CarrierProblem:
         quick = self._quick_theta(effects)
         warm = quick.copy()
         for k, parameter in enumerate(self.parameters(effects)):
-            name = (
-                parameter.name if parameter.run is None else f"{parameter.name} of {parameter.run}"
-            )
-            warm[k] = known.get((parameter.effect, name), quick[k] if parameter.shape else 0.0)
+            warm[k] = known.get(parameter_key(parameter), quick[k] if parameter.shape else 0.0)
         return [np.clip(warm, *bounds_of(self.parameters(effects))), quick]
 
     def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
         """Gauss-Newton sums from the products of the columns."""
-        table = self._weights(effects, theta)
-        run = self.records.run_of_segment[chosen]
-        gram = self._gram_of(tuple(table.columns.tolist()))[chosen]
-        residual, slopes = table.residual[run], table.slopes[run]
-        n_segments, n_unknowns = len(self.segments), table.unknowns.shape[1]
-        unknowns = table.unknowns[self.records.run_of_segment]
-        matrix = np.zeros((n_segments, n_unknowns, n_unknowns))
-        right_side = np.zeros((n_segments, theta.size))
-        square = np.zeros(n_segments)
-        products = slopes @ gram
-        matrix[chosen] = (products @ np.swapaxes(slopes, 2, 3)).sum(axis=1)
-        right_side[np.flatnonzero(chosen)[:, None], unknowns[chosen]] = (
-            products @ residual[..., None]
-        )[..., 0].sum(axis=1)
-        square[chosen] = segment_squares(residual, gram).sum(axis=1)
-        return SegmentSums(matrix, right_side, square, unknowns)
+        right_side = np.zeros((len(self.segments), theta.size))
+        square = np.zeros(len(self.segments))
+        matrices, unknowns = [], []
+        for part in self._parts.slices:
+            table = self._weights(effects, theta, part)
+            own = self._parts.segments(part)
+            of_segment = table.unknowns[self._parts.runs(part)]
+            matrix = np.zeros((len(of_segment), *2 * of_segment.shape[1:]))
+            some = np.flatnonzero(chosen[own])
+            run = self._parts.runs(part)[some]
+            gram = self._parts.gram(table.columns, part)[some]
+            residual, slopes = table.residual[run], table.slopes[run]
+            products = slopes @ gram
+            matrix[some] = (products @ np.swapaxes(slopes, 2, 3)).sum(axis=1)
+            right_side[own.start + some[:, None], of_segment[some]] = (
+                products @ residual[..., None]
+            )[..., 0].sum(axis=1)
+            square[own.start + some] = segment_squares(residual, gram).sum(axis=1)
+            matrices.append(matrix)
+            unknowns.append(of_segment)
+        return SegmentSums(np.concatenate(matrices), right_side, square, np.concatenate(unknowns))
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         """Squared residuals by segment and channel."""
-        table = self._weights(effects, theta)
-        run = self.records.run_of_segment[chosen]
-        gram = self._gram_of(tuple(table.columns.tolist()))[chosen]
         result = np.zeros(self.records.counts.shape)
-        result[chosen] = segment_squares(table.residual[run], gram)
+        for part in self._parts.slices:
+            table = self._weights(effects, theta, part)
+            own = self._parts.segments(part)
+            some = np.flatnonzero(chosen[own])
+            gram = self._parts.gram(table.columns, part)[some]
+            residual = table.residual[self._parts.runs(part)[some]]
+            result[own.start + some] = segment_squares(residual, gram)
         return result
 
     def signatures(self) -> Signatures:
@@ -231,8 +236,8 @@ class CarrierProblem:
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "CarrierProblem":
         """ComparisonProblem that measured what a model predicts."""
-        table = self._weights(effects, theta)
-        return replace(self, records=self.records.with_target(table.columns, table.values))
+        columns, values = self._values(effects, theta)
+        return replace(self, records=self.records.with_target(columns, values))
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
         """Loads that were not applied."""
@@ -275,32 +280,24 @@ class CarrierProblem:
 
         def orders_left(effects: Effects, theta: tuple[float, ...]) -> ComplexArray:
             """Order amplitudes of one residual, from a pass over the records."""
-            table = self._weights(effects, np.array(theta))
-            return orders_of(
-                self.records, self.campaign, self.model.source, table.columns, table.residual
-            )
+            columns, values = self._values(effects, np.array(theta))
+            residual = -values
+            residual[..., 0] += 1.0
+            return orders_of(self.records, self.campaign, self.model.source, columns, residual)
 
         return lru_cache(maxsize=_KEPT_ORDERS)(orders_left)
 
-    def _weights(self, effects: Effects, theta: FloatArray) -> WeightTable:
-        return self.model.weights(effects, self._choice(effects), theta)
+    def _weights(
+        self, effects: Effects, theta: FloatArray, part: slice = slice(None)
+    ) -> WeightTable:
+        return self.model.weights(effects, self._choice(effects), theta, part)
+
+    def _values(self, effects: Effects, theta: FloatArray) -> tuple[IntArray, FloatArray]:
+        return self._parts.values(lambda part: self._weights(effects, theta, part))
 
     @cached_property
-    def _gram_of(self) -> GramOf:
-        """Products of some columns by segment and channel, kept for the next step of a fit."""
-
-        def gram_of(columns: tuple[int, ...]) -> FloatArray:
-            """Gram matrix of the columns with these numbers, by segment and channel."""
-            return self.records.gram(np.array(columns))
-
-        usual = 8 * self.records.counts.size * _USUAL_COLUMNS**2
-        return lru_cache(maxsize=max(1, _KEPT_BYTES // usual))(gram_of)
-
-    def _run_gram_of(self, columns: tuple[int, ...]) -> FloatArray:
-        """Products of some columns by run and channel."""
-        runs = np.arange(len(self.campaign.runs))
-        first = np.searchsorted(self.records.run_of_segment, runs)
-        return np.asarray(np.add.reduceat(self._gram_of(columns), first, axis=0))
+    def _parts(self) -> RunParts:
+        return RunParts(self.records, len(self.campaign.runs))
 
     @cached_property
     def _choice(self) -> Callable[[Effects], Choice]:
@@ -337,16 +334,23 @@ class CarrierProblem:
             choice[effect] = int(np.argmin(costs))
         return choice
 
+    def _closed_fit(
+        self, effects: Effects, choice: Choice, start: FloatArray
+    ) -> tuple[FloatArray, float]:
+        return closed_fit(
+            self.model, self._parts.gram_of_runs, effects, choice, start, parts=self._parts.slices
+        )
+
     def _best_of(self, effects: Effects, choice: Choice) -> tuple[FloatArray, float]:
         """Best fit to all segments over the nodes of the shapes, those of one effect at a time."""
         parameters = self.model.parameters(effects, choice)
         start = np.array([0.5 * (p.lower + p.upper) if p.shape else 0.0 for p in parameters])
-        best = closed_fit(self.model, self._run_gram_of, effects, choice, start)
+        best = self._closed_fit(effects, choice, start)
         for k, parameter in enumerate(parameters):
             for variant in self.model.variants(parameter.effect) if parameter.shape else ():
                 start = best[0].copy()
                 start[k] = variant[0]
-                fit = closed_fit(self.model, self._run_gram_of, effects, choice, start)
+                fit = self._closed_fit(effects, choice, start)
                 best = min(best, fit, key=lambda theta_and_square: theta_and_square[1])
         return best
 

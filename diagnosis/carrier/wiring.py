@@ -34,7 +34,7 @@ IntArray = NDArray[np.int64]
 #: Sensors whose order is tried in full; of more only neighbours and places moved on.
 _ALL_ORDERS = 4
 _RIDGE = 1e-12
-#: Bytes of the columns of one run.
+#: Bytes of the columns of one run, and of all records beside their prediction.
 _MOST_COLUMNS = 300_000_000
 
 
@@ -105,9 +105,13 @@ def carrier_rivals(problem: CarrierProblem) -> tuple[WiringRival, ...]:
 
 
 def carrier_predictions(problem: CarrierProblem) -> tuple[PredictedRecord, ...]:
-    """Every run beside the baseline fitted to all; empty where the baseline is not the model's."""
+    """Every run beside the baseline fitted to all.
+
+    Empty where the baseline is not the model's, or the records would fill the memory twice more.
+    """
     effects = _linear_effects(problem)
-    if not effects or problem.campaign.baseline.source != "model":
+    size = 16 * len(problem.campaign.channels) * sum(r.time.size for r in problem.campaign.runs)
+    if not effects or problem.campaign.baseline.source != "model" or size > _MOST_COLUMNS:
         return ()
     channels = problem.campaign.channels
     products = _products(problem, effects, _Wiring(), [range(len(channels))])

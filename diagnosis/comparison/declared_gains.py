@@ -7,6 +7,9 @@ import numpy as np
 
 #: Words where no gain is declared.
 TAKEN_AS_EXACT = "gains taken as exact"
+#: A torque 5 % too large on a carrier or mounting is the torque itself on one 5 % softer: where no
+#: other load acts, the records of the two are the same.
+LOADS_AS_READ = "loads taken as read: stiffness and values per load are off by as much as these"
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Residuals of the runs of a simulated problem, and their derivatives by differences in threads."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
@@ -115,6 +115,23 @@ class DifferencedResiduals(Generic[R]):
                 right[segment] = block_rows @ block_residual
                 square[segment] = block_residual @ block_residual
         return SegmentSums(matrix, right, square)
+
+    def slopes(self, theta: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
+        """Residual and change of the prediction by every parameter, record by record.
+
+        Parameters
+        ----------
+        theta : ndarray, shape (p,)
+            Parameter set.
+
+        Yields
+        ------
+        tuple of (ndarray) and (ndarray, shape (p, ...))
+            Of the shape of the residual.
+        """
+        for record in self.records:
+            residual = self.residual(record, theta)
+            yield residual, self._derivatives(record, theta, residual)
 
     def _derivatives(self, record: R, theta: FloatArray, residual: FloatArray) -> FloatArray:
         """Change of the prediction by every parameter, shape (p, *residual.shape)."""

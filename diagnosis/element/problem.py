@@ -156,12 +156,12 @@ class ElementProblem:
 
     def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
         """Gauss-Newton sums with derivatives by forward differences."""
-        return self._differenced(effects).sums(theta, chosen)
+        return self.differenced(effects).sums(theta, chosen)
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         """Squared residuals by segment and band; infinite where the motion diverges."""
         result = np.zeros(self.cell_counts.shape)
-        for record, segments, residual in self._differenced(effects).chosen(theta, chosen):
+        for record, segments, residual in self.differenced(effects).chosen(theta, chosen):
             result[segments] = segment_squares(record, residual, self.bands.edges_hz)
         return result
 
@@ -241,7 +241,7 @@ class ElementProblem:
     def _signatures(self) -> Signatures:
         return element_signatures(self.model, self.records)
 
-    def _differenced(self, effects: Effects) -> DifferencedResiduals[ElementRecord]:
+    def differenced(self, effects: Effects) -> DifferencedResiduals[ElementRecord]:
         """Residuals of a set of effects as a function of its parameters."""
         n_samples = sum(record.response.size for record in self.records)
         return DifferencedResiduals(

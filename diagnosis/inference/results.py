@@ -117,8 +117,8 @@ class Attribution:
     discriminating_experiment : str
         The measurement that would tell aliased effects apart or show a silent one.
     gains : str
-        What the intervals of the parameters hold of the signals' gains; empty where the kind has
-        none beside its effects.
+        What the intervals of the parameters hold of the signals' gains, and what they take as it
+        is read.
     """
 
     effects: Effects

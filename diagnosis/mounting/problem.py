@@ -154,12 +154,12 @@ class MountingProblem:
 
     def sums(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> SegmentSums:
         """Gauss-Newton sums with derivatives by differences."""
-        return self._differenced(effects).sums(theta, chosen)
+        return self.differenced(effects).sums(theta, chosen)
 
     def squares(self, effects: Effects, theta: FloatArray, chosen: BoolArray) -> FloatArray:
         """Squared residuals by segment and cell; infinite where the motion leaves the model."""
         result = np.zeros(self.cell_counts.shape)
-        for record, segments, residual in self._differenced(effects).chosen(theta, chosen):
+        for record, segments, residual in self.differenced(effects).chosen(theta, chosen):
             powers = block_powers(residual, record.block, record.step, self._edges_hz)
             result[segments] = powers.reshape(len(segments), -1)
         return result
@@ -305,7 +305,7 @@ class MountingProblem:
             self._found[effects] = solutions(*self._columns, effects, self._known)
         return self._found[effects]
 
-    def _differenced(self, effects: Effects) -> DifferencedResiduals[MountingRecord]:
+    def differenced(self, effects: Effects) -> DifferencedResiduals[MountingRecord]:
         """Residuals of a set of effects as a function of its parameters."""
         # The channels of sensors' effects are chosen here, before any thread asks for them.
         choice = self.choice(effects)

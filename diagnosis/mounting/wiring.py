@@ -14,6 +14,7 @@ from scipy.optimize import linear_sum_assignment
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.mounting.problem import MountingProblem
 from carrierflex.diagnosis.mounting.records import MountingRecord
+from carrierflex.diagnosis.wiring.late_signals import LinearRecord
 from carrierflex.diagnosis.wiring.rivals import (
     INPUT_GAIN,
     SENSOR_ORDER,
@@ -67,7 +68,9 @@ def mounting_rivals(problem: MountingProblem) -> tuple[WiringRival, ...]:
         order = _order(measured, np.einsum("l,lnc->nc", sign, predicted))
         if order is not None:
             rivals.append(_exchanged(problem, order, turned if sign is signs else []))
-    return (*rivals, *_gain_rivals(problem, measured))
+    gains = _gain_rivals(problem, measured)
+    best = min(gains, key=lambda rival: rival.mean_square, default=None)
+    return (*rivals, *([best] if best else []))
 
 
 def _gain_rivals(problem: MountingProblem, measured: FloatArray) -> Iterator[WiringRival]:
@@ -124,6 +127,33 @@ def mounting_predictions(
         )
         for record in problem.records
     )
+
+
+def mounting_linear(problem: MountingProblem, theta: FloatArray) -> Iterator[LinearRecord]:
+    """Every run beside its baseline, and the slopes of that by its parameters.
+
+    Parameters
+    ----------
+    problem : MountingProblem
+        Campaign.
+    theta : ndarray, shape (p,)
+        Fitted parameters of the baseline.
+
+    Yields
+    ------
+    LinearRecord
+        One a run; none of another simulator's prediction.
+    """
+    if problem.model.held:
+        return
+    slopes = problem.differenced(()).slopes(theta)
+    for record, (residual, columns) in zip(problem.records, slopes, strict=True):
+        time = record.inputs.time
+        known = np.isfinite(record.measured)
+        # Zero where nothing was measured: there the prediction is not known either.
+        slope = np.gradient(np.where(known, record.measured - residual, np.nan), time, axis=0)
+        missed = np.where(known, residual, np.nan)
+        yield LinearRecord(record.name, time, missed, slope, columns)
 
 
 def _nominal(problem: MountingProblem) -> FloatArray:

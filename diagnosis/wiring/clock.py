@@ -1,102 +1,197 @@
 """A clock that drifts: the delay between inputs and signals grows through a record.
 
-About a delay tau the signal is ``y(t) - tau dy/dt``, so that the residual of a block over the slope
-of the prediction tells its delay.
+In every block of a record the signal is moved along the prediction of the whole run until it fits
+best; the delays of the blocks tell their drift.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize
 
 from carrierflex.diagnosis.wiring.rivals import CLOCK, PredictedRecord, WiringRival
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import sample_of
+from carrierflex.simulation.sensing import at_other_times
 
 FloatArray = NDArray[np.float64]
 
-#: Blocks of a record, and the drift over its error that is one.
+#: Blocks of a record, the share of a block that its delay may have, and the drift over its error
+#: that is one.
 _BLOCKS = 8
-_SURE = 6.0
+_LARGEST = 0.25
+_SURE = 3.0
 #: Drift over a record in steps of time below which nothing is told.
-_SMALLEST = 0.1
+SMALLEST_DRIFT = 0.1
+#: Runs that are refitted, the surest first.
+_MOST_RUNS = 3
+
+
+@dataclass(frozen=True)
+class _Drift:
+    """Delay in the middle of a run and its growth over the run [s], and this over its error."""
+
+    delay: float
+    growth: float
+    sure: float
 
 
 def drifting_clocks(
-    records: Sequence[PredictedRecord], files: Sequence[str]
+    records: Sequence[PredictedRecord],
+    campaign: Campaign,
+    refitted: Callable[[Campaign], float],
 ) -> tuple[WiringRival, ...]:
-    """Runs whose delay drifts, each with what a constant delay and drift of its own would leave.
+    """Baseline refitted with the signals of a run put back in time, where its delay drifts.
 
     Parameters
     ----------
     records : sequence of PredictedRecord
-        All runs.
-    files : sequence of str
-        Their files.
+        All runs beside the fitted baseline.
+    campaign : Campaign
+        The same runs.
+    refitted : callable
+        ``campaign -> mean square`` that the baseline leaves once it is fitted to it.
 
     Returns
     -------
     tuple of WiringRival
         Runs whose drift is beyond doubt.
     """
-    residuals = [record.measured - record.predicted for record in records]
-    total = sum(float(np.nansum(residual**2)) for residual in residuals)
-    count = sum(int(np.isfinite(residual).sum()) for residual in residuals)
+    runs = {run.name: run for run in campaign.runs}
+    found = []
+    for record in records:
+        drift = _drift(record)
+        step = float(record.time[-1] - record.time[0]) / max(record.time.size - 1, 1)
+        if drift.sure > _SURE and abs(drift.growth) > SMALLEST_DRIFT * step:
+            found.append((drift.sure, record.run, _refined(record, drift)))
     rivals = []
-    for record, residual, file in zip(records, residuals, files, strict=True):
-        drift, sure, explained = _drift(record, residual)
-        length = float(record.time[-1] - record.time[0])
-        step = length / max(record.time.size - 1, 1)
-        if sure > _SURE and abs(drift) * length > _SMALLEST * step:
-            rivals.append(
-                WiringRival(
-                    CLOCK,
-                    record.run,
-                    f"a clock that drifts by {abs(drift) * length * 1e3:.3g} ms over run "
-                    f"{record.run}",
-                    (total - explained) / max(count, 1),
-                    sample_of(file, 0),
-                )
-            )
+    for _, name, drift in sorted(found, key=lambda entry: -entry[0])[:_MOST_RUNS]:
+        put_back = _put_back(runs[name], drift)
+        corrected = tuple(put_back if run.name == name else run for run in campaign.runs)
+        left = refitted(replace(campaign, runs=corrected))
+        if np.isfinite(left):
+            rivals.append(clock_rival(name, drift.growth, left, runs[name].file))
     return tuple(rivals)
 
 
-def _drift(record: PredictedRecord, residual: FloatArray) -> tuple[float, float, float]:
-    """Drift [s/s], its size over its error, and the sum of squares that delay and drift explain."""
-    slope = -np.gradient(record.predicted, record.time, axis=0)
-    known = np.isfinite(residual) & np.isfinite(slope)
-    middle = 0.5 * (record.time[0] + record.time[-1])
+def without_delay(campaign: Campaign, delay: float) -> Campaign:
+    """Campaign whose signals are put back by a delay of all of them.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Records.
+    delay : float
+        Delay [s].
+    """
+    still = _Drift(delay, 0.0, 0.0)
+    return replace(campaign, runs=tuple(_put_back(run, still) for run in campaign.runs))
+
+
+def clock_rival(run: str, seconds: float, mean_square: float, file: str) -> WiringRival:
+    """Rival that says that a clock drifts.
+
+    Parameters
+    ----------
+    run, file : str
+        Run and its file.
+    seconds : float
+        Drift over the run [s].
+    mean_square : float
+        What is left with it, over all records.
+    """
+    text = f"a clock that drifts by {abs(seconds) * 1e3:.3g} ms over run {run}"
+    return WiringRival(CLOCK, run, text, mean_square, sample_of(file, 0))
+
+
+def _drift(record: PredictedRecord) -> _Drift:
+    """Straight line through the delays of the blocks."""
+    n = record.time.size
+    length = float(record.time[-1] - record.time[0])
     delays = []
     weights = []
-    times = []
-    for rows in np.array_split(np.arange(record.time.size), _BLOCKS):
-        use = known[rows]
-        weight = float(np.sum(slope[rows][use] ** 2))
-        if weight > 0.0:
-            delays.append(float(np.sum((slope * residual)[rows][use])) / weight)
-            weights.append(weight)
-            times.append(float(record.time[rows].mean()) - middle)
+    places = []
+    for rows in np.array_split(np.arange(n), _BLOCKS):
+        lag, curvature = _delay(record, rows)
+        if curvature > 0.0:
+            delays.append(lag * length / (n - 1))
+            weights.append(curvature)
+            places.append(float(rows.mean()) / (n - 1) - 0.5)
     if len(delays) < _BLOCKS // 2:
-        return 0.0, 0.0, 0.0
-    t = np.array(times)
+        return _Drift(0.0, 0.0, 0.0)
     tau = np.array(delays)
-    w = np.array(weights)
-    t = t - np.average(t, weights=w)
-    mean = float(np.average(tau, weights=w))
-    drift = float(np.sum(w * t * tau) / np.sum(w * t**2))
-    scatter = tau - mean - drift * t
-    variance = float(np.sum(w * scatter**2)) / (len(delays) - 2)
-    error = np.sqrt(variance / np.sum(w * t**2))
-    return (
-        drift,
-        abs(drift) / max(float(error), np.finfo(float).tiny),
-        _explained(record, residual, slope),
+    weight = np.array(weights)
+    place = np.array(places)
+    middle = float(np.average(place, weights=weight))
+    spread = float(np.sum(weight * (place - middle) ** 2))
+    mean = float(np.average(tau, weights=weight))
+    growth = float(np.sum(weight * (place - middle) * tau)) / spread
+    scatter = tau - mean - growth * (place - middle)
+    variance = float(np.sum(weight * scatter**2)) / (len(delays) - 2)
+    error = float(np.sqrt(variance / spread))
+    return _Drift(
+        mean - growth * middle, growth, abs(growth) / max(error, float(np.finfo(float).tiny))
     )
 
 
-def _explained(record: PredictedRecord, residual: FloatArray, slope: FloatArray) -> float:
-    """Sum of squares that a delay and its drift explain, both fitted to every sample."""
-    known = np.isfinite(residual) & np.isfinite(slope)
-    time = (record.time - record.time[0])[:, None] / (record.time[-1] - record.time[0])
-    columns = np.array([slope[known], (slope * time)[known]])
-    solution = np.linalg.lstsq(columns.T, residual[known], rcond=None)[0]
-    return float(np.sum((solution @ columns) ** 2))
+def _refined(record: PredictedRecord, drift: _Drift) -> _Drift:
+    """Delay and growth at which the whole run lies best on the prediction."""
+    along = (record.time - record.time[0]) / (record.time[-1] - record.time[0]) - 0.5
+    scale = np.array([drift.growth, drift.growth])
+
+    def missed(factors: FloatArray) -> float:
+        """Square that is left with a delay and a growth, over that of the drift."""
+        delay, growth = factors * scale
+        at = np.clip(record.time - delay - growth * along, record.time[0], record.time[-1])
+        predicted = [np.interp(at, record.time, column) for column in record.predicted.T]
+        return _missed(record.measured, np.array(predicted).T)
+
+    start = np.array([drift.delay, drift.growth]) / scale
+    best = minimize(missed, start, method="Nelder-Mead", options={"xatol": 1e-3, "maxiter": 100})
+    delay, growth = best.x * scale
+    return replace(drift, delay=float(delay), growth=float(growth))
+
+
+def _delay(record: PredictedRecord, rows: NDArray[np.int64]) -> tuple[float, float]:
+    """Lag [samples] at which a block lies best on the prediction, and its curvature there.
+
+    Zero where no lag within the range is the best one.
+    """
+    largest = max(int(_LARGEST * rows.size), 1)
+    lags = np.arange(-largest, largest + 1)
+    first = int(rows[0])
+    last = int(rows[-1])
+    n = record.time.size
+    inside = rows[(rows - largest >= 0) & (rows + largest < n)]
+    measured = record.measured[inside]
+    if first == last or not inside.size:
+        return 0.0, 0.0
+    squares = np.array([_missed(measured, record.predicted[inside - lag]) for lag in lags.tolist()])
+    best = int(np.argmin(squares))
+    if best in (0, squares.size - 1) or not np.isfinite(squares).all():
+        return 0.0, 0.0
+    before, here, after = squares[best - 1 : best + 2]
+    curvature = float(before - 2.0 * here + after)
+    if curvature <= 0.0:
+        return 0.0, 0.0
+    return float(lags[best]) + 0.5 * float(before - after) / curvature, curvature
+
+
+def _missed(measured: FloatArray, predicted: FloatArray) -> float:
+    """Square of what a prediction misses, offsets of the channels left out."""
+    residual = measured - predicted
+    known = np.isfinite(residual)
+    residual = np.where(known, residual, 0.0)
+    mean = residual.sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+    return float((residual**2).sum() - (known.sum(axis=0) * mean**2).sum())
+
+
+def _put_back(run: Run, drift: _Drift) -> Run:
+    """Run with the signals where the inputs were when they were read."""
+    along = (run.time - run.time[0]) / (run.time[-1] - run.time[0]) - 0.5
+    at = run.time + drift.delay + drift.growth * along
+    signals = {name: at_other_times(run.time, own, at) for name, own in run.signals.items()}
+    return replace(run, signals=signals)

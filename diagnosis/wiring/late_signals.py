@@ -1,4 +1,6 @@
-"""Delays and drifting clocks too small to leave a gap, which yet move the baseline's parameters.
+"""Delays and drifting clocks, fitted together with the parameters of the baseline.
+
+They find those too small to leave a gap, which yet move the baseline's parameters.
 
 About a delay tau the signal is ``y(t) - tau dy/dt``. The baseline and a delay are fitted together,
 ``r = J d + tau s`` with ``s = -dy/dt``; what the baseline cannot absorb of the slope tells the
@@ -7,7 +9,7 @@ sample, ``1 + 2 (rho_1 + rho_2 + ...)``. A clock that drifts adds ``s (t - t_mid
 run.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,11 +60,50 @@ class Lateness:
         Run over which the delay grows by `seconds`; empty for a delay that all runs share.
     seconds, std : float
         Its size.
+    explained : float
+        Share of the residual's square over all records that it explains beside the baseline.
     """
 
     run: str
     seconds: float
     std: float
+    explained: float
+
+
+@dataclass(frozen=True, eq=False)
+class _LateSums:
+    """Products of baseline's columns, delay, drift and residual, by run and of all runs.
+
+    `variance` is that of the residual, its correlation included.
+    """
+
+    runs: Mapping[str, FloatArray]
+    total: FloatArray
+    variance: float
+
+    def drifts(self) -> tuple[Lateness, ...]:
+        """Drift of every run that is beyond doubt."""
+        n_baseline = len(self.total) - 3
+        told = []
+        for name, own in self.runs.items():
+            # The baseline is common to all runs, delay and drift are this run's.
+            sums = own.copy()
+            sums[:n_baseline, :n_baseline] = self.total[:n_baseline, :n_baseline]
+            sums[:n_baseline, -1] = sums[-1, :n_baseline] = self.total[:n_baseline, -1]
+            seconds, std = _last_factor(sums, self.variance)
+            if abs(seconds) > _DRIFT * std:
+                explained = _explained(sums, n_baseline) / float(self.total[-1, -1])
+                told.append(Lateness(name, seconds, std, explained))
+        return tuple(told)
+
+    def delays(self) -> tuple[Lateness, ...]:
+        """Delay of all runs where it is beyond doubt."""
+        sums = np.delete(np.delete(self.total, -2, 0), -2, 1)
+        seconds, std = _last_factor(sums, self.variance)
+        if abs(seconds) <= _DELAY * std:
+            return ()
+        explained = _explained(sums, len(sums) - 2) / float(self.total[-1, -1])
+        return (Lateness("", seconds, std, explained),)
 
 
 def late_signals(records: Iterable[LinearRecord]) -> tuple[Lateness, ...]:
@@ -73,8 +114,25 @@ def late_signals(records: Iterable[LinearRecord]) -> tuple[Lateness, ...]:
     records : iterable of LinearRecord
         All runs, met once.
     """
-    names = []
-    products = []
+    sums = _summed(records)
+    return sums.drifts() or sums.delays() if sums else ()
+
+
+def drifting_runs(records: Iterable[LinearRecord]) -> tuple[Lateness, ...] | None:
+    """Clocks that drift, fitted together with the baseline; None where there is no record.
+
+    Parameters
+    ----------
+    records : iterable of LinearRecord
+        All runs, met once.
+    """
+    sums = _summed(records)
+    return sums.drifts() if sums else None
+
+
+def _summed(records: Iterable[LinearRecord]) -> _LateSums | None:
+    """Products of all runs; None where there is no record."""
+    products = {}
     correlations = []
     counts = []
     for record in records:
@@ -84,27 +142,36 @@ def late_signals(records: Iterable[LinearRecord]) -> tuple[Lateness, ...]:
         late = -record.slope[known]
         drifting = (-record.slope * along[:, None])[known]
         rows = np.array([*record.columns[:, known], late, drifting, record.residual[known]])
-        names.append(record.run)
-        products.append(rows @ rows.T)
+        products[record.run] = rows @ rows.T
         correlations.append(_correlation(record.residual))
         counts.append(int(known.sum()))
     if not products:
-        return ()
-    total = np.sum(products, axis=0)
+        return None
+    total = np.sum(list(products.values()), axis=0)
     variance = float(np.average(correlations, weights=counts) * total[-1, -1] / sum(counts))
-    n_baseline = len(total) - 3
-    drifts = []
-    for name, own in zip(names, products, strict=True):
-        # The baseline is common to all runs, delay and drift are this run's.
-        sums = own.copy()
-        sums[:n_baseline, :n_baseline] = total[:n_baseline, :n_baseline]
-        sums[:n_baseline, -1] = sums[-1, :n_baseline] = total[:n_baseline, -1]
-        drifts.append(Lateness(name, *_last_factor(sums, variance)))
-    told = tuple(drift for drift in drifts if abs(drift.seconds) > _DRIFT * drift.std)
-    if told:
-        return told
-    common = Lateness("", *_last_factor(np.delete(np.delete(total, -2, 0), -2, 1), variance))
-    return (common,) if abs(common.seconds) > _DELAY * common.std else ()
+    return _LateSums(products, total, variance)
+
+
+def _scaled(sums: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Products of columns of unit length, and the lengths."""
+    # Columns of very different units: the pseudo-inverse judges them by their own size.
+    scale = np.sqrt(np.maximum(np.diag(sums), np.finfo(float).tiny))
+    return sums / np.outer(scale, scale), scale
+
+
+def _inverse(scaled: FloatArray) -> FloatArray:
+    """Inverse of products of columns of unit length, without the directions that are rounding."""
+    return np.asarray(np.linalg.pinv(scaled, rcond=1e-12, hermitian=True), dtype=np.float64)
+
+
+def _explained(sums: FloatArray, n_baseline: int) -> float:
+    """Square of the residual that the columns after the baseline's explain beside these."""
+    scaled, scale = _scaled(sums)
+    squares = [
+        float(scaled[-1, :n] @ _inverse(scaled[:n, :n]) @ scaled[-1, :n])
+        for n in (n_baseline, len(sums) - 1)
+    ]
+    return float((squares[1] - squares[0]) * scale[-1] ** 2)
 
 
 def _last_factor(sums: FloatArray, variance: float) -> tuple[float, float]:
@@ -117,12 +184,9 @@ def _last_factor(sums: FloatArray, variance: float) -> tuple[float, float]:
     variance : float
         Variance of the residual, correlation included.
     """
-    # Columns of very different units: the pseudo-inverse judges them by their own size.
-    scale = np.sqrt(np.maximum(np.diag(sums), np.finfo(float).tiny))
-    scaled = sums / np.outer(scale, scale)
+    scaled, scale = _scaled(sums)
     others = slice(0, -2)
-    inverse = np.linalg.pinv(scaled[others, others], rcond=1e-12, hermitian=True)
-    absorbed = inverse @ scaled[others, -2]
+    absorbed = _inverse(scaled[others, others]) @ scaled[others, -2]
     left = 1.0 - float(scaled[-2, others] @ absorbed)
     if left < _LEFT:
         return 0.0, np.inf

@@ -70,10 +70,14 @@ class WiringChecks:
         ``(campaign) -> mean square`` that the baseline leaves once it is fitted to another
         campaign with the same channels and inputs.
     linear : callable
-        ``(theta) -> records`` beside a baseline that is linear in its parameters; none elsewhere.
+        ``(theta) -> records`` beside a baseline that can be made linear; none elsewhere.
+    delay : callable
+        ``() -> seconds`` that all signals are late by, where the records tell it without a fit;
+        zero elsewhere.
     """
 
     rivals: Callable[[], tuple[WiringRival, ...]]
     predictions: Callable[[FloatArray], tuple[PredictedRecord, ...]]
     refitted: Callable[[Campaign], float]
     linear: Callable[[FloatArray], Iterable[LinearRecord]] = lambda theta: ()
+    delay: Callable[[], float] = lambda: 0.0

@@ -1,8 +1,8 @@
 """Which faults of a measuring chain are noticed: one row a fault and size, over seeds.
 
 Campaigns of the blind check with nothing missing get one fault each; what counts as told stands in
-:mod:`carrierflex.blind_check.faults.outcomes`. Writes KIND-SEED.json for every seed, which a later
-call takes up, and KIND.md. A good answer: nothing missed.
+:mod:`carrierflex.blind_check.faults.outcomes`. Writes KIND-SEED.json for every seed, fault by
+fault, which a later call takes up, and KIND.md. A good answer: nothing missed.
 """
 
 from collections.abc import Iterator, Sequence
@@ -53,7 +53,7 @@ def main(
     Parameters
     ----------
     out : Path
-        Folder for the outcomes and the table; seeds that stand there are not done again.
+        Folder for the outcomes and the table; faults that stand there are not done again.
     kind : str
         Kind of campaign.
     seeds : sequence of int
@@ -73,14 +73,11 @@ def main(
     stages = Stages(len(seeds), quiet)
     with work_executor(workers) as executor:
         tasks = {
-            seed: executor.submit(_write_outcomes, kind, seed, file)
-            for seed, file in files.items()
-            if not file.is_file()
+            seed: executor.submit(_write_outcomes, kind, seed, file) for seed, file in files.items()
         }
         for seed in seeds:
             with stages.stage(f"{kind}, seed {seed}"):
-                if seed in tasks:
-                    tasks[seed].result()
+                tasks[seed].result()
     outcomes = [outcome for file in files.values() for outcome in _read_outcomes(file)]
     rows = tuple(_rows(kind, outcomes))
     with whole_file(folder / f"{kind}.md") as file:
@@ -89,12 +86,17 @@ def main(
 
 
 def _write_outcomes(kind: str, seed: int, path: Path) -> None:
-    """Outcomes of every fault in the campaign of one seed."""
+    """Outcomes of the faults that do not stand yet in the file of one seed."""
+    faults = faults_of(kind)
+    outcomes = _read_outcomes(path) if path.is_file() else []
+    if len(outcomes) == len(faults):
+        return
     curves = default_curves() if kind == "carrier" else None
     with threadpool_limits(limits=1):
         clean = case_campaign(_without_effect(kind, seed))[0]
-        outcomes = list(fault_outcomes(clean, faults_of(kind), seed, curves))
-    save_json(path, plain(outcomes))
+        for outcome in fault_outcomes(clean, faults, seed, curves, first=len(outcomes)):
+            outcomes.append(outcome)
+            save_json(path, plain(outcomes))
 
 
 def _read_outcomes(path: Path) -> list[Outcome]:

@@ -1,6 +1,6 @@
 """Lines and bands beside the shaft's orders, found one after the other and taken out."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -98,7 +98,8 @@ def off_orders(campaign: Campaign) -> OffOrders:
         Lines, and the records without them: what follows looks at the orders, and at a noise that
         no line is part of.
     """
-    runs = beside_orders(campaign)
+    beside = beside_orders(campaign)
+    runs = beside.searched
     speeds = {run.name: run.speed for run in runs}
     if not runs:
         return OffOrders(campaign, speeds, (), (), ())
@@ -112,20 +113,20 @@ def off_orders(campaign: Campaign) -> OffOrders:
         left = tuple(_without(run, found) for run in runs)
     if not found:
         return OffOrders(campaign, speeds, (), (), ())
-    lines = _fitted_lines(runs, found)
-    kept, shares = _repeating(runs, found, _bands(lines, runs))
+    lines, _ = _fitted_lines(runs, found)
+    kept, shares = _repeating(runs, found, _bands(lines, speeds))
     if not kept:
         return OffOrders(campaign, speeds, (), (), ())
     # Lines that stay are fitted anew without the others, and numbered anew.
     numbers = [k for own in kept for k in own]
-    lines = _fitted_lines(runs, [found[k] for k in numbers])
+    lines, speeds = _fitted_lines(beside.every(), [found[k] for k in numbers])
     members = tuple(tuple(numbers.index(k) for k in own) for own in kept)
     names = [channel.name for channel in campaign.channels]
     motions = tuple(
-        _motion([lines[k] for k in own], runs, names, share)
+        _motion([lines[k] for k in own], speeds, names, share)
         for own, share in zip(members, shares, strict=True)
     )
-    return OffOrders(_cleaned(campaign, runs, lines), speeds, lines, motions, members)
+    return OffOrders(_cleaned(campaign, speeds, lines), speeds, lines, motions, members)
 
 
 def _repeating(
@@ -229,21 +230,29 @@ def _without(run: BesideOrders, found: Sequence[Found]) -> BesideOrders:
     return replace(run, values=run.values - (waves @ _solved(waves, run.values)).T)
 
 
-def _fitted_lines(runs: Sequence[BesideOrders], found: Sequence[Found]) -> tuple[OffOrderLine, ...]:
-    """Amplitudes of all lines, fitted together beside the orders, and their errors."""
-    shape = (len(found), len(runs), len(runs[0].values))
-    amplitudes = np.zeros(shape, dtype=np.complex128)
-    errors = np.zeros(shape)
-    for r, run in enumerate(runs):
+def _fitted_lines(
+    runs: Iterable[BesideOrders], found: Sequence[Found]
+) -> tuple[tuple[OffOrderLine, ...], dict[str, float]]:
+    """Amplitudes of all lines, fitted together beside the orders, and their errors.
+
+    With them the mean speed [turns/s] of every run, in their order.
+    """
+    amplitudes = []
+    errors = []
+    speeds = {}
+    for run in runs:
         waves = run.beside(_waves(run, found))
         sizes = _solved(waves, run.values)
-        amplitudes[:, r] = sizes[::2] - 1j * sizes[1::2]
+        amplitudes.append(sizes[::2] - 1j * sizes[1::2])
         variance = np.mean((run.values - (waves @ sizes).T) ** 2, axis=1)
-        errors[:, r] = np.sqrt(2.0 * variance / run.time.size)
-    return tuple(
-        OffOrderLine(position, is_order, p_value, amplitudes[k], errors[k])
+        errors.append(np.sqrt(2.0 * variance / run.time.size))
+        speeds[run.name] = run.speed
+    by_line = np.moveaxis(np.array(amplitudes), 0, 1)
+    lines = tuple(
+        OffOrderLine(position, is_order, p_value, by_line[k], np.array(errors))
         for k, (position, is_order, p_value) in enumerate(found)
     )
+    return lines, speeds
 
 
 def _explained(runs: Sequence[BesideOrders], found: Sequence[Found]) -> float:
@@ -269,10 +278,10 @@ def _explained(runs: Sequence[BesideOrders], found: Sequence[Found]) -> float:
 
 
 def _bands(
-    lines: Sequence[OffOrderLine], runs: Sequence[BesideOrders]
+    lines: Sequence[OffOrderLine], speeds: Mapping[str, float]
 ) -> tuple[tuple[int, ...], ...]:
     """Lines that are one motion: near to one another, in the same sensors."""
-    speed = float(np.mean([run.speed for run in runs]))
+    speed = float(np.mean(list(speeds.values())))
     orders = [line.position if line.is_order else line.position / speed for line in lines]
     power = [float((np.abs(line.amplitudes) ** 2).sum()) for line in lines]
     bands: list[list[int]] = []
@@ -302,7 +311,7 @@ def _channel_alone(*lines: OffOrderLine) -> int | None:
 
 def _motion(
     lines: Sequence[OffOrderLine],
-    runs: Sequence[BesideOrders],
+    speeds: Mapping[str, float],
     names: Sequence[str],
     explained: float,
 ) -> OffOrderMotion:
@@ -313,31 +322,28 @@ def _motion(
     squares = sum(0.5 * np.abs(line.amplitudes) ** 2 for line in lines)
     is_shown = np.abs(first.amplitudes).max(axis=1) > 4.0 * first.errors.max(axis=1)
     bands = [
-        line.position * (run.speed if line.is_order else 1.0) for line in lines for run in runs
+        line.position * (speed if line.is_order else 1.0)
+        for line in lines
+        for speed in speeds.values()
     ]
     return OffOrderMotion(
         id=f"{'nonsynchronous' if alone is None else 'channel'}/{label}",
         label=label,
         channels=tuple(names) if alone is None else (names[alone],),
-        runs=tuple(run.name for run, ok in zip(runs, is_shown, strict=True) if ok),
+        runs=tuple(run for run, ok in zip(speeds, is_shown, strict=True) if ok),
         is_in_every_run=bool(is_shown.all()),
         band_hz=(min(bands), max(bands)),
-        mean_square=_by_run(runs, squares),
+        mean_square=dict(zip(speeds, squares.mean(axis=1).tolist(), strict=True)),
         explained=explained,
         p_value=first.p_value,
     )
 
 
-def _by_run(runs: Sequence[BesideOrders], squares: FloatArray) -> Mapping[str, float]:
-    """Mean square over the channels by run."""
-    return {run.name: float(own.mean()) for run, own in zip(runs, squares, strict=True)}
-
-
 def _cleaned(
-    campaign: Campaign, runs: Sequence[BesideOrders], lines: Sequence[OffOrderLine]
+    campaign: Campaign, speeds: Mapping[str, float], lines: Sequence[OffOrderLine]
 ) -> Campaign:
     """Campaign whose signals are without the lines."""
-    number = {run.name: r for r, run in enumerate(runs)}
+    number = {name: r for r, name in enumerate(speeds)}
     cleaned = []
     for run in campaign.runs:
         signals = dict(run.signals)

@@ -1,6 +1,6 @@
 """Signals beside the shaft's orders: what is left of a run once its orders are taken out."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +24,10 @@ _DRIFT = 6
 _SAMPLES_A_COLUMN = 3
 #: Samples of a run at most: those of a longer one are averaged in groups.
 _MOST_SAMPLES = 60_000
+#: Numbers of all runs that are kept while lines are looked for (200 MB), and columns of the orders
+#: of a usual run.
+_MOST_NUMBERS = 25_000_000
+_USUAL_BASIS = 100
 #: Change of a load over its size that lets the orders follow it.
 _CHANGES = 1e-4
 #: Directions of the shared columns below this share of the largest are rounding.
@@ -64,14 +68,74 @@ class BesideOrders:
         return np.asarray(waves - self.orders @ (self.orders.T @ waves), dtype=np.float64)
 
 
-def beside_orders(campaign: Campaign) -> tuple[BesideOrders, ...]:
+@dataclass(frozen=True, eq=False)
+class CampaignBesideOrders:
+    """Runs beside their orders: those that are searched are kept, the others made when asked for.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        All runs.
+    searched : tuple of BesideOrders
+        Runs that lines are looked for in, long enough, in their order.
+    shared : SharedOrders, optional
+        What the orders make of the loads in every run alike.
+    searches_all : bool
+        Whether these are all runs.
+    """
+
+    campaign: Campaign
+    searched: tuple[BesideOrders, ...]
+    shared: "SharedOrders | None"
+    searches_all: bool
+
+    def every(self) -> Iterator[BesideOrders]:
+        """All runs that are long enough, one after the other."""
+        if self.searches_all:
+            yield from self.searched
+            return
+        for run in self.campaign.runs:
+            found = _beside_orders(run.within_use(), self.campaign.channels)
+            if found is not None:
+                own, loaded = found
+                yield self.shared.without(own, loaded) if self.shared else own
+
+
+@dataclass(frozen=True, eq=False)
+class SharedOrders:
+    """Sizes of what the orders make of the loads, the same in every run; k columns.
+
+    Parameters
+    ----------
+    n_loads : int
+        Loads that the orders follow.
+    kept : ndarray of bool
+        Columns that count.
+    energy : ndarray, shape (k,)
+        Their lengths over the searched runs.
+    sizes : ndarray, shape (k, C)
+        Sizes in every channel.
+    """
+
+    n_loads: int
+    kept: NDArray[np.bool_]
+    energy: FloatArray
+    sizes: FloatArray
+
+    def without(self, run: BesideOrders, loaded: Sequence[FloatArray]) -> BesideOrders:
+        """Run without them; `loaded` are its orders times each load, shape (n, 25)."""
+        columns = run.beside(np.hstack(loaded[: self.n_loads]))[:, self.kept]
+        return replace(run, values=run.values - (columns / self.energy @ self.sizes).T)
+
+
+def beside_orders(campaign: Campaign) -> CampaignBesideOrders:
     """Take the orders out of every run.
 
     Orders 0 to 12 of the measured angle, each of them following torque, time, speed and radial load
     as far as the run is long enough, and a slow drift are fitted to the run and subtracted: what a
     shape of the carrier or the housing, or an error of a sensor, could make is gone whatever its
     size. How the orders follow torque and radial load in runs too short to tell it is fitted to all
-    runs together.
+    runs together. Of a campaign too large for the memory some runs are searched, drawn over all.
 
     Parameters
     ----------
@@ -80,18 +144,36 @@ def beside_orders(campaign: Campaign) -> tuple[BesideOrders, ...]:
 
     Returns
     -------
-    tuple of BesideOrders
+    CampaignBesideOrders
         Runs that are long enough, in their order.
     """
-    own = [_beside_orders(run, campaign.channels) for run in campaign.within_use().runs]
+    numbers = _searched(campaign)
+    own = [_beside_orders(campaign.runs[r].within_use(), campaign.channels) for r in numbers]
     found = [entry for entry in own if entry is not None]
-    return _without_shared([run for run, _ in found], [loaded for _, loaded in found])
+    runs = tuple(run for run, _ in found)
+    loaded = [loads for _, loads in found]
+    shared = _shared_orders(runs, loaded)
+    if shared is not None:
+        runs = tuple(shared.without(run, own) for run, own in zip(runs, loaded, strict=True))
+    return CampaignBesideOrders(campaign, runs, shared, len(numbers) == len(campaign.runs))
 
 
-def _without_shared(
+def _searched(campaign: Campaign) -> list[int]:
+    """Numbers of the runs that are searched: all, or as many of them as may be kept."""
+    n_runs = len(campaign.runs)
+    samples = sum(min(run.time.size, _MOST_SAMPLES) for run in campaign.runs)
+    kept = _MOST_NUMBERS / (samples * (len(campaign.channels) + _USUAL_BASIS))
+    if kept >= 1.0:
+        return list(range(n_runs))
+    # Every tenth run may be of one condition.
+    drawn = np.random.default_rng(0).permutation(n_runs)[: max(int(kept * n_runs), 1)]
+    return np.sort(drawn).tolist()
+
+
+def _shared_orders(
     runs: Sequence[BesideOrders], loaded: Sequence[Sequence[FloatArray]]
-) -> tuple[BesideOrders, ...]:
-    """Runs without what the orders make of the loads with the same sizes in every run.
+) -> SharedOrders | None:
+    """What the orders make of the loads with the same sizes in every run; None where nothing.
 
     A torque that ripples makes lines beside every order that follows it. A run too short to tell
     how its orders follow the loads leaves them beside the orders; all runs together tell it, as
@@ -105,23 +187,19 @@ def _without_shared(
         Orders times each load, by run, shape (n, k); the same loads in every run.
     """
     n_turns = sum(float(run.turns[-1] - run.turns[0]) for run in runs)
-    n_shared = int(n_turns / _TURNS_A_QUANTITY) - 1
-    if not runs or n_shared < 1:
-        return tuple(runs)
-    followed = [np.hstack(own[:n_shared]) for own in loaded]
-    columns = [run.beside(own) for run, own in zip(runs, followed, strict=True)]
-    table = np.vstack(columns)
+    n_loads = int(n_turns / _TURNS_A_QUANTITY) - 1
+    if not runs or n_loads < 1:
+        return None
+    followed = [np.hstack(own[:n_loads]) for own in loaded]
+    table = np.vstack([run.beside(own) for run, own in zip(runs, followed, strict=True)])
     energy = np.sqrt((table**2).sum(axis=0))
     # What every run follows by itself is rounding here.
     kept = energy > _CHANGES * np.sqrt((np.vstack(followed) ** 2).sum(axis=0))
     if not kept.any():
-        return tuple(runs)
+        return None
     values = np.hstack([run.values for run in runs]).T
     sizes = np.linalg.lstsq(table[:, kept] / energy[kept], values, rcond=_ALIKE)[0]
-    return tuple(
-        replace(run, values=run.values - (own[:, kept] / energy[kept] @ sizes).T)
-        for run, own in zip(runs, columns, strict=True)
-    )
+    return SharedOrders(n_loads, kept, energy[kept], np.asarray(sizes, dtype=np.float64))
 
 
 def _beside_orders(

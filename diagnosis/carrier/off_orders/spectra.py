@@ -27,7 +27,10 @@ _MOST_LINES = 200_000
 
 @dataclass(frozen=True, eq=False)
 class Spectra:
-    """Power of all runs and channels over one common axis.
+    """How unlike noise every line of one common axis is.
+
+    Powers of noise over that of their surroundings are ``Exp(1)``, their sums over runs, over
+    channels and over both ``Gamma(number)``.
 
     Parameters
     ----------
@@ -35,41 +38,31 @@ class Spectra:
         Orders [per turn], or frequency [Hz].
     resolution : float
         Distance of lines that the longest record resolves, on the axis.
-    power : ndarray, shape (n_runs, C, n)
-        Power over that of the surroundings: of mean one where there is noise alone.
-    allowed : ndarray of bool, shape (n_runs, n)
-        Lines of a run that lie off its orders and below its highest frequency.
+    log_p : ndarray, shape (n,)
+        Log of the smallest p-value of all sums.
+    n_sums : int
+        How many sums there are.
     """
 
     axis: FloatArray
     resolution: float
-    power: FloatArray
-    allowed: NDArray[np.bool_]
+    log_p: FloatArray
+    n_sums: int
 
     def best_line(self) -> tuple[float, float]:
         """Line that is least like noise, and its p-value.
 
-        Powers of noise are ``Exp(1)``, their sums over runs, over channels and over both
-        ``Gamma(number)``; the smallest p-value counts, times the number of lines and of sums.
+        The smallest p-value counts, times the number of lines and of sums.
 
         Returns
         -------
         tuple of float
             Position on the axis, probability that noise alone makes such a line anywhere.
         """
-        used = np.where(self.allowed[:, None, :], self.power, 0.0)
-        n_runs = self.allowed.sum(axis=0)
-        n_channels = self.power.shape[1]
-        sums = [(used.sum(axis=(0, 1)), n_runs * n_channels)]
-        sums += [(used[:, c].sum(axis=0), n_runs) for c in range(n_channels)]
-        sums += [
-            (of_run.sum(axis=0), n_channels * is_allowed)
-            for of_run, is_allowed in zip(used, self.allowed, strict=True)
-        ]
-        log_p = np.array([_log_tail(number, total / _UNSURE) for total, number in sums]).min(axis=0)
-        surest = int(np.argmin(log_p))
-        n_tests = self.axis.size / _FINER * len(sums)
-        return float(self.axis[surest]), float(np.exp(min(log_p[surest] + np.log(n_tests), 0.0)))
+        surest = int(np.argmin(self.log_p))
+        n_tests = self.axis.size / _FINER * self.n_sums
+        smallest = self.log_p[surest] + np.log(n_tests)
+        return float(self.axis[surest]), float(np.exp(min(smallest, 0.0)))
 
 
 def _log_tail(number: NDArray[np.int64], total: FloatArray) -> FloatArray:
@@ -105,17 +98,24 @@ def _spectra(
     ]
     n_lines = int(min(np.ceil(_FINER * max(highest) / resolution), _MOST_LINES))
     axis: FloatArray = resolution / _FINER * np.arange(n_lines, dtype=np.float64)
-    shape = (len(runs), len(runs[0].values), n_lines)
-    power = np.zeros(shape)
-    allowed = np.zeros((len(runs), n_lines), dtype=bool)
+    # Sums as the runs come: powers of all runs and channels would be several times the records.
+    n_channels = len(runs[0].values)
+    of_channel = np.zeros((n_channels, n_lines))
+    n_runs = np.zeros(n_lines, dtype=np.int64)
+    log_p = np.zeros(n_lines)
     for r, (run, place) in enumerate(zip(runs, places, strict=True)):
         spacing = order_spacing[r]
         from_order = np.abs(axis - spacing * np.round(axis / spacing))
         is_off = (from_order > _BESIDE_AN_ORDER / lengths[r]) & (axis > FROM_ZERO / lengths[r])
-        allowed[r] = is_off & (axis < highest[r])
-        for c, values in enumerate(run.values):
-            power[r, c] = _relative_power(values, place, axis, allowed[r])
-    return Spectra(np.asarray(axis, dtype=np.float64), resolution, power, allowed)
+        allowed = is_off & (axis < highest[r])
+        power = np.array([_relative_power(values, place, axis, allowed) for values in run.values])
+        log_p = np.minimum(log_p, _log_tail(n_channels * allowed, power.sum(axis=0) / _UNSURE))
+        of_channel += power
+        n_runs += allowed
+    for total in of_channel:
+        log_p = np.minimum(log_p, _log_tail(n_runs, total / _UNSURE))
+    log_p = np.minimum(log_p, _log_tail(n_runs * n_channels, of_channel.sum(axis=0) / _UNSURE))
+    return Spectra(axis, resolution, log_p, 1 + n_channels + len(runs))
 
 
 def _relative_power(

@@ -134,9 +134,15 @@ class RunColumns:
                 yield BlockColumns(index, table, samples, inputs, revolutions)
 
     def some(self, channel: Channel, n_samples: int) -> FloatArray:
-        """All columns at a few samples from the first to the last, shape (k, n_samples)."""
+        """All columns at a few samples from the first to the last, shape (k, m).
+
+        With `n_samples` evenly spaced ones stand some close to both ends, where a delayed angle is
+        not known and what is a combination elsewhere is none.
+        """
         last = self.run.time.size - 1
-        samples = np.unique(np.linspace(0, last, min(n_samples, last + 1)).astype(np.int64))
+        even = np.linspace(0, last, min(n_samples, last + 1)).astype(np.int64)
+        close = 2 ** np.arange(max(last, 1).bit_length()) - 1
+        samples = np.unique(np.concatenate([even, close, last - close]))
         rows = self._rows(channel, samples, _part(self.inputs, samples))
         return np.array(list(rows.values()))
 

@@ -39,10 +39,13 @@ IntArray = NDArray[np.int64]
 #: Blocks of a run at most: enough draws for the bootstrap, and two revolutions a block in a
 #: minute's record.
 _MOST_BLOCKS = 12
-#: Bytes that products of all columns would take, up to which a run has several blocks; and of those
-#: that are kept, beyond which a campaign is refused.
+#: Bytes that products of all columns would take, up to which a run has several blocks; and those of
+#: a whole diagnosis, beyond which a campaign is refused.
 _USUAL_MEMORY = 600_000_000
 _MOST_MEMORY = 8_000_000_000
+#: Bytes of the program itself, and of what works on records and products, measured.
+_PROGRAM = 300_000_000
+_AT_WORK = 800_000_000
 #: Bytes of products that are unpacked at once.
 _AT_ONCE = 50_000_000
 #: Every which sample is looked at for whether the basis holds.
@@ -96,18 +99,19 @@ class CarrierSums:
         """Bytes of the products."""
         return self.target.nbytes + self.products.nbytes
 
-    def gram(self, columns: IntArray) -> FloatArray:
-        """Products of some columns, the target first, shape (P, C, u, u)."""
+    def gram(self, columns: IntArray, segments: slice = slice(None)) -> FloatArray:
+        """Products of some columns, the target first, shape (P, C, u, u), of some segments."""
         weights = self.basis.weights[:, columns[1:] - 1]
         used = np.flatnonzero(weights.any(axis=(0, 1)))
         weights = weights[..., used]
         places = self.places(used[:, None], used)
-        result = np.empty((*self.counts.shape, columns.size, columns.size))
-        result[..., 0, :] = result[..., 0] = self.target[..., columns]
+        target, kept = self.target[segments], self.products[segments]
+        result = np.empty((*target.shape[:2], columns.size, columns.size))
+        result[..., 0, :] = result[..., 0] = target[..., columns]
         step = max(1, _AT_ONCE // (8 * len(weights) * max(used.size, 1) ** 2))
         for p in range(0, len(result), step):
             some = slice(p, p + step)
-            products = weights @ self.products[some][..., places]
+            products = weights @ kept[some][..., places]
             result[some, :, 1:, 1:] = products @ np.swapaxes(weights, 1, 2)
         return result
 
@@ -130,7 +134,9 @@ class CarrierSums:
             with_basis = np.einsum("cab,cb->ca", self.products[p][:, places], combined)
             target[p, :, 0] = np.einsum("ca,ca->c", with_basis, combined)
             target[p, :, 1:] = np.einsum("cka,ca->ck", self.basis.weights, with_basis)
-        return replace(self, target=target)
+        # The orders are those of the signals that were replaced.
+        no_orders = np.broadcast_to(np.complex128(np.nan), self.orders.shape)
+        return replace(self, target=target, orders=no_orders)
 
     def places(self, rows: IntArray, columns: IntArray) -> IntArray:
         """Where the products of columns of the basis stand in the triangle."""
@@ -270,17 +276,33 @@ def _blocks_a_run(campaign: Campaign, n_columns: int, n_basis: int) -> int:
         Where one block a run does not fit.
     """
     n_runs, n_channels = len(campaign.runs), len(campaign.channels)
-    n_kept = n_basis * (n_basis + 1) // 2 + n_columns
-    block = 8 * n_runs * n_channels * n_kept
-    if block > _MOST_MEMORY:
+    needed = needed_memory(campaign, n_columns, n_basis)
+    if needed > _MOST_MEMORY:
         raise ValueError(
-            f"{n_runs} runs of {n_channels} channels: their sums take {block / 1e9:.1f} GB; "
-            f"expected at most {_MOST_MEMORY / 1e9:.0f} GB: leave out channels, or runs of "
+            f"{n_runs} runs of {n_channels} channels: a diagnosis takes {needed / 1e9:.1f} GB of "
+            f"memory; expected at most {_MOST_MEMORY / 1e9:.0f} GB: leave out channels, or runs of "
             "conditions that others have too"
         )
     # Whatever is a combination in these records: the same campaign has the same segments.
     every = 4 * n_runs * n_channels * n_columns * (n_columns + 1)
     return int(np.clip(_USUAL_MEMORY // every, 1, _MOST_BLOCKS))
+
+
+def needed_memory(campaign: Campaign, n_columns: int, n_basis: int) -> int:
+    """Bytes that a diagnosis takes at most: program, records, products, and what works on them.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Records.
+    n_columns, n_basis : int
+        Columns of a sensor, and those that are different.
+    """
+    n_runs, n_channels = len(campaign.runs), len(campaign.channels)
+    records = sum(8 * run.time.size * (1 + len(run.columns())) for run in campaign.runs)
+    n_kept = n_basis * (n_basis + 1) // 2 + n_columns
+    # Lines beside the orders are taken out of a copy of the records.
+    return _PROGRAM + 2 * records + 8 * n_runs * n_channels * n_kept + _AT_WORK
 
 
 def _fill(

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from carrierflex.blind_check.faults import outcomes
 from carrierflex.blind_check.faults.fault_table import Fault, faults_of
@@ -71,7 +72,7 @@ def test_a_drifting_clock_is_late_by_its_drift_at_the_end_of_the_last_run_alone(
     first, last = campaign.runs
     name = campaign.channels[0].name
     np.testing.assert_array_equal(faulty.runs[0].signals[name], first.signals[name])
-    late = np.interp(last.time - 0.05, last.time, last.signals[name])
+    late = CubicSpline(last.time, last.signals[name])(last.time - 0.05)
     moved = faulty.runs[1].signals[name]
     assert moved[0] == last.signals[name][0]
     np.testing.assert_allclose(moved[-1], late[-1], rtol=1e-12)

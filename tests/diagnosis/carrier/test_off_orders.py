@@ -7,6 +7,7 @@ import pytest
 
 from carrierflex.diagnosis.carrier.off_orders.cells import off_order_tables
 from carrierflex.diagnosis.carrier.off_orders.lines import off_orders
+from carrierflex.diagnosis.carrier.off_orders.records import beside_orders
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.gap.gap_map import gap_cells
@@ -174,3 +175,21 @@ def test_without_declared_noise_a_line_is_a_class_and_not_the_floor():
     whole = sum(row["samples"] * row["mean_square"] for row in document["held_out"])
     samples = sum(row["samples"] for row in document["held_out"])
     assert np.isclose(np.sqrt(whole / samples), far["rms_before"], rtol=0.01)
+
+
+def test_a_line_found_in_some_runs_is_taken_out_of_all(monkeypatch):
+    """Five of six are searched, the one of another speed among them: it tells order from tone."""
+    campaign = with_tone(twin_campaign(None), 1.37)
+    campaign = replace(campaign, runs=campaign.runs[::-1])
+    usual = off_orders(campaign)
+    numbers = "carrierflex.diagnosis.carrier.off_orders.records._MOST_NUMBERS"
+    samples = sum(run.time.size for run in campaign.runs)
+    monkeypatch.setattr(numbers, samples * (len(campaign.channels) + 100) * 11 // 12)
+    few = off_orders(campaign)
+    assert len(beside_orders(campaign).searched) == len(campaign.runs) - 1
+    assert list(few.speeds) == [run.name for run in campaign.runs]
+    assert few.lines[0].position == pytest.approx(usual.lines[0].position, rel=1e-3)
+    for run, cleaned in zip(campaign.runs, few.campaign.runs, strict=True):
+        hum = AMPLITUDE * np.sin(2.0 * np.pi * 1.37 * run.time)
+        taken = run.signals["r040"] - cleaned.signals["r040"]
+        assert np.std(taken - hum) < 0.2 * np.std(hum)

@@ -184,5 +184,31 @@ def test_a_large_campaign_has_fewer_blocks_and_a_larger_one_is_refused(monkeypat
     scale = size_of_column[:, :, None] * size_of_column[:, None, :]
     assert (np.abs(found - expected) <= 1e-9 * scale).all()
     monkeypatch.setattr("carrierflex.diagnosis.carrier.records.sums._MOST_MEMORY", size // 20)
-    with pytest.raises(ValueError, match=r"runs of \d+ channels: their sums take"):
+    with pytest.raises(ValueError, match=r"runs of \d+ channels: a diagnosis takes"):
         twin_problem()
+
+
+def test_runs_in_parts_have_the_sums_of_all_at_once(monkeypatch):
+    whole = twin_problem("flange_warp", loads=LOADS[:4], turns=3, channels=CHANNELS[2:5])
+    effects = ("flange_warp", "sensor_delay")
+    fit = fit_effects(whole, effects)
+    chosen = np.ones(len(whole.segments), dtype=bool)
+    chosen[::3] = False
+    expected = whole.sums(effects, fit.theta, chosen), whole.squares(effects, fit.theta, chosen)
+    monkeypatch.setattr("carrierflex.diagnosis.carrier.run_parts._KEPT_BYTES", 1)
+    parts = replace(whole)
+    assert len(parts._parts.slices) == len(whole.campaign.runs)
+    sums, squares = (
+        parts.sums(effects, fit.theta, chosen),
+        parts.squares(effects, fit.theta, chosen),
+    )
+    scale = expected[0].square.max()
+    assert_allclose(sums.square, expected[0].square, atol=1e-10 * scale)
+    assert_allclose(squares, expected[1], atol=1e-10 * scale)
+    assert_allclose(
+        sums.total_matrix(chosen), expected[0].total_matrix(chosen), rtol=1e-9, atol=1e-15
+    )
+    screens = [problem.signatures() for problem in (parts, whole)]
+    size = np.sqrt(np.diagonal(screens[1].gram.sum(axis=0)))
+    change = screens[0].gram.sum(axis=0) - screens[1].gram.sum(axis=0)
+    assert (np.abs(change) <= 1e-9 * np.outer(size, size)).all()

@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from carrierflex.diagnosis.baseline_check import checked_baseline, with_findings
 from carrierflex.diagnosis.diagnose import diagnose
@@ -101,6 +102,30 @@ def test_exchanged_sensors_explain_the_gap(kind, pair):
     about, share = found["wiring/sensor_order"]
     assert set(about.split(", ")) == set(pair)
     assert share > 0.95
+
+
+def test_a_load_a_little_too_large_beside_the_others_is_told_once():
+    check = checked(changed(explained("mounting"), "torque", lambda values: 1.05 * values))
+    (rival,) = [rival for rival, _ in check.rivals if rival.id == INPUT_GAIN]
+    assert rival.about == "torque"
+    assert float(rival.text.split()[1]) == pytest.approx(1.0 / 1.05, rel=0.02)
+
+
+def test_a_delay_of_a_mounting_below_the_gap_is_told():
+    """A fifth of a step: bushings a little softer in damping make up for it."""
+    campaign = explained("mounting")
+    delay = 0.2 * campaign.runs[0].time[1]
+
+    def late(run):
+        signals = {
+            name: CubicSpline(run.time, values)(run.time - delay)
+            for name, values in run.signals.items()
+        }
+        return replace(run, signals=signals)
+
+    assert checked(campaign).warnings == ()
+    found = checked(replace(campaign, runs=tuple(late(run) for run in campaign.runs)))
+    assert "delay" in {warning.check for warning in found.warnings} or found.rivals
 
 
 @pytest.mark.parametrize("kind", ["carrier", "element"])

@@ -1,0 +1,1 @@
+"""Errors of sign and clock of an element's records."""
