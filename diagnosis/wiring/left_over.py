@@ -12,7 +12,9 @@ from scipy.ndimage import median_filter
 
 from carrierflex.diagnosis.wiring.rivals import PredictedRecord
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, sample_of
+from carrierflex.identification.campaign_check.tones import answers_few_lines, turns_with_the_shaft
 
 FloatArray = NDArray[np.float64]
 
@@ -49,6 +51,7 @@ def left_over_findings(
     CampaignWarning
         Checks ``outliers`` and ``tone``.
     """
+    runs = {run.name: run for run in campaign.runs}
     files = {run.name: run.file for run in campaign.runs}
     for c, channel in enumerate(campaign.channels):
         residuals = {
@@ -59,7 +62,7 @@ def left_over_findings(
         if above <= 0.0:
             continue
         yield from _lone_samples(channel.name, channel.unit, residuals, files, above)
-        yield from _steady_tone(channel.name, channel.unit, c, residuals, records, files, above)
+        yield from _steady_tone(channel.name, channel.unit, c, residuals, records, runs, above)
 
 
 def _lone_samples(
@@ -105,14 +108,14 @@ def _steady_tone(
     number: int,
     residuals: Mapping[str, FloatArray],
     records: Sequence[PredictedRecord],
-    files: Mapping[str, str],
+    runs: Mapping[str, Run],
     above: float,
 ) -> Iterator[CampaignWarning]:
     """A line at one frequency, as large in runs whose signals are not."""
     shown = []
     for record in records:
         frequency, amplitude = _strongest_line(record.time, residuals[record.run])
-        if amplitude > 0.0:
+        if amplitude > 0.0 and not _is_of_the_machine(runs[record.run], record, number, frequency):
             level = float(np.nanstd(record.measured[:, number]))
             shown.append((frequency, amplitude, level, record))
     if len(shown) < 2:
@@ -139,8 +142,23 @@ def _steady_tone(
             "look for electrical hum (shield, ground, filter before sampling) or for something "
             "else that vibrates at this frequency",
             typical,
-            sample_of(files[alike[0][3].run], 0),
+            sample_of(runs[alike[0][3].run].file, 0),
         )
+
+
+def _is_of_the_machine(run: Run, record: PredictedRecord, number: int, frequency: float) -> bool:
+    """Whether a line is an order of the shaft, or of a drive or its harmonics.
+
+    What a machine does may be as large at every load: dry friction, a tilted flange.
+    """
+    residual = record.measured[:, number] - record.predicted[:, number]
+    known = np.isfinite(residual)
+    time = run.time - run.time[0]
+    level = np.interp(time, record.time[known] - record.time[0], residual[known])
+    if "carrier_angle" in run.inputs and turns_with_the_shaft(run, level, frequency):
+        return True
+    drives = [own for name, own in run.inputs.items() if name != "carrier_angle"]
+    return any(answers_few_lines(own, run.time, frequency) for own in drives)
 
 
 def _strongest_line(time: FloatArray, residual: FloatArray) -> tuple[float, float]:

@@ -27,6 +27,8 @@ _MOST_HARMONICS = 10.0
 #: A line of a drive over its surroundings; power that drives whatever is beside it, and power that
 #: is rounding, both over the strongest line.
 _LINE_OF_DRIVE = 20.0
+#: Lines of the spectrum to either side that are the same line.
+_WIDTH = 4
 _STRONG = 1e-3
 _ROUNDING = 1e-12
 _MAINS_HZ = (50.0, 60.0)
@@ -108,7 +110,7 @@ def _spectrum(values: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatAr
 
 def _is_expected(run: Run, values: FloatArray, frequency: float) -> bool:
     """Whether a frequency is that of an order of the shaft, or of an input or its harmonics."""
-    if "carrier_angle" in run.inputs and _turns_with_the_shaft(run, values, frequency):
+    if "carrier_angle" in run.inputs and turns_with_the_shaft(run, values, frequency):
         return True
     return any(
         name != "carrier_angle" and _drives_at(column, run.time, frequency)
@@ -116,8 +118,8 @@ def _is_expected(run: Run, values: FloatArray, frequency: float) -> bool:
     )
 
 
-def _turns_with_the_shaft(run: Run, values: FloatArray, frequency: float) -> bool:
-    """Whether a line is an order: as strong beside the angle as beside the time.
+def turns_with_the_shaft(run: Run, values: FloatArray, frequency: float) -> bool:
+    """Whether a line [Hz] is an order: as strong beside the angle as beside the time.
 
     An order keeps its place in angle, a tone in time, so that a tone between two orders, or one
     that slips past an order while the speed changes, has little of the order's wave.
@@ -141,19 +143,38 @@ def _drives_at(values: FloatArray, time: FloatArray, frequency: float) -> bool:
     if not np.ptp(values) > 0.0:
         return False
     lines, power, _ = _spectrum(values, time)
-    width = 4
     typical = median_filter(power, 2 * _SURROUNDINGS + 1, mode="nearest")
     is_line = (power > _LINE_OF_DRIVE * typical) & (power > _ROUNDING * power.max())
     strong = is_line | (power > _STRONG * power.max())
     nearest = int(np.argmin(np.abs(lines - frequency)))
-    if strong[max(nearest - width, 0) : nearest + width + 1].any():
+    if strong[max(nearest - _WIDTH, 0) : nearest + _WIDTH + 1].any():
         return True
-    # Harmonics of a drive of few lines: a nonlinear element answers there too.
+    return _is_a_harmonic(lines, power, frequency)
+
+
+def answers_few_lines(values: FloatArray, time: FloatArray, frequency: float) -> bool:
+    """Whether an input of few lines has one, or its multiple, at a frequency [Hz].
+
+    Parameters
+    ----------
+    values, time : ndarray, shape (n,)
+        Input and time [s].
+    frequency : float
+        Frequency of a line in a signal.
+    """
+    if not np.ptp(values) > 0.0:
+        return False
+    lines, power, _ = _spectrum(values, time)
+    return _is_a_harmonic(lines, power, frequency)
+
+
+def _is_a_harmonic(lines: FloatArray, power: FloatArray, frequency: float) -> bool:
+    """Whether a nonlinear element answers there: at multiples of a drive of few lines."""
     loud = np.flatnonzero(power > 0.05 * power.max())
     if loud.size > 30:
         return False
     ratio = frequency / np.maximum(lines[loud], lines[1])
-    near = np.abs(ratio - np.round(ratio)) * lines[loud] < width * lines[1]
+    near = np.abs(ratio - np.round(ratio)) * lines[loud] < _WIDTH * lines[1]
     return bool((near & (ratio < _MOST_HARMONICS)).any())
 
 

@@ -47,6 +47,23 @@ def test_a_line_that_grows_with_the_motion_is_the_machine(campaign):
     assert told(campaign, overtone) == []
 
 
+def test_a_line_at_the_drives_frequency_is_the_machine(campaign):
+    """Dry friction answers a drive of one frequency as large at every amplitude."""
+    one_line = replace(
+        campaign,
+        runs=tuple(
+            replace(run, inputs={"force": np.std(run.inputs["force"]) * np.sin(46.3 * run.time)})
+            for run in campaign.runs
+        ),
+    )
+
+    def friction(time, signal):
+        return 10.0 * NOISE * np.sin(3.0 * 46.3 * time)
+
+    assert told(campaign, friction) == ["tone"]
+    assert told(one_line, friction) == []
+
+
 def test_few_samples_that_make_the_gap_are_told(campaign):
     def dropouts(time, signal):
         change = np.zeros_like(signal)
