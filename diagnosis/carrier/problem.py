@@ -21,6 +21,7 @@ from carrierflex.diagnosis.carrier.noise import channel_noise, refuse_silent_cha
 from carrierflex.diagnosis.carrier.off_orders.lines import OffOrders, off_orders
 from carrierflex.diagnosis.carrier.pictures import carrier_overlays, carrier_pictures
 from carrierflex.diagnosis.carrier.records.columns import ColumnSource, largest_load, typical_speed
+from carrierflex.diagnosis.carrier.records.run_parts import RunParts
 from carrierflex.diagnosis.carrier.records.sums import (
     CarrierSums,
     ComplexArray,
@@ -29,7 +30,6 @@ from carrierflex.diagnosis.carrier.records.sums import (
     orders_of,
     segment_squares,
 )
-from carrierflex.diagnosis.carrier.run_parts import RunParts
 from carrierflex.diagnosis.carrier.signatures import carrier_signatures
 from carrierflex.diagnosis.carrier.weight_table import WeightTable
 from carrierflex.diagnosis.classes.results import ClassAnswer
@@ -287,13 +287,11 @@ class CarrierProblem:
 
         return lru_cache(maxsize=_KEPT_ORDERS)(orders_left)
 
-    def _weights(
-        self, effects: Effects, theta: FloatArray, part: slice = slice(None)
-    ) -> WeightTable:
+    def _weights(self, effects: Effects, theta: FloatArray, part: slice) -> WeightTable:
         return self.model.weights(effects, self._choice(effects), theta, part)
 
     def _values(self, effects: Effects, theta: FloatArray) -> tuple[IntArray, FloatArray]:
-        return self._parts.values(lambda part: self._weights(effects, theta, part))
+        return self._parts.values(lambda part: self._weights(effects, theta, part).used)
 
     @cached_property
     def _parts(self) -> RunParts:

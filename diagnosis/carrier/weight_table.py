@@ -62,6 +62,11 @@ class WeightTable:
     slopes: FloatArray
 
     @property
+    def used(self) -> tuple[IntArray, FloatArray]:
+        """Columns and their weights without the derivatives, which are many times as large."""
+        return self.columns, self.values
+
+    @property
     def residual(self) -> FloatArray:
         """Weights of what is left of the target, shape (n_runs, n_channels, u)."""
         left = -self.values

@@ -11,7 +11,6 @@ from itertools import pairwise
 import numpy as np
 
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums, FloatArray, IntArray
-from carrierflex.diagnosis.carrier.weight_table import WeightTable
 
 #: Bytes of products of columns that are kept, and columns of a usual set.
 _KEPT_BYTES = 200_000_000
@@ -64,21 +63,20 @@ class RunParts:
         first = np.searchsorted(self.runs(part), np.arange(part.stop - part.start))
         return np.asarray(np.add.reduceat(self.gram(columns, part), first, axis=0))
 
-    def values(self, table_of: Callable[[slice], WeightTable]) -> tuple[IntArray, FloatArray]:
+    def values(
+        self, weights_in: Callable[[slice], tuple[IntArray, FloatArray]]
+    ) -> tuple[IntArray, FloatArray]:
         """Numbers of the columns in use and their weights in all runs, shape (n_runs, C, u).
 
         Parameters
         ----------
-        table_of : callable
-            Weights in the runs of a part.
+        weights_in : callable
+            The same for the runs of a part.
         """
-        tables = []
-        for part in self.slices:
-            table = table_of(part)
-            tables.append((part, table.columns, table.values))
-        columns = np.unique(np.concatenate([used for _, used, _ in tables]))
+        found = [(part, *weights_in(part)) for part in self.slices]
+        columns = np.unique(np.concatenate([used for _, used, _ in found]))
         values = np.zeros((self.n_runs, self.records.counts.shape[1], columns.size))
-        for part, used, of_part in tables:
+        for part, used, of_part in found:
             values[part, :, np.searchsorted(columns, used)] = of_part
         return columns, values
 
