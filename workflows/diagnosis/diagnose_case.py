@@ -23,6 +23,7 @@ from carrierflex.diagnosis.classes.results import (
     NOTHING,
     ClassAnswer,
 )
+from carrierflex.diagnosis.comparison.problem import ComparisonProblem
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
     AT_NOISE_FLOOR,
@@ -35,6 +36,7 @@ from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.diagnosis.report.diagnosis_files import DIAGNOSIS_FILE, FORMAT, VERSION, class_keys
 from carrierflex.files.json_files import plain, read_json, save_json
 from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
 from carrierflex.workflows.diagnosis.diagnose_campaign import main as diagnose_campaign
 
 _VERDICT_OF_STATE = {
@@ -119,7 +121,7 @@ def _refer(campaign: Path, out: Path) -> None:
     signatures, error, n_samples = None, None, 0.0
     try:
         with threadpool_limits(limits=1):
-            problem, _ = problem_of(read_campaign(campaign), None)
+            problem = _problem(campaign)
             signatures, n_samples = problem.signatures(), float(problem.cell_counts.sum())
     except (ValueError, ArithmeticError, RuntimeError, KeyError) as raised:
         error = f"{type(raised).__name__}: {raised}"
@@ -131,9 +133,16 @@ def _refer(campaign: Path, out: Path) -> None:
     save_json(out / _REFERENCES_FILE, answers)
 
 
+def _problem(folder: Path) -> ComparisonProblem:
+    """Comparison problem of a campaign, with the curves that a diagnosis takes."""
+    measured = read_campaign(folder)
+    problem, _ = problem_of(measured, campaign_curves(measured, folder))
+    return problem
+
+
 def _classify(campaign: Path, out: Path) -> None:
     with threadpool_limits(limits=1):  # as in diagnose_campaign
-        problem, _ = problem_of(read_campaign(campaign), None)
+        problem = _problem(campaign)
         if not isinstance(problem, WithClasses):
             raise ValueError(
                 f"{campaign}: its kind has no classes; expected kind element or carrier"

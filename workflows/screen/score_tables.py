@@ -130,13 +130,15 @@ def _class_sections(score: ClassScore) -> list[Section]:
             _CLASSES,
             [_class(row) for row in score.confusion],
         ),
-        (
-            "single causes by their change of form, gap >= 2 floors",
-            _CHANGES,
-            [_change(row) for row in score.changes],
-        ),
+        *_changes(score),
         ("wrong classes, ties and false laws", _FALSE, [_false(row) for row in score.wrong]),
     ]
+
+
+def _changes(score: ClassScore) -> list[Section]:
+    """Single causes of elements, whose forms are changed by known amounts."""
+    title = "single causes by their change of form, gap >= 2 floors"
+    return [(title, _CHANGES, [_change(row) for row in score.changes])] if score.changes else []
 
 
 def _line(cells: list[str] | tuple[str, ...]) -> str:

@@ -64,7 +64,7 @@ def carrier_class_answer(
         note="; ".join(_notes(model, is_open=is_open)),
     )
     # Laws with values by run say nothing of a condition that is held out.
-    classes_of_law = {**answer.classes_of_law, **classes_holding(by_run, own.sizes)}
+    classes_of_law = {**answer.classes_of_law, **classes_holding(by_run)}
     ordered = classes_of_laws(classes_of_law, is_told=not is_open)
     return replace(answer, classes_of_law=ordered, same_scores=True)
 

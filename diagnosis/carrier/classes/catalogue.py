@@ -1,6 +1,6 @@
 """Classes of a carrier: frame and pattern, each with the ways it may follow the loads."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -170,11 +170,10 @@ def classes_of_laws(
     return ordered
 
 
-def classes_holding(laws: Sequence[str], classes: Iterable[str]) -> dict[str, tuple[str, ...]]:
-    """Classes of the frame and pattern of each law."""
-    names = tuple(classes)
+def classes_holding(laws: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Class of laws that are in no table: theirs by what they follow; none of a user's law."""
     return {
-        law: tuple(name for name in names if shape_of(name) == CLASS_OF_LAW.get(law))
+        law: (class_id(LAWS[law][0], LAWS[law][1], is_told=True),) if law in LAWS else ()
         for law in laws
     }
 

@@ -94,6 +94,8 @@ def test_offsets_of_the_runs_that_the_baseline_lacks_hide_no_other_class():
     answer = answer_of(lobed, contained=without)
     assert answer.ids == ("carrier/waves/torque",)
     assert "offset of every run" in answer.note
+    assert answer.classes_of_law["axial_offset"] == ("housing/offset/none",)
+    assert answer.classes_of_law["thermal_drift"] == ("housing/offset/time",)
     assert answer_of(lambda v, run: 0.0 * run.time, contained=without).state == NOTHING
 
 

@@ -228,6 +228,19 @@ def test_an_exported_check_tells_nothing_and_scores_what_others_answer(tmp_path)
 
 
 @pytest.mark.long
+def test_carriers_of_other_forms_are_judged_by_class_beside_plain_methods(tmp_path):
+    options = {"kind": ("carrier",), "family": ("form",), "cases": 2, "seed": 11}
+    options |= {"keep": False, "quiet": True, "classes_only": True, "references": True}
+    result = main(out=tmp_path, **options)
+    assert result.score is None
+    document = json.loads((tmp_path / "blind_check.json").read_text(encoding="utf-8"))
+    assert {case["outcome"] for case in document["cases"]} <= set(OUTCOMES) - {FAILED}
+    for own in result.beside.values():
+        errors = [row.value for row in own.class_score.figures if row.name.endswith(": error")]
+        assert not any(share > 0.0 for share in errors)
+
+
+@pytest.mark.long
 def test_plain_methods_stand_beside_and_their_answers_are_scored_as_anyones(tmp_path):
     options = {"keep": False, "quiet": True, "classes_only": True, "references": True}
     result = main(kind=("element",), cases=3, seed=11, out=tmp_path, **options)
