@@ -50,11 +50,15 @@ class EffectParameter(FitParameter):
     pair : PolarPair, optional
         The vector of which this parameter is a component, as its name says; the report gives the
         size and angle of the vector. See :func:`vector_parameters`.
+    is_unseen_below : bool
+        Whether the signals no longer change below the least value that a search tries: a fit that
+        ends there has found an upper limit, and has not left what is physical.
     """
 
     powers: tuple[int, int, int] | None = None
     shape: bool = False
     pair: PolarPair | None = None
+    is_unseen_below: bool = False
 
 
 def published_names(parameter: EffectParameter) -> tuple[str, ...]:

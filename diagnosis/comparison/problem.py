@@ -69,6 +69,8 @@ class Parameter(FitParameter):
         size and angle.
     gain_std : float
         Relative standard deviation by the declared gains of the signals.
+    is_unseen_below : bool
+        Whether its lower bound is a limit of what the records tell, no physical one.
     """
 
     effect: str = field(kw_only=True)
@@ -78,6 +80,7 @@ class Parameter(FitParameter):
     shape: bool = field(default=False, kw_only=True)
     pair: PolarPair | None = field(default=None, kw_only=True)
     gain_std: float = field(default=0.0, kw_only=True)
+    is_unseen_below: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         # Made from cards that are checked; the bounds are equal where a baseline's value is fixed.

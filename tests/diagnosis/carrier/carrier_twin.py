@@ -73,8 +73,12 @@ def twin_campaign(
     turns=16,
     seed=0,
     channels=CHANNELS,
+    limiting_load=3e4,
 ):
-    """Campaign with the known effects and one more; `contained` are those of the baseline."""
+    """Campaign with the known effects and one more; `contained` are those of the baseline.
+
+    `limiting_load` [N] uses most of a bearing clearance up.
+    """
     rng = np.random.default_rng(seed)
     runs = []
     for k, (share, y, z) in enumerate(loads):
@@ -89,7 +93,7 @@ def twin_campaign(
         }
         signals = {}
         for channel in channels:
-            clean = clean_signal(effect, channel, time, columns)
+            clean = clean_signal(effect, channel, time, columns, limiting_load)
             if extra is not None:
                 clean = clean + extra(channel, angle)
             signals[channel.name] = clean + NOISE * rng.standard_normal(time.size)
@@ -97,7 +101,7 @@ def twin_campaign(
     return Campaign("carrier", "twin", Baseline("model", contained), RIG, channels, tuple(runs))
 
 
-def clean_signal(effect, channel, time, columns):
+def clean_signal(effect, channel, time, columns, limiting_load=3e4):
     """Signal without noise: the known effects and one more, in the closed form of its card."""
     sensor = RimSensor(channel.angle, channel.radius, channel.quantity == "axial_displacement")
     first = channel.name == "s137"
@@ -123,7 +127,7 @@ def clean_signal(effect, channel, time, columns):
         )
         signal = signal + 1.5 * law[0]
     if effect == "bearing_clearance":
-        load = saturated_load(inputs.ntl_y, inputs.ntl_z, 3e4, 0.0)
+        load = saturated_load(inputs.ntl_y, inputs.ntl_z, limiting_load, 0.0)
         tilt = 1.2e-4 * load_tilt_pattern(sensor.angle, sensor.radius, *load)
         shift = 4e-5 * load_shift_pattern(sensor.angle, *load)
         signal = signal + (tilt if sensor.is_axial else shift)

@@ -2,11 +2,14 @@
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from carrierflex.blind_check.truth.carrier.stage import LOADS, SENSOR_ANGLES, stage_readings
+from carrierflex.diagnosis.carrier.problem import carrier_problem
+from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.simulation.carrier.effects.deflection import PIN_CLEARANCE, pin_clearance_of
 from carrierflex.simulation.carrier.rim import CarrierInputs, RimSensor
-from tests.diagnosis.carrier.carrier_twin import CARRIER_RIG, CURVES
+from tests.diagnosis.carrier.carrier_twin import CARRIER_RIG, CURVES, NOISE, twin_campaign
 
 ANGLE = 2.0 * np.pi * np.arange(24) / 24
 SENSORS = [RimSensor(float(angle), 0.412, True) for angle in SENSOR_ANGLES]
@@ -70,3 +73,14 @@ def test_weight_on_closed_pins_makes_orders_0_3_and_6_of_other_phases_than_torqu
     assert orders[0, 0] < 0.03 * orders[0].max()
     open_pins = effect.signals(SENSORS[0], inputs_under(LOADS[0]), CARRIER_RIG, 3.7e5)
     assert not open_pins.any()
+
+
+def test_a_clearance_that_closes_below_every_load_is_on_no_bound():
+    campaign = twin_campaign("bearing_clearance", turns=4, limiting_load=30.0)
+    problem = carrier_problem(campaign, CURVES)
+    fit = fit_effects(problem, ("bearing_clearance",))
+    F_s = fit.known["bearing_clearance", "F_s"]
+    # The least value that is tried: 2 % of the largest radial load.
+    assert_allclose(F_s, 0.02 * 2e5, rtol=1e-6)
+    assert not fit.at_bound.any()
+    assert_allclose(fit.sums.square.sum() / problem.cell_counts.sum(), NOISE**2, rtol=0.05)
