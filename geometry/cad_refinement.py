@@ -1,8 +1,9 @@
 """Curved elements about the small features of a CAD solid, in as many passes as they take.
 
-A coarse second-order element that bends round a bolt hole or a fillet turns inside out. Elements
-are therefore as small as the curvature asks for, gmsh moves the nodes of what is still distorted
-(its high-order optimisation), and where that does not do, the next pass halves the elements there.
+A coarse second-order element that bends round a bolt hole or a fillet turns inside out. Where a
+mesh of one size has such elements, the next pass makes them as small as the curvature asks for and
+gmsh moves the nodes of what is still distorted (its high-order optimisation); further passes halve
+the elements there.
 """
 
 import logging
@@ -78,15 +79,13 @@ def mesh_until_sound(what: str, size: float, faces: tuple[CadFace, ...]) -> None
         names the faces that bad elements lie on.
     """
     refinement = _Refinement(size)
-    gmsh.option.setNumber("Mesh.MeshSizeMin", _SMALLEST * size)
-    gmsh.option.setNumber("Mesh.MeshSizeMax", size)
-    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", _ELEMENTS_AROUND)
+    for option in ("Mesh.MeshSizeMin", "Mesh.MeshSizeMax"):
+        gmsh.option.setNumber(option, size)
     gmsh.option.setNumber("Mesh.Algorithm3D", _HXT)
     gmsh.option.setNumber("Mesh.HighOrderThresholdMin", 2.0 * LEAST_QUALITY)
-    gmsh.model.mesh.setSizeCallback(refinement)
     for number in range(1, MOST_PASSES + 1):
         try:
-            _meshed_once()
+            _meshed_once(optimise=number > 1)
         except Exception as error:
             raise MeshingError(f"gmsh could not mesh {what} at size {size} m: {error}") from error
         tags, quality = _qualities()
@@ -94,7 +93,12 @@ def mesh_until_sound(what: str, size: float, faces: tuple[CadFace, ...]) -> None
         log.info("%s: pass %d, worst minSJ %.3f, %d bad", what, number, quality.min(), bad.sum())
         if not bad.any():
             return
-        refinement.add(*_places(tags[bad]))
+        if number == 1:
+            gmsh.option.setNumber("Mesh.MeshSizeMin", _SMALLEST * size)
+            gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", _ELEMENTS_AROUND)
+            gmsh.model.mesh.setSizeCallback(refinement)
+        else:
+            refinement.add(*_places(tags[bad]))
     raise MeshingError(
         f"{what}: after {MOST_PASSES} passes from size {size} m {int(bad.sum())} of {len(tags)} "
         f"elements have a scaled Jacobian (minSJ) of {quality.min():.3f} to {LEAST_QUALITY}, on "
@@ -103,11 +107,11 @@ def mesh_until_sound(what: str, size: float, faces: tuple[CadFace, ...]) -> None
     )
 
 
-def _meshed_once() -> None:
+def _meshed_once(*, optimise: bool) -> None:
     gmsh.model.mesh.clear()
     gmsh.model.mesh.generate(3)
     gmsh.model.mesh.setOrder(2)
-    if _qualities()[1].min() <= LEAST_QUALITY:
+    if optimise and _qualities()[1].min() <= LEAST_QUALITY:
         gmsh.model.mesh.optimize("HighOrder")
 
 

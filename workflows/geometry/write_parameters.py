@@ -260,4 +260,5 @@ def _face(axes: "Axes", c: CarrierParameters) -> None:
     axes.set_xlim(-reach, reach)
     axes.set_ylim(-reach, reach)
     axes.set_xlabel("seen downwind [mm]")
+    axes.text(0.0, 0.0, f"n_planets {c.n_planets}", ha="center", va="center", fontsize=7)
     axes.set_title("upwind face", fontsize=9)

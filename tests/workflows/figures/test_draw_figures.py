@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.geometry.parameter_files import read_parameters
+from carrierflex.geometry.parameter_files import StageParameters, read_parameters
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.simulation.mounting.bushings import TABLE_3
 from carrierflex.workflows.figures.bushing_figures import force_loops
@@ -83,7 +83,9 @@ def test_drawings_and_their_index_are_written(tmp_path):
 
 
 def test_six_peaks_stand_in_the_stiff_panel_and_three_in_the_flexible_one():
-    stiff, flexible = deflection_curves(SimpleNamespace(curves=default_curves())).axes
+    stiff, flexible = deflection_curves(
+        SimpleNamespace(curves=default_curves(), parameters=StageParameters())
+    ).axes
     assert stiff.get_legend().get_texts()[0].get_text() == "6 peaks"
     assert flexible.get_legend().get_texts()[0].get_text() == "3 peaks"
     assert "µm per kN m" in stiff.get_ylabel()
@@ -134,7 +136,7 @@ def bodies(flexible_mesh, flexible_reduction, one_pin_mesh, pin_reduction):
 
 
 def test_mode_seven_joins_shaft_carrier_and_pins(bodies, flexible_structure, pin_structure):
-    parts, mode, pivot = mode_shapes(SimpleNamespace(bodies=bodies))
+    parts, mode, pivot = mode_shapes(SimpleNamespace(bodies=bodies, parameters=StageParameters()))
     shaft, carrier, *pins = (u for _, _, u in parts)
     assert 100.0 < mode.frequency_hz < 250.0
     assert "1 nodal diameter" in mode.rim_motion

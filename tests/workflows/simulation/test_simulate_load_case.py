@@ -59,7 +59,7 @@ def test_a_refused_case_leaves_nothing(tmp_path, curves):
     case = tmp_path / "case.toml"
     case.write_text(shipped_case().read_text().replace("torque = 180e3", "torque = 0.0", 1))
     with pytest.raises(
-        ValueError, match="a positive torque and a curve with a third order are needed"
+        ValueError, match="order 3; a positive torque and a curve with that order are needed"
     ):
         main(case, out=tmp_path / "campaign", curves=curves)
     assert not (tmp_path / "campaign").exists()
