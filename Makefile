@@ -19,7 +19,7 @@ PYTEST := OMP_NUM_THREADS=1 $(BIN)/pytest --doctest-modules $(LINKS) tests \
 MAKEFLAGS += --no-print-directory
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: help install run test lint types tests quick long fuzz acceptance bench clean install-development docs
+.PHONY: help install run test lint types tests quick long fuzz acceptance bench clean install-development docs gallery
 
 help:
 	@echo "make run     meshes, curves, reduced bodies, simulations and the gap report, written to $(OUT)/"
@@ -31,6 +31,7 @@ help:
 	@echo "make bench   every benchmark beside its peer, one table of ratios, also in $(OUT)/bench.json; QUICK=1 takes minutes,"
 	@echo "             ONLY=\"mounting_speed assembly\" chooses by name or part of a name"
 	@echo "make docs    the site with commands and Python from their docstrings, in build/site; a link into nothing fails"
+	@echo "make gallery   runs the scripts of docs/gallery and keeps their pictures: minutes"
 	@echo "make clean   removes everything the other targets made, .venv included"
 
 install:
@@ -75,6 +76,9 @@ fuzz: install-development
 
 bench: install-development
 	$(BIN)/python -m benchmarks $(ONLY) $(if $(filter-out 0,$(QUICK)),--quick) --json $(OUT)/bench.json
+
+gallery: install
+	$(BIN)/python -P tools/make_gallery.py
 
 # mkdocs reads the source and imports nothing of it: an environment of its own, without finite elements.
 docs:

@@ -26,7 +26,7 @@ from carrierflex.diagnosis.wiring.clock import (
 )
 from carrierflex.diagnosis.wiring.late_signals import FloatArray, drifting_runs, late_signals
 from carrierflex.diagnosis.wiring.left_over import left_over_findings
-from carrierflex.diagnosis.wiring.rivals import UNIT, WiringChecks, WiringRival
+from carrierflex.diagnosis.wiring.rivals import CLOCK_SHIFT, UNIT, WiringChecks, WiringRival
 from carrierflex.diagnosis.wiring.run_order import exchanged_runs
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, key_of
@@ -43,6 +43,8 @@ _QUIETER = 0.5
 _FEWEST_STEPS = 3.0
 #: Distance from a bound in scales of the parameter that is on it.
 _ON_BOUND = 1e-6
+#: Effect that a moved clock looks like, and the word for it in the ids of classes.
+_SENSOR_DELAY, _DELAY = "sensor_delay", "delay"
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,20 +154,32 @@ def with_findings(
         for rival, share in baseline.rivals
         if share >= min(reduction.phi, 1.0) - _AS_GOOD
     }
-    wrong_unit = next((warning.text for warning in records if warning.check == "unit"), None)
-    if wrong_unit is not None:
-        as_good[UNIT] = wrong_unit
+    texts = {warning.check: warning.text for warning in records}
+    if "unit" in texts:
+        as_good[UNIT] = texts["unit"]
+    which = diagnosis.attribution
+    aliases = [(*which.effects, *as_good)] if as_good else []
+    delays = _named_delays(diagnosis)
+    if delays and "clock_shift" in texts:
+        as_good[CLOCK_SHIFT] = texts["clock_shift"]
+        aliases.append((*delays, CLOCK_SHIFT))
     if not as_good:
         return diagnosis
-    which = diagnosis.attribution
-    aliases = (*which.aliases, (*which.effects, *as_good))
     text = f"check the wiring first: {'; '.join(as_good.values())}; otherwise {diagnosis.reason}"
     return replace(
         diagnosis,
         verdict=ALIASED,
         reason=text,
-        attribution=replace(which, aliases=aliases),
+        attribution=replace(which, aliases=(*which.aliases, *aliases)),
     )
+
+
+def _named_delays(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """Laws, or classes where no law is named, that are a delay of the signals."""
+    if _SENSOR_DELAY in diagnosis.attribution.effects:
+        return (_SENSOR_DELAY,)
+    classes = diagnosis.classes.classes if diagnosis.classes else ()
+    return tuple(found.id for found in classes if _DELAY in found.id.split("/"))
 
 
 def _wiring_warning(rival: WiringRival, share: float) -> CampaignWarning:

@@ -254,7 +254,10 @@ def _of_class(answer: ClassAnswer, laws: Effects, reduction: GapReduction) -> Jo
     """The class is the answer; its laws are the nearest ones."""
     share = min(answer.share, 1.0)
     classes = " with ".join(plain_name(name) for name in answer.ids)
-    text = f"{classes} explains {share:.1%} of the gap above the floor on held-out records"
+    text = (
+        f"{classes} explains {share:.1%} of the gap above the floor (mean square) on held-out "
+        "records"
+    )
     nearest = [finding for finding in answer.classes if finding.law]
     if nearest:
         text += "; nearest law " + ", ".join(

@@ -23,18 +23,27 @@ PilotLoad = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class GearForces:
-    """Forces of one planet under a drive torque, all for the torque they were computed from."""
+    """Forces of one planet under a drive torque, all for the torque they were computed from.
+
+    Parameters
+    ----------
+    F_PLC : float
+        Tangential force on the pin [N].
+    F_t : float
+        Tangential force of each mesh, sun and ring [N].
+    F_n : float
+        Force normal to the tooth in the transverse plane [N], F_n' of equation (4).
+    F_a : float
+        Axial force of each mesh [N], equation (5).
+    M_t : float
+        Tilting moment on the planet [N m], equation (6).
+    """
 
     F_PLC: float
-    """Tangential force on the pin [N]."""
     F_t: float
-    """Tangential force of each mesh, sun and ring [N]."""
     F_n: float
-    """Force normal to the tooth in the transverse plane [N], F_n' of equation (4)."""
     F_a: float
-    """Axial force of each mesh [N], equation (5)."""
     M_t: float
-    """Tilting moment on the planet [N m], equation (6)."""
 
 
 def gear_forces(torque: float, gear: GearData, n_planets: int) -> GearForces:

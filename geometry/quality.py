@@ -14,19 +14,26 @@ class InvertedElementError(ValueError):
 
 @dataclass(frozen=True)
 class MeshQuality:
-    """Figures of one mesh: nodes, elements, volume and its worst element."""
+    """Figures of one mesh: nodes, elements, volume and its worst element.
+
+    Parameters
+    ----------
+    n_nodes, n_tets : int
+        Number of nodes and of elements.
+    volume : float
+        Volume [m^3] (four-point quadrature of the Jacobian determinant).
+    worst_scaled_jacobian : float
+        Smallest over largest Jacobian determinant within an element, worst element; 1 for straight
+        edges.
+    worst_shape : float
+        Mean-ratio shape of the worst corner tetrahedron: 1 regular, 0 degenerate.
+    """
 
     n_nodes: int
     n_tets: int
     volume: float
-    """Volume [m^3] (four-point quadrature of the Jacobian determinant)."""
     worst_scaled_jacobian: float
-    """Smallest over largest Jacobian determinant within an element, worst element.
-
-    1 for straight edges.
-    """
     worst_shape: float
-    """Mean-ratio shape of the worst corner tetrahedron: 1 regular, 0 degenerate."""
 
 
 def mesh_quality(mesh: TetMesh) -> MeshQuality:

@@ -60,7 +60,19 @@ _HELD = 1e-8
 
 @dataclass(frozen=True)
 class Check:
-    """One line of the certificate."""
+    """One line of the certificate.
+
+    Parameters
+    ----------
+    name : str
+        What was checked.
+    wanted : str
+        What is wanted, as ``< 1e-8``.
+    reached : float
+        What was reached.
+    met : bool
+        Whether that is enough.
+    """
 
     name: str
     wanted: str

@@ -1,4 +1,4 @@
-"""The README as a newcomer follows it: every command exists, and every file that it reads."""
+"""README and pages as a newcomer follows them: every command exists, and every file it reads."""
 
 import re
 import shlex
@@ -12,19 +12,34 @@ from carrierflex.workflows import command_line
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-COMMANDS = [
-    line.split(" #")[0].strip()
-    for block in re.findall(r"```\n(.*?)```", README, flags=re.DOTALL)
-    for line in block.splitlines()
-]
+BY_EXAMPLE = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+#: What a newcomer sees at once.
+MOST_LINES, MOST_WORDS = 50, 600
+
+
+def blocks(page):
+    """Lines of the code blocks of a page that name no language."""
+    found = re.findall(r"```(?:sh|bash|console)?\n(.*?)```", page, flags=re.DOTALL)
+    joined = (block.replace("\\\n", " ") for block in found)
+    return [line.split(" #")[0].strip() for block in joined for line in block.splitlines()]
+
+
 #: Files that a command writes into its output folder and the README reads from there.
 WRITTEN = {"cad": ("carrier.step", "surfaces.toml"), "simulate": ("LC1.csv",)}
 
 
 def commands():
-    """Every ``carrierflex`` command of the README, in the blocks and within sentences."""
-    own = re.findall(r"`(carrierflex [^`]+)`", README.replace("\n", " "))
-    return [*COMMANDS, *own]
+    """Every ``carrierflex`` command of the list, in the blocks and within sentences."""
+    own = re.findall(r"`(carrierflex [^`]+)`", BY_EXAMPLE.replace("\n", " "))
+    return [*blocks(BY_EXAMPLE), *own]
+
+
+def documented():
+    """Every ``carrierflex`` command in the blocks of all pages, with the page."""
+    for path in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]:
+        for line in blocks(path.read_text(encoding="utf-8")):
+            if line.startswith("carrierflex "):
+                yield path.name, line
 
 
 def made_by(line):
@@ -45,7 +60,14 @@ def read_by(line):
     return first + [after for word, after in pairwise(words) if word in options]
 
 
-def test_every_command_of_the_readme_exists_and_finds_the_files_it_reads():
+def test_the_readme_is_one_screen_with_three_pictures():
+    assert README.count("\n") <= MOST_LINES
+    text = re.sub(r"!?\[([^]]*)\]\([^)]*\)", r"\1", README)
+    assert len(text.split()) <= MOST_WORDS
+    assert README.count("![") == 3
+
+
+def test_every_command_of_the_list_exists_and_finds_the_files_it_reads():
     there = set()
     lines = [line for line in commands() if line.startswith(("carrierflex", "printf"))]
     assert len(lines) > 20
@@ -62,21 +84,31 @@ def test_every_command_of_the_readme_exists_and_finds_the_files_it_reads():
 
 
 @pytest.mark.parametrize(
-    "line", [line for line in dict.fromkeys(commands()) if line.startswith("carrierflex")]
+    ("page", "line"),
+    list(
+        dict.fromkeys(
+            [
+                *(("commands.md", line) for line in commands() if line.startswith("carrierflex")),
+                *documented(),
+            ]
+        )
+    ),
 )
-def test_every_option_of_the_readme_is_one_of_its_command(line):
+def test_every_option_of_a_page_is_one_of_its_command(page, line):
     tokens = [token for token in shlex.split(line)[1:] if token != "..."]
-    parsed = command_line._application().parse_args(tokens, exit_on_error=False, print_error=False)
+    parsed = command_line.application().parse_args(tokens, exit_on_error=False, print_error=False)
     assert parsed[0].__name__ == "main"
 
 
-@pytest.mark.parametrize("link", sorted(set(re.findall(r"\]\(([^)#:]+)\)", README))))
+@pytest.mark.parametrize("link", sorted(set(re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", README))))
 def test_every_file_that_the_readme_links_exists(link):
     assert (ROOT / link).exists()
 
 
 def test_every_folder_of_the_repository_that_the_readme_names_exists():
-    for path in re.findall(r"`((?:simulation|docs|benchmarks|tests)/[\w./]*)`", README):
+    for path in re.findall(
+        r"`((?:simulation|docs|benchmarks|tests)/[\w./]*)`", README + BY_EXAMPLE
+    ):
         assert (ROOT / path).exists(), path
 
 

@@ -8,6 +8,7 @@ import functools
 import importlib
 import io
 import logging
+import os
 import re
 import sys
 from itertools import pairwise
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
 EXIT_FAILED = 1
 EXIT_REFUSED = 2
 
+#: Columns where the output is no terminal: more than any row has.
+_WIDTH_OF_A_PIPE = 10_000
+
 
 class _Command(NamedTuple):
     """A workflow and how it is shown, by name: nothing of it is imported before it is asked for."""
@@ -45,7 +49,7 @@ class _Command(NamedTuple):
 _COMMANDS = {
     "run": _Command(
         "run",
-        "tables:summary_table",
+        "job_story:job_story",
         "Do the whole chain for one planet carrier and leave every result in one folder.",
     ),
     "mesh": _Command(
@@ -153,6 +157,11 @@ _COMMANDS = {
         "import_tables:schema_page",
         "Show the JSON Schema of a kind of file: every key with its words, unit and range.",
     ),
+    "completion": _Command(
+        "complete_shell",
+        "import_tables:completion_script",
+        "Show the script that completes commands and options in a shell.",
+    ),
     "check": _Command(
         "diagnosis.check_campaign",
         "diagnosis_tables:check_table",
@@ -207,7 +216,7 @@ def main() -> None:
     _refuse_unknown_command(sys.argv[1:])
     try:
         with_sound_cache(
-            lambda: _application()(sys.argv[1:], exit_on_error=False, print_error=False)
+            lambda: application()(sys.argv[1:], exit_on_error=False, print_error=False)
         )
     except TerminationError:
         _end("asked to end; files that were finished are whole and stay", EXIT_TERMINATED)
@@ -246,8 +255,8 @@ def _refuse_unknown_command(arguments: list[str]) -> None:
     _end(f'unknown command "{name}"; {instead} (carrierflex --help)', EXIT_REFUSED)
 
 
-def _application() -> "cyclopts.App":
-    """Register the workflows by name; only the one that is called is imported.
+def application() -> "cyclopts.App":
+    """The commands by name; only the workflow of the one that is called is imported.
 
     Late, so that a library that does not load is told in one line.
     """
@@ -277,11 +286,16 @@ def _show(table: str, result: Any) -> None:
     if result is None:
         return
     from rich.console import Console
+    from rich.text import Text
 
     module, function = table.split(":")
     tables = importlib.import_module(f"carrierflex.workflows.screen.{module}")
+    # A pipe has no edge at which a table would be cut, or a schema broken.
+    width = None if sys.stdout.isatty() or "COLUMNS" in os.environ else _WIDTH_OF_A_PIPE
     # Names in square brackets are names, no markup.
-    Console(highlight=False, markup=False).print(getattr(tables, function)(result))
+    console = Console(highlight=False, markup=False, width=width)
+    shown = getattr(tables, function)(result)
+    console.print(shown, soft_wrap=isinstance(shown, Text))
     # A certificate knows whether its checks are met; a result without such knowledge counts as met.
     if not getattr(result, "met", True):
         sys.exit(EXIT_FAILED)

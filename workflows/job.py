@@ -1,6 +1,7 @@
 """Everything the main job computed."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from carrierflex.fe.deflection_curves import DeflectionCurve
@@ -15,8 +16,9 @@ from carrierflex.workflows.support.carrier_variants import CarrierVariant
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """Everything the main job computed, and its summary as written to summary.json."""
+    """Everything the main job computed, its folder, and its summary as in summary.json."""
 
+    folder: Path
     stage: StageParameters
     variants: dict[str, CarrierVariant]
     curves: dict[str, DeflectionCurve]

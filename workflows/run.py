@@ -104,6 +104,7 @@ def main(
     case = _load_cases(out, stage.carrier.n_planets)
     simulated, identified, gap = _signals(out, case, stages)
     job = Job(
+        out,
         stage,
         variants,
         curves,

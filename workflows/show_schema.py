@@ -11,10 +11,34 @@ Name = Literal[
     "map",
     "carrier-parameters",
     "cad-surfaces",
+    "matrix-interfaces",
     "carrier-case",
     "mounting-case",
     "stage-case",
     "element-law",
+    "diagnosis",
+    "comparison",
+    "identification",
+    "import",
+    "certificate",
+    "summary",
+    "inputs",
+    "couplings",
+    "pin-fit",
+    "order-one",
+    "table-5",
+    "torsion",
+    "gear-life",
+    "linearised",
+    "figures",
+    "printed-tables",
+    "blind-check",
+    "seals",
+    "salts",
+    "labels",
+    "times",
+    "answers",
+    "references",
 ]
 
 
@@ -32,7 +56,8 @@ def main(name: Name, *, out: Path | None = None) -> Schema:
     Parameters
     ----------
     name
-        Kind of file.
+        Kind of file: a TOML file that is read, or a JSON file that is written, by its name
+        ("pin-fit" is that of pin_fit.json).
     out
         File to write it to (JSON) instead of showing it.
 

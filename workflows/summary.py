@@ -85,22 +85,27 @@ def _largest_other(curve: DeflectionCurve, n_planets: int) -> float:
 
 
 def _gap(job: "Job") -> dict[str, Any]:
+    """One list of effects, the named ones in turn; and how far those of the paper's models go."""
     diagnosis, in_turn = job.gap.diagnosis, job.gap.in_turn
-    steps = diagnosis.reduction.steps if diagnosis.reduction else ()
+    reduction = diagnosis.reduction
+    steps = reduction.steps if reduction else ()
     return {
         "where": where_text(diagnosis),
         "verdict": diagnosis.verdict,
-        "named": diagnosis.attribution.effects,
-        "named_rho": diagnosis.reduction.rho if diagnosis.reduction else None,
-        "named_rms_um": [step.rms * MICROMETRES for step in steps],
-        "named_in_turn": [step.added for step in steps],
-        "effects": in_turn.effects,
-        "rho": in_turn.rho,
-        "phi": in_turn.phi,
-        "rms_um": in_turn.rms * MICROMETRES,
-        "rms_alone_um": in_turn.rms_alone * MICROMETRES,
+        "reason": diagnosis.reason,
+        "effects": [step.added for step in steps[1:]],
+        "rms_um": [step.rms * MICROMETRES for step in steps],
+        "rho": [step.rho for step in steps],
+        "phi": reduction.phi if reduction else None,
         "placebo_rho": in_turn.negative_control_rho,
         "noise_floor_um": in_turn.noise_floor * MICROMETRES,
+        "of_the_papers_models": {
+            "effects": in_turn.effects,
+            "rho": in_turn.rho,
+            "phi": in_turn.phi,
+            "rms_um": in_turn.rms * MICROMETRES,
+            "rms_alone_um": in_turn.rms_alone * MICROMETRES,
+        },
     }
 
 

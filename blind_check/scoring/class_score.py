@@ -48,8 +48,18 @@ CHANGES = (0.0, 0.05, 0.10, 0.15, 0.20, 0.25, 0.30)
 class ChangeRow:
     """Cases of one cause by the change of its form.
 
-    How often the class is right, a law is named, and the law is the cause's own or its kin; median
-    shares of the gap that class and law are said to explain.
+    Parameters
+    ----------
+    name : str
+        Range of the change of form.
+    cases, right : int
+        Cases, and how often the class is right.
+    interval : tuple of float
+        Wilson interval of the share at 95 %.
+    laws_named, laws_right : int
+        How often a law is named, and is the cause's own or its kin.
+    class_share, law_share : float
+        Median shares of the gap that class and law are said to explain.
     """
 
     name: str

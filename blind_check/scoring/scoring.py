@@ -61,7 +61,19 @@ class Figure:
 
 @dataclass(frozen=True)
 class ClassRow:
-    """Row of the confusion matrix: how often a true class was met, and what was answered."""
+    """Row of the confusion matrix: how often a true class was met, and what was answered.
+
+    Parameters
+    ----------
+    kind, name : str
+        Kind of campaign and true class.
+    cases, right : int
+        Cases, and right answers.
+    interval : tuple of float
+        Wilson interval of the share at 95 %.
+    answers : tuple of tuple
+        Answer and how often it was given.
+    """
 
     kind: str
     name: str

@@ -3,7 +3,7 @@
 What the baseline leaves over one turn, and what the fitted effects explain.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ _READING = (
     f"{MAX_ORDER}; outwards from "
     "the zero circle is positive. An offset is a larger or smaller circle, a tilt of the carrier a "
     "circle off the centre "
-    "(order 1), flexible pins have three lobes."
+    "(order 1), flexible pins have three lobes. Numbers at the edge: that pin passes the sensor."
 )
 #: Sensors and runs drawn at most.
 _MOST_PANELS = 6
@@ -35,6 +35,8 @@ def carrier_pictures(
     effects: Effects,
     gap: ComplexArray,
     left: ComplexArray,
+    *,
+    sensor_angles: Sequence[float],
 ) -> tuple[Picture, ...]:
     """Polar plots of a fitted model.
 
@@ -48,6 +50,8 @@ def carrier_pictures(
         Effects beside the baseline.
     gap, left : ndarray of complex, shape (R, C, MAX_ORDER + 1)
         Order amplitudes of what the fitted set leaves without the effects, and with them.
+    sensor_angles : sequence of float
+        Housing angle of every channel [rad].
 
     Returns
     -------
@@ -58,9 +62,27 @@ def carrier_pictures(
         mean_turns(orders, records.run_of_revolution, len(model.runs))
         for orders in (gap, gap - left)
     )
+    passing = [pins_passing(angle, model.source.rig.n_planets) for angle in sensor_angles]
     return carrier_polar(
-        turns_of_gap, turns_of_law, effects, runs=model.runs, channels=model.channels
+        turns_of_gap,
+        turns_of_law,
+        effects,
+        runs=model.runs,
+        channels=model.channels,
+        passing=passing,
     )
+
+
+def pins_passing(sensor_angle: float, n_planets: int) -> dict[str, float]:
+    """Carrier angles [rad] at which the pins pass a sensor, by the number of the pin.
+
+    A sensor at the housing angle v reads the carrier-frame angle ``v - theta``, and pin k stands at
+    ``2 pi (k - 1) / n``.
+    """
+    return {
+        str(pin + 1): float((sensor_angle - 2.0 * np.pi * pin / n_planets) % (2.0 * np.pi))
+        for pin in range(n_planets)
+    }
 
 
 def carrier_overlays(
@@ -138,6 +160,7 @@ def carrier_polar(
     *,
     runs: Sequence[str],
     channels: Sequence[str],
+    passing: Sequence[Mapping[str, float]],
 ) -> tuple[Picture, ...]:
     """Polar plots of the run with the largest gap, sensor by sensor.
 
@@ -152,6 +175,8 @@ def carrier_polar(
         The effects; empty where none was accepted.
     runs, channels : sequence of str
         Names.
+    passing : sequence of mapping of str to float
+        Carrier angles [rad] at which the pins pass each sensor, :func:`pins_passing`.
 
     Returns
     -------
@@ -170,7 +195,7 @@ def carrier_polar(
         for c in range(len(channels))
         if complete[run, c] >= _WORTH_DRAWING * complete[run, channel]
     ]
-    sensors = [(f"sensor {channels[c]}", gap[run, c], law[run, c]) for c in worth]
+    sensors = [(f"sensor {channels[c]}", gap[run, c], law[run, c], passing[c]) for c in worth]
     left_out = len(channels) - len(sensors[:_MOST_PANELS])
     note = (
         f" {left_out} sensor{'s' * (left_out > 1)} with a smaller gap "
@@ -180,7 +205,8 @@ def carrier_polar(
     )
     pictures = [_picture(f"Gap over one turn, run {runs[run]}", sensors, effects, _READING + note)]
     if len(shown) > 1:
-        by_run = [(f"run {runs[r]}", gap[r, channel], law[r, channel]) for r in shown]
+        own = passing[channel]
+        by_run = [(f"run {runs[r]}", gap[r, channel], law[r, channel], own) for r in shown]
         title = f"Gap over one turn, sensor {channels[channel]}"
         pictures.append(
             _picture(
@@ -191,14 +217,17 @@ def carrier_polar(
 
 
 def _picture(
-    title: str, rows: Sequence[tuple[str, FloatArray, FloatArray]], effects: Effects, caption: str
+    title: str,
+    rows: Sequence[tuple[str, FloatArray, FloatArray, Mapping[str, float]]],
+    effects: Effects,
+    caption: str,
 ) -> Picture:
     panels = []
-    for name, gap, law in rows[:_MOST_PANELS]:
+    for name, gap, law, passing in rows[:_MOST_PANELS]:
         traces = [Trace(GAP, _ANGLES, gap)]
         if effects:
             traces += [Trace(LAW, _ANGLES, law), Trace(LEFT, _ANGLES, gap - law)]
-        panels.append(Panel(name, tuple(traces)))
+        panels.append(Panel(name, tuple(traces), passing))
     return Picture(
         title=title,
         caption=caption,

@@ -228,7 +228,8 @@ class CarrierProblem:
             if parameter.effect in effects and not parameter.shape:
                 without[k] = 0.0
         gap, left = self._residual_orders(effects, without), self._residual_orders(effects, theta)
-        return carrier_pictures(self.model, self.records, effects, gap, left)
+        angles = [float(channel.angle or 0.0) for channel in self.campaign.channels]
+        return carrier_pictures(self.model, self.records, effects, gap, left, sensor_angles=angles)
 
     def overlays(self, effects: Effects, theta: FloatArray) -> Sequence[Overlay]:
         """Mean turn of every sensor as measured and as a model has it."""

@@ -11,10 +11,12 @@ _PROPER_NAMES = {
 }
 
 
-#: Words of a line beside the shaft's orders by its frame, the first part of a class.
-_LINES = {
+#: Words of what stands behind the first part of an id: a line beside the shaft's orders by its
+#: frame, an error of the measurement.
+_FRAMES = {
     "nonsynchronous": "motion at {} beside the shaft's orders",
     "channel": "motion at {} in one sensor alone",
+    "wiring": "a wrong {}",
 }
 
 #: Words of a class of frame, pattern and loads, by its first two parts.
@@ -48,8 +50,8 @@ def plain_name(effect: str) -> str:
     if shape in _SHAPES:
         return f"{_SHAPES[shape]}, {_follows_words(follows)}"
     frame, _, line = effect.partition("/")
-    if line and frame in _LINES:
-        return _LINES[frame].format(line)
+    if line and "/" not in line and frame in _FRAMES:
+        return _FRAMES[frame].format(line.replace("_", " "))
     words = effect.replace("elasto_plastic", "elasto-plastic").split("_")
     return " ".join(_PROPER_NAMES.get(word, word) for word in words)
 

@@ -3,7 +3,8 @@
 Its gap and the fitted law as curves, without any drawing library.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,10 +59,21 @@ class Trace:
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """Traces that share one pair of axes, with a title."""
+    """Traces that share one pair of axes, with a title.
+
+    Parameters
+    ----------
+    title : str
+        What it shows.
+    traces : tuple of Trace
+        Curves.
+    marks : mapping of str to float
+        Places along x with a short text each; angles [rad] of a polar picture.
+    """
 
     title: str
     traces: tuple[Trace, ...]
+    marks: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

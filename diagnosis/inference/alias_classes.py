@@ -113,12 +113,21 @@ def discriminating_experiment_between(
     # The first of those that are as good in the order of the trials, not the largest by a hair:
     # the noise of the records does not decide what is recommended.
     text, *others = [own for own, ratio in ratios.items() if ratio >= _AS_GOOD * best]
-    names = " and ".join(set_name(fit.effects) for fit in (first, second))
+    names = " and ".join(set_name(effects) for effects in _difference(first, second))
     also = f"; as good: {', '.join(others[:_MOST_OTHERS])}" if others else ""
     return (
         f"{text} separates {names}: they would differ by {ratios[text]:.1f} noise floors "
         f"there{also}"
     )
+
+
+def _difference(first: EffectFit, second: EffectFit) -> tuple[Effects, Effects]:
+    """Effects in which two sets differ; the sets themselves where one holds the other."""
+    only_first = tuple(effect for effect in first.effects if effect not in second.effects)
+    only_second = tuple(effect for effect in second.effects if effect not in first.effects)
+    if only_first and only_second:
+        return only_first, only_second
+    return first.effects, second.effects
 
 
 def is_named_consistently(

@@ -253,7 +253,7 @@ class ForwardSelection:
             after.square,
             [segment.condition for segment in self.problem.segments],
             n_samples=self.thresholds.bootstrap_samples,
-            rng=np.random.default_rng(_SEED),
+            rng=np.random.default_rng(_SEED + self.thresholds.seed),
         )
 
 

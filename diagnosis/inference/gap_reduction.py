@@ -100,7 +100,7 @@ def _ratios(
     counts = two_level_counts(
         [segment.condition for segment in search.problem.segments],
         n_samples=search.thresholds.bootstrap_samples,
-        rng=np.random.default_rng(_SEED),
+        rng=np.random.default_rng(_SEED + search.thresholds.seed),
     )
     noise = search.problem.noise_square.sum(axis=1)
     sums = [counts @ values for values in (before.square, after.square, noise)]

@@ -135,7 +135,14 @@ class Attribution:
 class SelectionStep:
     """Held-out result after effects were added in turn.
 
-    RMS, rho against the baseline with its interval.
+    Parameters
+    ----------
+    added : str
+        Effect that was added; ``baseline`` first.
+    rms : float
+        RMS of the gap in the unit of the channels.
+    rho, rho_ci95 : float, tuple of float
+        RMS over the baseline's, and its interval.
     """
 
     added: str
@@ -148,8 +155,14 @@ class SelectionStep:
 class RunValidation:
     """Comparison error of a run, measured less simulated, and its uncertainty (ASME V&V 20).
 
-    `error_before` and `error_after` are the RMS of E; `u_val` is the root of the squares of the
-    numerical and the noise part.
+    Parameters
+    ----------
+    run : str
+        Run.
+    error_before, error_after : float
+        RMS of E with the baseline and with the effects.
+    u_val : float
+        Root of the squares of the numerical and the noise part.
     """
 
     run: str
@@ -160,7 +173,19 @@ class RunValidation:
 
 @dataclass(frozen=True, eq=False)
 class BlockScore:
-    """Held-out gap of the baseline in one block of a run: samples, and mean square of a sample."""
+    """Held-out gap of the baseline in one block of a run.
+
+    Parameters
+    ----------
+    run, condition : str
+        Its run and that run's condition.
+    block : int
+        Number of the block in the run, from 0.
+    samples : int
+        Samples that count, over all channels.
+    mean_square : float
+        Mean square of a sample.
+    """
 
     run: str
     condition: str

@@ -82,6 +82,8 @@ class Thresholds:
         over the segments.
     bootstrap_samples : int
         Draws of every interval: enough for the 2.5 % quantile to be within half a per cent.
+    seed : int
+        Of these draws; no verdict may hang on it.
     draws_that_reduce : float
         An effect belongs to a set only where it reduces the held-out RMS in this share of the
         bootstrap samples: the upper end of the two-sided 95 % interval of the ratio is below one.
@@ -138,6 +140,7 @@ class Thresholds:
     equal_rms: float = 1.05
     never_equal_rms: float = 1.25
     bootstrap_samples: int = 1000
+    seed: int = 0
     draws_that_reduce: float = 0.975
     unchanged: float = 1.001
     nothing_left: float = 1.03

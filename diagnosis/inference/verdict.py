@@ -79,7 +79,9 @@ def verdict(
     refused = _doubt(search, selection, classes, reduction, explainable)
     if refused:
         return refused
-    explained = f"explains {reduction.phi:.1%} of the gap above the floor on held-out records"
+    explained = (
+        f"explains {reduction.phi:.1%} of the gap above the floor (mean square) on held-out records"
+    )
     if reduction.floor_multiple > limits.remainder:
         return (
             NAMED_WITH_REMAINDER,

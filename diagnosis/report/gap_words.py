@@ -102,9 +102,16 @@ def place_words(findings: GapFindings) -> Phrase:
     return joined("; ", sentences)
 
 
-def beside_words(findings: GapFindings, unit: str) -> Phrase:
-    """What is said beside the largest parts: small orders, scatter and drift."""
-    small = [finding for finding in findings.where if finding.kind == SMALL_ORDER]
+def beside_words(findings: GapFindings, unit: str, smallest_order: float = 0.0) -> Phrase:
+    """What is said beside the largest parts: small orders, scatter and drift.
+
+    Orders of a share below `smallest_order` are not said.
+    """
+    small = [
+        finding
+        for finding in findings.where
+        if finding.kind == SMALL_ORDER and finding.share >= smallest_order
+    ]
     return joined("; ", (_small_order_words(small), scatter_words(findings, unit)))
 
 

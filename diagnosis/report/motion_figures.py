@@ -25,6 +25,15 @@ _CLOUD_DPI = 220
 #: Left and lower end, width and height of a polar plot in its figure: every one has the same
 #: labels, whose room need not be looked for.
 _POLAR_PLACE = (0.13, 0.07, 0.74, 0.74)
+#: Marks stand within the edge, over the reach.
+_MARKS_AT = 1.2
+_MARK = {
+    "ha": "center",
+    "va": "center",
+    "fontsize": 6.5,
+    "color": GREY,
+    "bbox": {"boxstyle": "circle,pad=0.25", "facecolor": "white", "edgecolor": GREY, "lw": 0.7},
+}
 #: The remaining gap is drawn at most this large beside the gap.
 _REMAINDER = 0.4
 
@@ -125,6 +134,8 @@ def _polar_figure(picture: Picture, panel: Panel) -> "Figure":
     circle = np.linspace(0.0, 2.0 * np.pi, 181)
     axes.plot(circle, np.zeros(circle.size), ":", color=GREY, linewidth=0.8, zorder=3)
     _polar_axes(axes, reach)
+    for text, angle in panel.marks.items():
+        axes.text(angle, _MARKS_AT * reach, text, **_MARK)  # type: ignore[arg-type]
     axes.set_title(
         f"{picture.y_name} [{unit}] over {picture.x_name} [{picture.x_unit}]", fontsize=8.5
     )
@@ -133,7 +144,7 @@ def _polar_figure(picture: Picture, panel: Panel) -> "Figure":
 
 def _polar_axes(axes: "Axes", reach: float) -> None:
     """Zero circle off the centre, so that negative values have room inside it."""
-    axes.set_ylim(-1.6 * reach, 1.1 * reach)
+    axes.set_ylim(-1.6 * reach, 1.35 * reach)
     step = _round_step(reach)
     axes.set_yticks([-step, 0.0, step], [f"−{step:g}", "0", f"+{step:g}"])
     axes.set_rlabel_position(88.0)  # type: ignore[attr-defined]
@@ -141,6 +152,8 @@ def _polar_axes(axes: "Axes", reach: float) -> None:
     for label in axes.get_yticklabels():
         label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.4, "alpha": 0.8})
     axes.grid(alpha=0.35)
+    # The labels on top of the curves, not under them.
+    axes.set_axisbelow(False)
 
 
 def _round_step(reach: float) -> float:

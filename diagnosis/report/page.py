@@ -15,6 +15,7 @@ from carrierflex.diagnosis.report import class_words, gap_words, words
 from carrierflex.diagnosis.report.drawings import Drawing, Drawings, drawings
 from carrierflex.diagnosis.report.first_screen.next_step import gists, next_step, worth
 from carrierflex.diagnosis.report.motion_figures import remainder_factor
+from carrierflex.diagnosis.report.scatter_rows import scatter_rows
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.files.versions import software_name
 from carrierflex.identification.campaign.campaign import Campaign
@@ -91,6 +92,7 @@ def _content(diagnosis: Diagnosis, source: ReportSource) -> dict[str, Any]:
         "words": words,
         "gap_words": gap_words,
         "class_words": class_words,
+        "scatter_rows": scatter_rows,
         "next_step": next_step(diagnosis),
         "worth": worth(diagnosis),
         "gist": gists(diagnosis),

@@ -183,7 +183,7 @@ def in_one_unit(values: Sequence[float], unit: str) -> tuple[list[str], str]:
     """Sizes of a column under one prefix, by the largest of them, and their unit."""
     finite = [abs(value) for value in values if math.isfinite(value)]
     factor, shown = scaled_unit(max(finite, default=0.0), unit)
-    return [number(factor * value) if abs(value) >= _NOTHING else "0" for value in values], shown
+    return ["0" if abs(value) < _NOTHING else number(factor * value) for value in values], shown
 
 
 class CellRow(NamedTuple):
@@ -341,14 +341,6 @@ def pair(ends: Interval) -> str:
         return UNKNOWN
     low, high = (rounded(end, 1) for end in ends)
     return f"{low} to {high}" if low != high else f"{low} ± < 0.1"
-
-
-def root_sized(mean_square: float, unit: str) -> str:
-    """RMS with its unit from a mean square.
-
-    The mean square may be slightly negative above a subtracted noise.
-    """
-    return sized(math.sqrt(max(mean_square, 0.0)), unit) if math.isfinite(mean_square) else UNKNOWN
 
 
 def beyond_chance(rows: Sequence[_Row]) -> list[_Row]:

@@ -18,6 +18,7 @@ CLOCK = "wiring/clock"
 RUN_ORDER = "wiring/run_order"
 INPUT_GAIN = "wiring/input_gain"
 UNIT = "wiring/unit"
+CLOCK_SHIFT = "wiring/clock_shift"
 
 
 @dataclass(frozen=True)

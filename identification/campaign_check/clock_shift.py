@@ -33,8 +33,8 @@ def clock_shift_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
         "clock_shift",
         "sensor_delay",
         f"the import moved the simulator's clock by {1e3 * known.value:.4g} ± "
-        f"{1e3 * known.std:.1g} ms in run {name}{more}: sensors that lag as much look the same, so "
-        "a sensor_delay cannot be seen beside it",
+        f"{1e3 * known.std:.1g} ms in run {name}{more}: a sensor_delay looks the same, and these "
+        "records tell the sum of both",
         "let both run on one clock and import with shift = 0, or measure the delay of the sensors",
         float(known.value),
         key_of("[baseline.clock_shift]", name),

@@ -39,7 +39,17 @@ _WHY_NOT = {
 
 @dataclass(frozen=True)
 class Count:
-    """How many rows of a column something was found in."""
+    """How many rows of a column something was found in.
+
+    Parameters
+    ----------
+    run, column : str
+        Where.
+    what : str
+        What was found.
+    rows : int
+        In so many rows.
+    """
 
     run: str
     column: str

@@ -1,16 +1,21 @@
 """The main job on a coarse mesh, from the command line's functions to the files it leaves."""
 
-import json
+from io import StringIO
+from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from rich.console import Console
 
+from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.fe.curve_files import read_curves
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.reduction.body_files import read_body
 from carrierflex.workflows import run
+from carrierflex.workflows.screen.job_story import job_story
+from tests.workflows.checked_documents import checked_document
 
 pytestmark = pytest.mark.long
 
@@ -18,15 +23,19 @@ COARSE = 0.06
 
 
 @pytest.fixture(scope="module")
-def job_folder(tmp_path_factory):
+def job(tmp_path_factory):
     folder = tmp_path_factory.mktemp("job") / "out"
-    run.main(out=folder, size=COARSE, study_sizes=(0.07, 0.06), quiet=True)
-    return folder
+    return run.main(out=folder, size=COARSE, study_sizes=(0.07, 0.06), quiet=True)
+
+
+@pytest.fixture(scope="module")
+def job_folder(job):
+    return job.folder
 
 
 @pytest.fixture(scope="module")
 def summary(job_folder):
-    return json.loads((job_folder / "summary.json").read_text(encoding="utf-8"))
+    return checked_document(job_folder / "summary.json")
 
 
 # On a coarse mesh the two study meshes differ by more than the fine ones may, and its curved
@@ -54,20 +63,39 @@ def test_misalignment_shrinks_the_gap_more_than_flexibility_and_a_negative_contr
     summary,
 ):
     gap = summary["gap"]
-    alone = dict(zip(gap["effects"], gap["rms_alone_um"], strict=True))
+    of_paper = gap["of_the_papers_models"]
+    alone = dict(zip(of_paper["effects"], of_paper["rms_alone_um"], strict=True))
     assert alone["carrier_tilt"] < 0.8 * gap["rms_um"][0]
     assert alone["flexible_pins"] > 0.97 * gap["rms_um"][0]
     assert gap["placebo_rho"] == pytest.approx(1.0, abs=0.01)
-    assert np.all(np.diff(gap["rms_um"]) <= 0.05)
+    assert np.all(np.diff(of_paper["rms_um"]) <= 0.05)
 
 
 def test_what_the_load_cases_hold_is_named_without_being_told(summary):
     gap = summary["gap"]
     assert gap["verdict"] == "named_with_remainder"
-    assert {"carrier_tilt", "flexible_pins", "flange_warp"} < set(gap["named"])
+    assert {"carrier_tilt", "flexible_pins", "flange_warp"} < set(gap["effects"])
     # The truth's tilts of the housing follow the torque and the radial load.
-    assert {"housing_tilt", "torque_tilt"} & set(gap["named"])
-    assert gap["named_rho"] < 0.15
+    assert {"housing_tilt", "torque_tilt"} & set(gap["effects"])
+    assert gap["rho"][-1] < 0.15
+
+
+def test_the_screen_tells_one_story_and_ends_with_three_files_that_are_there(job, summary):
+    written = StringIO()
+    Console(file=written, width=80).print(job_story(job))
+    text = written.getvalue()
+    gap = summary["gap"]
+    of_paper = gap["of_the_papers_models"]
+    # Both lists begin at the same gap, and what the papers' models lack is said.
+    assert gap["rms_um"][0] == pytest.approx(of_paper["rms_um"][0], rel=1e-9)
+    flat = " ".join(text.split())
+    assert f"goes from {of_paper['rms_um'][0]:.1f} to {of_paper['rms_um'][-1]:.1f} um" in flat
+    assert "are in neither" in flat
+    rows = [line.split("  ")[0] for line in text.splitlines()]
+    assert {plain_name(effect) for effect in gap["effects"]} < set(rows)
+    assert f"explains {gap['phi']:.1%}" in flat
+    named = [line.split("  ")[0] for line in text.splitlines() if str(job.folder) in line][:3]
+    assert [Path(name).is_file() for name in named] == [True, True, True]
 
 
 def test_files_are_whole_and_readable(job_folder):

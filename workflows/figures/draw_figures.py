@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from carrierflex.files.json_files import save_json, save_text
-from carrierflex.files.versions import provenance
+from carrierflex.files.versions import versions
 from carrierflex.workflows.figures.figures_2011 import FIGURES_2011
 from carrierflex.workflows.figures.figures_2012 import FIGURES_2012
 from carrierflex.workflows.figures.index_page import index_page
@@ -102,7 +102,8 @@ def main(
                 "figures": {figure.name: figure.file for figure in chosen},
                 "numbers": _numbers(shared, needed),
                 "seconds": stages.seconds,
-                **provenance(**inputs),
+                "inputs": inputs,
+                "versions": versions(),
             },
         )
     return DrawnFigures(chosen, folder)

@@ -8,6 +8,7 @@ from rich.text import Text
 from carrierflex.workflows.screen.titled_table import titled_table
 
 if TYPE_CHECKING:
+    from carrierflex.workflows.complete_shell import Completion
     from carrierflex.workflows.copy_cases import ShippedCases
     from carrierflex.workflows.geometry.write_parameters import WrittenParameters
     from carrierflex.workflows.identification.import_records import ImportedRecords
@@ -48,6 +49,11 @@ def imported_table(result: "ImportedRecords") -> RenderableType:
 def schema_page(schema: "Schema") -> RenderableType:
     """The schema itself, or where it is."""
     return Text(schema.text.rstrip() if schema.path is None else f"schema {schema.path}")
+
+
+def completion_script(completion: "Completion") -> RenderableType:
+    """The script itself."""
+    return Text(completion.text.rstrip())
 
 
 def cases_table(cases: "ShippedCases") -> RenderableType:

@@ -7,7 +7,6 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.geometry.cad_faces import CadFace
 from carrierflex.geometry.quality import MeshQuality
@@ -33,7 +32,6 @@ if TYPE_CHECKING:
     from carrierflex.workflows.fe.pin_fit_pictures import PinFitStudy
     from carrierflex.workflows.identification.identify_bushings import BushingIdentification
     from carrierflex.workflows.identification.identify_parameters import Identification
-    from carrierflex.workflows.job import Job
     from carrierflex.workflows.reduction.export_body import ExportedBody
     from carrierflex.workflows.support.cost_preview import CostPreview
 
@@ -273,74 +271,6 @@ def _bushing_table(identified: "BushingIdentification") -> RenderableType:
             table.add_row(name, f"{measured:.4g}", f"{residual:.4g}", unit)
         parts += ["", table]
     return Group(*parts)
-
-
-def summary_table(job: "Job") -> RenderableType:
-    """Checks of the main job, identification and ladder, and where the gap lies."""
-    summary = job.summary
-    in_turn = job.gap.in_turn
-    diagnosis = job.gap.diagnosis
-    checks = _table("checks", "figure", "wanted", "reached", "met")
-    for row in summary["checks"]:
-        checks.add_row(
-            row["check"],
-            row["wanted"],
-            f"{row['reached']:.3g}",
-            "yes" if row["met"] else _NO,
-        )
-    search = _table("held-out RMS, um, as effects are added", "effect", "alone", "in turn", "rho")
-    steps = zip(("baseline", *in_turn.effects), (np.nan, *in_turn.rms_alone), strict=True)
-    for (effect, alone), rms, rho in zip(steps, in_turn.rms, in_turn.rho, strict=True):
-        search.add_row(
-            effect,
-            "" if np.isnan(alone) else f"{alone * MICROMETRES:.1f}",
-            f"{rms * MICROMETRES:.1f}",
-            f"{rho:.3f}",
-        )
-    seconds, memory = sum(summary["seconds"].values()), summary["peak_memory_gb"]
-    moment = summary["tilting_moment_nm"]
-    named = " + ".join(diagnosis.attribution.effects) or "no effect"
-    in_time, order = summary["in_time"], summary["mesh_study"]["orders"][0]
-    sentences = (
-        f"the reduced bodies in time, {in_time['revolutions']:.0f} revolutions at "
-        f"{in_time['torque_nm'] / 1e3:.0f} kN m: order {order} at the axial "
-        f"sensors {in_time[f'order_{order}_um_per_knm']:.3f} um per kN m, load shares "
-        f"{100.0 * in_time['smallest_load_share']:.1f} to "
-        f"{100.0 * in_time['largest_load_share']:.1f} %, roll of the housing "
-        f"{in_time['housing_roll_mrad']:.1f} mrad (stage/in_time.png); roll in the mounting's "
-        f"record up to {in_time['mounting_largest_roll_mrad']:.1f} mrad (housing_motion.png)",
-        f"tilting moment M_t of 1 kN m: {moment['computed']:.2f} N m "
-        f"(the paper prints {moment['paper']})",
-        f"where the gap lies: {where_text(diagnosis)}",
-        f"what is missing: {diagnosis.verdict}, {named}; {diagnosis.reason}",
-        f"{seconds:.0f} s, peak memory {memory:.1f} GB",
-    )
-    tables = (
-        _mesh_study_table(job),
-        curve_table(job.curves),
-        rms_table(job.identified),
-        search,
-        checks,
-    )
-    spaced = (part for table in tables for part in (table, ""))
-    return Group(*spaced, *sentences)
-
-
-def _mesh_study_table(job: "Job") -> RenderableType:
-    study = job.mesh_study
-    table = _table(
-        "mesh study, um per kN m",
-        "size, m",
-        "unknowns",
-        "flexible 3",
-        "flexible 6",
-        "stiff 3",
-        "stiff 6",
-    )
-    for row, (size, n_dofs) in enumerate(zip(study.sizes, study.n_dofs, strict=True)):
-        values = (*study.flexible[row], *study.stiff[row])
-        table.add_row(f"{size:g}", str(n_dofs), *(f"{value * MICROMETRES:.4f}" for value in values))
-    return table
 
 
 def printed_tables_table(facts: DerivedFacts) -> RenderableType:

@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from carrierflex.files.json_files import save_json
-from carrierflex.files.versions import provenance
+from carrierflex.files.versions import versions
 from carrierflex.files.whole_files import whole_file
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.identification.campaign.records import Run
@@ -292,9 +292,8 @@ def _write(
         }
         for (name, kind), value in rms.items()
     ]
-    save_json(
-        folder / "table_5.json", {"rows": rows, "identified_tilt_rad": tilt, **provenance(**inputs)}
-    )
+    content = {"rows": rows, "identified_tilt_rad": tilt, "inputs": inputs, "versions": versions()}
+    save_json(folder / "table_5.json", content)
     with (
         whole_file(folder / "table_5.csv") as part,
         part.open("w", newline="", encoding="utf-8") as stream,

@@ -8,6 +8,7 @@ from carrierflex.diagnosis.baseline_check import BaselineCheck, checked_baseline
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import EffectFit
+from carrierflex.diagnosis.inference.thresholds import Thresholds
 from carrierflex.diagnosis.kinds import Curves, problem_of, wiring_of
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign.campaign import Campaign
@@ -49,17 +50,19 @@ class ExaminedCampaign:
         *,
         note: Callable[[str], None] = lambda text: None,
         executor: Executor | None = None,
+        seed: int = 0,
     ) -> Diagnosis:
         """Where the gap lies and which effect is missing, with what does not look right.
 
         `findings` are told with those of the records and of the baseline, `note` hears of the
-        progress, and `executor` fits sets of effects elsewhere.
+        progress, `executor` fits sets of effects elsewhere, and `seed` is that of the bootstrap.
         """
         found = diagnose(
             self.problem,
             campaign=self.distinct.name,
             kind=self.distinct.kind,
             floor_is_measured=self.floor_is_measured,
+            thresholds=Thresholds(seed=seed),
             note=note,
             executor=executor,
         )

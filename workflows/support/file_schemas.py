@@ -1,9 +1,11 @@
-"""JSON Schemas of the TOML files that carrierflex reads, from the definitions that check the files.
+"""JSON Schemas of the TOML files that are read and of the JSON files that are written.
 
-A schema tells an editor the keys of a file, what each one states, its unit and its range. Beside
-the words of JSON Schema there are two more: ``unit``, and ``expected``, the expectation in the
-words of a refusal. What several keys must fulfil together (a pin that fits its bore) is in no
-schema; it is checked when the file is read.
+Those of TOML files come from the definitions that check the files. Such a schema tells an editor
+the keys of a file, what each one states, its unit and its range. Beside the words of JSON Schema
+there are two more: ``unit``, and ``expected``, the expectation in the words of a refusal. What
+several keys must fulfil together (a pin that fits its bore) is in no schema; it is checked when the
+file is read. Those of JSON files come from the documents of :mod:`result_documents`,
+:mod:`job_documents` and :mod:`study_documents`, which the tests hold every written file against.
 """
 
 import json
@@ -13,6 +15,7 @@ from typing import Annotated, Any
 from pydantic import Field, TypeAdapter
 
 from carrierflex.fe.matrices.interface_tables import InterfacesDocument
+from carrierflex.files.result_schemas import result_schema
 from carrierflex.files.toml_values import FileSchema
 from carrierflex.geometry.cad_surface_tables import SurfacesDocument
 from carrierflex.geometry.parameter_tables import ParameterTables
@@ -30,6 +33,9 @@ from carrierflex.simulation.carrier.case_tables import CarrierCaseDocument
 from carrierflex.simulation.element.law_tables import LawDocument
 from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
 from carrierflex.simulation.stage.stage_tables import StageCaseDocument
+from carrierflex.workflows.support import result_documents as results
+from carrierflex.workflows.support import study_documents as studies
+from carrierflex.workflows.support.job_documents import SummaryDocument
 
 _Campaign = Annotated[
     CarrierCampaignDocument | MountingCampaignDocument | ElementCampaignDocument,
@@ -54,9 +60,38 @@ _DOCUMENTS: dict[str, Any] = {
     "element law": LawDocument,
 }
 
-#: Names of the kinds of files.
-FILE_KINDS = tuple(_DOCUMENTS)
-#: Folder of the schemas as files, for the editors that TOML files name them to.
+#: Document of every kind of JSON file, by the name of the file.
+_RESULTS: dict[str, Any] = {
+    "diagnosis": results.DiagnosisDocument,
+    "comparison": results.ComparisonDocument,
+    "identification": results.IdentificationDocument,
+    "import": results.ImportDocument,
+    "certificate": results.CertificateDocument,
+    "summary": SummaryDocument,
+    "inputs": studies.CurveInputsDocument,
+    "couplings": studies.CouplingsDocument,
+    "pin fit": studies.PinFitDocument,
+    "order one": studies.OrderOneDocument,
+    "table 5": studies.TableFiveDocument,
+    "torsion": studies.TorsionDocument,
+    "gear life": studies.GearLifeDocument,
+    "linearised": studies.MountingLinearisedDocument | studies.StageLinearisedDocument,
+    "figures": studies.FiguresDocument,
+    "printed tables": studies.PrintedTablesDocument,
+    "blind check": studies.BlindCheckDocument,
+    "seals": studies.SealsDocument,
+    "salts": studies.SaltsDocument,
+    "labels": studies.LabelsDocument,
+    "times": studies.TimesDocument,
+    "answers": studies.AnswersDocument,
+    "references": studies.ReferencesDocument,
+}
+
+#: Names of the kinds of files: TOML files that are read, JSON files that are written.
+TOML_KINDS = tuple(_DOCUMENTS)
+JSON_KINDS = tuple(_RESULTS)
+FILE_KINDS = TOML_KINDS + JSON_KINDS
+#: Folder of the schemas as files, which the first line of a TOML file names to editors.
 SCHEMA_FOLDER = Path(__file__).resolve().parents[1] / "data" / "schemas"
 
 
@@ -79,11 +114,14 @@ def file_schema(kind: str) -> dict[str, Any]:
     >>> tables["PinParameters"]["properties"]["diameter"]["unit"]
     'm'
     """
-    if kind not in _DOCUMENTS:
+    if kind not in FILE_KINDS:
         raise ValueError(
             f"no kind of file is called '{kind}'; expected one of {', '.join(FILE_KINDS)}",
         )
-    schema = TypeAdapter(_DOCUMENTS[kind]).json_schema(schema_generator=FileSchema)
+    if kind in _RESULTS:
+        schema = result_schema(_RESULTS[kind])
+    else:
+        schema = TypeAdapter(_DOCUMENTS[kind]).json_schema(schema_generator=FileSchema)
     # The titles are the names of the classes, which say nothing to a user.
     schema.pop("title", None)
     return {"$schema": FileSchema.schema_dialect, "title": f"carrierflex: {kind}", **schema}

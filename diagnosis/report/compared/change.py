@@ -74,7 +74,17 @@ class CellChange:
 
 @dataclass(frozen=True, eq=False)
 class RunChange:
-    """Comparison error of a run before and after, beside its uncertainty."""
+    """Comparison error of a run before and after, beside its uncertainty.
+
+    Parameters
+    ----------
+    run : str
+        Run.
+    error_before, error_after : float
+        RMS of measured less simulated.
+    u_val : float
+        Uncertainty of both.
+    """
 
     run: str
     error_before: float

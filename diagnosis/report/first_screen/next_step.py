@@ -56,6 +56,11 @@ def _by_verdict(diagnosis: Diagnosis, names: str) -> str:
             return "Measure where the classes differ before one is put into the simulation."
         return f"Do not put {names} into the simulation yet: measure where the rivals differ."
     if diagnosis.verdict == CLASS_NAMED and answer is not None:
+        if not any(finding.shape for finding in answer.classes):
+            return (
+                f"Look for the source of {class_names(answer)} in the machine and in the measuring "
+                "chain: no law of the library has it."
+            )
         return (
             f"Take the measured shape of {class_names(answer)} into the simulation "
             "(diagnose --save-law), or find the law that has it."

@@ -108,7 +108,9 @@ def test_a_cause_that_leaves_noise_is_named(decided):
     kind, reason = decided()
     assert kind == NAMED
     explained, remainder = reason.split("; ")
-    assert explained == "explains 93.8% of the gap above the floor on held-out records"
+    assert (
+        explained == "explains 93.8% of the gap above the floor (mean square) on held-out records"
+    )
     assert remainder == "what is left is 1.10 times the noise floor"
 
 
@@ -117,7 +119,7 @@ def test_a_remainder_is_told_above_its_limit_only(decided):
     kind, reason = decided(floor_multiple=1.3)
     assert kind == NAMED_WITH_REMAINDER
     assert reason.endswith("what is left is 1.3 times the noise floor")
-    assert reason.startswith("explains 93.8% of the gap above the floor")
+    assert reason.startswith("explains 93.8% of the gap above the floor (mean square)")
 
 
 def test_a_gap_of_a_measured_floor_is_at_it_whatever_was_accepted(decided):

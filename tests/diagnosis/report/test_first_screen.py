@@ -16,6 +16,7 @@ from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign.campaign_kinds import CARRIER, ELEMENT_BY_DRIVE, MOUNTING
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 from tests.diagnosis.element.test_drives import decay_campaign, dry
+from tests.diagnosis.report.verdict_pages import with_verdict
 from tests.identification.campaign.test_campaign_files import mounting_campaign
 from tests.identification.synthetic_campaigns import carrier_campaign
 
@@ -68,6 +69,12 @@ def test_what_is_named_is_put_in_and_what_is_not_told_apart_is_measured_first():
     assert aliased.startswith("Do not put carrier tilt into the simulation yet")
     assert "radial load" in aliased
     assert next_step(diagnosis("not_diagnosable")) == "Measure again: too few samples."
+
+
+def test_a_class_without_a_shape_is_looked_for_and_not_taken_into_the_simulation():
+    line = with_verdict(diagnosis("named"), "class_named")
+    assert next_step(line).startswith("Look for the source of motion at 0.47X")
+    assert "--save-law" not in next_step(line)
 
 
 def test_the_worth_is_the_gap_before_and_after():

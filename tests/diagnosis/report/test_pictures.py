@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.diagnosis.carrier.pictures import carrier_polar, mean_turns
+from carrierflex.diagnosis.carrier.pictures import carrier_polar, mean_turns, pins_passing
 from carrierflex.diagnosis.comparison.pictures import (
     GAP,
     LAW,
@@ -152,11 +152,23 @@ def test_mean_turns_average_revolutions_and_leave_out_sparse_ones():
 def test_polar_plots_leave_out_what_is_small_and_are_none_without_a_revolution():
     wave = np.cos(np.linspace(0.0, 2.0 * np.pi, 181))
     gap = np.array([[0.05 * wave, wave, 0.5 * wave]])
-    picture, *others = carrier_polar(gap, 0.0 * gap, (), runs=("A",), channels=("a", "b", "c"))
+    names = {"runs": ("A",), "channels": ("a", "b", "c"), "passing": ({}, {"1": 0.4}, {})}
+    picture, *others = carrier_polar(gap, 0.0 * gap, (), **names)
+    assert picture.panels[0].marks == {"1": 0.4}
     assert [panel.title for panel in picture.panels] == ["sensor b", "sensor c"]
     assert "1 sensor with a smaller gap is not drawn" in picture.caption
     assert others == []
-    assert carrier_polar(np.nan * gap, gap, (), runs=("A",), channels=("a", "b", "c")) == ()
+    assert carrier_polar(np.nan * gap, gap, (), **names) == ()
+
+
+def test_a_pin_is_marked_where_the_sensor_reads_its_bore():
+    # At that carrier angle the curve under the sensor is the curve at the pin.
+    for pin, theta in pins_passing(np.deg2rad(47.0), 3).items():
+        assert_allclose(rem(np.deg2rad(47.0) - theta), rem(np.deg2rad(120.0 * (int(pin) - 1))))
+
+
+def rem(angle):
+    return np.round(angle % (2.0 * np.pi), 9)
 
 
 def test_strips_keep_a_line_and_average_its_scatter():

@@ -4,7 +4,7 @@ import pytest
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name, set_name
 from carrierflex.diagnosis.comparison.problem import GapCell
-from carrierflex.diagnosis.gap.findings import Drift, PartGrowth
+from carrierflex.diagnosis.gap.findings import Drift, NonSynchronousCell, PartGrowth
 from carrierflex.diagnosis.gap.power_laws import Exponent
 from carrierflex.diagnosis.report import words
 from carrierflex.diagnosis.report.phrases import (
@@ -14,6 +14,7 @@ from carrierflex.diagnosis.report.phrases import (
     power,
     unit_phrase,
 )
+from carrierflex.diagnosis.report.scatter_rows import scatter_rows
 from carrierflex.diagnosis.report.svg import inline_svg, scaled_unit
 
 NAN, INF = float("nan"), float("inf")
@@ -128,7 +129,19 @@ def test_only_exponents_that_tell_one_law_from_another_are_listed():
 def test_only_what_is_beyond_chance_is_listed():
     rows = [Drift("A", "m=0", 0.0, 1e-6, 0.5, p) for p in (0.5, 1e-3, NAN)]
     assert words.beyond_chance(rows) == [rows[1]]
-    assert words.root_sized(4e-12, "m") == "2 µm"
-    assert words.root_sized(-1e-20, "m") == "0 m"
     assert words.pair((0.91, 1.13)) == "0.9 to 1.1"
     assert words.pair((-0.04, 0.04)) == "0.0 ± < 0.1"
+
+
+def test_what_does_not_repeat_stands_in_one_unit():
+    cells = [
+        NonSynchronousCell("A", "m=0", 3.0, 4e-12, -1e-20, 1e-12, 2.5e-13, 1e-9),
+        NonSynchronousCell("B", "m=1", None, 9e-12, NAN, 1e-12, 1e-12, 1e-3),
+        NonSynchronousCell("B", "m=2", None, 1.0, 1.0, 1.0, 1.0, 0.5),
+    ]
+    rows, unit = scatter_rows(cells, "m")
+    assert unit == "µm"
+    assert rows == [
+        ("m=0, order 3", "A", ["2", "0", "0.5"], 1e-9),
+        ("m=1, off the orders", "B", ["3", "–", "1"], 1e-3),
+    ]

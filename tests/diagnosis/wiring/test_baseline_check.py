@@ -7,11 +7,16 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from carrierflex.diagnosis.baseline_check import checked_baseline, with_findings
+from carrierflex.diagnosis.baseline_check import BaselineCheck, checked_baseline, with_findings
 from carrierflex.diagnosis.diagnose import diagnose
+from carrierflex.diagnosis.inference.results import Attribution, GapReduction
 from carrierflex.diagnosis.kinds import problem_of, wiring_of
+from carrierflex.diagnosis.report.words import alias_sentence
+from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.rivals import INPUT_GAIN
-from carrierflex.identification.campaign.campaign import Baseline
+from carrierflex.identification.campaign.campaign import Baseline, KnownValue
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
+from carrierflex.workflows.support.examination import examined
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 from tests.identification.campaign_check.faulty_campaigns import changed, faultless, with_channels
 from tests.identification.synthetic_campaigns import TRUTH, carrier_campaign, run_case
@@ -167,6 +172,49 @@ def test_the_verdict_says_to_check_the_wiring_first():
     assert "check the wiring first" in told.reason
     assert "wiring/torque_sign" in told.attribution.aliases[-1]
     assert any(warning.check == "wiring" for warning in told.warnings)
+
+
+def late(campaign, seconds):
+    """Campaign whose signals lag, beside the prediction of a simulator without a delay."""
+
+    def of(run):
+        signals = {
+            name: np.interp(run.time - seconds, run.time, values)
+            for name, values in run.signals.items()
+        }
+        return replace(run, signals=signals, predictions=dict(run.signals))
+
+    runs = tuple(of(run) for run in campaign.runs)
+    return replace(campaign, runs=runs, baseline=Baseline("columns"))
+
+
+@pytest.mark.long
+def test_a_delay_beside_a_clock_that_was_moved_is_an_alias_of_it():
+    campaign = late(faultless("element"), 2e-3)
+    alone = examined(campaign).diagnosis()
+    assert alone.attribution.effects == ("sensor_delay",)
+    assert "wiring/clock_shift" not in sum(alone.attribution.aliases, ())
+    shifts = {campaign.runs[0].name: KnownValue(0.7, 1e-4)}
+    moved = replace(campaign, baseline=replace(campaign.baseline, clock_shift=shifts))
+    beside = examined(moved).diagnosis()
+    assert beside.verdict == "aliased"
+    assert ("sensor_delay", "wiring/clock_shift") in beside.attribution.aliases
+    assert "moved the simulator's clock by 700" in beside.reason
+    # Nothing that is measured has changed: the same effect with the same value.
+    assert beside.attribution.effects == alone.attribution.effects
+    text = alias_sentence(beside)
+    assert "sensor delay from a wrong clock shift" in text
+
+
+def test_a_moved_clock_is_no_rival_of_an_effect_that_is_no_delay():
+    nothing = Attribution(("carrier_tilt",), (), {}, (), None, 0.9, "")
+    reduction = GapReduction(**dict.fromkeys(GapReduction.__dataclass_fields__, 0.0))
+    named = Diagnosis("c", "carrier", "named", "why", "m", nothing, reduction)
+    shift = CampaignWarning("clock_shift", "sensor_delay", "moved", "measure", 0.7, "line")
+    told = with_findings(named, (shift,), BaselineCheck((), ()))
+    assert told.verdict == "named"
+    delayed = replace(named, attribution=replace(nothing, effects=("sensor_delay",)))
+    assert with_findings(delayed, (shift,), BaselineCheck((), ())).verdict == "aliased"
 
 
 def with_runs_exchanged(campaign):

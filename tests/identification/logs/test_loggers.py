@@ -1,7 +1,5 @@
 """Files of twelve loggers become the campaign that they came from."""
 
-import json
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -13,6 +11,7 @@ from tests.diagnosis.element.element_campaigns import displacement_campaign, for
 from tests.diagnosis.mounting.mounting_campaigns import mounting_campaign
 from tests.identification.logs.loggers import LOGGERS, edited
 from tests.identification.synthetic_campaigns import carrier_campaign
+from tests.workflows.checked_documents import checked_document
 
 
 def clean_campaign(logger):
@@ -66,6 +65,6 @@ def test_files_of_a_logger_become_the_campaign_that_they_came_from(name, tmp_pat
             assert known.mean() > 0.95
             scale = np.abs(wanted).max()
             assert_allclose(values[known], wanted[: run.time.size][known], atol=1e-6 * scale)
-        found = json.loads((tmp_path / "campaign" / "import.json").read_text())["missing"]
+        found = checked_document(tmp_path / "campaign" / "import.json")["missing"]
         counted = sum(count["rows"] for count in found if count["run"] == run.name)
         assert (counted > 0) == (missing > 0)

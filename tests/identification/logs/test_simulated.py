@@ -1,6 +1,5 @@
 """Another simulator's prediction beside a logger's records."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +10,7 @@ from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign_check.clock_shift import clock_shift_findings
 from carrierflex.workflows.identification.import_records import main as import_records
 from carrierflex.workflows.identification.new_campaign import main as new_campaign
+from tests.workflows.checked_documents import checked_document
 
 SHIFT = 0.737
 
@@ -66,7 +66,7 @@ def test_the_prediction_stands_on_the_clock_of_the_measurement(files):
     known = campaign.baseline.clock_shift["run"]
     assert_allclose(known.value, SHIFT, atol=1e-3)
     assert known.std < 1e-3
-    told = json.loads((files / "campaign" / "import.json").read_text())["clock_shift"]["run"]
+    told = checked_document(files / "campaign" / "import.json")["clock_shift"]["run"]
     assert_allclose(told["seconds"], known.value)
 
 

@@ -19,6 +19,7 @@ from carrierflex.files.json_files import save_json
 from carrierflex.workflows.diagnosis.diagnose_case import diagnose_case
 from carrierflex.workflows.diagnosis.run_blind_check import main
 from carrierflex.workflows.support.executors import SerialExecutor
+from tests.workflows.checked_documents import checked_document
 
 PLANS = tuple(
     CasePlan(
@@ -173,8 +174,12 @@ def test_fixed_part_of_the_check_names_no_wrong_class(tmp_path):
         figures['false naming, "nothing"'].value == 0.0
         or figures['false naming, "nothing"'].cases == 0
     )
-    document = json.loads((tmp_path / "blind_check.json").read_text(encoding="utf-8"))
+    document = checked_document(tmp_path / "blind_check.json")
     assert len(document["cases"]) == 3
+    for name in ("seals", "salts", "labels"):
+        assert checked_document(tmp_path / f"{name}.json")
+    for path in tmp_path.rglob("times.json"):
+        assert checked_document(path)["error"] is None
     assert not [case for case in document["cases"] if case["verdict"] == "error"]
     assert not list(tmp_path.rglob("report.html"))
 
@@ -184,7 +189,7 @@ def test_elements_are_judged_by_class_from_plan_to_page(tmp_path):
     options = {"keep": False, "quiet": True, "classes_only": True}
     result = main(kind=("element",), cases=2, seed=11, out=tmp_path, **options)
     assert result.score is None
-    document = json.loads((tmp_path / "blind_check.json").read_text(encoding="utf-8"))
+    document = checked_document(tmp_path / "blind_check.json")
     assert {case["outcome"] for case in document["cases"]} <= set(OUTCOMES) - {FAILED}
     assert "### Figures by class" in (tmp_path / "blind_check.md").read_text(encoding="utf-8")
 

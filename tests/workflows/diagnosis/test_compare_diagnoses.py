@@ -13,6 +13,7 @@ from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
 from carrierflex.workflows import command_line
 from carrierflex.workflows.diagnosis import compare_diagnoses, diagnose_campaign
 from tests.diagnosis.carrier.carrier_twin import KNOWN, LOADS, twin_campaign
+from tests.workflows.checked_documents import checked_document
 
 pytestmark = pytest.mark.long
 
@@ -51,7 +52,7 @@ def folders(measured, tmp_path_factory):
 
 def rewritten(folder, target, **keys):
     """Copy of a diagnosis with other keys."""
-    document = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
+    document = checked_document(folder / "diagnosis.json")
     target.mkdir()
     (target / "diagnosis.json").write_text(json.dumps({**document, **keys}), encoding="utf-8")
     return target
@@ -70,7 +71,7 @@ def test_an_effect_that_was_missing_takes_the_gap_when_it_is_added(folders, tmp_
     assert static == {"run1", "run2", "run3"}
     # Within three standard deviations of the noise of a run's mean nothing is left.
     assert all(row.error_after < 3.0 * row.u_val < row.error_before for row in change.runs)
-    document = json.loads((tmp_path / "out" / "comparison.json").read_text(encoding="utf-8"))
+    document = checked_document(tmp_path / "out" / "comparison.json")
     assert document["text"].startswith("The change took ")
     assert document["causes"]["solved"] == ["torque_tilt"]
     assert "<h2>The change took " in (tmp_path / "out" / "comparison.html").read_text("utf-8")

@@ -1,6 +1,5 @@
 """Every file of a diagnosis is the same wherever its sets of effects are fitted."""
 
-import json
 import os
 import signal
 import subprocess
@@ -13,6 +12,7 @@ import pytest
 from carrierflex.identification.campaign.campaign_files import write_campaign
 from carrierflex.workflows.diagnosis.diagnose_campaign import main
 from tests.diagnosis.element.element_campaigns import displacement_campaign
+from tests.workflows.checked_documents import checked_document
 
 pytestmark = pytest.mark.long
 
@@ -35,7 +35,7 @@ def here(campaign, tmp_path_factory):
 
 def content(out):
     """Content of diagnosis.json without what names the moment."""
-    document = json.loads((out / "diagnosis.json").read_text())
+    document = checked_document(out / "diagnosis.json")
     return {key: value for key, value in document.items() if key not in ("date", "software")}
 
 

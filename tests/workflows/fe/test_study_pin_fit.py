@@ -4,7 +4,6 @@ Its ends are exact, its conclusions those of the docs.
 """
 
 import csv
-import json
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ from carrierflex.reduction.pin_fit import pin_fit_row
 from carrierflex.workflows.fe import study_pin_fit
 from carrierflex.workflows.fe.pin_fit_pictures import MORE_PEAKS, RESIDUALS
 from carrierflex.workflows.screen.tables import pin_fit_table
+from tests.workflows.checked_documents import checked_document
 
 pytestmark = pytest.mark.long
 
@@ -101,7 +101,7 @@ def test_table_json_and_pictures_are_written(study, folder):
         [row.residual for row in study.rows], rel=1e-8
     )
     assert float(rows[len(study.tied) - 1]["stiffness"]) == np.inf
-    content = json.loads((folder / "pin_fit.json").read_text(encoding="utf-8"))
+    content = checked_document(folder / "pin_fit.json")
     assert set(content["worst"]["tied"]) == set(RESIDUALS)
     assert content["stiffness_of_changes"] == pytest.approx(study.changes)
     for name in ("pin_fit.png", "pin_fit_mixes.png"):

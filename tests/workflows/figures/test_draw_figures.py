@@ -1,6 +1,5 @@
 """The figures of both papers: every number is there, and the data behind the axes are physics."""
 
-import json
 from types import SimpleNamespace
 
 import numpy as np
@@ -20,6 +19,7 @@ from carrierflex.workflows.figures.mounting_figures import cylinder_forces
 from carrierflex.workflows.figures.shared_runs import BodyReduction, SharedRuns
 from carrierflex.workflows.support.default_curves import default_curves
 from carrierflex.workflows.support.named_bodies import body_structure
+from tests.workflows.checked_documents import checked_document
 
 
 def test_every_number_of_both_papers_is_there_once():
@@ -71,7 +71,7 @@ def test_what_cannot_be_drawn_is_refused_before_the_folder_is_made(
 def test_drawings_and_their_index_are_written(tmp_path):
     drawn = main(out=tmp_path / "figures", only=("2011-5", "2012-3"), quiet=True)
     assert [figure.name for figure in drawn.figures] == ["2011-5", "2012-3"]
-    written = json.loads((tmp_path / "figures" / "figures.json").read_text(encoding="utf-8"))
+    written = checked_document(tmp_path / "figures" / "figures.json")
     assert written["figures"] == {
         "2011-5": "2011_figure_05.png",
         "2012-3": "2012_figure_03.png",
@@ -200,7 +200,7 @@ def test_all_figures_are_drawn(tmp_path):
     assert len(drawn.figures) == 26
     for figure in drawn.figures:
         assert (drawn.folder / figure.file).stat().st_size > 20_000
-    numbers = json.loads((drawn.folder / "figures.json").read_text(encoding="utf-8"))["numbers"]
+    numbers = checked_document(drawn.folder / "figures.json")["numbers"]
     accuracy = numbers["table 2 of 2011, accuracy"]
     # Each model contains the one before it.
     assert accuracy["HD-b"] == 1.0 <= accuracy["NLin"] <= accuracy["Lin"]

@@ -13,6 +13,7 @@ from carrierflex.workflows.geometry import list_cad_faces, write_cad
 from carrierflex.workflows.reduction import check_certificate, reduce_body
 from carrierflex.workflows.support.carrier_files import CarrierFiles
 from carrierflex.workflows.support.recorded_structure import recorded_structure
+from tests.workflows.checked_documents import checked_document
 
 #: Limit of the comparison with the parametric carrier at one mesh size.
 WANTED = 0.01
@@ -29,6 +30,7 @@ def cad(tmp_path_factory):
 def test_curves_of_the_exported_carrier_are_those_of_the_parametric_one(tmp_path, cad):
     parametric = compute_curves.main(out=tmp_path / "parametric", quiet=True)
     from_cad = compute_curves.main(out=tmp_path / "cad", **cad, quiet=True)
+    assert set(checked_document(tmp_path / "cad" / "inputs.json")["files"]) == {"step", "surfaces"}
     for name, curve in parametric.items():
         imported, amplitude = from_cad[name], np.ptp(curve.axial) / 2.0
         assert np.abs(imported.axial - curve.axial).max() < WANTED * amplitude, name

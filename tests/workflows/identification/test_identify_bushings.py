@@ -4,7 +4,6 @@ On this machine and on a cluster that loses a worker.
 """
 
 import io
-import json
 import os
 import signal
 import threading
@@ -25,6 +24,7 @@ from tests.identification.mounting.mounting_campaigns import (
     mounting_campaign,
 )
 from tests.identification.synthetic_campaigns import carrier_campaign
+from tests.workflows.checked_documents import checked_document
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def test_bushings_are_found_and_written_with_both_tables(folder, tmp_path):
         compare_complex=False,
         quiet=True,
     )
-    document = json.loads((tmp_path / "identification.json").read_text())
+    document = checked_document(tmp_path / "identification.json")
     assert document["model"] == "nonlinear_bushing"
     low, high = document["shared"]["K1"]["ci95"]
     assert low < document["shared"]["K1"]["value"] < high
@@ -68,7 +68,7 @@ def test_bushings_are_found_and_written_with_both_tables(folder, tmp_path):
 
 def test_per_run_everything_stands_under_its_run(folder, tmp_path):
     main(folder, model="linear_bushing", out=tmp_path, per_run=True, quiet=True)
-    document = json.loads((tmp_path / "identification.json").read_text())
+    document = checked_document(tmp_path / "identification.json")
     assert document["shared"] == {}
     assert set(document["runs"]["R0"]["parameters"]) == {"K1", "C1", "P_T"}
 
@@ -120,7 +120,7 @@ def test_the_complex_method_stands_beside_the_fit(tmp_path):
         compare_complex=True,
         quiet=True,
     )
-    (row,) = json.loads((tmp_path / "out" / "identification.json").read_text())["models"][""]
+    (row,) = checked_document(tmp_path / "out" / "identification.json")["models"][""]
     assert row["complex_accuracy"] >= row["accuracy"] * (1.0 - 1e-9)
     assert row["complex_model_runs"] > 5 * row["model_runs"]
 
@@ -157,7 +157,7 @@ def test_a_cluster_that_loses_a_worker_finds_the_same(folder, tmp_path):
         main(folder, out=tmp_path / "there", scheduler=cluster.scheduler_address, **options)
         killer.join()
     here, there = (
-        json.loads((tmp_path / name / "identification.json").read_text())["shared"]
+        checked_document(tmp_path / name / "identification.json")["shared"]
         for name in ("here", "there")
     )
     assert here == there

@@ -1,4 +1,3 @@
-import json
 import weakref
 from dataclasses import replace
 
@@ -13,6 +12,7 @@ from carrierflex.identification.campaign.records import Run
 from carrierflex.workflows.identification.identify_parameters import main
 from tests.identification.synthetic_campaigns import TRUTH, carrier_campaign
 from tests.simulation.synthetic_curves import curve_set
+from tests.workflows.checked_documents import checked_document
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def campaign(tmp_path_factory):
 @pytest.mark.long
 def test_m2_finds_the_truth_and_writes_it_with_the_plots(tmp_path, campaign):
     result = main(campaign, model="m2", out=tmp_path / "out")
-    document = json.loads((tmp_path / "out" / "identification.json").read_text())
+    document = checked_document(tmp_path / "out" / "identification.json")
     assert document["model"] == "m2"
     for name, value in document["shared"].items():
         low, high = value["ci95"]
@@ -82,7 +82,7 @@ def test_each_plot_is_written_before_the_next_is_made_and_hundreds_are_not(
 
 def test_m1_needs_no_curves_and_per_run_leaves_nothing_shared(tmp_path, campaign):
     main(campaign, model="m1", out=tmp_path / "out", per_run=True)
-    document = json.loads((tmp_path / "out" / "identification.json").read_text())
+    document = checked_document(tmp_path / "out" / "identification.json")
     assert document["shared"] == {}
     assert set(document["runs"]["LC2"]["parameters"]) == {
         "d_x",

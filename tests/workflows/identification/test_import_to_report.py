@@ -1,13 +1,12 @@
 """From a logger's files to a report, by three commands and one edited map."""
 
-import json
-
 import pytest
 
 from carrierflex.identification.campaign.campaign_files import write_campaign
 from carrierflex.workflows.diagnosis.diagnose_campaign import main as diagnose_campaign
 from tests.identification.logs.loggers import LOGGERS
 from tests.identification.logs.test_loggers import clean_campaign, imported
+from tests.workflows.checked_documents import checked_document
 
 pytestmark = pytest.mark.long
 
@@ -17,7 +16,7 @@ QUICK = "overloaded element"
 
 def answer(folder, out):
     diagnose_campaign(folder, out=out, report=False, quiet=True)
-    document = json.loads((out / "diagnosis.json").read_text())
+    document = checked_document(out / "diagnosis.json")
     classes = [own["id"] for own in document.get("classes") or []]
     return document["verdict"], document["effects"], classes
 

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import json
 
 import pytest
 from numpy.testing import assert_allclose
@@ -13,6 +12,7 @@ from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.stage.stage_body import ShaftData, beam_shaft, joined_to_shaft
 from carrierflex.workflows.screen.simulation_tables import torsion_table
 from carrierflex.workflows.simulation import compute_torsion
+from tests.workflows.checked_documents import checked_document
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def coarse(flexible_reduction, pin_reduction, monkeypatch):
 @pytest.mark.usefixtures("coarse")
 def test_the_mounting_is_as_soft_as_the_gearbox_and_lowers_the_frequency(tmp_path):
     torsion = compute_torsion.main(out=tmp_path / "torsion", quiet=True)
-    written = json.loads((tmp_path / "torsion" / "torsion.json").read_text(encoding="utf-8"))
+    written = checked_document(tmp_path / "torsion" / "torsion.json")
     # Two linear bushings of table 3: 2 K1 R_x^2.
     assert_allclose(written["stiffness_nm_per_rad"]["mounting"], 2.0 * 20.2e6 * 0.75**2, rtol=5e-3)
     assert_allclose(written["stiffness_nm_per_rad"]["gearbox"], 27e6, rtol=0.03)

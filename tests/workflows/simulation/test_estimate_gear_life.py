@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.workflows.simulation import estimate_gear_life
+from tests.workflows.checked_documents import checked_document
 
 pytestmark = pytest.mark.long
 
@@ -65,6 +66,7 @@ def test_pressure_and_life_follow_from_the_added_slope(life):
         rows = list(csv.DictReader(stream))
     assert len(rows) == len(result.kinks) == 20
     assert_allclose(float(rows[0]["common slope [urad]"]), result.kinks[0].common_slope * 1e6, 1e-6)
+    assert set(checked_document(folder / "gear_life.json")["result"]["meshes"]) == {"sun", "ring"}
     for name in ("gear_life.png", "stage_contact.png", "stage_tilts.csv", "gear_life.json"):
         assert (folder / name).stat().st_size > 1000
 

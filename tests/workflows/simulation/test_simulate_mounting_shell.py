@@ -4,7 +4,6 @@ A run that stops keeps what it has; bad input writes nothing.
 """
 
 import csv
-import json
 import os
 import subprocess
 import sys
@@ -19,6 +18,7 @@ from carrierflex.simulation.mounting.case_files import read_mounting_case
 from carrierflex.simulation.mounting.linearised import frequency_response, mounting_modes
 from carrierflex.simulation.mounting.simulate import simulate
 from carrierflex.workflows.simulation.simulate_load_case import main
+from tests.workflows.checked_documents import checked_document
 
 COMMAND = [sys.executable, "-m", "carrierflex.workflows.command_line"]
 
@@ -177,9 +177,7 @@ def test_linearised_files_hold_what_the_model_gives(tmp_path):
     names = ["campbell.csv", "frequency_response.csv", "linearised.png", "modes.csv"]
     files = sorted(path.name for path in (tmp_path / "lin").iterdir())
     assert files == ["linearised.json", *(f"load_case_{name}" for name in names)]
-    point = json.loads((tmp_path / "lin" / "linearised.json").read_text())["operating_points"][
-        "load_case"
-    ]
+    point = checked_document(tmp_path / "lin" / "linearised.json")["operating_points"]["load_case"]
     loads = np.array([point["torque"], point["ntl_y"], point["ntl_z"]])
     assert_allclose(loads, [81.6e3, 30.6e3, -102e3], rtol=1e-4)
     with (tmp_path / "lin" / "load_case_modes.csv").open() as file:

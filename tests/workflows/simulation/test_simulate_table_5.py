@@ -1,7 +1,6 @@
 """The eight simulations of table 5: the paper's order, from a coarse carrier."""
 
 import csv
-import json
 
 import numpy as np
 import pytest
@@ -20,6 +19,7 @@ from carrierflex.workflows.simulation.simulate_table_5 import (
     reference_model,
     table_5_bodies,
 )
+from tests.workflows.checked_documents import checked_document
 
 pytestmark = pytest.mark.long
 
@@ -79,7 +79,7 @@ def test_the_reference_differs_from_the_simulations_in_model_and_body(bodies):
 
 
 def test_table_and_picture_are_written(table):
-    rows = json.loads((table.folder / "table_5.json").read_text(encoding="utf-8"))["rows"]
+    rows = checked_document(table.folder / "table_5.json")["rows"]
     with (table.folder / "table_5.csv").open(encoding="utf-8") as stream:
         lines = list(csv.DictReader(stream))
     assert len(rows) == len(lines) == 7
@@ -92,7 +92,7 @@ def test_table_and_picture_are_written(table):
 @pytest.mark.acceptance
 def test_a_tilt_in_the_joint_reaches_the_sensors_no_more_than_none(tmp_path, table):
     joint = main(out=tmp_path / "joint", tilt="joint", cases=("LC1",), **SETTINGS)
-    written = json.loads((joint.folder / "table_5.json").read_text(encoding="utf-8"))
+    written = checked_document(joint.folder / "table_5.json")
     assert written["tilt"] == '"joint"'
     # The housing follows the carrier: 0.6 um of 0.24 mm are left.
     aligned = joint.rms["LC1", ALIGNED]

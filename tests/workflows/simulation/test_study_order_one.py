@@ -1,7 +1,6 @@
 """The order-one study: what reaches the sensors, from a coarse carrier."""
 
 import csv
-import json
 
 import pytest
 from rich.console import Console
@@ -9,6 +8,7 @@ from rich.console import Console
 from carrierflex.workflows.screen.simulation_tables import order_one_table
 from carrierflex.workflows.simulation.order_one_supports import AXES, Support, supports
 from carrierflex.workflows.simulation.study_order_one import VARIED, main
+from tests.workflows.checked_documents import checked_document
 
 pytestmark = pytest.mark.long
 
@@ -58,7 +58,7 @@ def test_the_found_case_comes_within_a_tenth_of_the_paper(study):
 
 
 def test_table_sweeps_and_picture_are_written(study):
-    written = json.loads((study.folder / "order_one.json").read_text(encoding="utf-8"))
+    written = checked_document(study.folder / "order_one.json")
     with (study.folder / "order_one.csv").open(encoding="utf-8") as file:
         lines = list(csv.DictReader(file))
     assert len(written["rows"]) == len(lines) == len(supports())

@@ -1,14 +1,20 @@
-"""Schemas of the TOML files: shipped and written files fulfil them, and every key is described."""
+"""Schemas of TOML and JSON files: shipped and written files fulfil them, every key has words."""
 
 import tomllib
+from typing import Annotated, NotRequired, TypedDict, get_args
 
 import jsonschema
+import numpy as np
 import pytest
 
+from carrierflex.files.json_files import plain
+from carrierflex.files.result_schemas import result_schema
 from carrierflex.geometry.cad_surface_files import write_cad_statements
 from carrierflex.geometry.parameters import CarrierParameters, PinParameters
 from carrierflex.identification.campaign.campaign_document import campaign_document
 from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.workflows.identification import read_printed_tables
+from carrierflex.workflows.show_schema import Name
 from carrierflex.workflows.support.file_schemas import (
     FILE_KINDS,
     file_schema,
@@ -17,6 +23,7 @@ from carrierflex.workflows.support.file_schemas import (
 )
 from tests.identification.campaign.test_campaign_files import element_campaign, mounting_campaign
 from tests.identification.synthetic_campaigns import carrier_campaign
+from tests.workflows.checked_documents import checked_document
 
 SHIPPED = {
     "carrier_lc1_to_lc4": "carrier case",
@@ -87,11 +94,12 @@ def test_what_is_wrong_with_one_key_breaks_the_schema(kind, document):
 def test_every_key_of_a_schema_is_described_and_other_keys_are_refused(kind):
     schema = file_schema(kind)
     jsonschema.Draft202012Validator.check_schema(schema)
+    assert tables(schema) or kind == "salts"
     for table in tables(schema):
         assert table["additionalProperties"] is False
         for name, entry in table["properties"].items():
             # Words that are also those of the table below stand there alone.
-            below = schema["$defs"].get(entry.get("$ref", "").rpartition("/")[2], {})
+            below = schema.get("$defs", {}).get(entry.get("$ref", "").rpartition("/")[2], {})
             assert {**below, **entry}["description"].endswith("."), (kind, name)
 
 
@@ -123,3 +131,51 @@ def test_a_shipped_case_names_its_schema_to_editors(name):
     named = case.parent / first.removeprefix("#:schema ")
     assert first.startswith("#:schema ")
     assert named.resolve() == schema_file(SHIPPED[name])
+
+
+def test_every_schema_is_shown_by_its_name():
+    assert set(get_args(Name)) == {kind.replace(" ", "-") for kind in FILE_KINDS}
+
+
+class Measured(TypedDict):
+    """A document of every type of value."""
+
+    count: Annotated[int, "Count"]
+    size: Annotated[float, "Size [m]"]
+    values: Annotated[np.ndarray, "Values"]
+    pair: Annotated[tuple[float, float] | None, "Pair"]
+    note: NotRequired[Annotated[str, "Note"]]
+
+
+WRITTEN = {"count": 1, "size": np.inf, "values": np.zeros(2), "pair": (1.0, 2.0)}
+
+
+@pytest.mark.parametrize(
+    ("change", "refusal"),
+    [
+        ({}, ""),
+        ({"note": "n", "pair": None}, ""),
+        ({"count": 1.5}, "1.5 is not of type 'integer'"),
+        ({"size": "2"}, "'2' is not of type 'number', 'null'"),
+        ({"pair": (1.0,)}, "[1.0] is not valid under any of the given schemas"),
+        ({"sise": 2.0}, "Additional properties are not allowed ('sise' was unexpected)"),
+        ({"values": None}, "None is not of type 'array'"),
+    ],
+)
+def test_a_written_document_with_another_key_or_type_is_refused(change, refusal):
+    validator = jsonschema.Draft202012Validator(result_schema(Measured))
+    found = [error.message for error in validator.iter_errors(plain(WRITTEN | change))]
+    assert found == ([refusal] if refusal else [])
+
+
+def test_a_document_that_lacks_a_key_is_refused():
+    validator = jsonschema.Draft202012Validator(result_schema(Measured))
+    lacking = {name: value for name, value in plain(WRITTEN).items() if name != "size"}
+    assert [error.message for error in validator.iter_errors(lacking)] == [
+        "'size' is a required property"
+    ]
+
+
+def test_the_printed_tables_fulfil_their_schema(tmp_path):
+    read_printed_tables.main(out=tmp_path)
+    assert checked_document(tmp_path / "printed_tables.json")["facts"]["phi_PLC"]

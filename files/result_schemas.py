@@ -1,0 +1,152 @@
+"""JSON Schema of the JSON files that are written, from the types that they are made of.
+
+A file is a ``TypedDict`` whose values are plain or dataclasses, as :func:`json_files.plain` writes
+them: arrays and tuples are lists, a number that is not finite is null. The words of a key are those
+of its annotation, ``Annotated[float, "RMS [m]"]``, or of the docstring of its dataclass.
+"""
+
+import dataclasses
+import inspect
+import re
+import types
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import (
+    Annotated,
+    Any,
+    Literal,
+    NotRequired,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+    is_typeddict,
+)
+
+import numpy as np
+
+Schema = dict[str, Any]
+
+#: What is not finite is null.
+_NUMBER: Schema = {"type": ["number", "null"]}
+_PLAIN: dict[Any, Schema] = {
+    bool: {"type": "boolean"},
+    int: {"type": "integer"},
+    float: _NUMBER,
+    np.float64: _NUMBER,
+    str: {"type": "string"},
+    Path: {"type": "string"},
+    type(None): {"type": "null"},
+    np.ndarray: {"type": "array"},
+    Any: {},
+    object: {},
+}
+_LISTS = (list, tuple, Sequence, frozenset)
+_TABLES = (dict, Mapping)
+
+
+def result_schema(document: type) -> Schema:
+    """JSON Schema (draft 2020-12) of a file that holds one document.
+
+    Parameters
+    ----------
+    document : type
+        Its ``TypedDict``, or a union of several.
+
+    Returns
+    -------
+    dict
+        Every key of every table is required, but those that the document says may be absent; other
+        keys are refused.
+
+    Raises
+    ------
+    TypeError
+        Where a value is of a type that no JSON file holds.
+
+    Examples
+    --------
+    >>> from typing import TypedDict
+    >>> class Size(TypedDict):
+    ...     size: Annotated[float, "Edge length of the elements [m]"]
+    >>> result_schema(Size)["properties"]["size"]
+    {'type': ['number', 'null'], 'description': 'Edge length of the elements [m].'}
+    """
+    definitions: dict[str, Schema] = {}
+    top = _schema(document, definitions)
+    if "$ref" in top:
+        top = definitions.pop(top["$ref"].rpartition("/")[2])
+    return ({"$defs": definitions} if definitions else {}) | top
+
+
+def _schema(value: Any, definitions: dict[str, Schema]) -> Schema:
+    """Schema of one value; tables are added to the definitions and referred to."""
+    if value in _PLAIN:
+        return dict(_PLAIN[value])
+    origin = get_origin(value)
+    parts = get_args(value)
+    if origin is Annotated:
+        return {**_schema(parts[0], definitions), "description": f"{parts[1]}."}
+    if origin is Literal:
+        return {"enum": list(parts)}
+    if origin is NotRequired:
+        return _schema(parts[0], definitions)
+    if origin in (Union, types.UnionType):
+        return {"anyOf": [_schema(part, definitions) for part in parts]}
+    if origin in _LISTS:
+        return _list(parts, definitions)
+    if origin in _TABLES:
+        return {"type": "object", "additionalProperties": _schema(parts[1], definitions)}
+    if origin is np.ndarray:
+        return {"type": "array"}
+    if is_typeddict(value) or dataclasses.is_dataclass(value):
+        if value.__name__ not in definitions:
+            definitions[value.__name__] = {}
+            definitions[value.__name__] = _table(value, definitions)
+        return {"$ref": f"#/$defs/{value.__name__}"}
+    raise TypeError(f"{value!r} is no type of a JSON file")
+
+
+def _list(parts: tuple[Any, ...], definitions: dict[str, Schema]) -> Schema:
+    """Lists of any length, or of as many values as a tuple has."""
+    of_any_length = len(parts) == 1 or parts[-1] is Ellipsis
+    if of_any_length:
+        return {"type": "array", "items": _schema(parts[0], definitions)}
+    items = [_schema(part, definitions) for part in parts]
+    return {"type": "array", "prefixItems": items, "minItems": len(items), "maxItems": len(items)}
+
+
+def _table(table: Any, definitions: dict[str, Schema]) -> Schema:
+    hints = get_type_hints(table, include_extras=True)
+    if is_typeddict(table):
+        required = [name for name in hints if name in table.__required_keys__]
+    else:
+        hints = {field.name: hints[field.name] for field in dataclasses.fields(table)}
+        required = list(hints)
+    words = _words(inspect.getdoc(table) or "")
+    properties = {}
+    for name, hint in hints.items():
+        described = {"description": words[name]} if name in words else {}
+        properties[name] = described | _schema(hint, definitions)
+    title = (inspect.getdoc(table) or table.__name__).splitlines()[0]
+    return {
+        "type": "object",
+        "description": title,
+        "properties": properties,
+        "required": required,
+        "additionalProperties": False,
+    }
+
+
+def _words(docstring: str) -> dict[str, str]:
+    """Words of the parameters of a docstring in NumPy's form, by name."""
+    _, _, section = docstring.partition("Parameters\n----------\n")
+    section = re.split(r"\n\w+\n-+\n", section)[0]
+    found: dict[str, str] = {}
+    names: list[str] = []
+    for line in section.splitlines():
+        if line.startswith(" "):
+            found |= {name: f"{found.get(name, '')} {line.strip()}".strip() for name in names}
+        elif line:
+            names = [name.strip() for name in line.partition(" : ")[0].split(",")]
+    return found

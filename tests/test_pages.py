@@ -1,0 +1,49 @@
+"""Code blocks of the pages: Python runs, TOML and JSON are what they say. Shell: test_readme."""
+
+import json
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+def blocks(language):
+    """Blocks of a language in all pages but the gallery's, whose scripts are files."""
+    for path in sorted((ROOT / "docs").rglob("*.md")):
+        if path.name == "gallery.md":
+            continue
+        text = path.read_text(encoding="utf-8")
+        found = re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)
+        for number, block in enumerate(found):
+            yield pytest.param(block, id=f"{path.stem} {number}")
+
+
+#: The whole chain takes its time.
+CHAIN = "cf.diagnosed("
+
+
+@pytest.mark.parametrize("block", [own for own in blocks("python") if CHAIN not in own.values[0]])
+def test_python_runs(block, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(block, "page", "exec"), {"__name__": "page"})
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("block", [own for own in blocks("python") if CHAIN in own.values[0]])
+def test_the_chain_runs(block, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(block, "page", "exec"), {"__name__": "page"})
+    assert (tmp_path / "report.html").is_file()
+
+
+@pytest.mark.parametrize("block", blocks("toml"))
+def test_toml_is_toml(block):
+    assert tomllib.loads(block)
+
+
+@pytest.mark.parametrize("block", blocks("json"))
+def test_json_is_json(block):
+    assert json.loads(block)["format"].startswith("carrierflex-")

@@ -1,0 +1,77 @@
+"""Run the scripts of docs/gallery, keep their pictures, and write the page that shows them.
+
+Run it by ``make gallery``; ``tools/make_gallery.py torsion`` runs one script.
+"""
+
+import ast
+import runpy
+import sys
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[1]
+SCRIPTS = ROOT / "docs" / "gallery"
+PICTURES = ROOT / "docs" / "pictures" / "gallery"
+PAGE = ROOT / "docs" / "gallery.md"
+_HEAD = """# Gallery
+
+Each picture is made by the script below it: `python docs/gallery/NAME.py FOLDER` writes
+`FOLDER/NAME.png`. `make gallery` makes them all and this page. Meshes are coarse (60 to 80 mm), so
+that a script takes seconds; figures of the default mesh stand in the other pages.
+"""
+
+
+class Entry(NamedTuple):
+    """A script of the gallery: its first sentence, and what its docstring says of the command."""
+
+    path: Path
+    title: str
+    command: str
+    kind: str
+
+
+def entries() -> list[Entry]:
+    """Scripts of the gallery by name."""
+    found = []
+    for path in sorted(SCRIPTS.glob("*.py")):
+        docstring = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+        title, _, rest = docstring.partition("\n")
+        command, _, kind = rest.strip().removeprefix("Command: ").partition(", ")
+        found.append(Entry(path, title.rstrip("."), command, kind))
+    return found
+
+
+def page() -> str:
+    """The page of the gallery."""
+    parts = [_HEAD]
+    for entry in entries():
+        name = entry.path.stem
+        code = entry.path.read_text(encoding="utf-8").split('"""\n', 2)[-1].strip()
+        parts.append(
+            f"## {entry.title}\n\n"
+            f"![{entry.title}](pictures/gallery/{name}.png)\n\n"
+            f"`carrierflex {entry.command}`, {entry.kind}: "
+            f"[gallery/{name}.py](gallery/{name}.py)\n\n```python\n{code}\n```\n"
+        )
+    return "\n".join(parts)
+
+
+def main(names: list[str]) -> None:
+    """Run the named scripts, all of them without a name."""
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    for entry in entries():
+        if names and entry.path.stem not in names:
+            continue
+        start = time.perf_counter()
+        sys.argv = [str(entry.path), str(PICTURES)]
+        runpy.run_path(str(entry.path), run_name="__main__")
+        picture = PICTURES / f"{entry.path.stem}.png"
+        size = picture.stat().st_size / 1e3
+        seconds = time.perf_counter() - start
+        print(f"{entry.path.stem:<20} {seconds:6.1f} s {size:6.0f} kB", flush=True)
+    PAGE.write_text(page(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,292 @@
+"""What the JSON files of diagnosis, identification, import and certificate hold, by key."""
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Literal, NotRequired, TypedDict
+
+from carrierflex.diagnosis.gap.findings import (
+    CellValidation,
+    Drift,
+    GapMoment,
+    NonSynchronousCell,
+    PartGrowth,
+    ScalarGap,
+)
+from carrierflex.diagnosis.inference.results import (
+    BlockScore,
+    NamedValue,
+    RunValidation,
+    SelectionStep,
+)
+from carrierflex.diagnosis.report.compared.change import CellChange, RunChange
+from carrierflex.identification.campaign.record_digests import RecordDigests
+from carrierflex.identification.carrier.robust_loss import Outliers
+from carrierflex.identification.logs.clock_shift import ClockShift
+from carrierflex.identification.logs.logged_signals import Count
+from carrierflex.reduction.certificate import Check
+
+Effects = Sequence[str]
+Pair = Sequence[float]
+Versions = Annotated[Mapping[str, str], "Versions of Python and of packages that change a result"]
+#: The keys have their words, units and limits in the schema of the file that gives them.
+Dimensions = Annotated[
+    Mapping[str, Mapping[str, float]], "Dimensions, as in the schema carrier-parameters [m]"
+]
+Software = Annotated[str, "Name and version of this software"]
+Verdict = Annotated[
+    Literal[
+        "named",
+        "named_with_remainder",
+        "class_named",
+        "aliased",
+        "none_of_these",
+        "at_noise_floor",
+        "not_diagnosable",
+    ],
+    "What the diagnosis says",
+]
+
+
+class Warned(TypedDict):
+    """What does not look right in a campaign."""
+
+    about: Annotated[str, "Channel, input, run or effect that it is about"]
+    text: Annotated[str, "What was found, with its figures"]
+    remedy: Annotated[str, "What to do about it"]
+    check: Annotated[str, "Name of the check"]
+    figure: Annotated[float, "What was measured"]
+    line: Annotated[str, "File and line, or key of campaign.toml"]
+
+
+class Cell(TypedDict):
+    """One cell of the gap map."""
+
+    channel_pattern: Annotated[str, "Channel or sensor pattern"]
+    order: Annotated[float, "Shaft order, line, or frequency over the lowest of the map"]
+    run: Annotated[str, "Run"]
+    mean_square: Annotated[float, "Mean square of the gap [unit squared]"]
+    coherent: Annotated[float, "The same less the noise floor; may be negative"]
+    share: Annotated[float, "Share of the whole coherent gap"]
+    share_ci95: Annotated[Pair, "95 % interval of the share"]
+    p_value: Annotated[float, "Probability without a gap, adjusted for the number of cells"]
+    frequency_hz: NotRequired[Annotated[Pair, "Band of the cell [Hz]"]]
+
+
+class HowFar(TypedDict):
+    """How far the gap shrinks on held-out records; null where no diagnosis was made."""
+
+    rms_before: Annotated[float, "Held-out RMS of the baseline [unit]"]
+    rms_after: Annotated[float, "Held-out RMS with the effects [unit]"]
+    noise_floor: Annotated[float, "RMS that the noise alone leaves [unit]"]
+    rho: Annotated[float, "RMS after over before"]
+    phi: Annotated[float, "Share of the mean square above the floor that is explained"]
+    floor_multiple: Annotated[float, "RMS after over the floor"]
+    placebo_rho: Annotated[float, "rho of the best negative control"]
+    ceiling_rho: Annotated[float, "rho of a flexible model without physics"]
+    extrapolation_rho: Annotated[float, "rho in the largest condition, predicted from the others"]
+    rho_ci95: Annotated[Pair, "95 % interval of rho"]
+    phi_ci95: Annotated[Pair, "95 % interval of phi"]
+    held_out: Annotated[Literal[True], "Always on records that were not fitted to"]
+
+
+class Shape(TypedDict):
+    """Measured shape of a class."""
+
+    x: Annotated[Pair, "Abscissa"]
+    y: Annotated[Pair, "Central curve"]
+    band: Annotated[Sequence[Pair], "Lower and upper end of the 95 % band"]
+    law: Annotated[Pair, "Nearest law along x; empty where none is drawn"]
+    labels: Annotated[Sequence[str], "Names of both axes"]
+    units: Annotated[Sequence[str], "Units of both axes"]
+    words: Annotated[str, "The shape in words"]
+
+
+class FoundClass(TypedDict):
+    """A class of effects that the gap is of."""
+
+    id: Annotated[str, "Class, docs/campaign_format.md"]
+    share: Annotated[float, "Share of the gap that it explains"]
+    share_ci95: Annotated[Pair, "95 % interval of the share"]
+    law: Annotated[str | None, "Nearest law of the library; null where the class holds none"]
+    law_share: Annotated[float, "Share that this law explains"]
+    law_named: Annotated[bool, "Whether the law is named"]
+    shape: Annotated[Shape | None, "Its measured shape; null where it has none"]
+
+
+class Tried(TypedDict):
+    """A set of effects that was tried."""
+
+    effects: Annotated[Effects, "Added to the baseline"]
+    weight: Annotated[float, "Stacking weight"]
+    held_out_rms: Annotated[float, "Held-out RMS [unit]"]
+    refused: Annotated[str, "Why it is not supported; empty where it passes every rule"]
+
+
+class Screened(TypedDict):
+    """An effect in the screening."""
+
+    effect: Annotated[str, "Id"]
+    r_squared: Annotated[float, "Share of the gap that its signature explains"]
+    surviving_share: Annotated[float, "Share of its signature that the baseline leaves"]
+
+
+class GapBeyondMap(TypedDict):
+    """The baseline's gap beyond its map."""
+
+    text: Annotated[str, "What does not repeat, in words"]
+    parity: Annotated[str, "Parity of the missing law in words"]
+    in_time: Annotated[Sequence[GapMoment], "RMS in windows"]
+    drift: Annotated[Sequence[Drift], "Trends over a run"]
+    incoherent: Annotated[Sequence[NonSynchronousCell], "What does not repeat"]
+    growth: Annotated[Sequence[PartGrowth], "How parts grow with the conditions"]
+    cells: Annotated[Sequence[CellValidation], "Comparison error by cell (ASME V&V 20)"]
+    scalars: Annotated[Sequence[ScalarGap], "Quantities of interest"]
+
+
+class DiagnosisDocument(TypedDict):
+    """diagnosis.json, written by diagnose and run."""
+
+    format: Annotated[Literal["carrierflex-diagnosis"], "Kind of the file"]
+    version: Annotated[Literal[2], "Version of the format"]
+    campaign: Annotated[str, "Name of the campaign"]
+    kind: Annotated[Literal["carrier", "mounting", "element"], "Kind of the campaign"]
+    software: Software
+    verdict: Verdict
+    incomplete: Annotated[bool, "Whether a class leads without explaining what a cause would"]
+    reason: Annotated[str, "Why this verdict, in a sentence with its numbers"]
+    effects: Annotated[Effects, "Named effects, the one that explains most first"]
+    aliases: Annotated[Sequence[Effects], "Effects, and errors of wiring, not to be told apart"]
+    parameters: Annotated[Mapping[str, Mapping[str, NamedValue]], "Values by effect and name"]
+    gains: Annotated[str | None, "What the intervals hold of the signals' gains"]
+    ranking: Annotated[Sequence[Tried], "Sets that were tried, best first"]
+    where: Annotated[Sequence[Cell], "Largest cells of the gap"]
+    where_text: Annotated[str, "Where the gap lies, in words"]
+    how_far: Annotated[HowFar, "How far the gap shrinks"]
+    how_far_law: Annotated[HowFar, "The same of the nearest laws"]
+    classes: Annotated[Sequence[FoundClass], "Classes of the gap; empty where none is named"]
+    class_ties: Annotated[Sequence[Effects], "Classes that the records cannot tell apart"]
+    class_rivals: Annotated[Mapping[str, float], "Share that another class alone explains"]
+    beyond_share: Annotated[float, "Share of the gap beyond the classes"]
+    beyond_learnable: Annotated[float, "Share that a flexible model learns beyond the classes"]
+    class_note: Annotated[str, "What the records cannot say of classes"]
+    unit: Annotated[str, "Unit of every RMS"]
+    remaining: Annotated[Sequence[Cell], "Largest cells of the remaining gap"]
+    ladder: Annotated[Sequence[SelectionStep], "Held-out RMS as the effects are added"]
+    screen: Annotated[Sequence[Screened], "Screening of the library"]
+    learnable_share: Annotated[float, "Share of the gap that a flexible model explains"]
+    validation: Annotated[Sequence[RunValidation], "Comparison error by run (ASME V&V 20)"]
+    held_out: Annotated[Sequence[BlockScore], "Held-out gap of the baseline by block"]
+    records: Annotated[RecordDigests | None, "Digests of records and files"]
+    gap: Annotated[GapBeyondMap | None, "The gap beyond its map"]
+    separating_test: Annotated[str, "Measurement that would tell rivals apart"]
+    warnings: Annotated[Sequence[Warned], "What does not look right in the campaign"]
+
+
+class Side(TypedDict):
+    """One of two diagnoses."""
+
+    folder: Annotated[str, "Where it stands"]
+    campaign: Annotated[str, "Name of the campaign"]
+    verdict: Verdict
+    causes: Annotated[Effects, "Named effects, or classes where none is named"]
+    rms: Annotated[float, "Held-out RMS of the baseline's gap [unit]"]
+    noise_floor: Annotated[float, "RMS of the noise [unit]"]
+
+
+class Causes(TypedDict):
+    """What became of the causes."""
+
+    solved: Annotated[Effects, "Named before only"]
+    remaining: Annotated[Effects, "Named both times"]
+    added: Annotated[Effects, "Named after only"]
+
+
+class ComparisonDocument(TypedDict):
+    """comparison.json, written by compare."""
+
+    format: Annotated[Literal["carrierflex-comparison"], "Kind of the file"]
+    version: Annotated[Literal[1], "Version of the format"]
+    software: Software
+    text: Annotated[str, "What became of the gap, in one sentence"]
+    kind: Annotated[str, "Kind of the campaign"]
+    unit: Annotated[str, "Unit of every RMS"]
+    measured: Annotated[str, "SHA-256 of the measured records"]
+    before: Annotated[Side, "First diagnosis"]
+    after: Annotated[Side, "Second diagnosis"]
+    ratio: Annotated[float, "RMS of the gap after over before"]
+    ratio_ci95: Annotated[Pair, "95 % interval of the ratio"]
+    explained: Annotated[float, "Share of the mean square above the noise that went"]
+    causes: Annotated[Causes, "Causes"]
+    cells: Annotated[Sequence[CellChange], "Cells of the gap map, largest change first"]
+    runs: Annotated[Sequence[RunChange], "Error by run"]
+
+
+class IdentifiedRun(TypedDict):
+    """Identification of one run."""
+
+    parameters: Annotated[Mapping[str, NamedValue], "Its own parameters"]
+    rms: Annotated[float, "RMS of the residual [unit of the channels]"]
+    rms_by_channel: Annotated[Mapping[str, float], "The same by channel"]
+
+
+class Correlation(TypedDict):
+    """Correlation of parameters."""
+
+    parameters: Annotated[Sequence[str], "Names, those of one run as LC1.d_x"]
+    matrix: Annotated[Sequence[Sequence[float]], "Rows of the matrix"]
+
+
+class BushingRow(TypedDict):
+    """One bushing model: tables 2 and 3 of the 2011 paper."""
+
+    model: Annotated[str, "Name"]
+    n_parameters: Annotated[int, "Number of parameters"]
+    simulation_seconds: Annotated[float, "Time of one simulation [s]"]
+    accuracy: Annotated[float, "Objective over that of the linear model"]
+    rms: Annotated[float, "RMS of the residual [m]"]
+    parameters: Annotated[Mapping[str, NamedValue], "By published name"]
+    model_runs: Annotated[int, "Simulations that the fit took"]
+    seconds: Annotated[float, "Time of the fit [s]"]
+    complex_model_runs: Annotated[int | None, "Simulations of the complex method"]
+    complex_seconds: Annotated[float, "Time of the complex method [s]"]
+    complex_accuracy: Annotated[float, "Objective of the complex method over the linear model's"]
+
+
+class IdentificationDocument(TypedDict):
+    """identification.json, written by identify and run."""
+
+    format: Annotated[Literal["carrierflex-identification"], "Kind of the file"]
+    version: Annotated[Literal[1], "Version of the format"]
+    campaign: Annotated[str, "Name of the campaign"]
+    model: Annotated[str, "Model that was fitted"]
+    software: Software
+    shared: Annotated[Mapping[str, NamedValue], "Parameters of all runs"]
+    runs: Annotated[Mapping[str, IdentifiedRun], "By run"]
+    undetermined: Annotated[Sequence[str], "Combinations that the records cannot see, in words"]
+    outliers: NotRequired[Annotated[Sequence[Outliers], "Flagged samples, which took part"]]
+    warnings: Annotated[Sequence[Warned], "What does not look right in the campaign"]
+    covariance_source: NotRequired[Annotated[str, "Where the errors come from"]]
+    correlation: Annotated[Mapping[str, Correlation], "By run; under an empty name where joint"]
+    model_runs: Annotated[int, "Evaluations of the model"]
+    seconds: Annotated[float, "Time of the identification [s]"]
+    models: NotRequired[Annotated[Mapping[str, Sequence[BushingRow]], "Every bushing model"]]
+
+
+class ImportDocument(TypedDict):
+    """import.json, written by import."""
+
+    format: Annotated[Literal["carrierflex-import"], "Kind of the file"]
+    version: Annotated[Literal[1], "Version of the format"]
+    software: Software
+    sha256: Annotated[Mapping[str, str], "Digest of every file"]
+    missing: Annotated[Sequence[Count], "Missing samples by run, column and reason"]
+    clock_shift: Annotated[Mapping[str, ClockShift], "By run, of another simulator's prediction"]
+    notes: Annotated[Sequence[str], "What was found on the way"]
+
+
+class CertificateDocument(TypedDict):
+    """Checks of a reduced body, written by certificate --json."""
+
+    body: Annotated[str, "Body file"]
+    met: Annotated[bool, "Whether every check is met"]
+    checks: Annotated[Sequence[Check], "Wanted beside reached"]
+    cut_off_hz: Annotated[float, "Frequency up to which was checked [Hz]"]
