@@ -148,7 +148,8 @@ def _values(
     values = {(BASELINE, name): float(value) for name, value in zip(names, base, strict=False)}
     own = contained_columns(model)
     for column, value in zip(own, base[len(names) :], strict=True):
-        values[column.effect, column.amplitude] = max(float(value), 0.0)
+        # Physical bounds are kept where a start is handed back: a spring may soften.
+        values[column.effect, column.amplitude] = float(value)
     for column, amplitude in zip(columns, amplitudes, strict=True):
         for name, value in column.values.items():
             values[column.effect, name] = value

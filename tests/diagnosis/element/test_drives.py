@@ -121,6 +121,35 @@ def test_a_release_gives_stiffness_and_damping_and_its_own_start(mass):
     assert units["f0"] == ("N" if mass else "m/s^2")
 
 
+def pendulum_campaign():
+    """One decay of a pendulum from 1.6 rad, cut in two; cube and fifth power in its baseline."""
+    step, n = 0.02, 600
+
+    def rates(t, y):
+        return [y[1], -64.0 * np.sin(y[0]) - 0.06 * y[1]]
+
+    time = step * np.arange(2 * n)
+    swing = solve_ivp(rates, (0.0, time[-1]), (1.6, 0.0), "DOP853", time, rtol=1e-9, atol=1e-12)
+    noise = 1e-4 * np.random.default_rng(3).standard_normal(2 * n)
+    angles = np.split(swing.y[0] + noise, 2)
+    runs = tuple(
+        Run(f"R{k}", f"R{k}.csv", f"part {k}", time[:n], {}, {"q": angle})
+        for k, angle in enumerate(angles)
+    )
+    channel = Channel("q", "displacement", "rad", noise_std=1e-4)
+    contained = Baseline("model", ("cubic_stiffness", "quintic_stiffness"))
+    return Campaign("element", "swing", contained, {"drive": "free_decay"}, (channel,), runs)
+
+
+def test_the_curvature_of_a_pendulum_is_a_sixth_of_its_stiffness():
+    # A spring that softens: its cube is negative, and so is where the search must start.
+    values = values_of(fit_effects(element_problem(pendulum_campaign()), ()))
+    assert values["K1"] == pytest.approx(64.0, rel=2e-3)
+    # Least squares of three powers on the sine itself are off by 0.4 % over this swing.
+    assert values["K3"] / values["K1"] == pytest.approx(-1.0 / 6.0, rel=0.01)
+    assert values["K5"] / values["K1"] == pytest.approx(1.0 / 120.0, rel=0.1)
+
+
 def test_the_law_of_a_release_is_found_with_its_class():
     problem = element_problem(decay_campaign(cubic))
     fit = fit_effects(problem, ("cubic_stiffness",))

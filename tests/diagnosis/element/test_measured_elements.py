@@ -1,7 +1,7 @@
-"""Two public measured benchmarks, diagnosed from their files; skipped where these are absent.
+"""Public measured records, diagnosed from their files; skipped where these are absent.
 
 The folder is that of the environment variable CARRIERFLEX_DATA, or shared/data beside the
-repository; it holds silverbox/SNLS80mV.mat and emps/DATA_EMPS.mat, DATA_EMPS_PULSES.mat.
+repository; docs/measured_records.md says what it holds and what is expected.
 """
 
 import os
@@ -11,11 +11,20 @@ from pathlib import Path
 import pytest
 from numpy.testing import assert_allclose
 
+from carrierflex.diagnosis.comparison.problem import BASELINE
 from carrierflex.diagnosis.element.problem import element_problem
+from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.screening import screen
 from carrierflex.diagnosis.report.gap_words import where_text
 from carrierflex.identification.campaign.campaign_files import read_campaign
-from carrierflex.workflows.diagnosis import convert_emps, convert_silverbox, diagnose_campaign
+from carrierflex.workflows.diagnosis import (
+    convert_emps,
+    convert_fatigue_rig,
+    convert_geared_servo,
+    convert_pendulum,
+    convert_silverbox,
+    diagnose_campaign,
+)
 
 pytestmark = pytest.mark.may_skip
 
@@ -109,6 +118,36 @@ def test_the_servo_axis_misses_dry_friction(emps, tmp_path):
     assert_allclose(values["baseline"]["m"].value, 95.1, rtol=0.02)
     assert_allclose(values["baseline"]["C1"].value, 203.5, rtol=0.05)
     assert_allclose(values["coulomb_friction"]["Fc"].value, 20.39, rtol=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "convert", "expected", "least_share"),
+    [
+        ("silverbox", convert_silverbox.main, ("restoring_force", "cubic_stiffness", True), 0.99),
+        ("emps", convert_emps.main, ("dissipation", "coulomb_friction", False), 0.95),
+        ("pendulum", convert_pendulum.main, ("restoring_force", "cubic_stiffness", True), 0.99),
+        ("bam", convert_geared_servo.main, None, 0.0),
+        ("fatigue_rig", convert_fatigue_rig.main, None, 0.0),
+    ],
+)
+def test_the_class_of_a_measured_cause(name, convert, expected, least_share, tmp_path):
+    campaign = convert(folder(name), out=tmp_path / "campaign")
+    found = element_problem(read_campaign(campaign)).class_answer()
+    named = [(own.id, own.law, own.law_named) for own in found.classes]
+    assert named == ([] if expected is None else [expected])
+    assert not found.ties
+    assert found.share >= least_share or not named
+
+
+@pytest.mark.slow
+def test_the_measured_pendulum_softens_by_a_sixth(tmp_path):
+    out = convert_pendulum.main(
+        folder("pendulum"), out=tmp_path / "campaign", contains_quintic=True
+    )
+    known = fit_effects(element_problem(read_campaign(out)), ()).known
+    ratio = known["cubic_stiffness", "K3"] / known[BASELINE, "K1"]
+    assert_allclose(ratio, -1.0 / 6.0, rtol=0.015)
 
 
 def test_a_folder_without_the_benchmark_is_refused(tmp_path):
