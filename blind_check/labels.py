@@ -91,6 +91,8 @@ class Label:
         How an element is driven.
     changes : tuple of float
         Change of form of each cause, RMS over that of what the cause leaves.
+    own_gaps : tuple of float
+        Where several causes act, gap over the floor that each would leave alone.
     """
 
     case: str
@@ -108,6 +110,7 @@ class Label:
     class_aliases: tuple[tuple[str, ...], ...] = ()
     drive: str = ""
     changes: tuple[float, ...] = ()
+    own_gaps: tuple[float, ...] = ()
 
     def text(self) -> str:
         """The label as JSON of one form only: what is sealed.
@@ -128,7 +131,7 @@ class Label:
                 **content,
                 **{
                     name: tuple(content[name])
-                    for name in ("effects", "present", "classes", "changes")
+                    for name in ("effects", "present", "classes", "changes", "own_gaps")
                 },
                 **{
                     name: tuple(tuple(members) for members in content[name])

@@ -37,6 +37,7 @@ from carrierflex.blind_check.truth.element.families import CAUSES
 CLEAR_CLASS_GAP = 2.0
 #: Right of those answered at least, and not answered at most, by stratum.
 _WANTED = {"wide_band": (0.95, 0.10), "levels": (0.85, 0.30), "carrier": (0.95, 0.10)}
+_QUIET = (ABSTAINED, SILENT)
 STRATA = ("wide_band", "levels", "single_level", "decay", "carrier")
 #: False classes with nothing missing at most, by kind.
 _FALSE_AT_MOST = {"element": 0.03, "carrier": 0.02}
@@ -134,6 +135,11 @@ def is_clear(case: ClassJudged) -> bool:
     return not case.has_class or case.label.gap_over_floor >= CLEAR_CLASS_GAP
 
 
+def shows_every_cause(case: ClassJudged) -> bool:
+    """Whether each of several causes would leave the gap of a clear case alone."""
+    return is_clear(case) and all(own >= CLEAR_CLASS_GAP for own in case.label.own_gaps)
+
+
 def _figures(cases: Sequence[ClassJudged]) -> list[Figure]:
     kind = cases[0].label.kind
     figures: list[Figure] = []
@@ -194,7 +200,7 @@ def _stratum_figures(kind: str, stratum: str, cases: Sequence[ClassJudged]) -> l
     least, most = _WANTED.get(stratum, (None, None))
     head = f"{stratum}, gap >= {CLEAR_CLASS_GAP:g}"
     right = [outcome == RIGHT for outcome in answered]
-    quiet = [outcome in (ABSTAINED, SILENT) for outcome in clear]
+    quiet = [outcome in _QUIET for outcome in clear]
     figures = [
         share_figure(kind, f"{head}: class right of those answered", right)
         if least is None
@@ -216,6 +222,10 @@ def _stratum_figures(kind: str, stratum: str, cases: Sequence[ClassJudged]) -> l
             lambda p, n: p <= most,
         ),
     ]
+    visible = [case.outcome for case in own if shows_every_cause(case)]
+    visible_answered = [outcome == RIGHT for outcome in visible if outcome not in _QUIET]
+    name = f"{head} of every cause alone: class right of those answered"
+    figures.append(share_figure(kind, name, visible_answered))
     for outcome in (WRONG, TIE, ABSTAINED, SILENT, FAILED):
         figures.append(share_figure(kind, f"{head}: {outcome}", [o == outcome for o in clear]))
     small = [case.outcome for case in own if not is_clear(case)]

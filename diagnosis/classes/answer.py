@@ -1,6 +1,7 @@
 """The answer of a comparison of classes, from its table."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -37,6 +38,8 @@ def class_answer(
     *,
     shape_of: ShapeOf,
     inseparable: Sequence[str] = (),
+    shows_two_causes: bool = True,
+    shows_laws: bool = True,
     floor_is_known: bool = True,
     drive_note: str = "",
 ) -> ClassAnswer:
@@ -52,6 +55,10 @@ def class_answer(
         Gives the measured shape of a class.
     inseparable : sequence of str
         Classes that this drive shows only mixed with others.
+    shows_two_causes : bool
+        Whether the drive tells two causes from another two.
+    shows_laws : bool
+        Whether the drive tells a law from another curve of its class.
     floor_is_known : bool
         Whether shares are of the gap above the floor, or of all that the baseline leaves: a floor
         that was taken from what no class learns would make the best class right by definition.
@@ -67,9 +74,19 @@ def class_answer(
     floor_of_shares = table.floor if floor_is_known else np.zeros_like(table.floor)
     shares = Shares(scores.of(()).squares, floor_of_shares, constants)
     plain = [name for name in candidates if name != table.surface]
-    decision = decide(scores, shares, plain, inseparable=inseparable, drive_note=drive_note)
+    decision = decide(
+        scores,
+        shares,
+        plain,
+        inseparable=inseparable,
+        shows_two_causes=shows_two_causes,
+        drive_note=drive_note,
+    )
     names = [name for name in (*plain, table.surface) if name]
-    return answer_of(scores, shares, decision, names, shape_of=shape_of, note=decision.note)
+    found = answer_of(scores, shares, decision, names, shape_of=shape_of, note=decision.note)
+    if shows_laws:
+        return found
+    return replace(found, classes=tuple(replace(own, law_named=False) for own in found.classes))
 
 
 def answer_of(

@@ -48,6 +48,7 @@ def decide(
     candidates: Sequence[str],
     *,
     inseparable: Sequence[str] = (),
+    shows_two_causes: bool = True,
     drive_note: str = "",
 ) -> Decision:
     """Name the class, or the pair, that the held-out blocks show.
@@ -63,6 +64,9 @@ def decide(
     inseparable : sequence of str
         Classes that this drive shows only mixed with others: none of them is named, and where one
         explains clearly more than the answer, nothing is.
+    shows_two_causes : bool
+        Whether the drive tells two causes, or a coupled one, from another two; else none of them is
+        named.
     drive_note : str
         What the drive does not separate.
 
@@ -85,7 +89,8 @@ def decide(
     if coupled and shares.is_clear_gain(scores.of(coupled), scores.of(answer), limits.second_cause):
         answer, ties = coupled, ()
     held = scores.of(answer)
-    is_mixed = any(
+    is_single = len(answer) == 1 and answer != (scores.table.surface,)
+    is_mixed = not (shows_two_causes or is_single) or any(
         shares.is_clear_gain(scores.of((name,)), held, limits.second_cause) for name in inseparable
     )
     state = NO_CLASS if is_mixed else state_of(shares, held)

@@ -1,7 +1,7 @@
 """One table for all classes: products of target, baseline, class and law columns by block."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -78,6 +78,9 @@ class GramTable:
         Fold in which each block is held out.
     scale : ndarray, shape (n,)
         Factor that each column was multiplied by.
+    beyond_laws : mapping of str to str
+        Group of columns that a class would have if its laws were curved: no class of its own, but
+        where it explains most of what a law leaves, the law is not the cause.
     """
 
     gram: FloatArray
@@ -90,6 +93,7 @@ class GramTable:
     floor: FloatArray
     folds: IntArray
     scale: FloatArray
+    beyond_laws: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def total(self) -> FloatArray:

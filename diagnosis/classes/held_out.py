@@ -76,6 +76,15 @@ class ClassScores:
             self.known[key] = self._best(groups, [(r,) * len(groups) for r in self._ridges])
         return self.known[key]
 
+    def beyond_laws(self, classes: Sequence[str], group: str) -> HeldOutSquares:
+        """Held-out squares of some classes with one group more, which is no class."""
+        key = (*sorted(classes), f"group {group}")
+        if key not in self.known:
+            beside = self.of(classes)
+            options = [(*beside.ridges, ridge) for ridge in self._ridges]
+            self.known[key] = self._best((*beside.groups, group), options)
+        return self.known[key]
+
     def with_law(self, classes: Sequence[str], columns: IntArray) -> HeldOutSquares:
         """Held-out squares of some classes and a law's columns beside them."""
         beside = self.of(classes)

@@ -63,7 +63,24 @@ def nearest_law(scores: ClassScores, shares: Shares, own: str, beside: Classes) 
     behind = shares.gain(with_class, held)
     error = limits.standard_errors * shares.gain_error(with_class, held)
     is_equal = behind <= max(limits.law_named, error) and _explains(shares, held)
+    is_equal = is_equal and not _is_curved(scores, own, beside)
     return NearestLaw(name, columns, held, is_equal)
+
+
+def _is_curved(scores: ClassScores, own: str, beside: Classes) -> bool:
+    """Whether the class would be curved where no other class explains as much of what it leaves.
+
+    A spring in series with a dashpot is all but a Maxwell branch, and the branch leaves little:
+    what decides is who explains the rest.
+    """
+    table = scores.table
+    group = table.beyond_laws.get(own)
+    if group is None:
+        return False
+    answer = (own, *beside)
+    curved = scores.beyond_laws(answer, group).total
+    others = [scores.of((*answer, name)).total for name in table.classes if name not in answer]
+    return curved < min([scores.of(answer).total, *others])
 
 
 def _explains(shares: Shares, held: HeldOutSquares) -> bool:

@@ -114,6 +114,11 @@ class ElementRecord:
             return forces
         return band_limited(forces, self.step, self.flat_hz)
 
+    def within(self, trusted_hz: float) -> "ElementRecord":
+        """Copy whose deflection under a force is trusted up to another frequency."""
+        cutoff = band_end(trusted_hz, self.step)
+        return replace(self, cutoff_hz=cutoff, motion=_motion(self.response, self.step, cutoff))
+
     def with_response(self, response: FloatArray) -> "ElementRecord":
         """Copy that measured another response (force drive: the motion follows)."""
         motion = _motion(response, self.step, self.cutoff_hz)

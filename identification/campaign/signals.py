@@ -46,7 +46,13 @@ def filled(values: FloatArray, time: FloatArray, even: FloatArray) -> FloatArray
     return np.interp(even, time[present], values[present])
 
 
-def trusted_frequency(signal: FloatArray, step: float, *, is_slow: bool = False) -> float:
+def trusted_frequency(
+    signal: FloatArray,
+    step: float,
+    *,
+    is_slow: bool = False,
+    above_plateau: float = _ABOVE_PLATEAU,
+) -> float:
     """Frequency [Hz] up to which a signal stands clear of its high-frequency plateau.
 
     Parameters
@@ -58,6 +64,8 @@ def trusted_frequency(signal: FloatArray, step: float, *, is_slow: bool = False)
     is_slow : bool
         Whether the motion is known to be slow, as a decay is. Where nothing stands clear it then
         lies below the first lines of the spectrum; elsewhere it fills the whole of it.
+    above_plateau : float
+        Power over the plateau's at which it stands clear.
 
     Returns
     -------
@@ -72,7 +80,7 @@ def trusted_frequency(signal: FloatArray, step: float, *, is_slow: bool = False)
     )
     frequency, power = frequency[3:], power[3:] / (2.0 * np.sin(np.pi * frequency[3:] * step)) ** 4
     plateau = float(np.median(power[int(0.85 * power.size) :]))
-    clear = np.flatnonzero(power > _ABOVE_PLATEAU * plateau)
+    clear = np.flatnonzero(power > above_plateau * plateau)
     if clear.size:
         highest = frequency[clear[-1]]
     else:

@@ -183,6 +183,31 @@ def smaller(element: Element, factor: float) -> Element:
     )
 
 
+def with_one_cause(element: Element, names: Sequence[str], number: int) -> Element:
+    """Element with one of its causes alone, its base as it is.
+
+    Parameters
+    ----------
+    element : Element
+        Element with all causes.
+    names : sequence of str
+        Its causes, as :func:`with_causes` was given them.
+    number : int
+        Place of the one that stays.
+    """
+    of_laws = [k for k, name in enumerate(names) if CAUSES[name].law]
+    own = CAUSES[names[number]]
+    is_late = names[number] == "late_sensor"
+    return replace(
+        element,
+        laws=(element.laws[of_laws.index(number)],) if own.law else (),
+        drive_side=None if own.law or is_late else element.drive_side,
+        delay=element.delay if is_late else 0.0,
+        lag=element.lag if is_late else 0.0,
+        disturbance=(),
+    )
+
+
 def _with_cause(
     rng: np.random.Generator,
     name: str,

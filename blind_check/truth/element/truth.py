@@ -25,6 +25,7 @@ from carrierflex.blind_check.truth.element.drawing import (
     slightly_curved,
     smaller,
     with_causes,
+    with_one_cause,
 )
 from carrierflex.blind_check.truth.element.drives import DECAY, Drive, drawn_drives
 from carrierflex.blind_check.truth.element.element import FINE, Element
@@ -120,6 +121,7 @@ def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     case, clean = _drawn_case(plan, rng)
     residuals = case.baseline(clean)
     gap = root_mean_square(np.array(residuals))
+    own_gaps = _own_gaps(plan, case)
     if plan.effects:
         floor = gap / plan.ratio
     else:
@@ -140,7 +142,18 @@ def element_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         noise_std=floor,
         settle=case.settle,
     )
-    return campaign_of(plan, records), _label(plan, case, residuals, gap, floor)
+    label = _label(plan, case, residuals, gap, floor)
+    return campaign_of(plan, records), replace(
+        label, own_gaps=tuple(own / floor for own in own_gaps)
+    )
+
+
+def _own_gaps(plan: CasePlan, case: _Case) -> list[float]:
+    """What each of several causes would leave alone; empty for one or none."""
+    if len(plan.effects) < 2:
+        return []
+    alone = [with_one_cause(case.element, plan.effects, k) for k in range(len(plan.effects))]
+    return [root_mean_square(np.array(case.baseline(case.signals(one)))) for one in alone]
 
 
 def _label(

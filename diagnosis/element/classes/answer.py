@@ -29,6 +29,8 @@ _ONE_FREQUENCY_NOTE = (
     "one frequency drives all runs: a slow change with time is not separable from what it leaves "
     "in these records"
 )
+#: Ratio of two levels that are one; levels that are meant to differ do so by a quarter and more.
+_SAME_LEVEL = 1.1
 #: Bins of a spectrum that one line takes at most, by participation, through the Hann window.
 _LINE_BINS = 3.0
 
@@ -66,9 +68,11 @@ def element_class_answer(
         return None
     note = _note_of_time(own, constants)
     inseparable = {TIME_VARIATION} if note else set()
-    if note == _ONE_FREQUENCY_NOTE and model.by_force:
-        # The drive is one line in each run: a function of it is any height of that line.
-        inseparable |= {DRIVE_SIDE}
+    is_one_line = note == _ONE_FREQUENCY_NOTE and model.by_force
+    if is_one_line:
+        # The drive is one line in each run: a function of it is any height of that line, and
+        # spring and damper take up what is linear at it.
+        inseparable |= {DRIVE_SIDE, DELAY, MEMORY}
     left_out = set()
     if model.states:
         # After a release a delay is a shift of the clock, and nothing is applied.
@@ -82,6 +86,9 @@ def element_class_answer(
         shape_of=partial(measured_shape, own, model.units),
         floor_is_known=not noise_note,
         inseparable=sorted(inseparable - left_out),
+        # The band holds one line and its harmonics: two causes share out what one makes.
+        shows_two_causes=not is_one_line,
+        shows_laws=not (is_one_line and has_one_level(own)),
         drive_note="; ".join(text for text in (noise_note, note) if text),
     )
 
@@ -91,6 +98,12 @@ def _note_of_time(own: ElementTable, constants: ClassConstants) -> str:
     if not is_separable_from_time(own.records, constants.separable_from_drive):
         return _DRIVE_NOTE
     return _ONE_FREQUENCY_NOTE if has_one_frequency(own) else ""
+
+
+def has_one_level(own: ElementTable) -> bool:
+    """Whether every run is driven as hard: a law is then a curve through one point."""
+    sizes = [float(record.record.drive[record.counts].std()) for record in own.records]
+    return max(sizes) <= _SAME_LEVEL * min(sizes)
 
 
 def has_one_frequency(own: ElementTable) -> bool:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -29,6 +30,9 @@ _N_PRONY = 8
 _TAU_STEPS, _TAU_SHARE = 1.5, 0.2
 #: Yield deflections of the sliders whose strength changes with deflection: every second one.
 _COUPLED_YIELDS = slice(0, None, 2)
+#: Those whose own spring is curved: they turn within half of the motion, since a slider that hardly
+#: slips is a spring, and a curved one any f(x).
+_CURVED_YIELDS = slice(6, 12)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,11 +120,11 @@ def group_columns(bases: ElementBases, side_line: FloatArray) -> tuple[GroupColu
     Returns
     -------
     tuple of GroupColumns
-        Names: f, g, jump, presliding, stops, prony, delay, h, surface, time, side.
+        Names: f, g, jump, presliding, stops, prony, curved_prony, delay, h, surface, time, side.
     """
     size = bases.size
     n_plain = yields(size).size
-    n_coupled = yields(size)[_COUPLED_YIELDS].size
+    n_varying = yields(size)[_COUPLED_YIELDS].size + yields(size)[_CURVED_YIELDS].size
 
     def jump(own: ForceRecord) -> FloatArray:
         sign = np.tanh(own.v / size.rest_speed)
@@ -149,22 +153,18 @@ def group_columns(bases: ElementBases, side_line: FloatArray) -> tuple[GroupColu
         GroupColumns("jump", jump, np.zeros((2, 2))),
         GroupColumns(
             "presliding",
-            lambda own: stops(own.x, size.presliding),
+            lambda own: stops(own.x, size.presliding, from_rest=own.from_rest),
             np.zeros((size.presliding.size,) * 2),
             is_nonnegative=True,
         ),
         GroupColumns(
             "stops",
-            lambda own: stops_columns(own.x, size),
-            np.zeros((n_plain + 3 * n_coupled,) * 2),
+            lambda own: stops_columns(own.x, size, from_rest=own.from_rest),
+            np.zeros((n_plain + 3 * n_varying,) * 2),
             is_nonnegative=True,
         ),
-        GroupColumns(
-            "prony",
-            lambda own: relaxing_branches(own.x, bases.taus, own.step),
-            np.zeros((_N_PRONY, _N_PRONY)),
-            is_nonnegative=True,
-        ),
+        GroupColumns("prony", partial(branches, bases), np.zeros((_N_PRONY,) * 2), True),
+        GroupColumns("curved_prony", partial(curved_branches, bases), np.eye(2 * _N_PRONY)),
         GroupColumns("delay", lambda own: np.gradient(own.side, own.step)[None], np.zeros((1, 1))),
         GroupColumns(
             "h",
@@ -182,22 +182,47 @@ def _three_times(penalty: FloatArray) -> FloatArray:
     return np.asarray(np.kron(np.eye(3), penalty), dtype=np.float64)
 
 
-def stops_columns(x: FloatArray, size: MotionSize) -> FloatArray:
-    """Sliders, and sliders whose strength falls or grows with deflection, shape (n, x.size).
+def branches(bases: ElementBases, own: ForceRecord) -> FloatArray:
+    """Relaxing branches along a run, shape (n_taus, n)."""
+    return relaxing_branches(own.x, bases.taus, own.step, from_rest=own.from_rest)
 
-    ``z_i``, ``z_i (1 - |x|/X)``, ``z_i max(x, 0)/X``, ``z_i max(-x, 0)/X``: with weights of at
-    least zero the strength is nowhere negative, and loops may soften, harden, be pinched, or differ
-    from side to side.
+
+def curved_branches(bases: ElementBases, own: ForceRecord) -> FloatArray:
+    """What branches z gain where their springs are curved, shape (2 n_taus, n).
+
+    First order in p of a spring ``z + p z^k`` in series with a dashpot, for k of 2 and 3: z^k,
+    relaxed like z.
     """
-    z = stops(x, yields(size))
+    z = branches(bases, own) / bases.size.half_range
+    rows = [
+        relaxing_branches(branch**power, tau, own.step, from_rest=own.from_rest)
+        for branch, tau in zip(z, bases.taus[:, None], strict=True)
+        for power in (2, 3)
+    ]
+    return np.concatenate(rows)
+
+
+def stops_columns(x: FloatArray, size: MotionSize, *, from_rest: bool = False) -> FloatArray:
+    """Sliders, sliders whose strength changes with deflection, and curved ones, shape (n, x.size).
+
+    ``z_i``; ``z_i (1 - |x|/X)``, ``z_i max(x, 0)/X``, ``z_i max(-x, 0)/X``; and the inner half of
+    z_i with both outer quarters apart, which is a spring of three stiffnesses in series with a
+    slider. With weights of at least zero no strength and no stiffness is negative, and loops may
+    soften, harden, be pinched, or differ from side to side.
+    """
+    z = stops(x, yields(size), from_rest=from_rest)
     middle = 0.5 * (size.low + size.high)
     place = np.clip((x - middle) / size.half_range, -1.0, 1.0)
     varying = z[_COUPLED_YIELDS]
+    curved = z[_CURVED_YIELDS]
     return np.concatenate(
         [
             z,
             varying * (1.0 - np.abs(place)),
             varying * np.maximum(place, 0.0),
             varying * np.maximum(-place, 0.0),
+            np.clip(curved, -0.5, 0.5),
+            np.maximum(curved - 0.5, 0.0),
+            np.minimum(curved + 0.5, 0.0),
         ]
     )

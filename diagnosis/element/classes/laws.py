@@ -120,9 +120,10 @@ def law_columns(model: ElementModel, own: ForceRecord, law: str, size: MotionSiz
     if law == "sensor_delay":
         return _delayed(own, is_force=model.by_force)[None]
     if law == "maxwell_branch":
-        return relaxing_branches(own.x, _TAUS * size.time, own.step)[:, None]
+        taus = _TAUS * size.time
+        return relaxing_branches(own.x, taus, own.step, from_rest=own.from_rest)[:, None]
     if law == "elasto_plastic_friction":
-        return stops(own.x, yields(size))[:, None]
+        return stops(own.x, yields(size), from_rest=own.from_rest)[:, None]
     static = static_law(law, own.x, own.v, size)
     if static is not None:
         return static
@@ -182,4 +183,4 @@ def _user_law(model: ElementModel, own: ForceRecord, law: str) -> FloatArray:
 
 def presliding_columns(own: ForceRecord, size: MotionSize) -> FloatArray:
     """Dry friction that turns over a length (Dahl) by length, shape (n_lengths, n)."""
-    return dahl_friction(own.x, yields(size)[:10])
+    return dahl_friction(own.x, yields(size)[:10], from_rest=own.from_rest)

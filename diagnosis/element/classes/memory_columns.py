@@ -23,11 +23,11 @@ def _stops(x, yields, state):  # type: ignore[no-untyped-def]
     return found
 
 
-def stops(x: FloatArray, yields: FloatArray) -> FloatArray:
+def stops(x: FloatArray, yields: FloatArray, *, from_rest: bool = False) -> FloatArray:
     """Deflection of Jenkins elements (a spring that slips) along a motion, shape (n_yields, n).
 
     The record is played backwards first, so that the sliders begin where a motion like this one
-    leaves them.
+    leaves them; or they begin relaxed.
 
     Parameters
     ----------
@@ -35,6 +35,8 @@ def stops(x: FloatArray, yields: FloatArray) -> FloatArray:
         Deflection.
     yields : ndarray, shape (n_yields,)
         Deflection at which each slips.
+    from_rest : bool
+        Whether they are relaxed at the first sample.
 
     Returns
     -------
@@ -45,7 +47,7 @@ def stops(x: FloatArray, yields: FloatArray) -> FloatArray:
     ----------
     .. [1] W. D. Iwan, "A distributed-element model for hysteresis", J. Appl. Mech. 33 (1966) 893.
     """
-    return _played_twice(_stops, x, yields) / yields[:, None]
+    return _along(_stops, x, yields, from_rest=from_rest) / yields[:, None]
 
 
 @njit(cache=True)
@@ -63,7 +65,7 @@ def _dahl(x, lengths, state):  # type: ignore[no-untyped-def]
     return found
 
 
-def dahl_friction(x: FloatArray, lengths: FloatArray) -> FloatArray:
+def dahl_friction(x: FloatArray, lengths: FloatArray, *, from_rest: bool = False) -> FloatArray:
     """Dry friction with pre-sliding along a motion, ``dz/dx = (1 - z sign(v)) / length``.
 
     Parameters
@@ -72,6 +74,8 @@ def dahl_friction(x: FloatArray, lengths: FloatArray) -> FloatArray:
         Deflection.
     lengths : ndarray, shape (n_lengths,)
         Deflection over which the friction turns.
+    from_rest : bool
+        Whether it is relaxed at the first sample.
 
     Returns
     -------
@@ -82,21 +86,26 @@ def dahl_friction(x: FloatArray, lengths: FloatArray) -> FloatArray:
     ----------
     .. [1] P. R. Dahl, "A solid friction model", Aerospace Corporation TOR-0158 (1968).
     """
-    return _played_twice(_dahl, x, lengths)
+    return _along(_dahl, x, lengths, from_rest=from_rest)
 
 
-def _played_twice(along: Callable[..., FloatArray], x: FloatArray, sizes: FloatArray) -> FloatArray:
-    """Elements along a motion that begin where the motion played backwards leaves them."""
+def _along(
+    elements: Callable[..., FloatArray], x: FloatArray, sizes: FloatArray, *, from_rest: bool
+) -> FloatArray:
+    """Elements along a motion, relaxed at first or as the motion played backwards leaves them."""
     state = np.zeros(sizes.size)
-    along(np.ascontiguousarray(x[::-1]), sizes, state)
-    return np.asarray(along(np.ascontiguousarray(x), sizes, state))
+    if not from_rest:
+        elements(np.ascontiguousarray(x[::-1]), sizes, state)
+    return np.asarray(elements(np.ascontiguousarray(x), sizes, state))
 
 
-def relaxing_branches(x: FloatArray, taus: FloatArray, step: float) -> FloatArray:
+def relaxing_branches(
+    x: FloatArray, taus: FloatArray, step: float, *, from_rest: bool = False
+) -> FloatArray:
     """Deflection of the springs of Maxwell elements along a motion, shape (n_taus, n).
 
     ``dz/dt = v - z / tau``, exact for straight lines between the samples; the record is played
-    backwards first.
+    backwards first, or they begin relaxed.
 
     Parameters
     ----------
@@ -106,17 +115,19 @@ def relaxing_branches(x: FloatArray, taus: FloatArray, step: float) -> FloatArra
         Relaxation times [s].
     step : float
         Sampling interval [s].
+    from_rest : bool
+        Whether they are relaxed at the first sample.
 
     Returns
     -------
     ndarray, shape (n_taus, n)
         Deflection of each spring.
     """
-    moved = np.concatenate([x[::-1], x])
+    moved = x if from_rest else np.concatenate([x[::-1], x])
     moved = np.diff(moved, prepend=moved[0])
     rows = []
     for tau in taus:
         decay = np.exp(-step / tau)
         gain = tau / step * (1.0 - decay)
-        rows.append(lfilter([gain], [1.0, -decay], moved)[x.size :])
+        rows.append(lfilter([gain], [1.0, -decay], moved)[-x.size :])
     return np.array(rows)

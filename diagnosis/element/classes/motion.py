@@ -7,9 +7,15 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.classes.nearest_motion import (
+    nearest_motion,
+    participation,
+    speed_noise,
+)
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
 from carrierflex.diagnosis.element.signatures import base_columns, known_force
+from carrierflex.identification.estimation.scaled_least_squares import design_solution
 
 #: Periods of the band's end left out at each end of a record, where derivatives are guesses, and
 #: the largest share of the record that they may take.
@@ -60,6 +66,11 @@ class ForceRecord:
         End of the band in which forces are compared.
     block : ndarray of int, shape (n,)
         Block of every sample; -1 where it does not count.
+    from_rest : bool
+        Whether sliders and relaxing branches begin relaxed at the first sample; else where a motion
+        like this one leaves them.
+    speed_error : float
+        Standard deviation of the error of `v`.
     """
 
     record: ElementRecord
@@ -71,6 +82,8 @@ class ForceRecord:
     side: FloatArray
     band_hz: float
     block: np.ndarray
+    from_rest: bool = False
+    speed_error: float = 0.0
 
     @property
     def step(self) -> float:
@@ -117,38 +130,56 @@ def force_records(
         block = _blocks(record, n_blocks, float(variance), inside)
         if block.max(initial=-1) < 0:
             continue
-        q, v, a = record.motion
+
+        nearest, speed_error = nearest_motion(model, record, float(variance))
         band = _band(model, record)
         base = base_columns(model, record)
-        scale = model.scale
-        restoring = scale.C1 * v + scale.K1 * q
-        own = (model.mass if model.mass is not None else scale.m) * a + restoring
         found.append(
             ForceRecord(
                 record=record,
                 target=_target(model, record, band),
                 base=base,
-                x=q,
-                v=v,
-                a=a,
-                side=_side(model, record, own, restoring),
+                x=nearest[0],
+                v=nearest[1],
+                a=nearest[2],
+                side=_applied(model, record),
                 band_hz=band,
                 block=block,
+                speed_error=speed_error,
             )
         )
-    return tuple(found)
+    return tuple(found) if model.by_force else _with_predicted_forces(model, found)
 
 
-def _side(
-    model: ElementModel, record: ElementRecord, own: FloatArray, restoring: FloatArray
-) -> FloatArray:
-    """Signal of the drive side: force applied, baseline's force, or its restoring force alone.
+def _with_predicted_forces(
+    model: ElementModel, own: Sequence[ForceRecord]
+) -> tuple[ForceRecord, ...]:
+    """Runs whose drive side is the force that the baseline predicts for a driven deflection.
 
-    The last where the element is released: nothing is applied, and the whole force is zero.
+    By least squares over all runs: at one frequency mass and spring are one unknown, of which the
+    element's own scale keeps what lies within physical bounds, and so another force.
     """
-    if not model.by_force:
-        return own
-    return record.drive if record.drive.any() else restoring
+    if not own:
+        return ()
+    design = np.concatenate([record.base[:, record.counts] for record in own], axis=1)
+    target = np.concatenate([record.target[record.counts] for record in own])
+    c = design_solution(design.T, target)
+    mass = model.mass or 0.0
+    return tuple(replace(record, side=mass * record.a + c @ record.base) for record in own)
+
+
+def _is_narrow(record: ElementRecord) -> bool:
+    """Whether the energy of a run's motion fills a small share of its band."""
+    lines, resolution = participation(record)
+    return lines * resolution < _NARROW * record.flat_hz
+
+
+def _applied(model: ElementModel, record: ElementRecord) -> FloatArray:
+    """Force applied; the restoring force where the element is released and nothing is."""
+    if record.drive.any():
+        return record.drive
+    q, v, _ = record.motion
+    return model.scale.C1 * v + model.scale.K1 * q
 
 
 def _target(model: ElementModel, record: ElementRecord, band_hz: float) -> FloatArray:
@@ -166,19 +197,9 @@ def _band(model: ElementModel, record: ElementRecord) -> float:
     """End of the band of the force: the motion's, or all of it where the motion is narrow."""
     if model.by_force or record.gap is not None:
         return record.flat_hz
-    q = record.motion[0][record.block >= 0]
-    power = np.abs(np.fft.rfft((q - q.mean()) * np.hanning(q.size))) ** 2
-    resolution = 1.0 / (q.size * record.step)
-    participation = power.sum() ** 2 / np.square(power).sum() * resolution
-    if participation < _NARROW * record.flat_hz:
+    if _is_narrow(record):
         return _WIDEST * 0.5 / record.step
     return record.flat_hz
-
-
-def speed_noise(variance: float, band_hz: float, step: float) -> float:
-    """Standard deviation of noise of the deflection, differentiated in its band."""
-    inside = min(2.0 * band_hz * step, 1.0) / 3.0
-    return float(np.sqrt(variance * inside) * 2.0 * np.pi * band_hz)
 
 
 def _in_band(
@@ -224,6 +245,51 @@ def _blocks(record: ElementRecord, wanted: int, variance: float, inside: np.ndar
     number = (counted - counted[0]) * n_blocks // length
     block[counted] = np.unique(number, return_inverse=True)[1]
     return block
+
+
+def fold_of(own: ForceRecord, number: int, n_folds: int) -> np.ndarray:
+    """Fold of every sample of a run: blocks in turn, shifted by one from run to run."""
+    return np.where(own.counts, (own.block + number) % n_folds, -1)
+
+
+def where_folds_overlap(own: Sequence[ForceRecord], n_folds: int) -> tuple[ForceRecord, ...]:
+    """Runs without the samples whose deflection or speed one fold alone visits.
+
+    What is fitted to the other folds has not been there: its score would be that of an
+    extrapolation, and one peak would decide between classes.
+
+    Parameters
+    ----------
+    own : sequence of ForceRecord
+        Runs.
+    n_folds : int
+        Folds of the blocks.
+
+    Returns
+    -------
+    tuple of ForceRecord
+        Copies in which such samples do not count; blocks keep their numbers where they can.
+    """
+    folds = [fold_of(record, number, n_folds) for number, record in enumerate(own)]
+    inside = [record.counts for record in own]
+    for name in ("x", "v"):
+        values = [getattr(record, name) for record in own]
+        ends = []
+        for fold in range(n_folds):
+            visited = np.concatenate(
+                [value[of == fold] for value, of in zip(values, folds, strict=True)]
+            )
+            if visited.size:
+                ends.append((float(visited.min()), float(visited.max())))
+        low, high = sorted(one[0] for one in ends)[1], sorted(one[1] for one in ends)[-2]
+        inside = [
+            kept & (value >= low) & (value <= high)
+            for kept, value in zip(inside, values, strict=True)
+        ]
+    return tuple(
+        replace(record, block=np.where(kept, record.block, -1))
+        for record, kept in zip(own, inside, strict=True)
+    )
 
 
 def while_sliding(own: ForceRecord, rest_speed: float) -> ForceRecord | None:

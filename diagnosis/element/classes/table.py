@@ -37,10 +37,13 @@ from carrierflex.diagnosis.element.classes.laws import (
 from carrierflex.diagnosis.element.classes.motion import (
     IN_TIME,
     ForceRecord,
+    fold_of,
     force_records,
-    speed_noise,
+    where_folds_overlap,
     while_sliding,
 )
+from carrierflex.diagnosis.element.classes.nearest_motion import with_all_lines
+from carrierflex.diagnosis.element.classes.starting_states import with_starting_states
 from carrierflex.diagnosis.element.classes.weighting import MotionNoise, NoiseWeight
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
@@ -74,6 +77,9 @@ CEILING = (
 PRESLIDING = "dahl_friction"
 #: Speed below which the sign is uncertain: this share of the RMS at least, at most.
 _REST_SPEED = (0.01, 0.3)
+#: The sign of a speed with a normal error rises over this many of its standard deviations: the
+#: slope of ``erf(v / (sqrt(2) sigma))`` at rest.
+_BLURRED_SIGN = float(np.sqrt(0.5 * np.pi))
 #: Standard deviations of noise that a yield deflection stands above.
 _CLEAR = 3.0
 #: Passes of weight and baseline.
@@ -134,6 +140,7 @@ def element_table(
     ElementTable or None
         Table with its columns.
     """
+    records = [with_all_lines(model, record) for record in records]
     own = force_records(model, records, noise)
     if not own:
         return None
@@ -146,8 +153,10 @@ def element_table(
     n_blocks = sum(int(record.block.max()) + 1 for record in own)
     if n_blocks < constants.fewest_blocks:
         return None
+    own = where_folds_overlap(own, constants.n_folds)
     weights = _weights(model, own, _variances(own, records, noise))
     bases = element_bases(own, size)
+    own = with_starting_states(own, weights, bases)
     groups = group_columns(bases, _side_line(bases, own))
     laws = [name for name in model.cards if name not in (*model.contained, *_CONTROLS)]
     grams = []
@@ -157,11 +166,13 @@ def element_table(
     for number, (record, weight) in enumerate(zip(own, weights, strict=True)):
         raw, layout = _raw_columns(model, record, groups, laws, size)
         rows = _filtered(raw, weight)
-        for block in range(int(record.block.max()) + 1):
-            inside = rows[:, record.block == block]
+        fold = fold_of(record, number, constants.n_folds)
+        for block in np.unique(record.block[record.counts]):
+            chosen = record.block == block
+            inside = rows[:, chosen]
             grams.append(inside @ inside.T)
             floors.append(weight.floor() * inside.shape[1])
-            folds.append((block + number) % constants.n_folds)
+            folds.append(int(fold[chosen][0]))
     assert layout is not None
     table = _assembled(np.array(grams), np.array(floors), np.array(folds), layout)
     if model.states:
@@ -174,7 +185,8 @@ def _variances(
     own: Sequence[ForceRecord], records: Sequence[ElementRecord], noise: FloatArray
 ) -> list[float]:
     """Variance of the channel's noise in each of some runs."""
-    return [float(noise[list(records).index(record.record)]) for record in own]
+    by_name = {record.name: float(value) for record, value in zip(records, noise, strict=True)}
+    return [by_name[record.record.name] for record in own]
 
 
 _CONTROLS = tuple(card.id for card in NEGATIVE_CONTROLS)
@@ -190,10 +202,8 @@ def motion_size(
     speed, acceleration = float(np.sqrt(np.mean(v**2))), float(np.sqrt(np.mean(a**2)))
     step = max(record.step for record in own)
     sigma = _CLEAR * float(np.sqrt(np.mean(variance))) if model.by_force else 0.0
-    band = max(record.record.flat_hz for record in own)
-    # Noise of the deflection in the trusted band, differentiated.
-    sigma_v = speed_noise((sigma / _CLEAR) ** 2, band, step)
-    rest = max(_REST_SPEED[0] * speed, 0.5 * step * acceleration, 2.0 * sigma_v)
+    sigma_v = max(record.speed_error for record in own)
+    rest = max(_REST_SPEED[0] * speed, 0.5 * step * acceleration, _BLURRED_SIGN * sigma_v)
     return MotionSize(
         low=float(x.min()),
         high=float(x.max()),
@@ -243,7 +253,8 @@ def _baseline(
     c = normal_solution(gram[1:, 1:], gram[1:, 0])
     m, first = (model.mass, 0) if model.mass is not None else (float(c[0]), 1)
     K1, C1 = float(c[first]), float(c[first + 1])
-    return (m, max(C1, 0.0), K1) if m > 0.0 and K1 > 0.0 else None
+    # A drive that acts backwards turns the sign of all of them, and not the size of the stiffness.
+    return (abs(m), max(float(C1 * np.sign(m)), 0.0), abs(K1)) if m * K1 > 0.0 else None
 
 
 def _side_line(bases: ElementBases, own: Sequence[ForceRecord]) -> FloatArray:
@@ -332,6 +343,7 @@ def _assembled(
         floor=floor * scale[0] ** 2,
         folds=folds,
         scale=scale,
+        beyond_laws={MEMORY: "curved_prony"},
     )
 
 

@@ -14,8 +14,15 @@ from carrierflex.diagnosis.element.classes.memory_columns import (
     relaxing_branches,
     stops,
 )
-from carrierflex.diagnosis.element.classes.motion import force_records, while_sliding
+from carrierflex.diagnosis.element.classes.motion import (
+    fold_of,
+    force_records,
+    where_folds_overlap,
+    while_sliding,
+)
+from carrierflex.diagnosis.element.classes.nearest_motion import with_all_lines
 from carrierflex.diagnosis.element.classes.shape_words import shape_words
+from carrierflex.diagnosis.element.classes.starting_states import is_switched_on
 from carrierflex.diagnosis.element.problem import element_problem
 from tests.diagnosis.element.element_campaigns import (
     DAMPING,
@@ -85,11 +92,103 @@ def test_friction_that_turns_over_a_short_travel_is_dissipation_and_over_a_long_
     assert dahl(0.3 * HALF).ids == ("hysteresis",)
 
 
+def test_sliders_and_branches_from_rest_are_relaxed_at_the_first_sample():
+    x = HALF * (0.3 + np.linspace(0.0, 1.0, 50))
+    slider, branch = (
+        stops(x, np.array([0.4 * HALF]), from_rest=True)[0],
+        relaxing_branches(x, np.array([1e6]), STEP, from_rest=True)[0],
+    )
+    assert_allclose(slider, np.minimum((x - x[0]) / (0.4 * HALF), 1.0), atol=1e-12)
+    assert_allclose(branch, x - x[0], rtol=1e-5, atol=1e-12)
+    # Played backwards first, the slider stands where the way down has left it.
+    assert_allclose(stops(x, np.array([0.4 * HALF]))[0][0], -1.0)
+
+
+def test_a_run_is_switched_on_where_its_drive_grows_from_rest():
+    problem = element_problem(displacement_campaign(lambda q, v: 0.0 * q, n=2000))
+    record = force_records(problem.model, problem.records, problem.noise)[0]
+    assert not is_switched_on(record)
+    t = np.linspace(0.0, 1.0, record.x.size)
+    grown = replace(record.record, drive=record.record.drive * np.clip(8.0 * t, 0.0, 1.0) ** 3)
+    assert is_switched_on(replace(record, record=grown))
+
+
+def test_a_slider_with_a_spring_that_hardens_is_a_hysteresis():
+    def hardening(time, q):
+        z = stops(q, np.array([0.25 * HALF]))[0]
+        return 3.0 * (z + 0.8 * z**3)
+
+    found = answer(along(hardening))
+    assert found.ids == ("hysteresis",)
+    assert found.share > 0.96
+
+
+def test_a_curved_spring_in_series_with_a_dashpot_is_no_maxwell_branch():
+    def branch(curvature):
+        def force(time, q):
+            # One of the relaxation times that the law is tried at.
+            tau, k, z = 0.0371, 3e3, 0.0
+            found = np.empty(q.size)
+            for n, moved in enumerate(np.diff(q, prepend=q[0])):
+                # Midpoint rule of dz/dt = v - spring / tau.
+                rate = (z + curvature * z**3) / tau
+                middle = z + 0.5 * (moved - STEP * rate)
+                z += moved - STEP * (middle + curvature * middle**3) / tau
+                found[n] = k * (z + curvature * z**3)
+            return found
+
+        return force
+
+    straight, curved = (answer(along(branch(c))).classes[0] for c in (0.0, 0.1 / HALF**2))
+    assert (straight.id, straight.law, straight.law_named) == ("memory", "maxwell_branch", True)
+    assert (curved.id, curved.law, curved.law_named) == ("memory", "maxwell_branch", False)
+    assert curved.law_share > 0.9
+
+
 def test_two_relaxing_springs_are_one_memory():
     def branches(time, q):
         return 2e3 * relaxing_branches(q, np.array([0.05, 0.5]), STEP).sum(axis=0)
 
     assert answer(along(branches)).ids == ("memory",)
+
+
+def test_what_one_fold_alone_visits_does_not_count():
+    problem = element_problem(displacement_campaign(lambda q, v: 0.0 * q, n=2000))
+    own = force_records(problem.model, problem.records, problem.noise)
+    peak = max(range(len(own)), key=lambda k: own[k].x[own[k].counts].max())
+    place = np.flatnonzero(own[peak].counts)[np.argmax(own[peak].x[own[peak].counts])]
+    kept = where_folds_overlap(own, 4)
+    assert kept[peak].block[place] == -1
+    # Every end that is left is visited by two folds at least.
+    folds = [fold_of(record, number, 4) for number, record in enumerate(kept)]
+    for name, end in (("x", np.max), ("x", np.min), ("v", np.max), ("v", np.min)):
+        ends = [
+            end(
+                np.concatenate(
+                    [getattr(r, name)[of == k] for r, of in zip(kept, folds, strict=True)]
+                )
+            )
+            for k in range(4)
+        ]
+        second = sorted(ends, key=abs)[-2]
+        before = [getattr(r, name)[r.counts] for r in own]
+        assert abs(second) > 0.5 * abs(end(np.concatenate(before)))
+    assert sum(r.counts.sum() for r in kept) > 0.95 * sum(r.counts.sum() for r in own)
+
+
+def test_motion_under_a_force_holds_the_lines_that_noise_does_not_make():
+    clean = force_campaign(lambda q, v: 5e8 * q**3, noise=0.0)
+    noisy = force_campaign(lambda q, v: 5e8 * q**3, noise=1e-5)
+    problem = element_problem(noisy)
+    record = with_all_lines(problem.model, problem.records[2])
+    assert record.flat_hz > 1.2 * problem.records[2].flat_hz
+    own = force_records(problem.model, [record], problem.noise[2:])[0]
+    inner = own.counts
+    true = element_problem(clean).records[2].motion[1][inner]
+    measured = record.motion[1][inner]
+    # The nearest speed is nearer than what was measured, and its error is the one that is told.
+    assert np.std(own.v[inner] - true) < np.std(measured - true)
+    assert np.std(own.v[inner] - true) == pytest.approx(own.speed_error, rel=0.5)
 
 
 def test_damping_that_depends_on_deflection_is_coupled():
