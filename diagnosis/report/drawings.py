@@ -237,6 +237,8 @@ def _gap_maps(grids: tuple[GapGrid, ...], diagnosis: Diagnosis) -> tuple[Drawing
         draw = partial(gap_map_figure, grid, limits, diagnosis.unit)
         title = f"Gap map with {model}; {_largest_cell(cells, diagnosis.unit)}"
         caption = f"{name}: gap with {model}." if len(maps) > 1 else f"Gap with {model}."
+        if not grid.is_frequency and grid.edges[0] < -0.5 and np.isnan(grid.rms).any():
+            caption += " White: only radial motion has orders that turn backwards."
         shown.append(Drawing(inline_svg(draw, f"map-{name.lower()}", title), caption))
     return tuple(shown)
 

@@ -22,7 +22,7 @@ class GapGrid:
     Parameters
     ----------
     row_name : str
-        What the rows are: ``sensor pattern``, ``channel`` or ``run``.
+        What the rows are: ``sensor pattern``, ``motion or sensor`` or ``run``.
     rows : tuple of str
         Their names.
     edges : ndarray, shape (n_columns + 1,)
@@ -72,7 +72,7 @@ def gap_grids(*maps: Sequence[GapCell]) -> tuple[GapGrid, ...]:
         return tuple(_filled(blank, cells, lambda cell: cell.run, n_runs=1) for cells in maps)
     of_patterns = any(name.startswith("m=") for name in patterns)
     blank = _blank_grid(
-        "sensor pattern" if of_patterns else "channel", patterns, edges, is_frequency
+        "sensor pattern" if of_patterns else "motion or sensor", patterns, edges, is_frequency
     )
     return tuple(
         _filled(blank, cells, lambda cell: cell.channel_pattern, n_runs=len(runs)) for cells in maps

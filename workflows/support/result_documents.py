@@ -269,6 +269,9 @@ class IdentificationDocument(TypedDict):
     model_runs: Annotated[int, "Evaluations of the model"]
     seconds: Annotated[float, "Time of the identification [s]"]
     models: NotRequired[Annotated[Mapping[str, Sequence[BushingRow]], "Every bushing model"]]
+    axial_unknowns: NotRequired[
+        Annotated[Mapping[str, Sequence[str]], "Axial constants of the bushings that were fitted"]
+    ]
 
 
 class ImportDocument(TypedDict):

@@ -68,7 +68,7 @@ def test_several_channels_are_rows():
     (grid,) = gap_grids(
         [cell(name, 3.0, run, 1.0) for name in ("ssx", "sbx") for run in ("A", "B")]
     )
-    assert (grid.row_name, grid.rows) == ("channel", ("sbx", "ssx"))
+    assert (grid.row_name, grid.rows) == ("motion or sensor", ("sbx", "ssx"))
 
 
 def test_no_cells_no_grid():
