@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from carrierflex.simulation.mounting.equations import Block, mounting_blocks
 from carrierflex.simulation.mounting.parameters import INDEX, ParameterArray, check_parameters
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
-from carrierflex.simulation.stage.linearised import CampbellDiagram
+from carrierflex.simulation.stage.linearised import CampbellDiagram, excitation_hz
 from carrierflex.simulation.stage.stage_data import StageData
 
 Array = NDArray[np.float64]
@@ -233,8 +233,7 @@ def campbell_diagram(
     turning = [modes.frequency_hz[modes.frequency_hz > 0.0] for modes in found]
     most = max(len(row) for row in turning)
     rows = [np.concatenate([np.zeros(most - len(row)), row]) for row in turning]
-    turns = np.asarray(speeds, dtype=np.float64) / (2.0 * np.pi)
-    orders = {"1P": turns, "3P": 3.0 * turns, "mesh": StageData().gear.ring_teeth * turns}
+    orders = excitation_hz(speeds, StageData())
     return CampbellDiagram(np.asarray(speeds, dtype=np.float64), np.array(rows), orders)
 
 

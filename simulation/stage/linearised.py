@@ -112,7 +112,7 @@ class CampbellDiagram:
     frequency_hz : ndarray, shape (s, k)
         Lowest k frequencies at each speed, ascending.
     order_hz : dict of str to ndarray, shape (s,)
-        ``1P``, ``3P`` and ``mesh`` frequency at each speed.
+        Frequencies of :func:`excitation_hz` at each speed.
     """
 
     speed: NDArray[np.float64]
@@ -130,6 +130,18 @@ class CampbellDiagram:
         return np.sort(self.speed[i] + share * (self.speed[i + 1] - self.speed[i]))
 
 
+def excitation_hz(
+    speeds: Sequence[float], data: StageData, n_planets: int = 3
+) -> dict[str, NDArray[np.float64]]:
+    """Frequencies at which a stage excites itself [Hz], over the carrier's speed [rad/s].
+
+    Once a turn, once a planet (``3P`` with three) and once a tooth of the ring.
+    """
+    turns = np.asarray(speeds, dtype=np.float64) / (2.0 * np.pi)
+    teeth = data.gear.ring_teeth
+    return {"1P": turns, f"{n_planets}P": n_planets * turns, "mesh": teeth * turns}
+
+
 def campbell_diagram(
     body: StageBody,
     speeds: Sequence[float],
@@ -145,7 +157,5 @@ def campbell_diagram(
         roots = np.linalg.eigvals(_first_order(modal_stage(model)))
         frequency_hz = np.sort(roots.imag) / (2.0 * np.pi)
         rows.append(frequency_hz[frequency_hz > _RIGID_HZ][:n_modes])
-    turns = np.asarray(speeds, dtype=np.float64) / (2.0 * np.pi)
-    teeth = (data or StageData()).gear.ring_teeth
-    orders = {"1P": turns, "3P": 3.0 * turns, "mesh": teeth * turns}
+    orders = excitation_hz(speeds, data or StageData(), body.n_planets)
     return CampbellDiagram(np.asarray(speeds, dtype=np.float64), np.array(rows), orders)
