@@ -21,7 +21,7 @@ from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.plain_files import plain_content
 from carrierflex.geometry.cad_faces import CadFace, cad_faces
 from carrierflex.geometry.cad_holes import small_holes, without_faces
-from carrierflex.geometry.cad_refinement import mesh_until_sound
+from carrierflex.geometry.cad_refinement import CoarseMeshError, mesh_until_sound
 from carrierflex.geometry.cad_surface_files import CadFrame, CadStatements
 from carrierflex.geometry.cad_surfaces import Circle, SurfaceStatement
 from carrierflex.geometry.half_sector import (
@@ -131,6 +131,15 @@ def step_carrier_mesh(path: Path, statements: CadStatements, size: float, *, pin
 
 
 def _step_carrier_mesh(path: Path, statements: CadStatements, size: float, pins: bool) -> TetMesh:
+    try:
+        return _meshed_solid(path, statements, size, pins, first_pass=1)
+    except CoarseMeshError:
+        return _meshed_solid(path, statements, size, pins, first_pass=2)
+
+
+def _meshed_solid(
+    path: Path, statements: CadStatements, size: float, pins: bool, *, first_pass: int
+) -> TetMesh:
     with _step_solid(path, statements.frame) as (whole, all_faces):
         solid, faces = _without_small_holes(path, statements, whole, all_faces)
         bonded = _pins(statements, faces) if pins else CadPins((), ())
@@ -145,7 +154,7 @@ def _step_carrier_mesh(path: Path, statements: CadStatements, size: float, pins:
         chosen = {
             s.name: [face.tag for face in s.chosen(cut, statements.tolerance)] for s in wanted
         }
-        mesh_until_sound(str(path), size, cut)
+        mesh_until_sound(str(path), size, cut, first_pass=first_pass)
         mesh = extracted(lambda volume: "carrier" if volume in carrier_volume else "pins")
         return replace(
             mesh, surfaces={name: _facets(mesh, name, tags) for name, tags in chosen.items()}

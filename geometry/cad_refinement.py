@@ -60,7 +60,13 @@ class _Refinement:
         return lc
 
 
-def mesh_until_sound(what: str, size: float, faces: tuple[CadFace, ...]) -> None:
+class CoarseMeshError(MeshingError):
+    """A mesh of one size fails: its surfaces may cut one another beside a small feature."""
+
+
+def mesh_until_sound(
+    what: str, size: float, faces: tuple[CadFace, ...], *, first_pass: int = 1
+) -> None:
     """Mesh gmsh's current model with quadratic tetrahedra none of which is distorted.
 
     Parameters
@@ -71,9 +77,13 @@ def mesh_until_sound(what: str, size: float, faces: tuple[CadFace, ...]) -> None
         Largest edge length [m].
     faces : tuple of CadFace
         Its faces, for messages.
+    first_pass : int
+        1: a mesh of one size; 2: elements as small as the curvature asks for.
 
     Raises
     ------
+    CoarseMeshError
+        Where gmsh fails in the first pass; it meshes nothing more before it is opened anew.
     MeshingError
         Where gmsh fails, or an element's minSJ is not above 0.1 after four passes; the message
         names the faces that bad elements lie on.
@@ -83,11 +93,14 @@ def mesh_until_sound(what: str, size: float, faces: tuple[CadFace, ...]) -> None
         gmsh.option.setNumber(option, size)
     gmsh.option.setNumber("Mesh.Algorithm3D", _HXT)
     gmsh.option.setNumber("Mesh.HighOrderThresholdMin", 2.0 * LEAST_QUALITY)
-    for number in range(1, MOST_PASSES + 1):
+    if first_pass > 1:
+        _follow_curvature(refinement)
+    for number in range(first_pass, MOST_PASSES + 1):
         try:
             _meshed_once(optimise=number > 1)
         except Exception as error:
-            raise MeshingError(f"gmsh could not mesh {what} at size {size} m: {error}") from error
+            kind = CoarseMeshError if number == 1 else MeshingError
+            raise kind(f"gmsh could not mesh {what} at size {size} m: {error}") from error
         tags, quality = _qualities()
         # A mesh of one size that inverts no element stays as it is: its slivers are straight.
         bad = quality <= (0.0 if number == 1 else LEAST_QUALITY)
@@ -95,9 +108,7 @@ def mesh_until_sound(what: str, size: float, faces: tuple[CadFace, ...]) -> None
         if not bad.any():
             return
         if number == 1:
-            gmsh.option.setNumber("Mesh.MeshSizeMin", _SMALLEST * size)
-            gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", _ELEMENTS_AROUND)
-            gmsh.model.mesh.setSizeCallback(refinement)
+            _follow_curvature(refinement)
         else:
             refinement.add(*_places(tags[bad]))
     raise MeshingError(
@@ -106,6 +117,13 @@ def mesh_until_sound(what: str, size: float, faces: tuple[CadFace, ...]) -> None
         f"{_touched(tags[bad], faces)}; expected more than {LEAST_QUALITY}: choose a smaller size, "
         "or leave small holes out ([mesh] leave_out_holes_below)"
     )
+
+
+def _follow_curvature(refinement: _Refinement) -> None:
+    """Let the next pass make elements as small as the curvature asks for."""
+    gmsh.option.setNumber("Mesh.MeshSizeMin", _SMALLEST * refinement.size)
+    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", _ELEMENTS_AROUND)
+    gmsh.model.mesh.setSizeCallback(refinement)
 
 
 def _meshed_once(*, optimise: bool) -> None:
