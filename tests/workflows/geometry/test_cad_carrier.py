@@ -15,8 +15,9 @@ from carrierflex.workflows.support.carrier_files import CarrierFiles
 from carrierflex.workflows.support.recorded_structure import recorded_structure
 from tests.workflows.checked_documents import checked_document
 
-#: Limit of the comparison with the parametric carrier at one mesh size.
-WANTED = 0.01
+#: Limit of the comparison with the parametric carrier at one mesh size, and that size [m]: at the
+#: default of 0.03 m free meshes scatter by 0.9 to 1.25 % in delta_s.
+WANTED, FINE = 0.01, 0.024
 
 
 @pytest.fixture(scope="module")
@@ -28,8 +29,8 @@ def cad(tmp_path_factory):
 
 @pytest.mark.acceptance
 def test_curves_of_the_exported_carrier_are_those_of_the_parametric_one(tmp_path, cad):
-    parametric = compute_curves.main(out=tmp_path / "parametric", quiet=True)
-    from_cad = compute_curves.main(out=tmp_path / "cad", **cad, quiet=True)
+    parametric = compute_curves.main(out=tmp_path / "parametric", size=FINE, quiet=True)
+    from_cad = compute_curves.main(out=tmp_path / "cad", **cad, size=FINE, quiet=True)
     assert set(checked_document(tmp_path / "cad" / "inputs.json")["files"]) == {"step", "surfaces"}
     for name, curve in parametric.items():
         imported, amplitude = from_cad[name], np.ptp(curve.axial) / 2.0
