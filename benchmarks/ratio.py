@@ -100,7 +100,7 @@ class Ratio:
 
 @dataclass(frozen=True)
 class Absent:
-    """An independent code that is not on this machine, and what would install it."""
+    """A peer that was not measured, and why: mostly a code that is not on this machine."""
 
     peer: str
     reason: str
