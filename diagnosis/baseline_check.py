@@ -11,7 +11,7 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.comparison.problem import BASELINE, ComparisonProblem
-from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects
+from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects, mean_square_left
 from carrierflex.diagnosis.inference.results import (
     ALIASED,
     CLASS_NAMED,
@@ -29,6 +29,7 @@ from carrierflex.diagnosis.wiring.left_over import left_over_findings
 from carrierflex.diagnosis.wiring.rivals import CLOCK_SHIFT, UNIT, WiringChecks, WiringRival
 from carrierflex.diagnosis.wiring.run_order import exchanged_runs
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, key_of
 
 #: Mean square of the gap over the floor from which wiring is looked at.
@@ -80,7 +81,7 @@ def checked_baseline(
         Checks ``wiring``, ``clock``, ``delay``, ``bound`` and ``declared_noise``.
     """
     fit = fit or fit_effects(problem, ())
-    before = float(fit.sums.square.sum() / problem.cell_counts.sum())
+    before = mean_square_left(problem, fit)
     floor = float(problem.noise_square.sum() / problem.cell_counts.sum())
     warnings = [*_at_bounds(fit), *_quiet(campaign, before, floor)]
     if before <= _GAP * floor:
@@ -119,7 +120,7 @@ def _drifting(
     rivals = []
     for drift in drifting_runs(wiring.linear(fit.theta)) or ():
         run = runs[drift.run]
-        step = float(run.time[-1] - run.time[0]) / max(run.time.size - 1, 1)
+        step = mean_step(run.time)
         if abs(drift.seconds) > SMALLEST_DRIFT * step:
             left = before * (1.0 - drift.explained)
             rivals.append(clock_rival(run.name, drift.seconds, left, run.file))
@@ -206,7 +207,7 @@ def _late_by_steps(
     """A delay of all signals that a fit of the baseline cannot find, put back."""
     seconds = wiring.delay()
     run = campaign.runs[0]
-    step = float(run.time[-1] - run.time[0]) / max(run.time.size - 1, 1)
+    step = mean_step(run.time)
     if abs(seconds) < _FEWEST_STEPS * step:
         return
     share = (before - wiring.refitted(without_delay(campaign, seconds))) / (before - floor)

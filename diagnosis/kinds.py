@@ -22,7 +22,7 @@ from carrierflex.diagnosis.element.wiring.rivals import (
     element_predictions,
     element_rivals,
 )
-from carrierflex.diagnosis.inference.effect_fit import fit_effects
+from carrierflex.diagnosis.inference.effect_fit import baseline_left
 from carrierflex.diagnosis.mounting.prediction import mounting_beside_prediction
 from carrierflex.diagnosis.mounting.problem import MountingProblem, mounting_problem
 from carrierflex.diagnosis.mounting.wiring import (
@@ -170,7 +170,7 @@ def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
         return WiringChecks(
             lambda: mounting_rivals(mounting),
             lambda theta: mounting_predictions(mounting, theta),
-            lambda other: _left(mounting_problem(other)),
+            lambda other: baseline_left(mounting_problem(other)),
             lambda theta: mounting_linear(mounting, theta),
         )
     if isinstance(problem, ElementProblem) and campaign.baseline.source == "model":
@@ -183,9 +183,3 @@ def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
             lambda: element_delay(element),
         )
     return WiringChecks(lambda: (), lambda theta: (), lambda other: float("nan"))
-
-
-def _left(problem: ComparisonProblem) -> float:
-    """Mean square that the fitted baseline leaves."""
-    fit = fit_effects(problem, ())
-    return float(fit.sums.square.sum() / problem.cell_counts.sum())

@@ -20,7 +20,7 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import BLACK_BOX, FloatArray, Signatures
 from carrierflex.diagnosis.inference.screening import projected_gram, variant_columns
-from carrierflex.identification.estimation.scaled_least_squares import DEPENDENT
+from carrierflex.identification.estimation.scaled_least_squares import normal_solution
 
 #: Thresholds of the sparse regression: part of the residual's square that a law must carry.
 _THRESHOLDS = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1)
@@ -105,13 +105,9 @@ def _left(gram: FloatArray, columns: Sequence[int]) -> float:
 
 
 def _fit(gram: FloatArray, columns: Sequence[int]) -> FloatArray:
-    """Least squares of the target on some columns, of unit length while it is solved."""
+    """Least squares of the target on some columns."""
     own = list(columns)
-    length = np.sqrt(np.maximum(np.diag(gram)[own], 0.0))
-    length[length == 0.0] = 1.0
-    scaled = gram[np.ix_(own, own)] / np.outer(length, length)
-    inverse = np.linalg.pinv(scaled, rcond=DEPENDENT, hermitian=True)
-    return np.asarray(inverse @ (gram[own, 0] / length) / length)
+    return normal_solution(gram[np.ix_(own, own)], gram[own, 0])
 
 
 def _bic(gram: FloatArray, laws: Sequence[_Law], n_samples: float) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_names import set_name
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray
-from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects
+from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects, mean_square_left
 from carrierflex.diagnosis.inference.forward_selection import ForwardSelection
 from carrierflex.diagnosis.inference.screening import Screen
 from carrierflex.diagnosis.inference.thresholds import Thresholds
@@ -161,4 +161,4 @@ def _left_over(simulated: ComparisonProblem, exchanged: Effects, search: Forward
 
 
 def _rms(problem: ComparisonProblem, fit: EffectFit) -> float:
-    return float(np.sqrt(fit.sums.square.sum() / problem.cell_counts.sum()))
+    return float(np.sqrt(mean_square_left(problem, fit)))

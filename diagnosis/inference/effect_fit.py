@@ -261,6 +261,30 @@ def minimised(
     return theta, reached.cost, reached.detail
 
 
+def mean_square_left(problem: ComparisonProblem, fit: EffectFit) -> float:
+    """Mean square that a fit leaves, all segments and channels alike.
+
+    Parameters
+    ----------
+    problem : ComparisonProblem
+        Records that were fitted.
+    fit : EffectFit
+        Fit of any set.
+    """
+    return float(fit.sums.square.sum() / problem.cell_counts.sum())
+
+
+def baseline_left(problem: ComparisonProblem) -> float:
+    """Mean square that the baseline alone leaves once it is fitted.
+
+    Parameters
+    ----------
+    problem : ComparisonProblem
+        Records to fit.
+    """
+    return mean_square_left(problem, fit_effects(problem, ()))
+
+
 def prior_of(
     problem: ComparisonProblem, parameters: Sequence[Parameter], effects: Effects
 ) -> Prior:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from carrierflex.diagnosis.inference.effect_fit import fit_effects
+from carrierflex.diagnosis.inference.effect_fit import baseline_left, fit_effects
 from carrierflex.diagnosis.mounting.problem import MountingProblem
 from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.diagnosis.wiring.late_signals import LinearRecord
@@ -59,7 +59,7 @@ def mounting_rivals(problem: MountingProblem) -> tuple[WiringRival, ...]:
     turned = [name for name, factor in zip(_LOADS, factors, strict=True) if factor < _TURNED]
     if turned:
         records = tuple(_with_loads(record, turned) for record in problem.records)
-        left = _refitted(replace(problem, records=records))
+        left = baseline_left(replace(problem, records=records))
         text = f"{', '.join(turned)} of the other sign"
         rivals.append(WiringRival(TORQUE_SIGN, ", ".join(turned), text, left, "run files"))
     # Exchanged sensors may look like a load of the other sign: both are tried.
@@ -90,7 +90,7 @@ def _gain_rivals(problem: MountingProblem, measured: FloatArray) -> Iterator[Wir
         if abs(gain - 1.0) < _SMALLEST_GAIN:
             continue
         records = tuple(_with_loads(record, [name], gain) for record in problem.records)
-        left = _refitted(replace(problem, records=records))
+        left = baseline_left(replace(problem, records=records))
         text = f"{name} {gain:.3g} times as large beside the other loads"
         yield WiringRival(INPUT_GAIN, name, text, left, "run files")
 
@@ -108,7 +108,7 @@ def _exchanged(
     text = ", ".join(f"{names[signal]} as {names[k]}" for signal, k in moved)
     about = ", ".join(names[k] for _, k in moved)
     also = f" and {', '.join(turned)} of the other sign" if turned else ""
-    left = _refitted(replace(problem, records=records))
+    left = baseline_left(replace(problem, records=records))
     line = key_of("[[channels]]", "sensor")
     return WiringRival(SENSOR_ORDER, about, f"the signal of {text}{also}", left, line)
 
@@ -206,8 +206,3 @@ def _with_loads(
 ) -> MountingRecord:
     values = {name: factor * getattr(record.inputs, name) for name in names}
     return replace(record, inputs=replace(record.inputs, **values))
-
-
-def _refitted(problem: MountingProblem) -> float:
-    fit = fit_effects(problem, ())
-    return float(fit.sums.square.sum() / problem.cell_counts.sum())

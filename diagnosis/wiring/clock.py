@@ -14,6 +14,7 @@ from scipy.optimize import minimize
 from carrierflex.diagnosis.wiring.rivals import CLOCK, PredictedRecord, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import sample_of
 from carrierflex.simulation.sensing import at_other_times
 
@@ -64,7 +65,7 @@ def drifting_clocks(
     found = []
     for record in records:
         drift = _drift(record)
-        step = float(record.time[-1] - record.time[0]) / max(record.time.size - 1, 1)
+        step = mean_step(record.time)
         if drift.sure > _SURE and abs(drift.growth) > SMALLEST_DRIFT * step:
             found.append((drift.sure, record.run, _refined(record, drift)))
     rivals = []

@@ -15,6 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.identification.estimation.scaled_least_squares import column_lengths
+
 FloatArray = NDArray[np.float64]
 
 #: Share of a column that the others must leave for its factor to be told from theirs.
@@ -155,7 +157,7 @@ def _summed(records: Iterable[LinearRecord]) -> _LateSums | None:
 def _scaled(sums: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Products of columns of unit length, and the lengths."""
     # Columns of very different units: the pseudo-inverse judges them by their own size.
-    scale = np.sqrt(np.maximum(np.diag(sums), np.finfo(float).tiny))
+    scale = column_lengths(sums)
     return sums / np.outer(scale, scale), scale
 
 

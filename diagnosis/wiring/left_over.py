@@ -13,6 +13,7 @@ from scipy.ndimage import median_filter
 from carrierflex.diagnosis.wiring.rivals import PredictedRecord
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, sample_of
 from carrierflex.identification.campaign_check.tones import answers_few_lines, turns_with_the_shaft
 
@@ -27,7 +28,9 @@ _STANDS_OUT, _SURROUNDINGS = 60.0, 40
 _FEWEST_SAMPLES = 256
 #: Runs that must show a tone; its largest amplitude over its smallest, and the same of the signals,
 #: which tell a tone that is there by itself from one that grows with the load.
-_IN_RUNS, _STEADY, _GROWS = 0.6, 1.3, 1.5
+_IN_RUNS = 0.6
+_STEADY = 1.3
+_GROWS = 1.5
 #: Share of the gap above the floor that a tone must make.
 _OF_THE_GAP = 0.3
 
@@ -176,7 +179,7 @@ def _strongest_line(time: FloatArray, residual: FloatArray) -> tuple[float, floa
     k = int(np.argmax(power))
     if power[k] <= _STANDS_OUT * surroundings[k] or k == power.size - 1:
         return 0.0, 0.0
-    step = float(time[part][-1] - time[part][0]) / (level.size - 1)
+    step = mean_step(time[part])
     # Power of a tone between two lines is in both of them; a Hann window has 1.5 lines.
     amplitude = float(np.sqrt(np.sum(power[k - 1 : k + 2]) / 1.5)) * 2.0 / float(window.sum())
     return float(np.fft.rfftfreq(level.size, step)[k]), amplitude

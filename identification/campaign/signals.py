@@ -26,14 +26,18 @@ _ABOVE_PLATEAU = 1000.0
 _HALF_WINDOW = 24
 
 
+def mean_step(time: FloatArray) -> float:
+    """Mean step of a record [s]; zero for a single sample."""
+    return float(time[-1] - time[0]) / max(time.size - 1, 1)
+
+
 def even_time(time: FloatArray) -> FloatArray:
     """Evenly spaced times from first to last, as many as there are.
 
     The same array where they are even already.
     """
     even = np.linspace(time[0], time[-1], time.size)
-    step = (time[-1] - time[0]) / max(time.size - 1, 1)
-    return time if np.abs(time - even).max() <= _JITTER * step else even
+    return time if np.abs(time - even).max() <= _JITTER * mean_step(time) else even
 
 
 def filled(values: FloatArray, time: FloatArray, even: FloatArray) -> FloatArray:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, key_of
 
 #: A shift below this share of a step of time changes nothing that is measured.
@@ -17,9 +18,7 @@ def clock_shift_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
     CampaignWarning
         Check ``clock_shift``.
     """
-    steps = {
-        run.name: (run.time[-1] - run.time[0]) / max(run.time.size - 1, 1) for run in campaign.runs
-    }
+    steps = {run.name: mean_step(run.time) for run in campaign.runs}
     moved = {
         name: known
         for name, known in campaign.baseline.clock_shift.items()

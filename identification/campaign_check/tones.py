@@ -9,6 +9,7 @@ from scipy.ndimage import median_filter
 
 from carrierflex.identification.campaign.campaign import Campaign, Channel
 from carrierflex.identification.campaign.records import Run
+from carrierflex.identification.campaign.signals import mean_step
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, sample_of
 
 FloatArray = NDArray[np.float64]
@@ -101,7 +102,7 @@ def _tones(run: Run, channel: Channel) -> list[_Tone]:
 def _spectrum(values: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     """Frequency [Hz], power, and the factor from its root to an amplitude."""
     window = np.blackman(values.size)
-    step = float(time[-1] - time[0]) / (time.size - 1)
+    step = mean_step(time)
     line = np.polynomial.Polynomial.fit(time, values, 1)(time)
     power = np.abs(np.fft.rfft((values - line) * window)) ** 2
     frequency = np.asarray(np.fft.rfftfreq(values.size, step), dtype=np.float64)

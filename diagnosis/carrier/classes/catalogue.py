@@ -24,10 +24,17 @@ from carrierflex.diagnosis.carrier.classes.patterns import (
 )
 from carrierflex.identification.campaign.campaign import Channel
 
-OFFSET, TILT, SADDLE = "housing/offset", "housing/tilt", "housing/saddle"
+OFFSET = "housing/offset"
+TILT = "housing/tilt"
+SADDLE = "housing/saddle"
 PLANET_PASS, MODULATED = "housing/planet_pass", "housing/load_sharing"
-TURNING_TILT, WAVES, UNEVEN = "carrier/tilt", "carrier/waves", "carrier/load_sharing"
-GAIN, ZERO, ANGLE, DELAY = "channel/gain", "channel/zero", "channel/angle", "clock/delay"
+TURNING_TILT = "carrier/tilt"
+WAVES = "carrier/waves"
+UNEVEN = "carrier/load_sharing"
+GAIN = "channel/gain"
+ZERO = "channel/zero"
+ANGLE = "channel/angle"
+DELAY = "clock/delay"
 UNDETERMINED = "undetermined"
 TIME = "time"
 

@@ -15,7 +15,10 @@ from carrierflex.diagnosis.comparison.problem import FloatArray
 #: Torque over nominal, radial load over the largest, along y and z; shape (n,) each.
 LoadFunction = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 #: Groups of functions of the loads.
-NONE, BY_TORQUE, BY_RADIAL_LOAD, BY_BOTH = "none", "torque", "radial_load", "load_sharing"
+NONE = "none"
+BY_TORQUE = "torque"
+BY_RADIAL_LOAD = "radial_load"
+BY_BOTH = "load_sharing"
 #: Radial load, over the largest, at which a saturating function bends.
 _BENDS = (0.15, 0.45)
 _STEP = 1e-4

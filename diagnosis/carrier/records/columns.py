@@ -41,7 +41,10 @@ ANGLE = "angle"
 DELAY = "delay"
 Key = tuple[str, int, str, int]
 #: Loads by which a wave of the flexible model is multiplied.
-CONSTANT, TORQUE, FORCE_Y, FORCE_Z = "1", "torque", "ntl_y", "ntl_z"
+CONSTANT = "1"
+TORQUE = "torque"
+FORCE_Y = "ntl_y"
+FORCE_Z = "ntl_z"
 
 
 @dataclass(frozen=True)
@@ -172,10 +175,13 @@ class ColumnSource:
         )
         quantity = {CONSTANT: np.ones_like(torque), TORQUE: torque}
         quantity |= dict(zip((FORCE_Y, FORCE_Z), forces, strict=True))
+        waves = {
+            (order, is_sine): (np.sin if is_sine else np.cos)(order * inputs.carrier_angle)
+            for order, is_sine in {(term.order, term.is_sine): None for term in FLEXIBLE_TERMS}
+        }
         rows = [u, u**2]
         for term in FLEXIBLE_TERMS:
-            phase = term.order * inputs.carrier_angle
-            rows.append((np.sin if term.is_sine else np.cos)(phase) * quantity[term.load])
+            rows.append(waves[term.order, term.is_sine] * quantity[term.load])
         return np.array(rows)
 
 

@@ -43,7 +43,7 @@ _MOST_BLOCKS = 12
 #: a whole diagnosis, beyond which a campaign is refused.
 _USUAL_MEMORY = 600_000_000
 _MOST_MEMORY = 8_000_000_000
-#: Bytes of the program itself, and of what works on records and products, measured.
+#: Bytes of the program itself, and of what works on records and products: an estimate.
 _PROGRAM = 300_000_000
 _AT_WORK = 800_000_000
 #: Bytes of products that are unpacked at once.

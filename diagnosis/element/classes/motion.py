@@ -130,7 +130,6 @@ def force_records(
         block = _blocks(record, n_blocks, float(variance), inside)
         if block.max(initial=-1) < 0:
             continue
-
         nearest, speed_error = nearest_motion(model, record, float(variance))
         band = _band(model, record)
         base = base_columns(model, record)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from carrierflex.diagnosis.element.problem import ElementProblem, element_problem
 from carrierflex.diagnosis.element.records import ElementRecord
-from carrierflex.diagnosis.inference.effect_fit import fit_effects
+from carrierflex.diagnosis.inference.effect_fit import baseline_left
 from carrierflex.diagnosis.wiring.late_signals import LinearRecord
 from carrierflex.diagnosis.wiring.rivals import TORQUE_SIGN, PredictedRecord, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
@@ -39,9 +39,7 @@ def element_rivals(campaign: Campaign) -> tuple[WiringRival, ...]:
 
 def element_left(campaign: Campaign) -> float:
     """Mean square that the baseline leaves once it is fitted to a campaign."""
-    problem = element_problem(campaign)
-    fit = fit_effects(problem, ())
-    return float(fit.sums.square.sum() / problem.cell_counts.sum())
+    return baseline_left(element_problem(campaign))
 
 
 def element_predictions(problem: ElementProblem, theta: FloatArray) -> tuple[PredictedRecord, ...]:

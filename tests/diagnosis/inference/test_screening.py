@@ -9,7 +9,10 @@ from numpy.testing import assert_allclose
 from carrierflex.diagnosis.comparison.problem import BLACK_BOX, FeatureBlocks, Signatures
 from carrierflex.diagnosis.inference.screening import explainable_fraction, screen
 
-N_SEGMENTS, N_SAMPLES, N_CHANNELS, N_FEATURES = 8, 40, 3, 2
+N_SEGMENTS = 8
+N_SAMPLES = 40
+N_CHANNELS = 3
+N_FEATURES = 2
 
 
 @pytest.fixture(scope="module")
