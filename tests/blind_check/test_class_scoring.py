@@ -8,7 +8,13 @@ from carrierflex.blind_check.scoring.class_judging import cases_judged_by_class,
 from carrierflex.blind_check.scoring.class_score import class_score
 from carrierflex.blind_check.scoring.result import BlindCheck
 from carrierflex.blind_check.sealing.verdicts import ERROR, Verdict
-from carrierflex.blind_check.truth.element.families import acceptable_laws, class_sets
+from carrierflex.blind_check.truth.element.families import (
+    CLASSES_OF_LAW,
+    acceptable_laws,
+    class_sets,
+)
+from carrierflex.diagnosis.element.classes import laws
+from carrierflex.diagnosis.element.classes.table import PRESLIDING
 from carrierflex.workflows.screen.score_tables import score_page
 
 F = "restoring_force"
@@ -187,3 +193,9 @@ def test_true_parameters_are_looked_for_where_a_class_is_right():
     hits = {hit.name: hit.is_covered for hit in covered_parameters(right)}
     assert hits == {"baseline.m": True, "baseline.K1": False, "cubic_stiffness.K3": True}
     assert not covered_parameters(judge_by_class(truth, verdict("named", G, parameters=claimed)))
+
+
+def test_every_law_that_a_diagnosis_can_name_has_its_classes_in_the_score():
+    assert set(CLASSES_OF_LAW) == {*laws.CLASSES_OF_LAW, PRESLIDING}
+    for law, classes in laws.CLASSES_OF_LAW.items():
+        assert set(CLASSES_OF_LAW[law]) <= set(classes)
