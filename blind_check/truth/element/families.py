@@ -259,8 +259,8 @@ CLASSES_OF_LAW: dict[str, tuple[str, ...]] = {
     "quadratic_stiffness": (F,), "cubic_stiffness": (F,), "quintic_stiffness": (F,),
     "backlash": (F,), "coulomb_friction": (G, H), "stribeck_friction": (G,),
     "friction_asymmetry": (G,), "quadratic_damping": (G,), "cubic_damping": (G,),
-    "elasto_plastic_friction": (H,), "dahl_friction": (G, H), "maxwell_branch": (M,), "sensor_delay": (D,),
-    "deflection_dependent_damping": (C,),
+    "elasto_plastic_friction": (H,), "dahl_friction": (G, H), "maxwell_branch": (M,),
+    "sensor_delay": (D,), "deflection_dependent_damping": (C,),
 }  # fmt: skip
 
 

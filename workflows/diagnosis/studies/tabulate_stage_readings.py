@@ -4,7 +4,7 @@ Static equilibria over a turn under the six loads of the blind check's carrier, 
 turn at rest. The table is the blind check's truth "stage": it imports no simulation, so the
 readings come along as a file, made by
 
-    python -m carrierflex.workflows.diagnosis.tabulate_stage_readings
+    python -m carrierflex.workflows.diagnosis.studies.tabulate_stage_readings
 
 A good table: a stage without an effect is the prediction, and each effect alone leaves more than a
 few micrometres.
@@ -157,7 +157,7 @@ def main(*, out: Path, size: float = TABLE_SIZE) -> dict[str, StageTruth]:
     lines = [
         "# Readings of four axial sensors of the planetary stage under six loads, zeroed at rest.",
         "# s = c0 + sum over n of cn cos(n theta) + sn sin(n theta), theta the carrier angle; nm.",
-        f"# Elements of {size} m; carrierflex.workflows.diagnosis.tabulate_stage_readings",
+        f"# Elements of {size} m; carrierflex.workflows.diagnosis.studies.tabulate_stage_readings",
         ",".join(["case", "support", "run", "sensor", *parts]),
     ]
     for name, truth in truths.items():

@@ -1,0 +1,1 @@
+"""How much verdicts depend on the constants of the decision."""

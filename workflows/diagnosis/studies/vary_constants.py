@@ -1,0 +1,105 @@
+"""How many answers by class every constant changes that is moved by a fifth, either way.
+
+Cases of the blind check of kind element; writes CASE.json for every case, which a later call takes
+up, and constants.md: every constant that can change an answer, with its value, its reason and what
+it changed. A good answer: at most two per cent each.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from carrierflex.blind_check.case_plans import case_plans
+from carrierflex.blind_check.labels import CasePlan
+from carrierflex.blind_check.sensitivity.listed_constants import Constant, listed_constants
+from carrierflex.blind_check.sensitivity.moved_constants import FACTORS, answers_of_case
+from carrierflex.files.json_files import read_json, save_json
+from carrierflex.files.whole_files import whole_file
+from carrierflex.workflows.support.executors import work_executor
+from carrierflex.workflows.support.outputs import prepared_folder
+from carrierflex.workflows.support.progress import Stages
+
+
+def main(
+    *, out: Path, seed: int = 1, cases: int = 200, workers: int = 1, quiet: bool = False
+) -> Mapping[str, int]:
+    """Move every constant and count the answers that change.
+
+    Parameters
+    ----------
+    out : Path
+        Folder for the answers and the table; cases that stand there are not done again.
+    seed : int
+        Seed of the cases.
+    cases : int
+        Number of cases.
+    workers : int
+        Processes.
+    quiet : bool
+        Show no progress.
+
+    Returns
+    -------
+    mapping of str to int
+        Changed answers by "module.name xFACTOR".
+    """
+    folder = prepared_folder(out)
+    plans = case_plans("element", cases, seed)
+    files = [folder / f"{seed}-{plan.name}.json" for plan in plans]
+    stages = Stages(1, quiet)
+    with stages.stage("moving the constants"), work_executor(workers) as executor:
+        tasks = [
+            executor.submit(_write_answers, plan, file)
+            for plan, file in zip(plans, files, strict=True)
+            if not file.is_file()
+        ]
+        for number, task in enumerate(tasks):
+            task.result()
+            stages.note(f"{number + 1} of {len(tasks)}")
+    changed = Counter(
+        name for file in files for name in read_json(file, "answers of a case")["changed"]
+    )
+    with whole_file(folder / "constants.md") as file:
+        file.write_text("\n".join(_table(changed, len(plans))) + "\n", encoding="utf-8")
+    return changed
+
+
+def _write_answers(plan: CasePlan, path: Path) -> None:
+    with threadpool_limits(limits=1):
+        answers = answers_of_case(plan)
+    save_json(path, answers)
+
+
+def _table(changed: Mapping[str, int], n_cases: int) -> Iterator[str]:
+    """Rows in the order of the modules."""
+    yield f"Answers changed of {n_cases}."
+    yield ""
+    yield "| constant | value | " + " | ".join(f"x {factor}" for factor in FACTORS) + " | reason |"
+    yield "|---|---|" + "---|" * len(FACTORS) + "---|"
+    for constant in listed_constants():
+        counts = [changed.get(f"{constant.module}.{constant.name} x{f}", 0) for f in FACTORS]
+        yield _row(constant, counts)
+
+
+def _row(constant: Constant, counts: Sequence[int]) -> str:
+    module = constant.module.rpartition(".")[2]
+    told = " | ".join(str(count) for count in counts)
+    return f"| `{module}.{constant.name}` | {_value(constant.value)} | {told} | {constant.reason} |"
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return f"{value.min():.3g} to {value.max():.3g}, {value.size}"
+    if isinstance(value, tuple):
+        return ", ".join(f"{own:.3g}" for own in value)
+    return f"{value:.3g}"
+
+
+if __name__ == "__main__":
+    import cyclopts
+
+    cyclopts.run(main)
