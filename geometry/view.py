@@ -164,3 +164,52 @@ def skin(
     for name, values in point_data.items():
         grid.point_data[name] = values
     return grid.extract_surface(algorithm="dataset_surface", nonlinear_subdivision=subdivision)
+
+
+def rounded_magnification(wanted: float) -> float:
+    """Magnification of one digit, at most the wanted one: 1, 2 or 5 times a power of ten.
+
+    >>> rounded_magnification(734.0)
+    500.0
+    """
+    decade = 10.0 ** np.floor(np.log10(wanted))
+    steps = [step for step in (1.0, 2.0, 5.0) if step * decade <= wanted * (1.0 + 1e-12)]
+    return float(steps[-1] * decade)
+
+
+def torque_arrow(
+    centre: NDArray[np.float64], radius: float
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Bent arrow around the axis, right-handed about +x, upwind of a point.
+
+    Parameters
+    ----------
+    centre : ndarray, shape (3,)
+        Point on the axis [m].
+    radius : float
+        Radius of the arc [m].
+
+    Returns
+    -------
+    points : ndarray, shape (n, 3)
+        Surface points [m].
+    triangles : ndarray of int, shape (k, 3)
+        Triangles, normals pointing out.
+    """
+    head = 0.4
+    angle = np.concatenate([np.linspace(-2.2, 2.2 - head, 40), [2.2 - head, 2.2]])
+    thickness = radius * np.concatenate([[0.0], np.full(39, 0.05), [0.14, 0.0]])
+    around = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+    out = np.stack([0.0 * angle, -np.sin(angle), np.cos(angle)], axis=1)
+    section = thickness[:, None, None] * (
+        np.cos(around)[None, :, None] * out[:, None]
+        + np.sin(around)[None, :, None] * np.array([1.0, 0.0, 0.0])
+    )
+    arc = centre + radius * out - np.array([0.35 * radius, 0.0, 0.0])
+    points = (arc[:, None] + section).reshape(-1, 3)
+    ring, place = np.divmod(np.arange((len(angle) - 1) * around.size), around.size)
+    corner = around.size * ring + place
+    beside = around.size * ring + (place + 1) % around.size
+    first = np.stack([corner, corner + around.size, beside], axis=1)
+    second = np.stack([beside, corner + around.size, beside + around.size], axis=1)
+    return points, np.concatenate([first, second])

@@ -27,6 +27,8 @@ from carrierflex.reduction.interface_mass import effective_interface_mass, has_f
 from carrierflex.reduction.orthonormal_form import orthonormal_form
 from carrierflex.reduction.reduced_model import MassProperties, ReducedModel
 from carrierflex.reduction.rigid_body_checks import refuse_unsound
+from carrierflex.reduction.shapes.body_shapes import BodyShapes
+from carrierflex.reduction.shapes.shape_parts import fill_shapes, shapes_of
 
 T = TypeVar("T")
 
@@ -64,7 +66,12 @@ class BodyFileError(ValueError):
     """
 
 
-def write_body(model: ReducedModel, path: Path, certificate: Certificate | None = None) -> None:
+def write_body(
+    model: ReducedModel,
+    path: Path,
+    certificate: Certificate | None = None,
+    shapes: BodyShapes | None = None,
+) -> None:
     """Write a reduced body; an interrupted write leaves the old file or none.
 
     Parameters
@@ -75,6 +82,8 @@ def write_body(model: ReducedModel, path: Path, certificate: Certificate | None 
         File to write.
     certificate : Certificate, optional
         What was checked of it against the full body.
+    shapes : BodyShapes, optional
+        What its coordinates look like.
 
     Raises
     ------
@@ -85,6 +94,8 @@ def write_body(model: ReducedModel, path: Path, certificate: Certificate | None 
         _fill(file, model)
         if certificate is not None:
             _fill_certificate(file.create_group("certificate"), certificate)
+        if shapes is not None:
+            fill_shapes(file.create_group("shapes"), shapes)
 
 
 def _fill(file: h5py.File, model: ReducedModel) -> None:
@@ -150,6 +161,14 @@ def read_certificate(path: Path) -> Certificate | None:
     Errors as in :func:`read_body`.
     """
     return _read(path, _certificate)
+
+
+def read_shapes(path: Path) -> BodyShapes | None:
+    """Read what the coordinates of a body look like, None where the file does not hold it.
+
+    Errors as in :func:`read_body`.
+    """
+    return _read(path, _shapes)
 
 
 def _read(path: Path, part: Callable[[h5py.File], T]) -> T:
@@ -243,6 +262,12 @@ def _ffrf(file: h5py.File, n: int) -> FfrfData:
         numbers(file, "ffrf/P", (3, 3, n)),
         numbers(file, "ffrf/Q", (6, n, n)),
     )
+
+
+def _shapes(file: h5py.File) -> BodyShapes | None:
+    if "shapes" not in file:
+        return None
+    return shapes_of(file["shapes"], length(file, "labels", _MOST_COORDINATES))
 
 
 def _certificate(file: h5py.File) -> Certificate | None:

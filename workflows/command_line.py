@@ -182,6 +182,11 @@ _COMMANDS = {
         "diagnosis_tables:comparison_table",
         "Compare two diagnoses of one measurement, before and after the simulator changed.",
     ),
+    "view": _Command(
+        "view3d.view_file",
+        "body_tables:view_table",
+        "Write a page on which a body, deflection curves or the gap of a rim turn in space.",
+    ),
     "blind-check": _Command(
         "diagnosis.run_blind_check",
         "score_tables:blind_check_table",

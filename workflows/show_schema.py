@@ -17,6 +17,7 @@ Name = Literal[
     "stage-case",
     "element-law",
     "diagnosis",
+    "rim-motion",
     "comparison",
     "identification",
     "import",

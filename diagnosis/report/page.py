@@ -41,12 +41,15 @@ class ReportSource:
         Versions of what can change a result.
     written : str
         Date and time.
+    view : str
+        Page beside the report on which the rim turns in space; empty where there is none.
     """
 
     campaign: Campaign
     folder: str
     versions: Mapping[str, str]
     written: str
+    view: str = ""
 
 
 def report_page(diagnosis: Diagnosis, source: ReportSource) -> str:

@@ -22,6 +22,12 @@ from carrierflex.diagnosis.report.diagnosis_files import (
     write_report,
 )
 from carrierflex.diagnosis.report.page import ReportSource, report_page
+from carrierflex.diagnosis.report.rim_motion_files import (
+    RIM_MOTION_FILE,
+    RimMotion,
+    rim_motion,
+    write_rim_motion,
+)
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.fe.curve_files import read_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
@@ -38,6 +44,8 @@ from carrierflex.workflows.support.examination import examined
 from carrierflex.workflows.support.executors import work_executor
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.view3d.rim_scene import rim_scene
+from carrierflex.workflows.view3d.view_file import VIEW_FILE, write_view
 
 REPORT_FILE = "report.html"
 
@@ -58,6 +66,7 @@ def main(
     runs: list[str] | None = None,
     seed: int = 0,
     report: bool = True,
+    view: bool = False,
     workers: int = 1,
     scheduler: str | None = None,
     quiet: bool = False,
@@ -92,7 +101,11 @@ def main(
         intervals by some per cent of their width, a sixth with four conditions; a verdict that
         changes with it is not sure.
     report : bool
-        Draw report.html; without, one of an earlier diagnosis goes.
+        Draw report.html, and in kind carrier write rim_motion.json, the mean turn of every sensor
+        in every run; without, those of an earlier diagnosis go.
+    view : bool, optional
+        Write view.html too, the page of carrierflex view that report.html links to: the rim in
+        space with the gap in colour (kind carrier; 1.5 MB, needs carrierflex[view]).
     workers : int
         Processes in which sets of effects are fitted; every number stays the same.
     scheduler : str, optional
@@ -115,6 +128,8 @@ def main(
     """
     if seed < 0:
         raise ValueError(f"--seed is {seed}; expected a whole number >= 0")
+    if view and not report:
+        raise ValueError("--view belongs to the report; expected it without --no-report")
     if law_class is not None and save_law is None:
         raise ValueError("--law-class without --save-law; expected the file to save the law in")
     if save_law is not None:
@@ -141,7 +156,13 @@ def main(
         with work_executor(workers, scheduler) as executor:
             diagnosis = _diagnosed(measured, curves, brought, out, stages, executor, seed)
         diagnosis = replace(diagnosis, records=record_digests(measured, campaign))
-        _write(diagnosis, measured, campaign, out, stages, report=report)
+        motion = rim_motion(diagnosis, measured) if report else None
+        if view and motion is None:
+            stages.tell(f"no {VIEW_FILE}: only a carrier that was diagnosed has a rim")
+        _write(diagnosis, measured, campaign, out, stages, report=report, motion=motion)
+        if view and motion is not None:
+            with stages.stage(f"writing {out / VIEW_FILE}"):
+                write_view(rim_scene(motion), out / VIEW_FILE)
     if save_law is not None:
         _save_law(save_law, diagnosis, measured.name, law_class)
     return diagnosis
@@ -176,14 +197,21 @@ def _write(
     stages: Stages,
     *,
     report: bool,
+    motion: RimMotion | None,
 ) -> None:
+    # What an earlier diagnosis left would show another gap.
+    for name in (RIM_MOTION_FILE, VIEW_FILE):
+        (out / name).unlink(missing_ok=True)
     with stages.stage(f"writing {out / (REPORT_FILE if report else DIAGNOSIS_FILE)}"):
         write_diagnosis(out / DIAGNOSIS_FILE, diagnosis)
         if not report:
             (out / REPORT_FILE).unlink(missing_ok=True)
             return
         written = f"{datetime.now():%Y-%m-%d %H:%M}"
-        source = ReportSource(measured, str(folder), versions(), written)
+        page = VIEW_FILE if motion else ""
+        source = ReportSource(measured, str(folder), versions(), written, view=page)
+        if motion is not None:
+            write_rim_motion(out / RIM_MOTION_FILE, motion)
         write_report(out / REPORT_FILE, report_page(diagnosis, source))
 
 

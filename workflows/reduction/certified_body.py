@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.geometry.tet_mesh import TetMesh
 from carrierflex.reduction.body_files import write_body
 from carrierflex.reduction.certificate import Certificate, certify, certify_free_interface
 from carrierflex.reduction.craig_bampton import craig_bampton
@@ -14,6 +15,7 @@ from carrierflex.reduction.free_interface import free_interface_reduction
 from carrierflex.reduction.held_structure import Grounded
 from carrierflex.reduction.mode_count import chosen_modes, wanted_frequency
 from carrierflex.reduction.residual_vectors import body_loads
+from carrierflex.reduction.shapes.body_shapes import body_shapes
 from carrierflex.workflows.support.progress import Stages
 
 
@@ -25,6 +27,7 @@ def write_certified_body(
     *,
     stages: Stages,
     record: Callable[[int], dict[str, str]],
+    drawn_on: TetMesh | None = None,
 ) -> None:
     """Reduce a body, certify it and write it.
 
@@ -42,6 +45,8 @@ def write_certified_body(
         Progress, three stages.
     record : callable
         Provenance of a body with a number of modes.
+    drawn_on : TetMesh, optional
+        Mesh whose boundary and shapes the file keeps.
 
     Raises
     ------
@@ -55,14 +60,17 @@ def write_certified_body(
             free = free_interface_reduction(structure, kept, body=grounded)
             model = replace(free.model, provenance=record(len(free.modes.omega)))
             free = replace(free, model=model)
+            basis = free.basis
             certificate = partial(certify_free_interface, structure, free, cut_off_hz=cut_off_hz)
         else:
             loads = body_loads(structure) if options["residual_vectors"] else None
             fixed = craig_bampton(structure, kept, residual_loads=loads, body=grounded)
             model = replace(fixed.model, provenance=record(len(fixed.modes.omega)))
             fixed = replace(fixed, model=model)
+            basis = fixed.basis
             certificate = partial(certify, structure, fixed, cut_off_hz=cut_off_hz)
     with stages.stage("certificate"):
         checks = certificate()
     with stages.stage(f"writing {out}"):
-        write_body(model, out, checks)
+        shapes = None if drawn_on is None else body_shapes(drawn_on, structure, basis)
+        write_body(model, out, checks, shapes)

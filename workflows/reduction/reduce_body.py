@@ -15,6 +15,7 @@ from carrierflex.fe.structural_model import StructuralModel, with_equal_node_wei
 from carrierflex.files.versions import provenance
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
+from carrierflex.geometry.tet_mesh import TetMesh
 from carrierflex.reduction.body_files import read_body, write_body
 from carrierflex.reduction.held_structure import grounded
 from carrierflex.reduction.mode_count import rule_of_options, wanted_frequency
@@ -59,6 +60,7 @@ def main(
     length_unit: LengthUnit = "m",
     assembly: AssemblyName = "compiled",
     by_symmetry: bool = False,
+    shapes: bool = False,
     preview: bool = False,
     cache: bool = True,
     quiet: bool = False,
@@ -134,6 +136,10 @@ def main(
         Compute the parametric carrier's body from its half sector: the same numbers several times
         faster and in a third of the memory, but with the inner checks of the certificate only,
         since the whole body to compare with is never made.
+    shapes
+        Keep in the file what carrierflex view needs: the body's surface and every coordinate's
+        displacement on it, 12 bytes a surface corner and coordinate (5 MB for the default
+        carrier, 16 MB at 0.015 m).
     preview
         Only tell what the work will cost.
     cache
@@ -153,7 +159,7 @@ def main(
         "body": body, "variant": variant, "coupling": coupling, "interface": interface,
         "up_to": up_to, "modes": modes,
         "max_frequency": max_frequency, "frf_tolerance": frf_tolerance, "frf_up_to": frf_up_to,
-        "residual_vectors": residual_vectors, "assembly": assembly,
+        "residual_vectors": residual_vectors, "assembly": assembly, "shapes": shapes,
     }  # fmt: skip
     _refuse_contradictions(out, options)
     options["by_symmetry"] = by_symmetry
@@ -261,7 +267,7 @@ def _reduce(
     body, variant, coupling = (options[name] for name in ("body", "variant", "coupling"))
     with stages.stage(f"finite elements of {size} m"):
         assembly = FINITE_ELEMENTS[options["assembly"]].assembly
-        structure = _structure(
+        mesh, structure = _structure(
             body, variant, stage, size, coupling=coupling, files=files, assembly=assembly
         )
     # A free mesh has no symmetry to certify.
@@ -269,7 +275,15 @@ def _reduce(
     if files.given:
         origin = {"carrier_files": files.record(), "symmetry_order": 1}
     record = partial(_record, stage, size, options, **origin)
-    write_certified_body(structure, grounded(structure), options, out, stages=stages, record=record)
+    write_certified_body(
+        structure,
+        grounded(structure),
+        options,
+        out,
+        stages=stages,
+        record=record,
+        drawn_on=mesh if options["shapes"] else None,
+    )
 
 
 def _reduce_by_symmetry(
@@ -306,12 +320,12 @@ def _structure(
     coupling: str,
     files: CarrierFiles,
     assembly: Assembly,
-) -> StructuralModel:
+) -> tuple[TetMesh, StructuralModel]:
     if files.given:
         mesh = files.mesh(variant, size)
         structure, _ = given_structure(variant, mesh, assembly)
     else:
         mesh, structure = body_structure(body_name(body, variant), stage, size, assembly)
     if coupling == "rbe3-nodes":
-        return with_equal_node_weights(structure, mesh)
-    return structure if coupling == "rbe3" else rigidly_coupled(structure, mesh)
+        return mesh, with_equal_node_weights(structure, mesh)
+    return mesh, structure if coupling == "rbe3" else rigidly_coupled(structure, mesh)

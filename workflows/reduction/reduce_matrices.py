@@ -29,6 +29,7 @@ MESH_OPTIONS: Mapping[str, object] = {
     "mesh": None,
     "assembly": "compiled",
     "by_symmetry": False,
+    "shapes": False,
     "preview": False,
 }
 _CHOICES = ("interface", "residual_vectors")

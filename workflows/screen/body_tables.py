@@ -10,6 +10,7 @@ from carrierflex.workflows.screen.titled_table import titled_table as _table
 if TYPE_CHECKING:
     from carrierflex.reduction.coupling_bracket import CouplingBracket
     from carrierflex.workflows.reduction.join_rotating_group import JoinedGroup
+    from carrierflex.workflows.view3d.view_file import WrittenView
 
 
 def joined_table(joined: "JoinedGroup") -> RenderableType:
@@ -60,3 +61,13 @@ def coupling_table(brackets: "dict[str, CouplingBracket]") -> RenderableType:
             )
         parts += [orders, ""]
     return Group(*parts)
+
+
+def view_table(view: "WrittenView") -> RenderableType:
+    """The page, its size and what can be shown in it."""
+    table = _table(f"{view.path}, {view.size / 1e6:.1f} MB", "shown")
+    for name in view.entries:
+        table.add_row(name)
+    if view.n_left_out:
+        table.add_row(f"{view.n_left_out} more found no room in a page below 15 MB")
+    return table

@@ -63,6 +63,7 @@ _DOCUMENTS: dict[str, Any] = {
 #: Document of every kind of JSON file, by the name of the file.
 _RESULTS: dict[str, Any] = {
     "diagnosis": results.DiagnosisDocument,
+    "rim motion": results.RimMotionDocument,
     "comparison": results.ComparisonDocument,
     "identification": results.IdentificationDocument,
     "import": results.ImportDocument,

@@ -34,6 +34,7 @@ _NEEDS_WHOLE_BODY = {
     "coupling": "rbe3",
     "interface": "fixed",
     "assembly": "compiled",
+    "shapes": False,
 }
 
 
@@ -71,9 +72,10 @@ def refuse_whole_body_options(options: Mapping[str, object], *, files_given: boo
     for name, harmless in _NEEDS_WHOLE_BODY.items():
         if options[name] != harmless:
             flag = "--" + name.replace("_", "-")
+            given = flag if options[name] is True else f"{flag} {options[name]}"
             raise ValueError(
-                f"--by-symmetry works on the half sector, {flag} {options[name]} needs the whole "
-                "body; leave one of them out"
+                f"--by-symmetry works on the half sector, {given} needs the whole body; leave one "
+                "of them out"
             )
     if files_given or options["body"] != "carrier":
         raise ValueError(

@@ -55,7 +55,7 @@ def recorded_structure(model: ReducedModel) -> tuple[TetMesh | None, StructuralM
             "rbe3 --interface fixed: "
             "Exudyn needs the finite elements, which are made again from its inputs"
         )
-    stage, size, n_modes = _recorded_inputs(model)
+    stage, size, n_modes = recorded_inputs(model)
     if "carrier_files" in model.provenance:
         variant = model.name.removesuffix("_carrier")
         mesh = CarrierFiles.recorded(json.loads(model.provenance["carrier_files"])).mesh(
@@ -86,7 +86,7 @@ def _of_matrices(model: ReducedModel) -> tuple[StructuralModel, int]:
     return files.body().structure, n_modes
 
 
-def _recorded_inputs(model: ReducedModel) -> tuple[StageParameters, float, int]:
+def recorded_inputs(model: ReducedModel) -> tuple[StageParameters, float, int]:
     """Parameters, element size [m] and number of modes that a body was made with."""
     try:
         inputs = {key: json.loads(model.provenance[key]) for key in _RECORDED}

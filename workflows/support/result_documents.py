@@ -142,6 +142,32 @@ class GapBeyondMap(TypedDict):
     scalars: Annotated[Sequence[ScalarGap], "Quantities of interest"]
 
 
+class RimSignalEntry(TypedDict):
+    """Mean turn of one sensor in one run."""
+
+    run: Annotated[str, "Run"]
+    channel: Annotated[str, "Sensor"]
+    direction: Annotated[Literal["axial", "radial"], "Displacement of the rim that it reads"]
+    sensor_angle_deg: Annotated[float, "Housing angle of the sensor [deg]"]
+    measured: Annotated[Pair, "Measured at every carrier angle [unit]"]
+    simulated: Annotated[Pair, "Simulated by the baseline [unit]"]
+    with_effects: Annotated[Pair | None, "Simulated with the effects [unit]; null without any"]
+
+
+class RimMotionDocument(TypedDict):
+    """rim_motion.json, written by diagnose (kind carrier) and read by view."""
+
+    format: Annotated[Literal["carrierflex-rim-motion"], "Kind of the file"]
+    version: Annotated[Literal[1], "Version of the format"]
+    campaign: Annotated[str, "Name of the campaign"]
+    unit: Annotated[str, "Unit of the signals"]
+    n_planets: Annotated[int, "Number of pins"]
+    radius: Annotated[float, "Radius of the sensors' circle [m]"]
+    effects: Annotated[Effects, "Effects that the diagnosis added"]
+    carrier_angle_deg: Annotated[Pair, "Angles of one turn [deg]"]
+    signals: Annotated[Sequence[RimSignalEntry], "Every sensor in every run"]
+
+
 class DiagnosisDocument(TypedDict):
     """diagnosis.json, written by diagnose and run."""
 

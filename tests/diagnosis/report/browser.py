@@ -3,19 +3,30 @@
 What a page logs, what it fetches, how large its figures are.
 """
 
+import base64
+import io
 import json
 import os
 import shutil
 import subprocess
 from contextlib import contextmanager
 
+import numpy as np
 import pytest
+from matplotlib.image import imread
 
 FLAGS = (
     "--headless --no-sandbox --disable-gpu --no-first-run --disable-background-networking "
     "--disable-component-update "
     "--disable-sync --remote-debugging-pipe"
 ).split()
+#: A page in space needs WebGL, which Chromium computes where there is no graphics card; no name is
+#: resolved, so that nothing can come from a network.
+WITH_WEBGL = [
+    *(flag for flag in FLAGS if flag != "--disable-gpu"),
+    *"--use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader".split(),
+    "--host-resolver-rules=MAP * ~NOTFOUND",
+]
 SECONDS = 60
 #: Debian's and Google's names of the program.
 PROGRAMS = ("chromium", "google-chrome")
@@ -68,7 +79,12 @@ class Browser:
     def value(self, expression):
         answer = self.call("Runtime.evaluate", expression=expression, returnByValue=True)
         assert "exceptionDetails" not in answer, answer
-        return answer["result"]["value"]
+        return answer["result"].get("value")
+
+    def picture(self):
+        """What the window shows, shape (height, width, 3), values from 0 to 255."""
+        png = base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])
+        return np.round(255.0 * imread(io.BytesIO(png), format="png")[..., :3])
 
     def complaints(self):
         """Console messages, uncaught exceptions and log entries."""
@@ -84,7 +100,7 @@ class Browser:
 
 
 @contextmanager
-def browser(folder):
+def browser(folder, flags=FLAGS):
     """Browser with an empty profile in a folder.
 
     Where there is none the test skips (fails with CI=true).
@@ -100,7 +116,7 @@ def browser(folder):
     command = f'exec "$0" "$@" 3<&{to_browser[0]} 4>&{from_browser[1]}'
     with open(os.devnull, "wb") as nothing:
         process = subprocess.Popen(
-            [shell, "-c", command, program, *FLAGS, f"--user-data-dir={folder}", "about:blank"],
+            [shell, "-c", command, program, *flags, f"--user-data-dir={folder}", "about:blank"],
             pass_fds=(to_browser[0], from_browser[1]),
             stdout=nothing,
             stderr=nothing,

@@ -1,0 +1,221 @@
+"""rim_motion.json: what the sensors of a carrier read over one turn, measured and simulated.
+
+The report draws a part of it; ``carrierflex view`` turns the rim in space with all of it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.diagnosis.report.words import added_effects
+from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.files.json_files import read_json, save_json
+from carrierflex.files.shown_values import shown
+from carrierflex.identification.campaign.campaign import Campaign
+
+FloatArray = NDArray[np.float64]
+
+RIM_MOTION_FILE = "rim_motion.json"
+FORMAT = "carrierflex-rim-motion"
+VERSION = 1
+#: Every so many samples of the mean turn are written: 90 a turn, and its highest order is 12.
+_STEP = 2
+#: Digits of the samples: a millionth of the signal.
+_DIGITS = 6
+_MOST_BYTES = 50_000_000
+_MOST_SAMPLES = 10_000
+_MOST_PINS = 100
+_DIRECTIONS = ("axial", "radial")
+
+
+@dataclass(frozen=True, eq=False)
+class RimSignal:
+    """Mean turn of one sensor in one run.
+
+    Parameters
+    ----------
+    run, channel : str
+        Where it was measured.
+    direction : str
+        ``axial`` or ``radial``: which displacement of the rim the sensor reads.
+    sensor_angle : float
+        Housing angle of the sensor [rad].
+    measured, simulated : ndarray, shape (n,)
+        Displacement at the carrier angles ``2 pi k / n`` [unit]; simulated by the baseline.
+    with_effects : ndarray, shape (n,), optional
+        Simulated with the effects that the diagnosis added; None where it added none.
+    """
+
+    run: str
+    channel: str
+    direction: str
+    sensor_angle: float
+    measured: FloatArray
+    simulated: FloatArray
+    with_effects: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class RimMotion:
+    """Motion of a carrier's rim at all sensors in all runs.
+
+    Name of the campaign, unit of the signals, number of pins, radius of the sensors' circle [m],
+    effects behind `with_effects`, and the signals.
+    """
+
+    campaign: str
+    unit: str
+    n_planets: int
+    radius: float
+    effects: tuple[str, ...]
+    signals: tuple[RimSignal, ...]
+
+
+def rim_motion(diagnosis: Diagnosis, campaign: Campaign) -> RimMotion | None:
+    """Motion of the rim that a diagnosis compared; None where the campaign has no rim.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        Its signals are kept.
+    campaign : Campaign
+        Sensors and rig.
+    """
+    if campaign.kind != "carrier" or diagnosis.signals is None:
+        return None
+    channels = {channel.name: channel for channel in campaign.channels}
+    after: list[Any] = list(diagnosis.signals.after) or [None] * len(diagnosis.signals.before)
+    signals = []
+    for before, with_effects in zip(diagnosis.signals.before, after, strict=True):
+        channel = channels[before.channel]
+        if channel.angle is None:
+            continue
+        one_turn = slice(0, before.x.size - 1, _STEP)
+        signals.append(
+            RimSignal(
+                run=before.run,
+                channel=before.channel,
+                direction=channel.quantity.removesuffix("_displacement"),
+                sensor_angle=channel.angle,
+                measured=before.measured[one_turn],
+                simulated=before.simulated[one_turn],
+                with_effects=None if with_effects is None else with_effects.simulated[one_turn],
+            )
+        )
+    return RimMotion(
+        campaign=diagnosis.campaign,
+        unit=diagnosis.unit,
+        n_planets=int(campaign.rig["n_planets"]),
+        radius=float(campaign.rig["sensor_radius"]),
+        effects=added_effects(diagnosis.reduction),
+        signals=tuple(signals),
+    )
+
+
+def write_rim_motion(path: Path, motion: RimMotion) -> None:
+    """Write rim_motion.json; its folder exists."""
+    n = motion.signals[0].measured.size if motion.signals else 0
+    save_json(
+        path,
+        {
+            "format": FORMAT,
+            "version": VERSION,
+            "campaign": motion.campaign,
+            "unit": motion.unit,
+            "n_planets": motion.n_planets,
+            "radius": motion.radius,
+            "effects": motion.effects,
+            "carrier_angle_deg": [360.0 * k / n for k in range(n)],
+            "signals": [
+                {
+                    "run": signal.run,
+                    "channel": signal.channel,
+                    "direction": signal.direction,
+                    "sensor_angle_deg": float(np.rad2deg(signal.sensor_angle)),
+                    "measured": _shortened(signal.measured),
+                    "simulated": _shortened(signal.simulated),
+                    "with_effects": None
+                    if signal.with_effects is None
+                    else _shortened(signal.with_effects),
+                }
+                for signal in motion.signals
+            ],
+        },
+    )
+
+
+def _shortened(values: FloatArray) -> list[float]:
+    return [float(f"{value:.{_DIGITS}g}") for value in values]
+
+
+def read_rim_motion(path: Path) -> RimMotion:
+    """Read rim_motion.json.
+
+    Raises
+    ------
+    ValueError
+        Where it is missing, no such file, of a newer version, or a key is not what it should be.
+    """
+    document = read_json(path, f"a {RIM_MOTION_FILE}", _MOST_BYTES)
+    name = document.get("format") if isinstance(document, dict) else None
+    if name != FORMAT:
+        raise ValueError(f"{path}: key 'format' is {shown(name)}; expected '{FORMAT}'")
+    if document.get("version") != VERSION:
+        raise ValueError(
+            f"{path}: key 'version' is {shown(document.get('version'))}; expected {VERSION}: "
+            "update carrierflex"
+        )
+    try:
+        return _motion(document)
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        reason = f"no key {error}" if isinstance(error, KeyError) else str(error)
+        raise ValueError(f"{path}: {reason}; expected a file that diagnose wrote") from error
+
+
+def _motion(document: Mapping[str, Any]) -> RimMotion:
+    n_planets = int(document["n_planets"])
+    n = len(document["carrier_angle_deg"])
+    if not 0 < n_planets <= _MOST_PINS:
+        raise ValueError(f"key 'n_planets' is {n_planets}")
+    if not 0 < n <= _MOST_SAMPLES or not document["signals"]:
+        raise ValueError("key 'signals' holds nothing to draw")
+    radius = float(document["radius"])
+    if not 0.0 < radius < np.inf:
+        raise ValueError(f"key 'radius' is {radius}")
+    return RimMotion(
+        campaign=str(document["campaign"]),
+        unit=str(document["unit"]),
+        n_planets=n_planets,
+        radius=radius,
+        effects=tuple(str(effect) for effect in document["effects"]),
+        signals=tuple(_signal(entry, n) for entry in document["signals"]),
+    )
+
+
+def _signal(entry: Mapping[str, Any], n: int) -> RimSignal:
+    if entry["direction"] not in _DIRECTIONS:
+        raise ValueError(f"key 'direction' is {shown(entry['direction'])}")
+    sensor_angle = float(np.deg2rad(float(entry["sensor_angle_deg"])))
+    if not np.isfinite(sensor_angle):
+        raise ValueError("key 'sensor_angle_deg' is not finite")
+    with_effects = entry["with_effects"]
+    return RimSignal(
+        run=str(entry["run"]),
+        channel=str(entry["channel"]),
+        direction=entry["direction"],
+        sensor_angle=sensor_angle,
+        measured=_samples(entry, "measured", n),
+        simulated=_samples(entry, "simulated", n),
+        with_effects=None if with_effects is None else _samples(entry, "with_effects", n),
+    )
+
+
+def _samples(entry: Mapping[str, Any], key: str, n: int) -> FloatArray:
+    values = np.array(entry[key], dtype=np.float64)
+    if values.shape != (n,) or not np.isfinite(values).all():
+        raise ValueError(f"key '{key}' has shape {values.shape}, not {n} finite numbers")
+    return values

@@ -1,0 +1,111 @@
+"""Surface mesh of a body and the displacement of every reduced coordinate on it.
+
+A reduced body knows its pilots and sensors alone; with these it can be drawn.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
+
+#: Surface of a triangle that no named surface holds.
+UNNAMED = -1
+
+
+@dataclass(frozen=True, eq=False)
+class BodyShapes:
+    """Corner triangles of a body's boundary and the displacement fields on their nodes.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+        Corner nodes on the boundary [m].
+    triangles : ndarray of int, shape (k, 3)
+        Boundary triangles, normals pointing out of the body.
+    surface_names : tuple of str
+        Named surfaces.
+    surface_of : ndarray of int, shape (k,)
+        Named surface of each triangle, `UNNAMED` where it has none.
+    T : ndarray, shape (n, 3, n_coordinates)
+        Displacement [m] of the nodes for one unit of each reduced coordinate.
+
+    Raises
+    ------
+    ValueError
+        Where shapes or numbers contradict each other.
+    """
+
+    points: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    surface_names: tuple[str, ...]
+    surface_of: NDArray[np.int64]
+    T: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        n, k = len(self.points), len(self.triangles)
+        if self.T.shape[:2] != (n, 3):
+            raise ValueError(f"shapes have {self.T.shape}; expected ({n}, 3, coordinates)")
+        if k and not (0 <= self.triangles.min() and self.triangles.max() < n):
+            raise ValueError(
+                f"a triangle refers to point {self.triangles.max()}; expected below {n}"
+            )
+        if self.surface_of.shape != (k,):
+            raise ValueError(f"{self.surface_of.size} triangles have a surface; expected {k}")
+        if k and not (
+            self.surface_of.min() >= UNNAMED and self.surface_of.max() < len(self.surface_names)
+        ):
+            raise ValueError(
+                f"a triangle is of surface {self.surface_of.max()}; expected below "
+                f"{len(self.surface_names)}"
+            )
+
+    def displacement(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Displacement of the nodes [m], shape (n, 3): ``u = T q``."""
+        return self.T @ q
+
+
+def body_shapes(
+    mesh: TetMesh, structure: StructuralModel, basis: NDArray[np.float64]
+) -> BodyShapes:
+    """Boundary of a mesh and a basis on it.
+
+    The quadratic elements' corner nodes are kept, their mid-side nodes are not: a fourth of the
+    size, and facets as flat as a picture needs.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+        Mesh of the body.
+    structure : StructuralModel
+        Its finite elements.
+    basis : ndarray, shape (n_dofs, n_coordinates)
+        Displacement field of every reduced coordinate.
+    """
+    facets = boundary_facets(mesh.tets)[:, :3]
+    nodes, triangles = np.unique(facets, return_inverse=True)
+    triangles = triangles.reshape(facets.shape)
+    rows = (3 * nodes[:, None] + np.arange(3)).ravel()
+    fields = structure.nodal_displacement(basis)[rows]
+    return BodyShapes(
+        points=mesh.points[nodes],
+        triangles=triangles,
+        surface_names=tuple(mesh.surfaces),
+        surface_of=_surface_of(facets, mesh),
+        T=fields.reshape(len(nodes), 3, -1),
+    )
+
+
+def _surface_of(facets: NDArray[np.int64], mesh: TetMesh) -> NDArray[np.int64]:
+    """Number of the named surface that holds each facet; the last one where several do."""
+    number_of = {
+        tuple(corners): number
+        for number, surface in enumerate(mesh.surfaces.values())
+        for corners in np.sort(surface[:, :3], axis=1).tolist()
+    }
+    return np.array(
+        [number_of.get(tuple(c), UNNAMED) for c in np.sort(facets, axis=1).tolist()],
+        dtype=np.int64,
+    )

@@ -1,0 +1,109 @@
+"""rim_motion.json holds what the sensors read, and comes back as it was."""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from carrierflex.diagnosis.comparison.overlay import Overlay, SignalComparison
+from carrierflex.diagnosis.report.rim_motion_files import (
+    RimMotion,
+    read_rim_motion,
+    rim_motion,
+    write_rim_motion,
+)
+from tests.workflows.checked_documents import checked_document
+
+ANGLE_DEG = np.linspace(0.0, 360.0, 181)
+
+
+def overlay(run, channel, order, gap):
+    turn = np.cos(order * np.deg2rad(ANGLE_DEG))
+    return Overlay(
+        run, channel, ANGLE_DEG, "carrier angle", "deg", 1e-3 * turn, (1e-3 - gap) * turn
+    )
+
+
+@pytest.fixture
+def motion():
+    signals = SignalComparison(
+        before=(overlay("LC1", "s047", 1, 1e-4), overlay("LC1", "r040", 3, 2e-4)),
+        after=(overlay("LC1", "s047", 1, 1e-5), overlay("LC1", "r040", 3, 2e-5)),
+    )
+    steps = (SimpleNamespace(added="baseline"), SimpleNamespace(added="carrier_tilt"))
+    diagnosis = SimpleNamespace(
+        campaign="twin", unit="m", signals=signals, reduction=SimpleNamespace(steps=steps)
+    )
+    channels = (
+        SimpleNamespace(name="s047", quantity="axial_displacement", angle=np.deg2rad(47.0)),
+        SimpleNamespace(name="r040", quantity="radial_displacement", angle=np.deg2rad(40.0)),
+    )
+    rig = {"n_planets": 3, "sensor_radius": 0.412}
+    campaign = SimpleNamespace(kind="carrier", channels=channels, rig=rig)
+    found = rim_motion(diagnosis, campaign)
+    assert isinstance(found, RimMotion)
+    return found
+
+
+@pytest.fixture
+def written(motion, tmp_path):
+    write_rim_motion(tmp_path / "rim_motion.json", motion)
+    return tmp_path / "rim_motion.json"
+
+
+def test_one_turn_of_every_sensor_with_its_place_is_kept(motion):
+    axial, radial = motion.signals
+    assert (axial.direction, radial.direction) == ("axial", "radial")
+    np.testing.assert_allclose(np.rad2deg(axial.sensor_angle), 47.0, rtol=1e-12)
+    turn = np.deg2rad(np.arange(0.0, 360.0, 4.0))
+    np.testing.assert_allclose(axial.measured, 1e-3 * np.cos(turn), rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(axial.with_effects, 0.99e-3 * np.cos(turn), rtol=0.0, atol=1e-12)
+    assert motion.effects == ("carrier_tilt",)
+
+
+def test_the_file_is_as_its_schema_says_and_comes_back(motion, written):
+    checked_document(written)
+    found = read_rim_motion(written)
+    assert (found.campaign, found.unit, found.n_planets, found.radius, found.effects) == (
+        "twin",
+        "m",
+        3,
+        0.412,
+        ("carrier_tilt",),
+    )
+    for signal, back in zip(motion.signals, found.signals, strict=True):
+        assert (signal.run, signal.channel, signal.direction) == (
+            back.run,
+            back.channel,
+            back.direction,
+        )
+        # Six digits are written.
+        np.testing.assert_allclose(back.simulated, signal.simulated, rtol=1e-5, atol=1e-12)
+
+
+def test_a_campaign_without_a_rim_has_none():
+    assert rim_motion(SimpleNamespace(signals=None), SimpleNamespace(kind="carrier")) is None
+    assert rim_motion(SimpleNamespace(signals=()), SimpleNamespace(kind="element")) is None
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"format": "carrierflex-diagnosis"}, "key 'format' is 'carrierflex-diagnosis'"),
+        ({"version": 2}, "key 'version' is 2; expected 1: update carrierflex"),
+        ({"n_planets": 0}, "key 'n_planets' is 0"),
+        ({"radius": -1.0}, "key 'radius' is -1.0"),
+        ({"signals": []}, "key 'signals' holds nothing to draw"),
+        ({"signals": [{}]}, "no key 'direction'"),
+        ({"carrier_angle_deg": [0.0, 1.0]}, "key 'measured' has shape \\(90,\\), not 2"),
+        ({"effects": None}, "expected a file that diagnose wrote"),
+    ],
+)
+def test_another_content_is_refused_in_one_line(written, change, message):
+    document = json.loads(written.read_text(encoding="utf-8")) | change
+    written.write_text(json.dumps(document), encoding="utf-8")
+    with pytest.raises(ValueError, match=message) as refusal:
+        read_rim_motion(written)
+    assert str(refusal.value).startswith(f"{written}: ")
+    assert "\n" not in str(refusal.value)

@@ -1,0 +1,177 @@
+"""What a page in space shows: bodies that move between states, and what stands around them.
+
+A scene has entries (a mode, a load, a run's sensor) of which one is shown. In each entry a control
+runs through stops; every shape and colour is linear between two stops. So the viewer needs the
+stops alone.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+#: Colours of named surfaces, told apart by eye on screen and paper; grey is what has no name.
+SURFACE_COLOURS = (
+    "#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#ee9955", "#3d6b5c",
+    "#99aadd", "#bb7755", "#77aa44", "#884488", "#dd77aa", "#447799", "#aa9944", "#cc5533",
+)  # fmt: skip
+UNNAMED_COLOUR = "#c9ced4"
+
+
+@dataclass(frozen=True)
+class Control:
+    """What the slider runs through.
+
+    Name, unit, position in the beginning, and the stops [unit] between which all is linear.
+    """
+
+    name: str
+    unit: str
+    start: float
+    stops: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One state of the scene that can be chosen: its name, its words, its colours.
+
+    Words say how large it is drawn; `legend` is the quantity and unit of the colours, which run
+    from -limit to limit. A legend without a limit means the colours of the surfaces.
+    """
+
+    name: str
+    words: str
+    legend: str = ""
+    limit: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Triangles or lines that move and change their colour.
+
+    Parameters
+    ----------
+    name : str
+        Shown beside a switch, where it has a colour of its own.
+    cells : ndarray of int, shape (k, 3) or (k, 2)
+        Triangles or lines.
+    rest : ndarray, shape (n, 3)
+        Points at rest [m].
+    moved : ndarray, shape (n_entries, n, 3)
+        What every entry adds to them at full deflection [m], magnified as it is drawn.
+    values : ndarray, shape (n_entries, n), optional
+        Colour at full deflection, in shares of the entry's limit; of a single colour without.
+    colour : str
+        Colour without values, and in entries without a legend.
+    follows : bool
+        Whether shape and colour are those of full deflection times the control, as in a vibration;
+        else they are those of full deflection at all its stops.
+    turns : bool
+        Whether the part is turned about x by the control [deg].
+    width : float
+        Of lines [m]; 0: one pixel.
+    """
+
+    name: str
+    cells: NDArray[np.int64]
+    rest: FloatArray
+    moved: FloatArray
+    values: FloatArray | None = None
+    colour: str = UNNAMED_COLOUR
+    follows: bool = True
+    turns: bool = False
+    width: float = 0.0
+
+
+@dataclass(frozen=True)
+class Label:
+    """Words at a point [m]; they may turn with the control."""
+
+    text: str
+    point: tuple[float, float, float]
+    turns: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """All of a page.
+
+    Parameters
+    ----------
+    title : str
+        Heading.
+    words : str
+        What it is and where it comes from, one sentence.
+    control : Control
+        The slider.
+    entries : tuple of Entry
+        What can be chosen; the first is shown first.
+    parts : tuple of Part
+        What is drawn.
+    labels : tuple of Label
+        Words in space.
+    first : int
+        Entry that is shown in the beginning.
+    eye : tuple of float
+        From the middle of the scene to the viewer; by default upwind, above and to the side, as in
+        the still pictures.
+    """
+
+    title: str
+    words: str
+    control: Control
+    entries: tuple[Entry, ...]
+    parts: tuple[Part, ...]
+    labels: tuple[Label, ...] = field(default=())
+    first: int = 0
+    eye: tuple[float, float, float] = (-1.5, 0.85, 0.75)
+
+    @cached_property
+    def size(self) -> float:
+        """Largest extent of what is drawn at rest [m]."""
+        points = np.concatenate([part.rest for part in self.parts])
+        return float(np.ptp(points, axis=0).max())
+
+    def with_entries(self, n: int) -> "Scene":
+        """The scene with its first `n` entries."""
+        parts = tuple(
+            replace(
+                part,
+                moved=part.moved[:n],
+                values=None if part.values is None else part.values[:n],
+            )
+            for part in self.parts
+        )
+        return replace(self, entries=self.entries[:n], parts=parts, first=min(self.first, n - 1))
+
+
+def feature_edges(
+    points: FloatArray, triangles: NDArray[np.int64], marks: Sequence[int] | NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Edges at which a surface bends by more than 30 degrees or its mark changes, shape (k, 2).
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+        Points [m].
+    triangles : ndarray of int, shape (m, 3)
+        Triangles of a closed surface.
+    marks : sequence of int, shape (m,)
+        Surface that each belongs to.
+    """
+    corners = points[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
+    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    owner = np.repeat(np.arange(len(triangles)), 3)
+    order = np.lexsort((edges[:, 1], edges[:, 0]))
+    edges, owner = edges[order], owner[order]
+    same = (edges[1:] == edges[:-1]).all(axis=1)
+    first, second = owner[:-1][same], owner[1:][same]
+    marks = np.asarray(marks)
+    bends = np.einsum("ij,ij->i", normals[first], normals[second]) < np.cos(np.deg2rad(30.0))
+    return np.asarray(edges[:-1][same][bends | (marks[first] != marks[second])])

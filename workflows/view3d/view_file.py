@@ -1,0 +1,124 @@
+"""What does a body, a curve or a gap look like from all sides? One page that one can turn.
+
+A good answer opens from disk in any browser, without a network, and is sent by mail.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from carrierflex.diagnosis.report.rim_motion_files import RIM_MOTION_FILE, read_rim_motion
+from carrierflex.fe.curve_files import read_curves
+from carrierflex.files.json_files import save_text
+from carrierflex.files.whole_files import check_file_writable
+from carrierflex.reduction.body_files import read_body, read_shapes
+from carrierflex.workflows.support.progress import Stages
+from carrierflex.workflows.view3d.body_scene import body_scene
+from carrierflex.workflows.view3d.curve_scene import curve_scene
+from carrierflex.workflows.view3d.rim_scene import rim_scene
+from carrierflex.workflows.view3d.scene import Scene
+from carrierflex.workflows.view3d.view import scene_page
+
+#: Page beside the report of a diagnosis.
+VIEW_FILE = "view.html"
+_CURVES_FILE = "deflection_curves.csv"
+
+
+@dataclass(frozen=True)
+class WrittenView:
+    """The page, its size [bytes], what can be shown in it, and how many entries found no room."""
+
+    path: Path
+    size: int
+    entries: tuple[str, ...]
+    n_left_out: int
+
+
+def main(
+    shown: Path, *, html: bool = True, out: Path | None = None, quiet: bool = False
+) -> WrittenView:
+    """Write a page on which a body, deflection curves or the gap of a rim turn in space.
+
+    Parameters
+    ----------
+    shown
+        Body file (.h5) of carrierflex reduce --shapes: named surfaces, answer to a torque of
+        1 kN m, free modes, modes with the pilots held. Folder of carrierflex curves or its
+        deflection_curves.csv: the rim under unit loads. Folder of carrierflex diagnose or its
+        rim_motion.json (kind carrier): measured and simulated rim with the gap in colour.
+    html
+        The page is HTML, one file below 15 MB with viewer and data inside (the only form there
+        is); it needs carrierflex[view] to be written and a browser with WebGL 2 to be read.
+    out
+        File to write (.html); without, view.html in the folder, or beside a file with its name.
+    quiet
+        Show no progress.
+
+    Returns
+    -------
+    WrittenView
+        Path, size and entries of the page.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        Where the file is none of these or damaged, a body has no shapes, or k3d is not installed.
+    """
+    if not html:
+        raise ValueError("--no-html leaves nothing to write; expected --html")
+    source = _source(shown)
+    page = out or (shown / VIEW_FILE if shown.is_dir() else shown.with_suffix(".html"))
+    if page.suffix != ".html":
+        raise ValueError(f"{page}: suffix {page.suffix!r}; expected .html")
+    check_file_writable(page)
+    stages = Stages(1, quiet)
+    with stages.stage(f"writing {page}"):
+        return write_view(_scene(source), page)
+
+
+def write_view(scene: Scene, path: Path) -> WrittenView:
+    """Write the page of a scene.
+
+    Raises
+    ------
+    ValueError
+        Where k3d is not installed, or not one entry fits into a page.
+    """
+    text, fitted = scene_page(scene)
+    save_text(path, text)
+    return WrittenView(
+        path=path,
+        size=len(text.encode("utf-8")),
+        entries=tuple(entry.name for entry in fitted.entries),
+        n_left_out=len(scene.entries) - len(fitted.entries),
+    )
+
+
+def _source(shown: Path) -> Path:
+    """File that is meant: itself, or the one in a folder of curves or of a diagnosis."""
+    if not shown.is_dir():
+        return shown
+    for name in (RIM_MOTION_FILE, _CURVES_FILE):
+        if (shown / name).is_file():
+            return shown / name
+    raise ValueError(
+        f"{shown}: holds neither {RIM_MOTION_FILE} nor {_CURVES_FILE}; expected a folder of "
+        "carrierflex diagnose (kind carrier) or of carrierflex curves"
+    )
+
+
+def _scene(source: Path) -> Scene:
+    if source.suffix == ".json":
+        return rim_scene(read_rim_motion(source))
+    if source.suffix == ".csv":
+        return curve_scene(read_curves(source), source.parent.name or source.stem)
+    if source.suffix != ".h5":
+        raise ValueError(
+            f"{source}: suffix {source.suffix!r}; expected a body (.h5), deflection curves (.csv) "
+            f"or {RIM_MOTION_FILE}"
+        )
+    model, shapes = read_body(source), read_shapes(source)
+    if shapes is None:
+        raise ValueError(
+            f"{source}: the body file holds no shapes; expected one of carrierflex reduce --shapes"
+        )
+    return body_scene(model, shapes)
