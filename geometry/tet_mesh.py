@@ -87,3 +87,24 @@ def boundary_facets(tets: NDArray[np.int64]) -> NDArray[np.int64]:
         np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True
     )
     return faces[first[count == 1]]
+
+
+def surface_of_facets(
+    facets: NDArray[np.int64], surfaces: Mapping[str, NDArray[np.int64]]
+) -> NDArray[np.int64]:
+    """Number of the named surface that holds each facet, shape (k,); -1 where none does.
+
+    Parameters
+    ----------
+    facets : ndarray of int, shape (k, 6) or (k, 3)
+        Triangles, corners first.
+    surfaces : mapping of str to ndarray of int, shape (m, 6)
+        Named surfaces; the last one counts where several hold a facet.
+    """
+    number_of = {
+        tuple(corners): number
+        for number, surface in enumerate(surfaces.values())
+        for corners in np.sort(surface[:, :3], axis=1).tolist()
+    }
+    corners = np.sort(facets[:, :3], axis=1).tolist()
+    return np.array([number_of.get(tuple(own), -1) for own in corners], dtype=np.int64)

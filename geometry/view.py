@@ -1,12 +1,12 @@
 """Off-screen pictures of meshes and of fields on them (pyvista)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets, surface_of_facets
 
 #: Pixels of a picture.
 PICTURE_SIZE = (1200, 900)
@@ -15,11 +15,19 @@ _CAMERA = (-1.5, 0.85, 0.75)
 #: Soft light: colours stay readable on faces turned away from it.
 LIGHTING = {"ambient": 0.45, "diffuse": 0.6, "specular": 0.0}
 _EDGE_LINES = "#28323c"
+#: Height of a row of a legend, as a share of the picture's.
+_LEGEND_ROW = 0.03
+_REST_LINES = "#6b757f"
+#: Colours of named surfaces, told apart by eye on screen and paper.
+SURFACE_COLOURS = (
+    "#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#ee9955", "#3d6b5c",
+    "#99aadd", "#bb7755", "#77aa44", "#884488", "#dd77aa", "#447799", "#aa9944", "#cc5533",
+)  # fmt: skip
 _BODY_COLOURS = ("#a9b7c6", "#d8a657", "#8fae8b")
 
 
 def mesh_picture(mesh: TetMesh, title: str) -> NDArray[np.uint8]:
-    """Render the mesh's element edges, bodies in different colours.
+    """Render the mesh's element edges, bodies and named surfaces in different colours.
 
     Returns
     -------
@@ -27,23 +35,98 @@ def mesh_picture(mesh: TetMesh, title: str) -> NDArray[np.uint8]:
         The picture; writing it is the caller's business.
     """
     plotter = new_plotter()
+    legend = []
     for (name, elements), colour in zip(mesh.bodies.items(), _BODY_COLOURS, strict=False):
-        surface = skin(mesh, elements, subdivision=0)
-        plotter.add_mesh(
-            surface,
-            color=colour,
-            show_edges=True,
-            edge_color=_EDGE_LINES,
-            line_width=0.6,
-            label=name,
-            **LIGHTING,
-        )
-    plotter.add_text(title, font_size=13, color="black")
-    if len(mesh.bodies) > 1:
-        plotter.add_legend(
-            bcolor="white", border=False, size=(0.16, 0.09), loc="lower right", face="rectangle"
-        )
+        facets = boundary_facets(mesh.tets[elements])
+        plain = facets[surface_of_facets(facets, mesh.surfaces) < 0]
+        _add_facets(plotter, mesh.points, plain, colour)
+        legend.append((name, colour))
+    for number, (name, facets) in enumerate(mesh.surfaces.items()):
+        colour = SURFACE_COLOURS[number % len(SURFACE_COLOURS)]
+        _add_facets(plotter, mesh.points, facets, colour)
+        legend.append((name.replace("_", " "), colour))
+    add_title(plotter, title)
+    add_axes(plotter)
+    rows = plotter.add_legend(
+        [list(row) for row in legend], bcolor=None, border=False, loc=None, face="rectangle"
+    )
+    # Placed by hand: pyvista takes the height for the width when it places a legend on the right.
+    rows.SetPosition(0.78, 0.04)
+    rows.SetPosition2(0.2, _LEGEND_ROW * len(legend))
     return taken(plotter)
+
+
+def _add_facets(
+    plotter: Any, points: NDArray[np.float64], facets: NDArray[np.int64], colour: str
+) -> None:
+    """Draw the corner triangles of quadratic facets with their edges."""
+    import pyvista
+
+    if not len(facets):
+        return
+    faces = np.concatenate([np.full((len(facets), 1), 3), facets[:, :3]], axis=1)
+    plotter.add_mesh(
+        pyvista.PolyData(points, faces.ravel()),
+        color=colour,
+        show_edges=True,
+        edge_color=_EDGE_LINES,
+        line_width=0.6,
+        **LIGHTING,
+    )
+
+
+def add_title(plotter: Any, title: str, *, font_size: int = 13) -> None:
+    """Write a title into the upper left corner of the current sub-picture."""
+    plotter.add_text(
+        title, position=(0.012, 0.94), viewport=True, font_size=font_size, color="black"
+    )
+
+
+def add_axes(plotter: Any) -> None:
+    """Draw the directions x, y, z into the lower left corner of the current sub-picture."""
+    plotter.add_axes(
+        xlabel="x", ylabel="y", zlabel="z", color="black", line_width=3, viewport=(0, 0, 0.2, 0.2)
+    )
+
+
+def add_outline(plotter: Any, mesh: TetMesh) -> None:
+    """Draw the edges of the body at rest, where its surface bends, as grey lines."""
+    surface = skin(mesh)
+    edges = surface.extract_feature_edges(
+        30.0, boundary_edges=False, non_manifold_edges=False, manifold_edges=False
+    )
+    if edges.n_points:
+        plotter.add_mesh(edges, color=_REST_LINES, line_width=1.2, lighting=False)
+
+
+def add_labels(
+    plotter: Any, labels: Mapping[str, NDArray[np.float64]], colour: str = "black"
+) -> None:
+    """Mark points [m] and write their names beside them, in front of all that is drawn."""
+    if labels:
+        plotter.add_point_labels(
+            np.array([*labels.values()]),
+            [*labels],
+            font_size=15,
+            text_color=colour,
+            point_color=colour,
+            point_size=7,
+            render_points_as_spheres=True,
+            shape="rounded_rect",
+            shape_color="white",
+            shape_opacity=0.7,
+            margin=2,
+            always_visible=True,
+        )
+
+
+def add_torque_arrow(plotter: Any, centre: NDArray[np.float64], radius: float) -> None:
+    """Draw the arrow of a positive torque, :func:`torque_arrow`."""
+    import pyvista
+
+    points, triangles = torque_arrow(centre, radius)
+    faces = np.concatenate([np.full((len(triangles), 1), 3), triangles], axis=1)
+    plotter.add_mesh(pyvista.PolyData(points, faces.ravel()), color="#222222", **LIGHTING)
 
 
 def new_plotter(shape: tuple[int, int] = (1, 1)) -> Any:

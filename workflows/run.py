@@ -96,12 +96,12 @@ def main(
         for body in (reduced.flexible, reduced.stiff, reduced.pin):
             write_body(body.model, out / "bodies" / f"{body.model.name}.h5")
     with stages.stage("pictures of the carriers"):
-        draw_carriers(out / "pictures", variants, curves, reduced)
+        case = _load_cases(out, stage.carrier.n_planets)
+        draw_carriers(out / "pictures", variants, curves, reduced, case)
     with stages.stage("planetary stage and mounting in time"):
         in_time = run_reduced_bodies.main(
             reduced.flexible.model, reduced.pin.model, stage.gear, curves=curves, out=out
         )
-    case = _load_cases(out, stage.carrier.n_planets)
     simulated, identified, gap = _signals(out, case, stages)
     job = Job(
         out,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.fe.structural_model import StructuralModel
-from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
+from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets, surface_of_facets
 
 #: Surface of a triangle that no named surface holds.
 UNNAMED = -1
@@ -93,19 +93,6 @@ def body_shapes(
         points=mesh.points[nodes],
         triangles=triangles,
         surface_names=tuple(mesh.surfaces),
-        surface_of=_surface_of(facets, mesh),
+        surface_of=surface_of_facets(facets, mesh.surfaces),
         T=fields.reshape(len(nodes), 3, -1),
-    )
-
-
-def _surface_of(facets: NDArray[np.int64], mesh: TetMesh) -> NDArray[np.int64]:
-    """Number of the named surface that holds each facet; the last one where several do."""
-    number_of = {
-        tuple(corners): number
-        for number, surface in enumerate(mesh.surfaces.values())
-        for corners in np.sort(surface[:, :3], axis=1).tolist()
-    }
-    return np.array(
-        [number_of.get(tuple(c), UNNAMED) for c in np.sort(facets, axis=1).tolist()],
-        dtype=np.int64,
     )

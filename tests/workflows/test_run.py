@@ -114,7 +114,11 @@ def test_files_are_whole_and_readable(job_folder):
     assert {path.name for path in (job_folder / "gap").iterdir()} == {
         "diagnosis.json",
         "report.html",
+        "rim_motion.json",
     }
+    checked_document(job_folder / "gap" / "rim_motion.json")
+    report = (job_folder / "gap" / "report.html").read_text(encoding="utf-8")
+    assert report.count('href="view.html"') == 1
 
 
 def test_every_picture_is_drawn_and_shows_something(job_folder):

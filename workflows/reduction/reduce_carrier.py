@@ -46,8 +46,10 @@ class ReducedCarrier:
     joined : dict of float to DeflectionCurve
         Torque curve of carrier and pins joined in the reduced space, by interface stiffness [N
         m/rad].
+    fit : PinFitFamily
+        The same at any stiffness.
     sliding : DeflectionCurve
-        The same at stiffness 0 with pins free to slide in their downwind bores.
+        The curve at stiffness 0 with pins free to slide in their downwind bores.
     reference : DeflectionCurve
         Torque curve of the full model without pins, its shaft face held through its pilot as in the
         assemblies.
@@ -57,6 +59,7 @@ class ReducedCarrier:
     stiff: ReducedBody
     pin: ReducedBody
     joined: dict[float, DeflectionCurve]
+    fit: PinFitFamily
     sliding: DeflectionCurve
     reference: DeflectionCurve
 
@@ -98,7 +101,7 @@ def main(
     family = PinFitFamily(flexible_body.model, pin.model, forces, radius)
     joined = {stiffness: family.curve(stiffness) for stiffness in STUDY_STIFFNESSES}
     sliding = replace(family, sliding=True).curve(0.0)
-    return ReducedCarrier(flexible_body, stiff_body, pin, joined, sliding, reference)
+    return ReducedCarrier(flexible_body, stiff_body, pin, joined, family, sliding, reference)
 
 
 def _reduced(

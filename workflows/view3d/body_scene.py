@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from carrierflex.fe.carrier_curves import flexible_cases, stiff_cases
-from carrierflex.geometry.view import rounded_magnification, torque_arrow
+from carrierflex.geometry.view import SURFACE_COLOURS, rounded_magnification, torque_arrow
 from carrierflex.reduction.assembly_modes import assembly_modes
 from carrierflex.reduction.pin_fit import HELD
 from carrierflex.reduction.reduced_model import ReducedModel
@@ -13,7 +13,6 @@ from carrierflex.reduction.reduced_static import static_coordinates
 from carrierflex.reduction.shapes.body_shapes import BodyShapes
 from carrierflex.workflows.support.recorded_structure import recorded_inputs
 from carrierflex.workflows.view3d.scene import (
-    SURFACE_COLOURS,
     UNNAMED_COLOUR,
     Control,
     Entry,

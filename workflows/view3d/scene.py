@@ -14,11 +14,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-#: Colours of named surfaces, told apart by eye on screen and paper; grey is what has no name.
-SURFACE_COLOURS = (
-    "#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#ee9955", "#3d6b5c",
-    "#99aadd", "#bb7755", "#77aa44", "#884488", "#dd77aa", "#447799", "#aa9944", "#cc5533",
-)  # fmt: skip
+#: Colour of what has no name.
 UNNAMED_COLOUR = "#c9ced4"
 
 

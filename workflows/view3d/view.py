@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.geometry.dihedral import rotation_about_x
+from carrierflex.geometry.view import SURFACE_COLOURS
 from carrierflex.workflows.view3d.scene import (
-    SURFACE_COLOURS,
     UNNAMED_COLOUR,
     FloatArray,
     Label,
