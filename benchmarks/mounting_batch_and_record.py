@@ -19,13 +19,13 @@ from benchmarks.mounting_cases import MODERATE_NONLINEAR
 from benchmarks.ratio import MEMORY, TIME, Ratio, at_least, at_most
 from benchmarks.run import run_alone
 from carrierflex.simulation.mounting.batch import rms_of_sensors, simulate_batch
-from carrierflex.simulation.mounting.bushings import TABLE_3
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.load_history import LoadHistory
 from carrierflex.simulation.mounting.parameters import INDEX, parameter_array
 from carrierflex.simulation.mounting.record_files import marched_pieces, write_record
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
+from carrierflex.simulation.mounting.table_3 import TABLE_3
 
 QUICK = {"seconds": 1e4, "n_sets": 100}
 

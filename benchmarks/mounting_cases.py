@@ -3,12 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.simulation.mounting.bushings import TABLE_3
 from carrierflex.simulation.mounting.equations import mounting_blocks
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.load_history import LoadHistory
 from carrierflex.simulation.mounting.parameters import INDEX, ParameterArray, parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.table_3 import TABLE_3
 
 Array = NDArray[np.float64]
 

@@ -33,11 +33,11 @@ from benchmarks.mounting_cases import (
 )
 from benchmarks.ratio import ERROR, SPEED, Ratio, at_least, at_most
 from benchmarks.run import run_alone
-from carrierflex.simulation.mounting.bushings import TABLE_3
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.load_history import LoadHistory
 from carrierflex.simulation.mounting.parameters import ParameterArray, parameter_array
 from carrierflex.simulation.mounting.simulate import response_of, signal_pieces, simulate
+from carrierflex.simulation.mounting.table_3 import TABLE_3
 from carrierflex.simulation.mounting.time_integration import mounting_model
 
 QUICK = {"first": 500.0, "budget": 0.2, "formula_seconds": 15.0}

@@ -32,6 +32,7 @@ BENCHMARKS = (
     "bushing_identification_speed",
     "long_record_memory",
     "many_runs",
+    "start_up",
 )
 
 #: Packages that only comparisons need, by the name of the module that is imported.

@@ -32,9 +32,13 @@ from carrierflex.simulation.stage.response import (
     run_stage,
     steady_drive,
 )
-from carrierflex.simulation.stage.roller_bearing import RollerBearingData
-from carrierflex.simulation.stage.stage_data import BearingData, StageData
-from carrierflex.simulation.stage.stage_model import GRAVITY, StageBody, StageModel, stage_model
+from carrierflex.simulation.stage.stage_data import (
+    GRAVITY,
+    BearingData,
+    RollerBearingData,
+    StageData,
+)
+from carrierflex.simulation.stage.stage_model import StageBody, StageModel, stage_model
 from carrierflex.simulation.stage.stage_run import simulate_stage
 from carrierflex.simulation.stage.statics import SteadyLoad, channel_forces, frozen_stiffness
 from carrierflex.workflows.support.stage_bodies import default_stage_body

@@ -7,10 +7,13 @@ are those of one pin force of 1 N on pin 1, in the direction that a positive tor
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicHermiteSpline
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicHermiteSpline
 
 #: Points of the table that long records are read from: order 180 is met to 2e-10 of its amplitude.
 _TABLE_SIZE = 65536
@@ -81,11 +84,14 @@ class DeflectionCurve:
         return np.asarray(self._tables[direction](angle % (2.0 * np.pi)))
 
     @cached_property
-    def _tables(self) -> dict[str, CubicHermiteSpline]:
+    def _tables(self) -> "dict[str, CubicHermiteSpline]":
         """Cubics through value and slope of the trigonometric interpolation, by direction.
 
         They lie on a fine grid of angles.
         """
+        # Late: what reads a file's keys only does not wait for it.
+        from scipy.interpolate import CubicHermiteSpline
+
         grid = 2.0 * np.pi * np.arange(_TABLE_SIZE + 1) / _TABLE_SIZE
         tables = {}
         for direction in ("axial", "radial"):

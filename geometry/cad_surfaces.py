@@ -4,12 +4,13 @@ Which faces of a CAD solid they mean, and where they cut them.
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.cad_faces import CadFace
+if TYPE_CHECKING:
+    from carrierflex.geometry.cad_faces import CadFace
 
 #: Deviation of directions [rad] that still counts as parallel.
 _PARALLEL = 1e-4
@@ -54,7 +55,7 @@ class SurfaceStatement:
     window: tuple[float, float] = (-np.inf, np.inf)
     parts: int = 1
 
-    def extent(self, face: CadFace) -> tuple[float, float]:
+    def extent(self, face: "CadFace") -> tuple[float, float]:
         """Least and greatest station (cylinder) or radius (plane) of the face's outline."""
         if self.kind == "cylinder":
             along = face.outline @ self.direction
@@ -62,7 +63,7 @@ class SurfaceStatement:
             along = np.linalg.norm(np.cross(face.outline - self.point, self.direction), axis=1)
         return float(along.min()), float(along.max())
 
-    def deviation(self, face: CadFace) -> float:
+    def deviation(self, face: "CadFace") -> float:
         """Distance [m] of the face's plane or cylinder from the stated one.
 
         Infinite where kind or direction differ.
@@ -77,7 +78,7 @@ class SurfaceStatement:
         off_axis = float(np.linalg.norm(np.cross(face.point - self.point, self.direction)))
         return off_axis + abs(face.radius - self.size)
 
-    def touched(self, faces: tuple[CadFace, ...], tolerance: float) -> list[CadFace]:
+    def touched(self, faces: "tuple[CadFace, ...]", tolerance: float) -> "list[CadFace]":
         """Faces that lie on the stated plane or cylinder, a part of them at least in the window.
 
         Raises
@@ -98,7 +99,7 @@ class SurfaceStatement:
             )
         return matching
 
-    def circles(self, faces: list[CadFace], tolerance: float) -> list[Circle]:
+    def circles(self, faces: "list[CadFace]", tolerance: float) -> list[Circle]:
         """Circles (centre, axis, radius) at the window's ends that cut one of `faces`."""
         cuts = []
         for end in self.window:
@@ -128,7 +129,7 @@ class SurfaceStatement:
                 )
         return cuts
 
-    def chosen(self, faces: tuple[CadFace, ...], tolerance: float) -> list[CadFace]:
+    def chosen(self, faces: "tuple[CadFace, ...]", tolerance: float) -> "list[CadFace]":
         """Faces of a model cut by :meth:`circles` that make up the surface.
 
         Inside the window, in as many bands as stated.
@@ -158,7 +159,7 @@ class SurfaceStatement:
             )
         return matching
 
-    def _bands(self, faces: list[CadFace], tolerance: float) -> int:
+    def _bands(self, faces: "list[CadFace]", tolerance: float) -> int:
         """Number of groups of adjacent faces.
 
         Adjacent faces share edges or lie side by side around the axis.
@@ -178,12 +179,12 @@ class SurfaceStatement:
             bands = [*apart, (low, high, edges)]
         return len(bands)
 
-    def _nearest(self, faces: tuple[CadFace, ...]) -> list[CadFace]:
+    def _nearest(self, faces: "tuple[CadFace, ...]") -> "list[CadFace]":
         """Faces of the same kind, the nearest first; all others where none is of that kind."""
         alike = [face for face in faces if face.kind == self.kind]
         return sorted(alike or faces, key=self._distance)
 
-    def _distance(self, face: CadFace) -> float:
+    def _distance(self, face: "CadFace") -> float:
         """Deviation and distance from the window [m], to order candidates by."""
         low, high = self.extent(face)
         outside = max(self.window[0] - low, high - self.window[1], 0.0)
@@ -205,6 +206,6 @@ class SurfaceStatement:
         )
 
 
-def _listed(faces: list[CadFace]) -> str:
+def _listed(faces: "list[CadFace]") -> str:
     shown = "; ".join(f"[{number}] {face}" for number, face in enumerate(faces[:_SHOWN], start=1))
     return shown + (f"; and {len(faces) - _SHOWN} more" if len(faces) > _SHOWN else "")

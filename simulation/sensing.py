@@ -15,7 +15,6 @@ from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 FloatArray = NDArray[np.float64]
 
@@ -114,6 +113,9 @@ def at_other_times(time: FloatArray, values: FloatArray, wanted: FloatArray) -> 
     wanted : ndarray, shape (n,)
         Time [s] that each sample is to be of; where a sample is missing it stays so.
     """
+    # Late: what reads a file's keys only does not wait for it.
+    from scipy.interpolate import CubicSpline
+
     known = np.isfinite(values)
     inside = (wanted >= time[0]) & (wanted <= time[-1])
     moved = CubicSpline(time[known], values[known])(wanted)

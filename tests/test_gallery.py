@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from matplotlib.image import imread
 
-from carrierflex.workflows import command_line
+from carrierflex.workflows.shell.commands import COMMANDS
 
 ROOT = Path(__file__).parents[1]
 TOOL = runpy.run_path(str(ROOT / "tools" / "make_gallery.py"))
@@ -19,7 +19,7 @@ def test_every_entry_is_a_short_script_of_a_command_and_kind_of_its_own():
     assert len(ENTRIES) >= FEWEST
     assert len({(entry.command, entry.kind) for entry in ENTRIES}) == len(ENTRIES)
     for entry in ENTRIES:
-        assert entry.command in command_line._COMMANDS, entry.path
+        assert entry.command in COMMANDS, entry.path
         assert entry.kind
         assert entry.path.read_text(encoding="utf-8").count("\n") <= MOST_LINES, entry.path
 

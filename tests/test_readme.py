@@ -9,6 +9,7 @@ import pytest
 
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.workflows import command_line
+from carrierflex.workflows.shell.commands import COMMANDS
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -74,7 +75,7 @@ def test_every_command_of_the_list_exists_and_finds_the_files_it_reads():
     for line in lines:
         if line.startswith("carrierflex"):
             name = shlex.split(line)[1]
-            assert name in command_line._COMMANDS
+            assert name in COMMANDS
             for file in read_by(line):
                 if name == "simulate" and "." not in file:
                     assert shipped_case(file).is_file()

@@ -10,7 +10,7 @@ from typing import Any
 from mkdocs.structure.files import File, Files
 
 ROOT = Path(__file__).parents[1]
-COMMAND_LINE = ROOT / "workflows" / "command_line.py"
+COMMANDS = ROOT / "workflows" / "shell" / "commands.py"
 IN_PYTHON = ROOT / "carrierflex" / "__init__.py"
 
 
@@ -28,11 +28,11 @@ def on_files(files: Files, *, config: Any) -> Files:
 
 def commands_page() -> str:
     """Every command with the docstring of its workflow."""
-    tree = ast.parse(COMMAND_LINE.read_text(encoding="utf-8"))
+    tree = ast.parse(COMMANDS.read_text(encoding="utf-8"))
     table = next(
         node.value
         for node in tree.body
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "_COMMANDS"
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "COMMANDS"
     )
     assert isinstance(table, ast.Dict)
     lines = ["# Commands", "", "`carrierflex COMMAND --help` tells the same on the screen.", ""]

@@ -4,18 +4,17 @@ One sub-command a workflow; errors in one line, exit codes for scripts.
 """
 
 import difflib
-import functools
-import importlib
 import io
 import logging
-import os
 import re
 import sys
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 from carrierflex.files.shown_values import printable
+from carrierflex.workflows.shell.commands import COMMANDS
+from carrierflex.workflows.shell.logs import SHOWN, show_errors
 from carrierflex.workflows.support.compiled_code import with_sound_cache
 from carrierflex.workflows.support.interruption import (
     EXIT_INTERRUPTED,
@@ -27,182 +26,11 @@ from carrierflex.workflows.support.interruption import (
 if TYPE_CHECKING:
     import cyclopts
 
-#: Exit codes: a check failed, refused input; :mod:`interruption` holds those of interruptions.
-EXIT_FAILED = 1
+#: Exit code of refused input; :mod:`interruption` holds those of interruptions.
 EXIT_REFUSED = 2
 
-#: Columns where the output is no terminal: more than any row has.
-_WIDTH_OF_A_PIPE = 10_000
-
-
-class _Command(NamedTuple):
-    """A workflow and how it is shown, by name: nothing of it is imported before it is asked for."""
-
-    workflow: str
-    """Module below carrierflex.workflows whose `main` it is."""
-    table: str
-    """Module below carrierflex.workflows.screen and the function that shows the result."""
-    help: str
-    """First line of the workflow's docstring."""
-
-
-_COMMANDS = {
-    "run": _Command(
-        "run",
-        "job_story:job_story",
-        "Do the whole chain for one planet carrier and leave every result in one folder.",
-    ),
-    "mesh": _Command(
-        "geometry.mesh_carrier",
-        "tables:quality_table",
-        "Mesh the planet carrier with quadratic tetrahedra; write it with named surfaces as sets.",
-    ),
-    "cad": _Command(
-        "geometry.write_cad",
-        "tables:cad_table",
-        "Write the parametric carrier as carrier.step (unit mm) and surfaces.toml, a template.",
-    ),
-    "cad-faces": _Command(
-        "geometry.list_cad_faces",
-        "tables:cad_table",
-        "List the faces of a STEP file's solid: type, axis, radius, station and area, in metres.",
-    ),
-    "curves": _Command(
-        "fe.compute_curves",
-        "tables:curve_table",
-        "Compute the rim's deflection curves by finite elements.",
-    ),
-    "reduce": _Command(
-        "reduction.reduce_body",
-        "tables:reduced_table",
-        "Reduce a body to its pilot nodes and fixed-interface modes (Craig-Bampton).",
-    ),
-    "join": _Command(
-        "reduction.join_rotating_group",
-        "body_tables:joined_table",
-        "Join main shaft, carrier and pins to one reduced body, the carrier tilted on the shaft.",
-    ),
-    "couplings": _Command(
-        "fe.compare_couplings",
-        "body_tables:coupling_table",
-        "Bracket pilot stiffness and deflection curves between distributing and rigid couplings.",
-    ),
-    "pin-fit": _Command(
-        "fe.study_pin_fit",
-        "tables:pin_fit_table",
-        "Sweep the pin fit from simply supported to rigid.",
-    ),
-    "export": _Command(
-        "reduction.export_body",
-        "tables:export_table",
-        "Write a reduced body for another multibody code.",
-    ),
-    "certificate": _Command(
-        "reduction.check_certificate",
-        "tables:certificate_table",
-        "Show the reduction certificate of a body file; the exit code is 1 where a check fails.",
-    ),
-    "simulate": _Command(
-        "simulation.simulate_load_case",
-        "simulation_tables:campaign_table",
-        "Simulate the sensors in a set of load cases and write them as a campaign folder.",
-    ),
-    "table-5": _Command(
-        "simulation.simulate_table_5",
-        "simulation_tables:table_5_table",
-        "Simulate the eight cases of the 2012 paper's table 5; compare with a simulated reference.",
-    ),
-    "order-one": _Command(
-        "simulation.study_order_one",
-        "simulation_tables:order_one_table",
-        "Amplitude of order 1 at the axial sensors over the supports of carrier and housing.",
-    ),
-    "torsion": _Command(
-        "simulation.compute_torsion",
-        "simulation_tables:torsion_table",
-        "Torsional stiffness of main shaft, gearbox and mounting.",
-    ),
-    "export-fmu": _Command(
-        "simulation.export_fmu",
-        "simulation_tables:fmu_table",
-        "Export the linear mounting model as an FMI 2.0 co-simulation unit.",
-    ),
-    "gear-life": _Command(
-        "simulation.estimate_gear_life",
-        "simulation_tables:gear_life_table",
-        "Contact pressure and pitting life of sun and ring mesh over the misalignment of a planet.",
-    ),
-    "cases": _Command(
-        "copy_cases",
-        "import_tables:cases_table",
-        "List the cases that come along, or copy them to start from.",
-    ),
-    "parameters": _Command(
-        "geometry.write_parameters",
-        "import_tables:parameters_table",
-        "Write every dimension with comment, unit, source and limits, and a dimensioned drawing.",
-    ),
-    "new-campaign": _Command(
-        "identification.new_campaign",
-        "import_tables:map_table",
-        "Write a map of a logger's files, with guesses to look at: columns, units, clock, angles.",
-    ),
-    "import": _Command(
-        "identification.import_records",
-        "import_tables:imported_table",
-        "Make a campaign folder of a logger's files and the map of their columns.",
-    ),
-    "schema": _Command(
-        "show_schema",
-        "import_tables:schema_page",
-        "Show the JSON Schema of a kind of file: every key with its words, unit and range.",
-    ),
-    "completion": _Command(
-        "complete_shell",
-        "import_tables:completion_script",
-        "Show the script that completes commands and options in a shell.",
-    ),
-    "check": _Command(
-        "diagnosis.check_campaign",
-        "diagnosis_tables:check_table",
-        "Check a measurement campaign; the exit code is 0 without a finding, 1 with one.",
-    ),
-    "identify": _Command(
-        "identification.identify_parameters",
-        "tables:estimate_table",
-        "Identify the motion of the planet carrier, or the bushings of the mounting.",
-    ),
-    "diagnose": _Command(
-        "diagnosis.diagnose_campaign",
-        "diagnosis_tables:diagnosis_table",
-        "Diagnose the gap between a measurement campaign and its baseline simulation.",
-    ),
-    "compare": _Command(
-        "diagnosis.compare_diagnoses",
-        "diagnosis_tables:comparison_table",
-        "Compare two diagnoses of one measurement, before and after the simulator changed.",
-    ),
-    "view": _Command(
-        "view3d.view_file",
-        "body_tables:view_table",
-        "Write a page on which a body, deflection curves or the gap of a rim turn in space.",
-    ),
-    "blind-check": _Command(
-        "diagnosis.run_blind_check",
-        "score_tables:blind_check_table",
-        "Diagnose sealed campaigns and score the answers.",
-    ),
-    "figures": _Command(
-        "figures.draw_figures",
-        "simulation_tables:figures_table",
-        "Draw the figures of the 2011 and the 2012 paper by their numbers, with an index.",
-    ),
-    "printed-tables": _Command(
-        "identification.read_printed_tables",
-        "tables:printed_tables_table",
-        "Derive rim deflection, phi_PLC and static saddle from tables 4 and 5 of the 2012 paper.",
-    ),
-}
+#: Under the name of the package also where this file itself is run.
+log = logging.getLogger("carrierflex.workflows.command_line")
 
 _HELP = """From a planet carrier's parameters to a diagnosed gap between simulation and measurement.
 
@@ -215,7 +43,7 @@ def main() -> None:
     The process ends with 0, 1 (a check failed), 2 (refused input), 130 (interrupted by Ctrl-C) or
     143 (asked to end by SIGTERM).
     """
-    logging.basicConfig(level=logging.ERROR, format="%(name)s: %(message)s")
+    show_errors()
     interrupt_on_sigterm()
     _print_in_any_encoding()
     _refuse_unknown_command(sys.argv[1:])
@@ -253,15 +81,15 @@ def _print_in_any_encoding() -> None:
 def _refuse_unknown_command(arguments: list[str]) -> None:
     """Refuse a name that is no command; cyclopts would import every workflow to say so."""
     name = arguments[0] if arguments else "--help"
-    if name in _COMMANDS or name.startswith("-"):
+    if name in COMMANDS or name.startswith("-"):
         return
-    close = difflib.get_close_matches(name, _COMMANDS, n=1)
-    instead = f'did you mean "{close[0]}"?' if close else f"expected one of {', '.join(_COMMANDS)}"
+    close = difflib.get_close_matches(name, COMMANDS, n=1)
+    instead = f'did you mean "{close[0]}"?' if close else f"expected one of {', '.join(COMMANDS)}"
     _end(f'unknown command "{name}"; {instead} (carrierflex --help)', EXIT_REFUSED)
 
 
 def application() -> "cyclopts.App":
-    """The commands by name; only the workflow of the one that is called is imported.
+    """The commands by name; what is written of the one that is called is read, nothing imported.
 
     Late, so that a library that does not load is told in one line.
     """
@@ -276,34 +104,11 @@ def application() -> "cyclopts.App":
         version_format="plaintext",
         suppress_keyboard_interrupt=False,
     )
-    for name, command in _COMMANDS.items():
+    for name, command in COMMANDS.items():
         app.command(
-            f"carrierflex.workflows.{command.workflow}:main",
-            name=name,
-            help=command.help,
-            result_action=functools.partial(_show, command.table),
+            f"carrierflex.workflows.shell.called_commands:{name}", name=name, help=command.help
         )
     return app
-
-
-def _show(table: str, result: Any) -> None:
-    """Show a workflow's result on the screen; a command's help has none."""
-    if result is None:
-        return
-    from rich.console import Console
-    from rich.text import Text
-
-    module, function = table.split(":")
-    tables = importlib.import_module(f"carrierflex.workflows.screen.{module}")
-    # A pipe has no edge at which a table would be cut, or a schema broken.
-    width = None if sys.stdout.isatty() or "COLUMNS" in os.environ else _WIDTH_OF_A_PIPE
-    # Names in square brackets are names, no markup.
-    console = Console(highlight=False, markup=False, width=width)
-    shown = getattr(tables, function)(result)
-    console.print(shown, soft_wrap=isinstance(shown, Text))
-    # A certificate knows whether its checks are met; a result without such knowledge counts as met.
-    if not getattr(result, "met", True):
-        sys.exit(EXIT_FAILED)
 
 
 def _about_input(error: Exception, arguments: list[str]) -> str:
@@ -319,7 +124,7 @@ def _about_input(error: Exception, arguments: list[str]) -> str:
     given = [
         Path(argument)
         for before, argument in pairwise(arguments)
-        if before not in ("--out", "--save-law")
+        if before not in ("--out", "--save-law", "--log-file")
         and not argument.startswith("-")
         and Path(argument).exists()
     ]
@@ -345,6 +150,8 @@ def _one_line(error: BaseException) -> str:
 
 
 def _end(message: str, code: int) -> None:
+    # For the log file; the line on the screen has no logger's name.
+    log.error(message, extra=SHOWN)
     print(f"carrierflex: {printable(message)}", file=sys.stderr)
     sys.exit(code)
 

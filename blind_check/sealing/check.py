@@ -34,7 +34,7 @@ LABELS_FILE = "labels.json"
 
 WriteCase = Callable[[CasePlan, Path], Label]
 DiagnoseCase = Callable[[Path, Path], None]
-Note = Callable[[str], None]
+Note = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def sealed_check(
     check : mapping of str to object
         Seed and number of cases by kind: published with the seals.
     note : callable
-        Is told the progress.
+        Is told the progress, in words and as a share.
 
     Returns
     -------
@@ -106,7 +106,7 @@ def sealed_check(
     written = {}
     for future in as_completed(futures):
         written[futures[future]] = future.result()
-        note(f"{len(written)} of {len(plans)}")
+        note(f"{len(written)} of {len(plans)}", len(written) / len(plans))
     labels = {plan.name: written[plan.name] for plan in plans}
     if earlier is not None:
         salts = _read_salts(out / SALTS_FILE)
@@ -137,7 +137,7 @@ def diagnosed(
     keep : bool
         Keep campaigns; otherwise they go once a case is diagnosed.
     note : callable
-        Is told the progress and the time left.
+        Is told the progress and the time left, in words and as a share.
 
     Returns
     -------
@@ -155,7 +155,8 @@ def diagnosed(
         if not keep:
             shutil.rmtree(sealed.campaign(futures[future]))
         remaining = (time.perf_counter() - start) / done * (len(waiting) - done)
-        note(f"{done} of {len(waiting)}, about {remaining / 60.0:.0f} min left")
+        text = f"{done} of {len(waiting)}, about {remaining / 60.0:.0f} min left"
+        note(text, done / len(waiting))
     if not keep:
         _remove_campaigns(sealed)
     return {case: read_verdict(sealed.diagnosis(case)) for case in sealed.labels}

@@ -12,10 +12,11 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from carrierflex.fe.couplings import Pilot
+from carrierflex.fe.matrices.component_names import COMPONENT_NAMES
 from carrierflex.fe.matrices.dof_layout import DofLayout
 from carrierflex.fe.matrices.node_files import NodeTable
 from carrierflex.fe.matrices.numbered_model import NumberedModel
-from carrierflex.fe.matrices.stored_matrix import COMPONENT_NAMES, DofNames
+from carrierflex.fe.matrices.stored_matrix import DofNames
 from carrierflex.fe.pilot_overlaps import independence
 from carrierflex.fe.point_couplings import AveragedDofs, point_coupling
 from carrierflex.fe.structural_model import Sensors

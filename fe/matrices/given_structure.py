@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from carrierflex.fe.matrices.component_names import COMPONENT_NAMES
 from carrierflex.fe.matrices.dof_layout import DofLayout, standard_order
 from carrierflex.fe.matrices.given_pilots import GivenInterface, given_interface
 from carrierflex.fe.matrices.interface_files import read_interfaces
@@ -17,7 +18,7 @@ from carrierflex.fe.matrices.matrix_files import read_matrix
 from carrierflex.fe.matrices.node_files import NodeTable, node_table, read_dofs, read_nodes
 from carrierflex.fe.matrices.numbered_model import NumberedModel, numbered_model
 from carrierflex.fe.matrices.rigid_freedom import free_motions, refuse_loose_parts
-from carrierflex.fe.matrices.stored_matrix import COMPONENT_NAMES, DofNames, StoredMatrix
+from carrierflex.fe.matrices.stored_matrix import DofNames, StoredMatrix
 from carrierflex.fe.structural_model import StructuralModel
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from carrierflex.fe.matrices.stored_matrix import COMPONENT_NAMES
+from carrierflex.fe.matrices.component_names import COMPONENT_NAMES
 from carrierflex.files.problems import refuse
 from carrierflex.files.toml_values import (
     Expected,

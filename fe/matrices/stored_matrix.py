@@ -6,10 +6,10 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from carrierflex.fe.matrices.component_names import COMPONENT_NAMES
+
 #: Component of a scalar point: a modal coordinate of a superelement, without place or direction.
 SCALAR = -1
-#: Names of the components 0 to 5.
-COMPONENT_NAMES = ("Tx", "Ty", "Tz", "Rx", "Ry", "Rz")
 #: Matrices of more degrees of freedom than this are refused before memory is taken for them.
 MOST_DOFS = 30_000_000
 #: Matrices of more stored entries than this are refused.

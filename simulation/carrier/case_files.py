@@ -10,15 +10,12 @@ import numpy as np
 
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.files.problems import Problems, refuse, repeated_names
-from carrierflex.files.toml_files import TomlKind, read_toml
+from carrierflex.files.toml_files import read_toml
 from carrierflex.simulation.carrier.run_cases import CarrierMotion, RunCase, Sensor, rim_factors
+from carrierflex.simulation.case_kinds import CARRIER_CASE
 
 if TYPE_CHECKING:
     from carrierflex.simulation.carrier.case_tables import CarrierCaseDocument, RunTable
-
-#: Case files of every kind are written by hand.
-MOST_CASE_BYTES = 1_000_000
-CARRIER_CASE = TomlKind("a case file", most_bytes=MOST_CASE_BYTES, format="carrierflex-case")
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,11 +5,13 @@ that damping does not turn into a drive.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.simulation.force_laws import Force
+if TYPE_CHECKING:
+    from carrierflex.simulation.force_laws import Force
 
 Array = NDArray[np.float64]
 
@@ -82,7 +84,7 @@ class TabulatedLaw:
         )
 
 
-def tabulated_force(law: TabulatedLaw) -> Force:
+def tabulated_force(law: TabulatedLaw) -> "Force":
     """Force of a table as a plain function that numba can compile; dry friction is not in it.
 
     Parameters

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from carrierflex.files.problems import problems_of, refuse
-from carrierflex.files.toml_files import TomlKind, read_toml
-from carrierflex.simulation.carrier.case_files import MOST_CASE_BYTES
-from carrierflex.simulation.mounting.bushings import TABLE_3
+from carrierflex.files.toml_files import read_toml
+from carrierflex.simulation.case_kinds import MOUNTING_CASE
 from carrierflex.simulation.mounting.load_history import LoadHistory
 from carrierflex.simulation.mounting.parameters import ParameterArray, parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.table_3 import TABLE_3
 from carrierflex.simulation.record_size import (
     MOST_IN_A_FILE,
     MOST_IN_MEMORY,
@@ -19,11 +19,6 @@ from carrierflex.simulation.record_size import (
 
 #: Time, five inputs and six sensors.
 _COLUMNS = 12
-MOUNTING_CASE = TomlKind(
-    "a case file of kind mounting",
-    most_bytes=MOST_CASE_BYTES,
-    format="carrierflex-case",
-)
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,12 +19,12 @@ from carrierflex.files.toml_values import (
     different,
     key,
 )
-from carrierflex.simulation.mounting.bushings import TABLE_3
 from carrierflex.simulation.mounting.effects import MountingParameter
 from carrierflex.simulation.mounting.load_history import LoadHistory
 from carrierflex.simulation.mounting.parameters import PARAMETERS
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.rig_keys import RIG_KEYS
+from carrierflex.simulation.mounting.table_3 import TABLE_3
 
 _HISTORY = {
     "duration": Key(Number, "Length of the record", "s"),

@@ -21,7 +21,8 @@ from carrierflex.simulation.stage.contact_laws import mesh_stiffness_at
 from carrierflex.simulation.stage.modal_form import ModalStage, modal_stage
 from carrierflex.simulation.stage.response import Drive, StageRecord, steps_per_sample
 from carrierflex.simulation.stage.roller_contact import roller_load
-from carrierflex.simulation.stage.stage_model import GRAVITY, StageModel
+from carrierflex.simulation.stage.stage_data import GRAVITY
+from carrierflex.simulation.stage.stage_model import StageModel
 from carrierflex.simulation.stage.statics import NotConvergedError, channel_forces, mesh_amplitudes
 
 Array = NDArray[np.float64]

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from carrierflex.geometry.parameters import pin_angles
 from carrierflex.simulation.stage.channels import ROLLING_ROWS, Channels
 from carrierflex.simulation.stage.contact_laws import mesh_stiffness_at
-from carrierflex.simulation.stage.roller_bearing import EXPONENT
 from carrierflex.simulation.stage.roller_contact import roller_load
+from carrierflex.simulation.stage.stage_data import EXPONENT
 from carrierflex.simulation.stage.stage_model import StageModel
 from carrierflex.simulation.stage.statics import mesh_amplitudes
 

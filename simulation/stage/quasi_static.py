@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from carrierflex.simulation.carrier.run_cases import Sensor
 from carrierflex.simulation.stage.readings import ReadingEffects, rim_reader, sensor_signals
 from carrierflex.simulation.stage.response import StageRecord
-from carrierflex.simulation.stage.stage_model import GRAVITY, StageModel, stage_model
+from carrierflex.simulation.stage.stage_data import GRAVITY
+from carrierflex.simulation.stage.stage_model import StageModel, stage_model
 from carrierflex.simulation.stage.statics import SteadyLoad, linear_statics, static_coordinates
 
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carrierflex.files.problems import refuse, repeated_names
-from carrierflex.files.toml_files import TomlKind, read_toml
-from carrierflex.simulation.carrier.case_files import MOST_CASE_BYTES
+from carrierflex.files.toml_files import read_toml
 from carrierflex.simulation.carrier.run_cases import Sensor
+from carrierflex.simulation.case_kinds import STAGE_CASE
 from carrierflex.simulation.sensing import SensorError
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.readings import ReadingEffects
@@ -23,10 +23,6 @@ if TYPE_CHECKING:
         StageCaseDocument,
         StageSensorTable,
     )
-
-#: First line of a stage case.
-STAGE_FORMAT = "carrierflex-stage-case"
-STAGE_CASE = TomlKind("a case file of the stage", most_bytes=MOST_CASE_BYTES, format=STAGE_FORMAT)
 
 
 @dataclass(frozen=True, eq=False)

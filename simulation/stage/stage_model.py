@@ -18,8 +18,6 @@ from carrierflex.simulation.stage.springs import Spring, mount_matrices, stage_s
 from carrierflex.simulation.stage.stage_body import StageBody
 from carrierflex.simulation.stage.stage_data import StageData
 
-#: Standard gravity [m/s^2].
-GRAVITY = 9.81
 #: Force that the rigid drive motion may meet, over the largest stiffness on its way: rounding
 #: leaves 1e-13.
 _GROUNDED = 1e-9

@@ -33,15 +33,15 @@ from carrierflex.simulation.stage.data_keys import (
     ROLLER_KEYS,
 )
 from carrierflex.simulation.stage.effects import StageEffects
-from carrierflex.simulation.stage.roller_bearing import RollerBearingData
 from carrierflex.simulation.stage.stage_data import (
+    GRAVITY,
     BearingData,
     ChainData,
     MeshData,
     MountingData,
+    RollerBearingData,
     StageData,
 )
-from carrierflex.simulation.stage.stage_model import GRAVITY
 
 _Order = Annotated[int, Field(ge=2), Expected("a whole number >= 2, order 1 is a tilt of the face")]
 

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from carrierflex.simulation.stage.channels import Channels
 from carrierflex.simulation.stage.contact_laws import mesh_stiffness_at, play_force, play_stiffness
 from carrierflex.simulation.stage.roller_contact import roller_load
-from carrierflex.simulation.stage.stage_model import GRAVITY, StageModel
+from carrierflex.simulation.stage.stage_data import GRAVITY
+from carrierflex.simulation.stage.stage_model import StageModel
 
 #: Newton steps; meshes alone need three or four, bearings that float in their clearance some tens.
 _MOST_ITERATIONS = 200

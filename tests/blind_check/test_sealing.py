@@ -171,6 +171,6 @@ def test_campaigns_of_the_check_go_and_other_folders_stay(tmp_path):
         (out / "times.json").write_text('{"seconds": 1.0, "error": "none"}')
 
     with SerialExecutor() as executor:
-        diagnosed(sealed, diagnose, executor, keep=False, note=lambda text: None)
+        diagnosed(sealed, diagnose, executor, keep=False, note=lambda text, share: None)
     assert [path.name for path in (tmp_path / "campaigns").iterdir()] == ["my_measurement"]
     assert mine.read_text() == "mine"

@@ -61,7 +61,7 @@ def test_a_full_disk_is_told_where_results_go_and_ends_no_command_elsewhere(tmp_
         assert code == 0, stderr
     else:
         assert code == 2
-        assert stderr.count("\n") == 1
+        assert stderr.count("carrierflex: ") == 1
         assert "out/" in stderr
         assert "No space left on device" in stderr
         assert left == ["theirs"]

@@ -6,8 +6,8 @@ import subprocess
 
 import pytest
 
-from carrierflex.workflows.command_line import _COMMANDS
 from carrierflex.workflows.copy_cases import main as copy_cases
+from carrierflex.workflows.shell.commands import COMMANDS
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def test_a_table_in_a_pipe_is_never_cut(in_a_pipe):
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_a_script_knows_every_command_and_its_options(in_a_pipe, shell):
     script = in_a_pipe("completion", shell).stdout
-    assert [name for name in _COMMANDS if name not in script] == []
+    assert [name for name in COMMANDS if name not in script] == []
     for option in ("save-law", "scheduler", "up-to"):
         assert option in script
 

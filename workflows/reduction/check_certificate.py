@@ -11,7 +11,7 @@ from carrierflex.reduction.certificate import Certificate, inner_checks
 from carrierflex.workflows.support.outputs import prepared_folder
 
 
-def main(body: Path, *, json: Path | None = None) -> Certificate:
+def main(body: Path, *, out: Path | None = None) -> Certificate:
     """Show the reduction certificate of a body file; the exit code is 1 where a check fails.
 
     Checks against the full body (static compliance, free frequencies, MAC, frequency response)
@@ -23,8 +23,8 @@ def main(body: Path, *, json: Path | None = None) -> Certificate:
     ----------
     body
         Body file (.h5) that carrierflex reduce wrote.
-    json
-        File to write the checks to, for programs.
+    out
+        File to write the checks to (JSON).
 
     Returns
     -------
@@ -42,7 +42,7 @@ def main(body: Path, *, json: Path | None = None) -> Certificate:
     repeated = [again.pop(check.name, check) for check in stored.checks]
     # What an earlier version did not check yet comes last.
     certificate = Certificate(stored.cut_off_hz, (*repeated, *again.values()))
-    if json is not None:
-        prepared_folder(json.parent)
-        save_json(json, {"body": str(body), "met": certificate.met, **plain(certificate)})
+    if out is not None:
+        prepared_folder(out.parent)
+        save_json(out, {"body": str(body), "met": certificate.met, **plain(certificate)})
     return certificate

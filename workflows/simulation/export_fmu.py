@@ -35,7 +35,7 @@ class ExportedUnit:
 
 
 def main(
-    *, out: Path, case: Path | None = None, step: float = 0.01, sources_only: bool = False
+    *, out: Path, case: Path | None = None, time_step: float = 0.01, sources_only: bool = False
 ) -> ExportedUnit:
     """Export the linear mounting model as an FMI 2.0 co-simulation unit.
 
@@ -46,7 +46,7 @@ def main(
     case : Path, optional
         Case of kind mounting whose rig and truth are taken; its bushings must be linear. Without it
         the default rig with linear bushings.
-    step : float
+    time_step : float
         Own step [s]; communication steps are whole numbers of it. Exact for inputs that are linear
         in time.
     sources_only : bool
@@ -63,8 +63,8 @@ def main(
     else:
         what = read_mounting_case(case)
         rig, parameters = what.rig, what.truth
-    system = mounting_system(rig, parameters, step=step)
+    system = mounting_system(rig, parameters, step=time_step)
     prepared_folder(out.parent)
     compiler = None if sources_only else c_compiler()
     write_fmu(system, out, compiler=compiler, notes=versions())
-    return ExportedUnit(out, step, compiler is not None)
+    return ExportedUnit(out, time_step, compiler is not None)

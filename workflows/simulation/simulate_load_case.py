@@ -12,8 +12,8 @@ millimetres with the radial load, and the roll that opens ssz from spz with the 
 from pathlib import Path
 
 from carrierflex.files.toml_files import toml_document
-from carrierflex.simulation.carrier.case_files import CARRIER_CASE, shipped_case
-from carrierflex.simulation.stage.stage_cases import STAGE_FORMAT
+from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.simulation.case_kinds import CARRIER_CASE, STAGE_FORMAT
 from carrierflex.workflows.simulation import (
     simulate_carrier,
     simulate_mounting,

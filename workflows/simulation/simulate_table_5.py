@@ -35,9 +35,9 @@ from carrierflex.simulation.stage.generalised_alpha import run_by_generalised_al
 from carrierflex.simulation.stage.part_loads import part_loads
 from carrierflex.simulation.stage.readings import ReadingEffects, rim_reader, sensor_signals
 from carrierflex.simulation.stage.response import quasi_static_start, steady_drive
-from carrierflex.simulation.stage.roller_bearing import RollerBearingData
 from carrierflex.simulation.stage.stage_body import StageBody
 from carrierflex.simulation.stage.stage_cases import StageCase, read_stage_case
+from carrierflex.simulation.stage.stage_data import RollerBearingData
 from carrierflex.simulation.stage.stage_model import StageModel, stage_model
 from carrierflex.simulation.stage.stage_run import StageResponse, simulate_stage
 from carrierflex.workflows.simulation.simulate_stage import (

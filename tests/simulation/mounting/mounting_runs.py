@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from carrierflex.simulation.mounting.bushings import TABLE_3
 from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.table_3 import TABLE_3
 
 BUSHINGS = {
     "linear": {**TABLE_3["linear"], "C1": 1e5},

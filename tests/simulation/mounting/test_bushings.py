@@ -3,13 +3,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.simulation.mounting.bushings import (
-    TABLE_3,
     elasto_plastic_force,
     hardening_force,
     hardening_stiffness,
 )
 from carrierflex.simulation.mounting.parameters import INDEX, parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig
+from carrierflex.simulation.mounting.table_3 import TABLE_3
 
 
 def test_equation_6_as_printed_is_unstable_and_the_right_one_is_not():

@@ -27,7 +27,7 @@ INPUTS = ("torque", "ntl_y", "ntl_z")
 
 @pytest.fixture(scope="module")
 def unit(tmp_path_factory):
-    return main(out=tmp_path_factory.mktemp("unit") / "mounting.fmu", step=STEP)
+    return main(out=tmp_path_factory.mktemp("unit") / "mounting.fmu", time_step=STEP)
 
 
 @pytest.fixture

@@ -10,7 +10,6 @@ from numpy.testing import assert_allclose
 
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.mounting.batch import rms_of_sensors, simulate_batch
-from carrierflex.simulation.mounting.bushings import TABLE_3
 from carrierflex.simulation.mounting.case_files import read_mounting_case
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.load_history import LoadHistory
@@ -18,6 +17,7 @@ from carrierflex.simulation.mounting.parameters import PARAMETERS, parameter_arr
 from carrierflex.simulation.mounting.record_files import marched_pieces, write_record
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.mounting.simulate import response_of, signal_pieces, simulate
+from carrierflex.simulation.mounting.table_3 import TABLE_3
 from carrierflex.simulation.mounting.time_integration import DivergedError
 from carrierflex.simulation.mounting.torque_sweep import mounting_sweep
 from tests.simulation.mounting.mounting_runs import BUSHINGS, shaking_inputs

@@ -13,8 +13,7 @@ from carrierflex.simulation.stage.response import (
     run_stage,
     steady_drive,
 )
-from carrierflex.simulation.stage.roller_bearing import RollerBearingData
-from carrierflex.simulation.stage.stage_data import BearingData, StageData
+from carrierflex.simulation.stage.stage_data import BearingData, RollerBearingData, StageData
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.statics import SteadyLoad
 from tests.simulation.stage.conftest import SPEED

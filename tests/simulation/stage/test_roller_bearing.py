@@ -20,13 +20,16 @@ from carrierflex.simulation.stage.response import (
     steady_drive,
 )
 from carrierflex.simulation.stage.roller_bearing import (
-    EXPONENT,
-    RollerBearingData,
     roller_set,
     stiffness_at,
 )
 from carrierflex.simulation.stage.roller_contact import roller_energy, roller_gradient, roller_load
-from carrierflex.simulation.stage.stage_data import BearingData, StageData
+from carrierflex.simulation.stage.stage_data import (
+    EXPONENT,
+    BearingData,
+    RollerBearingData,
+    StageData,
+)
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.statics import SteadyLoad, static_coordinates
 from tests.simulation.stage.conftest import SPEED

@@ -5,8 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.simulation.carrier.case_files import shipped_case
-from carrierflex.simulation.stage.roller_bearing import RollerBearingData
 from carrierflex.simulation.stage.stage_cases import read_stage_case
+from carrierflex.simulation.stage.stage_data import RollerBearingData
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.stage_run import simulate_stage
 

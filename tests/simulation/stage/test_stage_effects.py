@@ -30,9 +30,8 @@ from carrierflex.simulation.stage.response import (
     run_stage,
     steady_drive,
 )
-from carrierflex.simulation.stage.roller_bearing import RollerBearingData
 from carrierflex.simulation.stage.stage_body import ShaftData, beam_shaft, joined_to_shaft
-from carrierflex.simulation.stage.stage_data import BearingData, StageData
+from carrierflex.simulation.stage.stage_data import BearingData, RollerBearingData, StageData
 from carrierflex.simulation.stage.stage_model import stage_model
 from carrierflex.simulation.stage.stage_run import simulate_stage
 from carrierflex.simulation.stage.statics import SteadyLoad, static_coordinates

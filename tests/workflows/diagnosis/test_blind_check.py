@@ -65,14 +65,23 @@ def diagnose_tiny(campaign, out):
     save_json(out / TIMES_FILE, {"seconds": 1.0, "error": None})
 
 
+def untold(text, share):
+    """Progress that nobody hears of."""
+
+
 def sealed_tiny(out, plans=PLANS, write=write_tiny, check=None):
     return sealed_check(
-        plans, out, write, SerialExecutor(), check=check or {"seed": 3}, note=lambda text: None
+        plans,
+        out,
+        write,
+        SerialExecutor(),
+        check=check or {"seed": 3},
+        note=untold,
     )
 
 
 def diagnosed_tiny(sealed, diagnose=diagnose_tiny, *, keep=True):
-    return diagnosed(sealed, diagnose, SerialExecutor(), keep=keep, note=lambda text: None)
+    return diagnosed(sealed, diagnose, SerialExecutor(), keep=keep, note=untold)
 
 
 def test_cases_are_sealed_diagnosed_and_opened_in_this_order(tmp_path):

@@ -22,7 +22,7 @@ def exit_code(monkeypatch, *arguments):
 def test_the_exit_code_tells_findings(monkeypatch, capsys, tmp_path, factor, code):
     campaign = changed(faultless("element"), "q", lambda q: factor * q)
     write_campaign(campaign, tmp_path / "campaign")
-    assert exit_code(monkeypatch, "check", tmp_path / "campaign", "--quiet") == code
+    assert exit_code(monkeypatch, "check", tmp_path / "campaign") == code
     shown = capsys.readouterr().out
     assert ("um over 1e6" in " ".join(shown.split())) == bool(code)
 

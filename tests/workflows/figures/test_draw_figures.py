@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
 from carrierflex.reduction.craig_bampton import craig_bampton
-from carrierflex.simulation.mounting.bushings import TABLE_3
+from carrierflex.simulation.mounting.table_3 import TABLE_3
 from carrierflex.workflows.figures.bushing_figures import force_loops
 from carrierflex.workflows.figures.draw_figures import FIGURES, chosen_figures, main
 from carrierflex.workflows.figures.figures_2011 import FIGURES_2011

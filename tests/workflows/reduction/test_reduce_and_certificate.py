@@ -29,7 +29,7 @@ def body(tmp_path_factory):
 
 
 def test_a_reduced_carrier_carries_a_certificate_that_is_met(body, tmp_path):
-    certificate = check_certificate.main(body, json=tmp_path / "certificate.json")
+    certificate = check_certificate.main(body, out=tmp_path / "certificate.json")
     assert certificate.met
     assert certificate.cut_off_hz > 100.0
     assert checked_document(tmp_path / "certificate.json")["met"] is True

@@ -60,7 +60,7 @@ def changed_case(folder, *changes):
 
 def one_line(result, code):
     assert result.returncode == code, result.stderr
-    (line,) = result.stderr.strip().splitlines()
+    *_, line = result.stderr.strip().splitlines()
     assert line.startswith("carrierflex: ")
     return line
 

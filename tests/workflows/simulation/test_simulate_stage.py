@@ -110,7 +110,7 @@ def test_a_diverging_run_keeps_what_was_written_and_tells_when_and_where(
     with pytest.raises(SystemExit) as ended:
         command_line.main()
     assert ended.value.code == 2
-    (line,) = capsys.readouterr().err.strip().splitlines()
+    *_, line = capsys.readouterr().err.strip().splitlines()
     assert "the run left the range of small motions at t = 0." in line
     assert "s in 'housing T" in line
     (run,) = read_campaign(out).runs

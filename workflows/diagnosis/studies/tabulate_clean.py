@@ -57,7 +57,7 @@ def main(
         ]
         for number, task in enumerate(tasks):
             task.result()
-            stages.note(f"{number + 1} of {len(tasks)}")
+            stages.note(f"{number + 1} of {len(tasks)}", (number + 1) / len(tasks))
     outcomes = [_read_outcome(file) for file in files]
     with whole_file(folder / "clean.md") as file:
         file.write_text("\n".join(_table(outcomes)) + "\n", encoding="utf-8")

@@ -1,0 +1,89 @@
+"""The help of every option: its unit, its default as people say it, one meaning a name."""
+
+import re
+import typing
+
+import pytest
+
+from carrierflex.workflows.shell.commands import COMMANDS
+from carrierflex.workflows.shell.shown_defaults import units_of
+from carrierflex.workflows.shell.written_signatures import written_command
+
+WRITTEN = {
+    name: written_command(f"carrierflex.workflows.{own.workflow}") for name, own in COMMANDS.items()
+}
+#: Numbers without a unit say so in words.
+WITHOUT_UNIT = re.compile(r"\bshare\b|\bper cent\b|%")
+#: What each of these stands for wherever a command has it.
+ONE_MEANING = {
+    "step": "STEP file",
+    "surfaces": "surfaces|Surfaces",
+    "size": "lement edge length",
+    "parameters": "TOML file",
+    "seed": "[Ss]eed|Of the reference's noise",
+    "workers": "Processes",
+    "scheduler": "Dask scheduler",
+    "out": "[Ff]older|[Ff]ile|Map|write",
+    "curves": "[Dd]eflection curves",
+    "torque": "[Tt]orque",
+    "duration": "Length",
+}
+
+
+def texts(docstring):
+    """Description by parameter."""
+    found, names = {}, []
+    for line in docstring.partition("Parameters\n----------\n")[2].splitlines():
+        if set(line) == {"-"}:
+            break
+        if line and not line.startswith(" "):
+            names = [own.strip() for own in line.partition(" :")[0].split(",")]
+            found |= dict.fromkeys(names, "")
+        else:
+            for name in names:
+                found[name] += " " + line.strip()
+    return found
+
+
+def options():
+    for name, written in WRITTEN.items():
+        for key, option in written.signature.parameters.items():
+            if key != "quiet":
+                yield pytest.param(name, key, option, id=f"{name} {key}")
+
+
+def is_float(annotation):
+    return annotation is float or float in typing.get_args(annotation)
+
+
+@pytest.mark.parametrize(("name", "key", "option"), options())
+def test_every_option_is_described_with_its_unit(name, key, option):
+    text = texts(WRITTEN[name].docstring)[key]
+    assert text.strip()
+    if is_float(option.annotation):
+        assert units_of(WRITTEN[name].docstring).get(key) or WITHOUT_UNIT.search(text), text
+
+
+@pytest.mark.parametrize(("name", "key", "option"), options())
+def test_an_option_means_one_thing_over_all_commands(name, key, option):
+    meaning = ONE_MEANING.get(key)
+    if meaning is not None:
+        assert re.search(meaning, texts(WRITTEN[name].docstring)[key])
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_default_is_shown(command, name):
+    shown = " ".join(command(name, "--help").stdout.replace("│", " ").split())
+    for key, option in WRITTEN[name].signature.parameters.items():
+        is_number = isinstance(option.default, int | float) and not isinstance(option.default, bool)
+        if key == "quiet" or not (is_number or isinstance(option.default, str)):
+            continue
+        flag = f"--{key.strip('_').replace('_', '-')}"
+        own = shown.partition(f"{flag} ")[2]
+        assert "[default: " in own.partition(" --")[0], (flag, own[:300])
+
+
+def test_defaults_have_the_unit_that_people_use(command):
+    shown = " ".join(command("torsion", "--help").stdout.replace("│", " ").split())
+    assert "[default: 360 kN m (360000 N m)]" in shown
+    assert "[default: 30 mm (0.03 m)]" in shown

@@ -1,0 +1,89 @@
+"""Options that every command has: what is said, what is logged, how many threads work."""
+
+import os
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Group, Parameter
+
+from carrierflex.workflows.shell.logs import log_into, say_more
+
+#: What libraries read their number of threads from when they are loaded: BLAS of any make, numba,
+#: Arrow, VTK. Processes that work for this one take it over.
+THREAD_VARIABLES = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "NUMBA_NUM_THREADS",
+    "ARROW_IO_THREADS",
+    "VTK_SMP_MAX_THREADS",
+)
+_GROUP = Group("Options of every command", sort_key=1)
+
+
+def _option(text: str) -> Parameter:
+    return Parameter(help=text, negative="", show_default=False, group=_GROUP)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class SharedOptions:
+    """Options that every command has."""
+
+    quiet: Annotated[bool, _option("Show errors only: no progress, no notes, no tables.")] = False
+    verbose: Annotated[
+        bool, _option("Show more on the way: libraries taken, files read, passes of a mesh.")
+    ] = False
+    log_file: Annotated[
+        Path | None,
+        _option("File to which everything that is said is added, with times and results."),
+    ] = None
+    threads: Annotated[
+        int | None,
+        _option(
+            "Threads of this process, and of each process of --workers, 1 or more; as many as "
+            "the libraries choose without."
+        ),
+    ] = None
+    json: Annotated[
+        bool,
+        _option("Print the result as JSON on standard output, and nothing else there."),
+    ] = False
+
+    def apply(self) -> None:
+        """Set threads and logging of this process.
+
+        Raises
+        ------
+        ValueError
+            Where options contradict one another or name no number of threads.
+        OSError
+            Where the log file cannot be written.
+        """
+        if self.quiet and self.verbose:
+            raise ValueError("--quiet and --verbose are both given; expected one of them")
+        if self.threads is not None:
+            limit_threads(self.threads)
+        if self.verbose:
+            say_more()
+        if self.log_file is not None:
+            log_into(self.log_file)
+
+
+def limit_threads(n_threads: int) -> None:
+    """Limit the threads of libraries that are loaded from now on, and of those that are already.
+
+    Parameters
+    ----------
+    n_threads : int
+        1 or more.
+    """
+    if n_threads < 1:
+        raise ValueError(f"--threads is {n_threads}; expected 1 or more")
+    os.environ |= dict.fromkeys(THREAD_VARIABLES, str(n_threads))
+    if "numpy" in sys.modules:
+        from threadpoolctl import threadpool_limits
+
+        threadpool_limits(n_threads)

@@ -1,0 +1,157 @@
+"""A command's result: a table on the screen, or JSON for programs; both into the log file."""
+
+import importlib
+import json
+import logging
+import os
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+from carrierflex.files.versions import software_name
+from carrierflex.workflows.shell.commands import Command
+from carrierflex.workflows.shell.logs import SHOWN
+from carrierflex.workflows.shell.shared_options import SharedOptions
+
+#: Exit code where a check failed.
+EXIT_FAILED = 1
+#: Columns where the output is no terminal: more than any row has.
+_WIDTH_OF_A_PIPE = 10_000
+#: Longer arrays are told by their shape and range.
+_MOST_NUMBERS = 100
+#: Options that name what a command reads are left out of what it wrote.
+_WRITTEN = ("out", "save_law", "loads", "linearised", "export")
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, eq=False)
+class Done:
+    """A command that has ended.
+
+    Parameters
+    ----------
+    name : str
+        Of the command.
+    command : Command
+        Workflow and table.
+    paths : dict
+        Options that name one file or folder.
+    result : object
+        What the workflow returned.
+    started : float
+        When it began [s since 1970].
+    """
+
+    name: str
+    command: Command
+    paths: dict[str, Path]
+    result: Any
+    started: float
+
+
+def show(done: Done, shared: SharedOptions) -> None:
+    """Show the result, and end with exit code 1 where its checks are not met."""
+    if shared.json:
+        # Late: it needs numpy, for which help does not wait.
+        from carrierflex.files.json_files import plain
+
+        print(json.dumps(plain(document(done)), indent=2, ensure_ascii=False))
+    if not shared.quiet and not shared.json:
+        _print(done)
+    if shared.log_file is not None:
+        log.info("%s ended\n%s", done.name, _as_text(done), extra=SHOWN)
+    if not is_met(done.result):
+        sys.exit(EXIT_FAILED)
+
+
+def is_met(result: Any) -> bool:
+    """Whether all checks of a result are met; one without checks counts as met."""
+    return bool(getattr(result, "met", True))
+
+
+def document(done: Done) -> dict[str, Any]:
+    """What --json prints: the command's document where it writes one, its figures elsewhere."""
+    written = sorted(str(path) for path in _written(done))
+    own = done.command.document and done.paths.get("out", Path()) / done.command.document
+    if own and str(own) in written:
+        result = json.loads(own.read_text(encoding="utf-8"))
+    else:
+        result = figures(done.result)
+    return {
+        "format": "carrierflex-result",
+        "version": 1,
+        "software": software_name(),
+        "command": done.name,
+        "met": is_met(done.result),
+        "seconds": round(time.time() - done.started, 3),
+        "written": written,
+        "result": result,
+    }
+
+
+def figures(value: Any) -> Any:
+    """Figures of a result: fields by name; long arrays by shape, smallest and largest value."""
+    # Late: a schema or a script is shown without.
+    import numpy as np
+
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: figures(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, dict):
+        return {str(key): figures(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray) and value.size > _MOST_NUMBERS:
+        return _range(value)
+    if isinstance(value, (list, tuple)):
+        return [figures(item) for item in value]
+    known = (str, int, float, bool, Path, np.generic, np.ndarray, type(None))
+    # What is neither a number nor made of numbers (matrices, functions) is told by its kind.
+    return value if isinstance(value, known) else type(value).__name__
+
+
+def _range(array: Any) -> dict[str, Any]:
+    told: dict[str, Any] = {"shape": list(array.shape)}
+    if array.dtype.kind in "fiu":
+        told |= {"smallest": array.min(), "largest": array.max()}
+    return told
+
+
+def _written(done: Done) -> Iterator[Path]:
+    """Files that the command wrote, in the folders and files that its options name."""
+    for name in _WRITTEN:
+        path = done.paths.get(name)
+        if path is None:
+            continue
+        for file in path.rglob("*") if path.is_dir() else [path]:
+            # File systems keep times to some milliseconds.
+            if file.is_file() and file.stat().st_mtime >= done.started - 0.01:
+                yield file
+
+
+def _renderable(done: Done) -> Any:
+    module, function = done.command.table.split(":")
+    tables = importlib.import_module(f"carrierflex.workflows.screen.{module}")
+    return getattr(tables, function)(done.result)
+
+
+def _print(done: Done) -> None:
+    from rich.console import Console
+    from rich.text import Text
+
+    # A pipe has no edge at which a table would be cut, or a schema broken.
+    width = None if sys.stdout.isatty() or "COLUMNS" in os.environ else _WIDTH_OF_A_PIPE
+    # Names in square brackets are names, no markup.
+    console = Console(highlight=False, markup=False, width=width)
+    shown = _renderable(done)
+    console.print(shown, soft_wrap=isinstance(shown, Text))
+
+
+def _as_text(done: Done) -> str:
+    """The table as plain text of any width."""
+    from rich.console import Console
+
+    console = Console(file=open(os.devnull, "w"), record=True, markup=False, width=_WIDTH_OF_A_PIPE)
+    console.print(_renderable(done))
+    return "\n".join(line.rstrip() for line in console.export_text().splitlines())
