@@ -43,7 +43,8 @@ def refuse_early(given: Mapping[str, Any]) -> None:
         if reader is None:
             continue
         for path in value if isinstance(value, list) else [value]:
-            if path is not None:
+            # What is missing is told by the workflow, after options that exclude one another.
+            if path is not None and path.exists():
                 reader(path)
 
 
@@ -67,8 +68,6 @@ def _read_case(path: Path) -> None:
         STAGE_FORMAT,
     )
 
-    if not path.suffix and not path.exists():
-        return
     document = toml_document(path, CARRIER_CASE)
     if document.get("format") == STAGE_FORMAT:
         from carrierflex.simulation.stage.stage_tables import StageCaseDocument
