@@ -77,7 +77,7 @@ fuzz: install-development
 bench: install-development
 	$(BIN)/python -m benchmarks $(ONLY) $(if $(filter-out 0,$(QUICK)),--quick) --json $(OUT)/bench.json
 
-gallery: install
+gallery: install-development
 	$(BIN)/python -P tools/make_gallery.py
 
 # mkdocs reads the source and imports nothing of it: an environment of its own, without finite elements.

@@ -70,9 +70,10 @@ def draw_carriers(
 
 
 def _labels(variant: CarrierVariant, sensors: Sequence[Sensor]) -> dict[str, NDArray[np.float64]]:
-    """Where the pins' upwind ends and the points before the sensors are [m]."""
+    """Where the pins' axes leave the upwind face and the points before the sensors are [m]."""
+    face = np.array([0.0, 1.0, 1.0])
     pins = {
-        pilot.name.removesuffix("_upwind").removesuffix("_midspan").replace("_", " "): pilot.point
+        pilot.name.rpartition("_")[0].replace("_", " "): face * pilot.point
         for pilot in variant.structure.pilots
         if pilot.name.startswith("pin_") and not pilot.name.endswith("_downwind")
     }

@@ -25,6 +25,12 @@ from scipy.io import savemat
 from carrierflex.blind_check.sealing.seals import Seals, read_seals, write_seals
 from carrierflex.blind_check.sealing.verdicts import read_verdict
 from carrierflex.diagnosis.report.diagnosis_files import read_diagnosis
+from carrierflex.diagnosis.report.rim_motion_files import (
+    RimMotion,
+    RimSignal,
+    read_rim_motion,
+    write_rim_motion,
+)
 from carrierflex.fe.curve_files import read_curves, write_curves
 from carrierflex.fe.matrices import node_files, op4_input_files
 from carrierflex.files.json_files import save_json
@@ -39,12 +45,14 @@ from carrierflex.identification.logs.log_files import read_log
 from carrierflex.identification.logs.map_files import read_map
 from carrierflex.identification.logs.map_guesses import map_guess
 from carrierflex.identification.logs.map_text import map_text
-from carrierflex.reduction.body_files import read_body, read_certificate, write_body
+from carrierflex.reduction.body_files import read_body, read_certificate, read_shapes, write_body
 from carrierflex.reduction.certificate import Certificate, Check
+from carrierflex.reduction.shapes.body_shapes import BodyShapes
 from carrierflex.simulation.carrier.case_files import read_case, shipped_case
 from carrierflex.simulation.mounting.case_files import read_mounting_case
 from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.workflows.support.cache_store import CacheStore
+from carrierflex.workflows.view3d.rim_scene import rim_scene
 from tests.fuzz.counts import COUNTS
 from tests.fuzz.matrix_files import MATRIX_READERS, matrix_contents
 from tests.fuzz.mutations import damaged, damaged_hdf5
@@ -137,6 +145,10 @@ def _documents(folder: Path) -> dict[str, Target]:
     save_json(folder / "times.json", {"seconds": 1.0, "error": "ValueError: no"})
     diagnosis = {"format": "carrierflex-diagnosis", "version": 1, "verdict": "named"}
     save_json(folder / "diagnosis.json", diagnosis | {"effects": ["backlash"], "how_far": {}})
+    signal = RimSignal("LC1", "s", "axial", 0.5, np.arange(9.0), np.ones(9), np.ones(9))
+    write_rim_motion(
+        folder / "rim_motion.json", RimMotion("twin", "m", 3, 0.4, ("carrier_tilt",), (signal,))
+    )
     entry = {"format": "carrierflex-cache-entry", "version": 1, "key": "k"}
     save_json(folder / "entry.json", entry | {"files": {"a.csv": "0" * 64}, "inputs": {}})
     parameters = b"[carrier]\nplate_gap = 0.25\nouter_radius = 0.5\n[gear]\nring_teeth = 99\n"
@@ -148,6 +160,7 @@ def _documents(folder: Path) -> dict[str, Target]:
         "seals.json": lambda path: read_seals(path / "seals.json"),
         "times.json": read_verdict,
         "diagnosis.json": lambda path: read_diagnosis(path / "diagnosis.json"),
+        "rim_motion.json": lambda path: rim_scene(read_rim_motion(path / "rim_motion.json")),
         "entry.json": lambda path: CacheStore(path.parent).lookup(path.name, ["a.csv"]),
     }
     beside = {"times.json": ["diagnosis.json"]}
@@ -189,7 +202,7 @@ TEXTS = [
     *("campaign carrier document", "campaign carrier run", "campaign mounting document"),
     *("campaign mounting run", "campaign element document", "campaign element run"),
     *("curves.csv", "parameters.toml", "surfaces.toml", "seals.json"),
-    *("times.json", "diagnosis.json", "entry.json"),
+    *("times.json", "diagnosis.json", "rim_motion.json", "entry.json"),
     *("case carrier_lc1_to_lc4", "case mounting_2011", "case stage_lc1"),
     "mesh .msh",
     *("map", "log log.csv", "log log.mat", "log log.h5", "log log.tdms"),
@@ -211,13 +224,18 @@ SETTINGS = settings(
 def body(tmp_path_factory, pin_reduction):
     path = tmp_path_factory.mktemp("body") / "a.h5"
     certificate = Certificate(1000.0, (Check("mass", "1e-9", 1e-12, True),))
-    write_body(pin_reduction.model, path, certificate)
+    triangles, n = np.array([[0, 1, 2], [0, 2, 3]]), pin_reduction.model.n_coordinates
+    shapes = BodyShapes(np.eye(4, 3), triangles, ("a",), np.array([0, -1]), np.ones((4, 3, n)))
+    write_body(pin_reduction.model, path, certificate, shapes)
     return path.read_bytes()
 
 
 def _read_both(path: Path) -> None:
     read_body(path / "a.h5")
     read_certificate(path / "a.h5")
+    shapes = read_shapes(path / "a.h5")
+    if shapes is not None:
+        shapes.displacement(np.ones(shapes.T.shape[2]))
 
 
 @pytest.fixture(scope="module")

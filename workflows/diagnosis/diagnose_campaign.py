@@ -45,6 +45,7 @@ from carrierflex.workflows.support.executors import work_executor
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
 from carrierflex.workflows.view3d.rim_scene import rim_scene
+from carrierflex.workflows.view3d.view import viewer_library
 from carrierflex.workflows.view3d.view_file import VIEW_FILE, write_view
 
 REPORT_FILE = "report.html"
@@ -130,6 +131,8 @@ def main(
         raise ValueError(f"--seed is {seed}; expected a whole number >= 0")
     if view and not report:
         raise ValueError("--view belongs to the report; expected it without --no-report")
+    if view:
+        viewer_library()
     if law_class is not None and save_law is None:
         raise ValueError("--law-class without --save-law; expected the file to save the law in")
     if save_law is not None:

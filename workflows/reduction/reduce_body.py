@@ -139,7 +139,7 @@ def main(
     shapes
         Keep in the file what carrierflex view needs: the body's surface and every coordinate's
         displacement on it, 12 bytes a surface corner and coordinate (5 MB for the default
-        carrier, 16 MB at 0.015 m).
+        carrier, 18 MB at 0.015 m).
     preview
         Only tell what the work will cost.
     cache

@@ -53,7 +53,7 @@ def scene_page(scene: Scene) -> tuple[str, Scene]:
 
 
 def _page(scene: Scene) -> str:
-    k3d = _library()
+    k3d = viewer_library()
     plot = k3d.plot(
         grid_visible=False,
         camera_auto_fit=False,
@@ -81,7 +81,14 @@ def _page(scene: Scene) -> str:
     return _with_head(page, scene)
 
 
-def _library() -> Any:
+def viewer_library() -> Any:
+    """The module k3d.
+
+    Raises
+    ------
+    ValueError
+        Where it is not installed; the message says how to install it.
+    """
     try:
         import k3d
     except ImportError as error:
