@@ -21,6 +21,7 @@ from carrierflex.workflows.view3d.view import scene_page
 #: Page beside the report of a diagnosis.
 VIEW_FILE = "view.html"
 _CURVES_FILE = "deflection_curves.csv"
+_EXPECTED = f"a body (.h5), deflection curves (.csv) or {RIM_MOTION_FILE}"
 
 
 @dataclass(frozen=True)
@@ -95,6 +96,8 @@ def write_view(scene: Scene, path: Path) -> WrittenView:
 
 def _source(shown: Path) -> Path:
     """File that is meant: itself, or the one in a folder of curves or of a diagnosis."""
+    if not shown.exists():
+        raise FileNotFoundError(f"{shown}: no such file or folder; expected {_EXPECTED}")
     if not shown.is_dir():
         return shown
     for name in (RIM_MOTION_FILE, _CURVES_FILE):
@@ -112,10 +115,7 @@ def _scene(source: Path) -> Scene:
     if source.suffix == ".csv":
         return curve_scene(read_curves(source), source.parent.name or source.stem)
     if source.suffix != ".h5":
-        raise ValueError(
-            f"{source}: suffix {source.suffix!r}; expected a body (.h5), deflection curves (.csv) "
-            f"or {RIM_MOTION_FILE}"
-        )
+        raise ValueError(f"{source}: suffix {source.suffix!r}; expected {_EXPECTED}")
     model, shapes = read_body(source), read_shapes(source)
     if shapes is None:
         raise ValueError(
