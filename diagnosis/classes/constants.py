@@ -16,7 +16,8 @@ class ClassConstants:
         Weights of the penalties that the folds choose from, in units of a group's mean energy: from
         no smoothing beyond rounding to a curve that is all but straight.
     pair_ridges : tuple of float
-        Factors on the members' own weights in a pair: beside its partner a class meets less noise.
+        Factors on the members' own weights in a pair, where the search of its weights begins:
+        beside its partner a class meets less noise.
     jitter : float
         Ridge on every class column, in the same units: keeps what the baseline already holds (a
         straight line, a constant) from making the matrix singular.

@@ -1,6 +1,6 @@
 """What sets of classes leave on blocks that they were not fitted to."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -118,15 +118,32 @@ class ClassScores:
             # Groups without a penalty are the same at every weight of it.
             ridges = self._ridges if is_smoothed else self._ridges[:1]
             return self._best(groups, [(ridge,) * len(groups) for ridge in ridges])
-        known: dict[str, float] = {}
-        for own in key:
-            single = self.of((own,))
-            for name, ridge in zip(single.groups, single.ridges, strict=True):
-                known[name] = min(ridge, known.get(name, np.inf))
         options = [
-            tuple(factor * known[name] for name in groups) for factor in self.constants.pair_ridges
+            self._shared(key, {own: factor * self._ridge(own) for own in key})
+            for factor in self.constants.pair_ridges
         ]
-        return self._best(groups, options)
+        found = self._best(groups, options)
+        # Alone a class may bend to what is its partner's: beside it, it is smoothed as the two ask.
+        ridges = {own: found.ridges[groups.index(self.table.classes[own][0])] for own in key}
+        for own in key:
+            others = [self._shared(key, ridges | {own: ridge}) for ridge in self._ridges]
+            better = self._best(groups, others)
+            if better.total < found.total:
+                found = better
+                ridges[own] = found.ridges[groups.index(self.table.classes[own][0])]
+        return found
+
+    def _ridge(self, own: str) -> float:
+        """Weight of the penalty that a class alone asks for."""
+        return self.of((own,)).ridges[0]
+
+    def _shared(self, key: Classes, ridges: Mapping[str, float]) -> tuple[float, ...]:
+        """Weights of all groups of a set; of one that several classes hold the smallest."""
+        by_group: dict[str, float] = {}
+        for own in key:
+            for name in self.table.classes[own]:
+                by_group[name] = min(ridges[own], by_group.get(name, np.inf))
+        return tuple(by_group.values())
 
     def _best(
         self, groups: tuple[str, ...], options: Sequence[tuple[float, ...]]

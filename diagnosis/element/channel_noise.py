@@ -13,6 +13,8 @@ from carrierflex.identification.campaign.signals import pass_gain
 
 #: Frequencies at which the gain of noise is averaged.
 _FREQUENCIES = 4097
+#: Smallest dynamic stiffness: the square of its inverse is a number, beyond any noise.
+_LEAST_STIFFNESS = 1e-150
 
 
 def noise_variance(campaign: Campaign, records: Sequence[ElementRecord]) -> tuple[FloatArray, bool]:
@@ -101,7 +103,8 @@ def carried_noise(model: ElementModel, record: ElementRecord) -> float:
     scale = model.scale
     stiffness = dynamic_stiffness((scale.m, scale.C1, scale.K1), frequency)
     if model.by_force:
-        gain = 1.0 / np.maximum(stiffness, np.finfo(float).tiny)
+        # Nothing holds an element that was fitted to a drive of the other sign.
+        gain = 1.0 / np.maximum(stiffness, _LEAST_STIFFNESS)
     else:
         gain = stiffness * pass_gain(frequency, record.cutoff_hz)
     return float(record.drive_noise * np.mean(gain**2))

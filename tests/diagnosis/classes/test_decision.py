@@ -169,3 +169,18 @@ def test_a_law_is_not_named_where_its_class_leaves_more_than_noise():
     assert answered(A + 0.1 * other, laws={"a": A}, noise=0.01).classes[0].law_named
     left = answered(A + 0.35 * other, laws={"a": A}, noise=0.01).classes[0]
     assert (left.law, left.law_named) == ("law_a", False)
+
+
+def test_a_class_that_bends_to_its_partners_cause_is_smoothed_beside_it():
+    rng = np.random.default_rng(3)
+    # Differences of nearly equal columns hold A: alone the class asks for no smoothing at all.
+    first = rng.standard_normal((40, A.size))
+    nearly = first + 1e-3 * (A + rng.standard_normal((40, A.size)))
+    bent = COLUMNS | {"b": np.concatenate([first, nearly])}
+    scores = ClassScores(toy_table(A, bent), LIMITS)
+    alone = scores.of(("a",))
+    assert scores.of(("b",)).ridges == (LIMITS.ridges[0],)
+    assert scores.of(("a", "b")).ridges[1] == LIMITS.ridges[-1]
+    rough = ClassScores(toy_table(A, bent), replace(LIMITS, ridges=LIMITS.ridges[:1]))
+    beyond = [own.of(("a", "b")).total - alone.total for own in (scores, rough)]
+    assert 0.0 < beyond[0] < 0.7 * beyond[1]
