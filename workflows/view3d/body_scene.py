@@ -82,7 +82,8 @@ def _fields(model: ReducedModel, shapes: BodyShapes) -> Iterator[tuple[str, str,
         yield "torque of 1 kN m", words, u, ", µm"
     n_free = min(_N_FREE_MODES, model.n_coordinates - _N_RIGID)
     for number, mode in enumerate(assembly_modes(model, n_free), start=1):
-        words = f"Body free in space, rim: {mode.rim_motion}."
+        rim = f", {mode.rim_motion}" if model.sensor_names else ""
+        words = f"Body free in space{rim}."
         name = f"free mode {number}, {mode.frequency_hz:.0f} Hz"
         yield name, words, shapes.displacement(mode.shape), ""
     for k in np.setdiff1d(np.arange(model.n_coordinates), model.pilot_rows):

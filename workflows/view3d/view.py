@@ -60,7 +60,6 @@ def _page(scene: Scene) -> str:
         camera_mode="orbit",
         camera_up_axis="z",
         camera_fov=_FIELD_OF_VIEW_DEG,
-        camera=_camera(scene),
         colorbar_object_id=0,
         menu_visibility=False,
         axes_helper=1.0,

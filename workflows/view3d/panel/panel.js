@@ -48,13 +48,23 @@ function turnable(viewer, view) {
     });
   });
 
+  // A window that is higher than wide looks from farther.
+  function look() {
+    const box = document.getElementById("canvasTarget").getBoundingClientRect();
+    const farther = Math.max(1, 0.85 * box.height / box.width);
+    const [eye, target, up] = [0, 3, 6].map((first) => view.camera.slice(first, first + 3));
+    viewer.setCamera([...eye.map((x, k) => target[k] + farther * (x - target[k])), ...target, ...up]);
+  }
+
   // One change at a time: the viewer answers with a promise, and the last wish waits for it.
-  let busy = false, wish = null;
+  let busy = false, wish = null, looked = false;
   function draw(time) {
     if (busy) { wish = time; return; }
     busy = true;
     Promise.resolve(viewer.setTime(time)).then(() => {
       busy = false;
+      // Once more: the viewer knows what is beyond its edges only after the first picture.
+      if (!looked) { looked = true; look(); }
       document.body.dataset.time = time;
       if (wish !== null) { const next = wish; wish = null; draw(next); }
     });
@@ -87,10 +97,9 @@ function turnable(viewer, view) {
     last = performance.now();
     requestAnimationFrame(step);
   });
-  // Once more: what is beyond the first frame's edge is known only after it.
-  viewer.setCamera(view.camera);
   choice.addEventListener("change", show);
   slider.addEventListener("input", show);
+  look();
   show();
   document.body.dataset.ready = "true";
 }
