@@ -124,13 +124,11 @@ class ClassScores:
         ]
         found = self._best(groups, options)
         # Alone a class may bend to what is its partner's: beside it, it is smoothed as the two ask.
-        ridges = {own: found.ridges[groups.index(self.table.classes[own][0])] for own in key}
+        first = {own: groups.index(self.table.classes[own][0]) for own in key}
         for own in key:
-            others = [self._shared(key, ridges | {own: ridge}) for ridge in self._ridges]
-            better = self._best(groups, others)
-            if better.total < found.total:
-                found = better
-                ridges[own] = found.ridges[groups.index(self.table.classes[own][0])]
+            weights = {name: found.ridges[place] for name, place in first.items()}
+            others = [self._shared(key, weights | {own: ridge}) for ridge in self._ridges]
+            found = min(found, self._best(groups, others), key=lambda result: result.total)
         return found
 
     def _ridge(self, own: str) -> float:
