@@ -15,6 +15,7 @@ unset PYTHONPATH PYTHONHOME
 stamp=.venv/installed
 development_stamp=.venv/installed-development
 venv_python=.venv/bin/python
+uv_folder=build/uv
 
 # Shared library : Debian package. gmsh needs all but the last, off-screen VTK the last.
 libraries=(
@@ -108,12 +109,36 @@ for record in pathlib.Path(sys.argv[1]).read_text().splitlines()[3:]:
 PYTHON
 }
 
+# True where uv is in build/uv, or pip could put it there; it exists for common machines only.
+uv_is_there() {
+    local uv_key
+    uv_key=$(key <requirements-uv.lock)
+    [ "$(cat "$uv_folder/installed" 2>/dev/null || true)" != "$uv_key" ] || return 0
+    rm -rf "$uv_folder"
+    "$venv_python" -m pip install -q --disable-pip-version-check --only-binary :all: --no-deps --require-hashes \
+        --target "$uv_folder" -r requirements-uv.lock >/dev/null 2>&1 || return 1
+    echo "$uv_key" >"$uv_folder/installed"
+}
+
+# Wheels of lock files into .venv, those with the hashes of the files and no others. uv first: it downloads and unpacks at
+# once and shows how far it is; pip where there is no uv, or where uv cannot reach what pip is told to use by its own
+# configuration. Both keep whole downloads, so that a second start goes on with what is missing.
+install_wheels() {
+    local files=()
+    for file in "$@"; do files+=(-r "$file"); done
+    if uv_is_there && UV_SYSTEM_CERTS=true "$uv_folder/bin/uv" pip install --python "$venv_python" --only-binary :all: --no-deps \
+        --require-hashes "${files[@]}"; then
+        return 0
+    fi
+    say "without uv, by pip: minutes"
+    "$venv_python" -m pip install -q --disable-pip-version-check --only-binary :all: --no-deps --require-hashes "${files[@]}"
+}
+
 install_locked_packages() {
-    say "locked packages into .venv with Python $version (1.7 GB on disk; a minute or more)"
+    say "locked packages into .venv with Python $version (450 MB to download, 1.5 GB on disk)"
     rm -rf .venv
     "$python" -m venv .venv || fail "'$python -m venv .venv' failed (see above)"
-    "$venv_python" -m pip install -q --disable-pip-version-check --only-binary :all: --require-hashes -r requirements.lock \
-        || fail "pip could not install requirements.lock (see above); run make again to start afresh"
+    install_wheels requirements.lock || fail "requirements.lock could not be installed (see above); run make again, it goes on from here"
 }
 
 # Without dependencies: what they need beside one another is in requirements.lock.
@@ -121,10 +146,9 @@ install_development_packages() {
     local development_key
     development_key=$(cat requirements-dev.lock requirements-extras.lock "$stamp" | key)
     [ "$(cat "$development_stamp" 2>/dev/null || true)" != "$development_key" ] || return 0
-    say "test tools, MKL and Exudyn for tests and benchmarks into .venv (licences: see README)"
+    say "test tools, MKL and Exudyn into .venv (about 400 MB to download; licences: docs/commands.md)"
     rm -f "$development_stamp"
-    "$venv_python" -m pip install -q --disable-pip-version-check --only-binary :all: --no-deps --require-hashes \
-        -r requirements-dev.lock -r requirements-extras.lock || fail "pip could not install the test tools (see above)"
+    install_wheels requirements-dev.lock requirements-extras.lock || fail "the test tools could not be installed (see above)"
     echo "$development_key" >"$development_stamp"
 }
 
