@@ -19,7 +19,7 @@ PYTEST := OMP_NUM_THREADS=1 $(BIN)/pytest --doctest-modules $(LINKS) tests \
 MAKEFLAGS += --no-print-directory
 unexport PYTHONPATH PYTHONHOME
 
-.PHONY: help install run test lint types tests quick long fuzz acceptance bench clean install-development docs gallery
+.PHONY: help install run test lint types tests quick long fuzz acceptance bench clean install-development docs docs-test gallery
 
 help:
 	@echo "make run     meshes, curves, reduced bodies, simulations and the gap report, written to $(OUT)/"
@@ -31,6 +31,7 @@ help:
 	@echo "make bench   every benchmark beside its peer, one table of ratios, also in $(OUT)/bench.json; QUICK=1 takes minutes,"
 	@echo "             ONLY=\"mounting_speed assembly\" chooses by name or part of a name"
 	@echo "make docs    the site with commands and Python from their docstrings, in build/site; a link into nothing fails"
+	@echo "make docs-test   runs every code block of README and the pages, the notebooks and the tutorials: minutes"
 	@echo "make gallery   runs the scripts of docs/gallery and keeps their pictures: minutes"
 	@echo "make clean   removes everything the other targets made, .venv included"
 
@@ -60,10 +61,14 @@ tests: install-development
 	$(PYTEST)
 
 quick: install-development
-	$(PYTEST) -m "not slow and not long and not acceptance and not fuzz"
+	$(PYTEST) -m "not slow and not long and not acceptance and not fuzz and not docs"
 
 long: install-development
-	$(PYTEST) -m long
+	$(PYTEST) -m "long and not docs"
+
+# What README and the pages tell: every code block, the gallery's pictures, the notebooks' cells, the tutorials from end to end.
+docs-test: install-development
+	OMP_NUM_THREADS=1 $(BIN)/pytest tests/docs -m docs --numprocesses $(WORKERS) --max-worker-restart 0
 
 acceptance: install-development
 	$(PYTEST) -m acceptance

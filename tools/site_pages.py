@@ -1,4 +1,6 @@
-"""Pages of the site that follow from the source: commands, Python names, the list of decisions.
+"""Pages of the site that follow from the source.
+
+Commands, Python names, decisions, comparisons with others, theory with its sources.
 
 mkdocs calls `on_files`; nothing of carrierflex is imported.
 """
@@ -10,6 +12,16 @@ from typing import Any
 from mkdocs.structure.files import File, Files
 
 ROOT = Path(__file__).parents[1]
+BENCHMARKS = ROOT / "benchmarks"
+PACKAGES = (
+    "geometry",
+    "fe",
+    "reduction",
+    "simulation",
+    "identification",
+    "diagnosis",
+    "blind_check",
+)
 COMMANDS = ROOT / "workflows" / "shell" / "commands.py"
 IN_PYTHON = ROOT / "carrierflex" / "__init__.py"
 
@@ -20,6 +32,8 @@ def on_files(files: Files, *, config: Any) -> Files:
         "reference/commands.md": commands_page(),
         "reference/python.md": python_page(),
         "decisions/index.md": decisions_page(),
+        "reference/compared.md": compared_page(),
+        "reference/theory.md": theory_page(),
     }
     for place, text in pages.items():
         files.append(File.generated(config, place, content=text))
@@ -72,3 +86,68 @@ def decisions_page() -> str:
         title = path.read_text(encoding="utf-8").splitlines()[0].lstrip("# ")
         lines.append(f"- [{title}]({path.name})")
     return "\n".join(lines) + "\n"
+
+
+def compared_page() -> str:
+    """Every comparison with another code or method, what it asks, and its command."""
+    lines = [
+        "# We against the others",
+        "",
+        "Each row is measured with its peer in the same run; the figures stand on the pages linked "
+        "below, and `make bench` prints all of them anew with the machine, the load and the date.",
+        "",
+        "| what is compared | command |",
+        "|---|---|",
+    ]
+    for path in sorted(BENCHMARKS.glob("*.py")):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        if any(isinstance(node, ast.FunctionDef) and node.name == "ratios" for node in tree.body):
+            lines.append(f"| {_first_line(tree)} | `make bench ONLY={path.stem}` |")
+    return "\n".join(
+        [
+            *lines,
+            "",
+            "Beside these: [speed and memory](../performance.md), [the mounting beside "
+            "Exudyn](../mounting_model.md), [table 5 rebuilt in Exudyn](../table_5.md), [bases of "
+            "the reduction](../reduction_bases.md), [matrices of CalculiX and "
+            "others](../matrices.md), [diagnoses beside two plain methods](../blind_check.md). "
+            "CalculiX and Code_Aster are met by tests too (`tests/independent_codes`).",
+            "",
+        ]
+    )
+
+
+def theory_page() -> str:
+    """What each module computes and where it comes from: modules whose docstrings name sources."""
+    lines = [
+        "# Theory and its sources",
+        "",
+        "Equations and signs stand in the modules that compute them; these name their sources.",
+    ]
+    for package in PACKAGES:
+        lines += ["", f"## {package}", ""]
+        for path in sorted((ROOT / package).rglob("*.py")):
+            tree = ast.parse(path.read_text(encoding="utf-8"))
+            sources = sorted(set(_sources(tree)))
+            if sources:
+                name = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+                lines.append(f"- `{name}`: {_first_line(tree)}")
+                lines += [f"    - {source}" for source in sources]
+    return "\n".join(lines) + "\n"
+
+
+def _first_line(tree: ast.Module) -> str:
+    return (ast.get_docstring(tree) or "").partition("\n")[0].replace("|", "\\|")
+
+
+def _sources(tree: ast.Module) -> list[str]:
+    """Text below "References" in the docstrings of a module, its classes and functions."""
+    found = []
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            continue
+        below = (ast.get_docstring(node) or "").partition("References\n----------\n")[2]
+        text = " ".join(below.split("\n\n")[0].split())
+        if text:
+            found.append(text.replace("[", "\\[").replace("*", "\\*"))
+    return found

@@ -9,7 +9,9 @@ from matplotlib.image import imread
 
 from carrierflex.workflows.shell.commands import COMMANDS
 
-ROOT = Path(__file__).parents[1]
+pytestmark = pytest.mark.docs
+
+ROOT = Path(__file__).parents[2]
 TOOL = runpy.run_path(str(ROOT / "tools" / "make_gallery.py"))
 ENTRIES = TOOL["entries"]()
 FEWEST, MOST_LINES = 16, 40

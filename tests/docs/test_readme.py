@@ -11,7 +11,9 @@ from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.workflows import command_line
 from carrierflex.workflows.shell.commands import COMMANDS
 
-ROOT = Path(__file__).parents[1]
+pytestmark = pytest.mark.docs
+
+ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 BY_EXAMPLE = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
 #: What a newcomer sees at once.
