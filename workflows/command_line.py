@@ -95,13 +95,13 @@ def application() -> "cyclopts.App":
     """
     import cyclopts
 
-    from carrierflex.files.versions import software_name
-
     app = cyclopts.App(
         name="carrierflex",
         help=_HELP,
-        version=software_name,
+        version=_version,
         version_format="plaintext",
+        # Markup of other kinds would be read by libraries that take a fifth of the time of help.
+        help_format="plaintext",
         suppress_keyboard_interrupt=False,
     )
     for name, command in COMMANDS.items():
@@ -109,6 +109,12 @@ def application() -> "cyclopts.App":
             f"carrierflex.workflows.shell.called_commands:{name}", name=name, help=command.help
         )
     return app
+
+
+def _version() -> str:
+    from carrierflex.files.versions import software_name
+
+    return software_name()
 
 
 def _about_input(error: Exception, arguments: list[str]) -> str:

@@ -4,8 +4,6 @@ import logging
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from carrierflex.files.whole_files import check_file_writable
-
 _PROJECT = "carrierflex"
 #: Marks a record whose text stands on the screen in another way: progress, results, the last line.
 SHOWN: Mapping[str, bool] = {"shown": True}
@@ -34,6 +32,8 @@ def log_into(path: Path) -> None:
     OSError
         Where it cannot be written.
     """
+    from carrierflex.files.whole_files import check_file_writable
+
     check_file_writable(path)
     handler = logging.FileHandler(path, encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))

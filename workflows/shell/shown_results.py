@@ -11,7 +11,6 @@ from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
-from carrierflex.files.versions import software_name
 from carrierflex.workflows.shell.commands import Command
 from carrierflex.workflows.shell.logs import SHOWN
 from carrierflex.workflows.shell.shared_options import SharedOptions
@@ -75,6 +74,8 @@ def is_met(result: Any) -> bool:
 
 def document(done: Done) -> dict[str, Any]:
     """What --json prints: the command's document where it writes one, its figures elsewhere."""
+    from carrierflex.files.versions import software_name
+
     written = sorted(str(path) for path in _written(done))
     own = done.command.document and done.paths.get("out", Path()) / done.command.document
     if own and str(own) in written:
