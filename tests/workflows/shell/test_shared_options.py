@@ -50,6 +50,7 @@ def test_quiet_says_nothing_and_an_error_all_the_same(command):
     assert "--quiet and --verbose are both given; expected one of them" in both.stderr
 
 
+@pytest.mark.long
 def test_a_log_file_holds_progress_result_and_errors_with_their_times(tmp_path):
     for size in ("0.1", "5"):
         line = ["mesh", "--size", size, "--out", "a.msh", "--quiet", "--log-file", "log.txt"]
@@ -65,6 +66,7 @@ def test_a_log_file_holds_progress_result_and_errors_with_their_times(tmp_path):
     assert [line for line in lines if " ERROR " in line]
 
 
+@pytest.mark.long
 def test_verbose_tells_what_libraries_are_taken(tmp_path):
     line = ["reduce", "--body", "pin", "--modes", "1", "--size", "0.1", "--out", "a.h5"]
     said = [
@@ -81,6 +83,7 @@ def test_verbose_tells_what_libraries_are_taken(tmp_path):
     assert "sparse factorisation" in said[1]
 
 
+@pytest.mark.long
 def test_threads_are_those_of_blas_numba_and_working_processes(tmp_path):
     program = (
         "from carrierflex.workflows.shell.shared_options import SharedOptions\n"

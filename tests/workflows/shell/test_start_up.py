@@ -52,6 +52,7 @@ def run_in_one_process(lines, folder):
     return codes, {name.split(".")[0] for name in modules}
 
 
+@pytest.mark.long
 def test_help_of_every_command_and_a_refused_option_load_no_library_of_the_work(tmp_path):
     lines = [["--version"], ["--help"], ["diagnoze"]]
     lines += [[name, "--help"] for name in COMMANDS]
@@ -63,6 +64,7 @@ def test_help_of_every_command_and_a_refused_option_load_no_library_of_the_work(
     assert loaded & (WORK | FILES) == set()
 
 
+@pytest.mark.long
 def test_a_refused_toml_of_every_command_loads_no_library_of_the_work(tmp_path):
     write_bad_files(tmp_path)
     lines = list(with_bad_toml())
