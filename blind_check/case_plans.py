@@ -31,6 +31,7 @@ from carrierflex.blind_check.truth.alias_table import (
     same_class,
 )
 from carrierflex.blind_check.truth.carrier.other_forms import OTHER_FORMS
+from carrierflex.blind_check.truth.mounting.other_forms import MOUNTING_FORMS
 
 #: Shares of the families in a check; a full one holds twelve cases of each single effect, 24 pairs,
 #: 24 with nothing missing, 24 outside the library, 12 aliased, 12 of one condition, 26 of a stage.
@@ -38,6 +39,10 @@ _WEIGHTS = {PAIR: 24, NOTHING: 24, OUTSIDE: 24, ALIASED: 12, ONE_CONDITION: 12, 
 _PER_EFFECT = 12
 #: Causes of another form: of six cases one holds nothing and one two causes.
 _FORMS, _FORM_CYCLE = 200, 6
+_SHAPES_OF_FORMS = {
+    "carrier": {name: form.shape for name, form in OTHER_FORMS.items()},
+    "mounting": {name: form.shape for name, form in MOUNTING_FORMS.items()},
+}
 #: Gap over floor, drawn with a uniform logarithm.
 SMALLEST_RATIO, LARGEST_RATIO = 0.5, 30.0
 _STREAM = {kind: number for number, kind in enumerate(KINDS)}
@@ -108,7 +113,7 @@ def _weights(kind: str) -> dict[str, int]:
     # own yet.
     absent = (ALIASED, STAGE) if kind == "mounting" else ()
     drawn = {family: weights[family] for family in FAMILIES if family not in absent}
-    return {**drawn, FORM: _FORMS} if kind == "carrier" else drawn
+    return {**drawn, FORM: _FORMS}
 
 
 def _counts(weights: Mapping[str, int], cases: int) -> dict[str, int]:
@@ -133,7 +138,7 @@ def _effects(kind: str, family: str, count: int, rng: np.random.Generator) -> li
     if family == PAIR:
         return [_pair(kind, rng) for _ in range(count)]
     if family == FORM:
-        return _forms(count, rng)
+        return _forms(_SHAPES_OF_FORMS[kind], count, rng)
     if family == STAGE:
         first = int(rng.integers(len(STAGE_EFFECTS)))
         turned = [STAGE_EFFECTS[(first + k) % len(STAGE_EFFECTS)] for k in range(count)]
@@ -149,14 +154,16 @@ def _effects(kind: str, family: str, count: int, rng: np.random.Generator) -> li
     return [(turns[k],) for k in rng.permutation(count)]
 
 
-def _forms(count: int, rng: np.random.Generator) -> list[tuple[str, ...]]:
+def _forms(
+    shapes: Mapping[str, str], count: int, rng: np.random.Generator
+) -> list[tuple[str, ...]]:
     """Causes of another form in turn, alone, in pairs of two classes, and none."""
-    names = tuple(OTHER_FORMS)
+    names = tuple(shapes)
     start = int(rng.integers(len(names)))
     drawn: list[tuple[str, ...]] = []
     for k in range(count):
         first = names[(start + k) % len(names)]
-        others = [name for name in names if OTHER_FORMS[name].shape != OTHER_FORMS[first].shape]
+        others = [name for name in names if shapes[name] != shapes[first]]
         own = (first, str(rng.choice(others)))
         drawn.append({0: (), 1: tuple(sorted(own))}.get(k % _FORM_CYCLE, (first,)))
     return [drawn[k] for k in rng.permutation(count)]

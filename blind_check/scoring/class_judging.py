@@ -15,8 +15,9 @@ abstained, silent
     No class: the diagnosis says that something is missing that it cannot name, or that nothing is
     to be seen. An error is its own outcome.
 
-Kind carrier compares frame and pattern; what a class follows is judged apart. A class of an error
-that the sensors really have may stand beside the truth's.
+Kind carrier compares frame and pattern, kind mounting place and kind of a cause; what a class
+follows is judged apart. A class of an error that the sensors really have may stand beside the
+truth's.
 
 A named law is false where none of its classes is the truth's or in its alias table.
 """
@@ -28,8 +29,15 @@ from typing import Any
 from carrierflex.blind_check.labels import NOTHING, OUTSIDE, Label
 from carrierflex.blind_check.sealing.verdicts import ERROR, Verdict
 from carrierflex.blind_check.truth.carrier.other_forms import CLASSES_OF_LAW as CARRIER_LAWS
-from carrierflex.blind_check.truth.element.families import CLASSES_OF_LAW
+from carrierflex.blind_check.truth.element.families import CLASSES_OF_LAW as ELEMENT_LAWS
+from carrierflex.blind_check.truth.mounting.other_forms import CLASSES_OF_LAW as MOUNTING_LAWS
 
+#: Classes of each law by kind.
+CLASSES_OF_LAW: Mapping[str, Mapping[str, tuple[str, ...]]] = {
+    "carrier": CARRIER_LAWS,
+    "element": ELEMENT_LAWS,
+    "mounting": MOUNTING_LAWS,
+}
 #: Kinds whose answers are all judged by class.
 CLASS_KINDS = ("element",)
 #: A class whose records do not tell what it follows.
@@ -95,7 +103,9 @@ class ClassJudged:
         None where the answer is not right, or leaves it open.
         """
         told = not any(name.endswith(f"/{UNDETERMINED}") for name in self.answer)
-        is_asked = self.label.kind not in CLASS_KINDS and self.has_class
+        is_asked = self.has_class and all(
+            name.count("/") + 1 == _PARTS for name in self.label.classes
+        )
         if self.outcome != RIGHT or not is_asked or not told:
             return None
         return set(self.label.classes) <= set(self.answer)
@@ -167,21 +177,20 @@ def _outcome(
 
 
 def _compared(ids: Sequence[str], label: Label) -> tuple[str, ...]:
-    """What is compared of a set of classes: all of an element, frame and pattern of a carrier.
+    """What is compared of a set of classes: all of an element, else all but the last part.
 
     Classes of errors that the sensors have besides are left out.
     """
     if label.kind in CLASS_KINDS:
         return tuple(ids)
-    real = {name for effect in label.present for name in CARRIER_LAWS[effect]}
+    real = {name for effect in label.present for name in CLASSES_OF_LAW[label.kind][effect]}
     shapes = {name.rpartition("/")[0] if name.count("/") + 1 == _PARTS else name for name in ids}
     return _sorted(shapes - real)
 
 
 def _class_of_law(law: str, label: Label) -> str:
     """Class of a law for answers that name laws alone; the law itself where no class holds it."""
-    table = CLASSES_OF_LAW if label.kind in CLASS_KINDS else CARRIER_LAWS
-    return table.get(law, (law,))[0]
+    return CLASSES_OF_LAW[label.kind].get(law, (law,))[0]
 
 
 def _is_of_truth(law: str, label: Label) -> bool:
@@ -191,9 +200,10 @@ def _is_of_truth(law: str, label: Label) -> bool:
     true = {*label.classes, *(member for ids in label.class_aliases for member in ids)}
     # A law of the user, or of a later library, is of no class that this table knows.
     if label.kind in CLASS_KINDS:
-        return not true.isdisjoint(CLASSES_OF_LAW.get(law, ()))
+        return not true.isdisjoint(ELEMENT_LAWS.get(law, ()))
     of_truth = _compared(tuple(true), label)
-    return law in label.present or not set(of_truth).isdisjoint(CARRIER_LAWS.get(law, ()))
+    of_law = CLASSES_OF_LAW[label.kind].get(law, ())
+    return law in label.present or not set(of_truth).isdisjoint(of_law)
 
 
 def _ties(document: Mapping[str, Any]) -> list[tuple[str, ...]]:

@@ -36,11 +36,16 @@ from carrierflex.blind_check.truth.element.families import CAUSES
 #: Gap over the floor from which a class has to be found.
 CLEAR_CLASS_GAP = 2.0
 #: Right of those answered at least, and not answered at most, by stratum.
-_WANTED = {"wide_band": (0.95, 0.10), "levels": (0.85, 0.30), "carrier": (0.95, 0.10)}
+_WANTED = {
+    "wide_band": (0.95, 0.10),
+    "levels": (0.85, 0.30),
+    "carrier": (0.95, 0.10),
+    "mounting": (0.90, 0.10),
+}
 _QUIET = (ABSTAINED, SILENT)
-STRATA = ("wide_band", "levels", "single_level", "decay", "carrier")
+STRATA = ("wide_band", "levels", "single_level", "decay", "carrier", "mounting")
 #: False classes with nothing missing at most, by kind.
-_FALSE_AT_MOST = {"element": 0.03, "carrier": 0.02}
+_FALSE_AT_MOST = {"element": 0.03, "carrier": 0.02, "mounting": 0.02}
 #: Ends of the bins of the change of form; textbook laws have none.
 CHANGES = (0.0, 0.05, 0.10, 0.15, 0.20, 0.25, 0.30)
 

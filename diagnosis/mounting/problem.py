@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.finite_differences import (
     DifferencedResiduals,
@@ -36,6 +37,7 @@ from carrierflex.diagnosis.mounting.cards import (
     NEGATIVE_CONTROLS,
     ONE_CHANNEL,
 )
+from carrierflex.diagnosis.mounting.classes.answer import mounting_class_answer
 from carrierflex.diagnosis.mounting.experiments import mounting_experiments
 from carrierflex.diagnosis.mounting.gap_findings import mounting_findings, mounting_scalars
 from carrierflex.diagnosis.mounting.gap_map import (
@@ -239,6 +241,10 @@ class MountingProblem:
                 record, effects, theta, choice, refined=factor
             ),
         )
+
+    def class_answer(self) -> ClassAnswer | None:
+        """Class of the missing effect."""
+        return mounting_class_answer(self.model, self.records, self._bare[1])
 
     def choice(self, effects: Effects) -> Choice:
         """Channel of each effect of one sensor, by least squares over the signatures.

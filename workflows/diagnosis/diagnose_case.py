@@ -145,7 +145,7 @@ def _classify(campaign: Path, out: Path) -> None:
         problem = _problem(campaign)
         if not isinstance(problem, WithClasses):
             raise ValueError(
-                f"{campaign}: its kind has no classes; expected kind element or carrier"
+                f"{campaign}: its kind has no classes; expected kind element, carrier or mounting"
             )
         answer = problem.class_answer()
     # Records too short for classes answer nothing.

@@ -91,7 +91,7 @@ def main(
         Seed of the cases.
     family : sequence of str
         Only these families of cases (kinds carrier and mounting); may be repeated. All without,
-        but "form": causes of a carrier in forms of no law, judged by class.
+        but "form": causes of a carrier or mounting in forms of no law, judged by class.
     workers : int
         Processes that write and diagnose cases.
     scheduler : str
@@ -100,8 +100,8 @@ def main(
     keep : bool
         Keep the campaigns and draw the reports.
     classes_only : bool
-        Answer by class alone, without the search for laws (kind element; kind carrier with
-        --family form).
+        Answer by class alone, without the search for laws (kind element; kinds carrier and
+        mounting with --family form).
     references : bool
         Answer every case by two plain methods too, best single law by BIC and sparse regression
         over the library, and set their figures beside those of the diagnosis.

@@ -40,6 +40,7 @@ CONDITIONS = (
 ALONE = 3
 _QUICK = (0.3, 3.0)  # Hz
 _N_QUICK = 12
+_LARGEST_TORQUE = 3.6e5
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +109,43 @@ def drawn_record(rng: np.random.Generator, number: int) -> MountingRecord:
         ]
     ).T
     return MountingRecord(condition, time, own_speed, turned, loads)
+
+
+def gusty_record(rng: np.random.Generator, number: int) -> MountingRecord:
+    """Loads that no condition of the check has: steps of torque, gusts of radial load, pitching.
+
+    Parameters
+    ----------
+    rng : Generator
+        Random numbers.
+    number : int
+        Place of the run; its name.
+    """
+    time = np.arange(int(_SECONDS * RATE)) / RATE
+    speed = rng.uniform(0.6, 1.1) * _SPEED * _rise(time, REST + 0.5, 5.0)
+    speed *= 1.0 + slow_ripple(rng, time, size=_SPEED_RIPPLE)
+    turned = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * time[1])])
+    torque, level = np.zeros_like(time), 0.0
+    for start in np.sort(rng.uniform(5.0, 55.0, 5)).tolist():
+        wanted = float(rng.uniform(0.0, _LARGEST_TORQUE))
+        torque += (wanted - level) * _rise(time, start, float(rng.uniform(0.3, 3.0)))
+        level = wanted
+    torque *= 1.0 + 0.02 * np.sin(turned + rng.uniform(0.0, 6.0)) + 0.01 * np.sin(3.0 * turned)
+    torque += rng.uniform(0.0, 1e5) * _quick_changes(rng, time)
+    radial = []
+    for _ in range(2):
+        load = rng.uniform(-8e4, 8e4) * _rise(time, float(rng.uniform(5.0, 15.0)), 5.0)
+        for start in rng.uniform(8.0, 55.0, 4).tolist():
+            load += rng.uniform(-6e4, 6e4) * _gust(time, start, float(rng.uniform(0.8, 4.0)))
+        radial.append(load + rng.uniform(0.0, 5e4) * _quick_changes(rng, time))
+    loads = np.array([torque, *radial]).T
+    return MountingRecord(f"gusts {number + 1}", time, speed, turned, loads)
+
+
+def _gust(time: FloatArray, start: float, seconds: float) -> FloatArray:
+    """One wave of ``(1 - cos) / 2``."""
+    s = np.clip((time - start) / seconds, 0.0, 1.0)
+    return np.asarray(0.5 * (1.0 - np.cos(2.0 * np.pi * s)))
 
 
 def _quick_changes(rng: np.random.Generator, time: FloatArray) -> FloatArray:

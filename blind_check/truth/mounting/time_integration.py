@@ -14,6 +14,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from carrierflex.blind_check.truth.mounting.form_laws import (
+    N_PARAMETERS,
+    N_STATES,
+    form_force,
+)
 from carrierflex.blind_check.truth.mounting.laws import law_force
 from carrierflex.blind_check.truth.mounting.rig import N_FREE, RIG, Bodies
 
@@ -44,6 +49,8 @@ class Bushings:
     laws : tuple of (int, ndarray of 4, ndarray of 2)
         Forces of every bushing beside the linear ones: number, parameters, deflection and speed
         that shape it.
+    forms : tuple of ndarray
+        Forces of other forms (:mod:`carrierflex.blind_check.truth.mounting.form_laws`).
     """
 
     K1: float
@@ -53,6 +60,7 @@ class Bushings:
     excess: float = 0.0
     compliance: float = 0.0
     laws: tuple[tuple[int, FloatArray, FloatArray], ...] = field(default=())
+    forms: tuple[FloatArray, ...] = field(default=())
 
 
 @njit(cache=True)
@@ -105,7 +113,8 @@ def housing_motion(
     size = np.array([sizes for _, _, sizes in bushings.laws]).reshape(-1, 2)
     forces = np.ascontiguousarray(loads @ bodies.loads[:free].T)
     system = (inverse, K, C, np.ascontiguousarray(radial), weights)
-    q = _march(system, forces, step, names, p, size, FINE)
+    forms = np.array(bushings.forms).reshape(-1, N_PARAMETERS)
+    q = _march(system, forces, step, names, p, size, forms, FINE)
     if not np.isfinite(q).all():
         raise ArithmeticError(
             f"the housing's motion grows without bound at {FINE} steps a sample; expected a softer "
@@ -115,7 +124,16 @@ def housing_motion(
 
 
 @njit(cache=True)
-def _acceleration(system, force, x, t, names, p, size, rate):  # type: ignore[no-untyped-def]
+def _along(row, q):  # type: ignore[no-untyped-def]
+    """Deflection of an element; written out as the sums below."""
+    total = 0.0
+    for i in range(q.size):
+        total += row[i] * q[i]
+    return total
+
+
+@njit(cache=True)
+def _acceleration(system, force, x, t, names, p, size, forms, rate):  # type: ignore[no-untyped-def]
     """Rates of the state ``q, q', memories``; `rate` is filled."""
     inverse, K, C, rows, weights = system
     n = K.shape[0]
@@ -141,6 +159,19 @@ def _acceleration(system, force, x, t, names, p, size, rate):  # type: ignore[no
                 )
             for i in range(n):
                 total[i] -= rows[element, i] * weights[element] * f
+    first = 2 * n + 2 * names.size * rows.shape[0]
+    for form in range(forms.shape[0]):
+        for bushing in range(2):
+            # Rows are starboard and port along z, then along y.
+            u = _along(rows[bushing + 2], q), _along(rows[bushing], q)
+            u_rate = _along(rows[bushing + 2], v), _along(rows[bushing], v)
+            at = first + N_STATES * (2 * form + bushing)
+            f = form_force(
+                forms[form], bushing, u, u_rate, t, x[at : at + N_STATES], rate[at : at + N_STATES]
+            )
+            for i in range(n):
+                push = rows[bushing + 2, i] * f[0] + rows[bushing, i] * f[1]
+                total[i] -= weights[bushing] * push
     for i in range(n):
         rate[i], rate[n + i] = v[i], 0.0
         for j in range(n):
@@ -148,13 +179,14 @@ def _acceleration(system, force, x, t, names, p, size, rate):  # type: ignore[no
 
 
 @njit(cache=True)
-def _march(system, forces, step, names, p, size, fine):  # type: ignore[no-untyped-def]
+def _march(system, forces, step, names, p, size, forms, fine):  # type: ignore[no-untyped-def]
     """Classical Runge-Kutta rule of fourth order, `fine` steps in a sample.
 
     Coordinates at every sample.
     """
     n_samples, n = forces.shape
-    x = np.zeros(2 * n + 2 * names.size * system[3].shape[0])
+    states = 2 * names.size * system[3].shape[0] + 2 * N_STATES * forms.shape[0]
+    x = np.zeros(2 * n + states)
     slopes = np.zeros((4, x.size))
     q, h = np.zeros((n_samples, n)), step / fine
     for k in range((n_samples - 1) * fine):
@@ -163,7 +195,7 @@ def _march(system, forces, step, names, p, size, fine):  # type: ignore[no-untyp
         t = k * h
         rise = (forces[sample + 1] - forces[sample]) / fine
         start = forces[sample] + within * rise
-        _acceleration(system, start, x, t, names, p, size, slopes[0])
+        _acceleration(system, start, x, t, names, p, size, forms, slopes[0])
         _acceleration(
             system,
             start + 0.5 * rise,
@@ -172,6 +204,7 @@ def _march(system, forces, step, names, p, size, fine):  # type: ignore[no-untyp
             names,
             p,
             size,
+            forms,
             slopes[1],
         )
         _acceleration(
@@ -182,9 +215,12 @@ def _march(system, forces, step, names, p, size, fine):  # type: ignore[no-untyp
             names,
             p,
             size,
+            forms,
             slopes[2],
         )
-        _acceleration(system, start + rise, x + h * slopes[2], t + h, names, p, size, slopes[3])
+        _acceleration(
+            system, start + rise, x + h * slopes[2], t + h, names, p, size, forms, slopes[3]
+        )
         x += h / 6.0 * (slopes[0] + 2.0 * slopes[1] + 2.0 * slopes[2] + slopes[3])
         if within == fine - 1:
             q[sample + 1] = x[:n]

@@ -7,11 +7,19 @@ memory. It is set so that the gap over the floor is the wanted one.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.blind_check.labels import ONE_CONDITION, OUTSIDE, CasePlan, Label
+from carrierflex.blind_check.labels import (
+    FORM,
+    NOTHING,
+    ONE_CONDITION,
+    OUTSIDE,
+    CasePlan,
+    Label,
+)
 from carrierflex.blind_check.truth.alias_table import same_class
 from carrierflex.blind_check.truth.mounting.loads import (
     ALONE,
@@ -19,6 +27,12 @@ from carrierflex.blind_check.truth.mounting.loads import (
     RATE,
     MountingRecord,
     drawn_record,
+    gusty_record,
+)
+from carrierflex.blind_check.truth.mounting.other_forms import (
+    MOUNTING_FORMS,
+    form_aliases,
+    with_form,
 )
 from carrierflex.blind_check.truth.mounting.refit import MountingRefit, zeroed
 from carrierflex.blind_check.truth.mounting.rig import RIG, SENSORS, Bodies, bodies
@@ -38,6 +52,8 @@ FloatArray = NDArray[np.float64]
 
 _MEMORY = 0.5
 _GAIN, _TORQUE = 0.03, 0.01
+#: Error of the declared masses where causes have other forms.
+_MASS = 0.03
 
 
 def mounting_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
@@ -57,17 +73,26 @@ def mounting_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     """
     rng, rig = case_rng(plan), bodies()
     numbers = (ALONE,) if plan.family == ONE_CONDITION else range(len(CONDITIONS))
-    records = [drawn_record(rng, number) for number in numbers]
+    is_form = plan.family == FORM
+    has_gusts = is_form and bool(rng.uniform() < 0.5)
+    make_record = gusty_record if has_gusts else drawn_record
+    records = [make_record(rng, number) for number in numbers]
+    truth = _other_masses(rig, rng) if is_form else rig
     stiffness, damping = RIG["bushing_radial_stiffness"], RIG["bushing_radial_damping"]
     known = MountingState(
         Bushings(stiffness * rng.uniform(0.8, 1.25), damping * rng.uniform(0.7, 1.5))
     )
-    plain = known.read(rig, records)
+    plain = known.read(truth, records)
     size = _deflection(rig, plain)
     state = known
+    changes = []
     for name in plan.effects:
-        state = with_effect(state, name, rng, size)
-    clean = state.read(rig, records) if plan.effects else plain
+        if is_form:
+            state, change = with_form(state, name, rng, size)
+            changes.append(change)
+        else:
+            state = with_effect(state, name, rng, size)
+    clean = state.read(truth, records) if plan.effects else plain
     refit = MountingRefit(rig, [record.loads for record in records], 1.0 / RATE)
     residuals = refit.residuals(clean)
     gap = _size(residuals) if plan.effects else 0.0
@@ -88,8 +113,30 @@ def mounting_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     )
     rho = after / _size(again.held_out(measured)) if plan.effects else 1.0
     run = f"run{1 + int(np.argmax([root_mean_square(residual) for residual in residuals]))}"
-    return _campaign(plan, records, declared, measured, floor), _label(
-        plan, state, (gap, floor, rho), run
+    label = _label(plan, state, (gap, floor, rho), run)
+    if is_form:
+        label = _form_label(plan, label, changes, drive="gusts" if has_gusts else "levels")
+    return _campaign(plan, records, declared, measured, floor), label
+
+
+def _other_masses(rig: Bodies, rng: np.random.Generator) -> Bodies:
+    """Rig whose masses are not quite as declared."""
+    factors = 1.0 + _MASS * rng.standard_normal(len(rig.M))
+    return replace(rig, M=rig.M * np.sqrt(np.outer(factors, factors)))
+
+
+def _form_label(plan: CasePlan, label: Label, changes: Sequence[float], *, drive: str) -> Label:
+    """Label of a case that is judged by class: the classes of its causes."""
+    classes = tuple(sorted({MOUNTING_FORMS[name].shape for name in plan.effects}))
+    is_gain = "sensors/gain" in classes
+    return replace(
+        label,
+        family=FORM if plan.effects else NOTHING,
+        present=() if is_gain else label.present,
+        classes=classes,
+        class_aliases=form_aliases(classes),
+        drive=drive,
+        changes=tuple(changes),
     )
 
 
@@ -150,7 +197,7 @@ def _label(
         gap_over_floor=gap / floor,
         floor=floor,
         rho=rho,
-        parameters={name: state.parameters[name] for name in inside},
+        parameters={name: state.parameters[name] for name in inside if name in state.parameters},
         where={"run": run} if inside else {},
     )
 

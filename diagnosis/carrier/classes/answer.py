@@ -6,10 +6,7 @@ from carrierflex.diagnosis.carrier.classes.catalogue import (
     UNDETERMINED,
     classes_holding,
     classes_of_laws,
-    follows_of,
-    shape_of,
 )
-from carrierflex.diagnosis.carrier.classes.decision import best_of_shapes, decide_by_shape
 from carrierflex.diagnosis.carrier.classes.table import carrier_table
 from carrierflex.diagnosis.carrier.model import CarrierModel
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums
@@ -17,6 +14,12 @@ from carrierflex.diagnosis.classes.answer import answer_of
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.held_out import ClassScores
 from carrierflex.diagnosis.classes.results import ClassAnswer
+from carrierflex.diagnosis.classes.shape_decision import (
+    best_of_shapes,
+    decide_by_shape,
+    shape_of,
+    way_of,
+)
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.identification.campaign.campaign import Campaign
@@ -54,7 +57,7 @@ def carrier_class_answer(
     decision = decide_by_shape(scores, shares, own.sizes)
     taken = {shape_of(name) for name in decision.classes}
     rivals = [name for name in best_of_shapes(scores, own.sizes) if shape_of(name) not in taken]
-    is_open = any(follows_of(name) == UNDETERMINED for name in own.sizes)
+    is_open = any(way_of(name) == UNDETERMINED for name in own.sizes)
     answer = answer_of(
         scores,
         shares,

@@ -183,13 +183,3 @@ def classes_holding(laws: Sequence[str]) -> dict[str, tuple[str, ...]]:
         law: (class_id(LAWS[law][0], LAWS[law][1], is_told=True),) if law in LAWS else ()
         for law in laws
     }
-
-
-def shape_of(class_name: str) -> str:
-    """``frame/pattern`` of a class."""
-    return class_name.rsplit("/", 1)[0]
-
-
-def follows_of(class_name: str) -> str:
-    """What a class follows."""
-    return class_name.rsplit("/", 1)[1]

@@ -11,7 +11,6 @@ from carrierflex.diagnosis.carrier.classes.catalogue import (
     SENSOR_EFFECTS,
     TIME,
     class_id,
-    shape_of,
     shapes,
 )
 from carrierflex.diagnosis.carrier.classes.class_rows import ClassRows, class_rows
@@ -32,6 +31,7 @@ from carrierflex.diagnosis.classes.gram_table import (
     IntArray,
     LawColumns,
 )
+from carrierflex.diagnosis.classes.shape_decision import shape_of
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 from carrierflex.identification.campaign.campaign import Campaign
 

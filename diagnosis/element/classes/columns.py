@@ -6,16 +6,16 @@ from functools import partial
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.classes.drive_in_time import time_basis
-from carrierflex.diagnosis.element.classes.laws import MotionSize, yields
-from carrierflex.diagnosis.element.classes.memory_columns import relaxing_branches, stops
-from carrierflex.diagnosis.element.classes.motion import ForceRecord
-from carrierflex.diagnosis.element.classes.splines import (
+from carrierflex.diagnosis.classes.memory_columns import relaxing_branches, stops
+from carrierflex.diagnosis.classes.splines import (
     SplineBasis,
     basis_over,
     difference_penalty,
 )
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.element.classes.drive_in_time import time_basis
+from carrierflex.diagnosis.element.classes.laws import MotionSize, yields
+from carrierflex.diagnosis.element.classes.motion import ForceRecord
 
 #: Splines of f(x), g(v), h(x), of each side of f(x, v), of time and of the drive side.
 _N_FORCE = 24

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.splines import SplineBasis
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.motion import ForceRecord
-from carrierflex.diagnosis.element.classes.splines import SplineBasis
 
 #: Windows of a run over which its amplitude and frequency are followed.
 _WINDOWS = 40

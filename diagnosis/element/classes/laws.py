@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.classes.memory_columns import (
+from carrierflex.diagnosis.classes.memory_columns import (
     dahl_friction,
     relaxing_branches,
     stops,
 )
+from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.motion import ForceRecord
 from carrierflex.diagnosis.element.model import ElementModel
 

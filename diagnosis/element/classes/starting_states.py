@@ -11,10 +11,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import nnls
 
+from carrierflex.diagnosis.classes.memory_columns import relaxing_branches, stops
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.classes.columns import ElementBases
 from carrierflex.diagnosis.element.classes.laws import yields
-from carrierflex.diagnosis.element.classes.memory_columns import relaxing_branches, stops
 from carrierflex.diagnosis.element.classes.motion import ForceRecord
 from carrierflex.diagnosis.element.classes.weighting import NoiseWeight
 

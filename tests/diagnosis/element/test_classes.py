@@ -8,12 +8,12 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 
-from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
-from carrierflex.diagnosis.element.classes.memory_columns import (
+from carrierflex.diagnosis.classes.memory_columns import (
     dahl_friction,
     relaxing_branches,
     stops,
 )
+from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
 from carrierflex.diagnosis.element.classes.motion import (
     fold_of,
     force_records,

@@ -56,13 +56,14 @@ def mounting_campaign(
     effects=(),
     extra=None,
     step=0.05,
+    seconds=130.0,
     seed=0,
 ):
     """Campaign of a truth with these values of the simulator beside its linear bushings."""
     rng = np.random.default_rng(seed)
     runs = []
     for number, condition in enumerate(conditions):
-        inputs = loads(condition, 10 * seed + number, step=step)
+        inputs = loads(condition, 10 * seed + number, step=step, seconds=seconds)
         signals = simulate(
             rig, parameter_array(rig, {**TRUE_LINEAR, **(values or {})}), inputs
         ).signals

@@ -1,19 +1,19 @@
-"""Which classes of a carrier the held-out conditions show: frame and pattern, then what it follows.
+"""Which classes the held-out blocks show, of shapes that come in several ways.
 
-Every shape (frame and pattern) may follow the loads in several ways, each a class. Sets of classes
-of different shapes grow by the one that leaves least, as long as that is a clear gain; then every
-member is replaced by the simplest way to follow the loads that the records cannot tell from it.
+A class is ``shape/way``: frame and pattern of a carrier and what it follows, a force of bushings
+and whether both have the same. Sets of classes of different shapes grow by the one that leaves
+least, as long as that is a clear gain; then every member is replaced by the simplest way that the
+records cannot tell from it.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
 
-from carrierflex.diagnosis.carrier.classes.catalogue import shape_of
 from carrierflex.diagnosis.classes.decision import Decision, is_nothing, state_of
 from carrierflex.diagnosis.classes.fits import block_squares, coefficients
-from carrierflex.diagnosis.classes.held_out import Classes, ClassScores
+from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import NOTHING
 from carrierflex.diagnosis.classes.shares import Shares
 
@@ -21,7 +21,27 @@ from carrierflex.diagnosis.classes.shares import Shares
 _MOST_CLASSES = 4
 
 
-def decide_by_shape(scores: ClassScores, shares: Shares, sizes: Mapping[str, int]) -> Decision:
+#: Whether a simpler result may stand for the best one.
+AsGood = Callable[[Shares, HeldOutSquares, HeldOutSquares], bool]
+
+
+def is_equal(shares: Shares, simpler: HeldOutSquares, best: HeldOutSquares) -> bool:
+    """Whether the records cannot tell a simpler result from the best."""
+    return shares.are_equal(simpler, best)
+
+
+def is_no_clear_gain(shares: Shares, simpler: HeldOutSquares, best: HeldOutSquares) -> bool:
+    """Whether the best result gains no more over a simpler one than a small second cause would."""
+    return not shares.is_clear_gain(best, simpler, shares.constants.second_cause)
+
+
+def decide_by_shape(
+    scores: ClassScores,
+    shares: Shares,
+    sizes: Mapping[str, int],
+    *,
+    as_good: AsGood = is_equal,
+) -> Decision:
     """Name the classes that the held-out blocks show.
 
     Parameters
@@ -32,6 +52,8 @@ def decide_by_shape(scores: ClassScores, shares: Shares, sizes: Mapping[str, int
         Gap, floor and scatter.
     sizes : mapping of str to int
         Columns of each class.
+    as_good : callable
+        Which simpler way of a shape takes the place of its best.
 
     Returns
     -------
@@ -46,10 +68,21 @@ def decide_by_shape(scores: ClassScores, shares: Shares, sizes: Mapping[str, int
     if is_nothing(scores, shares, results):
         return Decision(NOTHING, (), (), scores.of(()), best_pair)
     answer = _grown(scores, shares, _best(scores, singles), best_pair, first)
-    answer = _needed(scores, shares, _simplest(scores, shares, answer, sizes), sizes)
+    answer = simplest(scores, shares, answer, sizes, as_good)
+    answer = _needed(scores, shares, answer, sizes, as_good)
     held = scores.of(answer)
-    ties = _ties(scores, shares, answer, sizes)
+    ties = ties_of(scores, shares, answer, sizes)
     return Decision(state_of(shares, held), answer, ties, held, best_pair)
+
+
+def shape_of(class_name: str) -> str:
+    """Shape of a class: all of its id but the last part."""
+    return class_name.rsplit("/", 1)[0]
+
+
+def way_of(class_name: str) -> str:
+    """Way of a class: the last part of its id."""
+    return class_name.rsplit("/", 1)[1]
 
 
 def best_of_shapes(scores: ClassScores, names: Iterable[str]) -> list[str]:
@@ -95,8 +128,12 @@ def _fits_all(scores: ClassScores, shares: Shares, answer: Classes) -> bool:
     return bool(left <= shares.constants.nothing_ratio * shares.floor.sum())
 
 
-def _simplest(
-    scores: ClassScores, shares: Shares, answer: Classes, sizes: Mapping[str, int]
+def simplest(
+    scores: ClassScores,
+    shares: Shares,
+    answer: Classes,
+    sizes: Mapping[str, int],
+    as_good: AsGood,
 ) -> Classes:
     """Answer whose members follow the loads in the simplest way that leaves as much."""
     for own in answer:
@@ -104,26 +141,30 @@ def _simplest(
         ways = [name for name in sizes if shape_of(name) == shape_of(own)]
         sets = [tuple(sorted((*others, way))) for way in sorted(ways, key=lambda n: sizes[n])]
         best = scores.of(_best(scores, sets))
-        answer = next(own for own in sets if shares.are_equal(scores.of(own), best))
+        answer = next(own for own in sets if as_good(shares, scores.of(own), best))
     return answer
 
 
 def _needed(
-    scores: ClassScores, shares: Shares, answer: Classes, sizes: Mapping[str, int]
+    scores: ClassScores,
+    shares: Shares,
+    answer: Classes,
+    sizes: Mapping[str, int],
+    as_good: AsGood,
 ) -> Classes:
     """Answer without members that pay no more once the others follow the loads as they do best."""
     for own in answer:
         others = tuple(name for name in answer if name != own)
         if not others:
             return answer
-        rest = _simplest(scores, shares, others, sizes)
+        rest = simplest(scores, shares, others, sizes, as_good)
         least = shares.constants.second_cause
         if not shares.is_clear_gain(scores.of(answer), scores.of(rest), least):
-            return _needed(scores, shares, rest, sizes)
+            return _needed(scores, shares, rest, sizes, as_good)
     return answer
 
 
-def _ties(
+def ties_of(
     scores: ClassScores, shares: Shares, answer: Classes, sizes: Mapping[str, int]
 ) -> tuple[Classes, ...]:
     """Sets with one member of another shape that leave as much with no more columns.

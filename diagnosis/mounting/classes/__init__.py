@@ -1,0 +1,1 @@
+"""Classes of missing effect of a mounting: bushings, housing, loads, sensors, clock."""

@@ -1,0 +1,158 @@
+"""Class of the missing effect of a mounting: table, decision, ties of linear maps."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from carrierflex.diagnosis.classes.answer import answer_of
+from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.classes.decision import Decision
+from carrierflex.diagnosis.classes.held_out import Classes, ClassScores
+from carrierflex.diagnosis.classes.results import NOTHING, ClassAnswer
+from carrierflex.diagnosis.classes.shape_decision import (
+    best_of_shapes,
+    decide_by_shape,
+    is_no_clear_gain,
+    shape_of,
+    simplest,
+    ties_of,
+    way_of,
+)
+from carrierflex.diagnosis.classes.shares import Shares
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.mounting.classes.catalogue import EACH, FULL, LINEAR_MAPS
+from carrierflex.diagnosis.mounting.classes.rigid_body import N_FREE
+from carrierflex.diagnosis.mounting.classes.table import MountingTable, mounting_table
+from carrierflex.diagnosis.mounting.model import MountingModel
+from carrierflex.diagnosis.mounting.records import MountingRecord
+
+#: Share of the floor that is added to what a class leaves: errors of the sensors' gains, which
+#: every rig has, leave up to a third of the floor's amplitude, and a map of many columns learns
+#: them.
+_FLOOR_ERROR = 0.15
+#: Loads in words, and the share of the largest load's motion below which one is absent.
+_LOADS = ("a torque", "a sideways load", "a vertical load")
+_ABSENT = 0.1
+#: Share of the lowest frequency at which inertia takes a quarter of a load.
+_QUICK = 0.5
+
+
+def mounting_class_answer(
+    model: MountingModel, records: Sequence[MountingRecord], linear: FloatArray
+) -> ClassAnswer | None:
+    """Class of the missing effect.
+
+    Parameters
+    ----------
+    model : MountingModel
+        Baseline and library.
+    records : sequence of MountingRecord
+        Runs.
+    linear : ndarray, shape (2,)
+        K1 and C1 of the linear bushings that fit the records best.
+
+    Returns
+    -------
+    ClassAnswer or None
+        None where the records are too short or do not show the motion.
+    """
+    own = mounting_table(model, records, linear, ClassConstants(floor_error=_FLOOR_ERROR))
+    return None if own is None else answer_of_table(own)
+
+
+def answer_of_table(own: MountingTable) -> ClassAnswer:
+    """Answer by class of a table."""
+    scores = own.scores
+    shares = Shares(scores.of(()).squares, own.table.floor, scores.constants)
+    decision = decide_by_shape(scores, shares, own.sizes, as_good=is_no_clear_gain)
+    decision = _sparsest(scores, shares, decision, own.sizes)
+    taken = {shape_of(name) for name in decision.classes}
+    rivals = [name for name in best_of_shapes(scores, own.sizes) if shape_of(name) not in taken]
+    answer = answer_of(
+        scores,
+        shares,
+        decision,
+        rivals,
+        shape_of=lambda scores, name, held, law: None,
+        note=_separating_load(own, decision),
+    )
+    return replace(answer, same_scores=True)
+
+
+def _separating_load(own: MountingTable, decision: Decision) -> str:
+    """Load that parts tied linear maps; empty where none are tied.
+
+    A load in a direction that did not act tells a map of loads from stiffness; a load quick enough
+    for the inertia of the housing tells stiffness from gains.
+    """
+    tied = {shape_of(name) for names in decision.ties for name in names} & set(LINEAR_MAPS)
+    if not tied or not {shape_of(name) for name in decision.classes} & set(LINEAR_MAPS):
+        return ""
+    body = own.body
+    stiffness = np.diag(body.K)[:N_FREE]
+    static = body.free_output @ (body.G[:N_FREE] / stiffness[:, None])
+    moved = np.zeros(len(_LOADS))
+    for motion in own.motions:
+        loads = motion.loads - motion.loads[0]
+        moved += np.square(loads).mean(axis=0) * np.square(static).sum(axis=0)
+    parts = zip(_LOADS, moved, strict=True)
+    absent = [words for words, part in parts if part < _ABSENT**2 * moved.max()]
+    lowest = float(np.sqrt(np.min(stiffness / np.diag(body.M)[:N_FREE])) / (2.0 * np.pi))
+    load = (
+        f"{absent[0]} beside the others"
+        if absent
+        else f"a sine of torque and radial load at {_QUICK * lowest:.1f} Hz, where the housing's "
+        "inertia takes a quarter of the load,"
+    )
+    return f"slow loads leave the same signals of these linear maps; {load} parts them"
+
+
+def _sparsest(
+    scores: ClassScores, shares: Shares, decision: Decision, sizes: Mapping[str, int]
+) -> Decision:
+    """Decision whose members are the classes of fewest columns among those that leave as much.
+
+    A stiffness, a map of the loads and gains of the sensors leave the same signals under slow
+    loads: the one that needs one column is the cause, not the one that needs twenty. Full maps that
+    leave as much as one another stay tied.
+    """
+    if decision.state == NOTHING:
+        return decision
+    answer, held = decision.classes, decision.held
+    for member in decision.classes:
+        others = tuple(name for name in answer if name != member)
+        taken = {shape_of(name) for name in others}
+        rivals = [
+            name
+            for name in sorted(sizes, key=lambda name: sizes[name])
+            if sizes[name] < sizes[member] and shape_of(name) not in taken
+        ]
+        for name in rivals:
+            rival = tuple(sorted((*others, name)))
+            if shares.are_equal(scores.of(rival), held):
+                answer = simplest(scores, shares, rival, sizes, is_no_clear_gain)
+                break
+    ties = [*ties_of(scores, shares, answer, sizes), *_tied_maps(scores, shares, answer, sizes)]
+    kept = tuple(dict.fromkeys(tie for tie in ties if tie != answer))
+    return replace(decision, classes=answer, held=scores.of(answer), ties=kept)
+
+
+def _tied_maps(
+    scores: ClassScores, shares: Shares, answer: Classes, sizes: Mapping[str, int]
+) -> list[Classes]:
+    """Other full maps that leave as much as one in the answer."""
+    held = scores.of(answer)
+    taken = {shape_of(name) for name in answer}
+    found = []
+    for member in answer:
+        if shape_of(member) not in LINEAR_MAPS or sizes[member] == 1:
+            continue
+        others = tuple(name for name in answer if name != member)
+        for name in sizes:
+            is_map = shape_of(name) in LINEAR_MAPS and way_of(name) in (FULL, EACH)
+            if is_map and shape_of(name) not in taken:
+                rival = tuple(sorted((*others, name)))
+                if shares.are_equal(scores.of(rival), held):
+                    found.append(rival)
+    return found

@@ -1,0 +1,106 @@
+"""Classes of a mounting: bushings, housing, loads, sensors, clock."""
+
+import numpy as np
+import pytest
+
+from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
+from carrierflex.diagnosis.classes.shape_decision import shape_of
+from carrierflex.diagnosis.mounting.classes.catalogue import LINEAR_MAPS, SHAPE_OF_LAW
+from carrierflex.diagnosis.mounting.classes.maps import held_forces
+from carrierflex.diagnosis.mounting.classes.motion import bushing_motions
+from carrierflex.diagnosis.mounting.classes.rigid_body import N_FREE, rigid_body
+from carrierflex.diagnosis.mounting.problem import mounting_problem
+from carrierflex.simulation.mounting.rig import MountingRig
+from tests.diagnosis.mounting.mounting_campaigns import NOISE, RIG, TRUE_LINEAR, mounting_campaign
+from tests.diagnosis.mounting.test_problem import TRUTH
+
+SECONDS = 70.0
+#: Twins of the default suite: one of every kind of column; the others are long.
+QUICK = (
+    "cubic_stiffness",
+    "elasto_plastic_friction",
+    "fluid_branch",
+    "main_bearing_compliance",
+    "sensor_delay",
+)
+
+
+def answer_to(values=None, **options):
+    """Answer by class to a twin with these values of the simulator."""
+    campaign = mounting_campaign(values, **{"seconds": SECONDS, **options})
+    return mounting_problem(campaign).class_answer()
+
+
+def check_twin(effect):
+    """The class of the law is named, and the law cannot be told from it."""
+    found = answer_to(TRUTH[effect][0])
+    assert found.state == NAMED_CLASS
+    assert [shape_of(name) for name in found.ids] == [SHAPE_OF_LAW[effect]], found.ids
+    assert found.ties == ()
+    assert found.classes[0].law == effect
+    assert found.share > 0.97
+
+
+@pytest.mark.parametrize("effect", QUICK)
+def test_class_of_a_law_is_found_without_its_form(effect):
+    check_twin(effect)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("effect", [name for name in TRUTH if name not in QUICK])
+def test_class_of_every_other_law_is_found_without_its_form(effect):
+    check_twin(effect)
+
+
+def test_nothing_missing_names_no_class():
+    found = answer_to()
+    assert found.state == NOTHING
+    assert found.ids == ()
+
+
+def test_gains_that_slow_torque_alone_does_not_part_are_a_tie_of_linear_maps():
+    def off(inputs):
+        """Two sensors off in proportion to the torque."""
+        signal = np.zeros((inputs.time.size, 6))
+        signal[:, 2] = 4e-10 * inputs.torque
+        signal[:, 4] = -6e-10 * inputs.torque
+        return signal
+
+    conditions = tuple((torque, 0.0, 0.0) for torque in (3.0e5, 1.5e5, 2.2e5, 3.5e5))
+    found = answer_to(extra=off, conditions=conditions)
+    tied = {shape_of(name) for names in (found.ids, *found.ties) for name in names}
+    assert len(tied & set(LINEAR_MAPS)) > 1
+    assert "load beside the others parts them" in found.note
+
+
+def test_reaction_of_the_bearing_is_the_load_that_the_bushings_do_not_bear():
+    problem = mounting_problem(mounting_campaign(noise=0.0, seconds=40.0))
+    body = rigid_body(RIG, problem.model.sensors, TRUE_LINEAR["K1"], TRUE_LINEAR["C1"])
+    theta = np.array([TRUE_LINEAR["K1"], TRUE_LINEAR["C1"]])
+    predicted = [problem.model.predicted(record, (), theta, {}) for record in problem.records]
+    own = bushing_motions(body, problem.records, predicted)[1]
+    bushings = -np.sum(TRUE_LINEAR["K1"] * own.u[:, 1] + TRUE_LINEAR["C1"] * own.v[:, 1], axis=0)
+    acceleration = np.gradient(own.rate, own.step, axis=1)
+    inertia = (body.M[N_FREE:, :N_FREE] @ acceleration)[0]
+    load = own.loads[:, 2]
+    reaction = held_forces(body, own)[0]
+    np.testing.assert_allclose(reaction, load + bushings - inertia, atol=1e-6 * np.abs(load).max())
+
+
+def test_response_of_the_housing_is_that_of_the_simulator():
+    rig = MountingRig()
+    problem = mounting_problem(mounting_campaign(noise=0.0, seconds=40.0))
+    body = rigid_body(rig, problem.model.sensors, TRUE_LINEAR["K1"], TRUE_LINEAR["C1"])
+    record = problem.records[2]
+    p = body.G[:N_FREE] @ record.inputs.loads.T
+    signals = body.free_output @ body.response(p, record.step)
+    signals -= signals[:, : record.zeroing_samples].mean(axis=1, keepdims=True)
+    np.testing.assert_allclose(signals.T, record.measured, atol=1e-3 * NOISE)
+
+
+def test_channels_that_do_not_show_the_motion_have_no_class():
+    campaign = mounting_campaign(seconds=40.0)
+    problem = mounting_problem(campaign)
+    body = rigid_body(RIG, ("ssz", "spz"), TRUE_LINEAR["K1"], TRUE_LINEAR["C1"])
+    assert not body.shows_motion
+    assert problem.class_answer() is not None
