@@ -21,7 +21,12 @@ from carrierflex.diagnosis.classes.shape_decision import (
 )
 from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.mounting.classes.catalogue import EACH, FULL, LINEAR_MAPS
+from carrierflex.diagnosis.mounting.classes.catalogue import (
+    EACH,
+    FULL,
+    LINEAR_MAPS,
+    own_class_first,
+)
 from carrierflex.diagnosis.mounting.classes.rigid_body import N_FREE
 from carrierflex.diagnosis.mounting.classes.table import MountingTable, mounting_table
 from carrierflex.diagnosis.mounting.model import MountingModel
@@ -77,7 +82,8 @@ def answer_of_table(own: MountingTable) -> ClassAnswer:
         shape_of=lambda scores, name, held, law: None,
         note=_separating_load(own, decision),
     )
-    return replace(answer, same_scores=True)
+    ordered = {law: own_class_first(law, own) for law, own in answer.classes_of_law.items()}
+    return replace(answer, classes_of_law=ordered, same_scores=True)
 
 
 def _separating_load(own: MountingTable, decision: Decision) -> str:
@@ -105,7 +111,10 @@ def _separating_load(own: MountingTable, decision: Decision) -> str:
         else f"a sine of torque and radial load at {_QUICK * lowest:.1f} Hz, where the housing's "
         "inertia takes a quarter of the load,"
     )
-    return f"slow loads leave the same signals of these linear maps; {load} parts them"
+    return (
+        "slow loads leave the same signals of a stiffness, a map of the loads and gains of the "
+        f"sensors; {load} parts them"
+    )
 
 
 def _sparsest(
@@ -134,6 +143,11 @@ def _sparsest(
                 answer = simplest(scores, shares, rival, sizes, is_no_clear_gain)
                 break
     ties = [*ties_of(scores, shares, answer, sizes), *_tied_maps(scores, shares, answer, sizes)]
+    lost = {shape_of(name) for name in decision.classes} - {shape_of(name) for name in answer}
+    if lost - set(LINEAR_MAPS):
+        # A force of the bushings that leaves as much is another cause, not the same map in more
+        # columns.
+        ties.append(decision.classes)
     kept = tuple(dict.fromkeys(tie for tie in ties if tie != answer))
     return replace(decision, classes=answer, held=scores.of(answer), ties=kept)
 
