@@ -15,9 +15,8 @@ abstained, silent
     No class: the diagnosis says that something is missing that it cannot name, or that nothing is
     to be seen. An error is its own outcome.
 
-Kind carrier compares frame and pattern, kind mounting place and kind of a cause; what a class
-follows is judged apart. A class of an error that the sensors really have may stand beside the
-truth's.
+Kind carrier compares frame and pattern; what a class follows is judged apart. A class of an error
+that the sensors really have may stand beside the truth's.
 
 A named law is false where none of its classes is the truth's or in its alias table.
 """
@@ -177,7 +176,7 @@ def _outcome(
 
 
 def _compared(ids: Sequence[str], label: Label) -> tuple[str, ...]:
-    """What is compared of a set of classes: all of an element, else all but the last part.
+    """What is compared of a set of classes: frame and pattern of a carrier, else all of each.
 
     Classes of errors that the sensors have besides are left out.
     """

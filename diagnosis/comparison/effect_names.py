@@ -33,16 +33,6 @@ _SHAPES = {
     "channel/zero": "zero of a sensor",
     "channel/angle": "place of a sensor",
     "clock/delay": "delay of all sensors",
-    "bushings/restoring_force": "restoring force of the bushings",
-    "bushings/dissipation": "dissipation of the bushings",
-    "bushings/hysteresis": "hysteresis of the bushings",
-    "bushings/memory": "memory of the bushings",
-    "bushings/coupled_damping": "damping of the bushings that follows their deflection",
-    "bushings/time_variation": "stiffness of the bushings that changes with time",
-    "housing/stiffness": "stiffness map",
-    "loads/map": "map of the loads",
-    "sensors/gain": "gain of the sensors",
-    "sensors/zero": "zero of the sensors",
 }
 #: Words of what such a class follows.
 _FOLLOWS = {
@@ -51,26 +41,25 @@ _FOLLOWS = {
     "torque": "following torque",
     "radial_load": "following radial load",
     "undetermined": "following what these records do not tell",
-    "same": "the same in both",
-    "each": "one each",
-    "full": "of no sparse form",
-    "axial": "along the axis",
-    "main_bearing": "of the main bearing",
-    "unequal": "one bushing stiffer than the other",
-    "torque_from_load": "torque from the radial load",
-    "direction": "direction of the radial load",
-    "gain": "size of the radial load",
-    "all": "against all loads",
 }
-#: Classes whose last part is the name of a channel, or a way that is no load.
-_OF_CHANNELS = ("sensors/gain", "sensors/zero")
+#: Words of forces in both bushings, and of maps between loads and signals.
+_OF_MOUNTING = {
+    "bushings/restoring_force": "restoring force of the bushings",
+    "bushings/dissipation": "dissipation of the bushings",
+    "bushings/hysteresis": "hysteresis of the bushings",
+    "bushings/memory": "memory of the bushings",
+    "bushings/coupled_damping": "damping of the bushings that follows their deflection",
+    "stiffness_map": "linear stiffness beyond the bushings",
+    "input_map": "map of the loads",
+    "sensor_map": "gain, zero or delay of the sensors",
+}
 
 
 def plain_name(effect: str) -> str:
     """Effect id, or id of a class, in words: ``cubic stiffness``, ``tilt of the housing``."""
+    if effect in _OF_MOUNTING:
+        return _OF_MOUNTING[effect]
     shape, _, follows = effect.rpartition("/")
-    if shape in _OF_CHANNELS and follows not in _FOLLOWS:
-        return f"{_SHAPES[shape]}, {follows}"
     if shape in _SHAPES:
         return f"{_SHAPES[shape]}, {_follows_words(follows)}"
     frame, _, line = effect.partition("/")

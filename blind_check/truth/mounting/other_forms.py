@@ -1,7 +1,6 @@
 """Causes of the mounting in forms that no law of a diagnosis has, with their classes.
 
-A class is ``place/kind``; what a map or a force is beyond that (one bushing, one sensor) is not
-judged.
+Which bushing, which sensor, or what of a map it is, is not judged.
 """
 
 from collections.abc import Callable, Mapping
@@ -50,6 +49,15 @@ _COUPLED, _CHANGE_IN_TIME = "bushings/coupled_damping", "bushings/time_variation
 _STIFFNESS, _LOADS, _GAIN = "housing/stiffness", "loads/map", "sensors/gain"
 _ZERO, _DELAY = "sensors/zero", "clock/delay"
 
+#: Class ids of the contract of what has another name there.
+_IDS = {
+    _CHANGE_IN_TIME: "time_variation",
+    _STIFFNESS: "stiffness_map",
+    _LOADS: "input_map",
+    _GAIN: "sensor_map",
+    _ZERO: "sensor_map",
+    _DELAY: "sensor_map",
+}
 #: Classes of the library's laws, from their equations.
 CLASSES_OF_LAW: Mapping[str, tuple[str, ...]] = {
     "cubic_stiffness": (_FORCE,),
@@ -57,17 +65,17 @@ CLASSES_OF_LAW: Mapping[str, tuple[str, ...]] = {
     "deflection_dependent_damping": (_COUPLED,),
     "fluid_branch": (_MEMORY,),
     "elasto_plastic_friction": (_HYSTERESIS,),
-    "parasitic_torque": (_LOADS,),
-    "ntl_direction": (_LOADS,),
-    "axial_bushing_stiffness": (_STIFFNESS,),
-    "main_bearing_compliance": (_STIFFNESS,),
-    "unequal_bushings": (_STIFFNESS,),
-    "sensor_gain": (_GAIN,),
-    "sensor_zero": (_ZERO,),
-    "sensor_delay": (_DELAY,),
+    "parasitic_torque": (_IDS[_LOADS],),
+    "ntl_direction": (_IDS[_LOADS],),
+    "axial_bushing_stiffness": (_IDS[_STIFFNESS],),
+    "main_bearing_compliance": (_IDS[_STIFFNESS],),
+    "unequal_bushings": (_IDS[_STIFFNESS],),
+    "sensor_gain": (_IDS[_GAIN],),
+    "sensor_zero": (_IDS[_ZERO],),
+    "sensor_delay": (_IDS[_DELAY],),
 }
 #: Static matrices between three loads and six signals: slow loads leave the same signals of each.
-_MAPS = (_STIFFNESS, _LOADS, _GAIN)
+_MAPS = tuple(_IDS[name] for name in (_STIFFNESS, _LOADS, _GAIN))
 
 _Change = Callable[[MountingState, np.random.Generator, FloatArray], tuple[MountingState, float]]
 
@@ -79,7 +87,7 @@ class MountingForm:
     Parameters
     ----------
     shape : str
-        Class.
+        What it is; pairs are of two of these.
     change : callable
         State with the cause from state, random numbers and size of the motion, and its change of
         form.
@@ -87,6 +95,11 @@ class MountingForm:
 
     shape: str
     change: _Change
+
+    @property
+    def class_id(self) -> str:
+        """Class of the contract."""
+        return _IDS.get(self.shape, self.shape)
 
 
 def form_aliases(classes: tuple[str, ...]) -> tuple[tuple[str, ...], ...]:

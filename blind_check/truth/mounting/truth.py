@@ -127,12 +127,12 @@ def _other_masses(rig: Bodies, rng: np.random.Generator) -> Bodies:
 
 def _form_label(plan: CasePlan, label: Label, changes: Sequence[float], *, drive: str) -> Label:
     """Label of a case that is judged by class: the classes of its causes."""
-    classes = tuple(sorted({MOUNTING_FORMS[name].shape for name in plan.effects}))
-    is_gain = "sensors/gain" in classes
+    classes = tuple(sorted({MOUNTING_FORMS[name].class_id for name in plan.effects}))
+    is_sensor = "sensor_map" in classes
     return replace(
         label,
         family=FORM if plan.effects else NOTHING,
-        present=() if is_gain else label.present,
+        present=() if is_sensor else label.present,
         classes=classes,
         class_aliases=form_aliases(classes),
         drive=drive,

@@ -25,8 +25,8 @@ from carrierflex.diagnosis.mounting.classes.catalogue import (
     EACH,
     FULL,
     LINEAR_MAPS,
-    own_class_first,
 )
+from carrierflex.diagnosis.mounting.classes.contract_ids import in_contract_ids
 from carrierflex.diagnosis.mounting.classes.rigid_body import N_FREE
 from carrierflex.diagnosis.mounting.classes.table import MountingTable, mounting_table
 from carrierflex.diagnosis.mounting.model import MountingModel
@@ -82,8 +82,7 @@ def answer_of_table(own: MountingTable) -> ClassAnswer:
         shape_of=lambda scores, name, held, law: None,
         note=_separating_load(own, decision),
     )
-    ordered = {law: own_class_first(law, own) for law, own in answer.classes_of_law.items()}
-    return replace(answer, classes_of_law=ordered, same_scores=True)
+    return in_contract_ids(replace(answer, same_scores=True))
 
 
 def _separating_load(own: MountingTable, decision: Decision) -> str:

@@ -4,7 +4,7 @@ A class is ``place/kind/way``. A force of the bushings is the same in both or on
 stiffness, loads and sensors have sparse ways, which are the effects of a rig, and a full one.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 FORCE = "bushings/restoring_force"
 DISSIPATION = "bushings/dissipation"
@@ -51,16 +51,6 @@ SHAPE_OF_LAW: Mapping[str, str] = {
     "sensor_zero": ZERO,
     "sensor_delay": DELAY,
 }
-#: Way of a law where its shape has several sparse ones.
-WAY_OF_LAW: Mapping[str, str] = {
-    "parasitic_torque": "torque_from_load",
-    "ntl_direction": "direction",
-    "axial_bushing_stiffness": "axial",
-    "main_bearing_compliance": "main_bearing",
-    "unequal_bushings": "unequal",
-    "sensor_gain": EACH,
-    "sensor_zero": EACH,
-}
 #: Shapes that hold a user's law: a force of deflection and speed in both bushings.
 SHAPES_OF_USER = (FORCE, DISSIPATION, COUPLED)
 
@@ -92,9 +82,3 @@ def class_groups(
         found[f"{shape}/{EACH}"] = tuple(f"{shape}:{channel}" for channel in channels)
     held = {SHAPE_OF_LAW[law] for law in contained if SHAPE_OF_LAW.get(law) in (ZERO, DELAY)}
     return {name: own for name, own in found.items() if name.rpartition("/")[0] not in held}
-
-
-def own_class_first(law: str, classes: Sequence[str]) -> tuple[str, ...]:
-    """Classes that hold a law, that of its own way first."""
-    own = WAY_OF_LAW.get(law, "")
-    return tuple(sorted(classes, key=lambda name: not name.endswith(f"/{own}")))
