@@ -4,7 +4,7 @@ A class is ``place/kind/way``. A force of the bushings is the same in both or on
 stiffness, loads and sensors have sparse ways, which are the effects of a rig, and a full one.
 """
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping, Sequence
 
 FORCE = "bushings/restoring_force"
 DISSIPATION = "bushings/dissipation"
@@ -56,16 +56,18 @@ SHAPES_OF_USER = (FORCE, DISSIPATION, COUPLED)
 
 
 def class_groups(
-    channels: tuple[str, ...], contained: tuple[str, ...]
+    channels: Sequence[str], contained: Sequence[str], known: Container[str]
 ) -> dict[str, tuple[str, ...]]:
     """Groups of columns of every class, the simplest way of a shape first.
 
     Parameters
     ----------
-    channels : tuple of str
+    channels : sequence of str
         Names of the channels.
-    contained : tuple of str
+    contained : sequence of str
         Effects of the baseline: what a map of them holds already is no class.
+    known : container of str
+        Groups that these records have.
     """
     found: dict[str, tuple[str, ...]] = {}
     for shape, groups in FORCE_GROUPS.items():
@@ -75,10 +77,13 @@ def class_groups(
         )
     for shape, ways in ((STIFFNESS, STIFFNESS_WAYS), (LOADS, LOAD_WAYS), (DELAY, DELAY_WAYS)):
         for way in ways:
-            found[f"{shape}/{way}"] = (f"{shape}:{way}",)
+            if f"{shape}:{way}" in known:
+                found[f"{shape}/{way}"] = (f"{shape}:{way}",)
     for shape in (GAIN, ZERO):
-        for channel in channels:
+        own = [channel for channel in channels if f"{shape}:{channel}" in known]
+        for channel in own:
             found[f"{shape}/{channel}"] = (f"{shape}:{channel}",)
-        found[f"{shape}/{EACH}"] = tuple(f"{shape}:{channel}" for channel in channels)
+        if own:
+            found[f"{shape}/{EACH}"] = tuple(f"{shape}:{channel}" for channel in own)
     held = {SHAPE_OF_LAW[law] for law in contained if SHAPE_OF_LAW.get(law) in (ZERO, DELAY)}
     return {name: own for name, own in found.items() if name.rpartition("/")[0] not in held}

@@ -15,6 +15,8 @@ from carrierflex.diagnosis.mounting.classes.rigid_body import N_FREE, RigidBody
 
 #: Delays among which the one that fits is sought [s], both signs.
 DELAYS = np.geomspace(0.004, 0.3, 14)
+#: Motion of a channel over what is missing in it from which a gain may be the reason.
+_LEAST_MOVED = 1.5
 #: Share of the motion that the smaller of torque and radial load must make.
 _LEAST_PART = 0.1
 _LOADS = {"all": (0, 1, 2), "torque": (0,), "radial_load": (1, 2)}
@@ -177,10 +179,26 @@ def delay_column(body: RigidBody, own: BushingMotion, way: str, delay: float) ->
 
 
 def gain_column(own: BushingMotion, channel: int) -> FloatArray:
-    """One channel's own signal, shape (1, n_channels, n)."""
+    """One channel's own signal, shape (1, n_channels, n).
+
+    As measured: of what the baseline predicts, gains of all channels at minus one would leave the
+    measured motion, which free stiffness returns whatever moves it.
+    """
     found = np.zeros((1, *own.signals.shape))
     found[0, channel] = own.signals[channel]
     return found
+
+
+def gain_channels(motions: Sequence[BushingMotion]) -> list[int]:
+    """Channels whose gain may be wrong: the baseline moves them, and more than they are off.
+
+    A channel that the baseline leaves at rest would explain itself.
+    """
+    squares = [
+        np.sum([np.sum(np.square(values(own)), axis=1) for own in motions], axis=0)
+        for values in (lambda own: own.zeroed(own.predicted), lambda own: np.nan_to_num(own.gap))
+    ]
+    return np.flatnonzero(squares[0] > _LEAST_MOVED**2 * squares[1]).tolist()
 
 
 def zero_column(own: BushingMotion, channel: int) -> FloatArray:

@@ -38,8 +38,8 @@ class BushingMotion:
         Torque, ntl_y, ntl_z, evenly sampled.
     gap : ndarray, shape (n_channels, n)
         Measured less baseline; NaN where nothing was measured.
-    signals : ndarray, shape (n_channels, n)
-        Nearest signals.
+    predicted, signals : ndarray, shape (n_channels, n)
+        Signals of the linear bushings, and the nearest ones to what was measured.
     q, rate : ndarray, shape (3, n)
         Free coordinates from the loaded rest, and their rates.
     u, v : ndarray, shape (2, 2, n)
@@ -52,6 +52,7 @@ class BushingMotion:
     step: float
     loads: FloatArray
     gap: FloatArray
+    predicted: FloatArray
     signals: FloatArray
     q: FloatArray
     rate: FloatArray
@@ -99,13 +100,18 @@ def bushing_motions(
             noise = float(np.mean([other.noise[channel] for other in records]))
             near[channel] = _nearest(own, number, noise)
         base = _on_grid(record, predicted[number])
-        found.append(_motion(body, record, gaps[number], base + near))
+        found.append(_motion(body, record, gaps[number], base, near))
     return tuple(found)
 
 
 def _motion(
-    body: RigidBody, record: MountingRecord, gap: FloatArray, signals: FloatArray
+    body: RigidBody,
+    record: MountingRecord,
+    gap: FloatArray,
+    predicted: FloatArray,
+    near: FloatArray,
 ) -> BushingMotion:
+    signals = predicted + near
     step = record.inputs.step
     loads = record.inputs.loads
     zeroing = record.zeroing_samples
@@ -113,7 +119,7 @@ def _motion(
     q = body.to_free @ signals + (rest / np.diag(body.K)[:N_FREE])[:, None]
     rate = np.gradient(q, step, axis=1)
     u, v = (np.einsum("bdq,qn->bdn", body.rows[:, :, :N_FREE], own) for own in (q, rate))
-    return BushingMotion(record, step, loads, gap, signals, q, rate, u, v, zeroing)
+    return BushingMotion(record, step, loads, gap, predicted, signals, q, rate, u, v, zeroing)
 
 
 def _on_grid(record: MountingRecord, values: FloatArray) -> FloatArray:

@@ -12,25 +12,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, IntArray, LawColumns
+from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray
 from carrierflex.diagnosis.classes.held_out import ClassScores
-from carrierflex.diagnosis.classes.shape_decision import shape_of
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS
+from carrierflex.diagnosis.mounting.classes.assembly import Layout, assembled, class_sizes
 from carrierflex.diagnosis.mounting.classes.catalogue import (
     DELAY,
     DELAY_WAYS,
-    EACH,
-    FORCE_GROUPS,
     FULL,
     GAIN,
     LOAD_WAYS,
     LOADS,
-    SHAPE_OF_LAW,
-    SHAPES_OF_USER,
     STIFFNESS,
     ZERO,
-    class_groups,
 )
 from carrierflex.diagnosis.mounting.classes.forces import (
     BushingSize,
@@ -45,6 +40,7 @@ from carrierflex.diagnosis.mounting.classes.maps import (
     bearing_column,
     delay_column,
     full_stiffness,
+    gain_channels,
     gain_column,
     load_columns,
     signals_of,
@@ -95,19 +91,35 @@ class MountingTable:
 
 
 @dataclass(frozen=True, eq=False)
-class _Layout:
-    """Rows of the table: target and baseline, groups, laws.
+class _Columns:
+    """What the columns of every run are.
 
     Parameters
     ----------
-    groups : mapping of str to tuple
-        Place, penalty and sign of each group.
-    laws : mapping of str to tuple of ndarray
-        Places of the columns of each shape of a law.
+    model : MountingModel
+        Baseline and library.
+    body : RigidBody
+        Housing on the fitted linear bushings.
+    size : BushingSize
+        Sizes and splines.
+    groups : sequence of ForceGroup
+        Forces of the bushings.
+    delays : mapping of str to float
+        Delay of every way.
+    load_ways, laws : sequence of str
+        Ways of the map of the loads, laws of the library.
+    with_gain : sequence of int
+        Channels whose gain may be wrong.
     """
 
-    groups: dict[str, tuple[slice, FloatArray, bool]]
-    laws: dict[str, tuple[IntArray, ...]]
+    model: MountingModel
+    body: RigidBody
+    size: BushingSize
+    groups: Sequence[ForceGroup]
+    delays: Mapping[str, float]
+    load_ways: Sequence[str]
+    laws: Sequence[str]
+    with_gain: Sequence[int]
 
 
 def mounting_table(
@@ -144,17 +156,23 @@ def mounting_table(
     size = bushing_size(motions)
     if not size.deflection > 0.0:
         return None
-    groups = force_groups(size, motions)
     turn, weights = _channel_space(body, records, motions)
-    delays = {way: _nearest_delay(body, motions, way, weights) for way in DELAY_WAYS}
-    laws = [name for name in model.cards if name not in _CONTROLS]
     has_gain = tells_load_gain(body, motions)
-    load_ways = [way for way in LOAD_WAYS if has_gain or way != "gain"]
+    columns = _Columns(
+        model,
+        body,
+        size,
+        force_groups(size, motions),
+        {way: _nearest_delay(body, motions, way, weights) for way in DELAY_WAYS},
+        [way for way in LOAD_WAYS if has_gain or way != "gain"],
+        [name for name in model.cards if name not in _CONTROLS],
+        gain_channels(motions),
+    )
     limit = _visited(motions, constants.n_folds)
     grams, floors, folds = [], [], []
-    layout = None
+    layout = Layout({}, {})
     for number, own in enumerate(motions):
-        rows, layout = _rows(model, body, size, own, groups, delays, load_ways, laws)
+        rows, layout = _rows(columns, own)
         weighted = (turn * weights) @ rows
         counts = np.isfinite(own.gap).all(axis=0) & (np.abs(own.u).max(axis=(0, 1)) <= limit)
         block = _block_of_grid(own)
@@ -166,9 +184,12 @@ def mounting_table(
             grams.append(_products(weighted[:, :, chosen]))
             floors.append(noise * int(chosen.sum()))
             folds.append((b + number) % constants.n_folds)
-    assert layout is not None
-    table = _assembled(model, np.array(grams), np.array(floors), np.array(folds), layout)
-    return MountingTable(table, body, size, motions, ClassScores(table, constants), _sizes(table))
+    if len(grams) < constants.fewest_blocks:
+        return None
+    table = assembled(model, np.array(grams), np.array(floors), np.array(folds), layout)
+    return MountingTable(
+        table, body, size, motions, ClassScores(table, constants), class_sizes(table)
+    )
 
 
 def _block_of_grid(own: BushingMotion) -> IntArray:
@@ -250,21 +271,13 @@ def _base_rows(body: RigidBody, own: BushingMotion) -> FloatArray:
     return signals_of(body, own, body.on_coordinates(np.array([own.u, own.v])))
 
 
-def _rows(
-    model: MountingModel,
-    body: RigidBody,
-    size: BushingSize,
-    own: BushingMotion,
-    groups: Sequence[ForceGroup],
-    delays: Mapping[str, float],
-    load_ways: Sequence[str],
-    laws: Sequence[str],
-) -> tuple[FloatArray, _Layout]:
+def _rows(columns: _Columns, own: BushingMotion) -> tuple[FloatArray, Layout]:
     """Target, baseline, groups and laws along a run, shape (n_rows, n_channels, n)."""
+    model, body = columns.model, columns.body
     n_base = 0 if model.held else 2
     rows = [np.nan_to_num(own.gap)[None], _base_rows(body, own)[:n_base]]
     first = 1 + n_base
-    layout = _Layout({}, {})
+    layout = Layout({}, {})
 
     def put(name: str, values: FloatArray, penalty: FloatArray, *, positive: bool) -> None:
         nonlocal first
@@ -272,7 +285,7 @@ def _rows(
         layout.groups[name] = (slice(first, first + len(values)), penalty, positive)
         first += len(values)
 
-    for group in groups:
+    for group in columns.groups:
         forces = group.columns(own)
         straight = group.straight(own)
         same = _of_sides(body, own, forces)
@@ -280,10 +293,10 @@ def _rows(
         each = same if straight is None else _of_sides(body, own, forces - straight)
         for name, side in zip(("starboard", "port"), each, strict=True):
             put(f"{group.id}:{name}", side, group.penalty, positive=group.is_nonnegative)
-    for name, values in _map_columns(model, body, own, delays, load_ways).items():
+    for name, values in _map_columns(columns, own).items():
         put(name, values, np.eye(len(values)), positive=False)
-    for law in laws:
-        values = law_signals(body, model, size, own, law)
+    for law in columns.laws:
+        values = law_signals(body, model, columns.size, own, law)
         n_shapes, n_columns = values.shape[:2]
         rows.append(values.reshape(-1, *values.shape[2:]))
         places = first + np.arange(n_shapes * n_columns).reshape(n_shapes, n_columns)
@@ -302,118 +315,21 @@ def _of_sides(body: RigidBody, own: BushingMotion, forces: FloatArray) -> list[F
     return found
 
 
-def _map_columns(
-    model: MountingModel,
-    body: RigidBody,
-    own: BushingMotion,
-    delays: Mapping[str, float],
-    load_ways: Sequence[str],
-) -> dict[str, FloatArray]:
+def _map_columns(columns: _Columns, own: BushingMotion) -> dict[str, FloatArray]:
     """Columns of the maps by group."""
+    body = columns.body
     found = {
         f"{STIFFNESS}:axial": axial_column(body, own),
         f"{STIFFNESS}:main_bearing": bearing_column(body, own),
         f"{STIFFNESS}:unequal": unequal_column(body, own),
         f"{STIFFNESS}:{FULL}": full_stiffness(body, own),
     }
-    for way in load_ways:
+    for way in columns.load_ways:
         found[f"{LOADS}:{way}"] = load_columns(body, own, way)
-    for way, delay in delays.items():
+    for way, delay in columns.delays.items():
         found[f"{DELAY}:{way}"] = delay_column(body, own, way, delay)
-    for k, channel in enumerate(model.channels):
-        found[f"{GAIN}:{channel}"] = gain_column(own, k)
+    for k, channel in enumerate(columns.model.channels):
+        if k in columns.with_gain:
+            found[f"{GAIN}:{channel}"] = gain_column(own, k)
         found[f"{ZERO}:{channel}"] = zero_column(own, k)
     return found
-
-
-def _assembled(
-    model: MountingModel, gram: FloatArray, floor: FloatArray, folds: IntArray, layout: _Layout
-) -> GramTable:
-    """Table of unit energies, each group scaled as one; contained laws join the baseline."""
-    n_base = 0 if model.held else 2
-    gram, layout, n_base = _with_contained(model, gram, layout, n_base)
-    energy = np.diag(gram.sum(axis=0)).copy()
-    for name, (place, _, _) in layout.groups.items():
-        if not name.startswith((STIFFNESS, LOADS)):
-            energy[place] = energy[place].mean()
-    scale = 1.0 / np.sqrt(np.where(energy > 0.0, energy, 1.0))
-    groups = {
-        name: ColumnGroup(np.arange(place.start, place.stop), penalty, positive)
-        for name, (place, penalty, positive) in layout.groups.items()
-    }
-    classes = {
-        name: own
-        for name, own in class_groups(model.channels, model.contained).items()
-        if set(own) <= set(groups)
-    }
-    laws = {
-        name: tuple(
-            LawColumns(law, places, len(model.cards[law].parameters))
-            for law, places in layout.laws.items()
-            if law not in model.contained and shape_of(name) in shapes_of_law(law)
-        )
-        for name in classes
-    }
-    every = [*(group for own in FORCE_GROUPS.values() for group in own)]
-    every += [f"{STIFFNESS}:{FULL}", f"{LOADS}:{FULL}", f"{DELAY}:all"]
-    every += [f"{shape}:{channel}" for shape in (GAIN, ZERO) for channel in model.channels]
-    return GramTable(
-        gram=gram * np.outer(scale, scale),
-        n_base=n_base,
-        groups=groups,
-        classes=classes,
-        surface="",
-        ceiling=tuple(every),
-        laws=laws,
-        floor=floor * scale[0] ** 2,
-        folds=folds,
-        scale=scale,
-    )
-
-
-def shapes_of_law(law: str) -> tuple[str, ...]:
-    """Shapes that hold a law; of a user's law those of any force of deflection and speed."""
-    return (SHAPE_OF_LAW[law],) if law in SHAPE_OF_LAW else SHAPES_OF_USER
-
-
-def _with_contained(
-    model: MountingModel, gram: FloatArray, layout: _Layout, n_base: int
-) -> tuple[FloatArray, _Layout, int]:
-    """Table whose baseline holds the contained laws, each at the shape that fits best beside it."""
-    base = list(range(1, 1 + n_base))
-    total = gram.sum(axis=0)
-    for law in model.contained:
-        variants = layout.laws.get(law, ())
-        if not variants:
-            continue
-        left = [_left(total, [*base, *own.tolist()]) for own in variants]
-        base += variants[int(np.argmin(left))].tolist()
-    added = base[n_base:]
-    if not added:
-        return gram, layout, n_base
-    rest = np.arange(1 + n_base, len(total))
-    order = np.concatenate([[0], base, rest]).astype(int)
-    shift = len(added)
-    groups = {
-        name: (slice(place.start + shift, place.stop + shift), penalty, positive)
-        for name, (place, penalty, positive) in layout.groups.items()
-    }
-    laws = {law: tuple(own + shift for own in places) for law, places in layout.laws.items()}
-    return gram[:, order[:, None], order[None]], _Layout(groups, laws), n_base + shift
-
-
-def _left(total: FloatArray, places: list[int]) -> float:
-    """Square that some columns leave of the target."""
-    A, b = total[np.ix_(places, places)], total[places, 0]
-    return float(total[0, 0] - b @ np.linalg.pinv(A, hermitian=True) @ b)
-
-
-def _sizes(table: GramTable) -> dict[str, int]:
-    """Columns of each class."""
-    return {
-        name: sum(table.groups[group].columns.size for group in own)
-        for name, own in table.classes.items()
-    }
-
-
-__all__ = ["EACH", "MountingTable", "mounting_table", "shapes_of_law"]

@@ -1,0 +1,136 @@
+"""Causes of a mounting in forms of no law: their forces, classes and plans."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from carrierflex.blind_check.case_plans import case_plans
+from carrierflex.blind_check.labels import NOTHING, CasePlan
+from carrierflex.blind_check.truth.campaigns import case_campaign
+from carrierflex.blind_check.truth.mounting.form_laws import (
+    AMOUNT,
+    DEFLECTION,
+    FIRST,
+    LOOP,
+    N_PARAMETERS,
+    N_STATES,
+    NUMBER,
+    ONE_SIDED,
+    PLANE_LOOP,
+    POWER_DAMPING,
+    RUBBER,
+    SECOND,
+    SHARES,
+    SPEED,
+    TWO_STOPS,
+    form_force,
+)
+from carrierflex.blind_check.truth.mounting.other_forms import (
+    CLASSES_OF_LAW,
+    MOUNTING_FORMS,
+    form_aliases,
+)
+from carrierflex.diagnosis.mounting.classes.catalogue import SHAPE_OF_LAW
+from carrierflex.diagnosis.mounting.classes.contract_ids import contract_id
+
+
+def form(number, first, second=0.0):
+    """A form of unit amount and size without distortion, the port bushing twice as strong."""
+    p = np.zeros(N_PARAMETERS)
+    p[[NUMBER, AMOUNT, FIRST, SECOND, DEFLECTION, SPEED]] = number, 1.0, first, second, 1.0, 1.0
+    p[SHARES : SHARES + 2] = 1.0, 2.0
+    return p
+
+
+def force(p, u, v=(0.0, 0.0), bushing=0, memory=None):
+    states = np.zeros(N_STATES) if memory is None else memory
+    rate = np.zeros(N_STATES)
+    found = np.array(form_force(p, bushing, u, v, 0.0, states, rate))
+    return found, rate
+
+
+def driven(p, path, step):
+    """Force along a path of deflections in y and z, by small steps of its states."""
+    memory, forces = np.zeros(N_STATES), []
+    for before, now in pairwise(path):
+        v = tuple((now - before) / step)
+        found, rate = force(p, tuple(now), v, memory=memory)
+        memory = memory + step * rate
+        forces.append(found)
+    return np.array(forces)
+
+
+def test_stops_act_along_the_deflection_beyond_their_gap_and_by_bushing():
+    p = form(TWO_STOPS, 0.4, 1.0)
+    assert not force(p, (0.2, 0.2))[0].any()
+    found = force(p, (0.6, 0.8))[0]
+    np.testing.assert_allclose(found, (0.6 + 0.35) * np.array([0.6, 0.8]), rtol=1e-12)
+    np.testing.assert_allclose(force(p, (0.6, 0.8), bushing=1)[0], 2.0 * found, rtol=1e-12)
+
+
+def test_one_sided_stop_acts_upwards_alone():
+    p = form(ONE_SIDED, 0.3)
+    np.testing.assert_allclose(force(p, (5.0, 0.8))[0], [0.0, 0.5])
+    assert not force(p, (5.0, -0.8))[0].any()
+
+
+def test_power_damping_grows_by_its_power_along_the_speed():
+    p = form(POWER_DAMPING, 2.0)
+    slow, fast = (force(p, (0.0, 0.0), (0.0, w))[0][1] for w in (0.2, 0.4))
+    assert fast / slow == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(("number", "second"), [(LOOP, 1.0), (PLANE_LOOP, 0.0)])
+def test_loops_stay_within_their_limit_and_take_energy(number, second):
+    angle = np.linspace(0.0, 4.0 * np.pi, 4000)
+    path = np.array([np.zeros_like(angle), np.sin(angle)]).T
+    forces = driven(form(number, 0.2, second), path, angle[1])
+    assert np.abs(forces[:, 1]).max() == pytest.approx(0.2, rel=0.05)
+    assert np.sum(forces[2000:, 1] * np.diff(path[:, 1])[2000:]) > 0.3
+
+
+def test_rubber_is_stiffer_where_it_moves_faster():
+    p = form(RUBBER, 0.05, 0.3)
+    sizes = []
+    for frequency in (0.2, 5.0):
+        time = np.linspace(0.0, 3.0 / frequency, 6000)
+        path = np.array([np.zeros_like(time), np.sin(2.0 * np.pi * frequency * time)]).T
+        sizes.append(np.abs(driven(p, path, time[1])[3000:, 1]).max())
+    assert sizes[1] > 1.3 * sizes[0]
+
+
+def test_plans_turn_through_every_form_with_a_sixth_of_pairs_and_of_nothing():
+    plans = case_plans("mounting", 120, 5, ("form",))
+    counts = [len(plan.effects) for plan in plans]
+    assert (counts.count(0), counts.count(2)) == (20, 20)
+    assert {name for plan in plans for name in plan.effects} == set(MOUNTING_FORMS)
+
+
+def test_the_diagnosis_and_the_truth_place_every_law_alike():
+    placed = {law: (contract_id(f"{shape}/all"),) for law, shape in SHAPE_OF_LAW.items()}
+    assert placed == dict(CLASSES_OF_LAW)
+
+
+def test_static_maps_are_aliases_of_one_another_and_forces_of_none():
+    assert form_aliases(("bushings/memory",)) == ()
+    assert form_aliases(("bushings/memory", "input_map")) == (
+        ("bushings/memory", "sensor_map"),
+        ("bushings/memory", "stiffness_map"),
+    )
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["two_stops", "soft_bearing", "late_signals"])
+def test_a_case_has_the_wanted_gap_and_its_class(name):
+    _, label = case_campaign(CasePlan("mounting", 3, 8, "form", (name,), 6.0))
+    assert label.classes == (MOUNTING_FORMS[name].class_id,)
+    assert label.gap_over_floor == pytest.approx(6.0, rel=1e-6)
+    assert label.drive in ("gusts", "levels")
+
+
+@pytest.mark.long
+def test_a_case_without_a_cause_is_judged_as_nothing_missing():
+    _, label = case_campaign(CasePlan("mounting", 4, 8, "form", (), 0.0))
+    assert label.family == NOTHING
+    assert label.drive
