@@ -8,7 +8,7 @@ import numpy as np
 from carrierflex.diagnosis.classes.answer import answer_of
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.decision import Decision
-from carrierflex.diagnosis.classes.held_out import Classes, ClassScores
+from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import NOTHING, ClassAnswer
 from carrierflex.diagnosis.classes.shape_decision import (
     best_of_shapes,
@@ -23,6 +23,7 @@ from carrierflex.diagnosis.classes.shares import Shares
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.mounting.classes.catalogue import (
     EACH,
+    FORCE_GROUPS,
     FULL,
     LINEAR_MAPS,
 )
@@ -134,11 +135,13 @@ def _sparsest(
         rivals = [
             name
             for name in sorted(sizes, key=lambda name: sizes[name])
-            if sizes[name] < sizes[member] and shape_of(name) not in taken
+            if sizes[name] < sizes[member]
+            and shape_of(name) not in taken
+            and shape_of(name) not in FORCE_GROUPS
         ]
         for name in rivals:
             rival = tuple(sorted((*others, name)))
-            if shares.are_equal(scores.of(rival), held):
+            if _stands(shares, scores.of(rival), held, name, member, sizes[name]):
                 answer = simplest(scores, shares, rival, sizes, is_no_clear_gain)
                 break
     ties = [*ties_of(scores, shares, answer, sizes), *_tied_maps(scores, shares, answer, sizes)]
@@ -149,6 +152,20 @@ def _sparsest(
         ties.append(decision.classes)
     kept = tuple(dict.fromkeys(tie for tie in ties if tie != answer))
     return replace(decision, classes=answer, held=scores.of(answer), ties=kept)
+
+
+def _stands(
+    shares: Shares, rival: HeldOutSquares, held: HeldOutSquares, name: str, member: str, size: int
+) -> bool:
+    """Whether a class of fewer columns takes the place of a member.
+
+    Where it leaves as much; of linear maps one of one column also where the other gains no more
+    than errors of the sensors would, as between the ways of one map.
+    """
+    is_map = {shape_of(name), shape_of(member)} <= set(LINEAR_MAPS)
+    if is_map and size == 1:
+        return is_no_clear_gain(shares, rival, held)
+    return shares.are_equal(rival, held)
 
 
 def _tied_maps(

@@ -5,7 +5,7 @@ in z apart; a ring of rubber acts along its deflection. A class holds both kinds
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
@@ -43,25 +43,12 @@ class ForceGroup:
         Penalty of unit mean diagonal.
     is_nonnegative : bool
         Whether coefficients are >= 0.
-    line : callable, optional
-        Deflection or speed in proportion to which no column of one bushing alone may act: that is
-        a linear map, and both bushings together have it in the baseline.
-    slopes : ndarray, shape (n_columns, 2, 2)
-        Slope of each column along its line by bushing and direction.
     """
 
     id: str
     columns: Callable[[BushingMotion], FloatArray]
     penalty: FloatArray
     is_nonnegative: bool = False
-    line: Callable[[BushingMotion], FloatArray] | None = None
-    slopes: FloatArray | None = None
-
-    def straight(self, own: BushingMotion) -> FloatArray | None:
-        """Straight part of every column, shape (n_columns, 2, 2, n); None where none is taken."""
-        if self.line is None or self.slopes is None:
-            return None
-        return np.asarray(self.slopes[..., None] * self.line(own))
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,15 +129,13 @@ def bushing_size(motions: Sequence[BushingMotion]) -> BushingSize:
     )
 
 
-def force_groups(size: BushingSize, motions: Sequence[BushingMotion]) -> tuple[ForceGroup, ...]:
+def force_groups(size: BushingSize) -> tuple[ForceGroup, ...]:
     """Every group of forces.
 
     Parameters
     ----------
     size : BushingSize
         Sizes and splines.
-    motions : sequence of BushingMotion
-        Runs, over which the straight parts of f(u), g(v) and h(u) v are taken.
     """
     of_deflection = (
         ForceGroup("f", lambda own: static_force(size, own.u), difference_penalty(_N_FORCE, 2)),
@@ -178,35 +163,7 @@ def force_groups(size: BushingSize, motions: Sequence[BushingMotion]) -> tuple[F
             True,
         ),
     )
-    return (
-        *(_with_line(group, motions, _deflection) for group in of_deflection),
-        *(_with_line(group, motions, _speed) for group in of_speed),
-        *with_memory,
-    )
-
-
-def _with_line(
-    group: ForceGroup, motions: Sequence[BushingMotion], line: Callable[[BushingMotion], FloatArray]
-) -> ForceGroup:
-    """Group with the slope of each column along its line, in each direction apart."""
-    n = sum(own.loads.shape[0] for own in motions)
-    sums = np.zeros((2, 2, 2))
-    totals = np.zeros((2, len(group.penalty), 2, 2))
-    for own in motions:
-        along, columns = line(own), group.columns(own)
-        sums += [along.sum(axis=-1), np.sum(along**2, axis=-1)]
-        totals += [columns.sum(axis=-1), np.einsum("mbdn,bdn->mbd", columns, along)]
-    variance = sums[1] - sums[0] ** 2 / n
-    slopes = (totals[1] - totals[0] * sums[0] / n) / np.where(variance > 0.0, variance, 1.0)
-    return replace(group, line=line, slopes=slopes)
-
-
-def _deflection(own: BushingMotion) -> FloatArray:
-    return own.u
-
-
-def _speed(own: BushingMotion) -> FloatArray:
-    return own.v
+    return (*of_deflection, *of_speed, *with_memory)
 
 
 def _second(n: int) -> FloatArray:

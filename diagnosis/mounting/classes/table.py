@@ -162,7 +162,7 @@ def mounting_table(
         model,
         body,
         size,
-        force_groups(size, motions),
+        force_groups(size),
         {way: _nearest_delay(body, motions, way, weights) for way in DELAY_WAYS},
         [way for way in LOAD_WAYS if has_gain or way != "gain"],
         [name for name in model.cards if name not in _CONTROLS],
@@ -287,11 +287,9 @@ def _rows(columns: _Columns, own: BushingMotion) -> tuple[FloatArray, Layout]:
 
     for group in columns.groups:
         forces = group.columns(own)
-        straight = group.straight(own)
         same = _of_sides(body, own, forces)
         put(group.id, same[0] + same[1], group.penalty, positive=group.is_nonnegative)
-        each = same if straight is None else _of_sides(body, own, forces - straight)
-        for name, side in zip(("starboard", "port"), each, strict=True):
+        for name, side in zip(("starboard", "port"), same, strict=True):
             put(f"{group.id}:{name}", side, group.penalty, positive=group.is_nonnegative)
     for name, values in _map_columns(columns, own).items():
         put(name, values, np.eye(len(values)), positive=False)

@@ -108,7 +108,7 @@ def test_a_channel_that_moves_by_itself_is_no_gain():
     def shaken(inputs):
         """One sensor rocks, which torque alone leaves at rest."""
         signal = np.zeros((inputs.time.size, 6))
-        signal[:, 4] = 5e-5 * np.sin(2.0 * np.pi * 0.71 * inputs.time)
+        signal[:, 4] = 5e-5 * np.sin(2.0 * np.pi * 1.03 * inputs.time)
         return signal
 
     conditions = tuple((torque, 0.0, 0.0) for torque in (3.0e5, 1.5e5, 2.2e5, 3.5e5))
