@@ -4,9 +4,6 @@ Free quadratic tetrahedra, surfaces found as stated.
 """
 
 import logging
-import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,31 +12,25 @@ import gmsh
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
-from scipy.spatial.transform import Rotation
 
-from carrierflex.files.child_process import in_child, limited
-from carrierflex.files.plain_files import plain_content
+from carrierflex.files.child_process import in_child
 from carrierflex.geometry.cad_faces import CadFace, cad_faces
 from carrierflex.geometry.cad_holes import small_holes, without_faces
+from carrierflex.geometry.cad_recognition.step_solid import READER, step_solid
 from carrierflex.geometry.cad_refinement import CoarseMeshError, mesh_until_sound
 from carrierflex.geometry.cad_surface_files import CadFrame, CadStatements
 from carrierflex.geometry.cad_surfaces import Circle, SurfaceStatement
 from carrierflex.geometry.half_sector import (
     MeshingError,
     extracted,
-    quiet_geometry,
     refuse_useless_size,
 )
-from carrierflex.geometry.mesh_checks import check_mesh, refuse_wrong_unit
+from carrierflex.geometry.mesh_checks import check_mesh
 from carrierflex.geometry.pin_names import planets_of
-from carrierflex.geometry.silent_output import silent_stdout
 from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
 
 log = logging.getLogger(__name__)
 
-#: Who reads STEP files, for messages; the largest one that is read [bytes].
-_READER = "OpenCASCADE"
-_MOST_BYTES = 500_000_000
 _TRIANGLE6 = 9
 #: Distance [m] within which a node of gmsh's and one of the mesh are the same.
 _SAME_NODE = 1e-8
@@ -66,11 +57,11 @@ def step_faces(path: Path, frame: CadFrame) -> tuple[CadFace, ...]:
 
     Errors as in :func:`step_carrier_mesh`.
     """
-    return in_child(_step_faces, path, frame, about=path, what=_READER)
+    return in_child(_step_faces, path, frame, about=path, what=READER)
 
 
 def _step_faces(path: Path, frame: CadFrame) -> tuple[CadFace, ...]:
-    with _step_solid(path, frame) as (_, faces):
+    with step_solid(path, frame) as (_, faces):
         return faces
 
 
@@ -81,11 +72,11 @@ def step_volume_and_area(
 
     Errors as in :func:`step_carrier_mesh`.
     """
-    return in_child(_step_volume_and_area, path, statements, pins, about=path, what=_READER)
+    return in_child(_step_volume_and_area, path, statements, pins, about=path, what=READER)
 
 
 def _step_volume_and_area(path: Path, statements: CadStatements, pins: bool) -> tuple[float, float]:
-    with _step_solid(path, statements.frame) as (solid, faces):
+    with step_solid(path, statements.frame) as (solid, faces):
         volume, area = float(gmsh.model.occ.getMass(3, solid)), sum(face.area for face in faces)
         for _, along, radius in (_pins(statements, faces) if pins else CadPins((), ())).solids:
             length = float(np.linalg.norm(along))
@@ -125,7 +116,7 @@ def step_carrier_mesh(path: Path, statements: CadStatements, size: float, *, pin
         From meshing and from the quality check.
     """
     refuse_useless_size(size)
-    mesh = in_child(_step_carrier_mesh, path, statements, size, pins, about=path, what=_READER)
+    mesh = in_child(_step_carrier_mesh, path, statements, size, pins, about=path, what=READER)
     check_mesh(mesh, str(path))
     return mesh
 
@@ -140,7 +131,7 @@ def _step_carrier_mesh(path: Path, statements: CadStatements, size: float, pins:
 def _meshed_solid(
     path: Path, statements: CadStatements, size: float, pins: bool, *, first_pass: int
 ) -> TetMesh:
-    with _step_solid(path, statements.frame) as (whole, all_faces):
+    with step_solid(path, statements.frame) as (whole, all_faces):
         solid, faces = _without_small_holes(path, statements, whole, all_faces)
         bonded = _pins(statements, faces) if pins else CadPins((), ())
         carrier_volume, overlaps = _cut(solid, _circles(statements, faces, bonded), bonded)
@@ -154,7 +145,13 @@ def _meshed_solid(
         chosen = {
             s.name: [face.tag for face in s.chosen(cut, statements.tolerance)] for s in wanted
         }
-        mesh_until_sound(str(path), size, cut, first_pass=first_pass)
+        mesh_until_sound(
+            str(path),
+            size,
+            cut,
+            first_pass=first_pass,
+            at_inner_edges=statements.finer_at_inner_edges,
+        )
         mesh = extracted(lambda volume: "carrier" if volume in carrier_volume else "pins")
         return replace(
             mesh, surfaces={name: _facets(mesh, name, tags) for name, tags in chosen.items()}
@@ -179,96 +176,6 @@ def _without_small_holes(
         ) from error
     log.info("%s: %d holes left out", path, n_holes)
     return left, cad_faces()
-
-
-@contextmanager
-def _step_solid(path: Path, frame: CadFrame) -> Iterator[tuple[int, tuple[CadFace, ...]]]:
-    """Open the file's solid in the carrier's frame, in metres, inside a gmsh session.
-
-    Gives its number and its faces.
-    """
-    unit = declared_unit(path)
-    with quiet_geometry():
-        gmsh.option.setString("Geometry.OCCTargetUnit", "M")
-        size = path.stat().st_size
-        with limited(60 + size // 100_000, 1_000_000_000 + 100 * size):
-            solid = _imported_solid(path, unit)
-            _move(solid, frame)
-            faces = cad_faces()
-        yield solid, faces
-
-
-def _imported_solid(path: Path, unit: str) -> int:
-    """Number of the one solid that the file holds."""
-    try:
-        with silent_stdout():
-            gmsh.model.occ.importShapes(str(path), highestDimOnly=False)
-        gmsh.model.occ.synchronize()
-    except Exception as error:
-        raise ValueError(
-            f"{path}: OpenCASCADE cannot read this STEP file ({error}); it may be cut short"
-        ) from error
-    solids = [tag for _, tag in gmsh.model.getEntities(3)]
-    if len(solids) != 1:
-        raise ValueError(
-            f"{path}: holds {len(solids)} solids; expected one, the carrier without pins and "
-            "planets"
-        )
-    low, high = np.split(np.array(gmsh.model.getBoundingBox(3, solids[0])), 2)
-    refuse_wrong_unit(high - low, f"{path} (declared unit: {unit})")
-    log.info("%s: unit %s, converted to metres", path, unit)
-    return solids[0]
-
-
-def declared_unit(path: Path) -> str:
-    """Length unit that a STEP file declares, in words.
-
-    Raises
-    ------
-    FileNotFoundError
-        Where there is no such file.
-    ValueError
-        Where the file is no STEP file, is cut short or declares no unit.
-    """
-    content = plain_content(path, "a STEP file (.step, .stp)", _MOST_BYTES)
-    text = content.decode("latin-1")
-    if not text.lstrip().startswith("ISO-10303-21"):
-        raise ValueError(f"{path}: not a STEP file; expected one that begins with ISO-10303-21")
-    if "END-ISO-10303-21" not in text[-1000:]:
-        raise ValueError(
-            f"{path}: cut short, the line END-ISO-10303-21 is missing; expected a whole STEP file"
-        )
-    converted = re.search(
-        r"CONVERSION_BASED_UNIT\s*\(\s*'(INCH|FOOT|[A-Z]*METRE)'", text, re.IGNORECASE
-    )
-    if converted:
-        return converted.group(1).lower()
-    metric = re.search(
-        r"LENGTH_UNIT\s*\(\s*\)[^;]*?SI_UNIT\s*\(\s*(?:\$|\.(\w+)\.)\s*,\s*\.METRE\.\s*\)", text
-    )
-    metric = metric or re.search(r"SI_UNIT\s*\(\s*(?:\$|\.(\w+)\.)\s*,\s*\.METRE\.\s*\)", text)
-    if not metric:
-        raise ValueError(
-            f"{path}: declares no length unit; expected a LENGTH_UNIT, such as "
-            "SI_UNIT(.MILLI.,.METRE.)"
-        )
-    return f"{(metric.group(1) or '').lower()}metre"
-
-
-def _move(solid: int, frame: CadFrame) -> None:
-    """Move the solid into the carrier's frame by rotation and translation.
-
-    An affine map would make B-splines of cylinders.
-    """
-    turn = Rotation.from_matrix(frame.rotation).as_rotvec()
-    angle = float(np.linalg.norm(turn))
-    shift = -frame.origin
-    if not (angle or shift.any()):
-        return
-    gmsh.model.occ.translate([(3, solid)], *shift)
-    if angle:
-        gmsh.model.occ.rotate([(3, solid)], 0.0, 0.0, 0.0, *(turn / angle), angle)
-    gmsh.model.occ.synchronize()
 
 
 def _pins(statements: CadStatements, faces: tuple[CadFace, ...]) -> CadPins:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from carrierflex.geometry.cad_faces import CadFace
+from carrierflex.geometry.cad_recognition.inner_edges import grade_towards, reentrant_edges
 from carrierflex.geometry.half_sector import MeshingError
 
 log = logging.getLogger(__name__)
@@ -65,7 +66,12 @@ class CoarseMeshError(MeshingError):
 
 
 def mesh_until_sound(
-    what: str, size: float, faces: tuple[CadFace, ...], *, first_pass: int = 1
+    what: str,
+    size: float,
+    faces: tuple[CadFace, ...],
+    *,
+    first_pass: int = 1,
+    at_inner_edges: float = 1.0,
 ) -> None:
     """Mesh gmsh's current model with quadratic tetrahedra none of which is distorted.
 
@@ -79,6 +85,8 @@ def mesh_until_sound(
         Its faces, for messages.
     first_pass : int
         1: a mesh of one size; 2: elements as small as the curvature asks for.
+    at_inner_edges : float
+        Elements at re-entrant edges are so many times smaller, from the first pass on.
 
     Raises
     ------
@@ -93,6 +101,8 @@ def mesh_until_sound(
         gmsh.option.setNumber(option, size)
     gmsh.option.setNumber("Mesh.Algorithm3D", _HXT)
     gmsh.option.setNumber("Mesh.HighOrderThresholdMin", 2.0 * LEAST_QUALITY)
+    if at_inner_edges > 1.0:
+        grade_towards(reentrant_edges(), size, size / at_inner_edges)
     if first_pass > 1:
         _follow_curvature(refinement)
     for number in range(first_pass, MOST_PASSES + 1):
@@ -103,7 +113,7 @@ def mesh_until_sound(
             raise kind(f"gmsh could not mesh {what} at size {size} m: {error}") from error
         tags, quality = _qualities()
         # A mesh of one size that inverts no element stays as it is: its slivers are straight.
-        bad = quality <= (0.0 if number == 1 else LEAST_QUALITY)
+        bad = quality <= LEAST_QUALITY
         log.info("%s: pass %d, worst minSJ %.3f, %d bad", what, number, quality.min(), bad.sum())
         if not bad.any():
             return

@@ -4,7 +4,7 @@ Which surfaces of a CAD model carry which name, stated by axis, radius and stati
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,17 +27,20 @@ SURFACES_FILE = TomlKind(
     format="carrierflex-surfaces",
 )
 #: Deviation [m] written into a new file: two digits of a drawing in mm.
-_TOLERANCE = 1e-5
+TOLERANCE = 1e-5
 #: Window of a surface that its file does not cut.
 _EVERYWHERE = (-math.inf, math.inf)
 
-#: Comments of a written surfaces file.
-_SURFACES_HEADING = (
+#: First lines of a written surfaces file, and other comments of it.
+HEADING = (
     "# Which faces of the CAD model are which surface. Lengths in metres whatever the unit of the "
     "CAD file.",
     "# axial_range: stations along the axis, radial_range: radii; faces are cut at both ends where "
     "they go on.",
+    f'format = "{SURFACES_FILE.format}"',
+    f"version = {SURFACES_FILE.version}",
 )
+_SENSORS = "# From the radius that the sensors face to the rim."
 _FRAME_HEADING = (
     "# The carrier's frame in the CAD model: x downwind along the axis, z towards pin 1, origin on "
     "the rim face."
@@ -52,17 +55,20 @@ _PIN_HEADING = (
 class CadFrame:
     """Where the carrier's frame lies in the CAD model's.
 
-    Origin [m], x axis (downwind) and z axis (towards pin 1).
+    Origin [m], x axis (downwind), z axis (towards pin 1), and the CAD file's length unit where it
+    declares a wrong one.
     """
 
     origin: NDArray[np.float64]
     axis: NDArray[np.float64]
     pin_1: NDArray[np.float64]
+    length_unit: str | None = None
 
     @classmethod
-    def of_the_file(cls) -> "CadFrame":
+    def of_the_file(cls, length_unit: str | None = None) -> "CadFrame":
         """The CAD model's own frame."""
-        return cls(np.zeros(3), np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]))
+        axis, pin_1 = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+        return cls(np.zeros(3), axis, pin_1, length_unit)
 
     @property
     def rotation(self) -> NDArray[np.float64]:
@@ -88,6 +94,8 @@ class CadStatements:
         Diameter [m] up to which round holes are filled before meshing; None for none.
     body_of_group : mapping of str to str
         Body, ``carrier`` or ``pins``, by the name of a group of elements of a mesh.
+    finer_at_inner_edges : float
+        How many times smaller elements are at re-entrant edges.
     """
 
     surfaces: tuple[SurfaceStatement, ...]
@@ -96,6 +104,7 @@ class CadStatements:
     bearing_width: float | None
     leave_out_holes_below: float | None = None
     body_of_group: Mapping[str, str] = field(default_factory=dict)
+    finer_at_inner_edges: float = 1.0
 
     def named(self, name: str) -> SurfaceStatement:
         """The statement of that name; KeyError lists the names there are."""
@@ -125,6 +134,7 @@ def read_cad_statements(path: Path) -> CadStatements:
         np.array(document.frame.origin),
         _unit_vector(document.frame.axis),
         _unit_vector(document.frame.pin_1),
+        document.frame.length_unit,
     )
     surfaces = tuple(_statement(name, table) for name, table in document.surfaces.items())
     return CadStatements(
@@ -134,6 +144,7 @@ def read_cad_statements(path: Path) -> CadStatements:
         document.pin.bearing_width,
         document.mesh.leave_out_holes_below,
         {group: body for body, groups in document.mesh.bodies.items() for group in groups},
+        document.mesh.finer_at_inner_edges,
     )
 
 
@@ -145,49 +156,70 @@ def write_cad_statements(path: Path, carrier: CarrierParameters, pin: PinParamet
     OSError
         Where the folder cannot be written.
     """
-    seat_end = carrier.length_between_faces + carrier.seat_length
-    hub, seat = carrier.hub_outer_diameter / 2.0, carrier.seat_outer_diameter / 2.0
     lines = [
-        *_SURFACES_HEADING,
-        f'format = "{SURFACES_FILE.format}"',
-        f"version = {SURFACES_FILE.version}",
-        f"tolerance = {_TOLERANCE}",
+        *HEADING,
+        f"tolerance = {TOLERANCE}",
         "",
-        _FRAME_HEADING,
-        "[frame]\norigin = [0.0, 0.0, 0.0]\naxis = [1.0, 0.0, 0.0]\npin_1 = [0.0, 0.0, 1.0]",
+        *frame_lines(CadFrame.of_the_file()),
         "",
         _PIN_HEADING,
         f"[pin]\nbearing_width = {pin.bearing_width!r}",
-        _plane_text("shaft_face", -carrier.hub_length, (carrier.hub_inner_diameter / 2.0, hub)),
-        "# From the radius that the sensors face to the rim.",
-        _plane_text("rim_face", 0.0, (carrier.sensor_radius, carrier.outer_radius)),
-        _cylinder_text("upwind_seat", 0.0, hub, carrier.upwind_bearing_x),
-        _cylinder_text("downwind_seat", 0.0, seat, (carrier.length_between_faces, seat_end)),
     ]
-    for number, angle in enumerate(pin_angles(carrier.n_planets), start=1):
-        for side, x in (("upwind", carrier.upwind_bore_x), ("downwind", carrier.downwind_bore_x)):
-            at = carrier.centre_distance * np.array([-math.sin(angle), math.cos(angle)])
-            lines.append(_cylinder_text(f"pin_{number}_{side}", at, carrier.pin_hole_radius, x))
+    for surface in _parametric_surfaces(carrier):
+        comment = [_SENSORS] if surface.name == "rim_face" else []
+        lines += ["", *comment, statement_text(surface)]
     with whole_file(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _plane_text(name: str, station: float, radii: tuple[float, float]) -> str:
-    return (
-        f'\n[surfaces.{name}]\ntype = "plane"\nnormal = [1.0, 0.0, 0.0]\nstation = {station!r}\n'
-        f"radial_range = [{radii[0]!r}, {radii[1]!r}]"
-    )
+def _parametric_surfaces(carrier: CarrierParameters) -> Iterator[SurfaceStatement]:
+    x, origin = np.array([1.0, 0.0, 0.0]), np.zeros(3)
+    hub, seat = carrier.hub_outer_diameter / 2.0, carrier.seat_outer_diameter / 2.0
+    seat_x = (carrier.length_between_faces, carrier.length_between_faces + carrier.seat_length)
+    shaft = (carrier.hub_inner_diameter / 2.0, hub)
+    rim = (carrier.sensor_radius, carrier.outer_radius)
+    yield SurfaceStatement("shaft_face", "plane", origin, x, -carrier.hub_length, shaft)
+    yield SurfaceStatement("rim_face", "plane", origin, x, 0.0, rim)
+    yield SurfaceStatement("upwind_seat", "cylinder", origin, x, hub, carrier.upwind_bearing_x)
+    yield SurfaceStatement("downwind_seat", "cylinder", origin, x, seat, seat_x)
+    for number, angle in enumerate(pin_angles(carrier.n_planets), start=1):
+        at = carrier.centre_distance * np.array([0.0, -math.sin(angle), math.cos(angle)])
+        for side, station in (
+            ("upwind", carrier.upwind_bore_x),
+            ("downwind", carrier.downwind_bore_x),
+        ):
+            name = f"pin_{number}_{side}"
+            yield SurfaceStatement(name, "cylinder", at, x, carrier.pin_hole_radius, station)
 
 
-def _cylinder_text(
-    name: str, at: NDArray[np.float64] | float, radius: float, x: tuple[float, float]
-) -> str:
-    y, z = (float(value) for value in np.broadcast_to(at, 2))
-    return (
-        f'\n[surfaces.{name}]\ntype = "cylinder"\npoint = [0.0, {y!r}, {z!r}]\n'
-        "direction = [1.0, 0.0, 0.0]\n"
-        f"radius = {radius!r}\naxial_range = [{x[0]!r}, {x[1]!r}]"
-    )
+def frame_lines(frame: CadFrame) -> list[str]:
+    """Lines of the table [frame]."""
+    vectors = {"origin": frame.origin, "axis": frame.axis, "pin_1": frame.pin_1}
+    lines = [_FRAME_HEADING, "[frame]"]
+    lines += [f"{name} = {_numbers(vector)}" for name, vector in vectors.items()]
+    return lines + ([f'length_unit = "{frame.length_unit}"'] if frame.length_unit else [])
+
+
+def statement_text(surface: SurfaceStatement) -> str:
+    """Table [surfaces.NAME] of a statement."""
+    lines = [f"[surfaces.{surface.name}]", f'type = "{surface.kind}"']
+    if surface.kind == "plane":
+        if surface.point.any():
+            lines.append(f"point = {_numbers(surface.point)}")
+        lines += [f"normal = {_numbers(surface.direction)}", f"station = {surface.size!r}"]
+        window = "radial_range"
+    else:
+        lines += [f"point = {_numbers(surface.point)}"]
+        lines += [f"direction = {_numbers(surface.direction)}", f"radius = {surface.size!r}"]
+        window = "axial_range"
+    if np.isfinite(surface.window).any():
+        lines.append(f"{window} = {_numbers(surface.window)}")
+    return "\n".join(lines + ([f"parts = {surface.parts}"] if surface.parts != 1 else []))
+
+
+def _numbers(values: Iterable[float]) -> str:
+    # Adding zero turns -0 into 0.
+    return str([float(value) + 0.0 for value in values])
 
 
 def _statement(name: str, table: "CylinderTable | PlaneTable") -> SurfaceStatement:

@@ -17,6 +17,8 @@ from carrierflex.files.toml_values import (
 )
 
 Triple = tuple[float, float, float]
+#: Units that a STEP file may be said to have.
+StepUnit = Literal["m", "cm", "mm", "inch"]
 
 
 def _not_zero(vector: Triple) -> Triple:
@@ -43,6 +45,7 @@ Window = Annotated[
     Expected("two numbers, the smaller value first"),
 ]
 Parts = Annotated[int, Field(ge=1, le=100), Expected("a whole number from 1 to 100")]
+Finer = Annotated[float, Field(ge=1, le=8), Expected("a number from 1 to 8")]
 Tolerance = Annotated[float, Field(gt=0, le=1e-3), Expected("more than 0 and at most 0.001 m")]
 Width = Annotated[float, Field(gt=0, lt=5), Expected("a positive width in metres, below 5 m")]
 
@@ -91,6 +94,9 @@ class FrameTable(TomlTable):
     origin: ThreeNumbers = key("Origin, on the rim's face", "m", default=(0.0, 0.0, 0.0))
     axis: Direction = key("Rotation axis, downwind", default=(1.0, 0.0, 0.0))
     pin_1: Direction = key("Direction from the axis towards pin 1", default=(0.0, 0.0, 1.0))
+    length_unit: StepUnit | None = key(
+        "Length unit of a STEP file that declares a wrong one", default=None
+    )
 
 
 class PinTable(TomlTable):
@@ -110,6 +116,10 @@ class MeshTable(TomlTable):
         "Diameter up to which round holes of a STEP file are filled before meshing",
         "m",
         default=None,
+    )
+    finer_at_inner_edges: Finer = key(
+        "How many times smaller the elements of a STEP file's mesh are at re-entrant edges",
+        default=1.0,
     )
     bodies: dict[Literal["carrier", "pins"], Texts] = key(
         "Groups of elements of a mesh file that make up each body", default_factory=dict

@@ -15,11 +15,11 @@ from numpy.testing import assert_allclose
 from carrierflex.geometry.cad_export import write_step
 from carrierflex.geometry.cad_faces import cad_faces, circle_through
 from carrierflex.geometry.cad_mesh import (
-    declared_unit,
     step_carrier_mesh,
     step_faces,
     step_volume_and_area,
 )
+from carrierflex.geometry.cad_recognition.step_solid import declared_unit
 from carrierflex.geometry.cad_surface_files import (
     CadFrame,
     read_cad_statements,

@@ -38,6 +38,12 @@ COMMANDS = {
         "tables:cad_table",
         "List the faces of a STEP file's solid: type, axis, radius, station and area, in metres.",
     ),
+    "cad-surfaces": Command(
+        "geometry.propose_cad_surfaces",
+        "cad_tables:proposal_table",
+        "Recognise a STEP file's axis, pins, seats, rim and shaft face; write surfaces.toml, draw "
+        "it.",
+    ),
     "curves": Command(
         "fe.compute_curves",
         "tables:curve_table",

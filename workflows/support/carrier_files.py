@@ -66,7 +66,8 @@ class CarrierFiles:
             )
         if self.length_unit != "m" and not self.meshes:
             raise ValueError(
-                f"--length-unit is {self.length_unit} without a mesh file; expected one beside it"
+                f"--length-unit is {self.length_unit} without a mesh file; expected one beside it "
+                "(a STEP file's unit is stated as [frame] length_unit of the surfaces file)"
             )
         if self.meshes and self.step is not None:
             raise ValueError("a mesh file and --step are both given; expected one of them")
@@ -101,10 +102,14 @@ class CarrierFiles:
             return step_carrier_mesh(
                 self.step, read_cad_statements(self.surfaces), size, pins=variant == "stiff"
             )
+        statements = None if self.surfaces is None else read_cad_statements(self.surfaces)
+        if statements is not None and statements.frame.length_unit is not None:
+            raise ValueError(
+                f"{self.surfaces}: [frame] length_unit is {statements.frame.length_unit} beside a "
+                "mesh file; expected none, a mesh's unit is stated by --length-unit"
+            )
         mesh = read_mesh(
-            self.meshes[variant],
-            metres=METRES[self.length_unit],
-            statements=None if self.surfaces is None else read_cad_statements(self.surfaces),
+            self.meshes[variant], metres=METRES[self.length_unit], statements=statements
         )
         if ("pins" in mesh.bodies) != (variant == "stiff"):
             bodies, other = (

@@ -46,6 +46,9 @@ from carrierflex.workflows.support.carrier_files import CarrierFiles
 _DOFS = {"carrier": (12.6, 21.0), "pin": (8.7, 30.7), "main_shaft": (7.6, 39.0)}
 #: The same where no mesh is counted.
 _CAD_DOFS = (12.6, 17.4)
+#: Share more of them for each time that elements at re-entrant edges are smaller: 3.1 times as
+#: many at 4, 5.7 at 8, measured on a solid of the tests at 0.04 m.
+_FINER_DOFS = 0.68
 #: Edge length of the mesh that volume and surface are measured on [m].
 _COARSE = 0.06
 #: Largest estimate for which the mesh is made and counted.
@@ -138,10 +141,10 @@ def estimated_dofs(name: str, stage: StageParameters, size: float, files: Carrie
     if variant in files.meshes:
         return _n_dofs(files.mesh(variant, size))
     if files.step is not None and files.surfaces is not None:
-        volume, area = step_volume_and_area(
-            files.step, read_cad_statements(files.surfaces), pins=variant == "stiff"
-        )
-        return _formula(*_CAD_DOFS, volume, area, size)
+        statements = read_cad_statements(files.surfaces)
+        volume, area = step_volume_and_area(files.step, statements, pins=variant == "stiff")
+        finer = 1.0 + _FINER_DOFS * (statements.finer_at_inner_edges - 1.0)
+        return round(finer * _formula(*_CAD_DOFS, volume, area, size))
     coarse = _mesh(name, stage, max(size, _COARSE))
     if size >= _COARSE:
         return _n_dofs(coarse)
