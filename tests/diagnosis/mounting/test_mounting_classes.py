@@ -103,17 +103,14 @@ def test_response_of_the_housing_is_that_of_the_simulator():
     np.testing.assert_allclose(signals.T, record.measured, atol=1e-3 * NOISE)
 
 
-@pytest.mark.long
-def test_a_channel_that_moves_by_itself_is_no_gain():
+def test_a_channel_that_rocks_by_itself_is_no_class():
     def shaken(inputs):
-        """One sensor rocks, which torque alone leaves at rest."""
+        """One sensor rocks."""
         signal = np.zeros((inputs.time.size, 6))
         signal[:, 4] = 5e-5 * np.sin(2.0 * np.pi * 1.03 * inputs.time)
         return signal
 
-    conditions = tuple((torque, 0.0, 0.0) for torque in (3.0e5, 1.5e5, 2.2e5, 3.5e5))
-    found = answer_to(extra=shaken, conditions=conditions)
-    assert found.ids == ()
+    assert answer_to(extra=shaken).ids == ()
 
 
 def test_channels_that_do_not_show_the_motion_have_no_class():
