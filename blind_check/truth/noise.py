@@ -22,6 +22,11 @@ def noise_rng(plan: CasePlan, repeat: int) -> np.random.Generator:
     return np.random.default_rng([plan.seed, KINDS.index(plan.kind), plan.number, 1 + repeat])
 
 
+def added_rng(plan: CasePlan) -> np.random.Generator:
+    """Random numbers of runs that are added to a case: those of the case stay what they are."""
+    return np.random.default_rng([plan.seed, KINDS.index(plan.kind), plan.number, 0, 1])
+
+
 def coloured_noise(
     rng: np.random.Generator, shape: tuple[int, ...], *, memory: float
 ) -> FloatArray:

@@ -17,6 +17,7 @@ from carrierflex.files.toml_values import (
     different,
     key,
 )
+from carrierflex.simulation.plan_tables import PlanTable
 
 Share = Annotated[float, Field(ge=0, lt=1), Expected("a share, 0 <= share < 1")]
 Ripple = Annotated[float, Field(ge=0, lt=0.2), Expected("a relative ripple, 0 <= ripple < 0.2")]
@@ -90,6 +91,7 @@ class CarrierCaseDocument(TomlTable):
         "Sensors",
     )
     runs: Annotated[list[RunTable], Field(min_length=1), different("run name")] = key("Runs")
+    plan: PlanTable | None = key("Costs and limits of additions to the campaign", default=None)
 
     @model_validator(mode="after")
     def _has_samples(self) -> "CarrierCaseDocument":

@@ -25,6 +25,7 @@ from carrierflex.simulation.mounting.parameters import PARAMETERS
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.rig_keys import RIG_KEYS
 from carrierflex.simulation.mounting.table_3 import TABLE_3
+from carrierflex.simulation.plan_tables import PlanTable
 
 _HISTORY = {
     "duration": Key(Number, "Length of the record", "s"),
@@ -93,3 +94,4 @@ class MountingCaseDocument(TomlTable):
     rig: Annotated[MountingRig, FieldsOf(RIG_KEYS, without=("axial_motion",))] = key("Nominal rig")
     truth: Annotated[TruthTable, _TRUTH] = key("True mounting")
     runs: Annotated[list[RunTable], Field(min_length=1), different("run name")] = key("Runs")
+    plan: PlanTable | None = key("Costs and limits of additions to the campaign", default=None)

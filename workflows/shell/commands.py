@@ -146,6 +146,13 @@ COMMANDS = {
         "import_tables:completion_script",
         "Show the script that completes commands and options in a shell.",
     ),
+    "plan": Command(
+        "diagnosis.plan_campaign",
+        "plan_tables:plan_table",
+        "Tell which causes a campaign could see and part, and the cheapest addition that parts "
+        "more.",
+        "plan.json",
+    ),
     "check": Command(
         "diagnosis.check_campaign",
         "diagnosis_tables:check_table",

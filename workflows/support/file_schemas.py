@@ -36,6 +36,7 @@ from carrierflex.simulation.stage.stage_tables import StageCaseDocument
 from carrierflex.workflows.support import result_documents as results
 from carrierflex.workflows.support import study_documents as studies
 from carrierflex.workflows.support.job_documents import SummaryDocument
+from carrierflex.workflows.support.plan_documents import PlanDocument
 
 _Campaign = Annotated[
     CarrierCampaignDocument | MountingCampaignDocument | ElementCampaignDocument,
@@ -65,6 +66,7 @@ _RESULTS: dict[str, Any] = {
     "diagnosis": results.DiagnosisDocument,
     "rim motion": results.RimMotionDocument,
     "comparison": results.ComparisonDocument,
+    "plan": PlanDocument,
     "identification": results.IdentificationDocument,
     "import": results.ImportDocument,
     "certificate": results.CertificateDocument,

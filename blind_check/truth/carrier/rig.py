@@ -72,6 +72,34 @@ class CarrierState:
         return gain[:, None] * total + self.zero[:, None]
 
 
+@dataclass(frozen=True)
+class AddedRun:
+    """A run that is measured after those of a case.
+
+    Parameters
+    ----------
+    torque : float
+        Torque over nominal.
+    ntl_y, ntl_z : float
+        Radial load [N].
+    speed : float
+        Speed [rad/s].
+    seconds : float
+        Length.
+    """
+
+    torque: float
+    ntl_y: float
+    ntl_z: float
+    speed: float
+    seconds: float
+
+    @property
+    def load(self) -> tuple[float, float, float, float]:
+        """What acts, as the loads of a check are written."""
+        return self.torque, self.ntl_y, self.ntl_z, self.speed
+
+
 def drawn_record(
     rng: np.random.Generator, number: int, load: Sequence[float], seconds: float
 ) -> RimRecord:

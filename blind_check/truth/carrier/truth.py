@@ -30,6 +30,7 @@ from carrierflex.blind_check.truth.carrier.rig import (
     N_SENSORS,
     SENSOR_ANGLES,
     SENSOR_NAMES,
+    AddedRun,
     CarrierState,
     drawn_record,
 )
@@ -45,6 +46,7 @@ from carrierflex.blind_check.truth.carrier.sizes import sized_state, with_sensor
 from carrierflex.blind_check.truth.carrier.stage import stage_case
 from carrierflex.blind_check.truth.linear_refit import LinearBaseline
 from carrierflex.blind_check.truth.noise import (
+    added_rng,
     case_rng,
     coloured_noise,
     noise_rng,
@@ -72,7 +74,9 @@ _TORQUE = 0.01
 _FORM_RUNS, _LARGEST_LOAD = 8, 2e5
 
 
-def carrier_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
+def carrier_case(
+    plan: CasePlan, repeat: int = 0, *, added: Sequence[AddedRun] = ()
+) -> tuple[Campaign, Label]:
     """Campaign and label of one case.
 
     Parameters
@@ -81,13 +85,23 @@ def carrier_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         What to withhold and how large its gap shall be.
     repeat : int
         Number of the noise: the truth and the loads of a case are the same in all.
+    added : sequence of AddedRun
+        Runs measured after those of the case, on the same machine: truth, earlier records and label
+        stay what they are without them.
 
     Returns
     -------
     tuple of (Campaign, Label)
         Records with noise, and the truth.
+
+    Raises
+    ------
+    ValueError
+        Where runs are to be added to a case of the family "stage".
     """
     if plan.family == STAGE:
+        if added:
+            raise ValueError(f"family {STAGE} takes no further runs; expected another family")
         return stage_case(plan, repeat)
     rng = case_rng(plan)
     alone = plan.family == ONE_CONDITION
@@ -104,7 +118,8 @@ def carrier_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     error = 1.0 + _TORQUE * float(rng.choice((-1.0, 1.0)))
     declared = [replace(record, torque=record.torque * error) for record in records]
     baseline = _baseline(declared, contained)
-    known = _known_state(contained, rng, len(records))
+    n_runs = len(records) + len(added)
+    known = _known_state(contained, rng, n_runs)
 
     def residuals(read_state: CarrierState) -> list[FloatArray]:
         """Measured less baseline of every run, as the state's readings make it."""
@@ -113,7 +128,7 @@ def carrier_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         return baseline.residuals(read_state.read(records))
 
     ideal, floor = sized_state(
-        plan, rng, known, len(records), lambda candidate: _size(residuals(candidate))
+        plan, rng, known, n_runs, lambda candidate: _size(residuals(candidate))
     )
     state = with_sensor_errors(
         ideal,
@@ -122,21 +137,30 @@ def carrier_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
         floor,
         lambda candidate: _size(_differences(residuals(candidate), residuals(ideal))),
     )
+    every = [*records, *_added_records(plan, added, len(records))]
     own_noise = noise_rng(plan, repeat)
     noise = [
         floor * coloured_noise(own_noise, (N_SENSORS, record.time.size), memory=_MEMORY)
-        for record in records
+        for record in every
     ]
-    measured = [signal + added for signal, added in zip(state.read(records), noise, strict=True)]
+    measured = [signal + own for signal, own in zip(state.read(every), noise, strict=True)]
     # The effect as sensors without errors would read it: what a perfect model adds.
-    rho = _rho(baseline, measured, _differences(ideal.read(records), known.read(records)))
+    effect = _differences(ideal.read(records), known.read(records))
+    rho = _rho(baseline, measured[: len(records)], effect)
     label = _label(plan, state, floor, _size(residuals(ideal)) if plan.effects else 0.0, rho)
     if plan.family == FORM:
         label = _form_label(plan, label, loads)
     # What is outside the library, and a drift, have no place among the orders.
     elif label.effects and "thermal_drift" not in label.effects:
         label = replace(label, where=largest_cell(residuals(ideal), declared))
+    declared += [replace(record, torque=record.torque * error) for record in every[len(records) :]]
     return _campaign(plan, declared, measured, contained, floor), label
+
+
+def _added_records(plan: CasePlan, added: Sequence[AddedRun], first: int) -> list[RimRecord]:
+    """Records of further runs, from random numbers of their own."""
+    rng = added_rng(plan)
+    return [drawn_record(rng, first + k, run.load, run.seconds) for k, run in enumerate(added)]
 
 
 def _label(plan: CasePlan, state: CarrierState, floor: float, gap: float, rho: float) -> Label:

@@ -1,0 +1,145 @@
+"""Whether the measurement that a plan proposes parts causes that a campaign leaves alike.
+
+Cases of the family "aliased" in a new draw; only those count whose own diagnosis does not name the
+true cause alone. The proposal is measured on the same machine by the truth's own simulator.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from carrierflex.blind_check.labels import ALIASED, CasePlan, Label
+from carrierflex.blind_check.truth.alias_table import CONSTANT_LOAD
+from carrierflex.blind_check.truth.carrier.rig import AddedRun
+from carrierflex.diagnosis.inference.results import NAMED, NAMED_WITH_REMAINDER
+from carrierflex.diagnosis.results import Diagnosis
+from carrierflex.identification.campaign.campaign import Campaign
+
+#: Largest gap over the floor, as in a blind check.
+_LARGEST_GAP = 30.0
+#: Causes that hold another as a limit, whatever is measured: a clearance that is closed from the
+#: start is no clearance, and the simpler cause is named.
+HELD_BY: Mapping[str, tuple[str, ...]] = {"stiff_pins": ("pin_clearance",)}
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a diagnosis says of a case's cause.
+
+    Parameters
+    ----------
+    verdict : str
+        Verdict.
+    effects : tuple of str
+        Named effects.
+    aliases : tuple of str
+        Effects listed as alike with the true cause.
+    is_right : bool
+        Whether the true cause is named, and nothing that is not there.
+    is_alone : bool
+        Whether besides nothing is alike with it, but what holds it as a limit.
+    """
+
+    verdict: str
+    effects: tuple[str, ...]
+    aliases: tuple[str, ...]
+    is_right: bool
+    is_alone: bool
+
+
+@dataclass(frozen=True)
+class AdditionOutcome:
+    """A case before and after the proposed measurement.
+
+    Parameters
+    ----------
+    case, effect : str
+        Name of the case, withheld cause.
+    gap : float
+        Its gap over the floor in the campaign as given.
+    before : Answer
+        Diagnosis of the campaign as given.
+    proposal : str
+        First proposal in words; empty where there is none.
+    cost : float
+        Its cost [min].
+    is_sufficient : bool
+        Whether the plan expects it to part every pair.
+    after : Answer or None
+        Diagnosis with the proposed runs; None where there is no proposal of runs.
+    """
+
+    case: str
+    effect: str
+    gap: float
+    before: Answer
+    proposal: str = ""
+    cost: float = 0.0
+    is_sufficient: bool = False
+    after: Answer | None = None
+
+    @property
+    def is_parted(self) -> bool:
+        """Whether the true cause is named alone after the addition."""
+        return self.after is not None and self.after.is_alone
+
+
+def alias_case(seed: int, number: int, least_gap: float) -> CasePlan:
+    """One case of the draw.
+
+    Parameters
+    ----------
+    seed, number : int
+        Seed of the draw and place in it, from 1.
+    least_gap : float
+        Smallest gap over the floor; uniform in its logarithm up to 30.
+    """
+    rng = np.random.default_rng([seed, number])
+    names = CONSTANT_LOAD["carrier"]
+    gap = float(least_gap * (_LARGEST_GAP / least_gap) ** rng.uniform())
+    return CasePlan("carrier", number, seed, ALIASED, (names[number % len(names)],), gap)
+
+
+def answer_of(diagnosis: Diagnosis, label: Label) -> Answer:
+    """Answer of a diagnosis, judged against the label of a single cause."""
+    (cause,) = label.effects
+    effects = diagnosis.attribution.effects
+    named = diagnosis.verdict in (NAMED, NAMED_WITH_REMAINDER)
+    is_right = named and cause in effects and set(effects) - {cause} <= set(label.present)
+    members = {
+        own for group in diagnosis.attribution.aliases if cause in group for own in group
+    } - {cause}
+    is_alone = is_right and members <= set(HELD_BY.get(cause, ()))
+    return Answer(diagnosis.verdict, effects, tuple(sorted(members)), is_right, is_alone)
+
+
+def added_runs(pool: Campaign, minutes: Mapping[str, float], planned: int) -> tuple[AddedRun, ...]:
+    """Runs that a proposal adds, as the truth makes them.
+
+    Parameters
+    ----------
+    pool : Campaign
+        Planned runs and those that could be added.
+    minutes : mapping of str to float
+        Length of every run over that in the pool.
+    planned : int
+        How many runs were planned.
+    """
+    nominal = float(pool.rig["nominal_torque"])
+    added = []
+    for run in pool.runs[planned:]:
+        if run.name not in minutes:
+            continue
+        seconds = float(run.time[-1] - run.time[0])
+        angle = run.inputs["carrier_angle"]
+        added.append(
+            AddedRun(
+                float(run.inputs["torque"][0]) / nominal,
+                float(run.inputs["ntl_y"][0]),
+                float(run.inputs["ntl_z"][0]),
+                float(angle[-1] - angle[0]) / seconds,
+                minutes[run.name] * seconds,
+            )
+        )
+    return tuple(added)

@@ -1,0 +1,1 @@
+"""Signatures of the carrier over what is planned and what could be added."""

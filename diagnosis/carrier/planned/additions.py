@@ -1,0 +1,265 @@
+"""What could be added to a carrier's campaign: a sensor, load cases, minutes on the rig."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carrierflex.diagnosis.planning.results import LOADS, MINUTES, SENSOR, Addition, Costs
+from carrierflex.identification.campaign.campaign import Campaign, Channel
+from carrierflex.identification.campaign.records import Run
+
+FloatArray = NDArray[np.float64]
+
+AXIAL, RADIAL = "axial_displacement", "radial_displacement"
+#: Steps of torque, over the nominal one.
+_TORQUES = (0.1, 0.25, 0.5, 0.75, 1.0)
+#: Torques of the radial loads, and shares of the largest one.
+_LOADED_TORQUES = (0.25, 1.0)
+_LOADS = (("y", 1.0, 0.0), ("-y", -1.0, 0.0), ("z", 0.0, 1.0), ("-z", 0.0, -1.0))
+_SHARES = (0.5, 1.0)
+#: Lengths of an added run over the mean planned one, and of all runs made longer.
+_LENGTHS, _FACTORS = (1.0, 2.0, 4.0), (2.0, 4.0)
+#: Speeds beside the planned one.
+_SPEED_SHARE = 0.5
+#: Sensors are tried every so many degrees, not closer to another [deg].
+_EVERY, _CLOSEST = 30, 10.0
+#: Samples of a turn at least, in an added run.
+_SAMPLES_A_TURN = 36
+
+
+@dataclass(frozen=True)
+class RigLimits:
+    """What the rig can do.
+
+    Parameters
+    ----------
+    torque : float
+        Largest torque [N m].
+    radial_load : float
+        Largest radial load [N].
+    sensor_angles : tuple of float
+        Housing angles at which a sensor can stand [rad]; every 30 degrees where empty.
+    """
+
+    torque: float = 4.0e5
+    radial_load: float = 2.0e5
+    sensor_angles: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class CarrierPool:
+    """Campaign as planned with all that could be added, and the additions.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Planned runs first, planned channels first; signals of what is added are blank.
+    planned : Addition
+        What is planned alone.
+    additions : tuple of Addition
+        What could be added.
+    """
+
+    campaign: Campaign
+    planned: Addition
+    additions: tuple[Addition, ...]
+
+
+@dataclass(frozen=True)
+class _Load:
+    name: str
+    text: str
+    torque: float
+    ntl_y: float
+    ntl_z: float
+    speed: float
+
+
+def carrier_pool(campaign: Campaign, costs: Costs, limits: RigLimits) -> CarrierPool:
+    """What could be added to a campaign of kind carrier.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Runs and channels as planned.
+    costs : Costs
+        Costs by sort.
+    limits : RigLimits
+        What the rig can do.
+
+    Returns
+    -------
+    CarrierPool
+        Sensors at feasible places; steps of torque, radial loads of both signs and half the speed,
+        alone and in sets, at one, two and four times the mean planned length; all runs two and four
+        times as long.
+    """
+    seconds = float(np.mean([run.time[-1] - run.time[0] for run in campaign.runs]))
+    channels = tuple(channel.name for channel in campaign.channels)
+    once = {run.name: 1.0 for run in campaign.runs}
+    loads = _feasible_loads(campaign, limits)
+    sensors = _feasible_sensors(campaign, limits)
+    runs = tuple(_steady_run(campaign, load, seconds) for load in loads)
+    pool = replace(
+        _with_blank_channels(campaign, sensors),
+        runs=tuple(_blank(run, sensors) for run in (*campaign.runs, *runs)),
+    )
+    whole = sum(float(run.time[-1] - run.time[0]) for run in campaign.runs) / 60.0
+    additions = [
+        Addition(SENSOR, _sensor_text(own), once, (*channels, own.name), costs.sensor)
+        for own in sensors
+    ]
+    for names in _sets_of_loads(loads):
+        texts = " and ".join(own.text for own in loads if own.name in names)
+        for length in _LENGTHS:
+            minutes = {name: length for name in names}
+            own = len(names) * length * seconds
+            cost = costs.load_case * len(names) + costs.minute * own / 60.0
+            text = f"{texts}, {length * seconds:.0f} s{' each' if len(names) > 1 else ''}"
+            additions.append(Addition(LOADS, text, {**once, **minutes}, channels, cost))
+    for factor in _FACTORS:
+        longer = {name: factor for name in once}
+        text = f"every run {factor:g} times as long"
+        cost = costs.minute * (factor - 1.0) * whole
+        additions.append(Addition(MINUTES, text, longer, channels, cost))
+    return CarrierPool(pool, Addition(MINUTES, "as planned", once, channels, 0.0), tuple(additions))
+
+
+def _feasible_loads(campaign: Campaign, limits: RigLimits) -> list[_Load]:
+    """Loads that no planned run has."""
+    nominal = float(campaign.rig["nominal_torque"])
+    speed = _mean_speed(campaign)
+    has_radial = "ntl_y" in campaign.contract.inputs
+    loads = []
+    for share in _TORQUES:
+        if share * nominal <= limits.torque:
+            text = f"{share:.0%} torque without radial load"
+            loads.append(_Load(f"torque {share:g}", text, share * nominal, 0.0, 0.0, speed))
+    text = f"full torque at {_SPEED_SHARE:g} of the speed"
+    full = min(nominal, limits.torque)
+    loads.append(_Load("slow", text, full, 0.0, 0.0, _SPEED_SHARE * speed))
+    for torque in _LOADED_TORQUES if has_radial else ():
+        for name, y, z in _LOADS:
+            for share in _SHARES:
+                force = share * limits.radial_load
+                text = f"{torque:.0%} torque with {force / 1e3:g} kN along {name}"
+                load = _Load(
+                    f"torque {torque:g} {name} {share:g}", text, torque * full, y * force,
+                    z * force, speed,
+                )  # fmt: skip
+                loads.append(load)
+    present = [
+        (_mean(run, "torque"), _mean(run, "ntl_y"), _mean(run, "ntl_z"), _speed(run))
+        for run in campaign.runs
+    ]
+    scale = np.array([nominal, limits.radial_load, limits.radial_load, speed])
+    return [
+        load
+        for load in loads
+        if not any(
+            np.allclose(
+                np.array([load.torque, load.ntl_y, load.ntl_z, load.speed]) / scale,
+                np.array(own) / scale,
+                atol=0.05,
+                rtol=0.0,
+            )
+            for own in present
+        )
+    ]
+
+
+def _sets_of_loads(loads: Sequence[_Load]) -> Iterator[tuple[str, ...]]:
+    """Every load alone, then sets of torques and of radial loads."""
+    names = {load.name for load in loads}
+    yield from ((load.name,) for load in loads)
+    sets = [
+        ("torque 0.5", "torque 0.25"),
+        ("torque 0.1", "torque 0.5"),
+        ("torque 0.1", "torque 0.75"),
+        ("torque 0.1", "torque 0.5", "torque 0.75"),
+        ("torque 0.1", "torque 0.25", "torque 0.5", "torque 0.75"),
+        ("torque 1 y 1", "torque 1 z 1"),
+        ("torque 1 y 1", "torque 1 z 1", "torque 1 z 0.5"),
+        ("torque 1 z 1", "torque 1 -z 1", "torque 1 z 0.5", "torque 1 -z 0.5"),
+        ("torque 1 y 1", "torque 1 -y 1", "torque 1 z 1", "torque 1 -z 1"),
+        ("torque 0.25", "torque 1 y 1", "torque 1 z 1"),
+        ("torque 0.25 y 1", "torque 0.25 z 1"),
+        ("torque 0.25", "torque 0.5", "torque 1 y 1", "torque 1 z 1"),
+        ("torque 0.1", "torque 0.5", "torque 1 y 1", "torque 1 z 1", "torque 1 -z 0.5"),
+    ]
+    for own in sets:
+        there = tuple(name for name in own if name in names)
+        if len(there) > 1 and len(there) == len(own):
+            yield there
+
+
+def _feasible_sensors(campaign: Campaign, limits: RigLimits) -> list[Channel]:
+    """Axial and radial sensors at feasible places where none stands."""
+    angles = limits.sensor_angles or tuple(np.deg2rad(np.arange(0, 360, _EVERY)).tolist())
+    noise = np.sqrt(np.mean([(channel.noise_std or 0.0) ** 2 for channel in campaign.channels]))
+    found = []
+    for quantity, letter in ((AXIAL, "s"), (RADIAL, "r")):
+        taken = [float(c.angle or 0.0) for c in campaign.channels if c.quantity == quantity]
+        for angle in angles:
+            apart = [abs(np.angle(np.exp(1j * (angle - own)))) for own in taken]
+            if min(apart, default=np.pi) < np.deg2rad(_CLOSEST):
+                continue
+            name = f"{letter}{np.rad2deg(angle) % 360:03.0f} added"
+            radius = campaign.channels[0].radius
+            found.append(
+                Channel(
+                    name, quantity, "m", angle=angle, radius=radius,
+                    noise_std=float(noise) or None,
+                )
+            )  # fmt: skip
+    return found
+
+
+def _sensor_text(channel: Channel) -> str:
+    words = "axial" if channel.quantity == AXIAL else "radial"
+    return f"an {words} sensor at {np.rad2deg(channel.angle or 0.0) % 360:.0f} deg".replace(
+        "an radial", "a radial"
+    )
+
+
+def _with_blank_channels(campaign: Campaign, more: Sequence[Channel]) -> Campaign:
+    runs = tuple(_blank(run, more) for run in campaign.runs)
+    return replace(campaign, channels=(*campaign.channels, *more), runs=runs)
+
+
+def _blank(run: Run, channels: Sequence[Channel]) -> Run:
+    zero = np.zeros(run.time.size)
+    return replace(run, signals={**run.signals, **{own.name: zero for own in channels}})
+
+
+def _steady_run(campaign: Campaign, load: _Load, seconds: float) -> Run:
+    """Run under one load; its signals are blank."""
+    rate = min((run.time.size - 1) / (run.time[-1] - run.time[0]) for run in campaign.runs)
+    least = _SAMPLES_A_TURN * abs(load.speed) / (2.0 * np.pi)
+    time = np.arange(round(seconds * max(float(rate), least)) + 1) / max(float(rate), least)
+    columns = {
+        "carrier_angle": load.speed * time,
+        "torque": np.full(time.size, load.torque),
+        "ntl_y": np.full(time.size, load.ntl_y),
+        "ntl_z": np.full(time.size, load.ntl_z),
+    }
+    inputs = {name: columns[name] for name in campaign.runs[0].inputs if name in columns}
+    blank = {channel.name: np.zeros(time.size) for channel in campaign.channels}
+    predictions = blank if campaign.runs[0].predictions else {}
+    return Run(load.name, f"{load.name}.csv", load.text, time, inputs, blank, predictions)
+
+
+def _mean(run: Run, name: str) -> float:
+    return float(np.mean(run.inputs[name])) if name in run.inputs else 0.0
+
+
+def _speed(run: Run) -> float:
+    angle = run.inputs["carrier_angle"]
+    return float((angle[-1] - angle[0]) / (run.time[-1] - run.time[0]))
+
+
+def _mean_speed(campaign: Campaign) -> float:
+    speeds = [_speed(run) for run in campaign.runs]
+    return max(speeds, key=abs)

@@ -1,0 +1,1 @@
+"""Signatures of the mounting over what is planned and what could be added."""

@@ -1,0 +1,281 @@
+"""Tell, before measuring, which causes a campaign could see and part, and what to add to it.
+
+Takes a case file, or a campaign whose records leave causes that cannot be told apart. Writes
+plan.json and plan.png. A good answer: every cause that matters is seen well below the size worth
+noticing, no pair is alike, or the first proposal parts all that are.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from carrierflex.diagnosis.carrier.planned.additions import CarrierPool, RigLimits, carrier_pool
+from carrierflex.diagnosis.carrier.planned.columns import carrier_planned_table
+from carrierflex.diagnosis.carrier.problem import CarrierProblem
+from carrierflex.diagnosis.kinds import Curves, problem_of
+from carrierflex.diagnosis.mounting.planned.additions import MountingPool, mounting_pool
+from carrierflex.diagnosis.mounting.planned.columns import mounting_planned_table
+from carrierflex.diagnosis.mounting.problem import MountingProblem
+from carrierflex.diagnosis.planning.plan import campaign_plan
+from carrierflex.diagnosis.planning.results import CampaignPlan, Costs
+from carrierflex.files.json_files import plain, save_json
+from carrierflex.files.toml_files import read_toml, toml_document
+from carrierflex.files.versions import software_name
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.identification.campaign.campaign_part import campaign_part
+from carrierflex.simulation.carrier.case_files import CARRIER_CASE, shipped_case
+from carrierflex.simulation.mounting.case_files import MOUNTING_CASE
+from carrierflex.workflows.diagnosis.diagnose_campaign import campaign_curves
+from carrierflex.workflows.simulation import simulate_load_case
+from carrierflex.workflows.support.outputs import prepared_folder, save_figure
+from carrierflex.workflows.support.progress import Stages
+
+if TYPE_CHECKING:
+    from carrierflex.simulation.plan_tables import PlanTable
+
+PLAN_FILE = "plan.json"
+PICTURE_FILE = "plan.png"
+_FORMAT, _VERSION = "carrierflex-plan", 1
+#: Additions that plan.json lists.
+_MOST_ADDITIONS = 40
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedCampaign:
+    """A plan with the runs and channels that it looked at.
+
+    Parameters
+    ----------
+    plan : CampaignPlan
+        Sizes, pairs and additions.
+    pool : CarrierPool or MountingPool
+        What is planned and what could be added.
+    """
+
+    plan: CampaignPlan
+    pool: CarrierPool | MountingPool
+
+
+@dataclass(frozen=True)
+class PlanSettings:
+    """What a plan is asked for.
+
+    Parameters
+    ----------
+    gap : float
+        Gap in floors at which causes are to be told apart.
+    costs : Costs
+        What additions cost.
+    limits : RigLimits
+        What the rig can do.
+    """
+
+    gap: float = 6.0
+    costs: Costs = field(default_factory=Costs)
+    limits: RigLimits = field(default_factory=RigLimits)
+
+
+def main(
+    case: Path,
+    *,
+    out: Path | None = None,
+    gap: float | None = None,
+    baseline: list[str] | None = None,
+    effects: list[str] | None = None,
+    quiet: bool = False,
+) -> CampaignPlan:
+    """Tell which causes a campaign could see and part, and the cheapest addition that parts more.
+
+    Parameters
+    ----------
+    case : Path
+        Case file (TOML) of kind carrier or mounting, as for simulate, or the name of a case that
+        comes along; its table [plan] states costs [min] and limits of the rig [N m, N, deg]. Or a
+        campaign folder: its records then say which amplitudes each cause would have. Costs without
+        [plan]: a sensor 240 min, a load case 15 min beside its length, a minute of record 1 min;
+        limits 400 kN m and 200 kN.
+    out : Path, optional
+        Folder for plan.json and plan.png; without, the result is only shown.
+    gap : float, optional
+        RMS of a cause's gap over the noise at which causes are to be told apart; 6 without, or that
+        of the case. The gap of the records where there are any.
+    baseline : list of str, optional
+        Effects that the baseline contains, in place of those of the campaign (a case: the axial
+        offset); may be given several times.
+    effects : list of str, optional
+        Causes to look at; all of the kind without. May be given several times.
+    quiet : bool
+        Show no progress.
+
+    Returns
+    -------
+    CampaignPlan
+        Smallest sizes, pairs that look alike, additions with what they part.
+
+    Raises
+    ------
+    ValueError
+        Where the case or campaign is refused or of kind element, or the gap is not positive.
+    OSError
+        Where `out` cannot be written.
+    """
+    if not case.suffix and not case.exists():
+        case = shipped_case(str(case))
+    if gap is not None and not (np.isfinite(gap) and gap > 0.0):
+        raise ValueError(f"--gap is {gap}; expected a positive number of noise floors")
+    stages = Stages(2, quiet)
+    with threadpool_limits(limits=1), TemporaryDirectory() as folder:
+        is_measured = case.is_dir()
+        settings = PlanSettings() if is_measured else case_settings(case)
+        settings = settings if gap is None else replace(settings, gap=gap)
+        with stages.stage(f"reading {case}"):
+            records = case
+            if not is_measured:
+                records = Path(folder) / "campaign"
+                simulate_load_case.main(case, out=records, quiet=True)
+            campaign = campaign_part(
+                read_campaign(records), baseline=baseline, effects=effects or ()
+            )
+            curves = campaign_curves(campaign, records)
+        with stages.stage("what can be seen, parted and added"):
+            planned = plan_of(campaign, curves, settings, is_measured=is_measured, note=stages.note)
+    if out is not None:
+        _write(planned.plan, prepared_folder(out))
+    return planned.plan
+
+
+def plan_of(
+    campaign: Campaign,
+    curves: Curves | None,
+    settings: PlanSettings,
+    *,
+    is_measured: bool,
+    note: Callable[[str], None] = lambda text: None,
+) -> PlannedCampaign:
+    """Plan of a campaign with signals, simulated or measured.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Runs and channels as planned.
+    curves : mapping of str to DeflectionCurve, optional
+        Deflection curves, which kind carrier asks for.
+    settings : PlanSettings
+        Gap, costs and limits.
+    is_measured : bool
+        Whether the signals say which amplitudes a cause has.
+    note : callable
+        Told each step, for progress.
+
+    Raises
+    ------
+    ValueError
+        Where the kind has no additions.
+    """
+    if campaign.kind == "element":
+        raise ValueError(
+            f"campaign '{campaign.name}' is of kind element; plan knows the kinds carrier, mounting"
+        )
+    problem, _ = problem_of(campaign, curves)
+    pool: CarrierPool | MountingPool
+    if isinstance(problem, CarrierProblem):
+        pool = carrier_pool(problem.campaign, settings.costs, settings.limits)
+        table = carrier_planned_table(problem, pool.campaign, note)
+    elif isinstance(problem, MountingProblem):
+        pool = mounting_pool(
+            problem.records,
+            problem.model.channels,
+            settings.costs,
+            torque=settings.limits.torque,
+            radial_load=settings.limits.radial_load,
+        )
+        table = mounting_planned_table(problem, pool, note)
+    else:
+        raise ValueError(
+            f"campaign '{campaign.name}' has predictions of another simulator; plan knows the "
+            "baseline source model"
+        )
+    plan = campaign_plan(
+        table,
+        pool.additions,
+        planned=pool.planned,
+        gap=settings.gap,
+        names=(campaign.name, campaign.kind, problem.unit),
+        costs=settings.costs,
+        is_measured=is_measured,
+        note=note,
+    )
+    return PlannedCampaign(plan, pool)
+
+
+def case_settings(case: Path) -> PlanSettings:
+    """Gap, costs and limits of a case file.
+
+    Parameters
+    ----------
+    case : Path
+        Case file of kind carrier or mounting.
+
+    Raises
+    ------
+    ValueError
+        Where it is another file.
+    """
+    from carrierflex.simulation.carrier.case_tables import CarrierCaseDocument
+    from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
+
+    if toml_document(case, CARRIER_CASE).get("format") != "carrierflex-case":
+        raise ValueError(
+            f"{case}: not a case of kind carrier or mounting; expected one, or the campaign folder "
+            "that simulate writes of it"
+        )
+    table: PlanTable | None
+    if toml_document(case, CARRIER_CASE).get("kind") == "mounting":
+        table = read_toml(case, MOUNTING_CASE, MountingCaseDocument).plan
+    else:
+        table = read_toml(case, CARRIER_CASE, CarrierCaseDocument).plan
+    if table is None:
+        return PlanSettings()
+    return PlanSettings(
+        table.gap,
+        Costs(table.sensor_cost, table.load_case_cost, table.minute_cost),
+        RigLimits(
+            table.largest_torque,
+            table.largest_radial_load,
+            tuple(np.deg2rad(table.sensor_angles_deg).tolist()),
+        ),
+    )
+
+
+def plan_document(plan: CampaignPlan) -> dict[str, Any]:
+    """Content of plan.json."""
+    return {
+        "format": _FORMAT,
+        "version": _VERSION,
+        "campaign": plan.campaign,
+        "kind": plan.kind,
+        "software": software_name(),
+        "unit": plan.unit,
+        "gap": plan.gap,
+        "noise_std": plan.noise_std,
+        "is_measured": plan.is_measured,
+        "left_wanted": plan.left_wanted,
+        "costs": plain(plan.costs),
+        "sizes": plain(plan.sizes),
+        "pairs": plain(plan.pairs),
+        "proposal": plain(plan.proposal),
+        "additions": plain(plan.additions[:_MOST_ADDITIONS]),
+    }
+
+
+def _write(plan: CampaignPlan, out: Path) -> None:
+    from carrierflex.diagnosis.planning.picture import plan_figure
+
+    save_json(out / PLAN_FILE, plan_document(plan))
+    save_figure(out / PICTURE_FILE, plan_figure(plan))

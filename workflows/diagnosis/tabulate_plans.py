@@ -1,0 +1,185 @@
+"""How often the measurement that a plan proposes parts causes that a campaign leaves alike.
+
+Draws carrier campaigns at one load whose cause passes for another, plans, measures the first
+proposal on the same machine and diagnoses the enlarged campaign. Writes NUMBER.json for every case,
+which a later call takes up, and plans.md. A good answer: at least nine of ten parted, Wilson's
+interval beside it.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+
+from threadpoolctl import threadpool_limits
+
+from carrierflex.blind_check.added_measurements import (
+    AdditionOutcome,
+    Answer,
+    added_runs,
+    alias_case,
+    answer_of,
+)
+from carrierflex.blind_check.scoring.scoring import wilson
+from carrierflex.blind_check.truth.carrier.truth import carrier_case
+from carrierflex.diagnosis.carrier.planned.additions import CarrierPool
+from carrierflex.files.json_files import plain, read_json, save_json
+from carrierflex.files.whole_files import whole_file
+from carrierflex.workflows.diagnosis.plan_campaign import PlanSettings, plan_of
+from carrierflex.workflows.support.default_curves import default_curves
+from carrierflex.workflows.support.examination import examined
+from carrierflex.workflows.support.executors import work_executor
+from carrierflex.workflows.support.outputs import prepared_folder
+from carrierflex.workflows.support.progress import Stages
+
+
+def main(
+    *,
+    out: Path,
+    seed: int = 1,
+    cases: int = 24,
+    least_gap: float = 5.0,
+    workers: int = 1,
+    quiet: bool = False,
+) -> tuple[AdditionOutcome, ...]:
+    """Try the first proposal of a plan on cases whose cause passes for another.
+
+    Parameters
+    ----------
+    out : Path
+        Folder for the outcomes and the table; cases that stand there are not done again.
+    seed : int
+        Seed of the draw.
+    cases : int
+        Cases that count.
+    least_gap : float
+        Smallest gap over the floor in the campaign as given; drawn up to 30.
+    workers : int
+        Processes.
+    quiet : bool
+        Show no progress.
+
+    Returns
+    -------
+    tuple of AdditionOutcome
+        The cases that count, in the order of the draw.
+    """
+    folder = prepared_folder(out)
+    counted: list[AdditionOutcome] = []
+    drawn = 0
+    stages = Stages(1, quiet)
+    with stages.stage("planning, measuring and diagnosing"), work_executor(workers) as executor:
+        numbers = count(1)
+        while len(counted) < cases:
+            batch = [next(numbers) for _ in range(max(1, workers))]
+            tasks = [
+                executor.submit(_outcome_in, folder, seed, number, least_gap) for number in batch
+            ]
+            for task in tasks:
+                outcome = task.result()
+                drawn += len(counted) < cases
+                if not outcome.before.is_alone and len(counted) < cases:
+                    counted.append(outcome)
+            stages.note(f"{len(counted)} of {cases} cases, {drawn} drawn")
+    with whole_file(folder / "plans.md") as file:
+        file.write_text("\n".join(_table(counted, drawn)) + "\n", encoding="utf-8")
+    return tuple(counted)
+
+
+def _outcome_in(folder: Path, seed: int, number: int, least_gap: float) -> AdditionOutcome:
+    """Outcome of one case, from its file where there is one."""
+    path = folder / f"{seed}-{number:03d}.json"
+    if not path.is_file():
+        with threadpool_limits(limits=1):
+            save_json(path, plain(addition_outcome(seed, number, least_gap)))
+    row = read_json(path, "the outcome of a case")
+    try:
+        before, after = _answer(row.pop("before")), row.pop("after")
+        outcome = AdditionOutcome(**row, before=before)
+        return replace(outcome, after=_answer(after) if after is not None else None)
+    except (KeyError, TypeError) as error:
+        raise ValueError(
+            f"{path}: not the outcome of a case; remove it to make it again"
+        ) from error
+
+
+def _answer(row: dict) -> Answer:
+    return Answer(**{**row, "effects": tuple(row["effects"]), "aliases": tuple(row["aliases"])})
+
+
+def addition_outcome(seed: int, number: int, least_gap: float) -> AdditionOutcome:
+    """One case before and after the first proposal.
+
+    Parameters
+    ----------
+    seed, number : int
+        Seed of the draw and place in it.
+    least_gap : float
+        Smallest gap over the floor.
+    """
+    case = alias_case(seed, number, least_gap)
+    curves = default_curves()
+    given, label = carrier_case(case)
+    before = answer_of(examined(given, curves).diagnosis(), label)
+    outcome = AdditionOutcome(case.name, case.effects[0], label.gap_over_floor, before)
+    if before.is_alone:
+        return outcome
+    planned = plan_of(given, curves, PlanSettings(), is_measured=True)
+    proposal, pool = planned.plan.proposal, planned.pool
+    if proposal is None or not isinstance(pool, CarrierPool):
+        return outcome
+    addition = proposal.addition
+    told = replace(
+        outcome,
+        proposal=addition.text,
+        cost=addition.cost,
+        is_sufficient=proposal.is_sufficient,
+    )
+    runs = added_runs(pool.campaign, addition.minutes, len(given.runs))
+    if not runs:
+        # A sensor more, or longer runs, are no runs that the truth's simulator adds.
+        return told
+    enlarged, _ = carrier_case(case, added=runs)
+    return replace(told, after=answer_of(examined(enlarged, curves).diagnosis(), label))
+
+
+def _table(outcomes: Sequence[AdditionOutcome], drawn: int) -> Iterator[str]:
+    yield "| case | cause | gap | before | alike | proposal | min | after | alike | parted |"
+    yield "|---|---|---|---|---|---|---|---|---|---|"
+    for own in outcomes:
+        after = own.after
+        cells = (
+            own.case,
+            own.effect,
+            f"{own.gap:.1f}",
+            _named(own.before),
+            ", ".join(own.before.aliases) or "-",
+            own.proposal or "none",
+            f"{own.cost:.0f}",
+            _named(after) if after is not None else "-",
+            ", ".join(after.aliases) or "-" if after is not None else "-",
+            "yes" if own.is_parted else "no",
+        )
+        yield f"| {' | '.join(cells)} |"
+    yield ""
+    for words, hits in (
+        ("true cause alone before", sum(own.before.is_alone for own in outcomes)),
+        ("true cause named before, alike with others or not",
+         sum(own.before.is_right for own in outcomes)),
+        ("true cause alone after the first proposal", sum(own.is_parted for own in outcomes)),
+        ("true cause named after it, alike with others or not",
+         sum(own.after is not None and own.after.is_right for own in outcomes)),
+    ):  # fmt: skip
+        low, high = wilson(hits, len(outcomes))
+        yield f"- {words}: {hits} of {len(outcomes)} (95 %: {low:.0%} to {high:.0%})"
+    yield f"- cases drawn until so many passed for another: {drawn}"
+
+
+def _named(answer: Answer) -> str:
+    return f"{answer.verdict}: {', '.join(answer.effects) or 'nothing'}"
+
+
+if __name__ == "__main__":
+    import cyclopts
+
+    cyclopts.run(main)
