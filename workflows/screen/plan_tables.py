@@ -36,7 +36,8 @@ def _sizes(plan: CampaignPlan) -> RenderableType:
 def _pairs(plan: CampaignPlan) -> RenderableType:
     table = titled_table(
         f"not told apart at {plan.gap:.3g} floors",
-        "cause", "fitted instead", "angle [deg]", "left [floors]", "parted from [floors]", "by an addition",
+        "cause", "fitted instead", "angle [deg]", "left [floors]", "parted from [floors]",
+        "by an addition",
     )  # fmt: skip
     for pair in plan.pairs:
         if pair.state != "parted":
