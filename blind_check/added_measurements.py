@@ -16,8 +16,6 @@ from carrierflex.diagnosis.inference.results import NAMED, NAMED_WITH_REMAINDER
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.identification.campaign.campaign import Campaign
 
-#: Largest gap over the floor, as in a blind check.
-_LARGEST_GAP = 30.0
 #: Causes that hold another as a limit, whatever is measured: a clearance that is closed from the
 #: start is no clearance, and the simpler cause is named.
 HELD_BY: Mapping[str, tuple[str, ...]] = {"stiff_pins": ("pin_clearance",)}
@@ -85,19 +83,19 @@ class AdditionOutcome:
         return self.after is not None and self.after.is_alone
 
 
-def alias_case(seed: int, number: int, least_gap: float) -> CasePlan:
+def alias_case(seed: int, number: int, gaps: tuple[float, float]) -> CasePlan:
     """One case of the draw.
 
     Parameters
     ----------
     seed, number : int
         Seed of the draw and place in it, from 1.
-    least_gap : float
-        Smallest gap over the floor; uniform in its logarithm up to 30.
+    gaps : tuple of float
+        Smallest and largest gap over the floor; uniform in its logarithm.
     """
     rng = np.random.default_rng([seed, number])
     names = CONSTANT_LOAD["carrier"]
-    gap = float(least_gap * (_LARGEST_GAP / least_gap) ** rng.uniform())
+    gap = float(gaps[0] * (gaps[1] / gaps[0]) ** rng.uniform())
     return CasePlan("carrier", number, seed, ALIASED, (names[number % len(names)],), gap)
 
 

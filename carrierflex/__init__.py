@@ -20,16 +20,19 @@ if TYPE_CHECKING:
     )
     from carrierflex.workflows.in_python.curves import Curves, deflection_curves
     from carrierflex.workflows.in_python.diagnoses import Diagnosed, diagnosed
+    from carrierflex.workflows.in_python.plans import Planned, planned_campaign
 
 __all__ = [
     "Body",
     "Curves",
     "Diagnosed",
+    "Planned",
     "Records",
     "deflection_curves",
     "diagnosed",
     "given_body",
     "measured_campaign",
+    "planned_campaign",
     "reduced_body",
     "simulated_campaign",
 ]
@@ -39,6 +42,7 @@ _MODULES = {
     "campaigns": ("Records", "measured_campaign", "simulated_campaign"),
     "curves": ("Curves", "deflection_curves"),
     "diagnoses": ("Diagnosed", "diagnosed"),
+    "plans": ("Planned", "planned_campaign"),
 }
 
 

@@ -17,12 +17,12 @@ from threadpoolctl import threadpool_limits
 from carrierflex.diagnosis.carrier.planned.additions import CarrierPool, RigLimits, carrier_pool
 from carrierflex.diagnosis.carrier.planned.columns import carrier_planned_table
 from carrierflex.diagnosis.carrier.problem import CarrierProblem
+from carrierflex.diagnosis.inference.planning.plan import campaign_plan
+from carrierflex.diagnosis.inference.planning.results import CampaignPlan, Costs
 from carrierflex.diagnosis.kinds import Curves, problem_of
 from carrierflex.diagnosis.mounting.planned.additions import MountingPool, mounting_pool
 from carrierflex.diagnosis.mounting.planned.columns import mounting_planned_table
 from carrierflex.diagnosis.mounting.problem import MountingProblem
-from carrierflex.diagnosis.planning.plan import campaign_plan
-from carrierflex.diagnosis.planning.results import CampaignPlan, Costs
 from carrierflex.files.json_files import plain, save_json
 from carrierflex.files.toml_files import read_toml, toml_document
 from carrierflex.files.versions import software_name
@@ -275,7 +275,7 @@ def plan_document(plan: CampaignPlan) -> dict[str, Any]:
 
 
 def _write(plan: CampaignPlan, out: Path) -> None:
-    from carrierflex.diagnosis.planning.picture import plan_figure
+    from carrierflex.diagnosis.inference.planning.picture import plan_figure
 
     save_json(out / PLAN_FILE, plan_document(plan))
     save_figure(out / PICTURE_FILE, plan_figure(plan))

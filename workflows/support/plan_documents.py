@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Annotated, Literal, TypedDict
 
-from carrierflex.diagnosis.planning.results import (
+from carrierflex.diagnosis.inference.planning.results import (
     CausePair,
     Costs,
     RankedAddition,

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.planning.results import LOADS, MINUTES, SENSOR, Addition, Costs
+from carrierflex.diagnosis.inference.planning.results import LOADS, MINUTES, SENSOR, Addition, Costs
 from carrierflex.identification.campaign.campaign import Campaign, Channel
 from carrierflex.identification.campaign.records import Run
 

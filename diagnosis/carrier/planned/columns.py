@@ -17,7 +17,7 @@ from carrierflex.diagnosis.carrier.signature_rows import (
     rows_at,
 )
 from carrierflex.diagnosis.comparison.problem import Parameter
-from carrierflex.diagnosis.planning.table import PlannedTable, ScaledParameter, Signature
+from carrierflex.diagnosis.inference.planning.table import PlannedTable, ScaledParameter, Signature
 from carrierflex.identification.campaign.campaign import Campaign
 
 FloatArray = NDArray[np.float64]

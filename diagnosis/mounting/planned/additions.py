@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.diagnosis.inference.planning.results import LOADS, MINUTES, Addition, Costs
 from carrierflex.diagnosis.mounting.records import MountingRecord
-from carrierflex.diagnosis.planning.results import LOADS, MINUTES, Addition, Costs
 from carrierflex.simulation.mounting.inputs import MountingInputs
 
 FloatArray = NDArray[np.float64]

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import BASELINE
+from carrierflex.diagnosis.inference.planning.table import PlannedTable, ScaledParameter, Signature
 from carrierflex.diagnosis.mounting.planned.additions import MountingPool
 from carrierflex.diagnosis.mounting.problem import MountingProblem
 from carrierflex.diagnosis.mounting.signatures import (
@@ -14,7 +15,6 @@ from carrierflex.diagnosis.mounting.signatures import (
     column_values,
     signature_columns,
 )
-from carrierflex.diagnosis.planning.table import PlannedTable, ScaledParameter, Signature
 
 
 def mounting_planned_table(

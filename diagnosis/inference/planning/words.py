@@ -1,7 +1,12 @@
 """A plan in sentences."""
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name
-from carrierflex.diagnosis.planning.results import NEVER, CampaignPlan, CausePair, RankedAddition
+from carrierflex.diagnosis.inference.planning.results import (
+    NEVER,
+    CampaignPlan,
+    CausePair,
+    RankedAddition,
+)
 
 #: Pairs that a sentence names.
 _MOST = 6

@@ -12,8 +12,8 @@ an RMS in floors of noise, the measure of the diagnosis's own rules.
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.diagnosis.inference.planning.table import MeasuredGram, Signature
 from carrierflex.diagnosis.inference.thresholds import Thresholds
-from carrierflex.diagnosis.planning.table import MeasuredGram, Signature
 
 FloatArray = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_names import plain_name
-from carrierflex.diagnosis.planning.results import CampaignPlan
+from carrierflex.diagnosis.inference.planning.results import CampaignPlan
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -84,6 +84,6 @@ def _draw_pairs(axes: "Axes", plan: CampaignPlan) -> None:
     names = [plain_name(own) for own in causes]
     axes.set_xticks(range(len(names)), names, rotation=55, ha="right", fontsize=8)
     axes.set_yticks(range(len(names)), names, fontsize=8)
-    axes.set_xlabel("effect that is fitted")
+    axes.set_xlabel(f"effect that is fitted (bold: passes for the cause at {plan.gap:.3g} floors)")
     axes.set_ylabel("cause")
     axes.figure.colorbar(image, ax=axes, label="smallest angle between signatures [deg]")

@@ -39,6 +39,7 @@ def main(
     seed: int = 1,
     cases: int = 24,
     least_gap: float = 5.0,
+    largest_gap: float = 30.0,
     workers: int = 1,
     quiet: bool = False,
 ) -> tuple[AdditionOutcome, ...]:
@@ -52,8 +53,8 @@ def main(
         Seed of the draw.
     cases : int
         Cases that count.
-    least_gap : float
-        Smallest gap over the floor in the campaign as given; drawn up to 30.
+    least_gap, largest_gap : float
+        Range of the gap over the floor in the campaign as given.
     workers : int
         Processes.
     quiet : bool
@@ -73,7 +74,8 @@ def main(
         while len(counted) < cases:
             batch = [next(numbers) for _ in range(max(1, workers))]
             tasks = [
-                executor.submit(_outcome_in, folder, seed, number, least_gap) for number in batch
+                executor.submit(_outcome_in, folder, seed, number, (least_gap, largest_gap))
+                for number in batch
             ]
             for task in tasks:
                 outcome = task.result()
@@ -86,12 +88,12 @@ def main(
     return tuple(counted)
 
 
-def _outcome_in(folder: Path, seed: int, number: int, least_gap: float) -> AdditionOutcome:
+def _outcome_in(folder: Path, seed: int, number: int, gaps: tuple[float, float]) -> AdditionOutcome:
     """Outcome of one case, from its file where there is one."""
     path = folder / f"{seed}-{number:03d}.json"
     if not path.is_file():
         with threadpool_limits(limits=1):
-            save_json(path, plain(addition_outcome(seed, number, least_gap)))
+            save_json(path, plain(addition_outcome(seed, number, gaps)))
     row = read_json(path, "the outcome of a case")
     try:
         before, after = _answer(row.pop("before")), row.pop("after")
@@ -107,17 +109,17 @@ def _answer(row: dict) -> Answer:
     return Answer(**{**row, "effects": tuple(row["effects"]), "aliases": tuple(row["aliases"])})
 
 
-def addition_outcome(seed: int, number: int, least_gap: float) -> AdditionOutcome:
+def addition_outcome(seed: int, number: int, gaps: tuple[float, float]) -> AdditionOutcome:
     """One case before and after the first proposal.
 
     Parameters
     ----------
     seed, number : int
         Seed of the draw and place in it.
-    least_gap : float
-        Smallest gap over the floor.
+    gaps : tuple of float
+        Smallest and largest gap over the floor.
     """
-    case = alias_case(seed, number, least_gap)
+    case = alias_case(seed, number, gaps)
     curves = default_curves()
     given, label = carrier_case(case)
     before = answer_of(examined(given, curves).diagnosis(), label)

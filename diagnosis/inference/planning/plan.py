@@ -6,15 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.inference.thresholds import Thresholds
-from carrierflex.diagnosis.planning.information import (
+from carrierflex.diagnosis.inference.planning.information import (
     least_left_energy,
     left_energy,
     named_gap,
     seen_directions,
     visible_multiple,
 )
-from carrierflex.diagnosis.planning.results import (
+from carrierflex.diagnosis.inference.planning.results import (
     ALIKE,
     NEVER,
     PARTED,
@@ -25,7 +24,8 @@ from carrierflex.diagnosis.planning.results import (
     RankedAddition,
     VisibleSize,
 )
-from carrierflex.diagnosis.planning.table import MeasuredGram, PlannedTable, Signature
+from carrierflex.diagnosis.inference.planning.table import MeasuredGram, PlannedTable, Signature
+from carrierflex.diagnosis.inference.thresholds import Thresholds
 
 FloatArray = NDArray[np.float64]
 

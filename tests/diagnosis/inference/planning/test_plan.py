@@ -1,0 +1,162 @@
+"""A plan on signatures whose angles have a closed form."""
+
+import numpy as np
+import pytest
+
+from carrierflex.diagnosis.inference.planning.information import visible_multiple
+from carrierflex.diagnosis.inference.planning.plan import campaign_plan
+from carrierflex.diagnosis.inference.planning.results import (
+    ALIKE,
+    LOADS,
+    MINUTES,
+    NEVER,
+    PARTED,
+    SENSOR,
+    Addition,
+    Costs,
+)
+from carrierflex.diagnosis.inference.planning.table import PlannedTable, ScaledParameter, Signature
+
+N_SAMPLES = 400.0
+SCALES = {"offset": 2e-5, "tilt": 1e-4}
+
+
+def table_of(columns, *, runs, channels, n_base=0):
+    """Table of constant columns: one row a part, the target zero, noise of one."""
+    columns = np.asarray(columns, dtype=np.float64)
+    rows = np.concatenate([np.zeros((len(columns), 1)), columns], axis=1)
+    grams = N_SAMPLES * rows[:, :, None] * rows[:, None, :]
+    names = tuple(SCALES)
+    return PlannedTable(
+        gram=grams,
+        n_base=n_base,
+        known=np.zeros(n_base),
+        signatures=tuple(Signature(name, (), (1 + n_base + k,)) for k, name in enumerate(names)),
+        parameters={name: ScaledParameter("a", "m", scale) for name, scale in SCALES.items()},
+        runs=np.array([own[0] for own in runs]),
+        channels=np.array([own[1] for own in runs]),
+        n_samples=np.full(len(runs), N_SAMPLES),
+        run_names=tuple(f"run{k}" for k in range(1 + max(own[0] for own in runs))),
+        channel_names=channels,
+        noise_std=1.0,
+    )
+
+
+def plan_of_table(table, additions, planned, gap=6.0):
+    return campaign_plan(
+        table,
+        additions,
+        planned=planned,
+        gap=gap,
+        names=("twin", "carrier", "m"),
+        costs=Costs(),
+        is_measured=False,
+    )
+
+
+def addition(kind, minutes, channels, cost=10.0):
+    return Addition(kind, kind, minutes, channels, cost)
+
+
+def sensors_at(degrees):
+    """Offset and tilt about one axis at sensors, each a channel of one run."""
+    angles = np.deg2rad(degrees)
+    columns = np.column_stack([np.ones(angles.size), np.cos(angles)])
+    names = tuple(f"s{own}" for own in degrees)
+    return table_of(columns, runs=[(0, c) for c in range(angles.size)], channels=names)
+
+
+@pytest.mark.parametrize("second", [30, 90, 180])
+def test_the_angle_between_offset_and_tilt_is_that_of_two_vectors_over_the_sensors(second):
+    table = sensors_at([0, second])
+    planned = addition(MINUTES, {"run0": 1.0}, table.channel_names, 0.0)
+    plan = plan_of_table(table, [], planned)
+    offset, tilt = np.ones(2), np.cos(np.deg2rad([0, second]))
+    cosine = offset @ tilt / np.linalg.norm(offset) / np.linalg.norm(tilt)
+    for pair in plan.pairs:
+        assert pair.angle_deg == pytest.approx(np.rad2deg(np.arccos(cosine)), abs=1e-4)
+
+
+def test_a_sensor_diametrically_opposite_parts_an_offset_from_a_tilt():
+    table = sensors_at([0, 15, 180])
+    planned = addition(MINUTES, {"run0": 1.0}, ("s0",), 0.0)
+    beside, opposite = (addition(SENSOR, {"run0": 1.0}, ("s0", name)) for name in ("s15", "s180"))
+    plan = plan_of_table(table, [beside, opposite], planned)
+    assert {pair.state for pair in plan.pairs} == {ALIKE}
+    assert plan.proposal.addition is opposite
+    assert plan.proposal.is_sufficient
+    # Opposite, the rival leaves the whole gap of six floors, at right angles to it.
+    assert plan.proposal.least_left == pytest.approx(6.0, rel=1e-6)
+    assert plan.proposal.distance == pytest.approx(6.0 * np.sqrt(2.0 * N_SAMPLES), rel=1e-6)
+    assert plan.proposal.information == pytest.approx(36.0 * N_SAMPLES, rel=1e-6)
+
+
+def test_a_second_torque_parts_what_grows_with_torque_from_what_does_not():
+    share = 0.25
+    table = table_of([[1.0, 1.0], [1.0, share]], runs=[(0, 0), (1, 0)], channels=("s",))
+    planned = addition(MINUTES, {"run0": 1.0}, ("s",), 0.0)
+    longer = addition(MINUTES, {"run0": 4.0}, ("s",), 1.0)
+    torque = addition(LOADS, {"run0": 1.0, "run1": 1.0}, ("s",), 16.0)
+    plan = plan_of_table(table, [longer, torque], planned, gap=12.0)
+    assert {pair.state for pair in plan.pairs} == {ALIKE}
+    assert plan.proposal.addition is torque
+    # Constant against growing: |1 - t| / |(1, t)| of a gap of 12, over the root of two runs.
+    least = 12.0 * (1.0 - share) / np.hypot(1.0, 1.0) / np.sqrt(2.0)
+    assert plan.proposal.least_left == pytest.approx(least, rel=1e-6)
+    # Minutes alone part nothing: both stay in proportion.
+    assert plan.additions[1].least_left == pytest.approx(0.0, abs=1e-4)
+
+
+def test_twice_the_minutes_lower_the_smallest_visible_size_by_the_root_of_two():
+    table = sensors_at([0, 90])
+    sizes = [
+        plan_of_table(table, [], addition(MINUTES, {"run0": own}, ("s0", "s90"), 0.0)).sizes[0]
+        for own in (1.0, 2.0)
+    ]
+    assert sizes[0].seen_from / sizes[1].seen_from == pytest.approx(np.sqrt(2.0), rel=1e-9)
+    # The floor rule of the diagnosis asks for a share of the noise, however long the record.
+    assert sizes[0].named_from == pytest.approx(sizes[1].named_from, rel=1e-9)
+    # Two sensors of 400 samples: the root of the energy reaches the asked-for standard deviations.
+    expected = visible_multiple(1) / np.sqrt(2.0 * N_SAMPLES) * SCALES["offset"]
+    assert sizes[0].seen_from == pytest.approx(expected, rel=1e-9)
+
+
+def test_what_the_baseline_takes_up_is_never_seen():
+    columns = np.array([[1.0, 1.0, 0.0], [1.0, 1.0, 1.0]])
+    table = table_of(columns, runs=[(0, 0), (0, 1)], channels=("a", "b"), n_base=1)
+    plan = plan_of_table(table, [], addition(MINUTES, {"run0": 1.0}, ("a", "b"), 0.0))
+    offset, tilt = plan.sizes
+    assert offset.seen_from == np.inf
+    # Of (0, 1) the baseline (1, 1) leaves (-1, 1) / 2.
+    assert tilt.surviving == pytest.approx(np.sqrt(0.5), rel=1e-6)
+    assert plan.pairs == ()
+    assert plan.proposal is None
+
+
+def test_causes_that_nothing_feasible_parts_ask_for_no_addition():
+    table = table_of([[1.0, 1.0], [0.5, 0.5]], runs=[(0, 0), (1, 0)], channels=("s",))
+    planned = addition(MINUTES, {"run0": 1.0}, ("s",), 0.0)
+    plan = plan_of_table(table, [addition(LOADS, {"run0": 1.0, "run1": 1.0}, ("s",))], planned)
+    assert {pair.state for pair in plan.pairs} == {NEVER}
+    assert plan.proposal is None
+
+
+def test_the_cheapest_of_sufficient_additions_is_proposed():
+    table = sensors_at([0, 120, 180])
+    planned = addition(MINUTES, {"run0": 1.0}, ("s0",), 0.0)
+    dear = addition(SENSOR, {"run0": 1.0}, ("s0", "s180"), 240.0)
+    cheap = addition(SENSOR, {"run0": 1.0}, ("s0", "s120"), 100.0)
+    plan = plan_of_table(table, [dear, cheap], planned)
+    assert [own.addition.cost for own in plan.additions] == [100.0, 240.0]
+    assert all(own.is_sufficient for own in plan.additions)
+    assert plan.additions[0].information < plan.additions[1].information
+
+
+def test_a_pair_is_parted_from_the_gap_at_which_the_rival_leaves_two_floors():
+    table = sensors_at([0, 60])
+    planned = addition(MINUTES, {"run0": 1.0}, table.channel_names, 0.0)
+    at = plan_of_table(table, [], planned, gap=6.0).pairs[0].parted_from
+    assert plan_of_table(table, [], planned, gap=0.99 * at).pairs[0].state != PARTED
+    pair = plan_of_table(table, [], planned, gap=1.01 * at).pairs[0]
+    assert pair.state == PARTED
+    assert pair.left == pytest.approx(2.02, rel=1e-6)

@@ -1,0 +1,90 @@
+"""What a campaign could see and part, asked before and after it is measured."""
+
+import numpy as np
+import pytest
+
+from carrierflex.blind_check.labels import ALIASED, CasePlan
+from carrierflex.blind_check.truth.carrier.truth import carrier_case
+from carrierflex.diagnosis.inference.planning.results import LOADS
+from carrierflex.diagnosis.inference.planning.words import first_sentences
+from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.simulation.carrier.case_files import shipped_case
+from carrierflex.workflows.diagnosis import plan_campaign
+from carrierflex.workflows.diagnosis.studies.tabulate_plans import addition_outcome
+from tests.workflows.checked_documents import checked_document
+
+SEED = 71101
+
+
+def case_with(tmp_path, text):
+    """Shipped carrier case with two short runs and a table [plan]."""
+    shipped = shipped_case("carrier_lc1_to_lc4").read_text(encoding="utf-8")
+    short = shipped.replace("duration = 60.0", "duration = 12.0")
+    path = tmp_path / "case.toml"
+    path.write_text(f"{short}\n[plan]\n{text}", encoding="utf-8")
+    return path
+
+
+def test_costs_and_limits_of_a_case_are_read_and_others_are_the_defaults(tmp_path):
+    case = case_with(tmp_path, "sensor_cost = 30.0\nsensor_angles_deg = [90.0]\n")
+    settings = plan_campaign.case_settings(case)
+    assert settings.costs.sensor == 30.0
+    assert settings.costs.load_case == 15.0
+    assert settings.limits.sensor_angles == pytest.approx((0.5 * np.pi,))
+    assert settings.gap == 6.0
+
+
+def test_a_wrong_key_of_the_plan_is_refused_by_name(tmp_path):
+    with pytest.raises(ValueError, match="sensor_price"):
+        plan_campaign.case_settings(case_with(tmp_path, "sensor_price = 30.0\n"))
+
+
+def test_a_gap_that_is_no_size_is_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"--gap is -1.0; expected a positive number"):
+        plan_campaign.main(case_with(tmp_path, ""), gap=-1.0, quiet=True)
+
+
+def test_a_stage_is_sent_to_simulate_first():
+    with pytest.raises(ValueError, match="expected one, or the campaign folder"):
+        plan_campaign.main(shipped_case("stage_lc1"), quiet=True)
+
+
+@pytest.mark.long
+def test_a_case_is_planned_and_written(tmp_path):
+    effects = ["carrier_tilt", "unequal_load_sharing", "face_runout", "flexible_pins"]
+    plan = plan_campaign.main(
+        case_with(tmp_path, ""), out=tmp_path / "out", effects=effects, quiet=True
+    )
+    document = checked_document(tmp_path / "out" / "plan.json")
+    assert (tmp_path / "out" / "plan.png").stat().st_size > 10_000
+    assert [own["effect"] for own in document["sizes"]] == [own.effect for own in plan.sizes]
+    assert set(effects) == {own.effect for own in plan.sizes}
+    assert plan.noise_std == pytest.approx(5e-6)
+    assert not plan.is_measured
+    assert "floors" in first_sentences(plan)
+
+
+@pytest.mark.long
+def test_at_one_torque_a_clearance_asks_for_another_torque(tmp_path):
+    case = CasePlan("carrier", 6, SEED, ALIASED, ("pin_clearance",), 15.0)
+    given, _ = carrier_case(case)
+    write_campaign(given, tmp_path / "campaign")
+    plan = plan_campaign.main(tmp_path / "campaign", quiet=True)
+    assert plan.is_measured
+    assert plan.gap == pytest.approx(15.0, rel=0.1)
+    assert ("pin_clearance", "stiff_pins") in {(own.cause, own.rival) for own in plan.alike}
+    addition = plan.proposal.addition
+    assert addition.kind == LOADS
+    assert plan.proposal.is_sufficient
+    # Longer runs at the same torque tell nothing more.
+    longer = [own for own in plan.additions if own.addition.kind == "minutes"]
+    assert longer
+    assert not any(own.is_sufficient for own in longer)
+
+
+@pytest.mark.long
+def test_the_first_proposal_parts_a_cause_that_passed_for_another():
+    outcome = addition_outcome(SEED, 1, (12.0, 20.0))
+    assert not outcome.before.is_alone
+    assert outcome.is_sufficient
+    assert outcome.is_parted
