@@ -103,8 +103,8 @@ def main(
     out : Path, optional
         Folder for plan.json and plan.png; without, the result is only shown.
     gap : float, optional
-        RMS of a cause's gap over the noise at which causes are to be told apart; 6 without, or that
-        of the case. The gap of the records where there are any.
+        Gap at which causes are to be told apart, its RMS over that of the noise [1]; 6 without, or
+        that of the case. The gap of the records where there are any.
     baseline : list of str, optional
         Effects that the baseline contains, in place of those of the campaign (a case: the axial
         offset); may be given several times.
