@@ -96,7 +96,7 @@ def main(
         for body in (reduced.flexible, reduced.stiff, reduced.pin):
             write_body(body.model, out / "bodies" / f"{body.model.name}.h5")
     with stages.stage("pictures of the carriers"):
-        case = _load_cases(out, stage.carrier.n_planets)
+        case = _load_cases(out, stage.carrier)
         draw_carriers(out / "pictures", variants, curves, reduced, case)
     with stages.stage("planetary stage and mounting in time"):
         in_time = run_reduced_bodies.main(
@@ -131,16 +131,22 @@ def _write_meshes(folder: Path, variants: Mapping[str, CarrierVariant]) -> None:
             write_mesh(variant.mesh, folder / f"{name}_carrier{suffix}")
 
 
-def _load_cases(out: Path, n_planets: int) -> Path:
-    """The shipped load cases, or a copy of them for a carrier of another number of planets."""
+def _load_cases(out: Path, carrier: CarrierParameters) -> Path:
+    """The shipped load cases, or a copy of them for a carrier of another number of planets.
+
+    Its sensors stand where that carrier's curves are read.
+    """
     shipped = shipped_case()
-    if n_planets == CarrierParameters.n_planets:
+    default = CarrierParameters()
+    if carrier.n_planets == default.n_planets:
         return shipped
     text = shipped.read_text(encoding="utf-8")
-    stated = f"n_planets = {CarrierParameters.n_planets}\n"
+    for key in ("n_planets", "sensor_radius"):
+        stated, own = (f"{key} = {getattr(of, key)}" for of in (default, carrier))
+        text = text.replace(f"\n{stated}", f"\n{own}")
     copy = out / "load_cases.toml"
     with whole_file(copy) as temporary:
-        temporary.write_text(text.replace(stated, f"n_planets = {n_planets}\n"), encoding="utf-8")
+        temporary.write_text(text, encoding="utf-8")
     return copy
 
 

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.diagnosis.carrier.gap_map import ORDERS, carrier_gap_cells, degrees_of
+from carrierflex.diagnosis.carrier.gap_map import carrier_gap_cells, degrees_of, signed_orders
 from carrierflex.diagnosis.carrier.gap_parts import (
     RADIAL_LOAD,
     SPEED,
@@ -40,7 +40,6 @@ from carrierflex.diagnosis.gap.non_synchronous import (
     significant_non_synchronous,
 )
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.order_analysis import MAX_ORDER
 from carrierflex.identification.campaign.revolutions import whole_revolutions
 from carrierflex.identification.carrier.sensor_patterns import (
     RADIAL,
@@ -51,8 +50,6 @@ from carrierflex.identification.carrier.sensor_patterns import (
 )
 from carrierflex.simulation.carrier.run_cases import AXIAL
 
-#: Unknowns of the orders of one revolution.
-_FITTED = 2 * MAX_ORDER + 1
 _POINTS = 128
 
 
@@ -68,8 +65,8 @@ class CarrierGap:
         Orders of the measured signals, scatter off them, loads.
     noise : ndarray, shape (C,)
         Variance of the noise of every channel [m²].
-    residual : ndarray of complex, shape (R, C, MAX_ORDER + 1)
-        Order amplitudes of the residual.
+    residual : ndarray of complex, shape (R, C, n + 1)
+        Order amplitudes of the residual, 0 to n.
     beside : OffOrders
         What was found beside the orders and is no part of `records`.
     """
@@ -133,8 +130,9 @@ class CarrierGap:
         rows = significant_non_synchronous(scattered)
         repeated = significant_non_synchronous(self._repeats(split, measured))
         coherent = sum(cell.coherent for cell in self.cells)
+        n_planets = int(self.campaign.rig["n_planets"])
         where = (
-            *carrier_where(self.order_cells, self.conditions),
+            *carrier_where(self.order_cells, self.conditions, n_planets),
             *line_findings(self.beside.motions, coherent, len(self.campaign.runs)),
         )
         return GapFindings(
@@ -147,7 +145,7 @@ class CarrierGap:
                 *repeatability(rows, coherent, "revolution"),
                 *repeatability(repeated, coherent, "repeat"),
             ),
-            growth=growth_table(self.order_cells, self.conditions),
+            growth=growth_table(self.order_cells, self.conditions, n_planets),
         )
 
     def scalars(self) -> tuple[Scalar, ...]:
@@ -170,7 +168,8 @@ class CarrierGap:
         scalars = []
         for name, pattern, order, factor in quantities:
             if pattern in measured_split.names:
-                cell = (..., measured_split.names.index(pattern), MAX_ORDER + order)
+                zero = measured_split.amplitudes.shape[-1] // 2
+                cell = (..., measured_split.names.index(pattern), zero + order)
                 sizes = factor * np.abs(measured_split.amplitudes[cell])
                 predicted_sizes = factor * np.abs(predicted_split.amplitudes[cell])
                 scalars.append(Scalar(name, "m", sizes, predicted_sizes))
@@ -184,11 +183,16 @@ class CarrierGap:
     @cached_property
     def _samples(self) -> FloatArray:
         """Samples of a revolution, by run."""
-        samples = self.records.within[..., 1].mean(axis=1) + _FITTED
+        samples = self.records.within[..., 1].mean(axis=1) + self._n_fitted
         runs = range(len(self.campaign.runs))
         return np.array(
             [max(float(samples[self.records.run_of_revolution == r].mean()), 1.0) for r in runs]
         )
+
+    @property
+    def _n_fitted(self) -> int:
+        """Unknowns of the orders of one revolution."""
+        return 2 * self.residual.shape[-1] - 1
 
     def _complete(self, run: int) -> NDArray[np.int64]:
         """Revolutions of a run in which every channel was measured."""
@@ -197,10 +201,10 @@ class CarrierGap:
 
     def _mean_squares(self, revolutions: NDArray[np.int64]) -> FloatArray:
         """Mean square over the channels by revolution, orders and what lies off them [m²]."""
-        weight = np.where(np.arange(MAX_ORDER + 1) == 0, 1.0, 0.5)
+        weight = np.where(np.arange(self.residual.shape[-1]) == 0, 1.0, 0.5)
         of_orders = (np.abs(self.residual[revolutions]) ** 2 * weight).sum(axis=2)
         square, degrees = np.moveaxis(self.records.within[revolutions], 2, 0)
-        off_orders = square / np.maximum(degrees + _FITTED, 1.0)
+        off_orders = square / np.maximum(degrees + self._n_fitted, 1.0)
         return np.asarray((of_orders + off_orders).mean(axis=1), dtype=np.float64)
 
     def _scatter(
@@ -225,7 +229,7 @@ class CarrierGap:
         return ScatterTable(
             run=self.campaign.runs[run].name,
             patterns=split.names,
-            orders=ORDERS,
+            orders=signed_orders(split.amplitudes),
             measured=split.weights * amplitudes.var(axis=0, ddof=1),
             simulated=split.weights * (amplitudes - gap_amplitudes).var(axis=0, ddof=1),
             gap=gap,
@@ -268,7 +272,7 @@ class CarrierGap:
         return ScatterTable(
             run=" and ".join(self.campaign.runs[r].name for r in runs),
             patterns=split.names,
-            orders=ORDERS,
+            orders=signed_orders(split.amplitudes),
             measured=scatter_of_means(measured.amplitudes),
             simulated=scatter_of_means(measured.amplitudes - split.amplitudes),
             gap=gap,
@@ -311,7 +315,7 @@ def _single_cells(split: PatternSplit) -> BoolArray:
     """Cells that exist, the two halves of a static tilt once, shape (n_patterns, n_orders)."""
     used = split.weights > 0.0
     if "m=-1" in split.names:
-        used[split.names.index("m=-1"), MAX_ORDER] = False
+        used[split.names.index("m=-1"), used.shape[1] // 2] = False
     return used
 
 
@@ -320,13 +324,14 @@ def _drifts(
 ) -> list[Drift]:
     """Trends of every cell of a run, with their share of the cell's mean square."""
     amplitudes = split.amplitudes[revolutions]
+    orders = signed_orders(amplitudes)
     over_run = trend(time, amplitudes)
     mean_square = np.mean(np.abs(amplitudes) ** 2, axis=0)
     return [
         Drift(
             run=run,
             channel_pattern=split.names[p],
-            order=float(ORDERS[n]),
+            order=float(orders[n]),
             change=float(over_run.change[p, n]),
             share=float(over_run.mean_square[p, n] / mean_square[p, n]),
             p_value=float(over_run.p_value[p, n]),
@@ -338,5 +343,5 @@ def _drifts(
 def _peak_to_peak(orders: ComplexArray) -> FloatArray:
     """Mean over channels of largest less smallest value of each revolution, shape (R,)."""
     angle = np.linspace(0.0, 2.0 * np.pi, _POINTS, endpoint=False)
-    waves = np.exp(1j * np.outer(np.arange(MAX_ORDER + 1), angle))
+    waves = np.exp(1j * np.outer(np.arange(orders.shape[-1]), angle))
     return np.asarray(np.ptp((orders @ waves).real, axis=2).mean(axis=1), dtype=np.float64)

@@ -13,7 +13,6 @@ from scipy.stats import f as fisher_f
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.gap_map import N_DRAWS, CellTable, gap_cells
 from carrierflex.identification.campaign.campaign import Channel
-from carrierflex.identification.campaign.order_analysis import MAX_ORDER
 from carrierflex.identification.carrier.sensor_patterns import (
     ComplexArray,
     FloatArray,
@@ -23,8 +22,6 @@ from carrierflex.identification.carrier.sensor_patterns import (
 from carrierflex.identification.estimation.resampling import multinomial_counts
 
 _SEED = 3
-#: Signed orders of a pattern's amplitudes.
-ORDERS = np.arange(-MAX_ORDER, MAX_ORDER + 1, dtype=np.float64)
 
 
 def carrier_gap_cells(
@@ -44,8 +41,8 @@ def carrier_gap_cells(
     ----------
     channels : sequence of Channel
         Channels.
-    residual_orders : ndarray of complex, shape (R, n_channels, MAX_ORDER + 1)
-        Order amplitudes of the residual by revolution.
+    residual_orders : ndarray of complex, shape (R, n_channels, n + 1)
+        Order amplitudes of the residual by revolution, 0 to n.
     runs : sequence of str
         Names of the runs.
     run_of_revolution : ndarray of int, shape (R,)
@@ -68,6 +65,12 @@ def carrier_gap_cells(
         if len(amplitudes):
             tables.append(_run_table(run, amplitudes, split, float(noise_of_mean[r])))
     return gap_cells([*tables, *beside])
+
+
+def signed_orders(amplitudes: ComplexArray) -> FloatArray:
+    """Orders -n to n of a pattern's amplitudes, shape (..., 2 n + 1)."""
+    highest = amplitudes.shape[-1] // 2
+    return np.arange(-highest, highest + 1, dtype=np.float64)
 
 
 def degrees_of(amplitudes: ComplexArray) -> FloatArray:
@@ -98,7 +101,7 @@ def _run_table(run: str, amplitudes: ComplexArray, split: PatternSplit, noise: f
     return CellTable(
         runs=(run,),
         patterns=split.names,
-        orders=ORDERS,
+        orders=signed_orders(amplitudes),
         mean_square=mean_square[None],
         coherent=(mean_square - noise_square)[None],
         p_value=p_value[None],

@@ -103,12 +103,14 @@ def gap_parts(cells: Sequence[GapCell]) -> tuple[GapPart, ...]:
     return tuple(sorted(parts, key=lambda part: -part.share))
 
 
-def frame_of(part: GapPart, parts: Sequence[GapPart]) -> str:
+def frame_of(part: GapPart, parts: Sequence[GapPart], n_planets: int) -> str:
     """What a part is fixed to, by its pattern and order.
 
     Static parts stay with the housing. A shape that turns with the carrier shows order n only in
     pattern ``m = n mod 4``, and in a radial pair as forward motion for n = 1, 5, ..., backward for
-    n = 3, 7, ...; a part of another pattern pulsates in the housing.
+    n = 3, 7, ...; a part of another pattern pulsates in the housing. Four sensors read a wave of
+    four lobes alike: where the planets' own orders are such (four and eight planets, the second of
+    six), it looks as a housing that pulsates where they pass.
 
     Parameters
     ----------
@@ -116,6 +118,8 @@ def frame_of(part: GapPart, parts: Sequence[GapPart]) -> str:
         Part.
     parts : sequence of GapPart
         All parts, to compare with those of the same order.
+    n_planets : int
+        Planets.
 
     Returns
     -------
@@ -132,6 +136,8 @@ def frame_of(part: GapPart, parts: Sequence[GapPart]) -> str:
     rivals = [other for other in parts if other.order == part.order and other.pattern in numbers]
     total = sum(max(other.share, 0.0) for other in rivals)
     share = part.share / max(total, np.finfo(float).tiny)
+    if part.order in (n_planets, 2 * n_planets) and part.order % 4 == 0 == numbers[part.pattern]:
+        return UNDECIDED
     if (part.order - numbers[part.pattern]) % 4 == 0:
         return CARRIER if share >= _OWN_ORDER else UNDECIDED
     return HOUSING if share > 1.0 - _OWN_ORDER else UNDECIDED
@@ -150,7 +156,9 @@ def _radial_frame(part: GapPart, parts: Sequence[GapPart]) -> str:
     return HOUSING if 0.25 <= share <= 0.75 else UNDECIDED
 
 
-def part_growth(part: GapPart, parts: Sequence[GapPart], conditions: Conditions) -> PartGrowth:
+def part_growth(
+    part: GapPart, parts: Sequence[GapPart], conditions: Conditions, n_planets: int
+) -> PartGrowth:
     """Exponents of a part with every condition, over the runs that show it.
 
     Parameters
@@ -161,6 +169,8 @@ def part_growth(part: GapPart, parts: Sequence[GapPart], conditions: Conditions)
         All parts.
     conditions : mapping of str to mapping of str to float
         Size of every condition in every run.
+    n_planets : int
+        Planets.
     """
     runs = part.runs
     size = np.array([part.amplitudes[run] for run in runs])
@@ -170,19 +180,27 @@ def part_growth(part: GapPart, parts: Sequence[GapPart], conditions: Conditions)
         for name, by_run in conditions.items()
     }
     return PartGrowth(
-        part.pattern, float(part.order), frame_of(part, parts), exponents(size, error, values)
+        part.pattern,
+        float(part.order),
+        frame_of(part, parts, n_planets),
+        exponents(size, error, values),
     )
 
 
-def growth_table(cells: Sequence[GapCell], conditions: Conditions) -> tuple[PartGrowth, ...]:
+def growth_table(
+    cells: Sequence[GapCell], conditions: Conditions, n_planets: int
+) -> tuple[PartGrowth, ...]:
     """Frame and growth of the largest significant parts."""
     parts = gap_parts(cells)
     return tuple(
-        part_growth(part, parts, conditions) for part in _significant_parts(parts)[:_MOST_PARTS]
+        part_growth(part, parts, conditions, n_planets)
+        for part in _significant_parts(parts)[:_MOST_PARTS]
     )
 
 
-def carrier_where(cells: Sequence[GapCell], conditions: Conditions) -> tuple[Finding, ...]:
+def carrier_where(
+    cells: Sequence[GapCell], conditions: Conditions, n_planets: int
+) -> tuple[Finding, ...]:
     """Where the gap lies: its largest parts, then the orders that are small yet significant.
 
     Parameters
@@ -191,6 +209,8 @@ def carrier_where(cells: Sequence[GapCell], conditions: Conditions) -> tuple[Fin
         The map.
     conditions : mapping of str to mapping of str to float
         ``torque`` [N m], ``radial load`` [N] and ``speed`` [rad/s] of every run, sizes.
+    n_planets : int
+        Planets.
 
     Returns
     -------
@@ -205,7 +225,7 @@ def carrier_where(cells: Sequence[GapCell], conditions: Conditions) -> tuple[Fin
     n_runs = len(conditions[TORQUE])
     rest = [part for part in significant_parts if part not in large]
     return (
-        *(_large_part(part, parts, conditions) for part in large),
+        *(_large_part(part, parts, conditions, n_planets) for part in large),
         *_small_orders(rest, n_runs),
     )
 
@@ -214,8 +234,10 @@ def _significant_parts(parts: Sequence[GapPart]) -> list[GapPart]:
     return [part for part in parts if part.runs and part.share > 0.0]
 
 
-def _large_part(part: GapPart, parts: Sequence[GapPart], conditions: Conditions) -> Finding:
-    growth = part_growth(part, parts, conditions)
+def _large_part(
+    part: GapPart, parts: Sequence[GapPart], conditions: Conditions, n_planets: int
+) -> Finding:
+    growth = part_growth(part, parts, conditions, n_planets)
     return Finding(
         kind=ORDER,
         patterns=(part.pattern,),

@@ -14,13 +14,8 @@ from carrierflex.diagnosis.carrier.cards import KIND, NEGATIVE_CONTROLS, card_of
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard, effect_library, users_cards
 from carrierflex.diagnosis.comparison.user_laws import check_is_function, first_line, refusal
 from carrierflex.simulation.carrier.effect import Effect
-from carrierflex.simulation.carrier.effects.deflection import (
-    PIN_CLEARANCE,
-    UNEQUAL_LOAD_SHARING,
-    load_sharing_of,
-    pin_clearance_of,
-)
-from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
+from carrierflex.simulation.carrier.effects.deflection import PIN_CLEARANCE, with_weight
+from carrierflex.simulation.carrier.effects.of_planets import effects_of
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
 
 _CARRIER_LAW = "a function (sensor, inputs, rig) -> signals of unit parameters, (n_parameters, n)"
@@ -51,11 +46,9 @@ def carrier_library(rig: CarrierRig) -> dict[str, Effect]:
     ValueError
         Where a user's card cannot be computed.
     """
-    of_rig = {
-        UNEQUAL_LOAD_SHARING.id: load_sharing_of(rig.n_planets),
-        PIN_CLEARANCE.id: pin_clearance_of(rig.curves),
-    }
-    effects = (*{**CARRIER_EFFECTS, **of_rig}.values(), *NEGATIVE_CONTROLS)
+    of_rig = effects_of(rig.n_planets)
+    of_rig[PIN_CLEARANCE.id] = with_weight(of_rig[PIN_CLEARANCE.id], rig.curves)
+    effects = (*of_rig.values(), *NEGATIVE_CONTROLS)
     cards = tuple(card_of(effect) for effect in effects)
     users = users_cards(effect_library(KIND, cards), cards)
     refuse_wrong_carrier_laws(users, rig)

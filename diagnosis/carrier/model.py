@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.records.columns import (
     ANGLE,
-    ANGLE_NODES,
     DELAY,
-    DELAY_NODES,
     ONE,
     PLAIN,
     PREDICTION,
     SHAPE,
     ColumnIndex,
     ColumnSource,
+    angle_nodes,
+    delay_nodes,
 )
 from carrierflex.diagnosis.carrier.weight_table import WeightedColumn, WeightTable, acts
 from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownPhysics
@@ -286,7 +286,7 @@ class CarrierModel:
         Polynomials through the columns at the nodes, less the column without shift; `rate` is the
         derivative of the shift by its unknown.
         """
-        nodes = DELAY_NODES if family == DELAY else ANGLE_NODES
+        nodes = (delay_nodes if family == DELAY else angle_nodes)(self.source.rig.n_planets)
         values, slopes = _lagrange(nodes, shift)
         values[nodes == 0.0] -= 1.0
         changes = []

@@ -13,16 +13,16 @@ from carrierflex.diagnosis.carrier.records.sums import CarrierSums, ComplexArray
 from carrierflex.diagnosis.comparison.overlay import Overlay
 from carrierflex.diagnosis.comparison.pictures import GAP, LAW, LEFT, Panel, Picture, Trace
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
-from carrierflex.identification.campaign.order_analysis import MAX_ORDER
+from carrierflex.geometry.parameters import FEWEST_PLANETS
 
 _ANGLES = np.linspace(0.0, 2.0 * np.pi, 181)
 _READING = (
     "Displacement at a sensor while the carrier turns once: mean of the revolutions, orders 0 to "
-    f"{MAX_ORDER}; outwards from "
-    "the zero circle is positive. An offset is a larger or smaller circle, a tilt of the carrier a "
-    "circle off the centre "
-    "(order 1), flexible pins have three lobes. Numbers at the edge: that pin passes the sensor."
+    "{highest}; outwards from the zero circle is positive. An offset is a larger or smaller "
+    "circle, a tilt of the carrier a circle off the centre (order 1), flexible pins have {planets} "
+    "lobes. Numbers at the edge: that pin passes the sensor."
 )
+_NUMBER_WORDS = ("three", "four", "five", "six", "seven", "eight")
 #: Sensors and runs drawn at most.
 _MOST_PANELS = 6
 #: Share of the largest gap below which a sensor or a run is not drawn.
@@ -48,7 +48,7 @@ def carrier_pictures(
         Revolutions.
     effects : tuple of str
         Effects beside the baseline.
-    gap, left : ndarray of complex, shape (R, C, MAX_ORDER + 1)
+    gap, left : ndarray of complex, shape (R, C, n + 1)
         Order amplitudes of what the fitted set leaves without the effects, and with them.
     sensor_angles : sequence of float
         Housing angle of every channel [rad].
@@ -70,6 +70,7 @@ def carrier_pictures(
         runs=model.runs,
         channels=model.channels,
         passing=passing,
+        highest=gap.shape[-1] - 1,
     )
 
 
@@ -96,7 +97,7 @@ def carrier_overlays(
         Runs and channels.
     records : CarrierSums
         Order amplitudes of the measured signals.
-    left : ndarray of complex, shape (R, C, MAX_ORDER + 1)
+    left : ndarray of complex, shape (R, C, n + 1)
         Order amplitudes of measured less simulated.
 
     Returns
@@ -131,7 +132,7 @@ def mean_turns(
 
     Parameters
     ----------
-    orders : ndarray of complex, shape (R, C, MAX_ORDER + 1)
+    orders : ndarray of complex, shape (R, C, n + 1)
         Order amplitudes by revolution and channel; NaN where a revolution is too sparse.
     run_of_revolution : ndarray of int, shape (R,)
         Run of every revolution.
@@ -143,7 +144,7 @@ def mean_turns(
     ndarray, shape (n_runs, C, 181)
         ``Re(sum_n Y(n) exp(j n theta))`` [m]; NaN for a run without a complete revolution.
     """
-    waves = np.exp(1j * np.outer(np.arange(MAX_ORDER + 1), _ANGLES))
+    waves = np.exp(1j * np.outer(np.arange(orders.shape[-1]), _ANGLES))
     turns = np.full((n_runs, orders.shape[1], _ANGLES.size), np.nan)
     for r in range(n_runs):
         revolutions = orders[run_of_revolution == r]
@@ -161,6 +162,7 @@ def carrier_polar(
     runs: Sequence[str],
     channels: Sequence[str],
     passing: Sequence[Mapping[str, float]],
+    highest: int,
 ) -> tuple[Picture, ...]:
     """Polar plots of the run with the largest gap, sensor by sensor.
 
@@ -177,6 +179,8 @@ def carrier_polar(
         Names.
     passing : sequence of mapping of str to float
         Carrier angles [rad] at which the pins pass each sensor, :func:`pins_passing`.
+    highest : int
+        Highest order in the signals.
 
     Returns
     -------
@@ -203,7 +207,9 @@ def carrier_polar(
         if left_out
         else ""
     )
-    pictures = [_picture(f"Gap over one turn, run {runs[run]}", sensors, effects, _READING + note)]
+    planets = _NUMBER_WORDS[len(passing[channel]) - FEWEST_PLANETS]
+    reading = _READING.format(highest=highest, planets=planets)
+    pictures = [_picture(f"Gap over one turn, run {runs[run]}", sensors, effects, reading + note)]
     if len(shown) > 1:
         own = passing[channel]
         by_run = [(f"run {runs[r]}", gap[r, channel], law[r, channel], own) for r in shown]

@@ -272,7 +272,7 @@ class CarrierProblem:
         return CarrierGap(self.campaign, self.records, self.noise, orders, self.beside)
 
     def _residual_orders(self, effects: Effects, theta: FloatArray) -> ComplexArray:
-        """Order amplitudes of what a model leaves, shape (R, C, MAX_ORDER + 1)."""
+        """Order amplitudes of what a model leaves, shape (R, C, n + 1)."""
         return self._orders_of(effects, tuple(theta.tolist()))
 
     @cached_property

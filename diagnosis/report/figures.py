@@ -104,9 +104,9 @@ def gap_map_figure(grid: GapGrid, limits: tuple[float, float], unit: str) -> "Fi
         panel.set_xlabel("frequency [Hz]")
     else:
         panel.set_xlabel("order of carrier rotation [per turn]")
-        panel.set_xticks(
-            np.arange(np.ceil(grid.edges[0]), grid.edges[-1], 1 if grid.edges.size < 16 else 3)
-        )
+        # The highest order is four times the number of planets: their orders are numbered.
+        step = 1 if grid.edges.size < 16 else max(1, int(grid.edges[-1]) // 4)
+        panel.set_xticks(np.arange(np.ceil(grid.edges[0]), grid.edges[-1], step))
         _number_cells(panel, grid, shown, high)
     bar = figure.colorbar(
         image, ax=panel, orientation="horizontal", aspect=40, label=f"RMS of the gap [{shown_unit}]"

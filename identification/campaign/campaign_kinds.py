@@ -8,8 +8,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from carrierflex.geometry.parameters import FEWEST_PLANETS, MOST_PLANETS
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
+from carrierflex.simulation.carrier.effects.of_planets import effects_of
 from carrierflex.simulation.effect_parameters import published_names
 from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
 from carrierflex.simulation.force_effect import ForceEffect
@@ -88,8 +90,6 @@ CARRIER = CampaignKind(
     parameters=_published(CARRIER_EFFECTS),
     partners=_partners(CARRIER_EFFECTS),
 )
-#: A rig without radial load has no columns of it.
-_WITHOUT_RADIAL_LOAD = replace(CARRIER, inputs={"carrier_angle": "rad", "torque": "N m"})
 
 MOUNTING = CampaignKind(
     name="mounting",
@@ -99,6 +99,17 @@ MOUNTING = CampaignKind(
     parameters={"baseline": ("K1", "C1"), **_published(MOUNTING_EFFECTS)},
     partners=_partners(MOUNTING_EFFECTS),
 )
+
+
+def _carrier(facts: Mapping[str, Any]) -> CampaignKind:
+    """Contract of a carrier: parameters of its own number of planets, inputs of its rig."""
+    kind, n_planets = CARRIER, facts.get("n_planets")
+    if isinstance(n_planets, int) and FEWEST_PLANETS <= n_planets <= MOST_PLANETS:
+        kind = replace(kind, parameters=_published(effects_of(n_planets)))
+    if facts.get("radial_load") is not None:
+        # A rig without radial load has no columns of it.
+        kind = replace(kind, inputs={"carrier_angle": "rad", "torque": "N m"})
+    return kind
 
 
 def _element(inputs: Mapping[str, str], quantity: str, unit: str) -> CampaignKind:
@@ -137,7 +148,7 @@ def campaign_kind(
         ``carrier``, ``mounting`` or ``element``.
     rig : mapping, optional
         Keys of the rig: ``drive`` of an element and ``radial_load`` of a carrier decide which
-        columns are inputs.
+        columns are inputs, ``n_planets`` of a carrier its effects' parameters.
     inputs : iterable of str
         Inputs that the campaign declares or has: the choice between displacement and acceleration
         of a base.
@@ -154,7 +165,7 @@ def campaign_kind(
     """
     facts = rig or {}
     if name == "carrier":
-        return CARRIER if facts.get("radial_load") is None else _WITHOUT_RADIAL_LOAD
+        return _carrier(facts)
     if name == "mounting":
         return MOUNTING
     if name != "element":

@@ -10,15 +10,22 @@ FloatArray = NDArray[np.float64]
 
 #: Sensor patterns m, in the order of every array that has a pattern axis.
 PATTERNS = (0, 1, -1, 2)
-#: Highest order kept.
-MAX_ORDER = 12
 #: Four sensors count as 90 deg apart within this error [rad] (half a degree); more would smear the
 #: patterns.
 _ANGLE_TOLERANCE = np.deg2rad(0.5)
 
 
+def highest_order(n_planets: int) -> int:
+    """Highest order that is kept of a carrier's signals: 12 of three planets.
+
+    Pins bend the rim in the orders n and 2 n of n planets; twice the second shows what stands
+    beside them.
+    """
+    return 4 * n_planets
+
+
 def order_amplitudes(
-    rows: FloatArray, theta: FloatArray
+    rows: FloatArray, theta: FloatArray, highest: int
 ) -> tuple[NDArray[np.complex128], FloatArray]:
     """Complex amplitude of every order of every row: ``row = Re(sum_n Y(n) exp(j n theta))``.
 
@@ -28,10 +35,12 @@ def order_amplitudes(
         Signals of one revolution, without missing samples.
     theta : ndarray, shape (n,)
         Carrier angle [rad].
+    highest : int
+        Highest order.
 
     Returns
     -------
-    orders : ndarray of complex, shape (MAX_ORDER + 1, k)
+    orders : ndarray of complex, shape (highest + 1, k)
         Amplitudes.
     scatter : ndarray, shape (2,)
         Sum of squares of the first row about its orders, and its degrees of freedom.
@@ -41,12 +50,12 @@ def order_amplitudes(
     Least squares against the measured angle. It does the work of resampling to equal angle and a
     Fourier transform without interpolation between samples; a missing sample is simply absent.
     """
-    phase = np.outer(theta, np.arange(1, MAX_ORDER + 1))
+    phase = np.outer(theta, np.arange(1, highest + 1))
     design = np.hstack([np.ones((theta.size, 1)), np.cos(phase), np.sin(phase)])
     solution = np.linalg.solve(design.T @ design, design.T @ rows.T)
     residual = rows[0] - design @ solution[:, 0]
-    sines = np.vstack([np.zeros(len(rows)), solution[MAX_ORDER + 1 :]])
-    return solution[: MAX_ORDER + 1] - 1j * sines, np.array(
+    sines = np.vstack([np.zeros(len(rows)), solution[highest + 1 :]])
+    return solution[: highest + 1] - 1j * sines, np.array(
         [residual @ residual, theta.size - design.shape[1]]
     )
 

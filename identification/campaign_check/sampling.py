@@ -4,14 +4,16 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning, sample_of
 
 #: A step over the median step that is a gap, and the jitter of the steps that is told.
 _GAP, _JITTER = 3.0, 0.2
-#: Samples a revolution: the sixth order, the second of three planets, needs more than twelve.
-_FEWEST_A_REVOLUTION = 16.0
+#: Samples a revolution beyond those of the planets' second order: the sixth of three planets takes
+#: more than twelve.
+_BEYOND_SECOND_ORDER = 4
 #: Share of the power of a drive above 0.8 of half the sampling rate.
 _HIGHEST_SHARE = 0.05
 
@@ -24,10 +26,12 @@ def sampling_findings(campaign: Campaign) -> Iterator[CampaignWarning]:
     CampaignWarning
         Checks ``sampling_gap``, ``uneven_steps``, ``sampling_rate``.
     """
+    n_planets = int(campaign.rig.get("n_planets", CarrierParameters.n_planets))
+    fewest = 4 * n_planets + _BEYOND_SECOND_ORDER
     for run in campaign.runs:
         if run.time.size > 3:
             yield from _gaps(run)
-            yield from _samples_a_revolution(run)
+            yield from _samples_a_revolution(run, fewest)
             if campaign.kind == "element":
                 for name in campaign.contract.inputs:
                     yield from _drive_spectrum(run, name)
@@ -62,7 +66,7 @@ def _gaps(run: Run) -> Iterator[CampaignWarning]:
         )
 
 
-def _samples_a_revolution(run: Run) -> Iterator[CampaignWarning]:
+def _samples_a_revolution(run: Run, fewest: int) -> Iterator[CampaignWarning]:
     angle = run.inputs.get("carrier_angle")
     if angle is None:
         return
@@ -70,13 +74,13 @@ def _samples_a_revolution(run: Run) -> Iterator[CampaignWarning]:
     if revolutions < 1.0 or not np.diff(angle).any():
         return
     a_revolution = float(np.count_nonzero(np.diff(angle)) / revolutions)
-    if a_revolution < _FEWEST_A_REVOLUTION:
+    if a_revolution < fewest:
         yield CampaignWarning(
             "sampling_rate",
             run.name,
             f"{a_revolution:.1f} samples a revolution; orders above {a_revolution / 2.56:.0f} "
             "fold back onto lower ones",
-            f"sample at least {_FEWEST_A_REVOLUTION:.0f} times a revolution, behind a filter; "
+            f"sample at least {fewest} times a revolution, behind a filter; "
             "check that carrier_angle is in rad and time in s",
             a_revolution,
             sample_of(run.file, 0),

@@ -33,9 +33,7 @@ from carrierflex.simulation.carrier.effects.deflection import FLEXIBLE_PINS, STI
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, FloatArray, RimSensor
 from carrierflex.simulation.effect_parameters import EffectParameter
 
-#: The curves repeat after a third of a turn; grid of first guesses and step of the derivative
-#: [rad].
-_PERIOD = 2.0 * np.pi / 3.0
+#: Grid of first guesses, and step of the derivative [rad].
 _GUESSES = 12
 _STEP = 1e-5
 _TOLERANCE = 1e-7
@@ -75,7 +73,8 @@ def identify_with_pin_angle(
     Returns
     -------
     dict of str to PinAngleFit
-        Fit by run, one for all where they are fitted jointly; ``theta_rho`` [rad] within +-60 deg.
+        Fit by run, one for all where they are fitted jointly; ``theta_rho`` [rad] within half
+        the angle from pin to pin, +-60 deg of three.
 
     Raises
     ------
@@ -117,24 +116,25 @@ def _identified(
         )
         return cost, dict(zip(trial.coefficients, fit.run_coefficients(0), strict=True))
 
-    angle = _searched(projected)
+    n_planets = int(campaign.rig["n_planets"])
+    angle = _searched(projected, 2.0 * np.pi / n_planets)
     best, (_, scales) = model(angle), projected(angle)
-    turning = _pin_angle_effect(angle, scales["rho_s"], scales["rho_f"])
+    turning = _pin_angle_effect(angle, scales["rho_s"], scales["rho_f"], n_planets)
     turning = turning.each_run() if per_run else turning
     extended = replace(best, effects=(*best.effects, turning))
     estimate = identify_from_sums(fitted_equations(campaign, extended, options), extended, options)
     return PinAngleFit(extended, _with_angle(estimate, angle))
 
 
-def _searched(projected: Callable[[float], tuple[float, dict[str, float]]]) -> float:
-    """Angle of least cost among the minima with positive scales.
+def _searched(projected: Callable[[float], tuple[float, dict[str, float]]], period: float) -> float:
+    """Angle of least cost among the minima with positive scales; the curves repeat after `period`.
 
-    Odd curves that are told by two orders are met as well 60 degrees on, with a scale of the wrong
+    Odd curves that are told by two orders are met as well half of it on, with a scale of the wrong
     sign; rho_s and rho_f are not negative by the contract of the curves.
     """
-    guesses = _PERIOD * (np.arange(_GUESSES) / _GUESSES - 0.5)
+    guesses = period * (np.arange(_GUESSES) / _GUESSES - 0.5)
     costs = np.array([projected(angle)[0] for angle in guesses])
-    width = _PERIOD / _GUESSES
+    width = period / _GUESSES
     ranked = []
     for guess in guesses[(costs <= np.roll(costs, 1)) & (costs <= np.roll(costs, -1))]:
         minimum = minimize_scalar(
@@ -146,10 +146,10 @@ def _searched(projected: Callable[[float], tuple[float, dict[str, float]]]) -> f
         scales = np.array([projected(minimum.x)[1][name] for name in ("rho_s", "rho_f")])
         wrong_sign = bool(scales.min() < -_SIGN_MARGIN * np.abs(scales).max())
         ranked.append((wrong_sign, float(minimum.fun), float(minimum.x)))
-    return (min(ranked)[2] + 0.5 * _PERIOD) % _PERIOD - 0.5 * _PERIOD
+    return (min(ranked)[2] + 0.5 * period) % period - 0.5 * period
 
 
-def _pin_angle_effect(angle: float, rho_s: float, rho_f: float) -> Effect:
+def _pin_angle_effect(angle: float, rho_s: float, rho_f: float, n_planets: int) -> Effect:
     """Signal per radian of theta_rho at the fitted scales, by central differences."""
 
     def turned(
@@ -168,7 +168,7 @@ def _pin_angle_effect(angle: float, rho_s: float, rho_f: float) -> Effect:
         "pin_angle",
         equation="(rho_s delta_s + rho_f delta_f)(v - theta - theta_rho) T/T_unit",
         parameters=(EffectParameter("theta_rho", "rad"),),
-        signature="phase of the orders 3 and 6",
+        signature=f"phase of the orders {n_planets} and {2 * n_planets}",
         pattern=turning,
     )
 

@@ -10,11 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.identification.campaign.campaign import Channel
-from carrierflex.identification.campaign.order_analysis import (
-    MAX_ORDER,
-    PATTERNS,
-    are_quarter_turns,
-)
+from carrierflex.identification.campaign.order_analysis import PATTERNS, are_quarter_turns
 from carrierflex.simulation.carrier.run_cases import AXIAL
 
 FloatArray = NDArray[np.float64]
@@ -26,16 +22,16 @@ RADIAL = "radial"
 
 @dataclass(frozen=True, eq=False)
 class PatternSplit:
-    """Split of the channels into patterns.
+    """Split of the channels into patterns; n is the highest order.
 
     Parameters
     ----------
     names : tuple of str
         Patterns, or the names of channels that join none.
-    amplitudes : ndarray of complex, shape (R, n_patterns, 2 MAX_ORDER + 1)
-        By revolution, at the orders -MAX_ORDER to MAX_ORDER; negative orders are zero but for a
+    amplitudes : ndarray of complex, shape (R, n_patterns, 2 n + 1)
+        By revolution, at the orders -n to n; negative orders are zero but for a
         radial pair.
-    weights, noise : ndarray, shape (n_patterns, 2 MAX_ORDER + 1)
+    weights, noise : ndarray, shape (n_patterns, 2 n + 1)
         Share of a squared amplitude in the mean square over all channels; mean square there of
         white noise of variance 1 over N samples a revolution, times N.
     members : tuple of tuple of int
@@ -58,8 +54,8 @@ def pattern_split(channels: Sequence[Channel], orders: ComplexArray) -> PatternS
     ----------
     channels : sequence of Channel
         Channels.
-    orders : ndarray of complex, shape (R, n_channels, MAX_ORDER + 1)
-        Order amplitudes.
+    orders : ndarray of complex, shape (R, n_channels, n + 1)
+        Order amplitudes, 0 to n.
 
     Returns
     -------
@@ -72,8 +68,10 @@ def pattern_split(channels: Sequence[Channel], orders: ComplexArray) -> PatternS
     names: list[str] = []
     rows, weights = [], []
     members: list[tuple[int, ...]] = []
-    plain = np.where(np.arange(MAX_ORDER + 1) == 0, 1.0, 0.5) / len(channels)
-    of_noise = _one_sided(np.where(np.arange(MAX_ORDER + 1) == 0, 1.0, 2.0) / len(channels)).real
+    order = np.arange(orders.shape[-1])
+    n_signed = 2 * order.size - 1
+    plain = np.where(order == 0, 1.0, 0.5) / len(channels)
+    of_noise = _one_sided(np.where(order == 0, 1.0, 2.0) / len(channels)).real
     if are_quarter_turns(angles[axial]):
         for m in PATTERNS:
             names.append(PATTERN_NAMES[m])
@@ -89,7 +87,7 @@ def pattern_split(channels: Sequence[Channel], orders: ComplexArray) -> PatternS
         names.append(RADIAL)
         members.append(tuple(radial))
         rows.append(_signed_orders(orders[:, radial], angles[radial]))
-        weights.append(np.full(2 * MAX_ORDER + 1, 1.0 / len(channels)))
+        weights.append(np.full(n_signed, 1.0 / len(channels)))
         radial = []
     for c in (*axial, *radial):
         names.append(channels[c].name)
@@ -97,8 +95,7 @@ def pattern_split(channels: Sequence[Channel], orders: ComplexArray) -> PatternS
         rows.append(_one_sided(orders[:, c]))
         weights.append(_one_sided(plain).real)
     noise = [
-        np.full(2 * MAX_ORDER + 1, 2.0 / len(channels)) if name == RADIAL else of_noise
-        for name in names
+        np.full(n_signed, 2.0 / len(channels)) if name == RADIAL else of_noise for name in names
     ]
     return PatternSplit(
         tuple(names), np.stack(rows, axis=1), np.array(weights), np.array(noise), tuple(members)
@@ -107,7 +104,7 @@ def pattern_split(channels: Sequence[Channel], orders: ComplexArray) -> PatternS
 
 def _one_sided(values: NDArray[np.inexact]) -> ComplexArray:
     """Values of the orders from 0 on, with zeros at the negative ones before."""
-    blank = np.zeros((*values.shape[:-1], MAX_ORDER), dtype=np.complex128)
+    blank = np.zeros((*values.shape[:-1], values.shape[-1] - 1), dtype=np.complex128)
     return np.concatenate([blank, values], axis=-1)
 
 
@@ -123,7 +120,8 @@ def _signed_orders(orders: ComplexArray, angles: FloatArray) -> ComplexArray:
     )
     forward = (solved[:, 0] + 1j * solved[:, 1]) / 2.0
     backward = np.conj(solved[:, 0] - 1j * solved[:, 1]) / 2.0
-    result = np.zeros((len(orders), 2 * MAX_ORDER + 1), dtype=np.complex128)
-    result[:, MAX_ORDER:], result[:, :MAX_ORDER] = forward, backward[:, :0:-1]
-    result[:, MAX_ORDER] = solved[:, 0, 0].real + 1j * solved[:, 1, 0].real
+    highest = orders.shape[-1] - 1
+    result = np.zeros((len(orders), 2 * highest + 1), dtype=np.complex128)
+    result[:, highest:], result[:, :highest] = forward, backward[:, :0:-1]
+    result[:, highest] = solved[:, 0, 0].real + 1j * solved[:, 1, 0].real
     return result

@@ -131,7 +131,7 @@ def shapes() -> tuple[Shape, ...]:
         Shape(PLANET_PASS, {NONE: planet_pass, BY_TORQUE: planet_pass}, _OF_TORQUE),
         Shape(MODULATED, {BY_BOTH: modulated_waves}, ((BY_BOTH,),)),
         Shape(TURNING_TILT, {NONE: turning, BY_TORQUE: turning}, _OF_TORQUE),
-        Shape(WAVES, {NONE: _alone(face_waves), BY_TORQUE: planet_waves}, _OF_TORQUE),
+        Shape(WAVES, {NONE: face_waves, BY_TORQUE: planet_waves}, _OF_TORQUE),
         Shape(UNEVEN, {BY_TORQUE: uneven_waves}, ((BY_TORQUE,),)),
     )
 

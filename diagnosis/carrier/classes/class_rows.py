@@ -14,18 +14,14 @@ from carrierflex.diagnosis.carrier.classes.dependence import (
 from carrierflex.diagnosis.carrier.classes.patterns import PatternColumn
 from carrierflex.diagnosis.carrier.records.columns import (
     CONSTANT,
-    FLEXIBLE_TERMS,
     N_TIME_COLUMNS,
+    flexible_terms,
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.identification.campaign.campaign import Channel
 
 #: Number of a wave times a load among the columns of the flexible model.
-_NUMBERS = {
-    (term.order, term.is_sine, term.load): N_TIME_COLUMNS + k
-    for k, term in enumerate(FLEXIBLE_TERMS)
-}
-N_FEATURES = N_TIME_COLUMNS + len(FLEXIBLE_TERMS)
+Numbers = Mapping[tuple[int, bool, str], int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,11 +55,14 @@ class ClassRows:
         Channels.
     offset : ndarray, shape (n_channels,)
         One where an offset of the run shows.
+    numbers : mapping of tuple to int
+        Number of a wave times a load among the columns of the flexible model.
     """
 
     groups: Mapping[str, RowGroup]
     n_channels: int
     offset: FloatArray
+    numbers: Numbers
 
     @property
     def places(self) -> dict[str, tuple[slice, FloatArray]]:
@@ -82,18 +81,23 @@ class ClassRows:
         """Number of rows."""
         return N_TIME_COLUMNS + sum(len(group.penalty) for group in self.groups.values())
 
+    @property
+    def n_features(self) -> int:
+        """Columns of the flexible model."""
+        return N_TIME_COLUMNS + len(self.numbers)
+
     def of_run(self, run: int) -> FloatArray:
         """Weights of the flexible columns in a run, shape (n_rows + 1, n_channels, n_features).
 
         The last row is the offset of the run.
         """
         rows = [
-            _row(column, loads, run)
+            _row(column, loads, run, self.numbers)
             for group in self.groups.values()
             for loads in group.loads
             for column in group.columns
         ]
-        warming = np.zeros((N_TIME_COLUMNS, self.n_channels, N_FEATURES))
+        warming = np.zeros((N_TIME_COLUMNS, self.n_channels, self.n_features))
         for k in range(N_TIME_COLUMNS):
             warming[k, :, k] = 1.0
         return np.concatenate([np.array(rows), warming, self._offset_row])
@@ -101,8 +105,8 @@ class ClassRows:
     @property
     def _offset_row(self) -> FloatArray:
         """Offset of the run, shape (1, n_channels, n_features)."""
-        row = np.zeros((1, self.n_channels, N_FEATURES))
-        row[0, :, _NUMBERS[0, False, CONSTANT]] = self.offset
+        row = np.zeros((1, self.n_channels, self.n_features))
+        row[0, :, self.numbers[0, False, CONSTANT]] = self.offset
         return row
 
 
@@ -134,7 +138,11 @@ def class_rows(
                 np.asarray(np.kron(np.diag(penalty), np.eye(len(columns))), dtype=np.float64),
             )
     is_axial = [float(channel.quantity == "axial_displacement") for channel in channels]
-    return ClassRows(groups, len(channels), np.array(is_axial))
+    numbers = {
+        (term.order, term.is_sine, term.load): N_TIME_COLUMNS + k
+        for k, term in enumerate(flexible_terms(n_planets))
+    }
+    return ClassRows(groups, len(channels), np.array(is_axial), numbers)
 
 
 def _columns(
@@ -143,15 +151,15 @@ def _columns(
     return shape.columns[dependence](channels, n_planets)
 
 
-def _row(column: PatternColumn, loads: LoadWeights, run: int) -> FloatArray:
+def _row(column: PatternColumn, loads: LoadWeights, run: int, numbers: Numbers) -> FloatArray:
     """Weights of the flexible columns for one row in a run, shape (n_channels, n_features)."""
-    row = np.zeros((column.cosine.size, N_FEATURES))
+    row = np.zeros((column.cosine.size, N_TIME_COLUMNS + len(numbers)))
     for is_sine, over_channels in ((False, column.cosine), (True, column.sine)):
         if not over_channels.any():
             continue
-        plain = _NUMBERS[column.order, is_sine, CONSTANT]
+        plain = numbers[column.order, is_sine, CONSTANT]
         for load, factor in loads.by_load.items():
-            number = _NUMBERS.get((column.order, is_sine, load))
+            number = numbers.get((column.order, is_sine, load))
             if number is None:
                 # No column of this order follows the load within a run: its mean stands for it.
                 row[:, plain] += factor[run] * loads.means[load][run] * over_channels

@@ -12,10 +12,8 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.identification.campaign.campaign import Channel
-from carrierflex.identification.campaign.order_analysis import MAX_ORDER
+from carrierflex.identification.campaign.order_analysis import highest_order
 
-#: Highest order of waves that unequal planet loads make: higher ones of a pin's are small.
-_HIGHEST_WAVE = 8
 #: Places that the two halves of a saddle are counted from.
 _SADDLE = np.deg2rad(47.0)
 
@@ -106,19 +104,22 @@ def turning_tilt(channels: Sequence[Channel]) -> Columns:
     return carrier_columns(channels, [1])
 
 
-def face_waves(channels: Sequence[Channel]) -> Columns:
+def face_waves(channels: Sequence[Channel], n_planets: int) -> Columns:
     """Waves on the carrier's face, whatever their order."""
-    return carrier_columns(channels, range(2, MAX_ORDER + 1))
+    return carrier_columns(channels, range(2, highest_order(n_planets) + 1))
 
 
 def planet_waves(channels: Sequence[Channel], n_planets: int) -> Columns:
     """Waves that equal loads of all planets make: as many lobes as planets, and multiples."""
-    return carrier_columns(channels, range(n_planets, MAX_ORDER + 1, n_planets))
+    return carrier_columns(channels, range(n_planets, highest_order(n_planets) + 1, n_planets))
 
 
 def uneven_waves(channels: Sequence[Channel], n_planets: int) -> Columns:
-    """Waves that unequal loads of the planets make: all that equal loads do not."""
-    orders = [n for n in range(1, _HIGHEST_WAVE + 1) if n % n_planets]
+    """Waves that unequal loads of the planets make: all that equal loads do not.
+
+    Up to two beyond the second order of equal loads: higher ones of a pin's are small.
+    """
+    orders = [n for n in range(1, 2 * n_planets + 3) if n % n_planets]
     return carrier_columns(channels, orders)
 
 

@@ -7,16 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.identification.campaign.campaign import Campaign, Channel
-from carrierflex.identification.campaign.order_analysis import MAX_ORDER
+from carrierflex.identification.campaign.order_analysis import highest_order
 from carrierflex.identification.campaign.records import Run
 
 FloatArray = NDArray[np.float64]
 
 #: Turns for each quantity that the orders follow: more of them would take the lines beside too.
 _TURNS_A_QUANTITY = 5.0
-#: Highest order that is taken out, as steady waves above order 12, and the share of the samples of
-#: a turn below which it stays.
-_HIGHEST_ORDER = 36
+#: Highest order that is taken out, as steady waves, over the highest that follows the loads, and
+#: the share of the samples of a turn below which it stays.
+_HIGHEST_ORDER = 3
 _BELOW_NYQUIST = 0.45
 #: Degree of the slow drift of the offset that is taken out.
 _DRIFT = 6
@@ -95,7 +95,9 @@ class CampaignBesideOrders:
             yield from self.searched
             return
         for run in self.campaign.runs:
-            found = _beside_orders(run.within_use(), self.campaign.channels)
+            found = _beside_orders(
+                run.within_use(), self.campaign.channels, _followed_orders(self.campaign)
+            )
             if found is not None:
                 own, loaded = found
                 yield self.shared.without(own, loaded) if self.shared else own
@@ -123,7 +125,7 @@ class SharedOrders:
     sizes: FloatArray
 
     def without(self, run: BesideOrders, loaded: Sequence[FloatArray]) -> BesideOrders:
-        """Run without them; `loaded` are its orders times each load, shape (n, 25)."""
+        """Run without them; `loaded` are its orders times each load, shape (n, k)."""
         columns = run.beside(np.hstack(loaded[: self.n_loads]))[:, self.kept]
         return replace(run, values=run.values - (columns / self.energy @ self.sizes).T)
 
@@ -131,11 +133,12 @@ class SharedOrders:
 def beside_orders(campaign: Campaign) -> CampaignBesideOrders:
     """Take the orders out of every run.
 
-    Orders 0 to 12 of the measured angle, each of them following torque, time, speed and radial load
-    as far as the run is long enough, and a slow drift are fitted to the run and subtracted: what a
-    shape of the carrier or the housing, or an error of a sensor, could make is gone whatever its
-    size. How the orders follow torque and radial load in runs too short to tell it is fitted to all
-    runs together. Of a campaign too large for the memory some runs are searched, drawn over all.
+    Orders 0 to 12 of the measured angle, of three planets, each of them following torque, time,
+    speed and radial load as far as the run is long enough, and a slow drift are fitted to the run
+    and subtracted: what a shape of the carrier or the housing, or an error of a sensor, could make
+    is gone whatever its size. How the orders follow torque and radial load in runs too short to
+    tell it is fitted to all runs together. Of a campaign too large for the memory some runs are
+    searched, drawn over all.
 
     Parameters
     ----------
@@ -148,7 +151,10 @@ def beside_orders(campaign: Campaign) -> CampaignBesideOrders:
         Runs that are long enough, in their order.
     """
     numbers = _searched(campaign)
-    own = [_beside_orders(campaign.runs[r].within_use(), campaign.channels) for r in numbers]
+    followed = _followed_orders(campaign)
+    own = [
+        _beside_orders(campaign.runs[r].within_use(), campaign.channels, followed) for r in numbers
+    ]
     found = [entry for entry in own if entry is not None]
     runs = tuple(run for run, _ in found)
     loaded = [loads for _, loads in found]
@@ -156,6 +162,11 @@ def beside_orders(campaign: Campaign) -> CampaignBesideOrders:
     if shared is not None:
         runs = tuple(shared.without(run, own) for run, own in zip(runs, loaded, strict=True))
     return CampaignBesideOrders(campaign, runs, shared, len(numbers) == len(campaign.runs))
+
+
+def _followed_orders(campaign: Campaign) -> int:
+    """Highest order that follows the loads: 12 of three planets."""
+    return highest_order(int(campaign.rig["n_planets"]))
 
 
 def _searched(campaign: Campaign) -> list[int]:
@@ -203,9 +214,12 @@ def _shared_orders(
 
 
 def _beside_orders(
-    run: Run, channels: tuple[Channel, ...]
+    run: Run, channels: tuple[Channel, ...], followed_orders: int
 ) -> tuple[BesideOrders, list[FloatArray]] | None:
-    """One run, and its orders times each load that all runs share; None where it is too short."""
+    """One run, and its orders times each load that all runs share; None where it is too short.
+
+    Orders up to `followed_orders` follow the loads.
+    """
     gap = np.array([_gap(run, channel.name) for channel in channels])
     present = np.isfinite(gap).all(axis=0)
     angle = run.inputs["carrier_angle"]
@@ -214,30 +228,31 @@ def _beside_orders(
     time, turns, phase_angle, *quantities = (
         _averaged(row[present], group) for row in (run.time, turns, angle, *_followed(run, angle))
     )
-    n_waves = 2 * MAX_ORDER + 1
+    n_waves = 2 * followed_orders + 1
     n_samples = time.size
     n_turns = float(turns[-1] - turns[0]) if n_samples else 0.0
     fewest = min(n_turns / _TURNS_A_QUANTITY, n_samples / (_SAMPLES_A_COLUMN * n_waves))
     if fewest < 1.0:
         return None
-    waves = _waves(2.0 * np.pi * turns)
+    waves = _waves(2.0 * np.pi * turns, followed_orders)
     followed = [np.ones(n_samples), *(row for row in map(_centred, quantities) if row.any())]
     # A drift of the offset is slower than any line that is looked for.
     along = 2.0 * (time - time[0]) / (time[-1] - time[0]) - 1.0
     drift = np.polynomial.legendre.legvander(along, _DRIFT)[:, 1:]
-    highest = min(_HIGHEST_ORDER, int(_BELOW_NYQUIST * n_samples / n_turns))
-    above = 2.0 * np.pi * np.outer(turns, np.arange(MAX_ORDER + 1, highest + 1))
+    highest = min(_HIGHEST_ORDER * followed_orders, int(_BELOW_NYQUIST * n_samples / n_turns))
+    above = 2.0 * np.pi * np.outer(turns, np.arange(followed_orders + 1, highest + 1))
     steady = [drift, np.cos(above), np.sin(above)]
     design = np.hstack([*steady, *(waves * row[:, None] for row in followed[: int(fewest)])])
     basis = np.linalg.qr(design)[0]
     values = np.array([_averaged(row[present], group) for row in gap])
     own = BesideOrders(run.name, time, turns, values - (values @ basis) @ basis.T, basis)
-    return own, [_waves(phase_angle) * load[:, None] for load in _loads(run, present, group)]
+    shared = _waves(phase_angle, followed_orders)
+    return own, [shared * load[:, None] for load in _loads(run, present, group)]
 
 
-def _waves(angle: FloatArray) -> FloatArray:
-    """Orders 0 to 12 of an angle [rad], shape (n, 25)."""
-    phase = np.outer(angle, np.arange(1, MAX_ORDER + 1))
+def _waves(angle: FloatArray, highest: int) -> FloatArray:
+    """Orders 0 to the highest of an angle [rad], shape (n, 2 highest + 1)."""
+    phase = np.outer(angle, np.arange(1, highest + 1))
     return np.hstack([np.ones((angle.size, 1)), np.cos(phase), np.sin(phase)])
 
 

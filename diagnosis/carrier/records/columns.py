@@ -4,31 +4,29 @@ Every basis function an effect can ask for, at one sensor and one segment of rec
 
 Effects that move a sensor or delay a signal are polynomials through the exact columns at a few
 shifts: with nodes 3 deg (sensor, up to 6) and 6 deg (delay, up to 18) apart the interpolation
-misses order 6 by less than half a per cent of its amplitude. A shape is linear between its nodes.
+misses order 6, the second of three planets, by less than half a per cent of its amplitude. More
+planets have as many more nodes. A shape is linear between its nodes.
 """
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.order_analysis import highest_order
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
 
 FloatArray = NDArray[np.float64]
 
-#: Shifts of a sensor [rad], and of the carrier angle behind a delay [rad], at which columns are
-#: computed.
-ANGLE_NODES = np.deg2rad([-6.0, -3.0, 0.0, 3.0, 6.0])
-DELAY_NODES = np.deg2rad([-18.0, -12.0, -6.0, 0.0, 6.0, 12.0, 18.0])
+#: Largest shift of a sensor, and of the angle behind a delay, at which columns are computed.
+_FARTHEST_MOVE_DEG, _FARTHEST_DELAY_DEG = 6.0, 18.0
 #: Values between the bounds of a shape that names no nodes.
 _SHAPE_NODES = 11
-#: Orders of the flexible residual model; those up to the second number also with torque and radial
-#: load.
-_BLACK_BOX_ORDERS = 12
-_LOADED_ORDERS = 8
+#: Orders of the flexible residual model up to which it follows the radial load.
 _FORCED_ORDERS = 2
 
 TARGET = "target"
@@ -143,12 +141,13 @@ class ColumnSource:
                 continue
             rows.update(_keyed(effect.id, PLAIN, 0, effect.signals(sensor, inputs, self.rig)))
             if effect.follows_sensor:
-                for node in np.flatnonzero(ANGLE_NODES).tolist():
-                    moved = replace(sensor, angle=sensor.angle + ANGLE_NODES[node])
+                moves = angle_nodes(self.rig.n_planets)
+                for node in np.flatnonzero(moves).tolist():
+                    moved = replace(sensor, angle=sensor.angle + moves[node])
                     signals = effect.signals(moved, inputs, self.rig)
                     rows.update(_keyed(effect.id, ANGLE, node, signals))
             if effect.follows_delay:
-                for node in np.flatnonzero(DELAY_NODES).tolist():
+                for node in np.flatnonzero(delay_nodes(self.rig.n_planets)).tolist():
                     signals = effect.signals(sensor, delayed[node], self.rig)
                     rows.update(_keyed(effect.id, DELAY, node, signals))
         return rows
@@ -175,21 +174,38 @@ class ColumnSource:
         )
         quantity = {CONSTANT: np.ones_like(torque), TORQUE: torque}
         quantity |= dict(zip((FORCE_Y, FORCE_Z), forces, strict=True))
+        terms = flexible_terms(self.rig.n_planets)
         waves = {
             (order, is_sine): (np.sin if is_sine else np.cos)(order * inputs.carrier_angle)
-            for order, is_sine in {(term.order, term.is_sine): None for term in FLEXIBLE_TERMS}
+            for order, is_sine in {(term.order, term.is_sine): None for term in terms}
         }
         rows = [u, u**2]
-        for term in FLEXIBLE_TERMS:
-            rows.append(waves[term.order, term.is_sine] * quantity[term.load])
+        rows += [waves[term.order, term.is_sine] * quantity[term.load] for term in terms]
         return np.array(rows)
 
 
-def _flexible_terms() -> tuple[FlexibleTerm, ...]:
+def angle_nodes(n_planets: int) -> FloatArray:
+    """Shifts of a sensor at which columns are computed [rad]: five of three planets."""
+    n_nodes = 2 * (-(-2 * n_planets // 3)) + 1
+    return np.deg2rad(np.linspace(-_FARTHEST_MOVE_DEG, _FARTHEST_MOVE_DEG, n_nodes))
+
+
+def delay_nodes(n_planets: int) -> FloatArray:
+    """Shifts of the angle behind a delay at which columns are computed [rad]: 7 of 3 planets."""
+    n_nodes = 2 * n_planets + 1
+    return np.deg2rad(np.linspace(-_FARTHEST_DELAY_DEG, _FARTHEST_DELAY_DEG, n_nodes))
+
+
+@lru_cache
+def flexible_terms(n_planets: int) -> tuple[FlexibleTerm, ...]:
+    """Columns of the flexible residual model after its two of time, in their order.
+
+    Every order that is kept, those up to two beyond the pins' second one also times the torque.
+    """
     terms = []
-    for order in range(_BLACK_BOX_ORDERS + 1):
+    for order in range(highest_order(n_planets) + 1):
         loads = [CONSTANT]
-        if order <= _LOADED_ORDERS:
+        if order <= 2 * n_planets + 2:
             loads.append(TORQUE)
         if order <= _FORCED_ORDERS:
             loads += [FORCE_Y, FORCE_Z]
@@ -198,9 +214,7 @@ def _flexible_terms() -> tuple[FlexibleTerm, ...]:
     return tuple(terms)
 
 
-#: Columns of the flexible residual model after its two of time, in their order.
-FLEXIBLE_TERMS = _flexible_terms()
-#: Columns of time before them: u and u squared.
+#: Columns of time before those of the flexible residual model: u and u squared.
 N_TIME_COLUMNS = 2
 
 

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.records.columns import (
-    DELAY_NODES,
     PREDICTION,
     TARGET,
     ColumnIndex,
     ColumnSource,
     Key,
+    delay_nodes,
 )
 from carrierflex.identification.campaign.campaign import Channel
 from carrierflex.identification.campaign.records import Run
@@ -95,7 +95,7 @@ class RunColumns:
                     inputs.time, inputs.carrier_angle, shift / self.source.speed
                 ),
             )
-            for shift in DELAY_NODES.tolist()
+            for shift in delay_nodes(self.source.rig.n_planets).tolist()
         ]
 
     def blocks(self, most_blocks: int) -> list[IntArray]:
@@ -155,8 +155,9 @@ class RunColumns:
     ) -> dict[Key, FloatArray]:
         """Columns at a sensor at some samples, whose inputs are given, the target first."""
         late = [_part(shifted, samples) for shifted in self._delayed_inputs]
+        delays = delay_nodes(self.source.rig.n_planets)
         return {
-            **_target_rows(self.run, channel, samples, self.source.speed),
+            **_target_rows(self.run, channel, samples, delays / self.source.speed),
             **self.source.rows(rim_sensor(channel), inputs, late, owners),
         }
 
@@ -185,27 +186,29 @@ def columns_of_campaign(run: Run, channel: Channel, source: ColumnSource) -> Col
     """Numbers of the columns, from one sample of a run."""
     columns = RunColumns(run, source)
     first = _part(columns.inputs, np.arange(1))
+    shifts = delay_nodes(source.rig.n_planets)
     rows = {
-        **_target_rows(run, channel, np.arange(1), source.speed),
-        **source.rows(rim_sensor(channel), first, [first] * len(DELAY_NODES)),
+        **_target_rows(run, channel, np.arange(1), shifts / source.speed),
+        **source.rows(rim_sensor(channel), first, [first] * len(shifts)),
     }
     return ColumnIndex({key: number for number, key in enumerate(rows)})
 
 
 def _target_rows(
-    run: Run, channel: Channel, samples: IntArray, speed: float
+    run: Run, channel: Channel, samples: IntArray, delays: FloatArray
 ) -> dict[Key, FloatArray]:
     """Target and another simulator's prediction, the latter at the nodes of a delay too.
 
-    Another simulator's prediction is moved in time only: its waves turn with the carrier.
+    Another simulator's prediction is moved in time only, by `delays` [s]: its waves turn with the
+    carrier.
     """
     rows = {(TARGET, 0, "", 0): run.signals[channel.name][samples]}
     if channel.name in run.predictions:
         prediction = run.predictions[channel.name]
         rows[PREDICTION, 0, "", 0] = prediction[samples]
-        for node, shift in enumerate(DELAY_NODES):
-            if shift:
-                late = delayed(run.time, prediction, float(shift) / speed)
+        for node, delay in enumerate(delays.tolist()):
+            if delay:
+                late = delayed(run.time, prediction, delay)
                 rows[PREDICTION, 0, "delay", node] = late[samples]
     return rows
 

@@ -26,7 +26,7 @@ from carrierflex.diagnosis.carrier.records.run_columns import (
 from carrierflex.diagnosis.comparison.problem import Segment
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.order_analysis import (
-    MAX_ORDER,
+    highest_order,
     order_amplitudes,
     too_sparse,
 )
@@ -72,8 +72,9 @@ class CarrierSums:
         Products of the columns of the basis with each other: the upper triangle, row by row.
     counts : ndarray of int, shape (P, C)
         Samples that are not missing.
-    orders : ndarray of complex, shape (R, C, MAX_ORDER + 1)
-        Order amplitudes of the measured signal by revolution; NaN where a revolution is too sparse.
+    orders : ndarray of complex, shape (R, C, n + 1)
+        Order amplitudes of the measured signal by revolution, 0 to n; NaN where a revolution is too
+        sparse.
     within : ndarray, shape (R, C, 2)
         Sum of squares of the measured signal about those orders, and its degrees of freedom.
     run_of_revolution : ndarray of int, shape (R,)
@@ -194,6 +195,7 @@ def _filled(
     run_of_revolution = np.repeat(numbers, revolutions)
     n_channels = len(campaign.channels)
     shape, turns = (run_of_segment.size, n_channels), (run_of_revolution.size, n_channels)
+    n_orders = highest_order(source.rig.n_planets) + 1
     sums = CarrierSums(
         index=index,
         segments=(),
@@ -202,7 +204,7 @@ def _filled(
         basis=basis,
         products=np.zeros((*shape, basis.size * (basis.size + 1) // 2)),
         counts=np.empty(shape, dtype=np.int64),
-        orders=np.full((*turns, MAX_ORDER + 1), np.nan, dtype=np.complex128),
+        orders=np.full((*turns, n_orders), np.nan, dtype=np.complex128),
         within=np.zeros((*turns, 2)),
         run_of_revolution=run_of_revolution,
         loads=np.empty((run_of_revolution.size, 3)),
@@ -242,12 +244,13 @@ def orders_of(
 
     Returns
     -------
-    ndarray of complex, shape (R, C, MAX_ORDER + 1)
-        Amplitudes; NaN where a revolution is too sparse.
+    ndarray of complex, shape (R, C, n + 1)
+        Amplitudes of the orders 0 to n; NaN where a revolution is too sparse.
     """
     keys = list(records.index.numbers)
     used = [keys[column] for column in columns.tolist()]
     result = np.full(records.orders.shape, np.nan, dtype=np.complex128)
+    highest = records.orders.shape[-1] - 1
     for r, run in enumerate(campaign.within_use().runs):
         of_run = RunColumns(run, source)
         blocks = blocks_of_run(records, r, of_run)
@@ -260,8 +263,8 @@ def orders_of(
                 for revolution in block.revolutions:
                     present = block.present(revolution)
                     theta = block.inputs.carrier_angle[present]
-                    if not too_sparse(theta, MAX_ORDER):
-                        amplitudes, _ = order_amplitudes(signal[None, present], theta)
+                    if not too_sparse(theta, highest):
+                        amplitudes, _ = order_amplitudes(signal[None, present], theta, highest)
                         result[place, c] = amplitudes[:, 0]
                     place += 1
     return result
@@ -344,6 +347,7 @@ def _add_block(
     """
     target = np.zeros(len(block.rows))
     gram = np.zeros((members.size, members.size))
+    highest = orders.shape[-1] - 1
     for r, rows in enumerate(block.revolutions):
         present = block.present(rows)
         columns = block.rows[:, present]
@@ -351,8 +355,8 @@ def _add_block(
         own = columns[members]
         gram += own @ own.T
         theta = block.inputs.carrier_angle[present]
-        if not too_sparse(theta, MAX_ORDER):
-            amplitudes, within[r] = order_amplitudes(columns[:1], theta)
+        if not too_sparse(theta, highest):
+            amplitudes, within[r] = order_amplitudes(columns[:1], theta, highest)
             orders[r] = amplitudes[:, 0]
     return target, gram
 

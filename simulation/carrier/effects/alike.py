@@ -10,8 +10,8 @@ STATIC = (
     "flange_warp",
     "sensor_zero",
 )
-#: At the third order and its multiples.
-THREE_PER_TURN = ("flexible_pins", "stiff_pins", "pin_clearance", "ring_pass", "face_runout")
+#: At the order of the planets and its multiples.
+AT_PLANET_ORDERS = ("flexible_pins", "stiff_pins", "pin_clearance", "ring_pass", "face_runout")
 #: At the first order and its neighbours.
 ONCE_PER_TURN = ("carrier_tilt", "unequal_load_sharing", "load_sharing_ntl")
 #: Following the radial load, or torque times radial load.

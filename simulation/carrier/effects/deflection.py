@@ -11,9 +11,9 @@ from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.simulation.carrier import kinematics, patterns
 from carrierflex.simulation.carrier.effect import Effect, others, per_newton
 from carrierflex.simulation.carrier.effects.alike import (
+    AT_PLANET_ORDERS,
     ONCE_PER_TURN,
     STEPS_OF_TORQUE,
-    THREE_PER_TURN,
     WITH_RADIAL_LOAD,
 )
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
@@ -40,6 +40,11 @@ def _pin_clearance(
     return (_closed_pins(sensor, inputs, rig) * patterns.closing_torque(inputs.torque, T_c))[None]
 
 
+# Pins bend in their bores under all that they carry. Torque loads all alike; weight and radial
+# load turn through them. A closed pin answers to a small turned load as to the torque's excess, in
+# the curves of a single pin, which leave orders 1, 2, 4 and 5 of a carrier of three: a static tilt,
+# order 3 of one phase or a saddle, order 6 as a tilt. Stiff and flexible curve have amplitudes of
+# their own: order 1 in them is that of a carrier clamped at its hub, not between two bearings.
 def _pin_clearance_with_weight(
     sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, T_c: float
 ) -> FloatArray:
@@ -153,7 +158,7 @@ FLEXIBLE_PINS = Effect(
     pattern=_flexible_pins,
     follows_sensor=True,
     follows_delay=True,
-    aliases=others("flexible_pins", THREE_PER_TURN),
+    aliases=others("flexible_pins", AT_PLANET_ORDERS),
     discriminating_experiment=STEPS_OF_TORQUE,
 )
 STIFF_PINS = Effect(
@@ -164,7 +169,7 @@ STIFF_PINS = Effect(
     pattern=_stiff_pins,
     follows_sensor=True,
     follows_delay=True,
-    aliases=others("stiff_pins", THREE_PER_TURN),
+    aliases=others("stiff_pins", AT_PLANET_ORDERS),
     discriminating_experiment=STEPS_OF_TORQUE,
 )
 PIN_CLEARANCE = Effect(
@@ -177,31 +182,11 @@ PIN_CLEARANCE = Effect(
     signature="order 3 falls behind the torque and order 6 grows above a threshold torque",
     pattern=_pin_clearance,
     shape_nodes=_torque_nodes,
-    aliases=others("pin_clearance", THREE_PER_TURN),
+    aliases=others("pin_clearance", AT_PLANET_ORDERS),
     discriminating_experiment=(
         "torque in steps of a tenth up to the nominal: order 3 has a kink where the clearance "
         "closes"
     ),
-)
-#: Pins bend in their bores under all that they carry. Torque loads all alike; weight and radial
-#: load turn through them. A closed pin answers to a small turned load as to the torque's excess, in
-#: the curves of a single pin, which leave orders 1, 2, 4 and 5 of the carrier: a static tilt, order
-#: 3 of one phase or a saddle, order 6 as a tilt. Stiff and flexible curve have amplitudes of their
-#: own: order 1 in them is that of a carrier clamped at its hub, not of one between two bearings.
-_PIN_CLEARANCE_WITH_WEIGHT = replace(
-    PIN_CLEARANCE,
-    equation=(
-        "c (delta_s - delta_f)(v - theta) sign(T) max(|T| - T_c, 0)/T_unit + [|T| > T_c] "
-        "sum_i ((w_s e_z + k_s F).t(beta_i) g_s + (w_f e_z + k_f F).t(beta_i) g_f)"
-        "(v - theta - alpha_i)"
-    ),
-    parameters=(
-        PIN_CLEARANCE.parameters[0],
-        *(EffectParameter(name, "N", -1e6, 1e6, 1e4) for name in ("w_s", "w_f")),
-        *(EffectParameter(name, "1", -10.0, 10.0, 0.1) for name in ("k_s", "k_f")),
-        PIN_CLEARANCE.parameters[1],
-    ),
-    pattern=_pin_clearance_with_weight,
 )
 
 
@@ -241,9 +226,25 @@ def load_sharing_of(n_planets: int) -> Effect:
     return replace(UNEQUAL_LOAD_SHARING, parameters=_pin_shares(n_planets))
 
 
-def pin_clearance_of(curves: Collection[str]) -> Effect:
+def with_weight(clearance: Effect, curves: Collection[str]) -> Effect:
     """Closing pins, with what weight and radial load do to them where curves of a pin are known."""
-    return _PIN_CLEARANCE_WITH_WEIGHT if {"g_s", "g_f"} <= set(curves) else PIN_CLEARANCE
+    if not {"g_s", "g_f"} <= set(curves):
+        return clearance
+    c, T_c = clearance.parameters
+    turned = (
+        *(EffectParameter(name, "N", -1e6, 1e6, 1e4) for name in ("w_s", "w_f")),
+        *(EffectParameter(name, "1", -10.0, 10.0, 0.1) for name in ("k_s", "k_f")),
+    )
+    return replace(
+        clearance,
+        equation=(
+            f"{clearance.equation} + [|T| > T_c] "
+            "sum_i ((w_s e_z + k_s F).t(beta_i) g_s + (w_f e_z + k_f F).t(beta_i) g_f)"
+            "(v - theta - alpha_i)"
+        ),
+        parameters=(c, *turned, T_c),
+        pattern=_pin_clearance_with_weight,
+    )
 
 
 DEFLECTION = (FLEXIBLE_PINS, STIFF_PINS, PIN_CLEARANCE, UNEQUAL_LOAD_SHARING, LOAD_SHARING_NTL)

@@ -1,24 +1,49 @@
 """Motion of the housing that carries the sensors, shape of the measured face, slow drift."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
+from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.simulation.carrier import kinematics, patterns
 from carrierflex.simulation.carrier.effect import Effect, angles, lengths, others, per_newton
 from carrierflex.simulation.carrier.effects.alike import (
+    AT_PLANET_ORDERS,
     STEPS_OF_LOAD,
     STEPS_OF_TORQUE,
-    THREE_PER_TURN,
 )
 from carrierflex.simulation.carrier.effects.misalignment import (
     housing_tilt_signals,
     offset_signal,
 )
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
+from carrierflex.simulation.effect_parameters import EffectParameter
 
 FloatArray = NDArray[np.float64]
-#: Orders of waves on the measured face; order 1 is a tilt of the carrier.
-WAVE_ORDERS = tuple(range(2, 9))
+
+
+def wave_orders(n_planets: int) -> range:
+    """Orders of waves on the measured face: order 1 is a tilt of the carrier.
+
+    Up to two beyond the second order of the pins, which waves have to be told from.
+    """
+    return range(2, 2 * n_planets + 3)
+
+
+def face_runout_of(n_planets: int) -> Effect:
+    """Waves on the face of a carrier of some number of planets."""
+    highest = wave_orders(n_planets)[-1]
+    return replace(
+        FACE_RUNOUT,
+        equation=f"sum_n a_n cos n(v - theta) + b_n sin n(v - theta), n = 2 to {highest}",
+        parameters=_waves(n_planets),
+    )
+
+
+def _waves(n_planets: int) -> tuple[EffectParameter, ...]:
+    orders = wave_orders(n_planets)
+    return lengths(*(f"{name}_{order}" for order in orders for name in ("a", "b")))
 
 
 def _flange_warp(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
@@ -32,7 +57,7 @@ def _face_runout(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> F
     """Cosine and sine of every order."""
     waves = [
         patterns.face_waves_pattern(inputs.carrier_angle, sensor.angle, order)
-        for order in WAVE_ORDERS
+        for order in wave_orders(rig.n_planets)
     ]
     return sensor.is_axial * np.array([wave for pair in waves for wave in pair])
 
@@ -65,10 +90,10 @@ FLANGE_WARP = Effect(
 FACE_RUNOUT = Effect(
     "face_runout",
     equation="sum_n a_n cos n(v - theta) + b_n sin n(v - theta), n = 2 to 8",
-    parameters=lengths(*(f"{name}_{order}" for order in WAVE_ORDERS for name in ("a", "b"))),
+    parameters=_waves(CarrierParameters.n_planets),
     signature="orders n >= 2, each in the single pattern m = n mod 4, whatever the load",
     pattern=_face_runout,
-    aliases=others("face_runout", THREE_PER_TURN),
+    aliases=others("face_runout", AT_PLANET_ORDERS),
     discriminating_experiment=STEPS_OF_TORQUE,
 )
 RING_PASS = Effect(
@@ -82,7 +107,7 @@ RING_PASS = Effect(
         "order 3 of one phase at all sensors, m = 0 or m = +1 beside m = -1, growing as the torque"
     ),
     pattern=_ring_pass,
-    aliases=others("ring_pass", THREE_PER_TURN),
+    aliases=others("ring_pass", AT_PLANET_ORDERS),
     discriminating_experiment=(
         "two more axial sensors, or accelerometers on the housing: the housing itself moves"
     ),

@@ -74,6 +74,7 @@ def twin_campaign(
     seed=0,
     channels=CHANNELS,
     limiting_load=3e4,
+    rig=CARRIER_RIG,
 ):
     """Campaign with the known effects and one more; `contained` are those of the baseline.
 
@@ -93,15 +94,16 @@ def twin_campaign(
         }
         signals = {}
         for channel in channels:
-            clean = clean_signal(effect, channel, time, columns, limiting_load)
+            clean = clean_signal(effect, channel, time, columns, limiting_load, rig)
             if extra is not None:
                 clean = clean + extra(channel, angle)
             signals[channel.name] = clean + NOISE * rng.standard_normal(time.size)
         runs.append(Run(f"run{k + 1}", f"run{k + 1}.csv", f"load {k + 1}", time, columns, signals))
-    return Campaign("carrier", "twin", Baseline("model", contained), RIG, channels, tuple(runs))
+    facts = RIG | {"n_planets": rig.n_planets}
+    return Campaign("carrier", "twin", Baseline("model", contained), facts, channels, tuple(runs))
 
 
-def clean_signal(effect, channel, time, columns, limiting_load=3e4):
+def clean_signal(effect, channel, time, columns, limiting_load=3e4, rig=CARRIER_RIG):
     """Signal without noise: the known effects and one more, in the closed form of its card."""
     sensor = RimSensor(channel.angle, channel.radius, channel.quantity == "axial_displacement")
     first = channel.name == "s137"
@@ -110,9 +112,9 @@ def clean_signal(effect, channel, time, columns, limiting_load=3e4):
     if effect == "sensor_delay":
         columns = {**columns, "carrier_angle": delayed_angle(time, columns["carrier_angle"], 0.05)}
     inputs = CarrierInputs(time, *columns.values(), start=time[0], end=time[-1])
-    signal = sum(np.array(v) @ LAWS[name](sensor, inputs, CARRIER_RIG) for name, v in KNOWN.items())
+    signal = sum(np.array(v) @ LAWS[name](sensor, inputs, rig) for name, v in KNOWN.items())
     if effect in INJECTED:
-        signal = signal + np.array(INJECTED[effect]) @ LAWS[effect](sensor, inputs, CARRIER_RIG)
+        signal = signal + np.array(INJECTED[effect]) @ LAWS[effect](sensor, inputs, rig)
     if effect == "pin_clearance":
         closed = CarrierInputs(
             time,
@@ -122,9 +124,7 @@ def clean_signal(effect, channel, time, columns, limiting_load=3e4):
             time[0],
             time[-1],
         )
-        law = LAWS["stiff_pins"](sensor, closed, CARRIER_RIG) - LAWS["flexible_pins"](
-            sensor, closed, CARRIER_RIG
-        )
+        law = LAWS["stiff_pins"](sensor, closed, rig) - LAWS["flexible_pins"](sensor, closed, rig)
         signal = signal + 1.5 * law[0]
     if effect == "bearing_clearance":
         load = saturated_load(inputs.ntl_y, inputs.ntl_z, limiting_load, 0.0)
@@ -153,4 +153,5 @@ def twin_problem(effect=None, **options):
     A known effect that is asked for is missing from the baseline.
     """
     contained = options.pop("contained", tuple(name for name in KNOWN if name != effect))
-    return carrier_problem(twin_campaign(effect, contained=contained, **options), CURVES)
+    campaign = twin_campaign(effect, contained=contained, **options)
+    return carrier_problem(campaign, options.get("rig", CARRIER_RIG).curves)

@@ -9,10 +9,11 @@ from carrierflex.diagnosis.carrier.gap_parts import frame_of, gap_parts
 from carrierflex.diagnosis.report.gap_words import beside_words, place_words
 from carrierflex.diagnosis.report.phrases import joined
 from carrierflex.identification.campaign.campaign import Channel
-from carrierflex.identification.campaign.order_analysis import MAX_ORDER
+from carrierflex.identification.campaign.order_analysis import highest_order
 from carrierflex.identification.carrier.sensor_patterns import RADIAL, pattern_split
 from tests.diagnosis.carrier.carrier_twin import CHANNELS, twin_problem
 
+MAX_ORDER = highest_order(3)
 QUIET = ((1.0, 0, 0), (0.5, 0, 0))
 
 
@@ -95,7 +96,7 @@ def test_without_a_gap_the_sentence_says_so():
 
 def parts_of(problem):
     parts = gap_parts(problem.gap_cells((), problem.starts((), {})[-1]))
-    return {(part.pattern, part.order): frame_of(part, parts) for part in parts if part.runs}
+    return {(part.pattern, part.order): frame_of(part, parts, 3) for part in parts if part.runs}
 
 
 def test_what_pulsates_in_the_housing_is_told_from_what_turns_with_the_carrier():

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from carrierflex.blind_check.truth.carrier.stage import LOADS, SENSOR_ANGLES, stage_readings
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
-from carrierflex.simulation.carrier.effects.deflection import PIN_CLEARANCE, pin_clearance_of
+from carrierflex.simulation.carrier.effects.deflection import PIN_CLEARANCE, with_weight
 from carrierflex.simulation.carrier.rim import CarrierInputs, RimSensor
 from tests.diagnosis.carrier.carrier_twin import CARRIER_RIG, CURVES, NOISE, twin_campaign
 
@@ -46,24 +46,24 @@ def share_left(gap, effect, shapes):
 
 
 @pytest.mark.parametrize(
-    ("case", "torque_alone", "with_weight"),
+    ("case", "torque_alone", "turned_loads"),
     [
         ("pin_clearance 1", 0.05, 0.02),
         ("pin_clearance 2", 0.1, 0.025),
         ("pin_clearance 3", 0.3, 0.04),
     ],
 )
-def test_closed_pins_carry_weight_beside_the_torque(case, torque_alone, with_weight):
+def test_closed_pins_carry_weight_beside_the_torque(case, torque_alone, turned_loads):
     gap = gap_of(case)
     shapes = np.linspace(0.0, 340e3, 35)
     assert share_left(gap, PIN_CLEARANCE, shapes) > torque_alone
-    assert share_left(gap, pin_clearance_of(CURVES), shapes) < with_weight
+    assert share_left(gap, with_weight(PIN_CLEARANCE, CURVES), shapes) < turned_loads
 
 
 def test_weight_on_closed_pins_makes_orders_0_3_and_6_of_other_phases_than_torque():
     # A load that turns through three pins: order n of a pin's curve comes as the multiple of three
     # beside it.
-    effect = pin_clearance_of(CURVES)
+    effect = with_weight(PIN_CLEARANCE, CURVES)
     rows = np.array([effect.signals(s, inputs_under(LOADS[0]), CARRIER_RIG, 1e5) for s in SENSORS])
     orders = np.abs(np.fft.rfft(rows, axis=2)).max(axis=0)
     for row in orders[1:3]:

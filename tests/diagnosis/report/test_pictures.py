@@ -16,7 +16,7 @@ from carrierflex.diagnosis.comparison.pictures import (
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.report.motion_figures import panel_figure
-from carrierflex.identification.campaign.order_analysis import MAX_ORDER
+from carrierflex.identification.campaign.order_analysis import highest_order
 from tests.diagnosis.carrier.carrier_twin import NOISE, twin_problem
 from tests.diagnosis.element.element_campaigns import (
     DAMPING,
@@ -25,6 +25,7 @@ from tests.diagnosis.element.element_campaigns import (
     force_campaign,
 )
 
+MAX_ORDER = highest_order(3)
 K3, FRICTION = 5e8, 1.5
 
 
@@ -152,9 +153,16 @@ def test_mean_turns_average_revolutions_and_leave_out_sparse_ones():
 def test_polar_plots_leave_out_what_is_small_and_are_none_without_a_revolution():
     wave = np.cos(np.linspace(0.0, 2.0 * np.pi, 181))
     gap = np.array([[0.05 * wave, wave, 0.5 * wave]])
-    names = {"runs": ("A",), "channels": ("a", "b", "c"), "passing": ({}, {"1": 0.4}, {})}
+    names = {
+        "runs": ("A",),
+        "channels": ("a", "b", "c"),
+        "passing": ({}, {"1": 0.4, "2": 2.5, "3": 4.6}, {}),
+        "highest": 12,
+    }
     picture, *others = carrier_polar(gap, 0.0 * gap, (), **names)
-    assert picture.panels[0].marks == {"1": 0.4}
+    assert picture.panels[0].marks == {"1": 0.4, "2": 2.5, "3": 4.6}
+    assert "orders 0 to 12; " in picture.caption
+    assert "flexible pins have three lobes" in picture.caption
     assert [panel.title for panel in picture.panels] == ["sensor b", "sensor c"]
     assert "1 sensor with a smaller gap is not drawn" in picture.caption
     assert others == []

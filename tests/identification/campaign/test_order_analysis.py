@@ -5,8 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.identification.campaign.order_analysis import (
-    MAX_ORDER,
     PATTERNS,
+    highest_order,
     order_amplitudes,
     too_sparse,
 )
@@ -18,6 +18,7 @@ from carrierflex.simulation.carrier.kinematics import (
 )
 from tests.diagnosis.carrier.carrier_twin import CHANNELS
 
+MAX_ORDER = highest_order(3)
 AXIAL = CHANNELS[:4]
 
 
@@ -32,10 +33,10 @@ def patterns_of(signal_at, channels=AXIAL):
 
     By revolution, pattern (as PATTERNS) and order.
     """
-    rows = [
-        order_amplitudes(np.array([signal_at(theta, c.angle) for c in channels]), theta)[0].T
-        for theta in turning()
-    ]
+    rows = []
+    for theta in turning():
+        signals = np.array([signal_at(theta, c.angle) for c in channels])
+        rows.append(order_amplitudes(signals, theta, MAX_ORDER)[0].T)
     split = pattern_split(channels, np.array(rows))
     assert split.names == tuple(PATTERN_NAMES[m] for m in PATTERNS)
     return split.amplitudes[..., MAX_ORDER:]
@@ -47,7 +48,7 @@ def test_amplitudes_are_those_of_the_cosine_series_whatever_the_speed_ripple():
     expected[list(amplitudes)] = list(amplitudes.values())
     for theta in turning():
         signal = sum((value * np.exp(1j * n * theta)).real for n, value in amplitudes.items())
-        found, scatter = order_amplitudes(np.array([signal, 2.0 * signal]), theta)
+        found, scatter = order_amplitudes(np.array([signal, 2.0 * signal]), theta, MAX_ORDER)
         assert_allclose(found.T, [expected, 2.0 * expected], rtol=0, atol=1e-12)
         assert scatter[0] < 1e-20
         assert scatter[1] == theta.size - 25
@@ -57,7 +58,7 @@ def test_scatter_about_the_orders_is_the_noise():
     rng = np.random.default_rng(0)
     theta = np.arange(4000) * 2.0 * np.pi / 4000
     square, degrees = order_amplitudes(
-        (np.cos(3.0 * theta) + 0.1 * rng.standard_normal(4000))[None], theta
+        (np.cos(3.0 * theta) + 0.1 * rng.standard_normal(4000))[None], theta, MAX_ORDER
     )[1]
     assert_allclose(
         square / degrees, 0.01, rtol=0.07
