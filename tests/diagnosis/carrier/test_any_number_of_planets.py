@@ -121,7 +121,15 @@ def test_pins_pass_a_sensor_as_often_as_there_are_planets():
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("n", "effect"),
-    [(4, "carrier_tilt"), (4, "ring_pass"), (4, None), (5, "pin_clearance"), (5, "ring_pass")],
+    [
+        (4, "carrier_tilt"),
+        (4, "ring_pass"),
+        (4, None),
+        (5, "pin_clearance"),
+        (5, "ring_pass"),
+        (4, "flexible_pins"),
+        (5, "stiff_pins"),
+    ],
 )
 def test_what_is_missing_is_named(n, effect):
     problem = twin_problem(effect, turns=8, rig=rig_of(n))
@@ -132,4 +140,4 @@ def test_what_is_missing_is_named(n, effect):
     assert diagnosis.verdict == "named"
     assert diagnosis.attribution.effects == (effect,)
     orders = {abs(finding.order) for finding in diagnosis.gap.findings.where if finding.share > 0.5}
-    assert orders == {1 if effect == "carrier_tilt" else n}
+    assert orders == {{"carrier_tilt": 1, "stiff_pins": 2 * n}.get(effect, n)}
