@@ -22,7 +22,7 @@ from carrierflex.fe.matrices.stored_matrix import DofNames, StoredMatrix
 from carrierflex.fe.structural_model import StructuralModel
 
 if TYPE_CHECKING:
-    from carrierflex.fe.matrices.interface_tables import InterfacesDocument
+    from carrierflex.fe.matrices.interface_tables import InterfacesDocument, NodesTable
 
 #: Mass over the volume of the nodes' convex hull [kg/m^3]: beyond these limits the units are
 #: unlikely to be those stated. A solid of platinum fills its hull with 21 450.
@@ -79,8 +79,12 @@ def given_body(stiffness: Path, mass: Path, interfaces: Path) -> GivenBody:
         file.
     """
     document = read_interfaces(interfaces)
-    nodes = _nodes(document, interfaces)
-    dofs = _dofs(document, interfaces, stiffness)
+    if document.nodes is None:
+        raise ValueError(
+            f"{interfaces}: table [materials] beside matrices; expected [nodes], or a mesh"
+        )
+    nodes = _nodes(document.nodes, interfaces)
+    dofs = _dofs(document.nodes, interfaces, stiffness)
     K, M = read_matrix(stiffness, "stiffness"), read_matrix(mass, "mass")
     try:
         return body_of(K, M, nodes, document, dofs=dofs)
@@ -120,7 +124,7 @@ def body_of(
         mass,
         nodes,
         dofs=dofs,
-        dofs_per_node=document.nodes.dofs_per_node,
+        dofs_per_node=None if document.nodes is None else document.nodes.dofs_per_node,
         units=document.units,
     )
     _refuse_no_mass(model)
@@ -133,30 +137,30 @@ def body_of(
     return GivenBody(structure, layout, warnings)
 
 
-def _nodes(document: "InterfacesDocument", interfaces: Path) -> NodeTable:
-    if document.nodes.file is not None:
-        return read_nodes(interfaces.parent / document.nodes.file)
-    assert document.nodes.positions is not None
-    numbers = np.array([entry[0] for entry in document.nodes.positions], dtype=np.int64)
-    points = np.array([entry[1:] for entry in document.nodes.positions], dtype=np.float64)
+def _nodes(table: "NodesTable", interfaces: Path) -> NodeTable:
+    if table.file is not None:
+        return read_nodes(interfaces.parent / table.file)
+    assert table.positions is not None
+    numbers = np.array([entry[0] for entry in table.positions], dtype=np.int64)
+    points = np.array([entry[1:] for entry in table.positions], dtype=np.float64)
     try:
         return node_table(numbers, points)
     except ValueError as error:
         raise ValueError(f"{interfaces}: {error}") from error
 
 
-def _dofs(document: "InterfacesDocument", interfaces: Path, stiffness: Path) -> DofNames | None:
+def _dofs(table: "NodesTable", interfaces: Path, stiffness: Path) -> DofNames | None:
     """Names of the rows from the interfaces file, or from a file beside the matrix."""
-    if document.nodes.dof_file is not None:
-        return read_dofs(interfaces.parent / document.nodes.dof_file)
-    if document.nodes.dofs is not None:
-        listed = document.nodes.dofs
+    if table.dof_file is not None:
+        return read_dofs(interfaces.parent / table.dof_file)
+    if table.dofs is not None:
+        listed = table.dofs
         return DofNames(
             np.array([node for node, _ in listed], dtype=np.int64),
             np.array([_ROW_NAMES.index(name) - 1 for _, name in listed], dtype=np.int64),
         )
     beside = {".sti": ".dof", ".matrix": ".mapping"}.get(stiffness.suffix.lower())
-    if beside and document.nodes.dofs_per_node is None and stiffness.with_suffix(beside).exists():
+    if beside and table.dofs_per_node is None and stiffness.with_suffix(beside).exists():
         return read_dofs(stiffness.with_suffix(beside))
     return None
 

@@ -62,6 +62,16 @@ class UnitsTable(TomlTable):
     )
 
 
+class MaterialTable(TomlTable):
+    """Isotropic material of a group of elements of a mesh, in SI units whatever the file's."""
+
+    E: Positive = key("Young's modulus", "Pa")
+    nu: Annotated[float, Field(gt=-1, lt=0.5), Expected("more than -1 and less than 0.5")] = key(
+        "Poisson's ratio"
+    )
+    rho: Positive = key("Density", "kg/m^3")
+
+
 class NodesTable(TomlTable):
     """Where the nodes are, and which degrees of freedom the rows of the matrices are."""
 
@@ -157,16 +167,27 @@ class SensorTable(_OnNodes):
 
 
 class InterfacesDocument(TomlTable):
-    """Interfaces of a body whose matrices another program made."""
+    """Interfaces of a body whose matrices, or whose mesh, another program made."""
 
     format: Literal["carrierflex-interfaces"] = key("Kind of the file")
     version: Literal[1] = key("Version of the format")
     name: FileStem = key("Name of the body")
     units: UnitsTable = key("Units", default_factory=UnitsTable)
-    nodes: NodesTable = key("Nodes and rows")
+    nodes: NodesTable | None = key("Nodes and rows of matrices; a mesh has its own", default=None)
+    materials: dict[str, MaterialTable] = key(
+        "Material of every group of elements, in place of matrices", default_factory=dict
+    )
     pilots: Annotated[
         list[PilotTable], Field(min_length=1, max_length=_MOST_PILOTS), different("pilot")
     ] = key("Pilots", expected="at least one table [[pilots]]")
     sensors: Annotated[list[SensorTable], different("sensor")] = key(
         "Sensors", default_factory=list
     )
+
+    @model_validator(mode="after")
+    def _of_matrices_or_of_a_mesh(self) -> Self:
+        problems = []
+        if (self.nodes is None) == (not self.materials):
+            problems.append("expected either [nodes], of matrices, or [materials], of a mesh")
+        refuse(problems)
+        return self

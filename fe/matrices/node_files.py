@@ -75,6 +75,17 @@ def read_nodes(path: Path) -> NodeTable:
     return in_child(_nastran_nodes, path, size, about=path, what="pyyeti")
 
 
+def numbers_in_turn(path: Path) -> NDArray[np.int64]:
+    """Numbers of the nodes of a deck in the order in which they stand there."""
+    content = plain_content(path, _EXPECTED, _MOST_BYTES)
+    tables = [
+        _coordinates(data)
+        for keyword, data in _deck_blocks(content)
+        if keyword.split(",")[0] == "NODE"
+    ]
+    return whole(np.concatenate([np.zeros(0), *(table[:, 0] for table in tables)]), "node numbers")
+
+
 def node_table(
     numbers_of_nodes: NDArray[np.int64],
     points: NDArray[np.float64],

@@ -29,6 +29,10 @@ FORMATS = {
 }
 #: gmsh's element types that can be computed with, and their name in meshio.
 _KINDS = {2: "triangle", 4: "tetra", 9: "triangle6", 11: "tetra10"}
+#: Kinds that meshio has no name for, for its own table: surfaces as gmsh writes them. Decks are
+#: read in a process of their own, so that nothing else sees them there.
+_MORE_KINDS = {"CPS6": "triangle6", "CPS8": "quad8", "CPS9": "quad9"}
+_KINDS_OF_DECKS = meshio.abaqus._abaqus.abaqus_to_meshio_type
 #: gmsh numbers the last two mid-side nodes of a quadratic tetrahedron the other way round.
 _FROM_GMSH_TET10 = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 
@@ -60,8 +64,8 @@ def read_foreign_mesh(path: Path, size: int) -> ForeignMesh:
     ValueError
         Where it cannot be read, or holds elements that are neither tetrahedra nor on a surface.
     """
-    reader = _abaqus if path.suffix.lower() == ".inp" else _by_gmsh
-    who = "meshio" if reader is _abaqus else "gmsh"
+    reader = abaqus_mesh if path.suffix.lower() == ".inp" else _by_gmsh
+    who = "meshio" if reader is abaqus_mesh else "gmsh"
     return in_child(_read, reader, path, size, about=path, what=who)
 
 
@@ -76,7 +80,9 @@ def _read(reader: Callable[[Path], ForeignMesh], path: Path, size: int) -> Forei
         ) from error
 
 
-def _abaqus(path: Path) -> ForeignMesh:
+def abaqus_mesh(path: Path) -> ForeignMesh:
+    """Mesh of a deck; an element belongs to the smallest set that it is in."""
+    _KINDS_OF_DECKS.update(_MORE_KINDS)
     mesh = meshio.abaqus.read(path)
     # The smallest set that an element is in names its body: a set of all of them says nothing.
     sets = sorted(mesh.cell_sets.items(), key=lambda item: -sum(len(part) for part in item[1]))
@@ -104,7 +110,7 @@ def _by_gmsh(path: Path) -> ForeignMesh:
 def _gmsh_blocks(row: NDArray[np.int64]) -> Iterator[tuple[str, str, NDArray[np.int64]]]:
     for dimension in (2, 3):
         for _, entity in gmsh.model.getEntities(dimension):
-            name = _group(dimension, entity)
+            name = group_of_entity(dimension, entity)
             kinds, _, nodes = gmsh.model.mesh.getElements(dimension, entity)
             for kind, numbers in zip(kinds, nodes, strict=True):
                 words, _, _, n_nodes, *_ = gmsh.model.mesh.getElementProperties(kind)
@@ -114,7 +120,7 @@ def _gmsh_blocks(row: NDArray[np.int64]) -> Iterator[tuple[str, str, NDArray[np.
                 yield _KINDS.get(kind, words), name, rows
 
 
-def _group(dimension: int, entity: int) -> str:
+def group_of_entity(dimension: int, entity: int) -> str:
     """Name of the smallest physical group of an entity; its number where there is none."""
     groups = gmsh.model.getPhysicalGroupsForEntity(dimension, entity)
     names = [gmsh.model.getPhysicalName(dimension, group).strip() for group in groups]

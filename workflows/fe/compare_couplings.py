@@ -6,21 +6,39 @@ A distributing coupling (RBE3) lets the surface deform, a rigid one (RBE2) forbi
 a fitted part lies between.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 from carrierflex.fe.carrier_curves import flexible_cases, stiff_cases
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
+from carrierflex.geometry.carrier_interface import CarrierInterface
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.parameter_files import read_parameters
+from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.reduction.coupling_bracket import CouplingBracket, coupling_bracket
+from carrierflex.workflows.support.carrier_files import (
+    CarrierFiles,
+    LengthUnit,
+    given_structure,
+    meshes_of_variants,
+)
 from carrierflex.workflows.support.named_bodies import body_structure
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
 
 
 def main(
-    *, out: Path, size: float = DEFAULT_SIZE, parameters: Path | None = None, quiet: bool = False
+    *,
+    out: Path,
+    size: float = DEFAULT_SIZE,
+    parameters: Path | None = None,
+    step: Path | None = None,
+    surfaces: Path | None = None,
+    flexible_mesh: Path | None = None,
+    stiff_mesh: Path | None = None,
+    length_unit: LengthUnit = "m",
+    quiet: bool = False,
 ) -> dict[str, CouplingBracket]:
     """Bracket pilot stiffness and deflection curves between distributing and rigid couplings.
 
@@ -35,6 +53,15 @@ def main(
     parameters
         TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
         keeps its default. four_planets: a set that comes with the package.
+    step
+        STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
+    surfaces
+        TOML file that states the surfaces of the STEP or mesh files.
+    flexible_mesh, stiff_mesh
+        Mesh files (.msh, .inp, .bdf, .unv, .med; tetrahedra) of the carrier without and with bonded
+        pins, instead of the parametric carrier.
+    length_unit
+        Of the mesh files' coordinates.
     quiet
         Show no progress.
 
@@ -46,23 +73,36 @@ def main(
         the coupling hardly matters.
     """
     stage = read_parameters(parameters)
+    meshes = meshes_of_variants(flexible_mesh, stiff_mesh)
+    files = CarrierFiles(step, surfaces, meshes, length_unit)
+    record = files.record()
     prepared_folder(out)
     stages = Stages(2, quiet)
     brackets = {}
     for variant in ("flexible", "stiff"):
         with stages.stage(f"{variant} carrier with both couplings"):
+            carrier: CarrierParameters | CarrierInterface = stage.carrier
+            gear = stage.gear
+            if files.given:
+                mesh = files.mesh(variant, size)
+                soft, carrier = given_structure(variant, mesh)
+                gear = replace(gear, centre_distance=carrier.centre_distance)
+            else:
+                mesh, soft = body_structure(f"{variant}_carrier", stage, size)
             cases = (
-                flexible_cases(stage.carrier, stage.gear)
+                flexible_cases(carrier, gear)
                 if variant == "flexible"
-                else stiff_cases(stage.gear, stage.carrier.n_planets)
+                else stiff_cases(gear, carrier.n_planets)
             )
-            mesh, soft = body_structure(f"{variant}_carrier", stage, size)
             curve_name = "delta_f" if variant == "flexible" else "delta_s"
             brackets[variant] = coupling_bracket(curve_name, mesh, soft, cases["both"])
     changes = {
         bracket.curve_name: {part: bracket.curve_change(part) for part in bracket.all_curves}
         for bracket in brackets.values()
     }
-    content = {"size": size, "curve_change": changes, "brackets": brackets, "versions": versions()}
+    content = {
+        "size": size, "curve_change": changes, "brackets": brackets, "files": record,
+        "versions": versions(),
+    }  # fmt: skip
     save_json(out / "couplings.json", content)
     return brackets

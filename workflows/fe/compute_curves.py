@@ -11,7 +11,11 @@ from carrierflex.files.versions import versions
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
 from carrierflex.workflows.support.cached_results import cached_files
-from carrierflex.workflows.support.carrier_files import CarrierFiles, LengthUnit
+from carrierflex.workflows.support.carrier_files import (
+    CarrierFiles,
+    LengthUnit,
+    meshes_of_variants,
+)
 from carrierflex.workflows.support.carrier_variants import (
     CarrierVariant,
     flexible_variant,
@@ -84,7 +88,7 @@ def main(
         and orders N, 2 N, 3 N ... of N planets only.
     """
     stage = read_parameters(parameters)
-    meshes = _meshes(flexible_mesh, stiff_mesh)
+    meshes = meshes_of_variants(flexible_mesh, stiff_mesh)
     files = CarrierFiles(step, surfaces, meshes, length_unit)
     inputs = {
         "kind": "deflection curves", "stage": stage, "size": size, "files": files.digests(),
@@ -102,19 +106,6 @@ def main(
     cached_files(results, compute, use=cache, quiet=quiet, inputs=inputs)
     radius = float(read_json(out / _INPUTS, "the inputs of the curves")["sensor_radius"])
     return read_curves(out / _CURVES, radius=radius)
-
-
-def _meshes(flexible: Path | None, stiff: Path | None) -> dict[str, Path]:
-    if (flexible is None) != (stiff is None):
-        alone, absent = (
-            ("--flexible-mesh", "--stiff-mesh")
-            if stiff is None
-            else ("--stiff-mesh", "--flexible-mesh")
-        )
-        raise ValueError(f"{alone} is given without {absent}; expected the meshes of both variants")
-    if flexible is None or stiff is None:
-        return {}
-    return {"flexible": flexible, "stiff": stiff}
 
 
 def _compute(

@@ -84,7 +84,8 @@ def main(
     mass
         Its mass matrix; may be the same file.
     interfaces
-        TOML file with units, nodes, pilots and sensors of these matrices.
+        TOML file with units, nodes, pilots and sensors of these matrices; or, beside --mesh, with
+        the materials, pilots and sensors of any solids: tetrahedra, hexahedra, wedges.
     variant
         Of the carrier; stiff: pins bonded, pilots at the pins' mid-spans; flexible: no pins, pilots
         at the six bores.
@@ -126,9 +127,9 @@ def main(
         start from. A mesh whose groups have the surfaces' names needs none.
     mesh
         Mesh file (.msh, .inp, .bdf, .unv, .med; tetrahedra) of the carrier's variant, instead of
-        the parametric carrier.
+        the parametric carrier; without --body and with --interfaces any body.
     length_unit
-        Of the mesh file's coordinates.
+        Of the carrier's mesh file; that of other bodies stands in --interfaces.
     assembly
         Who makes K and M; compiled: element loops of this program; scikit-fem: its forms, the same
         matrices some fifty times slower.
@@ -152,7 +153,7 @@ def main(
     ReducedModel
         The body as written.
     """
-    matrices = MatrixFiles.of_options(stiffness, mass, interfaces)
+    matrices = MatrixFiles.of_options(stiffness, mass, interfaces, None if body else mesh)
     files = CarrierFiles(step, surfaces, {} if mesh is None else {variant: mesh}, length_unit)
     # Every option that changes the body is part of the key under which it is kept.
     options = {
@@ -164,7 +165,11 @@ def main(
     _refuse_contradictions(out, options)
     options["by_symmetry"] = by_symmetry
     if matrices is not None:
-        given = {"parameters": parameters, "step": step, "surfaces": surfaces, "mesh": mesh}
+        is_mesh = mesh is not None and stiffness is None
+        given = {
+            "parameters": parameters, "step": step, "surfaces": surfaces,
+            "mesh": None if is_mesh else mesh,
+        }  # fmt: skip
         reduce_matrices.refuse_mesh_options({**options, **given, "preview": preview})
         prepared_folder(out.parent)
         return reduce_matrices.main(matrices, options, out, cache=cache, quiet=quiet)

@@ -139,6 +139,26 @@ class CarrierFiles:
         return record
 
 
+def meshes_of_variants(flexible: Path | None, stiff: Path | None) -> dict[str, Path]:
+    """Mesh files by variant: of both, or of none.
+
+    Raises
+    ------
+    ValueError
+        Where one is given without the other.
+    """
+    if (flexible is None) != (stiff is None):
+        alone, absent = (
+            ("--flexible-mesh", "--stiff-mesh")
+            if stiff is None
+            else ("--stiff-mesh", "--flexible-mesh")
+        )
+        raise ValueError(f"{alone} is given without {absent}; expected the meshes of both variants")
+    if flexible is None or stiff is None:
+        return {}
+    return {"flexible": flexible, "stiff": stiff}
+
+
 def file_record(files: Mapping[str, Path]) -> dict[str, dict[str, str]]:
     """Name and SHA-256 of every file by its role; FileNotFoundError where one is absent."""
     return {role: {"file": str(path), "sha256": _digest(path)} for role, path in files.items()}

@@ -1,4 +1,4 @@
-"""A body from matrix files of another program instead of a mesh."""
+"""A body from files of another program: matrices, or a mesh of any solids; pilots are stated."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,6 +6,8 @@ from pathlib import Path
 
 from carrierflex.fe.matrices.given_structure import GivenBody, given_body
 from carrierflex.fe.matrices.interface_files import read_interfaces
+from carrierflex.fe.solids.given_solids import solid_body
+from carrierflex.geometry.given_meshes.solid_files import SUFFIXES
 from carrierflex.reduction.certificate import FREE_MESH
 from carrierflex.workflows.support.carrier_files import file_record, refuse_changed
 
@@ -19,8 +21,10 @@ class MatrixFiles:
 
     Parameters
     ----------
-    stiffness, mass, interfaces : Path
-        Matrices, and the file of nodes, pilots and sensors.
+    stiffness, mass : Path
+        Matrices; or, both of them, the mesh.
+    interfaces : Path
+        File of nodes or materials, of pilots and sensors.
     """
 
     stiffness: Path
@@ -29,15 +33,21 @@ class MatrixFiles:
 
     @classmethod
     def of_options(
-        cls, stiffness: Path | None, mass: Path | None, interfaces: Path | None
+        cls,
+        stiffness: Path | None,
+        mass: Path | None,
+        interfaces: Path | None,
+        mesh: Path | None = None,
     ) -> "MatrixFiles | None":
-        """The files of the three options, None where none of them is given.
+        """The files of the three options, or a mesh and interfaces; None where neither is given.
 
         Raises
         ------
         ValueError
             Where some are given and others are not.
         """
+        if mesh is not None and interfaces is not None and stiffness is None and mass is None:
+            return cls(mesh, mesh, interfaces)
         given = dict(zip(_ROLES, (stiffness, mass, interfaces), strict=True))
         absent = [f"--{role}" for role, path in given.items() if path is None]
         if len(absent) == len(_ROLES):
@@ -63,7 +73,19 @@ class MatrixFiles:
         return files
 
     def body(self) -> GivenBody:
-        """Structural model of the files; errors as there."""
+        """Structural model of the files.
+
+        Raises
+        ------
+        FileNotFoundError, ValueError
+            As :func:`carrierflex.fe.matrices.given_structure.given_body` and
+            :func:`carrierflex.fe.solids.given_solids.solid_body`, or where a mesh has no materials.
+        """
+        if self.stiffness != self.mass or self.stiffness.suffix.lower() not in SUFFIXES:
+            return given_body(self.stiffness, self.mass, self.interfaces)
+        document = read_interfaces(self.interfaces)
+        if document.materials:
+            return solid_body(self.stiffness, document)
         return given_body(self.stiffness, self.mass, self.interfaces)
 
     def inputs(self, body: GivenBody) -> dict[str, object]:
@@ -84,9 +106,8 @@ class MatrixFiles:
         """Name and SHA-256 of every file, for provenance; FileNotFoundError where one is absent."""
         nodes = read_interfaces(self.interfaces).nodes
         files = dict(zip(_ROLES, (self.stiffness, self.mass, self.interfaces), strict=True))
-        for role, name in (("nodes", nodes.file), ("dofs", nodes.dof_file)):
-            if name is not None:
-                files[role] = self.interfaces.parent / name
+        named = () if nodes is None else (("nodes", nodes.file), ("dofs", nodes.dof_file))
+        files |= {role: self.interfaces.parent / name for role, name in named if name is not None}
         beside = (self.stiffness.with_suffix(suffix) for suffix in (".dof", ".mapping"))
         files |= {f"beside {path.suffix}": path for path in beside if path.exists()}
         return file_record(files)

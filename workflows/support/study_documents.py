@@ -47,6 +47,7 @@ class CouplingsDocument(TypedDict):
     brackets: Annotated[
         Mapping[str, Mapping[str, Any]], "Stiffness of pilots and curves by variant"
     ]
+    files: Annotated[Mapping[str, GivenFile], "Files by role; empty without any"]
     versions: Versions
 
 

@@ -261,3 +261,20 @@ def test_a_binary_file_that_states_more_than_it_holds_is_refused(tmp_path):
         path.write_bytes(damaged)
         with pytest.raises(ValueError, match=r"a\.op4: "):
             read_matrix(path, "stiffness")
+
+
+@pytest.mark.may_skip
+def test_the_full_file_of_ansys_reader_is_read():
+    """The file that comes with ansys-mapdl-reader 0.56: a beam of 321 nodes by Ansys."""
+    examples = pytest.importorskip("ansys.mapdl.reader.examples")
+    path = Path(examples.__file__).parent / "file.full"
+    K, M = read_matrix(path, "stiffness"), read_matrix(path, "mass")
+    assert K.dofs is not None
+    assert K.A.shape == M.A.shape == (963, 963)
+    assert np.array_equal(np.unique(K.dofs.nodes), np.arange(1, 322))
+    assert np.array_equal(K.dofs.components, np.tile([0, 1, 2], 321))
+    assert (K.A - K.A.T).nnz == (M.A - M.A.T).nnz == 0
+    # No negative energy.
+    assert np.linalg.eigvalsh(K.A.toarray()).min() > -1e-9 * abs(K.A).max()
+    assert M.A.diagonal().min() >= 0.0
+    assert M.A.sum() > 0.0

@@ -6,9 +6,11 @@ from numpy.testing import assert_allclose
 
 from carrierflex.fe.carrier_curves import named_curves
 from carrierflex.fe.curve_files import read_curves
+from carrierflex.geometry.carrier_mesh import flexible_carrier_mesh, stiff_carrier_mesh
 from carrierflex.geometry.mesh_files import write_mesh
+from carrierflex.geometry.parameters import CarrierParameters, PinParameters
 from carrierflex.reduction.body_files import read_body
-from carrierflex.workflows.fe import compute_curves
+from carrierflex.workflows.fe import compare_couplings, compute_curves
 from carrierflex.workflows.geometry import list_cad_faces, write_cad
 from carrierflex.workflows.reduction import check_certificate, reduce_body
 from carrierflex.workflows.support.carrier_files import CarrierFiles
@@ -54,6 +56,22 @@ def test_mesh_files_give_the_curves_of_the_meshes_in_them(
         assert_allclose(computed[name].axial, curve.axial, atol=1e-8 * np.abs(curve.axial).max())
         assert_allclose(computed[name].radial, curve.radial, atol=1e-8 * np.abs(curve.radial).max())
     assert set(read_curves(tmp_path / "curves" / "deflection_curves.csv")) == set(computed)
+
+
+@pytest.mark.long
+def test_couplings_take_mesh_files(tmp_path):
+    carrier, pin = CarrierParameters(), PinParameters()
+    write_mesh(flexible_carrier_mesh(carrier, 0.1), tmp_path / "flexible.msh")
+    write_mesh(stiff_carrier_mesh(carrier, pin, 0.1), tmp_path / "stiff.msh")
+    files = {"flexible_mesh": tmp_path / "flexible.msh", "stiff_mesh": tmp_path / "stiff.msh"}
+    ours = compare_couplings.main(out=tmp_path / "ours", size=0.1, quiet=True)
+    given = compare_couplings.main(out=tmp_path / "given", **files, quiet=True)
+    for variant, bracket in ours.items():
+        assert_allclose(given[variant].stiffness, bracket.stiffness, rtol=1e-7)
+        for part in bracket.all_curves:
+            change = bracket.curve_change(part)
+            assert_allclose(given[variant].curve_change(part), change, rtol=1e-5, atol=1e-7)
+    assert "flexible.msh" in (tmp_path / "given" / "couplings.json").read_text()
 
 
 @pytest.mark.long

@@ -172,3 +172,83 @@ def test_a_carrier_of_matrices_turns_in_the_stage_as_our_own(
     scale = np.sqrt(np.outer(*2 * [K.diagonal()]))
     assert (np.abs(K_given - K) / scale).max() < 1e-7
     assert bodies[1].model.sensor_rows.shape == bodies[0].model.sensor_rows.shape
+
+
+BRICKS = """*NODE
+11,0,0,0
+12,1000,0,0
+13,1000,100,0
+14,0,100,0
+15,0,0,100
+16,1000,0,100
+17,1000,100,100
+18,0,100,100
+22,2000,0,0
+23,2000,100,0
+26,2000,0,100
+27,2000,100,100
+*ELEMENT,TYPE=C3D8,ELSET=iron
+1,11,12,13,14,15,16,17,18
+*ELEMENT,TYPE=C3D8,ELSET=alu
+2,12,22,23,13,16,26,27,17
+*NSET,NSET=start
+11,14,15,18
+*NSET,NSET=end
+22,23,26,27
+"""
+OF_A_MESH = """format = "carrierflex-interfaces"
+version = 1
+name = "bricks"
+[units]
+length = 0.001
+[materials.iron]
+E = 2.1e11
+nu = 0.3
+rho = 7850.0
+[materials.alu]
+E = 7e10
+nu = 0.33
+rho = 2700.0
+[[pilots]]
+name = "start"
+type = "distributing"
+node_set = "start"
+[[pilots]]
+name = "end"
+type = "rigid"
+node_set = "end"
+"""
+
+
+def test_a_mesh_of_hexahedra_of_two_materials_is_a_body_like_any_other(tmp_path):
+    (tmp_path / "bricks.inp").write_text(BRICKS)
+    (tmp_path / "bricks.toml").write_text(OF_A_MESH)
+    files = {"mesh": tmp_path / "bricks.inp", "interfaces": tmp_path / "bricks.toml"}
+    out = tmp_path / "bricks.h5"
+    body = reduce_body.main(out=out, modes=2, quiet=True, **files)
+    # Ten and ten litres.
+    assert_allclose(body.mass_properties.mass, 0.01 * (7850.0 + 2700.0), rtol=1e-12)
+    assert "too stiff in bending" in body.provenance["warnings"]
+    assert check_certificate.main(out).met
+    export_body.main(out, format="mbdyn", out=tmp_path / "bricks.fem", quiet=True)
+
+
+def test_a_mesh_without_materials_and_materials_without_a_mesh_are_refused(tmp_path):
+    (tmp_path / "bricks.inp").write_text(BRICKS)
+    toml = tmp_path / "bricks.toml"
+    materials, pilots = (OF_A_MESH.index(mark) for mark in ("[materials.iron]", "[[pilots]]"))
+    toml.write_text(OF_A_MESH[:materials] + OF_A_MESH[pilots:])
+    with pytest.raises(ValueError, match=r"expected either \[nodes\], of matrices, or \[mater"):
+        reduce_body.main(
+            out=tmp_path / "a.h5", mesh=tmp_path / "bricks.inp", interfaces=toml, quiet=True
+        )
+    toml.write_text(OF_A_MESH)
+    sp.save_npz(tmp_path / "k.npz", sp.eye_array(3).tocsr())
+    with pytest.raises(ValueError, match=r"table \[materials\] beside matrices"):
+        cf.given_body(tmp_path / "k.npz", tmp_path / "k.npz", toml)
+    (tmp_path / "bricks.inp").write_text(BRICKS.replace("C3D8,ELSET=alu", "C3D15,ELSET=alu"))
+    with pytest.raises(ValueError, match=r"bricks\.inp: "):
+        reduce_body.main(
+            out=tmp_path / "a.h5", mesh=tmp_path / "bricks.inp", interfaces=toml, quiet=True
+        )
+    assert not (tmp_path / "a.h5").exists()
