@@ -84,8 +84,10 @@ def abaqus_mesh(path: Path) -> ForeignMesh:
     """Mesh of a deck; an element belongs to the smallest set that it is in."""
     _KINDS_OF_DECKS.update(_MORE_KINDS)
     mesh = meshio.abaqus.read(path)
-    # The smallest set that an element is in names its body: a set of all of them says nothing.
-    sets = sorted(mesh.cell_sets.items(), key=lambda item: -sum(len(part) for part in item[1]))
+    # The smallest set that an element is in names its body: a set of all of them says nothing. Of
+    # two alike that of *ELSET, which meshio lists first: *ELEMENT has the preprocessor's name.
+    listed = reversed(mesh.cell_sets.items())
+    sets = sorted(listed, key=lambda item: -sum(len(part) for part in item[1]))
     blocks = []
     for number, block in enumerate(mesh.cells):
         names = np.full(len(block.data), "", dtype=object)
