@@ -211,3 +211,12 @@ def test_every_package_is_installed_below_the_import_name():
     packages = {module_of(path) for path in TREES if path.name == "__init__.py"}
     assert set(listed) == {IMPORT_NAME, *packages}
     assert all(path.parent / "__init__.py" in TREES for path in TREES)
+
+
+def test_every_decision_has_a_number_of_its_own_and_its_title_says_it():
+    decisions = sorted((ROOT / "docs" / "decisions").glob("*.md"))
+    numbers = [path.name[:4] for path in decisions]
+    assert numbers == [f"{n:04d}" for n in range(1, len(decisions) + 1)]
+    for path, number in zip(decisions, numbers, strict=True):
+        title = path.read_text(encoding="utf-8").splitlines()[0]
+        assert title.startswith((f"# {number} ", f"# {int(number)}. ")), path.name
