@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.fe.view import curves_figure, deformed_picture, orders_over_fit_figure
@@ -30,6 +31,7 @@ def test_the_orders_over_the_fit_are_lines_between_the_two_whole_models():
     assert_allclose(ends.get_ydata(), expected[::2], rtol=1e-12)
 
 
+@pytest.mark.long
 def test_the_deformed_picture_shows_opposite_colours_on_a_tilting_body(one_pin_mesh):
     u = np.zeros_like(one_pin_mesh.points)
     u[:, 0] = 1e-6 * (one_pin_mesh.points[:, 2] - 0.308)

@@ -77,6 +77,7 @@ def test_export_prints_nothing(tmp_path, carrier, capfd):
         write_step(carrier, tmp_path / "carrier.igs")
 
 
+@pytest.mark.long
 def test_faces_are_measured_in_metres(folder, carrier):
     faces = step_faces(folder / "carrier.step", CadFrame.of_the_file())
     bores = [
@@ -197,6 +198,7 @@ def turned_step(folder):
     return path
 
 
+@pytest.mark.long
 def test_a_carrier_in_another_frame_is_brought_into_its_own(turned_step, statements, cad_meshes):
     frame = CadFrame(
         np.array([0.1, 0.2, 0.3]), np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0])
@@ -214,6 +216,7 @@ def test_a_carrier_in_another_frame_is_brought_into_its_own(turned_step, stateme
         step_carrier_mesh(turned_step, statements, COARSE, pins=False)
 
 
+@pytest.mark.long
 def test_the_unit_that_the_file_declares_counts(folder, tmp_path):
     text = (folder / "carrier.step").read_text()
     path = tmp_path / "centimetres.step"
@@ -232,6 +235,7 @@ def test_the_unit_that_the_file_declares_counts(folder, tmp_path):
     assert declared_unit(inches) == "inch"
 
 
+@pytest.mark.long
 def test_pins_that_do_not_fit_between_the_plates_are_refused(folder, statements):
     with pytest.raises(
         ValueError,

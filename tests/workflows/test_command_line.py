@@ -196,6 +196,7 @@ def test_interrupted_run_says_so_and_leaves_whole_files_only(tmp_path):
     assert not [path for path in tmp_path.rglob("*") if path.name.startswith(".")]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_mesh_command_writes_the_file_it_was_asked_for(tmp_path):
     result = carrierflex(

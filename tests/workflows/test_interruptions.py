@@ -107,6 +107,7 @@ def test_a_check_that_is_asked_to_end_ends_with_its_processes(tmp_path, number, 
     assert hidden(tmp_path) == []
 
 
+@pytest.mark.long
 def test_a_killed_simulation_leaves_the_earlier_campaign_and_the_next_one_clears_up(
     tmp_path, command
 ):

@@ -129,7 +129,7 @@ def main(
         Mesh file (.msh, .inp, .bdf, .unv, .med; tetrahedra) of the carrier's variant, instead of
         the parametric carrier; without --body and with --interfaces any body.
     length_unit
-        Of the carrier's mesh file; that of other bodies stands in --interfaces.
+        Of the carrier's mesh file; that of other bodies stands in their interfaces file.
     assembly
         Who makes K and M; compiled: element loops of this program; scikit-fem: its forms, the same
         matrices some fifty times slower.

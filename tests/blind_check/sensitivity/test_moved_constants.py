@@ -35,6 +35,7 @@ def test_a_limit_of_the_comparison_is_moved():
     assert answer.ClassConstants().named_share == 0.8
 
 
+@pytest.mark.long
 def test_an_answer_changes_with_the_share_that_names_a_class():
     campaign = displacement_campaign(lambda q, v: 5e9 * q**3)
     usual = moved_constants._answer(campaign)

@@ -89,6 +89,7 @@ def test_the_sentence_names_frame_order_and_growth():
     assert "order 1, m=+1 (tilt fixed to the carrier), in every run, whatever the torque" in text
 
 
+@pytest.mark.long
 def test_without_a_gap_the_sentence_says_so():
     problem = twin_problem(None)
     assert "no order or pattern of the gap is significant" in said(problem)
@@ -112,6 +113,7 @@ def test_what_pulsates_in_the_housing_is_told_from_what_turns_with_the_carrier()
     assert frames["m=-1", 3] == "undecided"
 
 
+@pytest.mark.long
 def test_radial_motion_is_split_between_carrier_and_housing():
     def whirl(channel, angle):
         return 5e-5 * np.cos(angle - channel.angle) * (channel in CHANNELS[4:])

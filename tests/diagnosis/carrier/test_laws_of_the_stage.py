@@ -75,6 +75,7 @@ def test_weight_on_closed_pins_makes_orders_0_3_and_6_of_other_phases_than_torqu
     assert not open_pins.any()
 
 
+@pytest.mark.long
 def test_a_clearance_that_closes_below_every_load_is_on_no_bound():
     campaign = twin_campaign("bearing_clearance", turns=4, limiting_load=30.0)
     problem = carrier_problem(campaign, CURVES)

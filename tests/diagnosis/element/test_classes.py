@@ -83,6 +83,7 @@ def test_a_slider_that_grips_harder_outwards_is_a_hysteresis():
     assert "outwards" in found.classes[0].shape.words
 
 
+@pytest.mark.long
 def test_friction_that_turns_over_a_short_travel_is_dissipation_and_over_a_long_one_hysteresis():
     def dahl(length):
         return answer(along(lambda time, q: 4.0 * dahl_friction(q, np.array([length]))[0]))
@@ -123,6 +124,7 @@ def test_a_slider_with_a_spring_that_hardens_is_a_hysteresis():
     assert found.share > 0.96
 
 
+@pytest.mark.long
 def test_a_curved_spring_in_series_with_a_dashpot_is_no_maxwell_branch():
     def branch(curvature):
         def force(time, q):
@@ -176,6 +178,7 @@ def test_what_one_fold_alone_visits_does_not_count():
     assert sum(r.counts.sum() for r in kept) > 0.95 * sum(r.counts.sum() for r in own)
 
 
+@pytest.mark.long
 def test_motion_under_a_force_holds_the_lines_that_noise_does_not_make():
     clean = force_campaign(lambda q, v: 5e8 * q**3, noise=0.0)
     noisy = force_campaign(lambda q, v: 5e8 * q**3, noise=1e-5)
@@ -215,6 +218,7 @@ def warming(frequencies):
     return replace(plain, runs=tuple(runs))
 
 
+@pytest.mark.long
 def test_a_change_with_time_is_asked_only_of_drives_with_two_frequencies():
     assert answer(warming((2.13, 3.57))).ids == ("time_variation",)
     found = answer(warming((2.13,)))

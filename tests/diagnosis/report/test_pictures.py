@@ -99,6 +99,7 @@ def test_without_an_accepted_effect_the_gap_of_the_baseline_is_drawn_and_no_law(
     assert 0.4 < largest.y.std() / np.std(K3 * largest.x**3) < 0.8
 
 
+@pytest.mark.long
 def test_a_force_driven_element_shows_the_same_law():
     # Under a force of 8 N the motion is chaotic: rounding decides which one is met.
     problem = element_problem(force_campaign(lambda q, v: 2e9 * q**3, amplitudes=(2.0, 3.0, 5.0)))

@@ -88,6 +88,7 @@ def test_binary_op4_comes_back_to_the_last_bit(form, endian, tmp_path):
     assert same(read_matrix(path, "mass").A, M)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("form", ["dense", "bigmat", "nonbigmat"])
 def test_text_op4_comes_back_as_printed(form, tmp_path):
     K = symmetric()

@@ -109,6 +109,7 @@ def test_files_that_do_not_go_together_are_refused(tmp_path, cad):
         compute_curves.main(out=tmp_path / "out", flexible_mesh=tmp_path / "a.msh")
 
 
+@pytest.mark.long
 def test_faces_are_listed_the_largest_first(cad):
     faces = list_cad_faces.main(cad["step"])
     assert [face.area for face in faces] == sorted((face.area for face in faces), reverse=True)
