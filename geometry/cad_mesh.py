@@ -195,6 +195,12 @@ def _pins(statements: CadStatements, faces: tuple[CadFace, ...]) -> CadPins:
         bore_faces = [bore.touched(faces, statements.tolerance) for bore in bores]
         reach = [_reach(bore, touched) for bore, touched in zip(bores, bore_faces, strict=True)]
         face = bore_faces[0][0]
+        if abs(bore_faces[1][0].radius - face.radius) > statements.tolerance:
+            raise ValueError(
+                f"the bores of pin {number} have radii of {face.radius:.6g} and "
+                f"{bore_faces[1][0].radius:.6g} m; expected equal ones: a bonded pin is one "
+                "cylinder as thick as both"
+            )
         axis = face.direction * np.sign(face.direction @ bores[0].direction)
         foot = face.point - (face.point @ axis) * axis
         solids.append((foot + reach[0][0] * axis, (reach[1][1] - reach[0][0]) * axis, face.radius))

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from carrierflex.geometry import cad_mesh
 from carrierflex.geometry.cad_export import write_step
 from carrierflex.geometry.cad_faces import cad_faces, circle_through
 from carrierflex.geometry.cad_mesh import (
@@ -258,6 +259,22 @@ def test_pins_that_do_not_fit_between_the_plates_are_refused(folder, statements)
         step_carrier_mesh(
             folder / "carrier.step", replace(statements, surfaces=short), COARSE, pins=True
         )
+
+
+def test_a_bonded_pin_in_bores_of_two_radii_is_refused(folder, statements):
+    faces = step_faces(folder / "carrier.step", CadFrame.of_the_file())
+    bore = statements.named("pin_1_downwind")
+    wider = replace(bore, size=bore.size + 0.01)
+    tags = {face.tag for face in bore.touched(faces, statements.tolerance)}
+    stepped = replace(
+        statements,
+        surfaces=tuple(wider if own.name == bore.name else own for own in statements.surfaces),
+    )
+    bored = tuple(
+        replace(face, radius=face.radius + 0.01) if face.tag in tags else face for face in faces
+    )
+    with pytest.raises(ValueError, match=r"bores of pin 1 have radii of 0\.\d+ and 0\.\d+ m"):
+        cad_mesh._pins(stepped, bored)
 
 
 def test_two_solids_are_refused(tmp_path, statements):
