@@ -109,6 +109,8 @@ def coefficients(gram: FloatArray, model: ClassModel) -> FloatArray:
     if not n.any():
         return _solved(A, b)
     free = ~n
+    if not free.any():
+        return _nonnegative(A, b)
     factor = _factor(A[np.ix_(free, free)])
     coupling = cho_solve(factor, A[np.ix_(free, n)])
     schur = A[np.ix_(n, n)] - A[np.ix_(n, free)] @ coupling

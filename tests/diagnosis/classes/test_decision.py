@@ -5,10 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.optimize import nnls
 
 from carrierflex.diagnosis.classes.answer import class_answer
 from carrierflex.diagnosis.classes.constants import ClassConstants
-from carrierflex.diagnosis.classes.fits import block_squares, class_model, coefficients
+from carrierflex.diagnosis.classes.fits import (
+    ClassModel,
+    block_squares,
+    class_model,
+    coefficients,
+)
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup
 from carrierflex.diagnosis.classes.held_out import ClassScores
 from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, NO_CLASS, NOTHING
@@ -184,3 +190,13 @@ def test_a_class_that_bends_to_its_partners_cause_is_smoothed_beside_it():
     rough = ClassScores(toy_table(A, bent), replace(LIMITS, ridges=LIMITS.ridges[:1]))
     beyond = [own.of(("a", "b")).total - alone.total for own in (scores, rough)]
     assert 0.0 < beyond[0] < 0.7 * beyond[1]
+
+
+def test_columns_that_are_all_at_least_zero_need_no_free_one_beside_them():
+    rng = np.random.default_rng(8)
+    columns = rng.standard_normal((3, 50))
+    rows = np.vstack([2.0 * columns[0] - columns[1] + 0.5 * columns[2], columns])
+    model = ClassModel(np.arange(1, 4), np.zeros((3, 3)), np.ones(3, dtype=bool))
+    expected, _ = nnls(columns.T, rows[0])
+    assert_allclose(coefficients(rows @ rows.T, model), expected, atol=1e-12)
+    assert expected[1] == 0.0
