@@ -114,9 +114,7 @@ class ClassScores:
     def _scored(self, key: Classes) -> HeldOutSquares:
         groups = tuple(dict.fromkeys(name for own in key for name in self.table.classes[own]))
         if len(key) < 2:
-            is_smoothed = any(self.table.groups[name].penalty.any() for name in groups)
-            # Groups without a penalty are the same at every weight of it.
-            ridges = self._ridges if is_smoothed else self._ridges[:1]
+            ridges = self._ridges if any(map(self._is_smoothed, key)) else self._ridges[:1]
             return self._best(groups, [(ridge,) * len(groups) for ridge in ridges])
         options = [
             self._shared(key, {own: factor * self._ridge(own) for own in key})
@@ -125,11 +123,17 @@ class ClassScores:
         found = self._best(groups, options)
         # Alone a class may bend to what is its partner's: beside it, it is smoothed as the two ask.
         first = {own: groups.index(self.table.classes[own][0]) for own in key}
-        for own in key:
+        for own in filter(self._is_smoothed, key):
             weights = {name: found.ridges[place] for name, place in first.items()}
-            others = [self._shared(key, weights | {own: ridge}) for ridge in self._ridges]
-            found = min(found, self._best(groups, others), key=lambda result: result.total)
+            options = [self._shared(key, weights | {own: ridge}) for ridge in self._ridges]
+            others = [option for option in options if option != found.ridges]
+            if others:
+                found = min(found, self._best(groups, others), key=lambda result: result.total)
         return found
+
+    def _is_smoothed(self, own: str) -> bool:
+        """Whether a class has a penalty; without one it is the same at every weight of it."""
+        return any(self.table.groups[name].penalty.any() for name in self.table.classes[own])
 
     def _ridge(self, own: str) -> float:
         """Weight of the penalty that a class alone asks for."""

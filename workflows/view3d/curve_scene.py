@@ -41,7 +41,9 @@ def curve_scene(curves: Mapping[str, DeflectionCurve], name: str) -> Scene:
     n, radius = first.angle.size, first.radius
     e = directions(first.angle)
     rest = np.concatenate([(1.0 - _WIDTH) * radius * e, (1.0 + _WIDTH) * radius * e])
-    entries, moved, values = [], [], []
+    entries = []
+    moved = []
+    values = []
     for curve_name, curve in shown.items():
         factor = rounded_magnification(_DRAWN * radius / _largest(curve))
         u = curve.axial[:, None] * np.array([1.0, 0.0, 0.0]) + curve.radial[:, None] * e

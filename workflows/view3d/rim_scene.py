@@ -29,7 +29,9 @@ _DRAWN = 0.5
 #: Points of a line in the picture.
 _N = 180
 _CONTROL = Control("carrier angle", "deg", 0.0, tuple(float(v) for v in range(0, 361, 10)))
-_MEASURED, _SIMULATED, _SENSOR = "#222222", "#2b6cb0", "#c05621"
+_MEASURED = "#222222"
+_SIMULATED = "#2b6cb0"
+_SENSOR = "#c05621"
 #: Length of a sensor's mark and of the way to its name, over the radius.
 _MARK, _NAME = (1.04, 1.2), 1.3
 

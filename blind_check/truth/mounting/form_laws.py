@@ -9,6 +9,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+#: Values in y and z.
+Pair = tuple[float, float]
 
 #: Forms by number.
 (
@@ -35,7 +37,15 @@ _SECOND_STOP = 0.65
 _APART = 4.0
 #: Places in the parameters of a form: number, size, two shapes, deflection and speed of the motion,
 #: share of either bushing, size of the distortion, its waves.
-NUMBER, AMOUNT, FIRST, SECOND, DEFLECTION, SPEED, SHARES, CHANGE, WAVES = 0, 1, 2, 3, 4, 5, 6, 8, 9
+NUMBER = 0
+AMOUNT = 1
+FIRST = 2
+SECOND = 3
+DEFLECTION = 4
+SPEED = 5
+SHARES = 6
+CHANGE = 8
+WAVES = 9
 N_PARAMETERS = WAVES + 2 * N_WAVES
 
 
@@ -49,7 +59,15 @@ def _factor(p, s):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def form_force(p, bushing, u, v, t, memory, rate):  # type: ignore[no-untyped-def]
+def form_force(
+    p: FloatArray,
+    bushing: int,
+    u: Pair,
+    v: Pair,
+    t: float,
+    memory: FloatArray,
+    rate: FloatArray,
+) -> Pair:
     """Force of a form in y and z of one bushing; `rate` of its states is filled.
 
     Parameters
@@ -131,7 +149,9 @@ def _loop_rates(p, form, v, memory, rate):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def _rubber(p, amount, v, memory, rate):  # type: ignore[no-untyped-def]
     """Branches whose stiffness falls as a power of their time: rubber over three decades."""
-    y, z, total = 0.0, 0.0, 0.0
+    y = 0.0
+    z = 0.0
+    total = 0.0
     for k in range(_BRANCHES):
         tau = p[FIRST] * _APART**k
         own = _APART ** (-p[SECOND] * k) * (1.0 + p[CHANGE] * np.cos(p[WAVES + N_WAVES] + 2.0 * k))

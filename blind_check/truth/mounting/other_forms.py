@@ -46,7 +46,9 @@ _UNEQUAL, _EXCESS = 0.4, (0.4, 1.0)
 _FORCE, _DISSIPATION = "bushings/restoring_force", "bushings/dissipation"
 _HYSTERESIS, _MEMORY = "bushings/hysteresis", "bushings/memory"
 _COUPLED, _CHANGE_IN_TIME = "bushings/coupled_damping", "bushings/time_variation"
-_STIFFNESS, _LOADS, _GAIN = "housing/stiffness", "loads/map", "sensors/gain"
+_STIFFNESS = "housing/stiffness"
+_LOADS = "loads/map"
+_GAIN = "sensors/gain"
 _ZERO, _DELAY = "sensors/zero", "clock/delay"
 
 #: Class ids of the contract of what has another name there.

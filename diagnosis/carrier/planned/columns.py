@@ -51,7 +51,10 @@ def carrier_planned_table(
     noise = np.full(len(pool.channels), float(np.mean(problem.noise)))
     noise[:n_channels] = problem.noise
     contained = contained_channels(model)
-    grams, runs, channels, counts = [], [], [], []
+    grams = []
+    runs = []
+    channels = []
+    counts = []
     for r, run in enumerate(pool.within_use().runs):
         note(f"signatures under {run.condition}")
         columns = RunColumns(run, model.source)

@@ -1,11 +1,12 @@
 """Columns of every class along a run."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.group_columns import GroupColumns
 from carrierflex.diagnosis.classes.memory_columns import relaxing_branches, stops
 from carrierflex.diagnosis.classes.splines import (
     SplineBasis,
@@ -33,28 +34,6 @@ _COUPLED_YIELDS = slice(0, None, 2)
 #: Those whose own spring is curved: they turn within half of the motion, since a slider that hardly
 #: slips is a spring, and a curved one any f(x).
 _CURVED_YIELDS = slice(6, 12)
-
-
-@dataclass(frozen=True, eq=False)
-class GroupColumns:
-    """Columns of one group as a function of a run.
-
-    Parameters
-    ----------
-    id : str
-        Group.
-    columns : callable
-        ``ForceRecord -> array (n_columns, n)``.
-    penalty : ndarray, shape (n_columns, n_columns)
-        Penalty of unit mean diagonal.
-    is_nonnegative : bool
-        Whether coefficients are >= 0.
-    """
-
-    id: str
-    columns: Callable[[ForceRecord], FloatArray]
-    penalty: FloatArray
-    is_nonnegative: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +86,9 @@ def element_bases(own: Sequence[ForceRecord], size: MotionSize) -> ElementBases:
     )
 
 
-def group_columns(bases: ElementBases, side_line: FloatArray) -> tuple[GroupColumns, ...]:
+def group_columns(
+    bases: ElementBases, side_line: FloatArray
+) -> tuple[GroupColumns[ForceRecord], ...]:
     """Every group of columns.
 
     Parameters

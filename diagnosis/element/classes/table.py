@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, LawColumns
+from carrierflex.diagnosis.classes.group_columns import GroupColumns
 from carrierflex.diagnosis.classes.held_out import ClassScores
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.cards import NEGATIVE_CONTROLS
 from carrierflex.diagnosis.element.channel_noise import carried_noise
 from carrierflex.diagnosis.element.classes.columns import (
     ElementBases,
-    GroupColumns,
     element_bases,
     group_columns,
 )
@@ -110,7 +110,7 @@ class ElementTable:
 
     table: GramTable
     bases: ElementBases
-    groups: tuple[GroupColumns, ...]
+    groups: tuple[GroupColumns[ForceRecord], ...]
     records: tuple[ForceRecord, ...]
     weights: tuple[NoiseWeight, ...]
     scores: ClassScores
@@ -269,14 +269,14 @@ class _Layout:
     """Which rows of the table are what."""
 
     n_base: int
-    groups: tuple[tuple[GroupColumns, slice], ...]
+    groups: tuple[tuple[GroupColumns[ForceRecord], slice], ...]
     laws: tuple[LawColumns, ...]
 
 
 def _raw_columns(
     model: ElementModel,
     own: ForceRecord,
-    groups: Sequence[GroupColumns],
+    groups: Sequence[GroupColumns[ForceRecord]],
     laws: Sequence[str],
     size: MotionSize,
 ) -> tuple[FloatArray, _Layout]:

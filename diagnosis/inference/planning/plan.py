@@ -141,7 +141,9 @@ def _visible_size(table: PlannedTable, measured: MeasuredGram, effect: str) -> V
     A size s of all scales leaves the energy ``s² tr(P) / k``, k columns.
     """
     parameter = table.parameters[effect]
-    energies, shares, numbers = [], [], []
+    energies = []
+    shares = []
+    numbers = []
     for signature in table.of(effect):
         own = list(signature.columns)
         whole = float(measured.square[own].sum())

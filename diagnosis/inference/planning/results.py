@@ -4,9 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 #: How an addition is made: a sensor more, runs under other loads, longer runs.
-SENSOR, LOADS, MINUTES = "sensor", "load_case", "minutes"
+SENSOR = "sensor"
+LOADS = "load_case"
+MINUTES = "minutes"
 #: What becomes of a pair: told apart as planned, by what can be added, or by nothing feasible.
-PARTED, ALIKE, NEVER = "parted", "alike", "never"
+PARTED = "parted"
+ALIKE = "alike"
+NEVER = "never"
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,9 @@ GAIN = "sensors/gain"
 ZERO = "sensors/zero"
 DELAY = "clock/delay"
 
-SAME, EACH, FULL = "same", "each", "full"
+SAME = "same"
+EACH = "each"
+FULL = "full"
 #: Groups of columns of each force, for both bushings alike; one each has them twice.
 FORCE_GROUPS: Mapping[str, tuple[str, ...]] = {
     FORCE: ("f", "radial_f"),

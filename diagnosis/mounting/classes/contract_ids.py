@@ -17,7 +17,9 @@ from carrierflex.diagnosis.mounting.classes.catalogue import (
     ZERO,
 )
 
-STIFFNESS_MAP, INPUT_MAP, SENSOR_MAP = "stiffness_map", "input_map", "sensor_map"
+STIFFNESS_MAP = "stiffness_map"
+INPUT_MAP = "input_map"
+SENSOR_MAP = "sensor_map"
 TIME_VARIATION = "time_variation"
 _IDS: Mapping[str, str] = {
     STIFFNESS: STIFFNESS_MAP,

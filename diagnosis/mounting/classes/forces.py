@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from carrierflex.diagnosis.classes.group_columns import GroupColumns
 from carrierflex.diagnosis.classes.memory_columns import relaxing_branches, stops
 from carrierflex.diagnosis.classes.splines import SplineBasis, basis_over, difference_penalty
 from carrierflex.diagnosis.comparison.problem import FloatArray
@@ -28,27 +29,8 @@ _YIELDS = (0.01, 0.7)
 #: Relaxation times from so many steps to this share of the longest record.
 _TAU_STEPS, _TAU_SHARE = 1.5, 0.2
 
-
-@dataclass(frozen=True, eq=False)
-class ForceGroup:
-    """Columns of one group as a function of a run.
-
-    Parameters
-    ----------
-    id : str
-        Group.
-    columns : callable
-        ``BushingMotion -> array (n_columns, 2, 2, n)``.
-    penalty : ndarray, shape (n_columns, n_columns)
-        Penalty of unit mean diagonal.
-    is_nonnegative : bool
-        Whether coefficients are >= 0.
-    """
-
-    id: str
-    columns: Callable[[BushingMotion], FloatArray]
-    penalty: FloatArray
-    is_nonnegative: bool = False
+#: Group of forces of the bushings, columns of shape (n_columns, 2, 2, n).
+ForceGroup = GroupColumns[BushingMotion]
 
 
 @dataclass(frozen=True, eq=False)

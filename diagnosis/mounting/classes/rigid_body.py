@@ -137,7 +137,9 @@ def rigid_body(
     held[INDEX["main_bearing_compliance"]] = _ANY_COMPLIANCE
     vertical, horizontal = mounting_blocks(every, held)
     places = ((vertical, (0, 1, 3)), (horizontal, (2, 4, 5)))
-    M, C, K = np.zeros((6, 6)), np.zeros((6, 6)), np.zeros((6, 6))
+    M = np.zeros((6, 6))
+    C = np.zeros((6, 6))
+    K = np.zeros((6, 6))
     G, output = np.zeros((6, 3)), np.zeros((6, 6))
     for block, own in places:
         index = np.ix_(own, own)

@@ -169,7 +169,9 @@ def mounting_table(
         gain_channels(motions),
     )
     limit = _visited(motions, constants.n_folds)
-    grams, floors, folds = [], [], []
+    grams = []
+    floors = []
+    folds = []
     layout = Layout({}, {})
     for number, own in enumerate(motions):
         rows, layout = _rows(columns, own)

@@ -18,6 +18,7 @@ from carrierflex.blind_check.faults.clean_campaigns import (
 )
 from carrierflex.files.json_files import plain, read_json, save_json
 from carrierflex.files.whole_files import whole_file
+from carrierflex.workflows.diagnosis.studies.kept_cases import make_missing
 from carrierflex.workflows.support.default_curves import default_curves
 from carrierflex.workflows.support.executors import work_executor
 from carrierflex.workflows.support.outputs import prepared_folder
@@ -50,14 +51,7 @@ def main(
     files = [folder / f"{seed}-{number:03d}.json" for number in range(len(cases))]
     stages = Stages(1, quiet)
     with stages.stage("checking the campaigns"), work_executor(workers) as executor:
-        tasks = [
-            executor.submit(_write_outcome, case, file)
-            for case, file in zip(cases, files, strict=True)
-            if not file.is_file()
-        ]
-        for number, task in enumerate(tasks):
-            task.result()
-            stages.note(f"{number + 1} of {len(tasks)}", (number + 1) / len(tasks))
+        make_missing(cases, files, _write_outcome, executor, stages)
     outcomes = [_read_outcome(file) for file in files]
     with whole_file(folder / "clean.md") as file:
         file.write_text("\n".join(_table(outcomes)) + "\n", encoding="utf-8")

@@ -19,6 +19,7 @@ from carrierflex.blind_check.sensitivity.listed_constants import Constant, liste
 from carrierflex.blind_check.sensitivity.moved_constants import FACTORS, answers_of_case
 from carrierflex.files.json_files import read_json, save_json
 from carrierflex.files.whole_files import whole_file
+from carrierflex.workflows.diagnosis.studies.kept_cases import make_missing
 from carrierflex.workflows.support.executors import work_executor
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
@@ -52,14 +53,7 @@ def main(
     files = [folder / f"{seed}-{plan.name}.json" for plan in plans]
     stages = Stages(1, quiet)
     with stages.stage("moving the constants"), work_executor(workers) as executor:
-        tasks = [
-            executor.submit(_write_answers, plan, file)
-            for plan, file in zip(plans, files, strict=True)
-            if not file.is_file()
-        ]
-        for number, task in enumerate(tasks):
-            task.result()
-            stages.note(f"{number + 1} of {len(tasks)}")
+        make_missing(plans, files, _write_answers, executor, stages)
     changed = Counter(
         name for file in files for name in read_json(file, "answers of a case")["changed"]
     )
