@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.geometry.carrier_interface import CarrierInterface
-from carrierflex.geometry.parameters import CarrierParameters, GearData, pin_angles
+from carrierflex.geometry.parameters import CarrierParameters, GearData
+from carrierflex.geometry.pins import pin_angles
 
 #: Six components at a pilot: force x y z [N], moment x y z [N m].
 PilotLoad = NDArray[np.float64]

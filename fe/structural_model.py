@@ -16,7 +16,8 @@ from carrierflex.fe.pilot_overlaps import refuse_dependent_pilots
 from carrierflex.fe.rim_circle import rim_recovery
 from carrierflex.fe.surface_integrals import rigid_body_modes
 from carrierflex.geometry.carrier_interface import CarrierInterface
-from carrierflex.geometry.parameters import CarrierParameters, pin_angles
+from carrierflex.geometry.parameters import CarrierParameters
+from carrierflex.geometry.pins import pin_angles
 from carrierflex.geometry.tet_mesh import TetMesh
 
 #: Angles of the sensor circle: one degree apart.

@@ -7,7 +7,8 @@ import gmsh
 from carrierflex.files.whole_files import whole_file
 from carrierflex.geometry.carrier_solid import carrier_solid
 from carrierflex.geometry.half_sector import MeshingError, quiet_geometry
-from carrierflex.geometry.parameters import CarrierParameters, pin_angles
+from carrierflex.geometry.parameters import CarrierParameters
+from carrierflex.geometry.pins import pin_angles
 from carrierflex.geometry.silent_output import silent_stdout
 
 

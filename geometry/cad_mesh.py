@@ -26,7 +26,7 @@ from carrierflex.geometry.half_sector import (
     refuse_useless_size,
 )
 from carrierflex.geometry.mesh_checks import check_mesh
-from carrierflex.geometry.pin_names import planets_of
+from carrierflex.geometry.pins import planets_of
 from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
 
 log = logging.getLogger(__name__)

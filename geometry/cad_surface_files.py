@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.geometry.cad_surfaces import SurfaceStatement
-from carrierflex.geometry.parameters import CarrierParameters, PinParameters, pin_angles
+from carrierflex.geometry.parameters import CarrierParameters, PinParameters
+from carrierflex.geometry.pins import pin_angles
 
 if TYPE_CHECKING:
     from carrierflex.geometry.cad_surface_tables import CylinderTable, PlaneTable

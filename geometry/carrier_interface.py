@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.geometry.cad_faces import circle_through
-from carrierflex.geometry.parameters import pin_angles
-from carrierflex.geometry.pin_names import planets_of
+from carrierflex.geometry.pins import pin_angles, planets_of
 from carrierflex.geometry.tet_mesh import TetMesh
 
 #: Pins stand at equal angles from 0 to this angle [rad] ...

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.geometry.main_shaft_parameters import MainShaftParameters
-from carrierflex.geometry.parameters import CarrierParameters, PinParameters, pin_angles
+from carrierflex.geometry.parameters import CarrierParameters, PinParameters
+from carrierflex.geometry.pins import pin_angles
 from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
 
 #: Distance [m] at which a node counts as lying on a surface: far above gmsh's rounding, far below

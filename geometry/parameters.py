@@ -9,9 +9,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 
-import numpy as np
-from numpy.typing import NDArray
-
 from carrierflex.files.problems import refuse
 
 #: Fewest and most planets of a carrier: two hold no symmetric tilt, nine leave no room for webs.
@@ -20,11 +17,6 @@ FEWEST_PLANETS, MOST_PLANETS = 3, 8
 _LARGEST_RADIUS = 5.0
 #: The pin holes are drilled past hub and seat; they may cut that deep a notch into them [m].
 _DEEPEST_NOTCH = 0.005
-
-
-def pin_angles(n_planets: int) -> NDArray[np.float64]:
-    """Carrier-frame angles of pins 1, 2, 3 ... [rad], shape (n_planets,): equal, from 0."""
-    return 2.0 * np.pi * np.arange(n_planets) / n_planets
 
 
 def half_sector_angle(n_planets: int) -> float:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from carrierflex.fe.couplings import Pilot
 from carrierflex.fe.structural_model import StructuralModel
-from carrierflex.geometry.pin_names import planets_of
+from carrierflex.geometry.pins import planets_of
 from carrierflex.reduction.craig_bampton import Reduction, numbered_coordinates
 from carrierflex.reduction.cyclic_symmetry import (
     asymmetry_ppm,

@@ -8,7 +8,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from carrierflex.geometry.dihedral import rotation_about_x
-from carrierflex.geometry.pin_names import planets_of
+from carrierflex.geometry.pins import planets_of
 from carrierflex.reduction.dynamic_stiffness import LOSS_FACTOR
 from carrierflex.reduction.reduced_model import ReducedModel
 

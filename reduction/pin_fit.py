@@ -14,7 +14,7 @@ from carrierflex.fe.carrier_curves import UNIT_TORQUE, sensor_curve
 from carrierflex.fe.curve_mixes import convex_mix, least_squares_mix, nonnegative_mix
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.fe.load_cases import GearForces, PilotLoad
-from carrierflex.geometry.pin_names import planets_of
+from carrierflex.geometry.pins import planets_of
 from carrierflex.reduction.pin_joints import carrier_with_pins, drive_torque_load
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.reduction.reduced_static import static_coordinates

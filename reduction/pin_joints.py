@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.fe.load_cases import bonded_pin_load, together
-from carrierflex.geometry.parameters import pin_angles
-from carrierflex.geometry.pin_names import planets_of
+from carrierflex.geometry.pins import pin_angles, planets_of
 from carrierflex.reduction.assembly import Joint, assembled
 from carrierflex.reduction.reduced_model import ReducedModel, turned
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.fe.deflection_curves import DeflectionCurve
-from carrierflex.geometry.parameters import pin_angles
+from carrierflex.geometry.pins import pin_angles
 
 FloatArray = NDArray[np.float64]
 

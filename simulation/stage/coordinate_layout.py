@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.parameters import pin_angles
+from carrierflex.geometry.pins import pin_angles
 from carrierflex.reduction.rigid_body_checks import geometric_rigid_modes
 from carrierflex.simulation.stage.stage_body import StageBody
 from carrierflex.simulation.stage.stage_data import RigidPart, StageData

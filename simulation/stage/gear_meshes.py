@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.geometry.involute_pair import InvolutePair, ring_planet_pair, sun_planet_pair
-from carrierflex.geometry.parameters import GearData, pin_angles
+from carrierflex.geometry.parameters import GearData
+from carrierflex.geometry.pins import pin_angles
 from carrierflex.simulation.stage.stage_data import MeshData
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.parameters import pin_angles
+from carrierflex.geometry.pins import pin_angles
 from carrierflex.simulation.stage.channels import ROLLING_ROWS, Channels
 from carrierflex.simulation.stage.contact_laws import mesh_stiffness_at
 from carrierflex.simulation.stage.roller_contact import roller_load

@@ -22,7 +22,8 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
-from carrierflex.geometry.parameters import GearData, pin_angles
+from carrierflex.geometry.parameters import GearData
+from carrierflex.geometry.pins import pin_angles
 from carrierflex.simulation.stage.roller_contact import RollerSet, roller_load
 from carrierflex.simulation.stage.stage_data import RollerBearingData
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.parameters import pin_angles
+from carrierflex.geometry.pins import pin_angles
 from carrierflex.simulation.stage.coordinate_layout import CoordinateLayout, motion_at
 from carrierflex.simulation.stage.effects import StageEffects
 from carrierflex.simulation.stage.roller_bearing import roller_set, stiffness_at

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.parameters import GearData, pin_angles
-from carrierflex.geometry.pin_names import planets_of
+from carrierflex.geometry.parameters import GearData
+from carrierflex.geometry.pins import pin_angles, planets_of
 from carrierflex.reduction.assembly import Joint, assembled, imposed_motion
 from carrierflex.reduction.reduced_model import PILOT_COORDINATES, MassProperties, ReducedModel
 from carrierflex.simulation.stage.beam import beam_matrices

@@ -12,7 +12,8 @@ import numpy as np
 from carrierflex.geometry.cad_surface_files import write_cad_statements
 from carrierflex.geometry.carrier_solid import carrier_solid
 from carrierflex.geometry.half_sector import quiet_geometry
-from carrierflex.geometry.parameters import CarrierParameters, PinParameters, pin_angles
+from carrierflex.geometry.parameters import CarrierParameters, PinParameters
+from carrierflex.geometry.pins import pin_angles
 
 #: The default carrier with a hub that leaves room for a fillet at its root.
 PLAIN = CarrierParameters(hub_outer_diameter=0.43)

@@ -18,7 +18,7 @@ from carrierflex.geometry.cad_recognition.proposal_files import write_proposal
 from carrierflex.geometry.cad_recognition.surface_proposal import proposed_surfaces
 from carrierflex.geometry.cad_surface_files import CadFrame, read_cad_statements
 from carrierflex.geometry.half_sector import quiet_geometry
-from carrierflex.geometry.parameters import pin_angles
+from carrierflex.geometry.pins import pin_angles
 from tests.geometry.cad_solids import ORIGIN, SOLIDS, write_solid
 
 

@@ -12,7 +12,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.geometry.parameter_files import StageParameters
-from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters, pin_angles
+from carrierflex.geometry.parameters import CarrierParameters, GearData, PinParameters
+from carrierflex.geometry.pins import pin_angles
 
 CARRIER_CONTRADICTIONS = [
     (

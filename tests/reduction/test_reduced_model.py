@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.fe.structural_model import structural_model
 from carrierflex.geometry.dihedral import rotation_about_x
-from carrierflex.geometry.parameters import pin_angles
+from carrierflex.geometry.pins import pin_angles
 from carrierflex.reduction.assembly import Joint, assembled
 from carrierflex.reduction.craig_bampton import craig_bampton
 from carrierflex.reduction.reduced_model import turned

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 
 from carrierflex.fe.carrier_curves import UNIT_TORQUE
 from carrierflex.fe.load_cases import gear_forces, radial
-from carrierflex.geometry.parameters import CarrierParameters, GearData, pin_angles
+from carrierflex.geometry.parameters import CarrierParameters, GearData
+from carrierflex.geometry.pins import pin_angles
 from carrierflex.geometry.view import LIGHTING, skin
 from carrierflex.workflows.figures.drive_train import DriveTrain, pitch_radii
 from carrierflex.workflows.figures.scenes import rendered

@@ -20,7 +20,8 @@ from carrierflex.fe.load_cases import gear_forces, radial, tangential
 from carrierflex.fe.structural_model import carrier_pilot_points
 from carrierflex.fe.view import curves_figure
 from carrierflex.geometry.dihedral import rotation_about_x
-from carrierflex.geometry.parameters import CarrierParameters, pin_angles
+from carrierflex.geometry.parameters import CarrierParameters
+from carrierflex.geometry.pins import pin_angles
 from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
 from carrierflex.geometry.view import LIGHTING, skin, surface_patch
 from carrierflex.reduction.assembly_modes import AssemblyMode, assembly_modes

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 from carrierflex.files.whole_files import check_file_writable, whole_file
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
 from carrierflex.geometry.parameter_sources import limits, sources
-from carrierflex.geometry.parameters import CarrierParameters, pin_angles
+from carrierflex.geometry.parameters import CarrierParameters
+from carrierflex.geometry.pins import pin_angles
 from carrierflex.workflows.support.outputs import save_figure
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from carrierflex.fe.curve_files import write_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.geometry.parameters import GearData
-from carrierflex.geometry.pin_names import planets_of
+from carrierflex.geometry.pins import planets_of
 from carrierflex.identification.campaign.campaign_files import CASE_COPY, write_campaign
 from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE
 from carrierflex.reduction.reduced_model import ReducedModel

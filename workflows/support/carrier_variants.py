@@ -14,7 +14,7 @@ from carrierflex.fe.carrier_curves import (
 )
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.geometry.parameter_files import StageParameters
-from carrierflex.geometry.pin_names import planets_of
+from carrierflex.geometry.pins import planets_of
 from carrierflex.geometry.tet_mesh import TetMesh
 from carrierflex.workflows.support.carrier_files import CarrierFiles, given_structure
 from carrierflex.workflows.support.finite_elements import COMPILED, FiniteElements

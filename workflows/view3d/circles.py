@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.parameters import pin_angles
+from carrierflex.geometry.pins import pin_angles
 from carrierflex.workflows.view3d.scene import FloatArray, Label, Part
 
 #: Circle of the pins and radius of a pin, over the radius of the sensors' circle: the default

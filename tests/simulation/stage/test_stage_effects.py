@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.geometry.parameters import pin_angles
+from carrierflex.geometry.pins import pin_angles
 from carrierflex.reduction.assembly import Joint, assembled
 from carrierflex.reduction.pin_joints import PAPER_STIFFNESS, pin_pilot
 from carrierflex.reduction.reduced_model import turned

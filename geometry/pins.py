@@ -1,11 +1,19 @@
-"""How many planets a body has, told by the names of its surfaces or pilots."""
+"""Pins of a carrier: where they stand, and how many a body has by the names of its surfaces."""
 
 import re
 from collections.abc import Iterable
 
+import numpy as np
+from numpy.typing import NDArray
+
 from carrierflex.geometry.parameters import FEWEST_PLANETS, MOST_PLANETS
 
 _PIN = re.compile(r"pin_(\d{1,3})_(?:upwind|midspan|downwind)(?:_|$)")
+
+
+def pin_angles(n_planets: int) -> NDArray[np.float64]:
+    """Carrier-frame angles of pins 1, 2, 3 ... [rad], shape (n_planets,): equal, from 0."""
+    return 2.0 * np.pi * np.arange(n_planets) / n_planets
 
 
 def planets_of(names: Iterable[str]) -> int:
