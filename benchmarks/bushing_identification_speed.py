@@ -14,7 +14,8 @@ import numpy as np
 from benchmarks.measured import measured
 from benchmarks.ratio import TIME, Quantity, Ratio, at_least, at_most
 from benchmarks.run import run_alone
-from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Baseline, Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.mounting.bushing_identification import (
     identify_bushings,

@@ -9,6 +9,26 @@ from carrierflex.workflows.shell.early_refusals import READ_EARLY
 from carrierflex.workflows.shell.written_signatures import written_command
 
 _BAD = "no_such_key = 1\n"
+_CASE = 'format = "carrierflex-case"\nversion = 1\n'
+_CAMPAIGN = 'format = "carrierflex-campaign"\nversion = 2\n'
+_MAP = 'format = "carrierflex-map"\nversion = 1\n'
+#: Heads with which a file is taken for one of its kind: its keys are then looked at.
+_HEADS = {
+    "parameters": {"": ""},
+    "surfaces": {"": 'format = "carrierflex-surfaces"\nversion = 1\n'},
+    "interfaces": {"": 'format = "carrierflex-interfaces"\nversion = 1\n'},
+    "law": {"": 'format = "carrierflex-law"\nversion = 1\n'},
+    "mounting": {"": f'{_CASE}kind = "mounting"\n'},
+    "case": {
+        "carrier": f'{_CASE}kind = "carrier"\n',
+        "mounting": f'{_CASE}kind = "mounting"\n',
+        "stage": 'format = "carrierflex-stage-case"\nversion = 1\n',
+    },
+    "map_": {kind: f'{_MAP}kind = "{kind}"\n' for kind in ("carrier", "mounting", "element")},
+    "campaign": {
+        kind: f'{_CAMPAIGN}kind = "{kind}"\n' for kind in ("carrier", "mounting", "element")
+    },
+}
 
 
 def options_of(name: str) -> Mapping[str, inspect.Parameter]:
@@ -24,26 +44,40 @@ def with_unknown_option() -> Iterator[list[str]]:
 
 
 def with_bad_toml() -> Iterator[list[str]]:
-    """One line for every option of every command that names a TOML file, or a campaign's folder."""
+    """Lines for every option of every command that names a TOML file, or a campaign's folder.
+
+    One with a file that could be of any kind, and one for each kind that the option may name.
+    """
     for name in COMMANDS:
         for key, option in options_of(name).items():
             if key not in READ_EARLY:
                 continue
-            words, flag = _required(name), _flag(key)
-            if option.kind is option.POSITIONAL_OR_KEYWORD:
-                words[0] = "bad" if key == "campaign" else "bad.toml"
-            elif flag in words:
-                words[words.index(flag) + 1] = "bad.toml"
-            else:
-                words += [flag, "bad.toml"]
-            yield [name, *words]
+            for file in ["bad", *(_bad_name(key, kind) for kind in _HEADS[key])]:
+                words, flag = _required(name), _flag(key)
+                path = file if key == "campaign" else f"{file}.toml"
+                if option.kind is option.POSITIONAL_OR_KEYWORD:
+                    words[0] = path
+                elif flag in words:
+                    words[words.index(flag) + 1] = path
+                else:
+                    words += [flag, path]
+                yield [name, *words]
 
 
 def write_bad_files(folder: Path) -> None:
-    """Write what :func:`with_bad_toml` names: bad.toml and bad/campaign.toml."""
-    (folder / "bad").mkdir()
-    for path in (folder / "bad.toml", folder / "bad" / "campaign.toml"):
-        path.write_text(_BAD, encoding="utf-8")
+    """Write what :func:`with_bad_toml` names."""
+    texts = {("bad", option): _BAD for option in _HEADS}
+    for option, heads in _HEADS.items():
+        for kind, head in heads.items():
+            texts[_bad_name(option, kind), option] = head + _BAD
+    for (name, option), text in texts.items():
+        path = folder / name / "campaign.toml" if option == "campaign" else folder / f"{name}.toml"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+
+
+def _bad_name(option: str, kind: str) -> str:
+    return "_".join(part for part in ("bad", option.strip("_"), kind) if part)
 
 
 def _required(name: str) -> list[str]:

@@ -7,6 +7,7 @@ a module that the command line loads for every command.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from functools import cache
 from typing import Annotated, Any
 
 from pydantic import (
@@ -28,7 +29,8 @@ from carrierflex.files.problems import refuse, repeated_names
 class TomlTable(BaseModel):
     """A table whose keys are the fields of its class; other keys are refused."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    # Built when a document is checked: of several kinds in a module, one is.
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
 
     def given(self) -> dict[str, Any]:
         """Values of the keys that the file gives, by name."""
@@ -54,7 +56,8 @@ class FileSchema(GenerateJsonSchema):
         return False
 
 
-def json_schema(table: type[TomlTable]) -> dict[str, Any]:
+@cache
+def json_schema(table: type[TomlTable]) -> Mapping[str, Any]:
     """JSON Schema of a file whose top table is `table`, with descriptions and units."""
     return table.model_json_schema(schema_generator=FileSchema)
 

@@ -13,20 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.geometry.cad_surfaces import SurfaceStatement
+from carrierflex.geometry.parameter_files import SURFACES_FILE
 from carrierflex.geometry.parameters import CarrierParameters, PinParameters
 from carrierflex.geometry.pins import pin_angles
 
 if TYPE_CHECKING:
     from carrierflex.geometry.cad_surface_tables import CylinderTable, PlaneTable
-from carrierflex.files.toml_files import TomlKind, read_toml
+from carrierflex.files.toml_files import read_toml
 from carrierflex.files.whole_files import whole_file
 
-SURFACES_FILE = TomlKind(
-    "a surfaces file",
-    holds="tables [surfaces.<name>]",
-    most_bytes=100_000,
-    format="carrierflex-surfaces",
-)
 #: Deviation [m] written into a new file: two digits of a drawing in mm.
 TOLERANCE = 1e-5
 #: Window of a surface that its file does not cut.

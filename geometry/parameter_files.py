@@ -18,6 +18,13 @@ PARAMETER_FILE = TomlKind(
     holds="tables carrier, pin, gear, main_shaft",
     most_bytes=100_000,
 )
+#: Here and not beside its reader, which holds arrays: the file is told apart without them.
+SURFACES_FILE = TomlKind(
+    "a surfaces file",
+    holds="tables [surfaces.<name>]",
+    most_bytes=100_000,
+    format="carrierflex-surfaces",
+)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.files.shown_values import literal
-from carrierflex.identification.campaign.campaign import Campaign, Channel
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.carrier.carrier_identification import fitted_signal, two_revolutions
 from carrierflex.identification.carrier.models import CarrierModel

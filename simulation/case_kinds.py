@@ -1,4 +1,4 @@
-"""The kinds of case files, told apart before anything else of them is read."""
+"""The kinds of files of simulations, told apart before anything else of them is read."""
 
 from carrierflex.files.toml_files import TomlKind
 
@@ -13,3 +13,9 @@ MOUNTING_CASE = TomlKind(
 #: First line of a stage case.
 STAGE_FORMAT = "carrierflex-stage-case"
 STAGE_CASE = TomlKind("a case file of the stage", most_bytes=MOST_CASE_BYTES, format=STAGE_FORMAT)
+LAW_FILE = TomlKind(
+    "a law file",
+    holds="keys name, effect_class, force_unit, deflection_unit and the table [table]",
+    most_bytes=1_000_000,
+    format="carrierflex-law",
+)

@@ -4,8 +4,10 @@ One sub-command a workflow; errors in one line, exit codes for scripts.
 """
 
 import difflib
+import gc
 import io
 import logging
+import os
 import re
 import sys
 from itertools import pairwise
@@ -46,6 +48,7 @@ def main() -> None:
     show_errors()
     interrupt_on_sigterm()
     _print_in_any_encoding()
+    _load_quickly()
     _refuse_unknown_command(sys.argv[1:])
     try:
         with_sound_cache(
@@ -69,6 +72,8 @@ def main() -> None:
         ):
             raise
         _end(_about_input(error, sys.argv[1:]), EXIT_REFUSED)
+    finally:
+        gc.enable()
 
 
 def _print_in_any_encoding() -> None:
@@ -76,6 +81,16 @@ def _print_in_any_encoding() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
+
+
+def _load_quickly() -> None:
+    """Leave out what makes the loading of libraries slow, until the workflow begins.
+
+    The collector looks in vain through what is loaded, and stays; the library that checks tables
+    asks every installed package for a plugin, and none is used.
+    """
+    gc.disable()
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
 
 def _refuse_unknown_command(arguments: list[str]) -> None:

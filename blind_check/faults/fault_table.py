@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.identification.campaign.campaign import Campaign, Channel
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.simulation.sensing import at_other_times
 

@@ -12,7 +12,7 @@ from scipy.stats import f as fisher_f
 
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.gap_map import N_DRAWS, CellTable, gap_cells
-from carrierflex.identification.campaign.campaign import Channel
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.carrier.sensor_patterns import (
     ComplexArray,
     FloatArray,

@@ -22,7 +22,8 @@ from carrierflex.diagnosis.wiring.rivals import (
     PredictedRecord,
     WiringRival,
 )
-from carrierflex.identification.campaign.campaign import Campaign, Channel
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import key_of, sample_of
 from carrierflex.identification.carrier.models import rim_sensor

@@ -10,7 +10,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import Parameter
-from carrierflex.identification.campaign.campaign import Campaign, Channel, KnownValue
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Channel, KnownValue
 from carrierflex.simulation.sensing import Measurement
 
 #: Declared error of a channel that bounds each part of the measurement model.

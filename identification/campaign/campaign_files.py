@@ -3,7 +3,6 @@
 import os
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -11,32 +10,27 @@ import pyarrow.csv as pa_csv
 import pyarrow.parquet as pa_parquet
 import tomli_w
 
-from carrierflex.files.problems import Problems, ProblemsError, problems_of, refuse, repeated_names
-from carrierflex.files.toml_files import toml_document
+from carrierflex.files.problems import Problems, problems_of, refuse, repeated_names
 from carrierflex.files.whole_files import errors_naming
 from carrierflex.files.whole_folders import check_writable, taken_up, whole_folder
-from carrierflex.identification.campaign.campaign import Campaign, expected_columns
-from carrierflex.identification.campaign.campaign_document import (
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.campaign_document import campaign_document
+from carrierflex.identification.campaign.campaign_header import (
     CAMPAIGN_FILE,
     CampaignHeader,
     RunEntry,
-    campaign_document,
     campaign_header,
 )
-from carrierflex.identification.campaign.file_names import (
-    DOCUMENT_NAME,
-    RUN_SUFFIXES,
-    checked_file_name,
-)
-from carrierflex.identification.campaign.records import PREDICTION_SUFFIX, Run
+from carrierflex.identification.campaign.declarations import PREDICTION_SUFFIX, expected_columns
+from carrierflex.identification.campaign.document_files import read_campaign_header
+from carrierflex.identification.campaign.file_names import DOCUMENT_NAME, checked_file_name
+from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.run_files import (
     ExpectedColumns,
     left_out_columns,
     run_columns,
-    run_file_header,
 )
-from carrierflex.identification.campaign.simulated_mark import simulated_mark
-from carrierflex.simulation.element.drives import BASE
+from carrierflex.identification.campaign.simulated_mark import first_other_file, simulated_mark
 
 #: Copy of the simulation case that a campaign was made from; it may stand beside the campaign's own
 #: files.
@@ -61,18 +55,11 @@ def read_campaign(folder: Path) -> Campaign:
     ValueError
         Where a file is missing or anything in it is not as the contract says; one line that names
         the file, the key or column, what was found and what is expected, for everything that is
-        wrong at once.
+        wrong at once: of campaign.toml and the files it names, and of the records where it is
+        sound.
     """
-    try:
-        header = read_campaign_header(folder)
-        expected = columns_of(header)
-    except ValueError as error:
-        more = tuple(_problems_of_records(folder))
-        if not more:
-            raise
-        about = f"{folder / DOCUMENT_NAME}: " if isinstance(error, ProblemsError) else ""
-        refuse((*(about + problem for problem in problems_of(error)), *more))
-        raise
+    header = read_campaign_header(folder)
+    expected = columns_of(header)
     problems = Problems()
     curves = header.rig.get("deflection_curves")
     if curves is not None and not (folder / curves).is_file():
@@ -95,35 +82,6 @@ def read_campaign(folder: Path) -> Campaign:
         inputs=header.inputs,
         notes=tuple(_left_out(folder, header, expected)),
     )
-
-
-def read_campaign_header(folder: Path) -> CampaignHeader:
-    """Read campaign.toml alone.
-
-    Raises
-    ------
-    ValueError
-        Where the file is missing, too large, not TOML, or not as the contract says.
-    """
-    path = folder / DOCUMENT_NAME
-    if not path.is_file():
-        raise ValueError(f"{folder}: no file {DOCUMENT_NAME}; expected a campaign folder")
-    document = toml_document(path, CAMPAIGN_FILE)
-    return campaign_header(document, str(path), _first_columns(document, folder))
-
-
-def _first_columns(document: Mapping[str, Any], folder: Path) -> list[str]:
-    """Columns of the first run file of an element on a moving base; none elsewhere.
-
-    What is wrong with the file is told when it is read.
-    """
-    rig = document.get("rig")
-    if not isinstance(rig, dict) or rig.get("drive") != BASE:
-        return []
-    try:
-        return run_file_header(folder / checked_file_name(document["runs"][0]["file"], "'file'"))
-    except (ValueError, OSError, KeyError, IndexError, TypeError, AttributeError):
-        return []
 
 
 def write_campaign(
@@ -229,7 +187,7 @@ def _refuse_measurement(folder: Path, header: CampaignHeader) -> None:
             f"{folder / DOCUMENT_NAME}: no table [simulated], so these are measured records, which "
             "are never replaced; expected a new or empty folder"
         )
-    other = header.simulated.first_other(folder, [run.file for run in header.runs])
+    other = first_other_file(header.simulated, folder, [run.file for run in header.runs])
     if other is not None:
         raise ValueError(
             f"{folder / other}: not as [simulated] in {DOCUMENT_NAME} says that it was written; "
@@ -298,40 +256,6 @@ def _left_out(folder: Path, header: CampaignHeader, expected: ExpectedColumns) -
         if names:
             listed = ", ".join(f"'{name}'" for name in names)
             yield f"{entry.file}: left out, neither an input nor a channel: {listed}"
-
-
-def _problems_of_records(folder: Path) -> Iterator[str]:
-    """What is wrong with the run files by themselves, where the document already is."""
-    try:
-        document = toml_document(folder / DOCUMENT_NAME, CAMPAIGN_FILE)
-    except (ValueError, OSError):
-        return
-    entries = document.get("runs")
-    for entry in entries if isinstance(entries, list) else []:
-        file = entry.get("file") if isinstance(entry, dict) else None
-        if not isinstance(file, str) or not file.lower().endswith(RUN_SUFFIXES):
-            continue
-        problems = Problems()
-        with problems.at():
-            _check_alone(folder / checked_file_name(file, "key 'file'"), str(entry.get("name")))
-        if not any("leads out of" in message for message in problems.messages):
-            yield from problems.messages
-
-
-def _check_alone(path: Path, name: str) -> None:
-    """Refuse a run file that no document could make a run of."""
-    if not path.is_file():
-        raise ValueError(
-            f"{DOCUMENT_NAME}: run {name}: file '{path.name}' is not in the folder {path.parent}"
-        )
-    names = run_file_header(path)
-    columns = run_columns(path, ExpectedColumns(dict.fromkeys(names[1:], "column")))
-    signals = {column: values for column, values in columns.items() if column != "time"}
-    try:
-        Run(name, path.name, "", columns["time"], {}, signals)
-    except ValueError as error:
-        refuse(f"{path.name}: {problem}" for problem in problems_of(error))
-        raise
 
 
 def _write_run(run: Run, path: Path) -> None:

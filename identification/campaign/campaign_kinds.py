@@ -4,18 +4,16 @@ Data only, after the file contract (docs/campaign_format.md). The keys of the fi
 of the rig among them, are stated in :mod:`carrierflex.identification.campaign.campaign_tables`.
 """
 
+import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from carrierflex.geometry.parameters import FEWEST_PLANETS, MOST_PLANETS
-from carrierflex.simulation.carrier.effect import Effect
-from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
-from carrierflex.simulation.carrier.effects.of_planets import effects_of
-from carrierflex.simulation.effect_parameters import published_names
-from carrierflex.simulation.element.effects import ELEMENT_EFFECTS
-from carrierflex.simulation.force_effect import ForceEffect
-from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
+from carrierflex.identification.campaign.file_names import EFFECT_NAMES
+
+#: Read here so that a campaign's document is checked without the arrays of the effects.
+_NAMES: dict[str, Any] = json.loads(EFFECT_NAMES.read_text(encoding="utf-8"))
 
 #: Units of a declared element quantity that are SI multiples or foreign units of length and force;
 #: a voltage analogue may use any other unit.
@@ -53,32 +51,18 @@ class CampaignKind:
     any_unit: bool = False
 
 
-def _published(
-    effects: Mapping[str, Effect] | Mapping[str, ForceEffect],
-) -> dict[str, tuple[str, ...]]:
+def _published(kind: str) -> dict[str, tuple[str, ...]]:
     """Published names of the parameters of every effect."""
-    return {
-        name: tuple(
-            dict.fromkeys(
-                published
-                for parameter in effect.parameters
-                for published in published_names(parameter)
-            )
-        )
-        for name, effect in effects.items()
-    }
+    return {name: tuple(own) for name, own in _NAMES[kind]["parameters"].items()}
 
 
-def _partners(
-    effects: Mapping[str, Effect] | Mapping[str, ForceEffect],
-) -> dict[tuple[str, str], str]:
+def _partners(kind: str) -> dict[tuple[str, str], str]:
     """Other half of every vector of the effects."""
     partners: dict[tuple[str, str], str] = {}
-    for name, effect in effects.items():
-        for parameter in effect.parameters:
-            if parameter.pair is not None:
-                partners[name, parameter.pair.size] = parameter.pair.angle
-                partners[name, parameter.pair.angle] = parameter.pair.size
+    for name, angles in _NAMES[kind]["angles"].items():
+        for size, angle in angles.items():
+            partners[name, size] = angle
+            partners[name, angle] = size
     return partners
 
 
@@ -86,18 +70,18 @@ CARRIER = CampaignKind(
     name="carrier",
     inputs={"carrier_angle": "rad", "torque": "N m", "ntl_y": "N", "ntl_z": "N"},
     quantities={"axial_displacement": "m", "radial_displacement": "m"},
-    effects=tuple(CARRIER_EFFECTS),
-    parameters=_published(CARRIER_EFFECTS),
-    partners=_partners(CARRIER_EFFECTS),
+    effects=tuple(_published("carrier")),
+    parameters=_published("carrier"),
+    partners=_partners("carrier"),
 )
 
 MOUNTING = CampaignKind(
     name="mounting",
     inputs={"torque": "N m", "speed": "rad/s", "carrier_angle": "rad", "ntl_y": "N", "ntl_z": "N"},
     quantities={"housing_displacement": "m"},
-    effects=tuple(MOUNTING_EFFECTS),
-    parameters={"baseline": ("K1", "C1"), **_published(MOUNTING_EFFECTS)},
-    partners=_partners(MOUNTING_EFFECTS),
+    effects=tuple(_published("mounting")),
+    parameters={"baseline": ("K1", "C1"), **_published("mounting")},
+    partners=_partners("mounting"),
 )
 
 
@@ -105,7 +89,9 @@ def _carrier(facts: Mapping[str, Any]) -> CampaignKind:
     """Contract of a carrier: parameters of its own number of planets, inputs of its rig."""
     kind, n_planets = CARRIER, facts.get("n_planets")
     if isinstance(n_planets, int) and FEWEST_PLANETS <= n_planets <= MOST_PLANETS:
-        kind = replace(kind, parameters=_published(effects_of(n_planets)))
+        own = _NAMES["carrier"]["of_planets"].get(str(n_planets), {})
+        others = {name: tuple(names) for name, names in own.items()}
+        kind = replace(kind, parameters={**kind.parameters, **others})
     if facts.get("radial_load") is not None:
         # A rig without radial load has no columns of it.
         kind = replace(kind, inputs={"carrier_angle": "rad", "torque": "N m"})
@@ -117,9 +103,9 @@ def _element(inputs: Mapping[str, str], quantity: str, unit: str) -> CampaignKin
         name="element",
         inputs=inputs,
         quantities={quantity: unit},
-        effects=tuple(ELEMENT_EFFECTS),
-        parameters={"baseline": ("m", "K1", "C1", "f0"), **_published(ELEMENT_EFFECTS)},
-        partners=_partners(ELEMENT_EFFECTS),
+        effects=tuple(_published("element")),
+        parameters={"baseline": ("m", "K1", "C1", "f0"), **_published("element")},
+        partners=_partners("element"),
         any_unit=True,
     )
 

@@ -32,17 +32,17 @@ from carrierflex.files.toml_values import (
     key,
 )
 from carrierflex.geometry.parameters import CarrierParameters
-from carrierflex.identification.campaign.campaign import (
-    Baseline,
-    KnownValue,
-    baseline_conflicts,
-)
 from carrierflex.identification.campaign.campaign_kinds import (
     CARRIER,
     ELEMENT_BY_DRIVE,
     MOUNTING,
     CampaignKind,
     campaign_kind,
+)
+from carrierflex.identification.campaign.declarations import (
+    Baseline,
+    KnownValue,
+    baseline_conflicts,
 )
 from carrierflex.identification.campaign.file_names import RUN_SUFFIXES, checked_file_name
 from carrierflex.identification.campaign.signal_tables import (

@@ -11,7 +11,8 @@ from carrierflex.identification.campaign.signals import (
     filled,
     trusted_frequency,
 )
-from carrierflex.simulation.element.drives import BASE, FREE_DECAY, base_force, no_force
+from carrierflex.simulation.element.drive_forces import base_force, no_force
+from carrierflex.simulation.element.drives import BASE, FREE_DECAY
 
 FloatArray = NDArray[float64]
 

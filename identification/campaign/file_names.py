@@ -1,9 +1,12 @@
 """Names of the files of a campaign folder."""
 
-from pathlib import PurePosixPath, PureWindowsPath
+from pathlib import Path, PurePosixPath, PureWindowsPath
 
 #: The campaign's document.
 DOCUMENT_NAME = "campaign.toml"
+#: What the libraries of effects publish; it comes with the package, derived from them by
+#: :mod:`carrierflex.identification.campaign.effect_names`.
+EFFECT_NAMES = Path(__file__).with_name("effect_names.json")
 #: Endings of run files.
 RUN_SUFFIXES = (".csv", ".parquet")
 

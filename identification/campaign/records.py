@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.files.problems import refuse
+from carrierflex.identification.campaign.declarations import PREDICTION_SUFFIX
 
-#: Column of a run file that holds another simulator's prediction of a channel.
-PREDICTION_SUFFIX = "_sim"
 #: Largest size of a sample, in any unit: squares and fifth powers of it are numbers still.
 _LARGEST = 1e30
 

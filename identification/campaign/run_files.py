@@ -13,14 +13,12 @@ import pyarrow.csv as pa_csv
 import pyarrow.parquet as pa_parquet
 from numpy.typing import NDArray
 
-from carrierflex.files.plain_files import check_plain_file
 from carrierflex.files.problems import refuse
-from carrierflex.identification.campaign.campaign import column_conflicts
+from carrierflex.identification.campaign.declarations import column_conflicts
+from carrierflex.identification.campaign.document_files import run_file_header
 from carrierflex.identification.campaign.file_names import DOCUMENT_NAME
 
 #: Sanity limits, checked before anything is allocated.
-LARGEST_HEADER = 100_000  # bytes of the header line of a CSV file
-LARGEST_FILE = 8 * 1024**3  # bytes of a run file
 LARGEST_TABLE = 1_000_000_000  # cells of a Parquet file: 8 GB of numbers
 #: Cells that a Parquet file may hold for each byte of it, and whatever its size.
 CELLS_OF_A_BYTE = 10
@@ -68,42 +66,6 @@ class ExpectedColumns:
             )
         )
         return [name for name in columns if name == "time" or name in self.kinds]
-
-
-def run_file_header(path: Path) -> list[str]:
-    """Column names of a run file.
-
-    Raises
-    ------
-    ValueError
-        Where the file is not what its name says, or the header line is too long or a name in it
-        is not text.
-    """
-    is_parquet = path.suffix.lower() == ".parquet"
-    check_plain_file(path, "a run file", LARGEST_FILE, text=not is_parquet)
-    if is_parquet:
-        try:
-            with path.open("rb") as file:
-                return list(pa_parquet.read_schema(file).names)
-        except UnicodeDecodeError as error:
-            raise ValueError(
-                f"{path.name}: a column's name is not UTF-8 text; expected column names"
-            ) from error
-        except (pa.ArrowInvalid, OSError) as error:
-            raise ValueError(f"{path.name}: not a Parquet file: {_one_line(error)}") from error
-    with path.open("rb") as file:
-        line = file.readline(LARGEST_HEADER + 1)
-    if len(line) > LARGEST_HEADER:
-        raise ValueError(
-            f"{path.name}: the header line exceeds {LARGEST_HEADER} bytes; expected column names"
-        )
-    try:
-        text = line.decode("utf-8-sig").strip("\r\n")
-    except UnicodeDecodeError as error:
-        raise ValueError(
-            f"{path.name}: the header line is not UTF-8 text; expected column names"
-        ) from error
-    return [name.strip('"') for name in text.split(",")]
 
 
 def left_out_columns(path: Path, expected: ExpectedColumns) -> list[str]:

@@ -1,20 +1,20 @@
 """What campaign.toml holds of signals: one table a channel, one an input."""
 
+import math
 from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
-import numpy as np
 from pydantic import AfterValidator
 
 from carrierflex.files.problems import Problems, refuse
 from carrierflex.files.toml_values import Expected, Number, Positive, Text, TomlTable, key
-from carrierflex.identification.campaign.campaign import (
+from carrierflex.identification.campaign.campaign_kinds import CampaignKind
+from carrierflex.identification.campaign.declarations import (
     Channel,
     InputSignal,
     channel_conflicts,
     input_conflicts,
 )
-from carrierflex.identification.campaign.campaign_kinds import CampaignKind
 
 
 class ChannelTable(TomlTable):
@@ -148,7 +148,7 @@ def channel_of(table: ChannelTable) -> Channel:
         name=table.name,
         quantity=table.quantity,
         unit=table.unit,
-        angle=None if angle is None else float(np.deg2rad(angle)),
+        angle=None if angle is None else math.radians(angle),
         radius=values.get("radius_m"),
         sensor=values.get("sensor"),
         motion=values.get("motion"),
@@ -165,7 +165,7 @@ def _errors(values: dict[str, Any]) -> dict[str, float | None]:
     angle = values.get("angle_std_deg")
     return {
         **{name: values.get(name) for name in _ERRORS},
-        "angle_std": None if angle is None else float(np.deg2rad(angle)),
+        "angle_std": None if angle is None else math.radians(angle),
     }
 
 

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.identification.campaign.campaign import Campaign, Channel
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.revolutions import whole_revolutions
 from carrierflex.identification.carrier.models import CarrierModel

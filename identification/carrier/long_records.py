@@ -8,9 +8,9 @@ import pyarrow as pa
 import pyarrow.parquet as pa_parquet
 from numpy.typing import NDArray
 
-from carrierflex.identification.campaign.campaign import Channel
-from carrierflex.identification.campaign.campaign_document import CampaignHeader, RunEntry
 from carrierflex.identification.campaign.campaign_files import columns_of, run_of_columns
+from carrierflex.identification.campaign.campaign_header import CampaignHeader, RunEntry
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.run_files import column_pieces
 from carrierflex.identification.carrier.models import CarrierModel

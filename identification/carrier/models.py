@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.geometry.parameters import CarrierParameters
-from carrierflex.identification.campaign.campaign import Channel
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.carrier.effects.deflection import FLEXIBLE_PINS, STIFF_PINS
 from carrierflex.simulation.carrier.effects.misalignment import (

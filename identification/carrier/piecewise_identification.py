@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.campaign_document import CampaignHeader
+from carrierflex.identification.campaign.campaign_header import CampaignHeader
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.carrier.carrier_identification import (
     FitOptions,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.identification.campaign.campaign import Channel
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.carrier.models import CarrierModel
 from carrierflex.identification.estimation.least_squares import joint_fit

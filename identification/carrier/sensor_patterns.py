@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.identification.campaign.campaign import Channel
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.order_analysis import PATTERNS, are_quarter_turns
 from carrierflex.simulation.carrier.run_cases import AXIAL
 

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from carrierflex.files.hdf5_datasets import PartError, samples
 from carrierflex.files.plain_files import check_plain_file
-from carrierflex.identification.campaign.run_files import LARGEST_FILE, check_cells
+from carrierflex.identification.campaign.document_files import LARGEST_FILE
+from carrierflex.identification.campaign.run_files import check_cells
 from carrierflex.identification.logs.log_table import LogTable
 
 #: Numbers of one file: 4 GB of them; columns that a matrix may hold; parts of a file.

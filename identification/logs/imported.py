@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.files.problems import Problems, refuse
-from carrierflex.identification.campaign.campaign import (
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.campaign_kinds import CampaignKind, campaign_kind
+from carrierflex.identification.campaign.campaign_tables import baseline_of
+from carrierflex.identification.campaign.declarations import (
     Baseline,
-    Campaign,
     Channel,
     InputSignal,
     KnownValue,
 )
-from carrierflex.identification.campaign.campaign_kinds import CampaignKind, campaign_kind
-from carrierflex.identification.campaign.campaign_tables import baseline_of
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signal_tables import channel_of, input_of
 from carrierflex.identification.logs.clock_shift import ClockShift, clock_shift

@@ -8,16 +8,11 @@ import numpy as np
 import tomli_w
 from numpy.typing import NDArray
 
-from carrierflex.files.toml_files import TomlKind, read_toml
+from carrierflex.files.toml_files import read_toml
 from carrierflex.files.whole_files import whole_file
+from carrierflex.simulation.case_kinds import LAW_FILE
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 
-LAW_FILE = TomlKind(
-    "a law file",
-    holds="keys name, effect_class, force_unit, deflection_unit and the table [table]",
-    most_bytes=1_000_000,
-    format="carrierflex-law",
-)
 _HEADING = (
     "# Measured shape of a missing effect, taken as a candidate by `diagnose --law FILE`.",
     "# Linear between the points, whose ends are those of the visited range. Beyond it f(x) and",

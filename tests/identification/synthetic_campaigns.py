@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Baseline, Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.simulation.carrier.motion import simulate_run
 from carrierflex.simulation.carrier.run_cases import AXIAL, CarrierMotion, RunCase, Sensor

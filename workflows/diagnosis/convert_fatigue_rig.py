@@ -10,13 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from carrierflex.identification.campaign.campaign import (
-    Baseline,
-    Campaign,
-    Channel,
-    InputSignal,
-)
+from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.identification.campaign.declarations import Baseline, Channel, InputSignal
 from carrierflex.identification.campaign.records import Run
 
 FILE = "faster.csv"

@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.identification.campaign.declarations import Baseline, Channel
 from carrierflex.identification.campaign.records import Run
 
 #: Keys of one sample that are used.

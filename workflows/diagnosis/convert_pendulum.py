@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.io import loadmat
 
-from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.identification.campaign.declarations import Baseline, Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import band_limited
 

@@ -17,8 +17,9 @@ from carrierflex.fe.curve_files import read_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.angle_resampling import resampled_to_angle
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.identification.campaign.campaign_document import CampaignHeader
-from carrierflex.identification.campaign.campaign_files import read_campaign, read_campaign_header
+from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.identification.campaign.campaign_header import CampaignHeader
+from carrierflex.identification.campaign.document_files import read_campaign_header
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.identification.campaign_check.records_check import records_findings
@@ -282,8 +283,7 @@ def _in_memory(folder: Path, header: CampaignHeader, *, one_pass: bool) -> Campa
     if not one_pass:
         raise ValueError(
             "records this long are read once, in pieces; --loss huber, --free-pin-angle and "
-            "--samples-per-revolution need "
-            "shorter ones"
+            "--samples-per-revolution need shorter ones"
         )
     return None
 

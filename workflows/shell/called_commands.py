@@ -5,6 +5,7 @@ that is called, and for all of them where a script completes them.
 """
 
 import contextlib
+import gc
 import importlib
 import inspect
 import sys
@@ -62,6 +63,8 @@ def called(name: str, command: Command) -> Callable[..., None]:
         shared.apply()
         given = written.signature.bind(*arguments, **options).arguments
         refuse_early(given)
+        # Off while libraries were loaded (command_line).
+        gc.enable()
         started = time.time()
         if takes_quiet:
             options[_GIVEN_BY_ALL] = shared.quiet

@@ -3,26 +3,50 @@
 A wrong key is then told after a third of a second and not after the import of finite elements,
 compilers and pictures. What takes more than the file itself to be seen (files beside it,
 equilibria, meshes) is told by the workflow, in the same words as ever: the readers are the same.
+Before a reader whose module holds arrays the tables of the file are checked alone, so that what is
+wrong with them is told without a library of arrays.
 """
 
 import importlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-#: Reader by option: its module below carrierflex, and its name there.
-_READERS = {
-    "parameters": "geometry.parameter_files:read_parameters",
-    "surfaces": "geometry.cad_surface_files:read_cad_statements",
-    "interfaces": "fe.matrices.interface_files:read_interfaces",
-    "law": "simulation.element.law_files:read_law",
-    "map_": "identification.logs.map_files:read_map",
-    "mounting": "simulation.mounting.case_files:read_mounting_case",
+
+class _File(NamedTuple):
+    """A kind of file by names below carrierflex; nothing of them is imported before it is read."""
+
+    reader: str
+    kind: str = ""
+    """Where the reader's module holds arrays: the kind of file that is told apart first ..."""
+    table: str = ""
+    """... and its top table, where that holds none."""
+
+
+#: File by option.
+_FILES = {
+    "parameters": _File("geometry.parameter_files:read_parameters"),
+    "surfaces": _File(
+        "geometry.cad_surface_files:read_cad_statements",
+        "geometry.parameter_files:SURFACES_FILE",
+        "geometry.cad_surface_tables:SurfacesDocument",
+    ),
+    "interfaces": _File("fe.matrices.interface_files:read_interfaces"),
+    "law": _File(
+        "simulation.element.law_files:read_law",
+        "simulation.case_kinds:LAW_FILE",
+        "simulation.element.law_tables:LawDocument",
+    ),
+    "map_": _File("identification.logs.map_files:read_map"),
+    "mounting": _File(
+        "simulation.mounting.case_files:read_mounting_case",
+        "simulation.case_kinds:MOUNTING_CASE",
+    ),
 }
 
 
 #: Options whose files are read early.
-READ_EARLY = frozenset({*_READERS, "case", "campaign"})
+READ_EARLY = frozenset({*_FILES, "case", "campaign"})
 
 
 def refuse_early(given: Mapping[str, Any]) -> None:
@@ -38,29 +62,41 @@ def refuse_early(given: Mapping[str, Any]) -> None:
     OSError, ValueError
         As the reader of the file.
     """
+    own: dict[str, Callable[[Path], None]] = {"case": _read_case, "campaign": _read_campaign}
     for option, value in given.items():
-        reader = _reader(option)
-        if reader is None:
+        if option not in READ_EARLY:
             continue
         for path in value if isinstance(value, list) else [value]:
             # What is missing is told by the workflow, after options that exclude one another.
-            if path is not None and path.exists():
-                reader(path)
+            if path is None or not path.exists():
+                continue
+            if option in own:
+                own[option](path)
+            else:
+                _read(path, _FILES[option])
 
 
-def _reader(option: str) -> Callable[[Path], object] | None:
-    own: dict[str, Callable[[Path], object]] = {"case": _read_case, "campaign": _read_campaign}
-    if option in own:
-        return own[option]
-    if option not in _READERS:
-        return None
-    module, name = _READERS[option].split(":")
-    return getattr(importlib.import_module(f"carrierflex.{module}"), name)
+def _read(path: Path, file: _File) -> None:
+    if file.kind:
+        from carrierflex.files.toml_files import check_header, checked_document, toml_document
+
+        kind = _named(file.kind)
+        document = toml_document(path, kind)
+        check_header(document, kind, str(path))
+        if file.table:
+            checked_document(document, _named(file.table), str(path))
+    _named(file.reader)(path)
+
+
+def _named(name: str) -> Any:
+    """What a name ``module:attribute`` below carrierflex stands for."""
+    module, attribute = name.split(":")
+    return getattr(importlib.import_module(f"carrierflex.{module}"), attribute)
 
 
 def _read_case(path: Path) -> None:
     """Tables of a case; whether its loads make sense is seen when the case is made."""
-    from carrierflex.files.toml_files import read_toml, toml_document
+    from carrierflex.files.toml_files import check_header, checked_document, toml_document
     from carrierflex.simulation.case_kinds import (
         CARRIER_CASE,
         MOUNTING_CASE,
@@ -69,41 +105,19 @@ def _read_case(path: Path) -> None:
     )
 
     document = toml_document(path, CARRIER_CASE)
+    kind, table = CARRIER_CASE, "simulation.carrier.case_tables:CarrierCaseDocument"
     if document.get("format") == STAGE_FORMAT:
-        from carrierflex.simulation.stage.stage_tables import StageCaseDocument
-
-        read_toml(path, STAGE_CASE, StageCaseDocument)
+        kind, table = STAGE_CASE, "simulation.stage.stage_tables:StageCaseDocument"
     elif document.get("kind") == "mounting":
-        from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
-
-        read_toml(path, MOUNTING_CASE, MountingCaseDocument)
-    else:
-        from carrierflex.simulation.carrier.case_tables import CarrierCaseDocument
-
-        read_toml(path, CARRIER_CASE, CarrierCaseDocument)
+        kind, table = MOUNTING_CASE, "simulation.mounting.case_tables:MountingCaseDocument"
+    check_header(document, kind, str(path))
+    checked_document(document, _named(table), str(path))
 
 
 def _read_campaign(folder: Path) -> None:
-    """campaign.toml alone; with it, what is wrong with the records."""
-    from carrierflex.files.toml_files import toml_document
-    from carrierflex.identification.campaign.campaign_document import (
-        CAMPAIGN_FILE,
-        DOCUMENT_NAME,
-        campaign_header,
-    )
-    from carrierflex.simulation.element.drives import BASE
+    """campaign.toml alone; its records are read where it is sound."""
+    from carrierflex.identification.campaign.document_files import read_campaign_header
+    from carrierflex.identification.campaign.file_names import DOCUMENT_NAME
 
-    path = folder / DOCUMENT_NAME
-    if not path.is_file():
-        return
-    try:
-        document = toml_document(path, CAMPAIGN_FILE)
-        rig = document.get("rig")
-        # On a moving base the columns of the records count too.
-        if not (isinstance(rig, dict) and rig.get("drive") == BASE):
-            campaign_header(document, str(path), [])
-    except ValueError:
-        from carrierflex.identification.campaign.campaign_files import read_campaign
-
-        read_campaign(folder)
-        raise
+    if (folder / DOCUMENT_NAME).is_file():
+        read_campaign_header(folder)

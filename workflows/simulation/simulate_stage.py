@@ -19,12 +19,13 @@ import numpy as np
 from carrierflex.fe.curve_files import read_curves, write_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
-from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import (
     CASE_COPY,
     prepare_campaign_folder,
     write_campaign,
 )
+from carrierflex.identification.campaign.declarations import Baseline, Channel
 from carrierflex.identification.campaign.growing_runs import GrowingRuns, growing_runs
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.simulated_campaign import CURVES_FILE

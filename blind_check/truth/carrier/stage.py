@@ -25,7 +25,8 @@ from carrierflex.blind_check.truth.noise import (
     root_mean_square,
     slow_ripple,
 )
-from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Baseline, Channel
 from carrierflex.identification.campaign.records import Run
 
 FloatArray = NDArray[np.float64]

@@ -52,7 +52,8 @@ from carrierflex.blind_check.truth.noise import (
     noise_rng,
     root_mean_square,
 )
-from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Baseline, Channel
 from carrierflex.identification.campaign.records import Run
 
 FloatArray = NDArray[np.float64]

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.blind_check.labels import CasePlan
-from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel, InputSignal
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Baseline, Channel, InputSignal
 from carrierflex.identification.campaign.records import Run
 
 FloatArray = NDArray[np.float64]

@@ -22,7 +22,7 @@ from carrierflex.diagnosis.carrier.classes.patterns import (
     turning_tilt,
     uneven_waves,
 )
-from carrierflex.identification.campaign.campaign import Channel
+from carrierflex.identification.campaign.declarations import Channel
 
 OFFSET = "housing/offset"
 TILT = "housing/tilt"

@@ -18,7 +18,7 @@ from carrierflex.diagnosis.carrier.records.columns import (
     flexible_terms,
 )
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.identification.campaign.campaign import Channel
+from carrierflex.identification.campaign.declarations import Channel
 
 #: Number of a wave times a load among the columns of the flexible model.
 Numbers = Mapping[tuple[int, bool, str], int]

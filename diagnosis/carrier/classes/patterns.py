@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.identification.campaign.campaign import Channel
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.order_analysis import highest_order
 
 #: Places that the two halves of a saddle are counted from.

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.identification.campaign.campaign import Campaign, Channel
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.order_analysis import highest_order
 from carrierflex.identification.campaign.records import Run
 

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.diagnosis.inference.planning.results import LOADS, MINUTES, SENSOR, Addition, Costs
-from carrierflex.identification.campaign.campaign import Campaign, Channel
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 
 FloatArray = NDArray[np.float64]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from carrierflex.diagnosis.carrier.records.columns import ColumnSource
 from carrierflex.diagnosis.carrier.records.run_columns import RunColumns
-from carrierflex.identification.campaign.campaign import Channel
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 
 FloatArray = NDArray[np.float64]

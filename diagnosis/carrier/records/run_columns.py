@@ -15,7 +15,7 @@ from carrierflex.diagnosis.carrier.records.columns import (
     Key,
     delay_nodes,
 )
-from carrierflex.identification.campaign.campaign import Channel
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.revolutions import whole_revolutions
 from carrierflex.identification.carrier.models import rim_sensor

@@ -8,7 +8,8 @@ import numpy as np
 from carrierflex.diagnosis.comparison.overlay import SignalComparison
 from carrierflex.diagnosis.report.svg import BLACK, BLUE, GREY, ORANGE, WIDTH
 from carrierflex.diagnosis.report.words import sized
-from carrierflex.identification.campaign.campaign import Campaign, Channel
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Channel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

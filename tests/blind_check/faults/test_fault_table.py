@@ -15,7 +15,7 @@ from carrierflex.blind_check.faults.outcomes import (
     MISSED,
     fault_outcomes,
 )
-from carrierflex.identification.campaign.campaign import Baseline
+from carrierflex.identification.campaign.declarations import Baseline
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 from tests.identification.campaign_check.faulty_campaigns import faultless
 from tests.identification.synthetic_campaigns import TRUTH, carrier_campaign, run_case

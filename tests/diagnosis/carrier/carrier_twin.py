@@ -3,7 +3,8 @@
 import numpy as np
 
 from carrierflex.diagnosis.carrier.problem import carrier_problem
-from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Baseline, Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.simulation.carrier.effects.library import CARRIER_EFFECTS
 from carrierflex.simulation.carrier.patterns import (

@@ -8,8 +8,8 @@ from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.comparison.problem import BLACK_BOX
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
-from carrierflex.identification.campaign.campaign import Baseline
 from carrierflex.identification.campaign.campaign_kinds import CARRIER
+from carrierflex.identification.campaign.declarations import Baseline
 from tests.diagnosis.carrier.carrier_twin import (
     CHANNELS,
     CURVES,

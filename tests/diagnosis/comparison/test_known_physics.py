@@ -10,7 +10,7 @@ from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.mounting.records import mounting_records
-from carrierflex.identification.campaign.campaign import InputSignal, KnownValue
+from carrierflex.identification.campaign.declarations import InputSignal, KnownValue
 from carrierflex.identification.carrier.carrier_identification import identify_jointly
 from carrierflex.identification.carrier.models import rigid_model
 from carrierflex.identification.mounting.bushing_models import LINEAR, mounting_residuals

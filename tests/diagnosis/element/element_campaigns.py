@@ -5,7 +5,8 @@ from functools import cache
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Baseline, Channel
 from carrierflex.identification.campaign.records import Run
 
 MASS = 2.0

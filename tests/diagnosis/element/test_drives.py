@@ -10,13 +10,9 @@ from scipy.integrate import solve_ivp
 from carrierflex.diagnosis.element.classes.answer import element_class_answer
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
-from carrierflex.identification.campaign.campaign import (
-    Baseline,
-    Campaign,
-    Channel,
-    InputSignal,
-)
+from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign, write_campaign
+from carrierflex.identification.campaign.declarations import Baseline, Channel, InputSignal
 from carrierflex.identification.campaign.records import Run
 from tests.diagnosis.element.element_campaigns import DAMPING, MASS, STEP, STIFFNESS, multisine
 

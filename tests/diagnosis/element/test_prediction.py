@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.kinds import problem_of
-from carrierflex.identification.campaign.campaign import Baseline
+from carrierflex.identification.campaign.declarations import Baseline
 from tests.diagnosis.element.element_campaigns import (
     STIFFNESS,
     displacement_campaign,

@@ -14,7 +14,7 @@ from carrierflex.diagnosis.element.problem import declared_gains, element_proble
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, Prior, fit_effects
 from carrierflex.diagnosis.inference.intervals import NORMAL_95
 from carrierflex.diagnosis.inference.named_values import named_values
-from carrierflex.identification.campaign.campaign import InputSignal
+from carrierflex.identification.campaign.declarations import InputSignal
 from tests.diagnosis.element.element_campaigns import (
     DAMPING,
     STIFFNESS,

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign.declarations import Baseline, Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.parameters import parameter_array

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.kinds import problem_of
-from carrierflex.identification.campaign.campaign import Baseline
+from carrierflex.identification.campaign.declarations import Baseline
 from tests.diagnosis.mounting.mounting_campaigns import TRUE_LINEAR, mounting_campaign
 
 CUBIC = {"K3": 6e12}

@@ -14,7 +14,7 @@ from carrierflex.diagnosis.kinds import problem_of, wiring_of
 from carrierflex.diagnosis.report.words import alias_sentence
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.diagnosis.wiring.rivals import INPUT_GAIN
-from carrierflex.identification.campaign.campaign import Baseline, KnownValue
+from carrierflex.identification.campaign.declarations import Baseline, KnownValue
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.workflows.support.examination import examined
 from tests.diagnosis.element.element_campaigns import displacement_campaign

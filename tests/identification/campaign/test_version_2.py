@@ -6,13 +6,9 @@ import numpy as np
 import pytest
 import tomli_w
 
-from carrierflex.identification.campaign.campaign import (
-    Baseline,
-    InputSignal,
-    KnownValue,
-)
 from carrierflex.identification.campaign.campaign_document import campaign_document
 from carrierflex.identification.campaign.campaign_files import read_campaign, write_campaign
+from carrierflex.identification.campaign.declarations import Baseline, InputSignal, KnownValue
 from tests.identification.campaign.test_campaign_files import element_campaign
 from tests.identification.synthetic_campaigns import RIG, carrier_campaign, run_case
 
@@ -98,20 +94,31 @@ def test_an_analogue_of_version_1_declares_its_input_among_the_channels(tmp_path
     assert read_campaign(tmp_path / "c").input_units == {"force": "V"}
 
 
-def test_all_errors_of_document_and_records_are_told_at_once(folder):
+def test_all_errors_of_a_document_and_the_files_it_names_are_told_at_once(folder):
     changed = document()
     changed["rig"]["n_planets"] = 9
     changed["channels"][1]["unit"] = "mm"
     rewritten(folder, changed)
-    lines = (folder / "LC1.csv").read_text().splitlines()
-    lines[3] = lines[2]
-    (folder / "LC1.csv").write_text("\n".join(lines))
+    (folder / "LC1.csv").unlink()
     with pytest.raises(ValueError, match=r"^3 problems") as caught:
         read_campaign(folder)
     text = str(caught.value)
     assert "'n_planets' is 9; expected a whole number from 3 to 8" in text
     assert "s137: key 'unit' is 'mm'" in text
-    assert "LC1.csv: run LC1: column 'time' is 0.05 at sample 2" in text
+    assert f"run LC1: file 'LC1.csv' is not in the folder {folder}" in text
+
+
+def test_records_are_opened_where_their_document_is_sound(folder):
+    lines = (folder / "LC1.csv").read_text().splitlines()
+    lines[3] = lines[2]
+    (folder / "LC1.csv").write_text("\n".join(lines))
+    rewritten(folder, {**document(), "no_such_key": 1})
+    with pytest.raises(ValueError, match="unknown key 'no_such_key'") as caught:
+        read_campaign(folder)
+    assert "LC1" not in str(caught.value)
+    rewritten(folder, document())
+    with pytest.raises(ValueError, match=r"LC1\.csv: run LC1: column 'time' is 0\.05 at sample 2"):
+        read_campaign(folder)
 
 
 def test_all_errors_of_several_records_are_told_at_once(tmp_path):

@@ -8,11 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.identification.campaign import run_files
-from carrierflex.identification.campaign.campaign_files import (
-    columns_of,
-    read_campaign_header,
-    write_campaign,
-)
+from carrierflex.identification.campaign.campaign_files import columns_of, write_campaign
+from carrierflex.identification.campaign.document_files import read_campaign_header
 from carrierflex.identification.carrier import long_records
 from carrierflex.identification.carrier.carrier_identification import FitOptions, identify_jointly
 from carrierflex.identification.carrier.long_records import (

@@ -6,8 +6,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from carrierflex.fe.curve_files import write_curves
-from carrierflex.identification.campaign.campaign import Baseline, Campaign, Channel
+from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.identification.campaign.declarations import Baseline, Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.workflows.identification.identify_parameters import main
 from tests.identification.synthetic_campaigns import TRUTH, carrier_campaign

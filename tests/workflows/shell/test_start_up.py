@@ -14,7 +14,9 @@ import typing
 import pytest
 
 from benchmarks.refused_lines import with_bad_toml, with_unknown_option, write_bad_files
+from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.workflows.shell.commands import COMMANDS
+from carrierflex.workflows.shell.early_refusals import refuse_early
 from carrierflex.workflows.shell.written_signatures import written_command
 
 #: Runs one command line after another in one process and tells the exit codes and what was loaded.
@@ -36,6 +38,8 @@ print(json.dumps([codes, sorted(sys.modules)]))
 """
 WORK = {"scipy", "numba", "gmsh", "skfem", "pandas", "matplotlib", "pyvista", "h5py", "jinja2"}
 FILES = {"numpy", "pydantic", "pyarrow", "pint"}
+#: Cases whose tables make objects that hold arrays.
+ARRAYS_IN_THEIR_TABLES = {"bad_mounting.toml", "bad_case_mounting.toml", "bad_case_stage.toml"}
 
 
 def run_in_one_process(lines, folder):
@@ -75,6 +79,25 @@ def test_a_refused_toml_of_every_command_loads_no_library_of_the_work(tmp_path):
         assert "bad" in words, (line, words)
         assert words.count("\n") == 1
     assert loaded & WORK == set()
+
+
+@pytest.mark.long
+def test_a_refused_toml_loads_no_library_of_arrays(tmp_path):
+    write_bad_files(tmp_path)
+    lines = [line for line in with_bad_toml() if not set(line) & ARRAYS_IN_THEIR_TABLES]
+    _, loaded = run_in_one_process(lines, tmp_path)
+    assert loaded & (WORK | FILES) == {"pydantic"}
+
+
+def test_a_refused_campaign_is_told_in_the_words_of_its_reader(tmp_path):
+    write_bad_files(tmp_path)
+    for kind in ("carrier", "mounting", "element"):
+        folder = tmp_path / f"bad_campaign_{kind}"
+        with pytest.raises(ValueError, match="unknown key 'no_such_key'") as slow:
+            read_campaign(folder)
+        with pytest.raises(ValueError, match="unknown key 'no_such_key'") as quick:
+            refuse_early({"campaign": folder})
+        assert str(quick.value) == str(slow.value)
 
 
 @pytest.mark.parametrize("name", COMMANDS)
