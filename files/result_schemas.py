@@ -45,13 +45,19 @@ _LISTS = (list, tuple, Sequence, frozenset)
 _TABLES = (dict, Mapping)
 
 
-def result_schema(document: type) -> Schema:
+def result_schema(
+    document: Any, *, own: Mapping[Any, Schema] | None = None, other: Schema | None = None
+) -> Schema:
     """JSON Schema (draft 2020-12) of a file that holds one document.
 
     Parameters
     ----------
     document : type
         Its ``TypedDict``, or a union of several.
+    own : mapping of type to dict, optional
+        Schemas of types that the document holds in a form of its own.
+    other : dict, optional
+        Schema of values of types that no JSON file holds; they are refused without.
 
     Returns
     -------
@@ -72,17 +78,28 @@ def result_schema(document: type) -> Schema:
     >>> result_schema(Size)["properties"]["size"]
     {'type': ['number', 'null'], 'description': 'Edge length of the elements [m].'}
     """
-    definitions: dict[str, Schema] = {}
+    definitions = _Definitions({**_PLAIN, **(own or {})}, other)
     top = _schema(document, definitions)
+    tables = definitions.tables
     if "$ref" in top:
-        top = definitions.pop(top["$ref"].rpartition("/")[2])
-    return ({"$defs": definitions} if definitions else {}) | top
+        top = tables.pop(top["$ref"].rpartition("/")[2])
+    return ({"$defs": tables} if tables else {}) | top
 
 
-def _schema(value: Any, definitions: dict[str, Schema]) -> Schema:
+@dataclasses.dataclass
+class _Definitions:
+    """Schemas of plain values and of all others, and the tables met so far by name."""
+
+    plain: Mapping[Any, Schema]
+    other: Schema | None
+    tables: dict[str, Schema] = dataclasses.field(default_factory=dict)
+    types: dict[str, Any] = dataclasses.field(default_factory=dict)
+
+
+def _schema(value: Any, definitions: _Definitions) -> Schema:
     """Schema of one value; tables are added to the definitions and referred to."""
-    if value in _PLAIN:
-        return dict(_PLAIN[value])
+    if value in definitions.plain:
+        return dict(definitions.plain[value])
     origin = get_origin(value)
     parts = get_args(value)
     if origin is Annotated:
@@ -98,16 +115,25 @@ def _schema(value: Any, definitions: dict[str, Schema]) -> Schema:
     if origin in _TABLES:
         return {"type": "object", "additionalProperties": _schema(parts[1], definitions)}
     if origin is np.ndarray:
-        return {"type": "array"}
+        return dict(definitions.plain[np.ndarray])
     if is_typeddict(value) or dataclasses.is_dataclass(value):
-        if value.__name__ not in definitions:
-            definitions[value.__name__] = {}
-            definitions[value.__name__] = _table(value, definitions)
-        return {"$ref": f"#/$defs/{value.__name__}"}
-    raise TypeError(f"{value!r} is no type of a JSON file")
+        return _reference(value, definitions)
+    if definitions.other is None:
+        raise TypeError(f"{value!r} is no type of a JSON file")
+    return dict(definitions.other)
 
 
-def _list(parts: tuple[Any, ...], definitions: dict[str, Schema]) -> Schema:
+def _reference(table: Any, definitions: _Definitions) -> Schema:
+    name = table.__name__
+    if definitions.types.setdefault(name, table) is not table:
+        raise TypeError(f"{table!r} and {definitions.types[name]!r} have one name in a schema")
+    if name not in definitions.tables:
+        definitions.tables[name] = {}
+        definitions.tables[name] = _table(table, definitions)
+    return {"$ref": f"#/$defs/{name}"}
+
+
+def _list(parts: tuple[Any, ...], definitions: _Definitions) -> Schema:
     """Lists of any length, or of as many values as a tuple has."""
     of_any_length = len(parts) == 1 or parts[-1] is Ellipsis
     if of_any_length:
@@ -116,7 +142,7 @@ def _list(parts: tuple[Any, ...], definitions: dict[str, Schema]) -> Schema:
     return {"type": "array", "prefixItems": items, "minItems": len(items), "maxItems": len(items)}
 
 
-def _table(table: Any, definitions: dict[str, Schema]) -> Schema:
+def _table(table: Any, definitions: _Definitions) -> Schema:
     hints = get_type_hints(table, include_extras=True)
     if is_typeddict(table):
         required = [name for name in hints if name in table.__required_keys__]

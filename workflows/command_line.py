@@ -174,6 +174,11 @@ def _end(message: str, code: int) -> None:
     # For the log file; the line on the screen has no logger's name.
     log.error(message, extra=SHOWN)
     print(f"carrierflex: {printable(message)}", file=sys.stderr)
+    if "--json" in sys.argv[1:]:
+        # Late: with it comes what help and refusals can do without.
+        from carrierflex.workflows.shell.shown_results import show_refusal
+
+        show_refusal(sys.argv[1] if sys.argv[1] in COMMANDS else None, printable(message), code)
     sys.exit(code)
 
 

@@ -41,6 +41,7 @@ Name = Literal[
     "times",
     "answers",
     "references",
+    "result",
 ]
 
 
@@ -59,7 +60,7 @@ def main(name: Name, *, out: Path | None = None) -> Schema:
     ----------
     name
         Kind of file: a TOML file that is read, or a JSON file that is written, by its name
-        ("pin-fit" is that of pin_fit.json).
+        ("pin-fit" is that of pin_fit.json); "result": what --json prints.
     out
         File to write it to (JSON) instead of showing it.
 

@@ -163,7 +163,7 @@ def _lengths(axes: "Axes", c: CarrierParameters) -> None:
     top = c.outer_radius
     rows = (
         (0.0, a, top + 0.03, "upwind_plate_thickness"),
-        (a, a + gap, top + 0.06, "plate_gap"),
+        (a, a + gap, top + 0.085, "plate_gap"),
         (a + gap, total, top + 0.03, "downwind_plate_thickness"),
         (-c.hub_length, 0.0, c.hub_outer_diameter / 2.0 + 0.03, "hub_length"),
         (total, total + c.seat_length, c.seat_outer_diameter / 2.0 + 0.03, "seat_length"),

@@ -61,7 +61,8 @@ class Records:
                 if channel.unit == unit:
                     panel.plot(record.time, record.signals[channel.name], label=channel.name)
             panel.set_ylabel(f"[{unit}]")
-            panel.legend(loc="upper right", fontsize=8)
+            # Beside the panel: signals reach its edges.
+            panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=8)
         panels[-1].set_xlabel("time [s]")
         figure.suptitle(f"{self.campaign.name}: {record.name}")
         return figure

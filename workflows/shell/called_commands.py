@@ -11,7 +11,6 @@ import inspect
 import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from carrierflex.workflows.shell.commands import COMMANDS, Command
@@ -74,14 +73,9 @@ def called(name: str, command: Command) -> Callable[..., None]:
         with aside:
             result = workflow.main(*arguments, **options)
         if result is not None:
-            show(Done(name, command, _paths(given), result, started), shared)
+            show(Done(name, command, given, result, started), shared)
 
     main.__doc__ = written.docstring
     main.__annotations__ = {key: option.annotation for key, option in signature.parameters.items()}
     main.__signature__ = signature  # type: ignore[attr-defined]
     return main
-
-
-def _paths(given: dict[str, Any]) -> dict[str, Path]:
-    """Options that name one file or folder."""
-    return {key: value for key, value in given.items() if isinstance(value, Path)}

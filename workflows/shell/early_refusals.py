@@ -95,7 +95,13 @@ def _named(name: str) -> Any:
 
 
 def _read_case(path: Path) -> None:
-    """Tables of a case; whether its loads make sense is seen when the case is made."""
+    """Tables of a case; whether its loads make sense is seen when the case is made.
+
+    `plan` takes a campaign's folder in its place.
+    """
+    if path.is_dir():
+        _read_campaign(path)
+        return
     from carrierflex.files.toml_files import check_header, checked_document, toml_document
     from carrierflex.simulation.case_kinds import (
         CARRIER_CASE,

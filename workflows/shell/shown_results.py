@@ -6,7 +6,7 @@ import logging
 import os
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any
@@ -37,8 +37,8 @@ class Done:
         Of the command.
     command : Command
         Workflow and table.
-    paths : dict
-        Options that name one file or folder.
+    given : dict
+        Options as they were given.
     result : object
         What the workflow returned.
     started : float
@@ -47,9 +47,14 @@ class Done:
 
     name: str
     command: Command
-    paths: dict[str, Path]
+    given: Mapping[str, Any]
     result: Any
     started: float
+
+    @property
+    def paths(self) -> dict[str, Path]:
+        """Options that name one file or folder."""
+        return {key: value for key, value in self.given.items() if isinstance(value, Path)}
 
 
 def show(done: Done, shared: SharedOptions) -> None:
@@ -87,11 +92,38 @@ def document(done: Done) -> dict[str, Any]:
         "version": 1,
         "software": software_name(),
         "command": done.name,
+        "given": figures(done.given),
+        "exit_code": 0 if is_met(done.result) else EXIT_FAILED,
         "met": is_met(done.result),
         "seconds": round(time.time() - done.started, 3),
         "written": written,
         "result": result,
     }
+
+
+def show_refusal(name: str | None, message: str, code: int) -> None:
+    """Print what --json prints of a command that was refused or interrupted.
+
+    Parameters
+    ----------
+    name : str or None
+        Of the command, where there is one of that name.
+    message : str
+        What the line on standard error says.
+    code : int
+        Exit code.
+    """
+    from carrierflex.files.versions import software_name
+
+    refusal = {
+        "format": "carrierflex-refusal",
+        "version": 1,
+        "software": software_name(),
+        "command": name,
+        "exit_code": code,
+        "error": message,
+    }
+    print(json.dumps(refusal, indent=2, ensure_ascii=False))
 
 
 def figures(value: Any) -> Any:
@@ -101,12 +133,14 @@ def figures(value: Any) -> Any:
 
     if is_dataclass(value) and not isinstance(value, type):
         return {field.name: figures(getattr(value, field.name)) for field in fields(value)}
-    if isinstance(value, dict):
+    if isinstance(value, Mapping):
         return {str(key): figures(item) for key, item in value.items()}
     if isinstance(value, np.ndarray) and value.size > _MOST_NUMBERS:
         return _range(value)
     if isinstance(value, (list, tuple)):
         return [figures(item) for item in value]
+    if isinstance(value, frozenset):
+        return [figures(item) for item in sorted(value)]
     known = (str, int, float, bool, Path, np.generic, np.ndarray, type(None))
     # What is neither a number nor made of numbers (matrices, functions) is told by its kind.
     return value if isinstance(value, known) else type(value).__name__

@@ -311,7 +311,9 @@ def _figure(shown: Mapping[str, tuple[Run, Run, Run | None]]) -> Figure:
         "reference: another model and integrator; of the paper load cases and sensors alone",
         fontsize="medium",
     )
-    panels = figure.subplots(rows, 2, sharex=True, squeeze=False).flat
+    panels = figure.subplots(rows, 2, sharex=True, squeeze=False).ravel()
+    for unused in panels[len(shown) :]:
+        unused.set_axis_off()
     for axes, (name, runs) in zip(panels, shown.items(), strict=False):
         for label, run in zip(("reference", "with misalignment", "without"), runs, strict=True):
             if run is not None:
@@ -321,7 +323,10 @@ def _figure(shown: Mapping[str, tuple[Run, Run, Run | None]]) -> Figure:
                     turns - turns[0], (signal - signal.mean()) * 1e3, label=label, linewidth=1.0
                 )
         axes.set(title=name, xlabel="revolutions", ylabel="s047 less its mean, mm")
-        axes.legend(
-            loc="lower center", ncols=3, fontsize="small", bbox_to_anchor=(0.5, 1.08), frameon=False
-        )
+    lines = {
+        label: line
+        for axes in figure.axes
+        for line, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(lines.values(), lines, loc="outside lower center", ncols=3, frameon=False)
     return figure

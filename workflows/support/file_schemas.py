@@ -90,9 +90,11 @@ _RESULTS: dict[str, Any] = {
     "references": studies.ReferencesDocument,
 }
 
+#: What ``--json`` prints.
+_SHOWN = "result"
 #: Names of the kinds of files: TOML files that are read, JSON files that are written.
 TOML_KINDS = tuple(_DOCUMENTS)
-JSON_KINDS = tuple(_RESULTS)
+JSON_KINDS = (*_RESULTS, _SHOWN)
 FILE_KINDS = TOML_KINDS + JSON_KINDS
 #: Folder of the schemas as files, which the first line of a TOML file names to editors.
 SCHEMA_FOLDER = Path(__file__).resolve().parents[1] / "data" / "schemas"
@@ -121,7 +123,12 @@ def file_schema(kind: str) -> dict[str, Any]:
         raise ValueError(
             f"no kind of file is called '{kind}'; expected one of {', '.join(FILE_KINDS)}",
         )
-    if kind in _RESULTS:
+    if kind == _SHOWN:
+        # Late: it asks every workflow for the type of its result.
+        from carrierflex.workflows.support.shown_documents import shown_schema
+
+        schema = shown_schema({name: result_schema(own) for name, own in _RESULTS.items()})
+    elif kind in _RESULTS:
         schema = result_schema(_RESULTS[kind])
     else:
         schema = TypeAdapter(_DOCUMENTS[kind]).json_schema(schema_generator=FileSchema)

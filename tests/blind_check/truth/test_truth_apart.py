@@ -24,6 +24,7 @@ ROOT = Path(__file__).parents[3]
 #: What a truth may know of identification: the types and files of a campaign.
 CAMPAIGN_TYPES = {
     "carrierflex.identification.campaign.campaign",
+    "carrierflex.identification.campaign.declarations",
     "carrierflex.identification.campaign.records",
     "carrierflex.identification.campaign.campaign_files",
 }

@@ -14,10 +14,11 @@ import typing
 import pytest
 
 from benchmarks.refused_lines import with_bad_toml, with_unknown_option, write_bad_files
-from carrierflex.identification.campaign.campaign_files import read_campaign
+from carrierflex.identification.campaign.campaign_files import read_campaign, write_campaign
 from carrierflex.workflows.shell.commands import COMMANDS
 from carrierflex.workflows.shell.early_refusals import refuse_early
 from carrierflex.workflows.shell.written_signatures import written_command
+from tests.identification.synthetic_campaigns import carrier_campaign, run_case
 
 #: Runs one command line after another in one process and tells the exit codes and what was loaded.
 PROGRAM = """
@@ -113,3 +114,12 @@ def test_what_is_read_of_a_workflow_is_what_it_has(name):
         assert option.default == real.parameters[key].default
         assert option.annotation == hints[key]
     assert written.docstring == inspect.getdoc(main)
+
+
+def test_a_plan_takes_a_campaign_in_place_of_a_case(tmp_path):
+    write_campaign(carrier_campaign([run_case("LC1", duration=6.0)]), tmp_path / "campaign")
+    refuse_early({"case": tmp_path / "campaign"})
+    document = tmp_path / "campaign" / "campaign.toml"
+    document.write_text(f"no_such_key = 1\n{document.read_text()}", encoding="utf-8")
+    with pytest.raises(ValueError, match="unknown key 'no_such_key'"):
+        refuse_early({"case": tmp_path / "campaign"})

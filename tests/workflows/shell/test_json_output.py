@@ -1,0 +1,123 @@
+"""What --json prints of every command fulfils the schema that comes along."""
+
+import json
+
+import jsonschema
+import pytest
+
+from carrierflex.identification.campaign.campaign_files import write_campaign
+from carrierflex.workflows.shell.commands import COMMANDS
+from carrierflex.workflows.support.file_schemas import schema_file
+from tests.identification.synthetic_campaigns import carrier_campaign, run_case
+
+VALIDATOR = jsonschema.Draft202012Validator(
+    json.loads(schema_file("result").read_text(encoding="utf-8"))
+)
+#: Lines that take a moment, with the exit code of each.
+QUICK = {
+    "mesh --size 0.1 --out a.msh": 0,
+    "cases": 0,
+    "schema campaign": 0,
+    "completion bash": 0,
+    "new-campaign --kind carrier --from campaign/LC1.csv --out map.toml": 0,
+    "mesh --size 5 --out a.msh": 2,
+    "mesh --no-such-option 1": 2,
+    "diagnoze campaign": 2,
+    "curves --parameters map.toml --out curves": 2,
+    "diagnose nowhere --out out": 2,
+}
+#: Lines of some seconds; each reads what one before it has written.
+LONG = {
+    "check copied": 1,
+    "cad --out own": 0,
+    "cad-faces own/carrier.step": 0,
+    "parameters --out carrier.toml": 0,
+    "cad-surfaces own/carrier.step --out proposal.toml": 0,
+    "curves --size 0.1 --out curves --no-cache": 0,
+    "curves --size 0.1 --preview --out curves": 0,
+    "reduce --body pin --modes 1 --size 0.1 --shapes --out pin.h5 --no-cache": 0,
+    "reduce --body pin --modes 1 --size 0.1 --out again.h5 --preview": 0,
+    "certificate pin.h5": 0,
+    "export pin.h5 --format op4 --out pin.op4": 0,
+    "view pin.h5 --out pin.html": 0,
+    "simulate carrier_lc1_to_lc4 --out campaign": 0,
+    "check campaign": 0,
+    "import campaign/LC1.csv --map map.toml --out measured": 2,
+    "identify campaign --model m1 --out identification": 0,
+    "plan campaign --out plan": 0,
+    "couplings --size 0.1 --out couplings": 0,
+    "torsion --size 0.1 --out torsion": 0,
+    "export-fmu --out mounting.fmu": 0,
+    "simulate mounting_2011 --out housing": 0,
+    "diagnose campaign --out gap": 0,
+    "compare gap gap": 0,
+    "compare gap gap --out change": 0,
+    "printed-tables --out printed_tables": 0,
+    "blind-check --kind element --cases 2 --no-keep --out check": 0,
+}
+#: Minutes, or bodies of minutes; tests of their own hold the documents they write against schemas.
+MINUTES = {"run", "join", "pin-fit", "table-5", "order-one", "gear-life", "figures"}
+
+
+def checked(text):
+    """The document of a line; it fails where that does not fulfil the schema."""
+    document = json.loads(text)
+    error = jsonschema.exceptions.best_match(VALIDATOR.iter_errors(document))
+    assert error is None, f"{error.json_path}: {error.message[:300]}"
+    return document
+
+
+def write_copied_record(folder):
+    """Write a campaign whose second record is a copy of the first: a finding."""
+    runs = [run_case("LC1", duration=6.0), run_case("LC2", duration=6.0)]
+    write_campaign(carrier_campaign(runs), folder)
+    (folder / "LC2.csv").write_bytes((folder / "LC1.csv").read_bytes())
+
+
+def test_quick_commands_and_refusals_print_what_the_schema_says(command, tmp_path):
+    write_copied_record(tmp_path / "campaign")
+    for line, code in QUICK.items():
+        done = command(*line.split(), "--json")
+        assert done.returncode == code, (line, done.stderr)
+        told = checked(done.stdout)
+        name = line.split()[0]
+        assert told["command"] == (name if name in COMMANDS else None)
+        assert told["exit_code"] == code
+        if code == 2:
+            assert told["format"] == "carrierflex-refusal"
+            assert done.stderr == f"carrierflex: {told['error']}\n"
+        else:
+            assert told["met"] is (code == 0)
+
+
+def test_what_was_given_and_written_is_told(command, tmp_path):
+    told = checked(command("mesh", "--size", "0.1", "--out", "a.msh", "--json").stdout)
+    assert told["given"] == {"size": 0.1, "out": "a.msh"}
+    assert told["written"] == ["a.msh"]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"exit_code": 3},
+        {"command": "diagnoze"},
+        {"result": {"n_tets": 1}},
+        {"elapsed": 1.0},
+        {"format": "carrierflex-refusal"},
+    ],
+)
+def test_another_key_value_or_result_breaks_the_schema(command, change):
+    told = checked(command("mesh", "--size", "0.1", "--out", "a.msh", "--json").stdout)
+    assert list(VALIDATOR.iter_errors(told | change))
+
+
+@pytest.mark.long
+def test_every_other_command_prints_what_the_schema_says(command, tmp_path):
+    write_copied_record(tmp_path / "copied")
+    command("new-campaign", "--kind", "carrier", "--from", "copied/LC1.csv", "--out", "map.toml")
+    tried = {line.split()[0] for line in (*QUICK, *LONG)}
+    assert tried | MINUTES == set(COMMANDS), "a command is tried by no line"
+    for line, code in LONG.items():
+        done = command(*line.split(), "--json")
+        assert done.returncode == code, (line, done.stderr)
+        assert checked(done.stdout)["exit_code"] == code
