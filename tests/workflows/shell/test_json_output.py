@@ -116,7 +116,7 @@ def test_every_other_command_prints_what_the_schema_says(command, tmp_path):
     write_copied_record(tmp_path / "copied")
     command("new-campaign", "--kind", "carrier", "--from", "copied/LC1.csv", "--out", "map.toml")
     tried = {line.split()[0] for line in (*QUICK, *LONG)}
-    assert tried | MINUTES == set(COMMANDS), "a command is tried by no line"
+    assert (tried & set(COMMANDS)) | MINUTES == set(COMMANDS), "a command is tried by no line"
     for line, code in LONG.items():
         done = command(*line.split(), "--json")
         assert done.returncode == code, (line, done.stderr)
