@@ -1,7 +1,8 @@
 """Runs whose signals belong to the inputs of another run: records filed under the wrong name.
 
-The fitted baseline, though it has met the wrong pairs, predicts the signals of a run better from
-the inputs that belong to them. The best assignment of signals to inputs is refitted.
+The fitted baseline predicts the signals of a run from the inputs that belong to them, though not
+always better than from the wrong ones, which it has been fitted to: runs that fit each other's
+inputs nearly as well are exchanged and the baseline refitted, which tells.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -17,8 +18,10 @@ from carrierflex.identification.campaign_check.campaign_warning import key_of
 
 FloatArray = NDArray[np.float64]
 
-#: Square that another assignment must leave of what the stated one leaves to be refitted.
-_BETTER = 0.9
+#: Square of two exchanged runs over that of the stated ones up to which they are refitted, and the
+#: pairs that are, the best first.
+_NEARLY_AS_GOOD = 1.1
+_MOST_PAIRS = 3
 
 
 def exchanged_runs(
@@ -26,7 +29,7 @@ def exchanged_runs(
     campaign: Campaign,
     refitted: Callable[[Campaign], float],
 ) -> tuple[WiringRival, ...]:
-    """Baseline refitted with the signals of runs exchanged, where that looks better.
+    """Baseline refitted with the signals of runs exchanged, where that may be better.
 
     Parameters
     ----------
@@ -40,47 +43,53 @@ def exchanged_runs(
     Returns
     -------
     tuple of WiringRival
-        One, or none where every run fits its own inputs best. Only runs of one length can be
-        exchanged.
+        The exchange that leaves least, or none where every run fits its own inputs far better.
+        Only runs of one length can be exchanged.
     """
     if {record.run for record in records} != {run.name for run in campaign.runs}:
         return ()
-    source = _better_sources(records)
-    if not source:
+    tried = [(refitted(_exchanged(campaign, source)), source) for source in _sources(records)]
+    tried = [(left, source) for left, source in tried if np.isfinite(left)]
+    if not tried:
         return ()
+    left, source = min(tried, key=lambda pair: pair[0])
+    text = ", ".join(f"the signals of {other} as those of {name}" for name, other in source.items())
+    return (WiringRival(RUN_ORDER, ", ".join(source), text, left, key_of("[[runs]]", "file")),)
+
+
+def _exchanged(campaign: Campaign, source: Mapping[str, str]) -> Campaign:
+    """Campaign with the signals of each run taken from its source."""
     runs = {run.name: run for run in campaign.runs}
-    exchanged = replace(
+    own = [(run, runs[source.get(run.name, run.name)]) for run in campaign.runs]
+    return replace(
         campaign,
         runs=tuple(
-            replace(
-                run,
-                signals=runs[source.get(run.name, run.name)].signals,
-                predictions=runs[source.get(run.name, run.name)].predictions,
-            )
-            for run in campaign.runs
+            replace(run, signals=other.signals, predictions=other.predictions) for run, other in own
         ),
     )
-    text = ", ".join(f"the signals of {other} as those of {name}" for name, other in source.items())
-    left = refitted(exchanged)
-    rival = WiringRival(RUN_ORDER, ", ".join(source), text, left, key_of("[[runs]]", "file"))
-    return (rival,) if np.isfinite(left) else ()
 
 
-def _better_sources(records: Sequence[PredictedRecord]) -> Mapping[str, str]:
-    """Run whose signals fit the inputs of each run better; empty where all stand right."""
+def _sources(records: Sequence[PredictedRecord]) -> list[dict[str, str]]:
+    """Run whose signals each run takes, for every exchange that is refitted."""
     lengths: dict[int, list[PredictedRecord]] = {}
     for record in records:
         lengths.setdefault(record.time.size, []).append(record)
-    source: dict[str, str] = {}
+    best: dict[str, str] = {}
+    pairs: list[tuple[float, dict[str, str]]] = []
     for alike in lengths.values():
         square = np.array([[_square(inputs, signals) for signals in alike] for inputs in alike])
         if not np.isfinite(square).all():
             continue
         _, order = linear_sum_assignment(square)
-        same = np.arange(order.size)
-        if square[same, order].sum() < _BETTER * np.trace(square):
-            source |= {alike[k].run: alike[order[k]].run for k in same if order[k] != k}
-    return source
+        best |= {alike[k].run: alike[j].run for k, j in enumerate(order.tolist()) if j != k}
+        stated = np.diag(square)
+        ratio = (square + square.T) / np.maximum(stated[:, None] + stated, np.finfo(float).tiny)
+        for i, j in zip(*np.triu_indices(len(alike), 1), strict=True):
+            one, other = alike[i].run, alike[j].run
+            pairs.append((float(ratio[i, j]), {one: other, other: one}))
+    nearly = sorted((pair for pair in pairs if pair[0] < _NEARLY_AS_GOOD), key=lambda pair: pair[0])
+    sources = [best, *(source for _, source in nearly[:_MOST_PAIRS])]
+    return [own for k, own in enumerate(sources) if own and own not in sources[:k]]
 
 
 def _square(inputs: PredictedRecord, signals: PredictedRecord) -> float:
