@@ -40,7 +40,8 @@ class Fault:
     change : callable
         ``(campaign, rng) -> campaign`` with the fault.
     effects : tuple of str
-        Effects of the library that are this fault: a diagnosis that names one of them has told it.
+        Effects of the library that are this fault: a diagnosis that names one of them, or its
+        class, has told it.
     """
 
     name: str

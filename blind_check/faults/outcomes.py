@@ -1,13 +1,13 @@
 """What becomes of a fault of the measuring chain.
 
 Detected: ``check`` gives a finding that the campaign without the fault does not give, the campaign
-is refused, or the diagnosis names the effect of the library that the fault is. Harmless: the
-verdict stays, and the interval of every parameter holds the value without the fault. Moved: the
-verdict stays and a value without the fault lies outside its new interval, but the two intervals
-overlap: what a test of five per cent cannot tell from chance. Equivalent: the baseline fits the
-records with the fault as well as those without, so that they are the records of another machine (a
-force in other units, of a stiffer and heavier one) and no check of records can tell. Missed: the
-rest.
+is refused, or the diagnosis names the effect of the library that the fault is, or its class (gain
+of a sensor). Harmless: the verdict stays, and the interval of every parameter holds the value
+without the fault. Moved: the verdict stays and a value without the fault lies outside its new
+interval, but the two intervals overlap: what a test of five per cent cannot tell from chance.
+Equivalent: the baseline fits the records with the fault as well as those without, so that they are
+the records of another machine (a force in other units, of a stiffer and heavier one) and no check
+of records can tell. Missed: the rest.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,6 +19,7 @@ from carrierflex.blind_check.faults.fault_table import Fault
 from carrierflex.diagnosis.baseline_check import checked_baseline, with_findings
 from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
+from carrierflex.diagnosis.inference.results import CLASS_NAMED
 from carrierflex.diagnosis.kinds import problem_of, wiring_of
 from carrierflex.diagnosis.results import Diagnosis
 from carrierflex.fe.deflection_curves import DeflectionCurve
@@ -117,7 +118,7 @@ class _Answer:
 
 def _consequence(fault: Fault, before: _Answer, after: _Answer) -> tuple[str, set[str]]:
     """Outcome of a fault that no finding tells, and by what."""
-    named = set(after.diagnosis.attribution.effects) & set(fault.effects)
+    named = _named(fault, after.diagnosis)
     if named:
         return DETECTED, named
     verdict = set(_verdict_change(before.diagnosis, after.diagnosis))
@@ -130,6 +131,15 @@ def _consequence(fault: Fault, before: _Answer, after: _Answer) -> tuple[str, se
     if not verdict and max(moved.values()) < _APART:
         return MOVED, by
     return MISSED, by
+
+
+def _named(fault: Fault, diagnosis: Diagnosis) -> set[str]:
+    """Effects, or where a class is named its class, that are the fault."""
+    if diagnosis.verdict == CLASS_NAMED and diagnosis.classes is not None:
+        holding = diagnosis.classes.classes_of_law
+        classes = {name for effect in fault.effects for name in holding.get(effect, ())}
+        return classes & {found.id for found in diagnosis.classes.classes}
+    return set(diagnosis.attribution.effects) & set(fault.effects)
 
 
 def _records_checks(campaign: Campaign, curves: Curves) -> set[str]:

@@ -1,6 +1,7 @@
 """Every fault changes what it says, and nothing else; what becomes of it is told rightly."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -97,3 +98,23 @@ def test_outcomes_are_told_by_checks_by_names_and_by_what_moved(monkeypatch):
     assert any("rho_" in text for text in equivalent.by)
     late = fault_outcomes(campaign, [faults["clock of one file drifts"]], 1, curves)
     assert [outcome.outcome for outcome in late] == [MISSED]
+
+
+@pytest.mark.parametrize(
+    ("found", "expected"),
+    [("channel/gain/none", DETECTED), ("housing/tilt/torque", MISSED)],
+)
+def test_a_fault_is_told_where_its_class_is_named(found, expected):
+    fault = next(fault for fault in faults_of("carrier") if "sensor_gain" in fault.effects)
+    nothing = SimpleNamespace(effects=(), parameters={})
+    classes = SimpleNamespace(
+        classes=(SimpleNamespace(id=found),),
+        classes_of_law={"sensor_gain": ("channel/gain/none",), "x": ("housing/tilt/torque",)},
+    )
+    before = SimpleNamespace(verdict="at_noise_floor", attribution=nothing, classes=None)
+    after = SimpleNamespace(verdict="class_named", attribution=nothing, classes=classes)
+    outcome, by = outcomes._consequence(
+        fault, outcomes._Answer(before, 1.0), outcomes._Answer(after, 2.0)
+    )
+    assert outcome == expected
+    assert expected == MISSED or by == {found}
