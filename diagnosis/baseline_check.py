@@ -86,7 +86,7 @@ def checked_baseline(
     warnings = [*_at_bounds(fit), *_quiet(campaign, before, floor)]
     if before <= _GAP * floor:
         # A visible gap would be taken for a delay; and there a delay is an effect of the library.
-        warnings += _late(wiring, fit.theta)
+        warnings += _late(wiring, campaign, fit.theta)
         return BaselineCheck(tuple(warnings), ())
     tried = list(wiring.rivals())
     records = wiring.predictions(fit.theta) if np.isfinite(before) else ()
@@ -194,9 +194,15 @@ def _wiring_warning(rival: WiringRival, share: float) -> CampaignWarning:
     )
 
 
-def _late(wiring: WiringChecks, theta: FloatArray) -> Iterator[CampaignWarning]:
-    """Delays that move the baseline's parameters without a gap."""
+def _late(wiring: WiringChecks, campaign: Campaign, theta: FloatArray) -> Iterator[CampaignWarning]:
+    """Delays that move the baseline's parameters without a gap.
+
+    What happens between two samples is the interpolation's: a small part of a step is no delay.
+    """
+    smallest = SMALLEST_DRIFT * min(mean_step(run.time) for run in campaign.runs)
     for late in late_signals(wiring.linear(theta)):
+        if abs(late.seconds) <= smallest:
+            continue
         sure = f"{abs(late.seconds) / late.std:.0f} standard deviations"
         yield _delay_warning(late.run, late.seconds, sure)
 

@@ -9,6 +9,7 @@ alone carry none of that noise.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,10 @@ FloatArray = NDArray[np.float64]
 _ROUNDS = 6
 #: Damping ratio of the first instrument, and the least one of any.
 _FIRST_DAMPING, _LEAST_DAMPING = 0.5, 1e-3
+#: Resonances over the frequency of the motion, and damping ratios, that are tried where no round
+#: gives an element.
+_RESONANCES = np.geomspace(0.1, 10.0, 25)
+_DAMPINGS = (0.01, 0.05, 0.2)
 
 
 def linear_element(
@@ -59,8 +64,24 @@ def linear_element(
        variable method.
     """
     frequency = _typical_frequency(records)
+    first = (1.0, frequency**2, 2.0 * _FIRST_DAMPING * frequency, 0.0)
+    best, least = _refined(records, first, start, mass)
+    if not np.isfinite(least):
+        # A drive of one line tells stiffness less inertia only: both came out as nothing.
+        searched = _searched(records, frequency, mass)
+        if searched is not None:
+            best, _ = _refined(records, searched, searched, mass)
+    return best
+
+
+def _refined(
+    records: Sequence[ElementRecord],
+    instrument: tuple[float, float, float, float],
+    start: tuple[float, float, float, float],
+    mass: float | None,
+) -> tuple[tuple[float, float, float, float], float]:
+    """Best of a start and of what the rounds from an instrument give, and its misfit."""
     best, least = start, _misfit(records, start)
-    instrument = (1.0, frequency**2, 2.0 * _FIRST_DAMPING * frequency, 0.0)
     for _ in range(_ROUNDS):
         found = _instrumental(records, instrument, mass)
         if found is None:
@@ -69,7 +90,32 @@ def linear_element(
         if misfit < least:
             best, least = found, misfit
         instrument = found
-    return best
+    return best, least
+
+
+def _searched(
+    records: Sequence[ElementRecord], frequency: float, mass: float | None
+) -> tuple[float, float, float, float] | None:
+    """Element of some resonances and dampings about a frequency [rad/s] that predicts best.
+
+    Where none is given the mass is what scales the response of one kilogram.
+    """
+    found = []
+    measured = np.concatenate([own.response[own.block >= 0] for own in records])
+    for resonance, damping in product(frequency * _RESONANCES, _DAMPINGS):
+        m = mass or 1.0
+        unit = (m, m * resonance**2, 2.0 * m * damping * resonance, 0.0)
+        to_force = np.concatenate([_response(own, unit)[own.block >= 0] for own in records])
+        # A constant force bends the spring, once it has come to rest.
+        constant = np.full(to_force.size, -1.0 / unit[1])
+        if mass is None:
+            factor, bent = design_solution(np.column_stack([to_force, constant]), measured)
+        else:
+            factor, bent = 1.0, float(np.mean(to_force - measured)) * unit[1]
+        if factor > 0.0:
+            element = (m / factor, unit[1] / factor, unit[2] / factor, float(bent) / factor)
+            found.append((_misfit(records, element), element))
+    return min(found)[1] if found else None
 
 
 def element_scale(model: ElementModel, records: Sequence[ElementRecord]) -> ElementScale:

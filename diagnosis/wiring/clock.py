@@ -25,7 +25,7 @@ FloatArray = NDArray[np.float64]
 _BLOCKS = 8
 _LARGEST = 0.25
 _SURE = 3.0
-#: Drift over a record in steps of time below which nothing is told.
+#: Drift over a record, or delay, in steps of time below which nothing is told.
 SMALLEST_DRIFT = 0.1
 #: Runs that are refitted, the surest first.
 _MOST_RUNS = 3

@@ -211,9 +211,14 @@ def _local_median(values: FloatArray) -> FloatArray:
     if values.size <= width:
         return np.full(values.size, float(np.median(values)))
     centres = np.arange(0, values.size, width // 4)
-    medians = [
-        np.median(values[max(c - width // 2, 0) : c + width // 2 + 1]) for c in centres.tolist()
-    ]
+    first = centres - width // 2
+    inside = (first >= 0) & (first + width <= values.size)
+    medians = np.empty(centres.size)
+    windows = np.lib.stride_tricks.sliding_window_view(values, width)
+    medians[inside] = np.median(windows[first[inside]], axis=1)
+    # Shorter ones at both ends.
+    for k in np.flatnonzero(~inside).tolist():
+        medians[k] = np.median(values[max(first[k], 0) : first[k] + width])
     return np.interp(np.arange(values.size), centres, medians)
 
 

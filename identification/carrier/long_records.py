@@ -121,7 +121,7 @@ class _Groups:
         self._step = 0.0
 
     def rows_by_group(self, angle: NDArray[np.float64]) -> list[NDArray[np.int64]]:
-        """Rows of a piece that belong to each group.
+        """Rows of a piece that belong to each group, up to the last one that it meets.
 
         Groups are put together first where they no longer suffice.
         """
@@ -149,8 +149,9 @@ class _Groups:
             self._pair()
         number = np.floor(turns / self._length).astype(np.int64)
         order = np.argsort(number, kind="stable")
-        bounds = np.searchsorted(number[order], np.arange(LARGEST_GROUPS + 1))
-        return [order[bounds[k] : bounds[k + 1]] for k in range(LARGEST_GROUPS)]
+        n_met = int(number.max()) + 1
+        bounds = np.searchsorted(number[order], np.arange(n_met + 1))
+        return [order[bounds[k] : bounds[k + 1]] for k in range(n_met)]
 
     def whole_revolutions(self, run: str) -> RevolutionSums:
         """Groups of whole revolutions."""

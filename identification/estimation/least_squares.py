@@ -135,7 +135,7 @@ def joint_fit(equations: Sequence[NormalEquations], shared: Sequence[bool]) -> J
     unknowns = basis @ ((basis.T @ right_side) / eigenvalues[kept])
     fewest = min(run.n_revolutions for run in equations)
     if fewest >= FEWEST_REVOLUTIONS:
-        covariance = _jackknife(equations, positions, basis, matrix, right_side)
+        covariance = _jackknife(equations, positions, basis, eigenvalues[kept], unknowns)
         freedom, source = fewest - 1, JACKKNIFE
     else:
         covariance, freedom = _classical(equations, positions, basis, eigenvalues[kept], unknowns)
@@ -208,19 +208,26 @@ def _jackknife(
     equations: Sequence[NormalEquations],
     positions: NDArray[np.int64],
     basis: NDArray[np.float64],
-    matrix: NDArray[np.float64],
-    right_side: NDArray[np.float64],
+    eigenvalues: NDArray[np.float64],
+    unknowns: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Covariance from the solutions without one revolution each, run by run."""
-    reduced_matrix, reduced_right = basis.T @ matrix @ basis, basis.T @ right_side
+    """Covariance from the solutions without one revolution each, run by run.
+
+    Without the sums ``D, d`` of a revolution, which meet the few unknowns E of its run only, the
+    solution ``(N - E D E.T)^-1 (b - E d)`` moves by ``N^-1 E z`` with ``z = (I - D A)^-1 D (E.T p
+    - A d) - d`` and ``A = E.T N^-1 E`` (Woodbury): no system of all unknowns is solved again.
+    """
     covariance = np.zeros((basis.shape[1], basis.shape[1]))
     for run, where in zip(equations, positions, strict=True):
-        T = np.ascontiguousarray(basis[where])
-        without = reduced_matrix - T.T @ run.matrix.sum(axis=1) @ T
-        right_sides = reduced_right - run.right_side.sum(axis=1) @ T
-        solutions = np.linalg.solve(without, right_sides[:, :, None])[:, :, 0]
-        scatter = solutions - solutions.mean(axis=0)
-        covariance += (run.n_revolutions - 1) / run.n_revolutions * scatter.T @ scatter
+        along = basis[where] / eigenvalues
+        A = along @ basis[where].T
+        D = run.matrix.sum(axis=1)
+        d = run.right_side.sum(axis=1)
+        missed = (D @ (unknowns[where] - d @ A.T)[:, :, None])[:, :, 0]
+        moves = np.linalg.solve(np.eye(where.size) - D @ A, missed[:, :, None])[:, :, 0] - d
+        scatter = moves - moves.mean(axis=0)
+        share = (run.n_revolutions - 1) / run.n_revolutions
+        covariance += share * along.T @ (scatter.T @ scatter) @ along
     return basis @ covariance @ basis.T
 
 

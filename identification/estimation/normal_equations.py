@@ -62,6 +62,8 @@ class NormalEquations:
 
     def with_columns(self, columns: Sequence[int]) -> "NormalEquations":
         """Equations of the model that keeps only some coefficients, in the order of `columns`."""
+        if list(columns) == list(range(self.matrix.shape[-1])):
+            return self
         kept = np.asarray(columns, dtype=np.int64)
         matrix = self.matrix[:, :, kept[:, None], kept[None, :]]
         return NormalEquations(

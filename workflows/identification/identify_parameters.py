@@ -19,6 +19,7 @@ from carrierflex.identification.campaign.angle_resampling import resampled_to_an
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign.campaign_header import CampaignHeader
+from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.document_files import read_campaign_header
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
@@ -56,7 +57,8 @@ from carrierflex.workflows.support.progress import Stages
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Runs whose signals are drawn, those that the model explains least: nobody looks at hundreds.
+#: Runs whose signals are drawn, and sensors of each, those that the model explains least: nobody
+#: looks at hundreds.
 _MOST_DRAWN = 12
 #: Model and estimate by model name and run.
 Fits = Mapping[str, Mapping[str, tuple[CarrierModel, ParameterEstimate]]]
@@ -371,12 +373,25 @@ def _figures(measured: Campaign, fits: Fits, model: str) -> Iterator[tuple[str, 
     def rms(run: Run) -> float:
         return estimates[model][run.name].rms_by_run[run.name]
 
-    channels = axial_channels(measured)
     least = {run.name for run in sorted(measured.runs, key=rms)[-_MOST_DRAWN:]}
     for run in measured.runs:
         if run.name in least:
             shown = [by_run[run.name] for by_run in fits.values()]
+            channels = _least_explained(
+                axial_channels(measured), estimates[model][run.name].rms_by_channel[run.name]
+            )
             yield f"signals_{Path(run.file).stem}.png", signals_figure(run, channels, shown)
+
+
+def _least_explained(channels: tuple[Channel, ...], rms: Mapping[str, float]) -> list[Channel]:
+    """Sensors that are drawn, in their order."""
+
+    def size(channel: Channel) -> tuple[bool, float]:
+        """RMS; none where the channel is missing in the run, which comes first."""
+        return rms[channel.name] >= 0.0, rms[channel.name]
+
+    drawn = sorted(channels, key=size)[-_MOST_DRAWN:]
+    return [channel for channel in channels if channel in drawn]
 
 
 def _models(

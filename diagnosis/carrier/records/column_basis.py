@@ -91,20 +91,23 @@ def column_basis(
         Earlier columns before later ones.
     """
     n_samples = max(_FEWEST, _SAMPLES // len(runs))
-    parts: list[list[FloatArray]] = [[] for _ in channels]
-    for run in runs:
-        columns = RunColumns(run, source)
-        for c, channel in enumerate(channels):
-            parts[c].append(columns.some(channel, n_samples)[1:])
-    tables = [np.concatenate(part, axis=1) for part in parts]
-    tables = [table[:, np.isfinite(table).all(axis=0)] for table in tables]
-    found = [_combinations(table) for table in tables]
-    largest = np.array([np.abs(table).max(axis=1, initial=0.0) for table in tables])
-    size = max(members.size for members, _ in found)
-    weights = np.zeros((len(channels), len(parts[0][0]), size))
-    for c, (members, own) in enumerate(found):
-        weights[c, :, : members.size] = own
-    return ColumnBasis(tuple(members for members, _ in found), weights, largest)
+    members = []
+    of_channels = []
+    largest = []
+    # Channel by channel: the columns of all of them are several times the records.
+    for channel in channels:
+        parts = [RunColumns(run, source).some(channel, n_samples)[1:] for run in runs]
+        table = np.concatenate(parts, axis=1)
+        table = table[:, np.isfinite(table).all(axis=0)]
+        chosen, own = _combinations(table)
+        members.append(chosen)
+        of_channels.append(own)
+        largest.append(np.abs(table).max(axis=1, initial=0.0))
+    size = max(chosen.size for chosen in members)
+    weights = np.zeros((len(channels), len(largest[0]), size))
+    for c, own in enumerate(of_channels):
+        weights[c, :, : own.shape[1]] = own
+    return ColumnBasis(tuple(members), weights, np.array(largest))
 
 
 def _combinations(rows: FloatArray) -> tuple[IntArray, FloatArray]:

@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from carrierflex.blind_check.case_plans import case_plans
+from carrierflex.blind_check.truth.campaigns import case_campaign
+from carrierflex.diagnosis.element import linear
 from carrierflex.diagnosis.element.linear import linear_element
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.element.records import element_records
-from carrierflex.diagnosis.inference.effect_fit import fit_effects
+from carrierflex.diagnosis.inference.effect_fit import fit_effects, mean_square_left
+from carrierflex.diagnosis.kinds import problem_of
 from tests.diagnosis.element.element_campaigns import (
     DAMPING,
     MASS,
@@ -84,3 +88,23 @@ def test_a_long_gap_in_a_record_leaves_the_other_blocks():
     for record in records:
         assert sorted(set(record.block[record.block >= 0])) == list(range(record.n_blocks))
     assert (records[0].block[1000:2200] == -1).all()
+
+
+def test_where_no_round_gives_an_element_resonances_are_tried(monkeypatch):
+    """Mass and spring of zero, on which every simulation runs away, are no start."""
+    exact = element_records(force_campaign(no_law, amplitudes=(2.0, 2.0), noise=1e-6))
+    monkeypatch.setattr(linear, "_instrumental", lambda records, instrument, mass: None)
+    for mass in (None, MASS):
+        m, K1, C1, _ = linear_element(exact, (0.0, 0.0, DAMPING, 0.0), mass=mass)
+        # Resonances are tried at steps of 21 %.
+        assert_allclose([m, K1], [MASS, STIFFNESS], rtol=0.4)
+        assert C1 > 0.0
+
+
+@pytest.mark.long
+def test_the_baseline_follows_sines_above_its_resonance():
+    """A blind check's case with nothing missing whose every start ran away."""
+    plan = next(p for p in case_plans("element", 602, 303) if p.name == "element-0165")
+    problem, _ = problem_of(case_campaign(plan)[0], None)
+    left = mean_square_left(problem, fit_effects(problem, ()))
+    assert left < 1.2 * problem.noise_square.sum() / problem.cell_counts.sum()
