@@ -7,11 +7,11 @@ the signals up to a constant of each sensor, its RMS is never above that of M1, 
 are not negative.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from carrierflex.fe.curve_files import read_curves
 from carrierflex.fe.deflection_curves import DeflectionCurve
@@ -19,9 +19,7 @@ from carrierflex.identification.campaign.angle_resampling import resampled_to_an
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign.campaign_header import CampaignHeader
-from carrierflex.identification.campaign.declarations import Channel
 from carrierflex.identification.campaign.document_files import read_campaign_header
-from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.identification.campaign_check.records_check import records_findings
 from carrierflex.identification.carrier.carrier_identification import (
@@ -45,23 +43,14 @@ from carrierflex.identification.carrier.piecewise_identification import identify
 from carrierflex.identification.carrier.pin_angle import identify_with_pin_angle
 from carrierflex.identification.carrier.robust_loss import Outliers, flagged_outliers
 from carrierflex.identification.estimate_files import identification_document, write_identification
-from carrierflex.identification.view import parameters_figure, rms_figure, signals_figure
+from carrierflex.workflows.identification.identified_figures import Fits, write_figures
 from carrierflex.workflows.identification.identify_bushings import (
     BushingIdentification,
     BushingOptions,
     identify,
 )
-from carrierflex.workflows.support.outputs import prepared_folder, save_figure
+from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-#: Runs whose signals are drawn, and sensors of each, those that the model explains least: nobody
-#: looks at hundreds.
-_MOST_DRAWN = 12
-#: Model and estimate by model name and run.
-Fits = Mapping[str, Mapping[str, tuple[CarrierModel, ParameterEstimate]]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -318,7 +307,7 @@ def _written(
             warnings=warnings,
         )
         write_identification(out / "identification.json", document)
-        names = _drawn(out, measured, fits, model)
+        names = write_figures(out, measured, fits, model)
     files = tuple(out / name for name in ("identification.json", *names))
     return Identification(measured.name, model, estimates, seconds, files, outliers, warnings)
 
@@ -347,51 +336,6 @@ def _outliers(
             run, {c.name: residual_signal(run, c, model, estimate) for c in channels}
         )
     return tuple(outliers)
-
-
-def _drawn(out: Path, measured: Campaign, fits: Fits, model: str) -> tuple[str, ...]:
-    """Write the plots into `out`, each before the next is made; their names."""
-    names = []
-    for name, figure in _figures(measured, fits, model):
-        save_figure(out / name, figure)
-        names.append(name)
-    return tuple(names)
-
-
-def _figures(measured: Campaign, fits: Fits, model: str) -> Iterator[tuple[str, "Figure"]]:
-    """Plots and their file names.
-
-    Signals of the runs that `model` explains least.
-    """
-    estimates = {
-        name: {run: estimate for run, (_, estimate) in by_run.items()}
-        for name, by_run in fits.items()
-    }
-    yield "rms.png", rms_figure(estimates)
-    yield "parameters.png", parameters_figure(estimates)
-
-    def rms(run: Run) -> float:
-        return estimates[model][run.name].rms_by_run[run.name]
-
-    least = {run.name for run in sorted(measured.runs, key=rms)[-_MOST_DRAWN:]}
-    for run in measured.runs:
-        if run.name in least:
-            shown = [by_run[run.name] for by_run in fits.values()]
-            channels = _least_explained(
-                axial_channels(measured), estimates[model][run.name].rms_by_channel[run.name]
-            )
-            yield f"signals_{Path(run.file).stem}.png", signals_figure(run, channels, shown)
-
-
-def _least_explained(channels: tuple[Channel, ...], rms: Mapping[str, float]) -> list[Channel]:
-    """Sensors that are drawn, in their order."""
-
-    def size(channel: Channel) -> tuple[bool, float]:
-        """RMS; none where the channel is missing in the run, which comes first."""
-        return rms[channel.name] >= 0.0, rms[channel.name]
-
-    drawn = sorted(channels, key=size)[-_MOST_DRAWN:]
-    return [channel for channel in channels if channel in drawn]
 
 
 def _models(

@@ -53,7 +53,7 @@ def test_m2_finds_the_truth_and_writes_it_with_the_plots(tmp_path, campaign):
 def test_each_plot_is_written_before_the_next_is_made_and_hundreds_are_not(
     tmp_path, campaign, monkeypatch
 ):
-    module = "carrierflex.workflows.identification.identify_parameters"
+    module = "carrierflex.workflows.identification.identified_figures"
     alive = weakref.WeakSet()
     most = []
     drawn = []
@@ -64,7 +64,10 @@ def test_each_plot_is_written_before_the_next_is_made_and_hundreds_are_not(
             most.append(len(alive))
 
     def signals(run, channels, fits):
-        drawn.append((run.name, fits[-1][1].rms_by_run[run.name]))
+        estimate = fits[-1][1]
+        drawn.append((run.name, estimate.rms_by_run[run.name]))
+        by_channel = estimate.rms_by_channel[run.name]
+        assert [channel.name for channel in channels] == [max(by_channel, key=by_channel.get)]
         return Plot()
 
     monkeypatch.setattr(f"{module}.signals_figure", signals)
