@@ -24,9 +24,10 @@ BESIDE_COLUMNS = "prediction columns"
 SORTS = (WITHOUT_EFFECT, WITH_EFFECT, BESIDE_COLUMNS)
 
 #: Campaigns by kind, in the order of `SORTS`: 200 in all, 55 with effects, 20 with columns.
-_COUNTS = {"carrier": (80, 30, 10), "element": (35, 20, 8), "mounting": (10, 5, 2)}
-#: Cases of a plan for each campaign that is wanted of it: one in ten holds nothing.
-_PLANNED = 14
+_COUNTS = {"carrier": (80, 30, 4), "element": (35, 20, 14), "mounting": (10, 5, 2)}
+#: Cases of the plan that they are taken from: of a carrier's one in fifteen holds nothing, of an
+#: element's one in five.
+_PLANNED = {"carrier": 1260, "element": 602, "mounting": 168}
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ def clean_cases(seed: int) -> Iterator[CleanCase]:
         Seed of the plans; the same one gives the same campaigns.
     """
     for kind, (n_without, n_with, n_columns) in _COUNTS.items():
-        plans = case_plans(kind, _PLANNED * (n_without + n_columns), seed)
+        plans = case_plans(kind, _PLANNED[kind], seed)
         without = [plan for plan in plans if plan.family == NOTHING]
         # A cause outside the library may be a tone or a jump, which a check is right to tell.
         missing = [plan for plan in plans if plan.family not in (NOTHING, OUTSIDE)]

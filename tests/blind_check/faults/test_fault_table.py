@@ -8,6 +8,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from carrierflex.blind_check.faults import outcomes
+from carrierflex.blind_check.faults.clean_campaigns import SORTS, clean_cases
 from carrierflex.blind_check.faults.fault_table import Fault, faults_of
 from carrierflex.blind_check.faults.outcomes import (
     DETECTED,
@@ -98,6 +99,11 @@ def test_outcomes_are_told_by_checks_by_names_and_by_what_moved(monkeypatch):
     assert any("rho_" in text for text in equivalent.by)
     late = fault_outcomes(campaign, [faults["clock of one file drifts"]], 1, curves)
     assert [outcome.outcome for outcome in late] == [MISSED]
+
+
+def test_clean_campaigns_are_two_hundred():
+    sorts = [case.sort for case in clean_cases(1)]
+    assert [sorts.count(sort) for sort in SORTS] == [125, 55, 20]
 
 
 @pytest.mark.parametrize(
