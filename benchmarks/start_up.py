@@ -3,9 +3,10 @@
     python -m benchmarks.start_up [PAIRS]
 
 Whole processes in pairs, one of ours and one of the peer's in turn, so that a machine whose speed
-drifts slows both; of all commands the slowest is shown.
+drifts slows both; of all commands the slowest is shown, by wall time and by processor time.
 """
 
+import os
 import statistics
 import subprocess
 import sys
@@ -14,7 +15,7 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from benchmarks.ratio import TIME, Ratio, at_least
+from benchmarks.ratio import PROCESSOR_TIME, TIME, Ratio, at_least
 from benchmarks.refused_lines import with_bad_toml, with_unknown_option, write_bad_files
 from benchmarks.run import run_alone
 from carrierflex.workflows.shell.commands import COMMANDS
@@ -51,28 +52,40 @@ def ratios(pairs: int = 5) -> Iterator[Ratio]:
         folder = Path(name)
         write_bad_files(folder)
         for case, of_case in lines.items():
-            yield _slowest(case, of_case, folder, pairs)
+            yield from _slowest(case, of_case, folder, pairs)
 
 
-def _slowest(case: str, lines: Sequence[list[str]], folder: Path, pairs: int) -> Ratio:
-    measured = []
-    for line in lines:
-        ours, peer = _medians([_OURS + line, _PEER], folder, pairs)
-        measured.append((ours / peer, ours, peer, line))
-    _, ours, peer, line = max(measured)
+def _slowest(case: str, lines: Sequence[list[str]], folder: Path, pairs: int) -> Iterator[Ratio]:
+    """By wall time and by processor time."""
+    measured = [(_medians([_OURS + line, _PEER], folder, pairs), line) for line in lines]
     told = case if len(lines) == 1 else f"{case}, slowest of {len(lines)}"
-    return Ratio(told, TIME, ours, "import numpy", peer, _WANTED, note=" ".join(line))
+    for number, quantity in enumerate((TIME, PROCESSOR_TIME)):
+        times = [(own[number], peer[number], line) for (own, peer), line in measured]
+        ours, peer, line = max(times, key=lambda entry: entry[0] / entry[1])
+        yield Ratio(told, quantity, ours, "import numpy", peer, _WANTED, note=" ".join(line))
 
 
-def _medians(commands: Iterable[list[str]], folder: Path, pairs: int) -> list[float]:
-    """Median wall time of each command [s], run in turn."""
-    seconds: dict[int, list[float]] = {}
+def _medians(commands: Iterable[list[str]], folder: Path, pairs: int) -> list[tuple[float, float]]:
+    """Median wall time and processor time of each command [s], run in turn."""
+    seconds: dict[int, list[tuple[float, float]]] = {}
     for _ in range(pairs):
         for number, command in enumerate(commands):
-            start = time.perf_counter()
-            subprocess.run(command, cwd=folder, capture_output=True, check=False)
-            seconds.setdefault(number, []).append(time.perf_counter() - start)
-    return [statistics.median(own) for own in seconds.values()]
+            seconds.setdefault(number, []).append(_seconds(command, folder))
+    return [
+        (statistics.median(wall), statistics.median(processor))
+        for wall, processor in (zip(*own, strict=True) for own in seconds.values())
+    ]
+
+
+def _seconds(command: list[str], folder: Path) -> tuple[float, float]:
+    """Wall time and processor time of one process [s]."""
+    start = time.perf_counter()
+    process = subprocess.Popen(
+        command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    _, status, used = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    return time.perf_counter() - start, used.ru_utime + used.ru_stime
 
 
 if __name__ == "__main__":

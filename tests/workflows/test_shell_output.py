@@ -22,8 +22,9 @@ def test_a_schema_in_a_pipe_is_json(in_a_pipe):
     assert json.loads(shown)["title"] == "carrierflex: diagnosis"
 
 
-def test_a_table_in_a_pipe_is_never_cut(in_a_pipe):
+def test_a_table_in_a_pipe_is_never_cut_nor_filled_up(in_a_pipe):
     lines = in_a_pipe("cases").stdout.splitlines()
+    assert [line for line in lines if line != line.rstrip()] == []
     for name, title in copy_cases().titles.items():
         assert [line for line in lines if line.split()[:1] == [name] and title in line]
 

@@ -1,6 +1,7 @@
 """A command's result: a table on the screen, or JSON for programs; both into the log file."""
 
 import importlib
+import io
 import json
 import logging
 import os
@@ -175,18 +176,25 @@ def _print(done: Done) -> None:
     from rich.console import Console
     from rich.text import Text
 
-    # A pipe has no edge at which a table would be cut, or a schema broken.
-    width = None if sys.stdout.isatty() or "COLUMNS" in os.environ else _WIDTH_OF_A_PIPE
+    if not sys.stdout.isatty() and "COLUMNS" not in os.environ:
+        print(_as_text(done))
+        return
     # Names in square brackets are names, no markup.
-    console = Console(highlight=False, markup=False, width=width)
+    console = Console(highlight=False, markup=False)
     shown = _renderable(done)
     console.print(shown, soft_wrap=isinstance(shown, Text))
 
 
 def _as_text(done: Done) -> str:
-    """The table as plain text of any width."""
-    from rich.console import Console
+    """The table as plain text of any width.
 
-    console = Console(file=open(os.devnull, "w"), record=True, markup=False, width=_WIDTH_OF_A_PIPE)
-    console.print(_renderable(done))
+    A pipe has no edge at which a table would be cut, or a schema broken, and none to fill up to.
+    """
+    from rich.console import Console
+    from rich.text import Text
+
+    aside = io.StringIO()
+    console = Console(file=aside, record=True, markup=False, width=_WIDTH_OF_A_PIPE)
+    shown = _renderable(done)
+    console.print(shown, soft_wrap=isinstance(shown, Text))
     return "\n".join(line.rstrip() for line in console.export_text().splitlines())
