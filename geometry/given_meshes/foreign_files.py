@@ -33,6 +33,7 @@ _KINDS = {2: "triangle", 4: "tetra", 9: "triangle6", 11: "tetra10"}
 #: read in a process of their own, so that nothing else sees them there.
 _MORE_KINDS = {"CPS6": "triangle6", "CPS8": "quad8", "CPS9": "quad9"}
 _KINDS_OF_DECKS = meshio.abaqus._abaqus.abaqus_to_meshio_type
+_GMSH_TET10 = 11
 #: gmsh numbers the last two mid-side nodes of a quadratic tetrahedron the other way round.
 _FROM_GMSH_TET10 = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 
@@ -103,26 +104,63 @@ def abaqus_mesh(path: Path) -> ForeignMesh:
 def _by_gmsh(path: Path) -> ForeignMesh:
     with quiet_geometry():
         gmsh.merge(str(path))
-        tags, coordinates, _ = gmsh.model.mesh.getNodes()
-        row = np.zeros(int(tags.max(initial=0)) + 1, dtype=np.int64)
-        row[tags] = np.arange(len(tags))
-        return ForeignMesh(coordinates.reshape(-1, 3), list(_gmsh_blocks(row)), {})
+        _, points, row = gmsh_nodes()
+        return ForeignMesh(points, list(_gmsh_blocks(row)), {})
 
 
 def _gmsh_blocks(row: NDArray[np.int64]) -> Iterator[tuple[str, str, NDArray[np.int64]]]:
     for dimension in (2, 3):
-        for _, entity in gmsh.model.getEntities(dimension):
-            name = group_of_entity(dimension, entity)
-            kinds, _, nodes = gmsh.model.mesh.getElements(dimension, entity)
-            for kind, numbers in zip(kinds, nodes, strict=True):
-                words, _, _, n_nodes, *_ = gmsh.model.mesh.getElementProperties(kind)
-                rows = row[numbers.astype(np.int64)].reshape(-1, n_nodes)
-                if kind == 11:
-                    rows = rows[:, _FROM_GMSH_TET10]
-                yield _KINDS.get(kind, words), name, rows
+        for part in gmsh_elements(dimension, row):
+            rows = part.rows[:, _FROM_GMSH_TET10] if part.kind == _GMSH_TET10 else part.rows
+            yield _KINDS.get(part.kind, part.words), part.group, rows
 
 
-def group_of_entity(dimension: int, entity: int) -> str:
+def gmsh_nodes() -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
+    """Numbers (n,) and places (n, 3) of the nodes of gmsh's model, and the row of each number."""
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    row = np.zeros(int(tags.max(initial=0)) + 1, dtype=np.int64)
+    row[tags] = np.arange(len(tags))
+    return tags.astype(np.int64), coordinates.reshape(-1, 3), row
+
+
+@dataclass(frozen=True, eq=False)
+class GmshElements:
+    """Elements of one kind and group in gmsh's model.
+
+    Parameters
+    ----------
+    kind : int
+        gmsh's number of the kind.
+    words : str
+        gmsh's name of it.
+    places : ndarray, shape (m, d)
+        Nodes on gmsh's unit element.
+    group : str
+        Name of the group; the entity's number where it has none.
+    rows : ndarray of int, shape (k, m)
+        Rows of the nodes.
+    """
+
+    kind: int
+    words: str
+    places: NDArray[np.float64]
+    group: str
+    rows: NDArray[np.int64]
+
+
+def gmsh_elements(dimension: int, row: NDArray[np.int64]) -> Iterator[GmshElements]:
+    """Elements of a dimension in gmsh's model, `row` the rows of its numbers of nodes."""
+    for _, entity in gmsh.model.getEntities(dimension):
+        group = _group_of_entity(dimension, entity)
+        kinds, _, nodes = gmsh.model.mesh.getElements(dimension, entity)
+        for kind, numbers in zip(kinds, nodes, strict=True):
+            words, _, _, n_nodes, places, _ = gmsh.model.mesh.getElementProperties(kind)
+            rows = row[numbers.astype(np.int64)].reshape(-1, n_nodes)
+            on_unit = np.reshape(np.asarray(places, dtype=np.float64), (n_nodes, -1))
+            yield GmshElements(int(kind), words, on_unit, group, rows)
+
+
+def _group_of_entity(dimension: int, entity: int) -> str:
     """Name of the smallest physical group of an entity; its number where there is none."""
     groups = gmsh.model.getPhysicalGroupsForEntity(dimension, entity)
     names = [gmsh.model.getPhysicalName(dimension, group).strip() for group in groups]

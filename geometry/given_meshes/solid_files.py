@@ -16,7 +16,11 @@ from numpy.typing import NDArray
 from carrierflex.files.child_process import in_child, limited
 from carrierflex.files.plain_files import check_plain_file
 from carrierflex.files.shown_values import shortened
-from carrierflex.geometry.given_meshes.foreign_files import abaqus_mesh, group_of_entity
+from carrierflex.geometry.given_meshes.foreign_files import (
+    abaqus_mesh,
+    gmsh_elements,
+    gmsh_nodes,
+)
 from carrierflex.geometry.half_sector import quiet_geometry
 from carrierflex.geometry.tet_mesh import TET_EDGES
 
@@ -159,29 +163,17 @@ def _by_meshio(path: Path) -> SolidMesh:
 def _by_gmsh(path: Path) -> SolidMesh:
     with quiet_geometry():
         gmsh.merge(str(path))
-        tags, coordinates, _ = gmsh.model.mesh.getNodes()
-        row = np.zeros(int(tags.max(initial=0)) + 1, dtype=np.int64)
-        row[tags] = np.arange(len(tags))
-        return SolidMesh(
-            coordinates.reshape(-1, 3),
-            tags.astype(np.int64),
-            list(_gmsh_solids(row)),
-            dict(_gmsh_sets(row)),
-        )
+        tags, points, row = gmsh_nodes()
+        return SolidMesh(points, tags, list(_gmsh_solids(row)), dict(_gmsh_sets(row)))
 
 
 def _gmsh_solids(row: NDArray[np.int64]) -> Iterator[tuple[str, str, NDArray[np.int64]]]:
-    for _, entity in gmsh.model.getEntities(_SOLID):
-        name = group_of_entity(_SOLID, entity)
-        kinds, _, nodes = gmsh.model.mesh.getElements(_SOLID, entity)
-        for number, tags in zip(kinds, nodes, strict=True):
-            words, _, _, n_nodes, places, _ = gmsh.model.mesh.getElementProperties(number)
-            rows = row[tags.astype(np.int64)].reshape(-1, n_nodes)
-            kind = _OF_GMSH.get(int(number))
-            if kind is None:
-                yield words, name, rows
-            else:
-                yield kind, name, rows[:, _order(kind, np.reshape(places, (-1, 3)))]
+    for part in gmsh_elements(_SOLID, row):
+        kind = _OF_GMSH.get(part.kind)
+        if kind is None:
+            yield part.words, part.group, part.rows
+        else:
+            yield kind, part.group, part.rows[:, _order(kind, part.places)]
 
 
 def _order(kind: str, places: NDArray[np.float64]) -> NDArray[np.int64]:
