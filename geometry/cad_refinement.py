@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 
 from carrierflex.geometry.cad_faces import CadFace
 from carrierflex.geometry.cad_recognition.inner_edges import grade_towards, reentrant_edges
+from carrierflex.geometry.cad_recognition.quarter_points import draw_towards
 from carrierflex.geometry.half_sector import MeshingError
 
 log = logging.getLogger(__name__)
@@ -61,6 +62,22 @@ class _Refinement:
         return lc
 
 
+@dataclass(frozen=True)
+class EdgeGrading:
+    """How elements follow the singular stress at re-entrant edges.
+
+    Parameters
+    ----------
+    finer : float
+        How many times smaller elements are there, more than 1.
+    reach : float
+        Distance at which they have their full size [m].
+    """
+
+    finer: float
+    reach: float
+
+
 class CoarseMeshError(MeshingError):
     """A mesh of one size fails: its surfaces may cut one another beside a small feature."""
 
@@ -71,7 +88,7 @@ def mesh_until_sound(
     faces: tuple[CadFace, ...],
     *,
     first_pass: int = 1,
-    at_inner_edges: float = 1.0,
+    at_inner_edges: EdgeGrading | None = None,
 ) -> None:
     """Mesh gmsh's current model with quadratic tetrahedra none of which is distorted.
 
@@ -85,8 +102,9 @@ def mesh_until_sound(
         Its faces, for messages.
     first_pass : int
         1: a mesh of one size; 2: elements as small as the curvature asks for.
-    at_inner_edges : float
-        Elements at re-entrant edges are so many times smaller, from the first pass on.
+    at_inner_edges : EdgeGrading, optional
+        Elements at re-entrant edges are smaller from the first pass on, and their mid-side nodes
+        are drawn towards the edge at the end; None: a mesh of one size.
 
     Raises
     ------
@@ -101,8 +119,9 @@ def mesh_until_sound(
         gmsh.option.setNumber(option, size)
     gmsh.option.setNumber("Mesh.Algorithm3D", _HXT)
     gmsh.option.setNumber("Mesh.HighOrderThresholdMin", 2.0 * LEAST_QUALITY)
-    if at_inner_edges > 1.0:
-        grade_towards(reentrant_edges(), size, size / at_inner_edges)
+    edges = [] if at_inner_edges is None else reentrant_edges()
+    if at_inner_edges is not None:
+        grade_towards(edges, size, size / at_inner_edges.finer, at_inner_edges.reach)
     if first_pass > 1:
         _follow_curvature(refinement)
     for number in range(first_pass, MOST_PASSES + 1):
@@ -116,6 +135,8 @@ def mesh_until_sound(
         bad = quality <= LEAST_QUALITY
         log.info("%s: pass %d, worst minSJ %.3f, %d bad", what, number, quality.min(), bad.sum())
         if not bad.any():
+            n_drawn = draw_towards(edges, LEAST_QUALITY)
+            log.info("%s: %d mid-side nodes drawn to %d edges", what, n_drawn, len(edges))
             return
         if number == 1:
             _follow_curvature(refinement)
@@ -142,7 +163,12 @@ def _meshed_once(*, optimise: bool) -> None:
     gmsh.model.mesh.generate(3)
     gmsh.model.mesh.setOrder(2)
     if optimise and _qualities()[1].min() <= LEAST_QUALITY:
+        # Where it improves too little gmsh throws out of a parallel region, which ends the process;
+        # what it could not improve is judged after it anyway.
+        abort_on_error = gmsh.option.getNumber("General.AbortOnError")
+        gmsh.option.setNumber("General.AbortOnError", 0)
         gmsh.model.mesh.optimize("HighOrder")
+        gmsh.option.setNumber("General.AbortOnError", abort_on_error)
 
 
 def _qualities() -> tuple[NDArray[np.int64], NDArray[np.float64]]:

@@ -15,6 +15,7 @@ from carrierflex.files.toml_values import (
     TwoNumbers,
     key,
 )
+from carrierflex.geometry.cad_surface_files import FINER_AT_INNER_EDGES
 
 Triple = tuple[float, float, float]
 #: Units that a STEP file may be said to have.
@@ -118,8 +119,9 @@ class MeshTable(TomlTable):
         default=None,
     )
     finer_at_inner_edges: Finer = key(
-        "How many times smaller the elements of a STEP file's mesh are at re-entrant edges",
-        default=1.0,
+        "How many times smaller the elements of a STEP file's mesh are at re-entrant edges; 1: "
+        "elements of one size",
+        default=FINER_AT_INNER_EDGES,
     )
     bodies: dict[Literal["carrier", "pins"], Texts] = key(
         "Groups of elements of a mesh file that make up each body", default_factory=dict

@@ -13,8 +13,8 @@ _SHOWN = 4
 _UNKNOWN = "nothing of the solid fits; state it by hand, faces are listed by cad-faces"
 #: What one may want of the mesh; the values are those of docs/cad.md.
 _MESH_HINTS = (
-    "# Curves that change by 2 % with half the size need smaller elements at re-entrant edges:",
-    "# finer_at_inner_edges = 4",
+    "# How many times smaller elements at re-entrant edges are; 1 for elements of one size:",
+    "# finer_at_inner_edges = 2",
     "# Small holes that statics need not:",
     "# leave_out_holes_below = 0.035",
 )

@@ -229,7 +229,9 @@ def test_elements_are_smaller_at_re_entrant_edges_and_only_there():
         ends = gmsh.model.getBoundingBox(1, edge)
         assert_allclose(ends, (0.2, 0.2, 0.0, 0.2, 0.2, 0.2), atol=1e-6)
         gmsh.option.setNumber("Mesh.MeshSizeMax", 0.1)
-        grade_towards([edge], 0.1, 0.025)
+        grade_towards([edge], 0.1, 0.025, 0.15)
+        # Sizes that faces carry on into the volume would reach some three times as far.
+        assert gmsh.option.getNumber("Mesh.MeshSizeExtendFromBoundary") == 0.0
         gmsh.model.mesh.generate(1)
         lengths = {
             tag: gmsh.model.occ.getMass(1, tag) / len(gmsh.model.mesh.getElements(1, tag)[1][0])

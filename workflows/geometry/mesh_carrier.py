@@ -3,11 +3,7 @@
 from pathlib import Path
 from typing import Literal
 
-from carrierflex.geometry.carrier_mesh import (
-    DEFAULT_SIZE,
-    flexible_carrier_mesh,
-    stiff_carrier_mesh,
-)
+from carrierflex.geometry.carrier_mesh import flexible_carrier_mesh, stiff_carrier_mesh
 from carrierflex.geometry.mesh_files import check_mesh_path, write_mesh
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.geometry.quality import MeshQuality, mesh_quality
@@ -20,7 +16,7 @@ def main(
     *,
     out: Path,
     variant: Literal["stiff", "flexible"] = "flexible",
-    size: float = DEFAULT_SIZE,
+    size: float | None = None,
     step: Path | None = None,
     surfaces: Path | None = None,
     parameters: Path | None = None,
@@ -35,7 +31,8 @@ def main(
     variant
         stiff: pins bonded into the bores; flexible: no pins.
     size
-        Element edge length [m].
+        Element edge length [m]; 0.03 where it is not given, of a STEP file 0.64 of the solid's mean
+        wall (twice its volume over its surface).
     step
         STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
     surfaces
@@ -56,13 +53,14 @@ def main(
     check_mesh_path(out)
     prepared_folder(out.parent)
     stages = Stages(2, quiet)
-    with stages.stage(f"mesh of the {variant} carrier, {size} m"):
+    edge = files.element_size(size)
+    with stages.stage(f"mesh of the {variant} carrier, {edge:.4g} m"):
         if files.given:
-            mesh = files.mesh(variant, size)
+            mesh = files.mesh(variant, edge)
         elif variant == "flexible":
-            mesh = flexible_carrier_mesh(stage.carrier, size)
+            mesh = flexible_carrier_mesh(stage.carrier, edge)
         else:
-            mesh = stiff_carrier_mesh(stage.carrier, stage.pin, size)
+            mesh = stiff_carrier_mesh(stage.carrier, stage.pin, edge)
     with stages.stage(f"writing {out}"):
         write_mesh(mesh, out)
     return mesh_quality(mesh)

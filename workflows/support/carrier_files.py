@@ -16,9 +16,10 @@ from carrierflex.fe.structural_model import (
     stiff_carrier_pilots,
     structural_model,
 )
-from carrierflex.geometry.cad_mesh import step_carrier_mesh
+from carrierflex.geometry.cad_mesh import step_carrier_mesh, step_element_size
 from carrierflex.geometry.cad_surface_files import read_cad_statements
 from carrierflex.geometry.carrier_interface import CarrierInterface, carrier_interface
+from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.geometry.mesh_files import read_mesh
 from carrierflex.geometry.tet_mesh import TetMesh
 
@@ -92,6 +93,17 @@ class CarrierFiles:
     def given(self) -> bool:
         """Whether the carrier comes from carrierflex.files."""
         return self.step is not None or bool(self.meshes)
+
+    def element_size(self, given: float | None) -> float:
+        """Element size [m]: the given one, or the default; of a STEP file what its walls ask for.
+
+        Errors as :meth:`mesh`.
+        """
+        if given is not None:
+            return given
+        if self.step is not None and self.surfaces is not None:
+            return step_element_size(self.step, read_cad_statements(self.surfaces))
+        return DEFAULT_SIZE
 
     def mesh(self, variant: str, size: float) -> TetMesh:
         """Mesh of a variant: read, or made of the STEP file with elements of `size` [m].
