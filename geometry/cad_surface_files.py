@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.cad_surfaces import SurfaceStatement
+from carrierflex.geometry.cad_surfaces import FINER_AT_INNER_EDGES, SurfaceStatement
 from carrierflex.geometry.parameter_files import SURFACES_FILE
 from carrierflex.geometry.parameters import CarrierParameters, PinParameters
 from carrierflex.geometry.pins import pin_angles
@@ -24,9 +24,6 @@ from carrierflex.files.whole_files import whole_file
 
 #: Deviation [m] written into a new file: two digits of a drawing in mm.
 TOLERANCE = 1e-5
-#: How many times smaller elements at re-entrant edges are: of 1.7 to 10, few unknowns for
-#: curves that change by 2 % with half the size (docs/cad.md).
-FINER_AT_INNER_EDGES = 2.0
 #: Window of a surface that its file does not cut.
 _EVERYWHERE = (-math.inf, math.inf)
 
@@ -95,6 +92,8 @@ class CadStatements:
         Body, ``carrier`` or ``pins``, by the name of a group of elements of a mesh.
     finer_at_inner_edges : float
         How many times smaller elements are at re-entrant edges; 1 for elements of one size.
+    materials : mapping of str to tuple
+        Young's modulus [Pa], Poisson's ratio and density [kg/m^3] by body, where they are stated.
     """
 
     surfaces: tuple[SurfaceStatement, ...]
@@ -104,6 +103,7 @@ class CadStatements:
     leave_out_holes_below: float | None = None
     body_of_group: Mapping[str, str] = field(default_factory=dict)
     finer_at_inner_edges: float = FINER_AT_INNER_EDGES
+    materials: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
 
     def named(self, name: str) -> SurfaceStatement:
         """The statement of that name; KeyError lists the names there are."""
@@ -144,6 +144,7 @@ def read_cad_statements(path: Path) -> CadStatements:
         document.mesh.leave_out_holes_below,
         {group: body for body, groups in document.mesh.bodies.items() for group in groups},
         document.mesh.finer_at_inner_edges,
+        {body: (each.E, each.nu, each.rho) for body, each in document.materials.items()},
     )
 
 

@@ -15,7 +15,7 @@ from carrierflex.files.toml_values import (
     TwoNumbers,
     key,
 )
-from carrierflex.geometry.cad_surface_files import FINER_AT_INNER_EDGES
+from carrierflex.geometry.cad_surfaces import FINER_AT_INNER_EDGES
 
 Triple = tuple[float, float, float]
 #: Units that a STEP file may be said to have.
@@ -128,6 +128,16 @@ class MeshTable(TomlTable):
     )
 
 
+class MaterialTable(TomlTable):
+    """Isotropic material of a body or a group of elements, in SI units whatever the mesh's."""
+
+    E: Positive = key("Young's modulus", "Pa")
+    nu: Annotated[float, Field(gt=-1, lt=0.5), Expected("more than -1 and less than 0.5")] = key(
+        "Poisson's ratio"
+    )
+    rho: Positive = key("Density", "kg/m^3")
+
+
 class SurfacesDocument(TomlTable):
     """Which surfaces of a CAD model carry which name; lengths in metres whatever the CAD's unit."""
 
@@ -144,6 +154,9 @@ class SurfacesDocument(TomlTable):
     )
     pin: PinTable = key("What the CAD model does not tell of the pins", default_factory=PinTable)
     mesh: MeshTable = key("How the solid is meshed", default_factory=MeshTable)
+    materials: dict[Literal["carrier", "pins"], MaterialTable] = key(
+        "Material of each body, where it is not the usual one", default_factory=dict
+    )
     surfaces: Annotated[dict[str, SurfaceTable], Field(min_length=1)] = key(
         "The surfaces by name",
         expected="at least one table [surfaces.<name>]",

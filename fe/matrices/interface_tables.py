@@ -16,6 +16,7 @@ from carrierflex.files.toml_values import (
     different,
     key,
 )
+from carrierflex.geometry.cad_surface_tables import MaterialTable
 
 _MOST_NODES = 2_000_000
 _MOST_PILOTS = 500
@@ -60,16 +61,6 @@ class UnitsTable(TomlTable):
         "N",
         default=1.0,
     )
-
-
-class MaterialTable(TomlTable):
-    """Isotropic material of a group of elements of a mesh, in SI units whatever the file's."""
-
-    E: Positive = key("Young's modulus", "Pa")
-    nu: Annotated[float, Field(gt=-1, lt=0.5), Expected("more than -1 and less than 0.5")] = key(
-        "Poisson's ratio"
-    )
-    rho: Positive = key("Density", "kg/m^3")
 
 
 class NodesTable(TomlTable):

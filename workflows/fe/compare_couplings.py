@@ -86,7 +86,7 @@ def main(
             gear = stage.gear
             if files.given:
                 mesh = files.mesh(variant, edge)
-                soft, carrier = given_structure(variant, mesh)
+                soft, carrier = given_structure(variant, mesh, files.materials())
                 gear = replace(gear, centre_distance=carrier.centre_distance)
             else:
                 mesh, soft = body_structure(f"{variant}_carrier", stage, edge)

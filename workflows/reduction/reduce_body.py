@@ -329,7 +329,7 @@ def _structure(
 ) -> tuple[TetMesh, StructuralModel]:
     if files.given:
         mesh = files.mesh(variant, size)
-        structure, _ = given_structure(variant, mesh, assembly)
+        structure, _ = given_structure(variant, mesh, files.materials(), assembly)
     else:
         mesh, structure = body_structure(body_name(body, variant), stage, size, assembly)
     if coupling == "rbe3-nodes":

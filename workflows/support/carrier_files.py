@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Literal, cast
 
 from carrierflex.fe.assembly import Assembly, assemble_stiffness_and_mass
+from carrierflex.fe.materials import BODY_MATERIALS, Material
 from carrierflex.fe.structural_model import (
     StructuralModel,
     flexible_carrier_pilots,
@@ -133,6 +134,23 @@ class CarrierFiles:
             )
         return mesh
 
+    def materials(self) -> dict[str, Material]:
+        """Material of each body: as the surfaces file states it, else the usual one.
+
+        Raises
+        ------
+        ValueError
+            Where a stated value is none of SI units; the message names the file.
+        """
+        stated = {} if self.surfaces is None else read_cad_statements(self.surfaces).materials
+        own = {}
+        for body, values in stated.items():
+            try:
+                own[body] = Material(body, *values)
+            except ValueError as error:
+                raise ValueError(f"{self.surfaces}: [materials.{body}]: {error}") from error
+        return {**BODY_MATERIALS, **own}
+
     def digests(self) -> dict[str, str]:
         """SHA-256 of every file by its role: the carrier's identity, wherever the files lie.
 
@@ -201,7 +219,10 @@ def _digest(path: Path) -> str:
 
 
 def given_structure(
-    variant: str, mesh: TetMesh, assembly: Assembly = assemble_stiffness_and_mass
+    variant: str,
+    mesh: TetMesh,
+    materials: Mapping[str, Material],
+    assembly: Assembly = assemble_stiffness_and_mass,
 ) -> tuple[StructuralModel, CarrierInterface]:
     """Finite elements of a carrier whose dimensions are read off its mesh, and these dimensions.
 
@@ -212,4 +233,7 @@ def given_structure(
     """
     interface = carrier_interface(mesh)
     name, pilots = f"{variant}_carrier", _PILOTS[variant](interface.n_planets)
-    return structural_model(name, mesh, interface, pilots, assembly=assembly), interface
+    structure = structural_model(
+        name, mesh, interface, pilots, materials=materials, assembly=assembly
+    )
+    return structure, interface

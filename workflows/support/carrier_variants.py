@@ -65,7 +65,9 @@ def given_variant(
     The gear's centre distance is that of its bores.
     """
     mesh = files.mesh(variant, size)
-    structure, interface = given_structure(variant, mesh, finite_elements.assembly)
+    structure, interface = given_structure(
+        variant, mesh, files.materials(), finite_elements.assembly
+    )
     gear = replace(stage.gear, centre_distance=interface.centre_distance)
     cases = (
         flexible_cases(interface, gear)

@@ -58,10 +58,9 @@ def recorded_structure(model: ReducedModel) -> tuple[TetMesh | None, StructuralM
     stage, size, n_modes = recorded_inputs(model)
     if "carrier_files" in model.provenance:
         variant = model.name.removesuffix("_carrier")
-        mesh = CarrierFiles.recorded(json.loads(model.provenance["carrier_files"])).mesh(
-            variant, size
-        )
-        return mesh, given_structure(variant, mesh)[0], n_modes
+        files = CarrierFiles.recorded(json.loads(model.provenance["carrier_files"]))
+        mesh = files.mesh(variant, size)
+        return mesh, given_structure(variant, mesh, files.materials())[0], n_modes
     mesh, structure = body_structure(model.name, stage, size)
     return mesh, structure, n_modes
 

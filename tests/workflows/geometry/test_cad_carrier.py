@@ -6,6 +6,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.fe.carrier_curves import named_curves
 from carrierflex.fe.curve_files import read_curves
+from carrierflex.fe.materials import BODY_MATERIALS, CAST_IRON, Material
 from carrierflex.geometry.carrier_mesh import flexible_carrier_mesh, stiff_carrier_mesh
 from carrierflex.geometry.mesh_files import write_mesh
 from carrierflex.geometry.parameters import CarrierParameters, PinParameters
@@ -13,7 +14,7 @@ from carrierflex.reduction.body_files import read_body
 from carrierflex.workflows.fe import compare_couplings, compute_curves
 from carrierflex.workflows.geometry import list_cad_faces, write_cad
 from carrierflex.workflows.reduction import check_certificate, reduce_body
-from carrierflex.workflows.support.carrier_files import CarrierFiles
+from carrierflex.workflows.support.carrier_files import CarrierFiles, given_structure
 from carrierflex.workflows.support.recorded_structure import recorded_structure
 from tests.workflows.checked_documents import checked_document
 
@@ -118,3 +119,48 @@ def test_faces_are_listed_the_largest_first(cad):
     assert [face.area for face in faces] == sorted((face.area for face in faces), reverse=True)
     assert len(faces) == len(list_cad_faces.main(cad["step"], surfaces=cad["surfaces"]))
     assert {face.kind for face in faces} == {"plane", "cylinder"}
+
+
+STEEL_CARRIER = "\n[materials.carrier]\nE = 210e9\nnu = 0.3\nrho = 7850.0\n"
+
+
+def with_materials(cad, folder, text):
+    """Files of the exported carrier, its surfaces file with these lines more."""
+    surfaces = folder / "materials.toml"
+    surfaces.write_text(cad["surfaces"].read_text() + text)
+    return CarrierFiles(cad["step"], surfaces)
+
+
+@pytest.mark.long
+def test_materials_of_the_surfaces_file_are_those_of_the_bodies(tmp_path, cad):
+    usual = CarrierFiles(**cad)
+    mesh = usual.mesh("flexible", 0.08)
+    files = with_materials(cad, tmp_path, STEEL_CARRIER)
+    assert files.materials()["pins"] == BODY_MATERIALS["pins"]
+    cast, steel = (
+        given_structure("flexible", mesh, each.materials())[0] for each in (usual, files)
+    )
+    assert_allclose(steel.M.sum() / cast.M.sum(), 7850.0 / 7200.0, rtol=1e-12)
+    alike = Material("carrier", E=210e9, nu=CAST_IRON.nu, rho=7200.0)
+    stiffer = given_structure("flexible", mesh, {"carrier": alike})[0]
+    assert_allclose(stiffer.K.data, cast.K.data * 210.0 / 176.0, rtol=1e-9, atol=1e-3)
+    assert abs(steel.K - stiffer.K).max() > 0.01 * abs(stiffer.K).max()
+    # Kept results are told apart by the surfaces file.
+    assert files.digests() != usual.digests()
+
+
+def test_materials_that_are_none_are_refused_by_file_and_key(tmp_path, cad):
+    for old, new, told in (
+        ("210e9", "210.0", r"materials.toml: \[materials.carrier\]: .*E = 210.0 Pa.*expected SI"),
+        ("0.3", "0.5", r"materials.toml: \[materials.carrier\]: key 'nu' is 0\.5; expected more"),
+        (
+            "carrier",
+            "hub",
+            r"materials.toml: \[materials.hub\]: .*; expected 'carrier' or 'pins'",
+        ),
+        ("rho = 7850.0", "", r"materials.toml: \[materials.carrier\]: missing key 'rho'; expected"),
+    ):
+        text = STEEL_CARRIER.replace(old, new)
+        with pytest.raises(ValueError, match=told) as caught:
+            with_materials(cad, tmp_path, text).materials()
+        assert "\n" not in str(caught.value)

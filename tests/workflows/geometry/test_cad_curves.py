@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.fe.assembly import assemble_stiffness
 from carrierflex.fe.carrier_curves import flexible_cases, sensor_curve, stiff_cases
+from carrierflex.fe.materials import BODY_MATERIALS
 from carrierflex.fe.node_dofs import dofs_of
 from carrierflex.fe.static import held_displacement
 from carrierflex.geometry.parameters import GearData
@@ -32,7 +33,7 @@ def without_mass(mesh, materials):
 def torque_curve(files, variant, size):
     """delta_s or delta_f, and the number of unknowns."""
     mesh = files.mesh(variant, size)
-    structure, interface = given_structure(variant, mesh, without_mass)
+    structure, interface = given_structure(variant, mesh, BODY_MATERIALS, without_mass)
     gear = GearData(centre_distance=interface.centre_distance)
     stiff = variant == "stiff"
     cases = stiff_cases(gear, interface.n_planets) if stiff else flexible_cases(interface, gear)
@@ -80,7 +81,7 @@ def test_curves_at_the_default_size_are_those_at_half_of_it(name, variant, tmp_p
 def test_two_levels_give_what_a_factorisation_gives(tmp_path):
     step, surfaces = write_solid("large_with_everything", tmp_path)
     mesh = CarrierFiles(step, surfaces).mesh("flexible", 0.15)
-    structure, _ = given_structure("flexible", mesh)
+    structure, _ = given_structure("flexible", mesh, BODY_MATERIALS)
     load = structure.load_vector({"pin_1_upwind": np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])})
     fixed = dofs_of(np.unique(mesh.surface("shaft_face"))).ravel()
     expected = held_displacement(structure.K, fixed, load[:, None])
