@@ -35,7 +35,7 @@ log = logging.getLogger(__name__)
 _TRIANGLE6 = 9
 #: Size of the elements over the solid's mean wall: with half of it, and half the size at re-entrant
 #: edges, the curves change by less than 2 % (docs/cad.md).
-_SIZE_OVER_WALL = 0.64
+_SIZE_OVER_WALL = 0.66
 #: Distance [m] within which a node of gmsh's and one of the mesh are the same.
 _SAME_NODE = 1e-8
 

@@ -14,7 +14,7 @@ _UNKNOWN = "nothing of the solid fits; state it by hand, faces are listed by cad
 #: What one may want of the mesh; the values are those of docs/cad.md.
 _MESH_HINTS = (
     "# How many times smaller elements at re-entrant edges are; 1 for elements of one size:",
-    "# finer_at_inner_edges = 2",
+    "# finer_at_inner_edges = 2.5",
     "# Small holes that statics need not:",
     "# leave_out_holes_below = 0.035",
 )

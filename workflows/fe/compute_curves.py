@@ -56,7 +56,7 @@ def main(
     out
         Output folder.
     size
-        Element edge length [m]; 0.03 where it is not given, of a STEP file 0.64 of the solid's mean
+        Element edge length [m]; 0.03 where it is not given, of a STEP file 0.66 of the solid's mean
         wall (twice its volume over its surface).
     parameters
         TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out

@@ -31,7 +31,7 @@ def main(
     variant
         stiff: pins bonded into the bores; flexible: no pins.
     size
-        Element edge length [m]; 0.03 where it is not given, of a STEP file 0.64 of the solid's mean
+        Element edge length [m]; 0.03 where it is not given, of a STEP file 0.66 of the solid's mean
         wall (twice its volume over its surface).
     step
         STEP file with the carrier without pins, instead of the parametric carrier; any length unit.

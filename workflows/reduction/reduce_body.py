@@ -115,7 +115,7 @@ def main(
         force, up to four coordinates more. Loads at pilots (torque, tilting moment) are answered
         exactly without.
     size
-        Element edge length [m]; 0.03 where it is not given, of a STEP file 0.64 of the solid's mean
+        Element edge length [m]; 0.03 where it is not given, of a STEP file 0.66 of the solid's mean
         wall (twice its volume over its surface).
     parameters
         TOML file with the tables [carrier], [pin], [gear], [main_shaft], dimensions in metres; what

@@ -46,9 +46,9 @@ from carrierflex.workflows.support.carrier_files import CarrierFiles
 _DOFS = {"carrier": (12.6, 21.0), "pin": (8.7, 30.7), "main_shaft": (7.6, 39.0)}
 #: The same where no mesh is counted.
 _CAD_DOFS = (12.6, 17.4)
-#: Share more of them for each time that elements at re-entrant edges are smaller: 3.1 times as
-#: many at 4, 5.7 at 8, measured on a solid of the tests at 0.04 m.
-_FINER_DOFS = 0.68
+#: Share more of them for each time that elements at re-entrant edges are smaller: 3.5 times as many
+#: at 2, 4.1 at 2.5, measured on a solid of the tests about its default size, bolt holes included.
+_FINER_DOFS = 2.3
 #: Edge length of the mesh that volume and surface are measured on [m].
 _COARSE = 0.06
 #: Largest estimate for which the mesh is made and counted.
