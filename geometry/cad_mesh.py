@@ -18,7 +18,14 @@ from carrierflex.geometry.cad_faces import CadFace, cad_faces
 from carrierflex.geometry.cad_holes import small_holes, without_faces
 from carrierflex.geometry.cad_recognition.inner_edges import REACH
 from carrierflex.geometry.cad_recognition.step_solid import READER, step_solid
-from carrierflex.geometry.cad_refinement import CoarseMeshError, EdgeGrading, mesh_until_sound
+from carrierflex.geometry.cad_refinement import (
+    DELAUNAY,
+    HXT,
+    CoarseMeshError,
+    EdgeGrading,
+    GmshFailureError,
+    mesh_until_sound,
+)
 from carrierflex.geometry.cad_surface_files import CadFrame, CadStatements
 from carrierflex.geometry.cad_surfaces import Circle, SurfaceStatement
 from carrierflex.geometry.half_sector import (
@@ -138,11 +145,23 @@ def _step_carrier_mesh(path: Path, statements: CadStatements, size: float, pins:
     try:
         return _meshed_solid(path, statements, size, pins, first_pass=1)
     except CoarseMeshError:
+        log.info("%s: once more, sizes after the curvature from the start", path)
+    except GmshFailureError:
+        return _meshed_solid(path, statements, size, pins, first_pass=2, algorithm=DELAUNAY)
+    try:
         return _meshed_solid(path, statements, size, pins, first_pass=2)
+    except GmshFailureError:
+        return _meshed_solid(path, statements, size, pins, first_pass=2, algorithm=DELAUNAY)
 
 
 def _meshed_solid(
-    path: Path, statements: CadStatements, size: float, pins: bool, *, first_pass: int
+    path: Path,
+    statements: CadStatements,
+    size: float,
+    pins: bool,
+    *,
+    first_pass: int,
+    algorithm: int = HXT,
 ) -> TetMesh:
     with step_solid(path, statements.frame) as (whole, all_faces):
         solid, faces = _without_small_holes(path, statements, whole, all_faces)
@@ -164,6 +183,7 @@ def _meshed_solid(
             size,
             cut,
             first_pass=first_pass,
+            algorithm=algorithm,
             at_inner_edges=EdgeGrading(finer, REACH * wall) if finer > 1.0 else None,
         )
         mesh = extracted(lambda volume: "carrier" if volume in carrier_volume else "pins")

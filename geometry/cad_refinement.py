@@ -29,7 +29,9 @@ _ELEMENTS_AROUND = 8
 _SMALLEST = 1.0 / 8.0
 #: Elements within so many of its own sizes of a bad one are made smaller with it.
 _REACH = 2.0
-_TET10, _HXT = 11, 10
+_TET10 = 11
+#: gmsh's algorithms: the fast one, which fails on some graded surfaces, and the sturdy one.
+HXT, DELAUNAY = 10, 1
 #: Bad faces that a refusal names.
 _SHOWN = 6
 
@@ -78,8 +80,12 @@ class EdgeGrading:
     reach: float
 
 
-class CoarseMeshError(MeshingError):
-    """A mesh of one size fails: its surfaces may cut one another beside a small feature."""
+class GmshFailureError(MeshingError):
+    """Gmsh makes no mesh; it meshes nothing more before it is opened anew."""
+
+
+class CoarseMeshError(GmshFailureError):
+    """The first mesh fails: its surfaces may cut one another beside a small feature."""
 
 
 def mesh_until_sound(
@@ -88,6 +94,7 @@ def mesh_until_sound(
     faces: tuple[CadFace, ...],
     *,
     first_pass: int = 1,
+    algorithm: int = HXT,
     at_inner_edges: EdgeGrading | None = None,
 ) -> None:
     """Mesh gmsh's current model with quadratic tetrahedra none of which is distorted.
@@ -102,33 +109,38 @@ def mesh_until_sound(
         Its faces, for messages.
     first_pass : int
         1: a mesh of one size; 2: elements as small as the curvature asks for.
+    algorithm : int
+        gmsh's number of the one that fills the volume.
     at_inner_edges : EdgeGrading, optional
         Elements at re-entrant edges are smaller from the first pass on, and their mid-side nodes
         are drawn towards the edge at the end; None: a mesh of one size.
 
     Raises
     ------
-    CoarseMeshError
-        Where gmsh fails in the first pass; it meshes nothing more before it is opened anew.
+    CoarseMeshError, GmshFailureError
+        Where gmsh fails in the first pass, or in a later one.
     MeshingError
-        Where gmsh fails, or an element's minSJ is not above 0.1 after four passes; the message
+        Where an element's minSJ is not above 0.1 after four passes; the message
         names the faces that bad elements lie on.
     """
     refinement = _Refinement(size)
     for option in ("Mesh.MeshSizeMin", "Mesh.MeshSizeMax"):
         gmsh.option.setNumber(option, size)
-    gmsh.option.setNumber("Mesh.Algorithm3D", _HXT)
+    gmsh.option.setNumber("Mesh.Algorithm3D", algorithm)
     gmsh.option.setNumber("Mesh.HighOrderThresholdMin", 2.0 * LEAST_QUALITY)
     edges = [] if at_inner_edges is None else reentrant_edges()
     if at_inner_edges is not None:
         grade_towards(edges, size, size / at_inner_edges.finer, at_inner_edges.reach)
+    if algorithm == DELAUNAY:
+        # Beside small holes facets may overlap where their circles' sizes go no further.
+        gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1)
     if first_pass > 1:
         _follow_curvature(refinement)
     for number in range(first_pass, MOST_PASSES + 1):
         try:
             _meshed_once(optimise=number > 1)
         except Exception as error:
-            kind = CoarseMeshError if number == 1 else MeshingError
+            kind = CoarseMeshError if number == 1 else GmshFailureError
             raise kind(f"gmsh could not mesh {what} at size {size} m: {error}") from error
         tags, quality = _qualities()
         # A mesh of one size that inverts no element stays as it is: its slivers are straight.

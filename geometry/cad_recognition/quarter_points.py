@@ -9,6 +9,7 @@ The Jacobian determinant vanishes at the edge where the nodes stand at the quart
 only so far that the elements about it keep the quality that is asked for.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import gmsh
@@ -37,21 +38,31 @@ class _Sides:
         gmsh's number of the mid-side node.
     near, far, between : ndarray, shape (k, 3)
         End on the edge, other end and mid-side node as meshed [m].
+    lies_on : mapping of tuple to ndarray of int
+        Rows of the sides that lie on a face or curve, by its dimension and number in gmsh.
     """
 
     middle: NDArray[np.int64]
     near: NDArray[np.float64]
     far: NDArray[np.float64]
     between: NDArray[np.float64]
+    lies_on: Mapping[tuple[int, int], NDArray[np.int64]]
 
     def drawn(self, place: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Points (k, 3) at these places of the sides, which are parabolas through three nodes."""
+        """Points (k, 3) at these places of the sides, parabolas through three nodes; on the solid.
+
+        Where a side lies on a face or a curve its point does, too.
+        """
         s = place[:, None]
-        return np.asarray(
+        points = np.asarray(
             (1.0 - s) * (1.0 - 2.0 * s) * self.near
             + 4.0 * s * (1.0 - s) * self.between
             + s * (2.0 * s - 1.0) * self.far
         )
+        for (dimension, tag), rows in self.lies_on.items():
+            closest, _ = gmsh.model.getClosestPoint(dimension, tag, points[rows].ravel().tolist())
+            points[rows] = np.reshape(closest, (-1, 3))
+        return points
 
 
 def draw_towards(edges: list[int], least_quality: float) -> int:
@@ -103,7 +114,20 @@ def _sides_that_leave(edges: list[int], tets: NDArray[np.int64]) -> _Sides:
             rows.append(tets[leaves][:, [4 + k, near, far]])
     middle, first = np.unique(np.concatenate(rows)[:, 0], return_index=True)
     near, far = np.concatenate(rows)[first, 1:].T
-    return _Sides(middle, points[near], points[far], points[middle])
+    return _Sides(middle, points[near], points[far], points[middle], _lies_on(middle))
+
+
+def _lies_on(nodes: NDArray[np.int64]) -> dict[tuple[int, int], NDArray[np.int64]]:
+    """Rows of these nodes by the face or curve that they lie on; those within solids left out."""
+    row = {int(node): number for number, node in enumerate(nodes)}
+    lies_on = {}
+    for dimension in (1, 2):
+        for _, tag in gmsh.model.getEntities(dimension):
+            own = gmsh.model.mesh.getNodes(dimension, tag)[0]
+            rows = [row[node] for node in own.tolist() if node in row]
+            if rows:
+                lies_on[dimension, tag] = np.array(rows, dtype=np.int64)
+    return lies_on
 
 
 def _place(nodes: NDArray[np.int64], points: NDArray[np.float64]) -> None:

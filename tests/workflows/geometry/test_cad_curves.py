@@ -80,7 +80,7 @@ def test_curves_at_the_default_size_are_those_at_half_of_it(name, variant, tmp_p
 @pytest.mark.long
 def test_two_levels_give_what_a_factorisation_gives(tmp_path):
     step, surfaces = write_solid("large_with_everything", tmp_path)
-    mesh = CarrierFiles(step, surfaces).mesh("flexible", 0.15)
+    mesh = CarrierFiles(step, surfaces).mesh("flexible", 0.1)
     structure, _ = given_structure("flexible", mesh, BODY_MATERIALS)
     load = structure.load_vector({"pin_1_upwind": np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])})
     fixed = dofs_of(np.unique(mesh.surface("shaft_face"))).ravel()
