@@ -116,20 +116,26 @@ class ClassScores:
         if len(key) < 2:
             ridges = self._ridges if any(map(self._is_smoothed, key)) else self._ridges[:1]
             return self._best(groups, [(ridge,) * len(groups) for ridge in ridges])
-        options = [
-            self._shared(key, {own: factor * self._ridge(own) for own in key})
-            for factor in self.constants.pair_ridges
-        ]
-        found = self._best(groups, options)
+        alone = {own: self._ridge(own) for own in key}
+        factors = self.constants.pair_ridges
+        starts = [{own: factor * ridge for own, ridge in alone.items()} for factor in factors]
+        found, weights = self._best_weights(key, groups, starts)
         # Alone a class may bend to what is its partner's: beside it, it is smoothed as the two ask.
-        first = {own: groups.index(self.table.classes[own][0]) for own in key}
         for own in filter(self._is_smoothed, key):
-            weights = {name: found.ridges[place] for name, place in first.items()}
-            options = [self._shared(key, weights | {own: ridge}) for ridge in self._ridges]
-            others = [option for option in options if option != found.ridges]
+            others = [weights | {own: ridge} for ridge in self._ridges if ridge != weights[own]]
             if others:
-                found = min(found, self._best(groups, others), key=lambda result: result.total)
+                better, own_weights = self._best_weights(key, groups, others)
+                if better.total < found.total:
+                    found, weights = better, own_weights
         return found
+
+    def _best_weights(
+        self, key: Classes, groups: tuple[str, ...], options: Sequence[dict[str, float]]
+    ) -> tuple[HeldOutSquares, dict[str, float]]:
+        """Result of the weights by class that leave least, and these weights."""
+        by_ridges = {self._shared(key, weights): weights for weights in options}
+        found = self._best(groups, list(by_ridges))
+        return found, by_ridges[found.ridges]
 
     def _is_smoothed(self, own: str) -> bool:
         """Whether a class has a penalty; without one it is the same at every weight of it."""

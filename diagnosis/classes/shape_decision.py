@@ -93,6 +93,12 @@ def best_of_shapes(scores: ClassScores, names: Iterable[str]) -> list[str]:
     return list(best.values())
 
 
+def rivals_of(scores: ClassScores, decision: Decision, names: Iterable[str]) -> list[str]:
+    """Best class of every shape that a decision does not name."""
+    taken = {shape_of(name) for name in decision.classes}
+    return [name for name in best_of_shapes(scores, names) if shape_of(name) not in taken]
+
+
 def _best(scores: ClassScores, sets: Iterable[Classes]) -> Classes:
     """Set that leaves least."""
     return min(sets, key=lambda own: scores.of(own).total)

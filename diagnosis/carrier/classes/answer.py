@@ -15,9 +15,8 @@ from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.held_out import ClassScores
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.classes.shape_decision import (
-    best_of_shapes,
     decide_by_shape,
-    shape_of,
+    rivals_of,
     way_of,
 )
 from carrierflex.diagnosis.classes.shares import Shares
@@ -55,14 +54,12 @@ def carrier_class_answer(
     scores = ClassScores(own.table, constants)
     shares = Shares(scores.of(()).squares, own.table.floor, constants)
     decision = decide_by_shape(scores, shares, own.sizes)
-    taken = {shape_of(name) for name in decision.classes}
-    rivals = [name for name in best_of_shapes(scores, own.sizes) if shape_of(name) not in taken]
     is_open = any(way_of(name) == UNDETERMINED for name in own.sizes)
     answer = answer_of(
         scores,
         shares,
         decision,
-        rivals,
+        rivals_of(scores, decision, own.sizes),
         shape_of=lambda scores, name, held, law: None,
         note="; ".join(_notes(model, is_open=is_open)),
     )

@@ -11,9 +11,9 @@ from carrierflex.diagnosis.classes.decision import Decision
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import NOTHING, ClassAnswer
 from carrierflex.diagnosis.classes.shape_decision import (
-    best_of_shapes,
     decide_by_shape,
     is_no_clear_gain,
+    rivals_of,
     shape_of,
     simplest,
     ties_of,
@@ -73,13 +73,11 @@ def answer_of_table(own: MountingTable) -> ClassAnswer:
     shares = Shares(scores.of(()).squares, own.table.floor, scores.constants)
     decision = decide_by_shape(scores, shares, own.sizes, as_good=is_no_clear_gain)
     decision = _sparsest(scores, shares, decision, own.sizes)
-    taken = {shape_of(name) for name in decision.classes}
-    rivals = [name for name in best_of_shapes(scores, own.sizes) if shape_of(name) not in taken]
     answer = answer_of(
         scores,
         shares,
         decision,
-        rivals,
+        rivals_of(scores, decision, own.sizes),
         shape_of=lambda scores, name, held, law: None,
         note=_separating_load(own, decision),
     )
