@@ -165,11 +165,14 @@ def slightly_curved(
     return replace(element, laws=(*element.laws, *added))
 
 
+def scaled(laws: Sequence[Law], factor: float) -> tuple[Law, ...]:
+    """Laws whose forces are multiplied by a factor."""
+    return tuple(replace(law, scale=law.scale * np.array([factor, 1.0, 1.0])) for law in laws)
+
+
 def smaller(element: Element, factor: float) -> Element:
     """Element whose causes are smaller."""
-    laws = tuple(
-        replace(law, scale=law.scale * np.array([factor, 1.0, 1.0])) for law in element.laws
-    )
+    laws = scaled(element.laws, factor)
     side = element.drive_side
     side = None if side is None else replace(side, amplitude=factor * side.amplitude)
     disturbance = tuple(line.scaled(factor) for line in element.disturbance)

@@ -21,6 +21,7 @@ from carrierflex.blind_check.truth.element.drawing import (
     drawn_element,
     drawn_size,
     reference_motion,
+    scaled,
     sized_drives,
     slightly_curved,
     smaller,
@@ -54,6 +55,9 @@ _MEMORY = (0.0, 0.7)
 #: With nothing missing: curvature of the baseline's own spring and damper, as a power of ten of a
 #: cause's size.
 _SLIGHT = (-3.3, -2.3)
+#: Curvature that is tried first, of a cause's size, and how often it is corrected: what it leaves
+#: is all but proportional to it.
+_TRIED_LEAK, _LEAK_PASSES = 0.01, 2
 #: A cause under which the motion grows beyond this many times the plain one is made smaller.
 _LARGEST_MOTION = 4.0
 _SMALLER = 0.6
@@ -208,15 +212,32 @@ def _drawn_case(plan: CasePlan, rng: np.random.Generator) -> tuple[_Case, list[F
     reference = reference_motion(plain, drives[-1], n)
     size = drawn_size(rng, plain, reference)
     element, changes = with_causes(rng, plan.effects, plain, reference, size, len(drives))
-    # Of a cause's own gap, so that it leaks what the case allows; with nothing missing it is the
-    # gap that the floor is set by.
-    slight = (
-        size * largest_leak(plan) * rng.uniform(0.2, 1.0) / plan.ratio
-        if plan.effects
-        else (size * 10.0 ** rng.uniform(*_SLIGHT))
-    )
-    element = slightly_curved(rng, element, reference, slight)
-    return _bounded(_Case(plan.drive, drives, plain, element, reference, changes))
+    case = _Case(plan.drive, drives, plain, element, reference, changes)
+    if plan.effects:
+        return _leaking(rng, plan, case, size)
+    # With nothing missing the curvature is the gap that the floor is set by.
+    slight = size * 10.0 ** rng.uniform(*_SLIGHT)
+    return _bounded(replace(case, element=slightly_curved(rng, element, reference, slight)))
+
+
+def _leaking(
+    rng: np.random.Generator, plan: CasePlan, case: _Case, size: float
+) -> tuple[_Case, list[FloatArray]]:
+    """The case with a baseline a little wrong, which changes what is left by what it may.
+
+    Measured on the case's own motion and in its channel: a resonance makes of a curvature that is a
+    small force a large motion, and a delay of a sample leaves less than any force of that size.
+    """
+    case, plain = _bounded(case)
+    before = np.array(case.baseline(plain))
+    allowed = largest_leak(plan) * rng.uniform(0.2, 1.0) / plan.ratio * root_mean_square(before)
+    tried = slightly_curved(rng, case.element, case.reference, _TRIED_LEAK * size)
+    bare = len(case.element.laws)
+    for _ in range(_LEAK_PASSES):
+        after = np.array(case.baseline(case.signals(tried)))
+        factor = allowed / root_mean_square(after - before)
+        tried = replace(tried, laws=(*tried.laws[:bare], *scaled(tried.laws[bare:], factor)))
+    return _bounded(replace(case, element=tried))
 
 
 def _bounded(case: _Case) -> tuple[_Case, list[FloatArray]]:

@@ -19,6 +19,7 @@ from carrierflex.blind_check.truth.element.drawing import (
 from carrierflex.blind_check.truth.element.drives import (
     DRIVES,
     MULTISINE,
+    NOISE,
     ONE_SINE,
     STRATUM,
     SWEEPS,
@@ -28,6 +29,8 @@ from carrierflex.blind_check.truth.element.element import Element
 from carrierflex.blind_check.truth.element.families import CAUSES
 from carrierflex.blind_check.truth.element.parameters import true_parameters
 from carrierflex.blind_check.truth.element.refit import DecayRefit, ForcedRefit
+from carrierflex.blind_check.truth.element.truth import _drawn_case
+from carrierflex.blind_check.truth.noise import case_rng, largest_leak, root_mean_square
 from carrierflex.identification.campaign.campaign_files import read_campaign
 
 N = 600
@@ -191,3 +194,17 @@ def test_linear_causes_are_not_asked_of_one_frequency():
         if STRATUM[plan.drive] == "single_level":
             classes = {ids for name in plan.effects for ids in CAUSES[name].classes}
             assert not classes & {"memory", "delay", "time_variation"}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("effect", ["late_sensor", "exponential_coupling"])
+def test_a_baseline_a_little_wrong_leaves_no_more_than_it_may(effect):
+    # A delay of a sample leaves less than a force of the drawn size; a coupling that takes damping
+    # away makes more of a small force.
+    plan = CasePlan("element", 1, 6, SINGLE, (effect,), 8.0, NOISE)
+    case, signals = _drawn_case(plan, case_rng(plan))
+    left = np.array(case.baseline(signals))
+    straight = replace(case, element=replace(case.element, laws=case.element.laws[:-2]))
+    leaked = left - np.array(case.baseline(straight.signals(straight.element)))
+    ratio = root_mean_square(leaked) / root_mean_square(left) * plan.ratio
+    assert 0.19 * largest_leak(plan) < ratio < 1.05 * largest_leak(plan)
