@@ -118,9 +118,12 @@ class Shares:
     def is_clear_gain(
         self, better: HeldOutSquares, worse: HeldOutSquares, least_gain: float
     ) -> bool:
-        """Whether a richer result gains enough over a simpler one to take its place."""
+        """Whether a richer result gains enough over a simpler one to take its place.
+
+        What it learns of the noise itself is no gain: it counts down to the floor.
+        """
         limits = self.constants
-        gain = self.gain(better, worse)
+        gain = (worse.total - max(better.total, float(self.floor.sum()))) / self.gap
         least = max(limits.standard_errors * self.gain_error(better, worse), least_gain)
         return gain > least and gain * self.gap >= limits.gain_of_left * self.left(worse)
 

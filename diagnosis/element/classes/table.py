@@ -43,6 +43,7 @@ from carrierflex.diagnosis.element.classes.motion import (
     while_sliding,
 )
 from carrierflex.diagnosis.element.classes.nearest_motion import with_all_lines
+from carrierflex.diagnosis.element.classes.noise_colour import noise_correlation_time
 from carrierflex.diagnosis.element.classes.starting_states import with_starting_states
 from carrierflex.diagnosis.element.classes.weighting import MotionNoise, NoiseWeight
 from carrierflex.diagnosis.element.model import ElementModel
@@ -221,6 +222,9 @@ def _weights(
     scale = model.scale
     known = (scale.m, scale.C1, scale.K1)
     element = known if model.by_force else None
+    carried = [carried_noise(model, record.record) for record in own]
+    of_channel = [max(value - more, 0.0) for value, more in zip(variance, carried, strict=True)]
+    correlation_time = noise_correlation_time([record.record for record in own], of_channel)
     weights: list[NoiseWeight] = []
     for _ in range(_PASSES if model.by_force else 1):
         weights = [
@@ -228,13 +232,14 @@ def _weights(
                 record.step,
                 record.band_hz,
                 element,
-                max(value - (0.0 if model.by_force else carried_noise(model, record.record)), 0.0),
+                value if model.by_force else channel,
                 float(record.target[record.counts].std()),
                 None
                 if model.by_force
                 else MotionNoise(record.record.drive_noise, known, record.record.cutoff_hz),
+                correlation_time,
             )
-            for record, value in zip(own, variance, strict=True)
+            for record, value, channel in zip(own, variance, of_channel, strict=True)
         ]
         if element is not None:
             element = _baseline(model, own, weights) or element

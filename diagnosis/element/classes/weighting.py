@@ -17,6 +17,7 @@ import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.channel_noise import dynamic_stiffness
+from carrierflex.diagnosis.element.classes.noise_colour import noise_density
 from carrierflex.identification.campaign.signals import pass_gain, with_gain
 
 #: RMS of a force error that is allowed everywhere, over the RMS of the force.
@@ -67,6 +68,8 @@ class NoiseWeight:
         RMS of the force.
     carried : MotionNoise, optional
         Noise of a driven deflection, which its element makes a force.
+    correlation_time : float
+        Of the channel's noise [s]; 0 where it is white.
     """
 
     step: float
@@ -75,6 +78,11 @@ class NoiseWeight:
     variance: float
     force: float
     carried: MotionNoise | None = None
+    correlation_time: float = 0.0
+
+    def noise_square(self, frequency_hz: FloatArray) -> FloatArray:
+        """Variance of white noise of the channel as dense as its own at a frequency."""
+        return self.variance * noise_density(frequency_hz, self.step, self.correlation_time)
 
     def noise_gain(self, frequency_hz: FloatArray) -> FloatArray:
         """|D|: what noise of the channel is multiplied by in force space."""
@@ -88,13 +96,13 @@ class NoiseWeight:
         if self.element is None:
             return inside
         S_f = (_FORCE_ERROR * self.force) ** 2 / self.band_hz
-        S_n = self.variance / (0.5 / self.step)
+        S_n = self.noise_square(frequency_hz) / (0.5 / self.step)
         return inside * np.sqrt(S_f / (S_f + self.noise_gain(frequency_hz) ** 2 * S_n))
 
     def floor(self) -> float:
         """Mean square that the noise of channel and driven deflection leaves after the filter."""
         frequency = np.linspace(0.0, 0.5 / self.step, 4097)
-        density = self.variance * self.noise_gain(frequency) ** 2
+        density = self.noise_square(frequency) * self.noise_gain(frequency) ** 2
         if self.carried is not None:
             density = density + self.carried.density(frequency)
         return float(np.mean(self.gain(frequency) ** 2 * density))

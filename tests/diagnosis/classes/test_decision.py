@@ -97,6 +97,14 @@ def test_a_second_cause_below_a_hundredth_of_the_gap_is_no_cause():
     assert answered(A + 0.06 * B, noise=0.01).ids == ("a",)
 
 
+def test_what_is_learnt_below_the_floor_is_no_second_cause():
+    # The first class leaves half of the floor; the second would take half of that.
+    table = toy_table(0.3 * A + 0.06 * B, COLUMNS, noise=0.1)
+    quiet = answer_of(table, tuple(table.classes))
+    noisy = answer_of(replace(table, floor=4.0 * table.floor), tuple(table.classes))
+    assert (quiet.ids, noisy.ids) == (("a", "b"), ("a",))
+
+
 def test_a_coupled_cause_is_the_surface():
     found = answered(A + MORE)
     assert found.ids == ("surface",)
