@@ -5,7 +5,7 @@ Screening, forward selection, choice, alias classes, shrinkage, verdict.
 
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from carrierflex.diagnosis.class_verdict import joint_verdict
 from carrierflex.diagnosis.classes.answer import WithClasses
@@ -20,6 +20,7 @@ from carrierflex.diagnosis.inference.alias_classes import (
     alias_class,
     discriminating_experiment_between,
 )
+from carrierflex.diagnosis.inference.evidence.candidates import evidence_of
 from carrierflex.diagnosis.inference.forward_selection import (
     ForwardSelection,
     forward_selection,
@@ -81,10 +82,72 @@ def diagnose(
     missing = _missing(problem, limits)
     if missing:
         return _not_diagnosable(campaign, kind, problem.unit, missing)
+    search = forward_selection(problem, limits, note, executor)
+    judged = _judged(search, campaign, kind, floor_is_measured=floor_is_measured)
+    selection, classes = judged.selection, judged.classes
+    diagnosis = judged.diagnosis
+    which = replace(
+        diagnosis.attribution,
+        discriminating_experiment=_separating_test(search, selection, classes),
+    )
+    return replace(
+        diagnosis,
+        attribution=which,
+        pictures=_pictures(search, selection),
+        gap=_gap_detail(search, selection, judged.reduction),
+        signals=_signals(search, selection),
+        evidence=evidence_of(search, selection, classes, floor_is_measured=floor_is_measured),
+    )
+
+
+def verdict_alone(
+    problem: ComparisonProblem,
+    *,
+    campaign: str,
+    kind: str,
+    floor_is_measured: bool = True,
+    thresholds: Thresholds | None = None,
+) -> Diagnosis:
+    """Verdict of :func:`diagnose`, by the same steps, without what explains it.
+
+    No evidence, discriminating experiment, pictures, signals or findings beyond the gap map.
+
+    Parameters
+    ----------
+    problem, campaign, kind, floor_is_measured, thresholds
+        As of :func:`diagnose`.
+
+    Returns
+    -------
+    Diagnosis
+        Verdict, attribution, classes and how far.
+    """
+    limits = thresholds or Thresholds()
+    missing = _missing(problem, limits)
+    if missing:
+        return _not_diagnosable(campaign, kind, problem.unit, missing)
+    search = forward_selection(problem, limits)
+    return _judged(search, campaign, kind, floor_is_measured=floor_is_measured).diagnosis
+
+
+@dataclass(frozen=True, eq=False)
+class _Judged:
+    """A verdict, and what it was found by; `reduction` is that of the laws."""
+
+    diagnosis: Diagnosis
+    selection: Selection
+    classes: tuple[Effects, ...]
+    reduction: GapReduction
+
+
+def _judged(
+    search: ForwardSelection, campaign: str, kind: str, *, floor_is_measured: bool
+) -> _Judged:
+    """Screen, search, verdict, classes."""
+    problem, note = search.problem, search.note
     note("screen")
     signatures = problem.signatures()
     screened, explainable = screen(signatures), explainable_fraction(signatures)
-    search = forward_selection(problem, limits, note, executor)
     selection = _searched(search, screened, signatures)
     classes = tuple(
         alias_class(search, screened, selection.accepted, effect) for effect in selection.accepted
@@ -111,13 +174,10 @@ def diagnose(
         unit=problem.unit,
         attribution=attribution,
         reduction=far,
-        pictures=_pictures(search, selection),
-        gap=_gap_detail(search, selection, far),
-        signals=_signals(search, selection),
         baseline=search.fit(()),
     )
     note("classes")
-    return _with_lines(_with_classes(diagnosis, problem), problem)
+    return _Judged(_with_lines(_with_classes(diagnosis, problem), problem), selection, classes, far)
 
 
 def _with_lines(diagnosis: Diagnosis, problem: ComparisonProblem) -> Diagnosis:
@@ -213,7 +273,7 @@ def _attribution(
         ranking=selection.ranking,
         screen=screened,
         explainable=explainable,
-        discriminating_experiment=_separating_test(search, selection, classes),
+        discriminating_experiment="",
         gains=gains.words if gains else LOADS_AS_READ,
     )
 

@@ -5,17 +5,19 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from carrierflex.diagnosis.carrier.problem import CarrierProblem, carrier_problem
+from carrierflex.diagnosis.carrier.records.residuals import carrier_residuals
 from carrierflex.diagnosis.carrier.wiring import (
     carrier_left,
     carrier_predictions,
     carrier_records,
     carrier_rivals,
 )
-from carrierflex.diagnosis.comparison.problem import ComparisonProblem
+from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray
 from carrierflex.diagnosis.element.classes.measured_laws import beyond_visited
 from carrierflex.diagnosis.element.prediction import element_beside_prediction
 from carrierflex.diagnosis.element.problem import ElementProblem, element_problem
 from carrierflex.diagnosis.element.wiring.delay import element_delay
+from carrierflex.diagnosis.element.wiring.residuals import element_residuals
 from carrierflex.diagnosis.element.wiring.rivals import (
     element_left,
     element_linear,
@@ -25,6 +27,7 @@ from carrierflex.diagnosis.element.wiring.rivals import (
 from carrierflex.diagnosis.inference.effect_fit import baseline_left
 from carrierflex.diagnosis.mounting.prediction import mounting_beside_prediction
 from carrierflex.diagnosis.mounting.problem import MountingProblem, mounting_problem
+from carrierflex.diagnosis.mounting.residuals import mounting_residuals
 from carrierflex.diagnosis.mounting.wiring import (
     mounting_linear,
     mounting_predictions,
@@ -123,6 +126,45 @@ PROBLEM_BUILDERS: dict[str, Callable[[Campaign, Curves | None], tuple[Comparison
     "element": _element,
     "mounting": _mounting,
 }
+
+
+def residuals_of(
+    problem: ComparisonProblem, campaign: Campaign, effects: Effects, theta: FloatArray
+) -> tuple[FloatArray, ...]:
+    """Measured less predicted signals at the samples of every run, by the campaign's kind.
+
+    Parameters
+    ----------
+    problem : ComparisonProblem
+        Problem of the campaign.
+    campaign : Campaign
+        Its records.
+    effects : tuple of str
+        Effects beside the baseline.
+    theta : ndarray, shape (p,)
+        Parameters of the set.
+
+    Returns
+    -------
+    tuple of ndarray, shape (n, n_channels)
+        One a run; NaN where nothing was measured or nothing is predicted.
+
+    Raises
+    ------
+    ValueError
+        Where the kind has none.
+    """
+    if isinstance(problem, CarrierProblem):
+        return carrier_residuals(problem, effects, theta)
+    if isinstance(problem, ElementProblem):
+        return element_residuals(problem, campaign, effects, theta)
+    if isinstance(problem, MountingProblem):
+        return mounting_residuals(problem, campaign, effects, theta)
+    known = ", ".join(PROBLEM_BUILDERS)
+    raise ValueError(
+        f"campaign '{campaign.name}' is of kind {campaign.kind}; residuals in time are those of "
+        f"the kinds {known}"
+    )
 
 
 def law_findings(

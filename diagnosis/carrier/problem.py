@@ -21,13 +21,13 @@ from carrierflex.diagnosis.carrier.noise import channel_noise, refuse_silent_cha
 from carrierflex.diagnosis.carrier.off_orders.lines import OffOrders, off_orders
 from carrierflex.diagnosis.carrier.pictures import carrier_overlays, carrier_pictures
 from carrierflex.diagnosis.carrier.records.columns import ColumnSource, largest_load, typical_speed
+from carrierflex.diagnosis.carrier.records.combinations import orders_of
 from carrierflex.diagnosis.carrier.records.run_parts import RunParts
 from carrierflex.diagnosis.carrier.records.sums import (
     CarrierSums,
     ComplexArray,
     IntArray,
     accumulated_sums,
-    orders_of,
     segment_squares,
 )
 from carrierflex.diagnosis.carrier.signatures import carrier_signatures
@@ -237,7 +237,7 @@ class CarrierProblem:
 
     def with_signals_of(self, effects: Effects, theta: FloatArray) -> "CarrierProblem":
         """ComparisonProblem that measured what a model predicts."""
-        columns, values = self._values(effects, theta)
+        columns, values = self.values(effects, theta)
         return replace(self, records=self.records.with_target(columns, values))
 
     def candidate_experiments(self) -> Sequence[CandidateExperiment]:
@@ -281,7 +281,7 @@ class CarrierProblem:
 
         def orders_left(effects: Effects, theta: tuple[float, ...]) -> ComplexArray:
             """Order amplitudes of one residual, from a pass over the records."""
-            columns, values = self._values(effects, np.array(theta))
+            columns, values = self.values(effects, np.array(theta))
             residual = -values
             residual[..., 0] += 1.0
             return orders_of(self.records, self.campaign, self.model.source, columns, residual)
@@ -291,7 +291,8 @@ class CarrierProblem:
     def _weights(self, effects: Effects, theta: FloatArray, part: slice) -> WeightTable:
         return self.model.weights(effects, self._choice(effects), theta, part)
 
-    def _values(self, effects: Effects, theta: FloatArray) -> tuple[IntArray, FloatArray]:
+    def values(self, effects: Effects, theta: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Columns of a model's signals and their weights by run and channel."""
         return self._parts.values(lambda part: self._weights(effects, theta, part).used)
 
     @cached_property

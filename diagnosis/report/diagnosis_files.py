@@ -11,6 +11,7 @@ from carrierflex.diagnosis.classes.results import LEADING_CLASS, ClassAnswer, Me
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.findings import GapDetail
 from carrierflex.diagnosis.gap.significance import SIGNIFICANCE
+from carrierflex.diagnosis.inference.confusion.document import confusion_document, evidence_document
 from carrierflex.diagnosis.inference.results import CLASS_NAMED, Attribution, GapReduction
 from carrierflex.diagnosis.report.gap_words import parity_words, scatter_words, where_text
 from carrierflex.diagnosis.results import Diagnosis
@@ -70,6 +71,8 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "validation": reduction.validation if reduction else (),
         "held_out": reduction.blocks if reduction else (),
         "records": diagnosis.records,
+        "evidence": evidence_document(diagnosis.evidence, diagnosis.verdict),
+        "confusion": confusion_document(diagnosis.confusion),
         "gap": None if diagnosis.gap is None else _gap(diagnosis.gap, diagnosis.unit),
         "separating_test": which.discriminating_experiment,
         "warnings": [warning.entry() for warning in diagnosis.warnings],

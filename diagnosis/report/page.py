@@ -11,6 +11,7 @@ from carrierflex.diagnosis.comparison import effect_names
 from carrierflex.diagnosis.comparison.effect_names import plain_name
 from carrierflex.diagnosis.comparison.problem import GapCell
 from carrierflex.diagnosis.gap.significance import significant
+from carrierflex.diagnosis.inference.confusion import words as weighing
 from carrierflex.diagnosis.report import class_words, gap_words, words
 from carrierflex.diagnosis.report.drawings import Drawing, Drawings, drawings
 from carrierflex.diagnosis.report.first_screen.next_step import gists, next_step, worth
@@ -95,6 +96,7 @@ def _content(diagnosis: Diagnosis, source: ReportSource) -> dict[str, Any]:
         "words": words,
         "gap_words": gap_words,
         "class_words": class_words,
+        "weighing": weighing,
         "scatter_rows": scatter_rows,
         "next_step": next_step(diagnosis),
         "worth": worth(diagnosis),

@@ -40,7 +40,7 @@ from carrierflex.identification.campaign.record_digests import record_digests
 from carrierflex.simulation.element.law_files import read_law, write_law
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 from carrierflex.workflows.support.default_curves import default_curves
-from carrierflex.workflows.support.examination import examined
+from carrierflex.workflows.support.examination import ExaminedCampaign, examined
 from carrierflex.workflows.support.executors import work_executor
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
@@ -66,6 +66,7 @@ def main(
     channels: list[str] | None = None,
     runs: list[str] | None = None,
     seed: int = 0,
+    confusion: bool = False,
     report: bool = True,
     view: bool = False,
     workers: int = 1,
@@ -101,6 +102,10 @@ def main(
         an effect must shrink the gap in 97.5 % of them, 0 or more. Another seed moves the ends of
         intervals by some per cent of their width, a sixth with four conditions; a verdict that
         changes with it is not sure.
+    confusion : bool
+        Tell how far the verdict can be trusted: the campaign simulated at the fit of each candidate
+        (at most three), twelve times in all, diagnosed and counted. Takes up to 20 times as long;
+        what was diagnosed is written before.
     report : bool
         Draw report.html, and in kind carrier write rim_motion.json, the mean turn of every sensor
         in every run; without, those of an earlier diagnosis go.
@@ -127,18 +132,10 @@ def main(
     OSError
         Where `out` or `save_law` cannot be written.
     """
-    if seed < 0:
-        raise ValueError(f"--seed is {seed}; expected a whole number >= 0")
-    if view and not report:
-        raise ValueError("--view belongs to the report; expected it without --no-report")
-    if view:
-        viewer_library()
-    if law_class is not None and save_law is None:
-        raise ValueError("--law-class without --save-law; expected the file to save the law in")
-    if save_law is not None:
-        check_file_writable(save_law)
+    _refuse(seed, save_law, law_class, view=view, report=report)
     brought = tuple(read_law(path) for path in law or ())
-    stages = Stages(4, quiet)
+    # The draws take some twelve times as long as the diagnosis.
+    stages = Stages(6 if confusion else 4, quiet, (1, 2, 10, 1, 120, 1) if confusion else ())
     # Small matrices in long loops: on a busy machine the threads of a parallel product wait for
     # each other ten times longer.
     with threadpool_limits(limits=1):
@@ -157,18 +154,39 @@ def main(
                 )
             curves = campaign_curves(measured, campaign)
         with work_executor(workers, scheduler) as executor:
-            diagnosis = _diagnosed(measured, curves, brought, out, stages, executor, seed)
-        diagnosis = replace(diagnosis, records=record_digests(measured, campaign))
-        motion = rim_motion(diagnosis, measured) if report else None
-        if view and motion is None:
-            stages.tell(f"no {VIEW_FILE}: only a carrier that was diagnosed has a rim")
-        _write(diagnosis, measured, campaign, out, stages, report=report, motion=motion)
+            own, found, diagnosis = _diagnosed(
+                measured, curves, brought, out, stages, executor, seed
+            )
+            diagnosis = replace(diagnosis, records=record_digests(measured, campaign))
+            motion = rim_motion(diagnosis, measured) if report else None
+            if view and motion is None:
+                stages.tell(f"no {VIEW_FILE}: only a carrier that was diagnosed has a rim")
+            _write(diagnosis, measured, campaign, out, stages, report=report, motion=motion)
+            if confusion:
+                diagnosis = _confused(diagnosis, own, found, stages, executor, seed)
+                _write(diagnosis, measured, campaign, out, stages, report=report, motion=motion)
         if view and motion is not None:
             with stages.stage(f"writing {out / VIEW_FILE}"):
                 write_view(rim_scene(motion), out / VIEW_FILE)
     if save_law is not None:
         _save_law(save_law, diagnosis, measured.name, law_class)
     return diagnosis
+
+
+def _refuse(
+    seed: int, save_law: Path | None, law_class: LawClass | None, *, view: bool, report: bool
+) -> None:
+    """Refuse options that contradict each other, and what cannot be written, before the work."""
+    if seed < 0:
+        raise ValueError(f"--seed is {seed}; expected a whole number >= 0")
+    if view and not report:
+        raise ValueError("--view belongs to the report; expected it without --no-report")
+    if view:
+        viewer_library()
+    if law_class is not None and save_law is None:
+        raise ValueError("--law-class without --save-law; expected the file to save the law in")
+    if save_law is not None:
+        check_file_writable(save_law)
 
 
 def _diagnosed(
@@ -179,7 +197,8 @@ def _diagnosed(
     stages: Stages,
     executor: Executor,
     seed: int,
-) -> Diagnosis:
+) -> tuple[ExaminedCampaign, Diagnosis, Diagnosis]:
+    """Records, what they say with their wiring as it is, and with what does not look right."""
     for note in measured.notes:
         stages.tell(note)
     with stages.stage("signals and noise floor"):
@@ -189,7 +208,24 @@ def _diagnosed(
         stages.tell(f"law '{warning.about}': {warning.text}")
     prepared_folder(out)
     with stages.stage("which effect, and how far"):
-        return own.diagnosis(beyond, note=stages.note, executor=executor, seed=seed)
+        found = own.inference(note=stages.note, executor=executor, seed=seed)
+        return own, found, own.checked(found, beyond)
+
+
+def _confused(
+    diagnosis: Diagnosis,
+    own: ExaminedCampaign,
+    found: Diagnosis,
+    stages: Stages,
+    executor: Executor,
+    seed: int,
+) -> Diagnosis:
+    """Diagnosis with how often its answer comes up where each candidate is true."""
+    with stages.stage("the campaign simulated and diagnosed"):
+        counted = own.confusion(found, note=stages.note, executor=executor, seed=seed)
+    if counted is None:
+        stages.tell("no draws: the records allow no diagnosis")
+    return replace(diagnosis, confusion=counted)
 
 
 def _write(

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.console import Group, RenderableType
 
+from carrierflex.diagnosis.inference.confusion.words import confusion_sentences, evidence_sentence
 from carrierflex.diagnosis.inference.results import GapReduction, NamedValue
 from carrierflex.diagnosis.report.compared.change import GapChange
 from carrierflex.diagnosis.report.compared.words import (
@@ -79,6 +80,12 @@ def diagnosis_table(diagnosis: Diagnosis) -> RenderableType:
         rows += _reduction_rows(reduction, diagnosis.unit)
     if which.discriminating_experiment:
         rows.append(("discriminating experiment", which.discriminating_experiment))
+    agreement = evidence_sentence(diagnosis.evidence, diagnosis.verdict)
+    if agreement:
+        rows.append(("evidence", agreement))
+    if diagnosis.confusion is not None:
+        rows.append(("draws", f"{diagnosis.confusion.n_diagnoses} simulated campaigns"))
+        rows += [("confusion", text) for text in confusion_sentences(diagnosis.confusion)]
     rows += [("check " + warning.about, warning.text) for warning in diagnosis.warnings]
     for name, value in rows:
         table.add_row(name, value)

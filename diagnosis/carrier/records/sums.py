@@ -220,56 +220,6 @@ def blocks_of_run(records: CarrierSums, run: int, columns: RunColumns) -> list[I
     return columns.blocks(int(np.count_nonzero(records.run_of_segment == run)))
 
 
-def orders_of(
-    records: CarrierSums,
-    campaign: Campaign,
-    source: ColumnSource,
-    columns: IntArray,
-    weights: FloatArray,
-) -> ComplexArray:
-    """Order amplitudes of a combination of columns by revolution, from another pass.
-
-    Parameters
-    ----------
-    records : CarrierSums
-        Segments and numbers of the columns.
-    campaign : Campaign
-        Records.
-    source : ColumnSource
-        Columns.
-    columns : ndarray of int, shape (u,)
-        Numbers of the columns.
-    weights : ndarray, shape (n_runs, C, u)
-        Weight of each of them by run and channel.
-
-    Returns
-    -------
-    ndarray of complex, shape (R, C, n + 1)
-        Amplitudes of the orders 0 to n; NaN where a revolution is too sparse.
-    """
-    keys = list(records.index.numbers)
-    used = [keys[column] for column in columns.tolist()]
-    result = np.full(records.orders.shape, np.nan, dtype=np.complex128)
-    highest = records.orders.shape[-1] - 1
-    for r, run in enumerate(campaign.within_use().runs):
-        of_run = RunColumns(run, source)
-        blocks = blocks_of_run(records, r, of_run)
-        first = int(np.argmax(records.run_of_revolution == r))
-        for c, channel in enumerate(campaign.channels):
-            place = first
-            for block in of_run.of(channel, blocks, {key[0] for key in used}):
-                rows = block.rows[[block.index.numbers[key] for key in used]]
-                signal = weights[r, c] @ rows
-                for revolution in block.revolutions:
-                    present = block.present(revolution)
-                    theta = block.inputs.carrier_angle[present]
-                    if not too_sparse(theta, highest):
-                        amplitudes, _ = order_amplitudes(signal[None, present], theta, highest)
-                        result[place, c] = amplitudes[:, 0]
-                    place += 1
-    return result
-
-
 def _blocks_a_run(campaign: Campaign, n_columns: int, n_basis: int) -> int:
     """Blocks that every run is divided into: as many as leave memory free, 1 to 12.
 

@@ -1,0 +1,1 @@
+"""Bayesian evidence of the candidates that the search compared."""
