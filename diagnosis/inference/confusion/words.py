@@ -87,6 +87,12 @@ def evidence_sentence(evidence: Evidence | None, verdict: str) -> str:
             f"Of the laws the evidence prefers {named}, which the verdict ({verdict}) does not "
             f"name, to {set_name(next_best.effects)} by a factor of {factor_words(margin)}."
         )
+    if verdict == ALIASED:
+        return (
+            f"The held-out verdict does not tell {named} from what is as good, the evidence "
+            f"prefers it to {set_name(next_best.effects)} by a factor of {factor_words(margin)}: "
+            "it takes the form of every law as exact."
+        )
     return (
         f"The evidence prefers {named} too, to {set_name(next_best.effects)} by a factor of "
         f"{factor_words(margin)}."

@@ -11,6 +11,7 @@ from carrierflex.diagnosis.inference.confusion.draws import (
     with_signals,
 )
 from carrierflex.diagnosis.inference.confusion.results import Answer
+from carrierflex.diagnosis.inference.confusion.words import confusion_sentences
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.diagnosis.inference.evidence.candidates import samples_per_independent
 from carrierflex.diagnosis.kinds import problem_of, residuals_of
@@ -172,3 +173,20 @@ def test_an_unmistakable_effect_is_found_in_nearly_every_draw(campaign, problem,
     assert row.count(found.answer) >= len(row.answers) - 1
     assert found.rows[0].effects == ()
     assert found.rows[0].count(found.answer) == 0
+
+
+@pytest.mark.long
+def test_laws_that_one_amplitude_does_not_part_give_the_same_answer():
+    faint = force_campaign(cubic, amplitudes=(2.0, 2.0), noise=6e-5)
+    own = examined(faint)
+    found = own.inference()
+    counted = own.confusion(found)
+    assert found.verdict == "aliased"
+    assert {"cubic_stiffness", "quintic_stiffness"} <= set(found.answer.causes)
+    rival = next(row for row in counted.rows if row.effects not in ((), counted.named))
+    assert rival.effects == ("quintic_stiffness",)
+    assert rival.count(counted.answer) > 0
+    assert any(
+        "Quintic stiffness gives this answer about as often" in text
+        for text in confusion_sentences(counted)
+    )

@@ -79,6 +79,8 @@ def test_evidence_that_agrees_says_by_how_much():
     assert law.startswith(
         "Of the laws the evidence prefers cubic stiffness, which the verdict (class"
     )
+    tied = evidence_sentence(weighed(0.0, 30.0, 25.4), "aliased")
+    assert "does not tell cubic stiffness from what is as good, the evidence prefers it to" in tied
     assert "10^13" in evidence_sentence(weighed(0.0, 30.0, -30.0), "named")
 
 
