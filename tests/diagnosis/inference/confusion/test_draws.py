@@ -1,5 +1,7 @@
 """A campaign simulated at its candidates' fits, diagnosed and counted."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -84,6 +86,13 @@ def test_draws_are_the_same_for_the_same_seed(campaign, problem, diagnosis, coun
     # Every draw is another noise.
     answers = [answer for row in first.rows for answer in row.answers]
     assert len(set(answers)) == len(answers)
+
+
+def test_draws_in_other_workers_are_counted_where_they_belong(campaign, diagnosis, counted):
+    with ThreadPoolExecutor(2) as executor:
+        shared = confusion(campaign, diagnosis, executor=executor)
+    assert shared.rows == confusion(campaign, diagnosis).rows
+    assert len(counted) == 2 * shared.n_diagnoses
 
 
 def test_a_draw_is_the_candidate_with_the_residual_of_the_best(
