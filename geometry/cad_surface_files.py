@@ -5,14 +5,14 @@ Which surfaces of a CAD model carry which name, stated by axis, radius and stati
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.cad_surfaces import FINER_AT_INNER_EDGES, SurfaceStatement
+from carrierflex.geometry.cad_surfaces import SurfaceStatement
 from carrierflex.geometry.parameter_files import SURFACES_FILE
 from carrierflex.geometry.parameters import CarrierParameters, PinParameters
 from carrierflex.geometry.pins import pin_angles
@@ -100,10 +100,10 @@ class CadStatements:
     frame: CadFrame
     tolerance: float
     bearing_width: float | None
-    leave_out_holes_below: float | None = None
-    body_of_group: Mapping[str, str] = field(default_factory=dict)
-    finer_at_inner_edges: float = FINER_AT_INNER_EDGES
-    materials: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+    leave_out_holes_below: float | None
+    body_of_group: Mapping[str, str]
+    finer_at_inner_edges: float
+    materials: Mapping[str, tuple[float, float, float]]
 
     def named(self, name: str) -> SurfaceStatement:
         """The statement of that name; KeyError lists the names there are."""

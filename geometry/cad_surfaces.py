@@ -12,9 +12,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from carrierflex.geometry.cad_faces import CadFace
 
-#: How many times smaller elements at re-entrant edges are: of 1.7 to 10, few unknowns for
-#: curves that change by 2 % with half the size (docs/cad.md).
-FINER_AT_INNER_EDGES = 2.5
 #: Deviation of directions [rad] that still counts as parallel.
 _PARALLEL = 1e-4
 #: Candidates listed where none or several faces match.
