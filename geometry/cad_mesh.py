@@ -88,7 +88,7 @@ def step_volume_and_area(
 
 def _step_volume_and_area(path: Path, statements: CadStatements, pins: bool) -> tuple[float, float]:
     with step_solid(path, statements.frame) as (solid, faces):
-        volume, area = float(gmsh.model.occ.getMass(3, solid)), sum(face.area for face in faces)
+        volume, area = _volume_and_area(solid, faces)
         for _, along, radius in (_pins(statements, faces) if pins else CadPins((), ())).solids:
             length = float(np.linalg.norm(along))
             volume, area = volume + np.pi * radius**2 * length, area + 2.0 * np.pi * radius * length
@@ -100,8 +100,7 @@ def step_element_size(path: Path, statements: CadStatements) -> float:
 
     Errors as in :func:`step_carrier_mesh`.
     """
-    volume, area = step_volume_and_area(path, statements, pins=False)
-    return _SIZE_OVER_WALL * 2.0 * volume / area
+    return _SIZE_OVER_WALL * _mean_wall(*step_volume_and_area(path, statements, pins=False))
 
 
 def step_carrier_mesh(path: Path, statements: CadStatements, size: float, *, pins: bool) -> TetMesh:
@@ -143,15 +142,20 @@ def step_carrier_mesh(path: Path, statements: CadStatements, size: float, *, pin
 
 def _step_carrier_mesh(path: Path, statements: CadStatements, size: float, pins: bool) -> TetMesh:
     try:
+        return _quickly_meshed_solid(path, statements, size, pins)
+    except GmshFailureError:
+        return _meshed_solid(path, statements, size, pins, first_pass=2, algorithm=DELAUNAY)
+
+
+def _quickly_meshed_solid(
+    path: Path, statements: CadStatements, size: float, pins: bool
+) -> TetMesh:
+    """Mesh by gmsh's fast algorithm, anew where the first one of a single size fails."""
+    try:
         return _meshed_solid(path, statements, size, pins, first_pass=1)
     except CoarseMeshError:
         log.info("%s: once more, sizes after the curvature from the start", path)
-    except GmshFailureError:
-        return _meshed_solid(path, statements, size, pins, first_pass=2, algorithm=DELAUNAY)
-    try:
-        return _meshed_solid(path, statements, size, pins, first_pass=2)
-    except GmshFailureError:
-        return _meshed_solid(path, statements, size, pins, first_pass=2, algorithm=DELAUNAY)
+    return _meshed_solid(path, statements, size, pins, first_pass=2)
 
 
 def _meshed_solid(
@@ -165,7 +169,7 @@ def _meshed_solid(
 ) -> TetMesh:
     with step_solid(path, statements.frame) as (whole, all_faces):
         solid, faces = _without_small_holes(path, statements, whole, all_faces)
-        finer, wall = statements.finer_at_inner_edges, _mean_wall(solid, faces)
+        finer, wall = statements.finer_at_inner_edges, _mean_wall(*_volume_and_area(solid, faces))
         bonded = _pins(statements, faces) if pins else CadPins((), ())
         carrier_volume, overlaps = _cut(solid, _circles(statements, faces, bonded), bonded)
         if overlaps:
@@ -192,9 +196,14 @@ def _meshed_solid(
         )
 
 
-def _mean_wall(solid: int, faces: tuple[CadFace, ...]) -> float:
+def _volume_and_area(solid: int, faces: tuple[CadFace, ...]) -> tuple[float, float]:
+    """Volume [m^3] and surface [m^2] of a solid of gmsh's model."""
+    return float(gmsh.model.occ.getMass(3, solid)), sum(face.area for face in faces)
+
+
+def _mean_wall(volume: float, area: float) -> float:
     """Twice the volume over the surface [m]: the thickness, of a plate."""
-    return 2.0 * float(gmsh.model.occ.getMass(3, solid)) / sum(face.area for face in faces)
+    return 2.0 * volume / area
 
 
 def _without_small_holes(

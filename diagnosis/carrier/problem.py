@@ -21,7 +21,7 @@ from carrierflex.diagnosis.carrier.noise import channel_noise, refuse_silent_cha
 from carrierflex.diagnosis.carrier.off_orders.lines import OffOrders, off_orders
 from carrierflex.diagnosis.carrier.pictures import carrier_overlays, carrier_pictures
 from carrierflex.diagnosis.carrier.records.columns import ColumnSource, largest_load, typical_speed
-from carrierflex.diagnosis.carrier.records.combinations import orders_of
+from carrierflex.diagnosis.carrier.records.combinations import orders_of, residual_weights
 from carrierflex.diagnosis.carrier.records.run_parts import RunParts
 from carrierflex.diagnosis.carrier.records.sums import (
     CarrierSums,
@@ -282,9 +282,8 @@ class CarrierProblem:
         def orders_left(effects: Effects, theta: tuple[float, ...]) -> ComplexArray:
             """Order amplitudes of one residual, from a pass over the records."""
             columns, values = self.values(effects, np.array(theta))
-            residual = -values
-            residual[..., 0] += 1.0
-            return orders_of(self.records, self.campaign, self.model.source, columns, residual)
+            weights = residual_weights(values)
+            return orders_of(self.records, self.campaign, self.model.source, columns, weights)
 
         return lru_cache(maxsize=_KEPT_ORDERS)(orders_left)
 

@@ -7,6 +7,7 @@ from carrierflex.files.whole_files import whole_file
 from carrierflex.geometry.cad_recognition.named_candidates import Candidate, ProposedSurface
 from carrierflex.geometry.cad_recognition.surface_proposal import SurfaceProposal
 from carrierflex.geometry.cad_surface_files import HEADING, TOLERANCE, frame_lines, statement_text
+from carrierflex.geometry.cad_surface_tables import FINER_AT_INNER_EDGES
 
 #: Candidates beside the best that a file tells of.
 _SHOWN = 4
@@ -14,7 +15,7 @@ _UNKNOWN = "nothing of the solid fits; state it by hand, faces are listed by cad
 #: What one may want of the mesh; the values are those of docs/cad.md.
 _MESH_HINTS = (
     "# How many times smaller elements at re-entrant edges are; 1 for elements of one size:",
-    "# finer_at_inner_edges = 2.5",
+    f"# finer_at_inner_edges = {FINER_AT_INNER_EDGES}",
     "# Small holes that statics need not:",
     "# leave_out_holes_below = 0.035",
 )

@@ -118,7 +118,9 @@ def _refer(campaign: Path, out: Path) -> None:
     """Write what every reference answers; an error is an answer too."""
     start = time.perf_counter()
     answers = {}
-    signatures, error, n_samples = None, None, 0.0
+    signatures = None
+    error = None
+    n_samples = 0.0
     try:
         with threadpool_limits(limits=1):
             problem = _problem(campaign)

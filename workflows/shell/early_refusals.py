@@ -10,7 +10,10 @@ wrong with them is told without a library of arrays.
 import importlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from carrierflex.files.toml_files import TomlKind
 
 
 class _File(NamedTuple):
@@ -78,14 +81,20 @@ def refuse_early(given: Mapping[str, Any]) -> None:
 
 def _read(path: Path, file: _File) -> None:
     if file.kind:
-        from carrierflex.files.toml_files import check_header, checked_document, toml_document
+        from carrierflex.files.toml_files import toml_document
 
         kind = _named(file.kind)
-        document = toml_document(path, kind)
-        check_header(document, kind, str(path))
-        if file.table:
-            checked_document(document, _named(file.table), str(path))
+        _check(toml_document(path, kind), kind, file.table, path)
     _named(file.reader)(path)
+
+
+def _check(document: Mapping[str, Any], kind: "TomlKind", table: str, path: Path) -> None:
+    """Head of a document, and its tables where `table` names their model."""
+    from carrierflex.files.toml_files import check_header, checked_document
+
+    check_header(document, kind, str(path))
+    if table:
+        checked_document(document, _named(table), str(path))
 
 
 def _named(name: str) -> Any:
@@ -102,7 +111,7 @@ def _read_case(path: Path) -> None:
     if path.is_dir():
         _read_campaign(path)
         return
-    from carrierflex.files.toml_files import check_header, checked_document, toml_document
+    from carrierflex.files.toml_files import toml_document
     from carrierflex.simulation.case_kinds import (
         CARRIER_CASE,
         MOUNTING_CASE,
@@ -116,8 +125,7 @@ def _read_case(path: Path) -> None:
         kind, table = STAGE_CASE, "simulation.stage.stage_tables:StageCaseDocument"
     elif document.get("kind") == "mounting":
         kind, table = MOUNTING_CASE, "simulation.mounting.case_tables:MountingCaseDocument"
-    check_header(document, kind, str(path))
-    checked_document(document, _named(table), str(path))
+    _check(document, kind, table, path)
 
 
 def _read_campaign(folder: Path) -> None:

@@ -92,7 +92,7 @@ class CarrierFiles:
 
     @property
     def given(self) -> bool:
-        """Whether the carrier comes from carrierflex.files."""
+        """Whether the carrier comes from files."""
         return self.step is not None or bool(self.meshes)
 
     def element_size(self, given: float | None) -> float:

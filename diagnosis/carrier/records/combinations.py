@@ -19,6 +19,19 @@ from carrierflex.identification.campaign.order_analysis import order_amplitudes,
 FloatArray = NDArray[np.float64]
 
 
+def residual_weights(values: FloatArray) -> FloatArray:
+    """Weights of measured less predicted signals; the first column is the measured one.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n_runs, C, u)
+        Weights of the predicted signals by run and channel.
+    """
+    weights = -values
+    weights[..., 0] += 1.0
+    return weights
+
+
 def orders_of(
     records: CarrierSums,
     campaign: Campaign,

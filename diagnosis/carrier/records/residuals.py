@@ -1,7 +1,7 @@
 """What a fitted set of effects leaves of every run of a carrier, sample by sample."""
 
 from carrierflex.diagnosis.carrier.problem import CarrierProblem
-from carrierflex.diagnosis.carrier.records.combinations import signals_of
+from carrierflex.diagnosis.carrier.records.combinations import residual_weights, signals_of
 from carrierflex.diagnosis.comparison.problem import Effects, FloatArray
 
 
@@ -25,6 +25,5 @@ def carrier_residuals(
         One a run; NaN outside whole revolutions and where nothing was measured.
     """
     columns, values = problem.values(effects, theta)
-    residual = -values
-    residual[..., 0] += 1.0
-    return signals_of(problem.records, problem.campaign, problem.model.source, columns, residual)
+    weights = residual_weights(values)
+    return signals_of(problem.records, problem.campaign, problem.model.source, columns, weights)

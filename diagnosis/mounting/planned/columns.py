@@ -47,7 +47,10 @@ def mounting_planned_table(
         [1.0, *(own.scale for own in bare.parameters(()))]
         + [scales[own.effect, own.amplitude] for own in (*contained, *columns)]
     )
-    grams, runs, channels, counts = [], [], [], []
+    grams = []
+    runs = []
+    channels = []
+    counts = []
     for r, record in enumerate(pool.records):
         note(f"signatures under {record.condition}")
         target = np.zeros_like(record.measured)
