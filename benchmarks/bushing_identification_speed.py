@@ -22,8 +22,9 @@ from carrierflex.identification.mounting.bushing_identification import (
     search_bushings,
 )
 from carrierflex.identification.mounting.bushing_models import BUSHING_MODELS
+from carrierflex.simulation.mounting.history_inputs import history_inputs
 from carrierflex.simulation.mounting.load_history import LoadHistory
-from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
 from carrierflex.workflows.support.executors import work_executor
@@ -88,7 +89,7 @@ def ratios(
 
 def _campaign(rate: float, seconds: float) -> Campaign:
     rig = MountingRig()
-    inputs = LoadHistory(sample_rate=rate).inputs(first=0.0, last=seconds)
+    inputs = history_inputs(LoadHistory(sample_rate=rate), first=0.0, last=seconds)
     result = simulate(rig, parameter_array(rig, TRUTH), inputs)
     noise = np.random.default_rng(0).normal(0.0, NOISE, result.signals.shape)
     noisy = result.signals + noise

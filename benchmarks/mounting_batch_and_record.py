@@ -19,9 +19,11 @@ from benchmarks.mounting_cases import MODERATE_NONLINEAR
 from benchmarks.ratio import MEMORY, TIME, Ratio, at_least, at_most
 from benchmarks.run import run_alone
 from carrierflex.simulation.mounting.batch import rms_of_sensors, simulate_batch
+from carrierflex.simulation.mounting.history_inputs import history_inputs
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.load_history import LoadHistory
-from carrierflex.simulation.mounting.parameters import INDEX, parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
+from carrierflex.simulation.mounting.parameters import INDEX
 from carrierflex.simulation.mounting.record_files import marched_pieces, write_record
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
@@ -70,7 +72,7 @@ def ratios(
 
 def _batch(n_sets: int) -> Ratio:
     """The 520 s run with many parameter sets, beside the same runs one after another."""
-    inputs = LoadHistory().inputs(40.0, 560.0)
+    inputs = history_inputs(LoadHistory(), 40.0, 560.0)
     base = parameter_array(RIG, MODERATE_NONLINEAR)
     sets = np.tile(base, (n_sets, 1))
     rng = np.random.default_rng(3)
@@ -102,7 +104,7 @@ def _write(path: Path, values: Mapping[str, float], seconds: float) -> tuple[int
 
 def _cycle() -> MountingInputs:
     """One cycle of 500 s that begins and ends without load."""
-    cycle = LoadHistory(torque_from=420.0, full_speed=400.0).inputs(0.0, 500.0)
+    cycle = history_inputs(LoadHistory(torque_from=420.0, full_speed=400.0), 0.0, 500.0)
     fade = np.clip((500.0 - cycle.time) / 10.0, 0.0, 1.0)
     return MountingInputs(
         cycle.time,

@@ -34,7 +34,8 @@ from benchmarks.mounting_cases import (
     has_nonlinear_stiffness,
 )
 from carrierflex.simulation.mounting.equations import mounting_blocks
-from carrierflex.simulation.mounting.parameters import INDEX, ParameterArray
+from carrierflex.simulation.mounting.parameter_arrays import ParameterArray
+from carrierflex.simulation.mounting.parameters import INDEX
 from carrierflex.simulation.mounting.rig import MountingRig
 
 

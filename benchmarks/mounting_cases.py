@@ -4,9 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.simulation.mounting.equations import mounting_blocks
+from carrierflex.simulation.mounting.history_inputs import history_inputs
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.load_history import LoadHistory
-from carrierflex.simulation.mounting.parameters import INDEX, ParameterArray, parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import ParameterArray, parameter_array
+from carrierflex.simulation.mounting.parameters import INDEX
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.table_3 import TABLE_3
 
@@ -53,7 +55,7 @@ def noisy_inputs(first: float, last: float) -> MountingInputs:
 
     The noise lies below 10 Hz: nothing is smooth enough for a method to profit from.
     """
-    smooth = LoadHistory().inputs(first, last)
+    smooth = history_inputs(LoadHistory(), first, last)
     rng = np.random.default_rng(1)
     spectrum = np.fft.rfft(rng.standard_normal((2, smooth.time.size)), axis=1)
     spectrum[:, np.fft.rfftfreq(smooth.time.size, smooth.step) > 10.0] = 0.0

@@ -28,7 +28,7 @@ from benchmarks.mounting_cases import (
 from benchmarks.ratio import SPEED, Bound, Ratio, at_least
 from benchmarks.run import run_alone
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.parameters import ParameterArray
+from carrierflex.simulation.mounting.parameter_arrays import ParameterArray
 from carrierflex.simulation.mounting.simulate import simulate
 from carrierflex.simulation.mounting.time_integration import marched, mounting_model, state_at_rest
 

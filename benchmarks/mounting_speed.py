@@ -33,9 +33,10 @@ from benchmarks.mounting_cases import (
 )
 from benchmarks.ratio import ERROR, SPEED, Ratio, at_least, at_most
 from benchmarks.run import run_alone
+from carrierflex.simulation.mounting.history_inputs import history_inputs
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.load_history import LoadHistory
-from carrierflex.simulation.mounting.parameters import ParameterArray, parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import ParameterArray, parameter_array
 from carrierflex.simulation.mounting.simulate import response_of, signal_pieces, simulate
 from carrierflex.simulation.mounting.table_3 import TABLE_3
 from carrierflex.simulation.mounting.time_integration import mounting_model
@@ -77,8 +78,8 @@ def ratios(
         Length of the record that scipy simulates too [s].
     """
     histories = {
-        "figure 6": LoadHistory().inputs(first, 560.0),
-        "figure 6 with ntl_y": LoadHistory(ntl_y=30e3).inputs(first, 560.0),
+        "figure 6": history_inputs(LoadHistory(), first, 560.0),
+        "figure 6 with ntl_y": history_inputs(LoadHistory(ntl_y=30e3), first, 560.0),
         "figure 6 with noise": noisy_inputs(first, 560.0),
     }
     with threadpool_limits(1):

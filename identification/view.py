@@ -25,7 +25,7 @@ from carrierflex.identification.carrier.printed_tables import (
 )
 from carrierflex.identification.mounting.bushing_identification import BushingEstimate
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from carrierflex.simulation.effect_parameters import EffectParameter
-from carrierflex.simulation.sensing import Measurement
+from carrierflex.simulation.measurement import Measurement
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

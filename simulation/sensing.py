@@ -11,7 +11,6 @@ by a cubic spline. A step overshoots by 17 % of its half height, by a spline 20 
 """
 
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,20 +19,6 @@ FloatArray = NDArray[np.float64]
 
 #: Samples through which the polynomial goes.
 _STENCIL = 6
-
-
-class Measurement(Enum):
-    """Wrong part of the measurement model ``(1 + gain) y(t - delay; v + angle) + zero``."""
-
-    GAIN = "gain"
-    ANGLE = "angle"
-    ZERO = "zero"
-    DELAY = "delay"
-
-    @property
-    def is_of_one_channel(self) -> bool:
-        """Whether each sensor has its own; all share the delay."""
-        return self is not Measurement.DELAY
 
 
 @dataclass(frozen=True)

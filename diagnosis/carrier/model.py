@@ -28,7 +28,7 @@ from carrierflex.diagnosis.comparison.known_physics import NOTHING_KNOWN, KnownP
 from carrierflex.diagnosis.comparison.problem import Effects, Parameter
 from carrierflex.simulation.carrier.effect import Effect
 from carrierflex.simulation.effect_parameters import EffectParameter
-from carrierflex.simulation.sensing import Measurement
+from carrierflex.simulation.measurement import Measurement
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

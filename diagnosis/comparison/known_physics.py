@@ -12,7 +12,7 @@ import numpy as np
 from carrierflex.diagnosis.comparison.problem import Parameter
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Channel, KnownValue
-from carrierflex.simulation.sensing import Measurement
+from carrierflex.simulation.measurement import Measurement
 
 #: Declared error of a channel that bounds each part of the measurement model.
 _ERRORS = {

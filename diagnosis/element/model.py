@@ -22,7 +22,8 @@ from carrierflex.simulation.element.kernels import (
     restoring_force,
 )
 from carrierflex.simulation.force_laws import Force, ForceLaw, sum_of_laws
-from carrierflex.simulation.sensing import Measurement, delayed
+from carrierflex.simulation.measurement import Measurement
+from carrierflex.simulation.sensing import delayed
 
 #: Largest phase of the natural frequency in one step [rad]; the relative error in frequency is its
 #: fourth power over 120.

@@ -13,13 +13,15 @@ from carrierflex.diagnosis.mounting.records import MountingRecord
 from carrierflex.identification.campaign.signals import surrogate
 from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.force_laws import Force, ForceLaw, sum_of_laws
+from carrierflex.simulation.measurement import Measurement
 from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
 from carrierflex.simulation.mounting.equations import mounting_blocks
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.parameters import INDEX, PARAMETERS, parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
+from carrierflex.simulation.mounting.parameters import INDEX, PARAMETERS
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
-from carrierflex.simulation.sensing import Measurement, delayed, reading
+from carrierflex.simulation.sensing import delayed, reading
 
 #: Prior standard deviation of an effect's parameter, in its scale.
 _PRIOR = 10.0

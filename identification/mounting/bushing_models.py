@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.fit_parameter import FitParameter
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.parameters import INDEX, PARAMETERS, parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
+from carrierflex.simulation.mounting.parameters import INDEX, PARAMETERS
 from carrierflex.simulation.mounting.rig import HOUSING_MOTION, SENSORS, MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
 from carrierflex.simulation.effect_parameters import EffectParameter, PolarPair, vector_parameters
-from carrierflex.simulation.sensing import Measurement
+from carrierflex.simulation.measurement import Measurement
 
 FloatArray = NDArray[np.float64]
 #: Signal per unit of each parameter [m per unit], shape (n_parameters, n), of a RimSensor,

@@ -7,7 +7,7 @@ paper. The compiled laws are in :mod:`carrierflex.simulation.element.kernels`.
 """
 
 from carrierflex.simulation.force_effect import ForceEffect, scaled_parameter
-from carrierflex.simulation.sensing import Measurement
+from carrierflex.simulation.measurement import Measurement
 
 _STIFFNESS = ("quadratic_stiffness", "cubic_stiffness", "quintic_stiffness", "backlash")
 _FRICTION = (

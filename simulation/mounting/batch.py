@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.parameters import check_parameters
+from carrierflex.simulation.mounting.parameter_arrays import check_parameters
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.simulate import DivergedError, MountingResponse, simulate
 

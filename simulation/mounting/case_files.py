@@ -7,7 +7,7 @@ from carrierflex.files.problems import problems_of, refuse
 from carrierflex.files.toml_files import read_toml
 from carrierflex.simulation.case_kinds import MOUNTING_CASE
 from carrierflex.simulation.mounting.load_history import LoadHistory
-from carrierflex.simulation.mounting.parameters import ParameterArray, parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import ParameterArray, parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.table_3 import TABLE_3
 from carrierflex.simulation.record_size import (

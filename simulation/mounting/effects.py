@@ -12,8 +12,8 @@ from math import inf, nan, pi
 from carrierflex.simulation.effect_parameters import EffectParameter
 from carrierflex.simulation.fit_parameter import FitParameter
 from carrierflex.simulation.force_effect import ForceEffect, scaled_parameter
+from carrierflex.simulation.measurement import Measurement
 from carrierflex.simulation.mounting.rig import SENSORS
-from carrierflex.simulation.sensing import Measurement
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from carrierflex.simulation.mounting.equations import Block
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.parameters import ParameterArray
+from carrierflex.simulation.mounting.parameter_arrays import ParameterArray
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.time_integration import marched, mounting_model, state_at_rest
 

@@ -16,7 +16,8 @@ from carrierflex.simulation.mounting.bushings import (
     hardening_force,
     hardening_stiffness,
 )
-from carrierflex.simulation.mounting.parameters import INDEX, ParameterArray
+from carrierflex.simulation.mounting.parameter_arrays import ParameterArray
+from carrierflex.simulation.mounting.parameters import INDEX
 from carrierflex.simulation.mounting.rig import MountingRig
 
 #: Damping ratio of the main bearing's compliance; assumed, as for the other structural parts (2 %).

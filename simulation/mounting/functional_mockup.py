@@ -25,7 +25,8 @@ from scipy.linalg import block_diag
 from carrierflex.files.whole_files import whole_file
 from carrierflex.files.whole_folders import scratch_folder
 from carrierflex.simulation.mounting.equations import mounting_blocks
-from carrierflex.simulation.mounting.parameters import INDEX, ParameterArray, check_parameters
+from carrierflex.simulation.mounting.parameter_arrays import ParameterArray, check_parameters
+from carrierflex.simulation.mounting.parameters import INDEX
 from carrierflex.simulation.mounting.propagators import propagator
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 

@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.simulation.mounting.equations import Block, mounting_blocks
-from carrierflex.simulation.mounting.parameters import INDEX, ParameterArray, check_parameters
+from carrierflex.simulation.mounting.parameter_arrays import ParameterArray, check_parameters
+from carrierflex.simulation.mounting.parameters import INDEX
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.stage.linearised import CampbellDiagram, excitation_hz
 from carrierflex.simulation.stage.stage_data import StageData

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from carrierflex.files.whole_files import whole_file
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.parameters import INDEX, ParameterArray
+from carrierflex.simulation.mounting.parameter_arrays import ParameterArray
+from carrierflex.simulation.mounting.parameters import INDEX
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.mounting.time_integration import (
     DivergedError,

@@ -1,11 +1,13 @@
 """Nominal facts of the mounting rig, and the six motion sensors on the housing."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 #: Motion sensors in the order of equation (8).
 SENSORS = ("ssx", "spx", "ssz", "spz", "spy", "sbx")
@@ -94,18 +96,17 @@ class MountingRig:
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            values = np.atleast_1d(np.asarray(getattr(self, field.name), dtype=np.float64))
+            value = getattr(self, field.name)
+            values = value if isinstance(value, tuple) else (value,)
             positive = field.name in _POSITIVE or field.name == "housing_inertia"
             if (
-                not np.isfinite(values).all()
-                or (positive and (values <= 0.0).any())
-                or (field.name in _NOT_NEGATIVE and (values < 0.0).any())
+                not all(math.isfinite(number) for number in values)
+                or (positive and min(values) <= 0.0)
+                or (field.name in _NOT_NEGATIVE and min(values) < 0.0)
             ):
                 what = "a positive number" if positive else "a finite number"
                 what = "a number >= 0" if field.name in _NOT_NEGATIVE else what
-                raise ValueError(
-                    f"rig: {field.name} is {getattr(self, field.name)}; expected {what}"
-                )
+                raise ValueError(f"rig: {field.name} is {value}; expected {what}")
         if len(self.housing_inertia) != 3:
             raise ValueError(
                 f"rig: housing_inertia holds {len(self.housing_inertia)} numbers; expected 3"
@@ -126,12 +127,15 @@ class MountingRig:
         return {**table, "housing_inertia": list(self.housing_inertia)}
 
     @property
-    def sensor_matrix(self) -> NDArray[np.float64]:
+    def sensor_matrix(self) -> "NDArray[np.float64]":
         """Matrix T of equation (8), shape (6, 6): sensors over the housing's motion at the origin.
 
         The row of spy leaves out the motion ``-z theta_x`` of its point, as printed: the sensor
         sits at the height of the axis.
         """
+        # Late, here and below: a case's keys are checked without a library of arrays.
+        import numpy as np
+
         R_x = self.R_x
         R_y = self.R_y
         R_z = self.R_z
@@ -148,7 +152,7 @@ class MountingRig:
             ]
         )
 
-    def housing_motion(self, signals: NDArray[np.float64]) -> NDArray[np.float64]:
+    def housing_motion(self, signals: "NDArray[np.float64]") -> "NDArray[np.float64]":
         """Motion of the housing from the sensors, ``d = T⁻¹ s`` (equation 10).
 
         Parameters
@@ -161,4 +165,6 @@ class MountingRig:
         ndarray, shape (n, 6)
             ``d_x, d_y, d_z`` [m], ``theta_x, theta_y, theta_z`` [rad].
         """
+        import numpy as np
+
         return np.asarray(np.linalg.solve(self.sensor_matrix, signals.T).T, dtype=np.float64)

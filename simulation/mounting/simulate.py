@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from carrierflex.simulation.force_laws import ForceLaw
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.parameters import INDEX, ParameterArray
+from carrierflex.simulation.mounting.parameter_arrays import ParameterArray
+from carrierflex.simulation.mounting.parameters import INDEX
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.mounting.time_integration import (
     DivergedError,
@@ -67,7 +68,8 @@ def simulate(
     rig : MountingRig
         Geometry, masses and the number of zeroing samples.
     parameters : ndarray
-        Flat parameter set, see :func:`carrierflex.simulation.mounting.parameters.parameter_array`.
+        Flat parameter set, see
+        :func:`carrierflex.simulation.mounting.parameter_arrays.parameter_array`.
     inputs : MountingInputs
         Loads of the run.
     step : float, optional

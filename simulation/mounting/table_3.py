@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping
 
-#: Table 3 by model: values for :func:`carrierflex.simulation.mounting.parameters.parameter_array`,
-#: SI units. The nonlinear model has no linear damping; its C1 [N s/m³] grows with the square of the
-#: deflection and stands under C3, the printed symbol being that of the linear damping. The
-#: hydro-dynamic one has no damper beside the fluid branch; table 3 calls its Fy Fep.
+#: Table 3 by model: values for
+#: :func:`carrierflex.simulation.mounting.parameter_arrays.parameter_array`, SI units. The
+#: nonlinear model has no linear damping; its C1 [N s/m³] grows with the square of the deflection
+#: and stands under C3, the printed symbol being that of the linear damping. The hydro-dynamic one
+#: has no damper beside the fluid branch; table 3 calls its Fy Fep.
 TABLE_3: Mapping[str, Mapping[str, float]] = {
     "linear": {"K1": 20.2e6, "C1": 4.83e6, "P_T": 0.119},
     "nonlinear": {

@@ -17,7 +17,7 @@ from carrierflex.simulation.mounting.kernel import (
     march_linear,
     march_nonlinear,
 )
-from carrierflex.simulation.mounting.parameters import ParameterArray, check_parameters
+from carrierflex.simulation.mounting.parameter_arrays import ParameterArray, check_parameters
 from carrierflex.simulation.mounting.propagators import Propagator, propagator
 from carrierflex.simulation.mounting.rig import MountingRig
 

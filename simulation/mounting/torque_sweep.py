@@ -3,7 +3,8 @@
 import numpy as np
 
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.parameters import INDEX, ParameterArray
+from carrierflex.simulation.mounting.parameter_arrays import ParameterArray
+from carrierflex.simulation.mounting.parameters import INDEX
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
 from carrierflex.simulation.mounting.torsional_train import TorqueSweep

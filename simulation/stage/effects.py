@@ -5,11 +5,13 @@ Each carries the id that diagnosis knows.
 
 import math
 from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING
 
 from carrierflex.geometry.parameters import FEWEST_PLANETS, MOST_PLANETS
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 #: Numbers that stand one a planet, and the nominal one.
 _EACH_PLANET = {
@@ -113,11 +115,14 @@ class StageEffects:
         return values
 
     @property
-    def misalignment(self) -> NDArray[np.float64]:
+    def misalignment(self) -> "NDArray[np.float64]":
         """Rotation of the carrier about y and z of its frame [rad], shape (2,).
 
         Sign of the paper's eq. 1 (:mod:`carrierflex.simulation`).
         """
+        # Late: a case's keys are checked without a library of arrays.
+        import numpy as np
+
         return self.phi_PLC * np.array([math.sin(self.theta_PLC), -math.cos(self.theta_PLC)])
 
     @property

@@ -8,11 +8,13 @@ contact and tooth stiffness formulas.
 import math
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING
 
 from carrierflex.geometry.parameters import GearData
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 #: ISO/TS 16281: spring constant of a roller between both races, steel on steel [N/mm^(10/9)] times
 #: L^(8/9) in mm.
@@ -111,11 +113,14 @@ class RollerBearingData:
         return -gear.ring_teeth / gear.planet_teeth * rolling
 
     @cached_property
-    def slices(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    def slices(self) -> "tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]":
         """Axial place [m] from the bearing's middle, share of a roller, profile on both races [m].
 
         Shapes (rows * slices,).
         """
+        # Late: a case's keys are checked without a library of arrays.
+        import numpy as np
+
         point, weight = np.polynomial.legendre.leggauss(self.n_slices)
         middles = self.row_spacing * (np.arange(self.n_rows) - 0.5 * (self.n_rows - 1))
         x = (middles[:, None] + 0.5 * self.roller_length * point).ravel()

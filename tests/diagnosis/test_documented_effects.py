@@ -16,7 +16,7 @@ from carrierflex.diagnosis.diagnose import diagnose
 from carrierflex.diagnosis.element.problem import element_problem
 from carrierflex.diagnosis.mounting.problem import mounting_problem
 from carrierflex.simulation.mounting.equations import mounting_blocks
-from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.simulate import simulate
 from tests.diagnosis.carrier.carrier_twin import CURVES, KNOWN, twin_campaign
 from tests.diagnosis.element.element_campaigns import displacement_campaign

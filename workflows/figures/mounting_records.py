@@ -27,8 +27,10 @@ from carrierflex.identification.mounting.bushing_models import (
 )
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.mounting.case_files import MountingCase, read_mounting_case
+from carrierflex.simulation.mounting.history_inputs import history_inputs
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.parameters import INDEX, check_parameters, parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import check_parameters, parameter_array
+from carrierflex.simulation.mounting.parameters import INDEX
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.simulate import simulate, with_noise
 from carrierflex.workflows.support.executors import SerialExecutor
@@ -90,7 +92,7 @@ def mounting_records(evaluations: int) -> MountingRecords:
     """
     case = _case()
     (run,) = case.runs
-    inputs = run.history.inputs()
+    inputs = history_inputs(run.history)
     response = simulate(case.rig, case.truth, inputs, step=case.step)
     noisy = with_noise(response, case.noise_std, np.random.default_rng(case.seed))
     campaign = simulated_mounting_campaign(case, [(inputs, noisy)])

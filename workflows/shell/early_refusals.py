@@ -44,6 +44,7 @@ _FILES = {
     "mounting": _File(
         "simulation.mounting.case_files:read_mounting_case",
         "simulation.case_kinds:MOUNTING_CASE",
+        "simulation.mounting.case_tables:MountingCaseDocument",
     ),
 }
 

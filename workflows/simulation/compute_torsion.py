@@ -20,7 +20,7 @@ from carrierflex.files.versions import versions
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
 from carrierflex.reduction.pin_joints import PAPER_STIFFNESS
 from carrierflex.simulation.mounting.case_files import read_mounting_case
-from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.torque_sweep import mounting_sweep
 from carrierflex.simulation.mounting.torsional_train import (

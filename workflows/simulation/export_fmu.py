@@ -10,7 +10,7 @@ from pathlib import Path
 from carrierflex.files.versions import versions
 from carrierflex.simulation.mounting.case_files import read_mounting_case
 from carrierflex.simulation.mounting.functional_mockup import c_compiler, mounting_system, write_fmu
-from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.workflows.support.outputs import prepared_folder
 

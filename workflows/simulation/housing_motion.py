@@ -16,7 +16,7 @@ from carrierflex.identification.mounting.bushing_identification import BushingEs
 from carrierflex.identification.mounting.housing_motion import housing_motion
 from carrierflex.identification.mounting.view import MotionRecord, housing_motion_figure
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import HOUSING_MOTION, MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
 from carrierflex.workflows.support.outputs import save_figure, save_table

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
 from carrierflex.simulation.mounting.case_files import MountingCase, MountingRun
+from carrierflex.simulation.mounting.history_inputs import history_inputs
 from carrierflex.simulation.mounting.linearised import (
     campbell_diagram,
     frequency_response,
@@ -83,7 +84,7 @@ def main(case: MountingCase, *, out: Path) -> None:
 
 def operating_point(run: MountingRun) -> tuple[Array, float]:
     """Loads (torque, ntl_y, ntl_z) at the run's largest torque, and its largest speed [rad/s]."""
-    inputs = run.history.inputs()
+    inputs = history_inputs(run.history)
     index = int(np.abs(inputs.torque).argmax())
     return np.array([inputs.torque[index], inputs.ntl_y[index], inputs.ntl_z[index]]), float(
         np.abs(inputs.speed).max()

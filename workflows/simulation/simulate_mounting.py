@@ -30,6 +30,7 @@ from carrierflex.simulation.mounting.case_files import (
     read_mounting_case,
     refuse_long_runs,
 )
+from carrierflex.simulation.mounting.history_inputs import history_inputs
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.simulate import (
     DivergedError,
@@ -122,7 +123,7 @@ def main(
     stopped: BaseException | None = None
     for run in what.runs:
         with stages.stage(f"{run.name}, {run.history.duration:g} s"):
-            inputs = run.history.inputs()
+            inputs = history_inputs(run.history)
             signals, stopped = _signals(what, inputs)
         if len(signals) > 1:
             response = response_of(what.rig, what.truth, inputs, signals)
@@ -145,7 +146,7 @@ def main(
     balances = {}
     for run in what.runs if energy_balance else ():
         with stages.stage(f"energy balance of {run.name}"):
-            inputs = run.history.inputs()
+            inputs = history_inputs(run.history)
             balances[run.name] = energy.energy_balance(what.rig, what.truth, inputs, step=what.step)
     return SimulatedMounting(what, campaign, out, balances=balances)
 

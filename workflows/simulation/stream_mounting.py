@@ -23,6 +23,7 @@ from carrierflex.simulation.mounting.case_files import (
     read_mounting_case,
     refuse_long_runs,
 )
+from carrierflex.simulation.mounting.history_inputs import history_pieces
 from carrierflex.simulation.mounting.record_files import (
     Piece,
     extreme_loads,
@@ -105,8 +106,8 @@ def _measured(
     It tells the columns and where the run ended.
     """
     history = run.history
-    loads = extreme_loads(history.pieces(_PIECE))
-    pieces = history.pieces(_PIECE)
+    loads = extreme_loads(history_pieces(history, _PIECE))
+    pieces = history_pieces(history, _PIECE)
     for inputs, signals in marched_pieces(
         what.rig, what.truth, pieces, largest_loads=loads, step=what.step
     ):

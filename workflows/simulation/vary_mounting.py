@@ -19,6 +19,7 @@ from carrierflex.simulation.mounting.case_files import (
     read_mounting_case,
     refuse_long_runs,
 )
+from carrierflex.simulation.mounting.history_inputs import history_inputs
 from carrierflex.simulation.mounting.parameters import INDEX, PARAMETERS
 from carrierflex.simulation.mounting.rig import SENSORS
 from carrierflex.simulation.mounting.time_integration import DivergedError
@@ -85,7 +86,7 @@ def main(
                 results = simulate_batch(
                     what.rig,
                     parameters,
-                    run.history.inputs(),
+                    history_inputs(run.history),
                     summary=rms_of_sensors,
                     executor=executor,
                     step=what.step,

@@ -7,7 +7,6 @@ import os
 import signal
 import threading
 from collections.abc import Callable
-from multiprocessing import active_children
 from typing import Any
 
 #: Exit codes: 128 + number of the signal, as shells count.
@@ -60,6 +59,9 @@ def call_or_end(function: Callable[..., Any], /, *arguments: Any, **options: Any
 
 def end_children() -> None:
     """Ask the processes that work for this one to end, and wait until they have."""
+    # Late: help and refusals have no such processes.
+    from multiprocessing import active_children
+
     children = active_children()
     for child in children:
         child.terminate()

@@ -16,7 +16,8 @@ from scipy.signal import cont2discrete, lfilter
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.simulation.mounting.equations import mounting_blocks
-from carrierflex.simulation.mounting.parameters import INDEX, parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
+from carrierflex.simulation.mounting.parameters import INDEX
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 
 #: Coordinates that move freely on the bushings; bearing and axial guide hold the rest.

@@ -3,7 +3,7 @@
 from carrierflex.simulation.carrier.effect import Effect, lengths, others
 from carrierflex.simulation.carrier.effects.alike import STATIC
 from carrierflex.simulation.effect_parameters import EffectParameter
-from carrierflex.simulation.sensing import Measurement
+from carrierflex.simulation.measurement import Measurement
 
 SENSOR_GAIN = Effect(
     "sensor_gain",

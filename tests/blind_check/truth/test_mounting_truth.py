@@ -24,7 +24,7 @@ from carrierflex.blind_check.truth.mounting.time_integration import (
 )
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
 

@@ -8,7 +8,7 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.declarations import Baseline, Channel
 from carrierflex.identification.campaign.records import Run
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
 

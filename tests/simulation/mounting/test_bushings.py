@@ -7,7 +7,8 @@ from carrierflex.simulation.mounting.bushings import (
     hardening_force,
     hardening_stiffness,
 )
-from carrierflex.simulation.mounting.parameters import INDEX, parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
+from carrierflex.simulation.mounting.parameters import INDEX
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.table_3 import TABLE_3
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from carrierflex.simulation.mounting.functional_mockup import c_compiler, mounting_system, write_fmu
-from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.mounting.time_integration import marched, mounting_model, state_at_rest
 from carrierflex.workflows.simulation.export_fmu import main

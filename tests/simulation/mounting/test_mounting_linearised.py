@@ -13,7 +13,8 @@ from carrierflex.simulation.mounting.linearised import (
     frequency_response,
     mounting_modes,
 )
-from carrierflex.simulation.mounting.parameters import INDEX, parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
+from carrierflex.simulation.mounting.parameters import INDEX
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
 from tests.simulation.mounting.mounting_runs import BUSHINGS

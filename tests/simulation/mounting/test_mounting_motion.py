@@ -4,7 +4,8 @@ from numpy.testing import assert_allclose
 
 from carrierflex.simulation.mounting.equations import mounting_blocks
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.parameters import INDEX, parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
+from carrierflex.simulation.mounting.parameters import INDEX
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
 from carrierflex.simulation.mounting.time_integration import mounting_model, state_at_rest

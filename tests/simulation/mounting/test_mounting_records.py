@@ -11,9 +11,11 @@ from numpy.testing import assert_allclose
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.mounting.batch import rms_of_sensors, simulate_batch
 from carrierflex.simulation.mounting.case_files import read_mounting_case
+from carrierflex.simulation.mounting.history_inputs import history_inputs
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.load_history import LoadHistory
-from carrierflex.simulation.mounting.parameters import PARAMETERS, parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
+from carrierflex.simulation.mounting.parameters import PARAMETERS
 from carrierflex.simulation.mounting.record_files import marched_pieces, write_record
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.mounting.simulate import response_of, signal_pieces, simulate
@@ -197,7 +199,7 @@ def test_every_effect_of_the_contract_has_parameters_within_bounds():
 
 def test_the_load_history_has_the_events_of_figure_6():
     history = LoadHistory(ntl_y=20e3)
-    inputs = history.inputs()
+    inputs = history_inputs(history)
     assert inputs.time.size == 65500
 
     def at(time, values):
@@ -219,7 +221,7 @@ def test_the_load_history_has_the_events_of_figure_6():
         0.01 * 0.5 * (inputs.speed[1:] + inputs.speed[:-1]),
         atol=1e-4,
     )
-    part = history.inputs(40.0, 560.0)
+    part = history_inputs(history, 40.0, 560.0)
     assert part.time.size == 52000
     assert_allclose(part.torque[-1], at(559.99, inputs.torque))
 

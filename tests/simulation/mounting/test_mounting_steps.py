@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from carrierflex.simulation.mounting.bushings import elasto_plastic_force
 from carrierflex.simulation.mounting.energy import energy_balance
 from carrierflex.simulation.mounting.inputs import MountingInputs
-from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
 from carrierflex.simulation.mounting.time_integration import (

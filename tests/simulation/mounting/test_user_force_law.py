@@ -9,7 +9,7 @@ from carrierflex.simulation.force_laws import ForceLaw, compiled_force, sum_of_l
 from carrierflex.simulation.mounting.equations import mounting_blocks
 from carrierflex.simulation.mounting.inputs import MountingInputs
 from carrierflex.simulation.mounting.linearised import linearised_block
-from carrierflex.simulation.mounting.parameters import parameter_array
+from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.rig import MountingRig
 from carrierflex.simulation.mounting.simulate import simulate
 from carrierflex.simulation.mounting.time_integration import mounting_model, state_at_rest

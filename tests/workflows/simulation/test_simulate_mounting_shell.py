@@ -15,6 +15,7 @@ from numpy.testing import assert_allclose
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.simulation.carrier.case_files import shipped_case
 from carrierflex.simulation.mounting.case_files import read_mounting_case
+from carrierflex.simulation.mounting.history_inputs import history_inputs
 from carrierflex.simulation.mounting.linearised import frequency_response, mounting_modes
 from carrierflex.simulation.mounting.simulate import simulate
 from carrierflex.workflows.simulation.simulate_load_case import main
@@ -88,7 +89,7 @@ def test_a_diverging_run_tells_time_and_coordinate_and_keeps_its_record(tmp_path
     # The record is that of the run that would have gone on: all six sensors, zeroed, with the noise
     # of the case.
     what = read_mounting_case(case)
-    inputs = what.runs[0].history.inputs().shortened(len(kept.time))
+    inputs = history_inputs(what.runs[0].history).shortened(len(kept.time))
     full = simulate(what.rig, what.truth, inputs).by_sensor()
     for name, signal in kept.signals.items():
         assert_allclose(np.std(signal - full[name]), 2e-6, rtol=0.03)
