@@ -21,7 +21,7 @@ from pydantic import (
 )
 from pydantic import GetJsonSchemaHandler as JsonHandler
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
-from pydantic_core import CoreSchema, core_schema
+from pydantic_core import CoreSchema, core_schema, to_jsonable_python
 
 from carrierflex.files.problems import refuse, repeated_names
 
@@ -50,6 +50,10 @@ class FileSchema(GenerateJsonSchema):
         if schema.get("default", ...) is None:
             return self.generate_inner(schema["schema"])
         return super().default_schema(schema)
+
+    def encode_default(self, dft: Any) -> Any:
+        """Default as JSON: all are plain, no adapter of their type is made for each."""
+        return to_jsonable_python(dft)
 
     def field_title_should_be_set(self, schema: Any) -> bool:
         """Leave out titles that only repeat the key."""
