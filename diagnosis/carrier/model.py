@@ -7,6 +7,7 @@ is ``(1 + g_c) (prediction + sum_k w_k X_k(v + dv_c, theta(t - tau))) + z_c``.
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -220,7 +221,7 @@ class CarrierModel:
             for r in range(len(theta) if effect.per_run else 1):
                 runs = slice(r, r + 1) if effect.per_run else slice(None)
                 values = theta[r, unknown : unknown + n]
-                make = self._shape_terms if effect.has_shape else self._linear_terms
+                make = self._shape_terms if effect.n_shapes else self._linear_terms
                 terms += make(effect, runs, values, unknown)
         return terms
 
@@ -236,22 +237,24 @@ class CarrierModel:
     def _shape_terms(
         self, effect: Effect, runs: slice, values: FloatArray, first: int
     ) -> list[WeightedColumn]:
-        """Terms of an effect whose last parameter is a shape: linear between its nodes."""
-        *sizes, shape = values.tolist()
-        last = first + len(sizes)
-        hats, slopes = _hats(self.source.shape_nodes(effect), shape)
-        return [
-            WeightedColumn(
-                effect.id,
-                k,
-                runs,
-                self.index.of(effect.id, k, SHAPE, node),
-                size * hats[node],
-                {first + k: hats[node], last: size * slopes[node]},
-            )
-            for k, size in enumerate(sizes)
-            for node in np.flatnonzero((hats != 0.0) | (slopes != 0.0)).tolist()
-        ]
+        """Terms of an effect whose last parameters are shapes: linear between their nodes."""
+        nodes = self.source.shape_nodes(effect)
+        n_sizes = len(values) - effect.n_shapes
+        terms = []
+        for i, shape in enumerate(values[n_sizes:].tolist()):
+            hats, slopes = _hats(nodes, shape)
+            near = np.flatnonzero((hats != 0.0) | (slopes != 0.0)).tolist()
+            for k, size in enumerate(values[:n_sizes].tolist()):
+                for node in near:
+                    column = self.index.of(effect.id, k, SHAPE, i * nodes.size + node)
+                    by_unknown = {
+                        first + k: hats[node],
+                        first + n_sizes + i: size * slopes[node],
+                    }
+                    terms.append(
+                        WeightedColumn(effect.id, k, runs, column, size * hats[node], by_unknown)
+                    )
+        return terms
 
     def _delay_terms(
         self, terms: Iterable[WeightedColumn], delay: float, unknown: int
@@ -303,15 +306,17 @@ class CarrierModel:
         return changes
 
     def variants(self, effect: str) -> list[tuple[float, ...]]:
-        """Channels of an effect of one sensor, or shapes, among which a fit starts.
+        """Channels of an effect of one sensor, or values of the shapes, among which a fit starts.
 
-        One empty variant otherwise.
+        One empty variant otherwise. Of two shapes every other node.
         """
         if self.effects[effect].is_of_one_channel:
             return [(float(c),) for c in range(len(self.channels))]
-        if self.effects[effect].has_shape:
-            return [(float(node),) for node in self.source.shape_nodes(self.effects[effect])[:-1]]
-        return [()]
+        n_shapes = self.effects[effect].n_shapes
+        if not n_shapes:
+            return [()]
+        nodes = self.source.shape_nodes(self.effects[effect])[:-1:n_shapes].tolist()
+        return list(product(nodes, repeat=n_shapes))
 
 
 def _hats(nodes: FloatArray, value: float) -> tuple[FloatArray, FloatArray]:

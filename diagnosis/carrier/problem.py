@@ -345,10 +345,11 @@ class CarrierProblem:
         parameters = self.model.parameters(effects, choice)
         start = np.array([0.5 * (p.lower + p.upper) if p.shape else 0.0 for p in parameters])
         best = self._closed_fit(effects, choice, start)
-        for k, parameter in enumerate(parameters):
-            for variant in self.model.variants(parameter.effect) if parameter.shape else ():
+        for effect in dict.fromkeys(p.effect for p in parameters if p.shape):
+            own = [k for k, p in enumerate(parameters) if p.shape and p.effect == effect]
+            for variant in self.model.variants(effect):
                 start = best[0].copy()
-                start[k] = variant[0]
+                start[own] = variant
                 fit = self._closed_fit(effects, choice, start)
                 best = min(best, fit, key=lambda theta_and_square: theta_and_square[1])
         return best

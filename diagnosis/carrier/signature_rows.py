@@ -168,7 +168,8 @@ def _rows_of_effect(
     is_of_one_channel = model.effects[effect].is_of_one_channel
     choice = {**contained, effect: int(variant[0])} if is_of_one_channel else contained
     parameters = model.parameters((effect,), choice)[base.size :]
-    value = [variant[0] if parameter.shape else 0.0 for parameter in parameters]
+    shapes = iter(() if is_of_one_channel else variant)
+    value = [next(shapes) if parameter.shape else 0.0 for parameter in parameters]
     table = model.weights((effect,), choice, np.concatenate([base, value]))
     is_amplitude = np.array([not parameter.shape for parameter in parameters], dtype=bool)
     rank = np.cumsum(is_amplitude) - 1

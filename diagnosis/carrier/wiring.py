@@ -180,7 +180,7 @@ def carrier_left(problem: CarrierProblem, campaign: Campaign) -> float:
 def _linear_effects(problem: CarrierProblem) -> list[Effect]:
     """Effects of the baseline that add a signal linear in their parameters."""
     contained = (problem.model.effects[name] for name in problem.model.contained)
-    return [effect for effect in contained if effect.pattern is not None and not effect.has_shape]
+    return [effect for effect in contained if effect.pattern is not None and not effect.n_shapes]
 
 
 def _columns(

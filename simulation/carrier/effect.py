@@ -16,8 +16,8 @@ from carrierflex.simulation.measurement import Measurement
 
 FloatArray = NDArray[np.float64]
 #: Signal per unit of each parameter [m per unit], shape (n_parameters, n), of a RimSensor,
-#: CarrierInputs and a CarrierRig. The pattern of an effect whose last parameter is a shape takes
-#: its value as a fourth argument and gives no row for it.
+#: CarrierInputs and a CarrierRig. The pattern of an effect whose last parameters are shapes takes
+#: their values as further arguments and gives no rows for them.
 Pattern = Callable[..., FloatArray]
 #: Values of a shape between which signals are interpolated, of rig and largest radial load [N].
 ShapeNodes = Callable[[CarrierRig, float], FloatArray]
@@ -34,7 +34,7 @@ class Effect:
     equation : str
         The law in text.
     parameters : tuple of EffectParameter
-        Coefficients of the signal, then the shape where there is one.
+        Coefficients of the signal, then its shapes where there are any.
     signature : str
         What it looks like in the gap map.
     pattern : callable, optional
@@ -46,7 +46,10 @@ class Effect:
     follows_sensor, follows_delay : bool
         Whether the diagnosis moves its signal with a misplaced sensor and with a delay.
     shape_nodes : callable, optional
-        Where the shape is interpolated; eleven values between its bounds without it.
+        Where a shape is interpolated; eleven values between its bounds without it.
+    shape_parts : tuple of callable
+        Of an effect with several shapes: patterns of one shape each, in the order of the shapes,
+        that sum up to `pattern`.
     curves : tuple of str
         Deflection curves it needs beyond those under torque.
     aliases : tuple of str
@@ -67,6 +70,7 @@ class Effect:
     follows_sensor: bool = False
     follows_delay: bool = False
     shape_nodes: ShapeNodes | None = None
+    shape_parts: tuple[Pattern, ...] = ()
     curves: tuple[str, ...] = ()
     aliases: tuple[str, ...] = ()
     discriminating_experiment: str = ""
@@ -98,7 +102,7 @@ class Effect:
         sensor, inputs, rig
             Where, under which loads and on which rig it is read.
         *shape : float
-            Value of the shape, where the effect has one.
+            Values of the shapes, where the effect has any.
 
         Returns
         -------
@@ -132,9 +136,9 @@ class Effect:
         return total
 
     @property
-    def has_shape(self) -> bool:
-        """Whether the last parameter is a shape."""
-        return self.parameters[-1].shape
+    def n_shapes(self) -> int:
+        """Number of shapes among the parameters; they come last."""
+        return sum(parameter.shape for parameter in self.parameters)
 
     @property
     def is_of_one_channel(self) -> bool:

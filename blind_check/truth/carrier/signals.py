@@ -28,6 +28,8 @@ SADDLE = np.deg2rad(47.0)
 WAVE_ORDERS = tuple(range(2, 9))
 #: Orders of the curves' series; higher ones are below a nanometre at full torque.
 _HIGHEST_ORDER = 30
+#: Load [over the weight] in which a bearing that weight presses runs against its limit.
+_LIMITING_SHARE = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,11 +125,12 @@ def _clearance_rocking(record: RimRecord, values: Values) -> FloatArray:
     """
     y, z = _housing_point(record)
     total = 0.0 * _carrier_point(record)
-    for sign in (1.0, -1.0):
-        along_z = record.ntl_z + sign * values["F_s"]
+    for sign, weight in ((1.0, values["W_1"]), (-1.0, values["W_2"])):
+        along_z = record.ntl_z + sign * weight
         load = np.hypot(record.ntl_y, along_z)
-        share = np.tanh(load / values["F_s"]) / np.maximum(load, 1.0)
-        at_rest = np.tanh(1.0) * sign
+        limiting = _LIMITING_SHARE * weight
+        share = np.tanh(load / limiting) / np.maximum(load, 1.0)
+        at_rest = np.tanh(weight / limiting) * sign
         total += 0.5 * sign * (y * share * record.ntl_y + z * (share * along_z - at_rest))
     return values["phi_R"] * total
 
@@ -282,12 +285,16 @@ def drawn_values(effect: str, rng: np.random.Generator, n_runs: int) -> dict[str
             "phi_B": 1e-4,
             "F_s": float(rng.uniform(3e4, 9e4)),
         },
-        "clearance_rocking": {"phi_R": 1e-4, "F_s": float(rng.uniform(3e4, 9e4))},
+        "clearance_rocking": {
+            "phi_R": 1e-4,
+            "W_1": float(rng.uniform(3e4, 9e4)),
+            "W_2": float(rng.uniform(3e4, 15e4)),
+        },
     }[effect]
 
 
 #: Parameters that give the shape of an effect, not its size.
-SHAPES = ("theta_H", "theta_T", "theta_PLC", "tau", "T_c", "F_s")
+SHAPES = ("theta_H", "theta_T", "theta_PLC", "tau", "T_c", "F_s", "W_1", "W_2")
 
 
 def scaled_values(values: Values, factor: float) -> dict[str, float]:

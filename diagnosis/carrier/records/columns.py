@@ -5,19 +5,21 @@ Every basis function an effect can ask for, at one sensor and one segment of rec
 Effects that move a sensor or delay a signal are polynomials through the exact columns at a few
 shifts: with nodes 3 deg (sensor, up to 6) and 6 deg (delay, up to 18) apart the interpolation
 misses order 6, the second of three planets, by less than half a per cent of its amplitude. More
-planets have as many more nodes. A shape is linear between its nodes.
+planets have as many more nodes. A shape is linear between its nodes; of several shapes, each has a
+part of the signal to itself.
 """
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.order_analysis import highest_order
-from carrierflex.simulation.carrier.effect import Effect
+from carrierflex.simulation.carrier.effect import Effect, Pattern
 from carrierflex.simulation.carrier.rim import CarrierInputs, CarrierRig, RimSensor
 
 FloatArray = NDArray[np.float64]
@@ -134,9 +136,10 @@ class ColumnSource:
         for effect in self.effects.values():
             if effect.pattern is None or (owners is not None and effect.id not in owners):
                 continue
-            if effect.has_shape:
-                for node, value in enumerate(self.shape_nodes(effect).tolist()):
-                    signals = effect.signals(sensor, inputs, self.rig, value)
+            if effect.n_shapes:
+                nodes = self.shape_nodes(effect).tolist()
+                for node, (part, value) in enumerate(product(_parts_of(effect), nodes)):
+                    signals = part(sensor, inputs, self.rig, value)
                     rows.update(_keyed(effect.id, SHAPE, node, signals))
                 continue
             rows.update(_keyed(effect.id, PLAIN, 0, effect.signals(sensor, inputs, self.rig)))
@@ -153,7 +156,7 @@ class ColumnSource:
         return rows
 
     def shape_nodes(self, effect: Effect) -> FloatArray:
-        """Values of an effect's shape between which its signals are interpolated, in its unit."""
+        """Values between which an effect's signals are interpolated, of each of its shapes."""
         if effect.shape_nodes is not None:
             return effect.shape_nodes(self.rig, self.largest_load)
         shape = effect.parameters[-1]
@@ -212,6 +215,11 @@ def flexible_terms(n_planets: int) -> tuple[FlexibleTerm, ...]:
         waves = (False, True) if order else (False,)
         terms += [FlexibleTerm(order, is_sine, load) for is_sine in waves for load in loads]
     return tuple(terms)
+
+
+def _parts_of(effect: Effect) -> tuple[Pattern, ...]:
+    """Patterns of one shape each: an effect with one shape is its only part."""
+    return effect.shape_parts or (effect.signals,)
 
 
 #: Columns of time before those of the flexible residual model: u and u squared.

@@ -3,9 +3,12 @@
 A clearance holds the carrier where its two bearings are pressed to: by the radial load and, where
 that is small, by weight. In the planetary stage (``docs/stage_model.md``) the two bearings may be
 pressed to opposite sides at rest, the housing hanging between them; a radial load then takes both
-to one side and the tilt *away*, for either sign of the load. So there are two effects by parity:
-what turns round with the load, and what does not.
+to one side and the tilt *away*, for either sign of the load. So there are two effects: bearings
+that turn round with the load, and bearings that rest on opposite sides until the load exceeds what
+weight presses each of them with.
 """
+
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +23,12 @@ from carrierflex.simulation.effect_parameters import EffectParameter
 FloatArray = NDArray[np.float64]
 #: Loads that take up most of a clearance, over the largest load, between which signals are linear.
 _LOAD_NODES = np.geomspace(0.02, 4.0, 9)
+#: The same of weights. A bearing turns to the other side where the load is as large as they are:
+#: finer, for a larger weight stays where it is and one below every load of a record is a jump.
+_WEIGHT_NODES = np.geomspace(0.04, 3.2, 13)
+#: Load F_s that a bearing yields to beside its weight, over that weight: bearings of the stage are
+#: far stiffer, and no verdict on its readings hangs on 0.02 to 0.3 (docs/stage_model.md).
+_YIELDING = 0.2
 
 
 def _ntl_tilt(sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig) -> FloatArray:
@@ -37,23 +46,29 @@ def _bearing_clearance(
 
 
 def _clearance_rocking(
-    sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, F_s: float
+    sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, W_1: float, W_2: float
 ) -> FloatArray:
-    """Tilt of axial, then shift of radial sensors by bearings that weight presses apart.
+    """Tilt of axial, then shift of radial sensors by two bearings that weight presses apart."""
+    first = _pressed_bearing(sensor, inputs, rig, W_1, side=1.0)
+    return first + _pressed_bearing(sensor, inputs, rig, W_2, side=-1.0)
 
-    One upwards, the other downwards, as much as a radial load `F_s` [N]: half their difference.
-    """
-    up, down = (
-        np.array(patterns.saturated_load(inputs.ntl_y, inputs.ntl_z, F_s, weight))
-        for weight in (F_s, -F_s)
-    )
-    return _tilt_and_shift(sensor, *(0.5 * (up - down)))
+
+def _pressed_bearing(
+    sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, W: float, *, side: float
+) -> FloatArray:
+    """Half the signal of the bearing that weight presses to a side as a radial load `W` [N]."""
+    load = patterns.saturated_load(inputs.ntl_y, inputs.ntl_z, _YIELDING * W, side * W)
+    return _tilt_and_shift(sensor, *(0.5 * side * np.array(load)))
 
 
 def _tilt_and_shift(sensor: RimSensor, along_y: FloatArray, along_z: FloatArray) -> FloatArray:
     tilt = patterns.load_tilt_pattern(sensor.angle, sensor.radius, along_y, along_z)
     shift = patterns.load_shift_pattern(sensor.angle, along_y, along_z)
     return np.array([sensor.is_axial * tilt, (not sensor.is_axial) * shift])
+
+
+def _weight_nodes(rig: CarrierRig, largest_load: float) -> FloatArray:
+    return _WEIGHT_NODES * largest_load
 
 
 def _load_nodes(rig: CarrierRig, largest_load: float) -> FloatArray:
@@ -92,17 +107,24 @@ BEARING_CLEARANCE = Effect(
 CLEARANCE_ROCKING = Effect(
     "clearance_rocking",
     equation=(
-        "phi_R R e(v).u axial, r_R e(v).u radial; u = (u_+ - u_-) / 2, "
-        "u_+- = (F +- F_s e_z) / sqrt(|F +- F_s e_z|^2 + F_s^2) less its value at F = 0"
+        "phi_R R e(v).u axial, r_R e(v).u radial; u = (u_1 - u_2) / 2, "
+        "u_i = (F +- W_i e_z) / sqrt(|F +- W_i e_z|^2 + (W_i/5)^2) less its value at F = 0"
     ),
     parameters=(
         *angles("phi_R"),
         *lengths("r_R", scale=1e-4),
-        _LIMITING_LOAD,
+        *(
+            EffectParameter(name, "N", 1.0, 1e8, 5e4, shape=True, is_unseen_below=True)
+            for name in ("W_1", "W_2")
+        ),
     ),
     signature="order 0, m = +1 and -1, the same for both signs of the radial load, with a limit",
     pattern=_clearance_rocking,
-    shape_nodes=_load_nodes,
+    shape_nodes=_weight_nodes,
+    shape_parts=(
+        partial(_pressed_bearing, side=1.0),
+        partial(_pressed_bearing, side=-1.0),
+    ),
     aliases=others("clearance_rocking", STATIC),
     discriminating_experiment=(
         "radial loads of five sizes and both signs: a tilt that both signs take away alike"

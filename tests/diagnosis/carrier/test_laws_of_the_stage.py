@@ -1,5 +1,7 @@
 """Laws of the library against what the sensors of the whole stage read, which knows none."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -8,6 +10,7 @@ from carrierflex.blind_check.truth.carrier.stage import LOADS, SENSOR_ANGLES, st
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.inference.effect_fit import fit_effects
 from carrierflex.simulation.carrier.effects.deflection import PIN_CLEARANCE, with_weight
+from carrierflex.simulation.carrier.effects.radial_load import CLEARANCE_ROCKING
 from carrierflex.simulation.carrier.rim import CarrierInputs, RimSensor
 from tests.diagnosis.carrier.carrier_twin import CARRIER_RIG, CURVES, NOISE, twin_campaign
 
@@ -85,3 +88,41 @@ def test_a_clearance_that_closes_below_every_load_is_on_no_bound():
     assert_allclose(F_s, 0.02 * 2e5, rtol=1e-6)
     assert not fit.at_bound.any()
     assert_allclose(fit.sums.square.sum() / problem.cell_counts.sum(), NOISE**2, rtol=0.05)
+
+
+def share_of_held_out_loads(gap, weights):
+    """Share of the static gap's square that is left where each load is predicted from the others.
+
+    By the rocking of two bearings at the best of some pairs of weights.
+    """
+    static = gap.mean(axis=2)
+    laws = [
+        np.array(
+            [
+                [CLEARANCE_ROCKING.signals(s, inputs_under(load), CARRIER_RIG, *pair)[0, 0]
+                 for s in SENSORS]
+                for load in LOADS
+            ]
+        )
+        for pair in weights
+    ]  # fmt: skip
+    left = 0.0
+    for load in range(len(LOADS)):
+        others = np.arange(len(LOADS)) != load
+        sizes = [(law[others] * static[others]).sum() / (law[others] ** 2).sum() for law in laws]
+        misfits = [
+            ((static - size * law)[others] ** 2).sum()
+            for size, law in zip(sizes, laws, strict=True)
+        ]
+        best = int(np.argmin(misfits))
+        left += ((static[load] - sizes[best] * laws[best][load]) ** 2).sum()
+    return left / (static**2).sum()
+
+
+@pytest.mark.parametrize("case", ["bearing_clearance 1", "bearing_clearance 2"])
+def test_bearings_with_weights_of_their_own_predict_loads_that_were_not_fitted(case):
+    weights = 2e5 * np.geomspace(0.05, 3.2, 13)
+    own = share_of_held_out_loads(gap_of(case), list(product(weights, repeat=2)))
+    common = share_of_held_out_loads(gap_of(case), [(weight, weight) for weight in weights])
+    assert own < 0.02
+    assert common > 0.1
