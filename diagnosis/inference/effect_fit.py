@@ -101,6 +101,11 @@ class EffectFit:
     at_bound: BoolArray
 
     @property
+    def moves_records(self) -> BoolArray:
+        """Whether a parameter changes any sample of the records, shape (p,)."""
+        return np.asarray(np.diag(self.sums.total_matrix()) > 0.0)
+
+    @property
     def known(self) -> dict[tuple[str, str], float]:
         """Values by effect and name, runs' own by ``name of run``.
 

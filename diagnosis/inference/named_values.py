@@ -24,7 +24,9 @@ def named_values(fit: EffectFit, *, few_blocks: bool = False) -> dict[str, dict[
     -------
     dict
         Two components ``(a, b)`` of a vector appear as its size ``|(a, b)|`` and its angle
-        ``atan2(b, a)`` [rad], errors by the delta method.
+        ``atan2(b, a)`` [rad], errors by the delta method. Amplitudes that move no sample of these
+        records (a radial shift where every sensor reads along the axis) are left out: their
+        intervals would be rounding.
     """
     factor = small_sample_factor(fit) if few_blocks else 1.0
     covariance = factor**2 * fit.covariance
@@ -35,6 +37,8 @@ def named_values(fit: EffectFit, *, few_blocks: bool = False) -> dict[str, dict[
         pair = parameter.pair
         gain = _gain_std(parameter)
         if pair is None:
+            if not (fit.moves_records[k] or parameter.shape):
+                continue
             value = _named(float(fit.theta[k]), covariance[k, k], parameter.unit, gain)
             named[_of_run(parameter.name, parameter)] = value
         elif parameter.name == pair.components[0]:

@@ -3,7 +3,7 @@
 With errors that follow from those of their components.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.testing import assert_allclose
@@ -18,6 +18,7 @@ class Fitted:
     parameters: tuple
     theta: np.ndarray
     covariance: np.ndarray
+    moves_records: np.ndarray = field(default_factory=lambda: np.ones(3, dtype=bool))
 
 
 def _parameter(name, run=None, pair=None):
@@ -58,3 +59,10 @@ def test_other_parameters_and_runs_of_their_own_stay_apart():
     assert set(values) == {"phi_H of LC1", "theta_H of LC1", "rho_f"}
     assert_allclose([values["rho_f"].value, values["rho_f"].std], [0.6, 0.01])
     assert values["theta_H of LC1"].std > 10.0  # no direction
+
+
+def test_an_amplitude_that_moves_no_sample_is_left_out():
+    shown = np.array([True, True, False])
+    tilt = _tilt("phi_H", "theta_H")
+    fit = Fitted((*tilt, _parameter("r_B")), np.zeros(3), np.eye(3), shown)
+    assert set(named_values(fit)["carrier_tilt"]) == {"phi_H", "theta_H"}
