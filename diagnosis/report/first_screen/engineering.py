@@ -73,6 +73,8 @@ _WORDS: dict[str, str] = {
     "r_B": "largest radial shift in the bearing",
     "phi_R": "largest tilt between the bearings",
     "r_R": "largest radial shift between the bearings",
+    "W_1": "weight on the bearing pressed towards +z",
+    "W_2": "weight on the bearing pressed towards -z",
 }
 _DELAYS = ("sensor_delay",)
 
