@@ -18,7 +18,7 @@ from carrierflex.fe.node_dofs import dofs_of
 from carrierflex.fe.point_couplings import AveragedDofs, point_coupling
 from carrierflex.fe.rigid_fit import ALL_COMPONENTS, MOTIONS, fitted_motion
 from carrierflex.fe.surface_integrals import facet_moments
-from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.geometry.tet_mesh import NamedSurfaces
 
 _SHOWN_NODES = 3
 
@@ -66,7 +66,7 @@ class Pilot:
 
 
 def distributing_pilot(
-    mesh: TetMesh,
+    mesh: NamedSurfaces,
     name: str,
     point: NDArray[np.float64],
     *,
@@ -78,7 +78,7 @@ def distributing_pilot(
 
     Parameters
     ----------
-    mesh : TetMesh
+    mesh : NamedSurfaces
         Mesh with the surface.
     name : str
         Name of the surface.
@@ -95,16 +95,17 @@ def distributing_pilot(
         Where the surface does not determine one of the components (all its points on a line).
     """
     point = np.array(point, dtype=np.float64)
-    nodes, facets = np.unique(mesh.surface(name), return_inverse=True)
+    surface = mesh.surface(name)
+    nodes, facets = np.unique(surface, return_inverse=True)
     reference = mesh.points[nodes].mean(axis=0) if len(nodes) else point
-    B, Z = facet_moments(mesh.points[nodes], facets.reshape(-1, 6), reference)
+    B, Z = facet_moments(mesh.points[nodes], facets.reshape(surface.shape), reference)
     subject = f"surface {name!r} with {described_nodes(mesh.points, nodes)}"
     G = fitted_motion(Z, B.reshape(6, -1), point - reference, components, subject=subject)
     return Pilot(name, point, _on_all_dofs(G, nodes, len(mesh.points)), tuple(components))
 
 
 def weighted_pilot(
-    mesh: TetMesh,
+    mesh: NamedSurfaces,
     name: str,
     point: NDArray[np.float64],
     weights: NDArray[np.float64],

@@ -19,11 +19,11 @@ from carrierflex.fe.pilot_overlaps import independence, shared_nodes
 from carrierflex.fe.rigid_fit import ALL_COMPONENTS, fitted_motion
 from carrierflex.fe.structural_model import StructuralModel
 from carrierflex.fe.surface_integrals import rigid_motion
-from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.geometry.tet_mesh import NamedSurfaces
 
 
 def rigidly_coupled(
-    structure: StructuralModel, mesh: TetMesh, names: tuple[str, ...] | None = None
+    structure: StructuralModel, mesh: NamedSurfaces, names: tuple[str, ...] | None = None
 ) -> StructuralModel:
     """Copy of a body whose pilots hold their surfaces rigid instead of following their mean motion.
 
@@ -32,7 +32,7 @@ def rigidly_coupled(
     structure : StructuralModel
         Body with distributing pilots, as :func:`carrierflex.fe.structural_model.structural_model`
         makes it.
-    mesh : TetMesh
+    mesh : NamedSurfaces
         Its mesh.
     names : tuple of str, optional
         Pilots to make rigid, the others staying as they are; all of them by default.
@@ -160,7 +160,7 @@ def _refuse_loose_pilots(
 
 
 def _coordinates(
-    mesh: TetMesh,
+    mesh: NamedSurfaces,
     free: NDArray[np.int64],
     pilots: tuple[Pilot, ...],
     surfaces: dict[str, NDArray[np.int64]],

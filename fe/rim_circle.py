@@ -8,27 +8,32 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from carrierflex.fe.node_dofs import dofs_of
-from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.geometry.tet_mesh import NamedSurfaces
 
 #: Distance [m] at which a node counts as lying on the circle.
 _ON = 1e-7
-#: Corners and mid-side node of the three edges of a quadratic triangle.
-_EDGES = ((0, 1, 3), (1, 2, 4), (2, 0, 5))
+#: Corners and, of quadratic facets, mid-side node of the edges of a facet, by its number of nodes.
+_EDGES = {
+    4: ((0, 1), (1, 2), (2, 3), (3, 0)),
+    6: ((0, 1, 3), (1, 2, 4), (2, 0, 5)),
+    8: ((0, 1, 4), (1, 2, 5), (2, 3, 6), (3, 0, 7)),
+}
+_EDGES[9] = _EDGES[8]
 
 
 def rim_recovery(
-    mesh: TetMesh, radius: float, angles: NDArray[np.float64]
+    mesh: NamedSurfaces, radius: float, angles: NDArray[np.float64]
 ) -> tuple[sp.csr_array, sp.csr_array]:
     """Recovery rows of the displacement on the rim face's circle of the given radius.
 
     Axial and radial displacement.
 
     The mesh has element edges on that circle (its CAD face is cut along it), so the displacement at
-    an angle is the quadratic interpolation along one edge.
+    an angle is the interpolation along one edge: quadratic, or linear of linear elements.
 
     Parameters
     ----------
-    mesh : TetMesh
+    mesh : NamedSurfaces
         Carrier mesh, whole or half sector, with the surface ``rim_face``.
     radius : float
         Radius of the circle [m].
@@ -53,9 +58,10 @@ def rim_recovery(
         missing = np.rad2deg(angles[~inside.any(axis=1)][0])
         raise ValueError(f"no element edge of the rim circle covers the angle {missing:.4g} deg")
     edge = inside.argmax(axis=1)
-    shapes = _quadratic_shapes(mesh, edges[edge], turned[np.arange(len(angles)), edge])
+    interpolation = _quadratic_shapes if edges.shape[1] == 3 else _linear_shapes
+    shapes = interpolation(mesh, edges[edge], turned[np.arange(len(angles)), edge])
     direction = np.stack([np.zeros_like(angles), -np.sin(angles), np.cos(angles)], axis=1)
-    rows = np.repeat(np.arange(len(angles)), 3)
+    rows = np.repeat(np.arange(len(angles)), edges.shape[1])
     dofs = dofs_of(edges[edge].ravel())
     shape = (len(angles), 3 * len(mesh.points))
     axial = sp.csr_array((shapes.ravel(), (rows, dofs[:, 0])), shape=shape)
@@ -66,9 +72,11 @@ def rim_recovery(
     return axial, radial
 
 
-def _edges_on_circle(mesh: TetMesh, radius: float) -> NDArray[np.int64]:
+def _edges_on_circle(mesh: NamedSurfaces, radius: float) -> NDArray[np.int64]:
     facets = mesh.surface("rim_face")
-    edges = np.concatenate([facets[:, list(edge)] for edge in _EDGES])
+    edges = np.concatenate([facets[:, list(edge)] for edge in _EDGES[facets.shape[1]]])
+    # A triangle among quadrilaterals has its first corner twice.
+    edges = edges[edges[:, 0] != edges[:, 1]]
     on_circle = np.abs(np.hypot(mesh.points[:, 1], mesh.points[:, 2]) - radius) < _ON
     on_rim = np.unique(edges[on_circle[edges].all(axis=1)], axis=0)
     if not len(on_rim):
@@ -82,7 +90,7 @@ def _angle(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _edge_angles(
-    mesh: TetMesh, edges: NDArray[np.int64]
+    mesh: NamedSurfaces, edges: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Angle of each edge's first node and its width.
 
@@ -91,12 +99,12 @@ def _edge_angles(
     first, last = _angle(mesh.points[edges[:, 0]]), _angle(mesh.points[edges[:, 1]])
     width = np.mod(last - first + np.pi, 2.0 * np.pi) - np.pi
     backward = width < 0.0
-    edges[backward] = edges[backward][:, [1, 0, 2]]
+    edges[backward, :2] = edges[backward, 1::-1]
     return np.where(backward, last, first), np.abs(width)
 
 
 def _quadratic_shapes(
-    mesh: TetMesh, edges: NDArray[np.int64], turned: NDArray[np.float64]
+    mesh: NamedSurfaces, edges: NDArray[np.int64], turned: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Shape functions of the edge's nodes (first, last, middle).
 
@@ -110,3 +118,18 @@ def _quadratic_shapes(
     b, c = 4.0 * half - width, 2.0 * width - 4.0 * half
     s = 2.0 * turned / (b + np.sqrt(np.maximum(b**2 + 4.0 * c * turned, 0.0)))
     return np.stack([(1.0 - s) * (1.0 - 2.0 * s), s * (2.0 * s - 1.0), 4.0 * s * (1.0 - s)], axis=1)
+
+
+def _linear_shapes(
+    mesh: NamedSurfaces, edges: NDArray[np.int64], turned: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Shape functions of a straight edge's nodes, where the angle from the first is `turned`.
+
+    The ray at that angle meets the chord of the angle w at the share
+    sin(turned) / (sin(turned) + sin(w - turned)).
+    """
+    first, last = (_angle(mesh.points[edges[:, i]]) for i in range(2))
+    width = np.mod(last - first, 2.0 * np.pi)
+    before, behind = np.sin(turned), np.sin(width - turned)
+    s = before / (before + behind)
+    return np.stack([1.0 - s, s], axis=1)

@@ -1,6 +1,6 @@
 """Stiffness, mass, pilots and sensors of one body: what statics and reduction start from."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from carrierflex.fe.surface_integrals import rigid_body_modes
 from carrierflex.geometry.carrier_interface import CarrierInterface
 from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.geometry.pins import pin_angles
-from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.geometry.tet_mesh import NamedSurfaces, TetMesh
 
 #: Angles of the sensor circle: one degree apart.
 N_SENSOR_ANGLES = 360
@@ -181,15 +181,26 @@ def structural_model(
         Where a surface is missing or cannot hold a pilot, pilots on shared nodes are dependent, or
         a body has no material.
     """
+    return coupled_model(name, mesh, carrier, pilots, lambda: assembly(mesh, materials))
+
+
+def coupled_model(
+    name: str,
+    mesh: NamedSurfaces,
+    carrier: CarrierParameters | CarrierInterface,
+    pilots: tuple[str, ...],
+    matrices: Callable[[], tuple[sp.csr_array, sp.csr_array]],
+) -> StructuralModel:
+    """:func:`structural_model` of a mesh of any elements, `matrices` making its K and M."""
     points = carrier_pilot_points(carrier)
     coupled = tuple(distributing_pilot(mesh, surface, points[surface]) for surface in pilots)
     refuse_dependent_pilots(coupled, mesh.points)
     sensors = _rim_sensors(mesh, carrier.sensor_radius) if "rim_face" in mesh.surfaces else None
-    K, M = assembly(mesh, materials)
+    K, M = matrices()
     return StructuralModel(name, K, M, mesh.points, coupled, sensors)
 
 
-def with_equal_node_weights(structure: StructuralModel, mesh: TetMesh) -> StructuralModel:
+def with_equal_node_weights(structure: StructuralModel, mesh: NamedSurfaces) -> StructuralModel:
     """Copy of a body whose pilots average the nodes of their surfaces with equal weights.
 
     Preprocessors write RBE3 that way.
@@ -201,7 +212,7 @@ def with_equal_node_weights(structure: StructuralModel, mesh: TetMesh) -> Struct
     ----------
     structure : StructuralModel
         Body with distributing pilots.
-    mesh : TetMesh
+    mesh : NamedSurfaces
         Its mesh.
 
     Raises
@@ -227,7 +238,7 @@ def sensor_names() -> tuple[str, ...]:
     )
 
 
-def _rim_sensors(mesh: TetMesh, radius: float) -> Sensors:
+def _rim_sensors(mesh: NamedSurfaces, radius: float) -> Sensors:
     angles = 2.0 * np.pi * np.arange(N_SENSOR_ANGLES) / N_SENSOR_ANGLES
     axial, radial_rows = rim_recovery(mesh, radius, angles)
     return Sensors(sensor_names(), radius, sp.csr_array(sp.vstack([axial, radial_rows])))

@@ -1,16 +1,22 @@
-"""Integrals over curved quadratic triangles.
+"""Integrals over curved facets: quadratic triangles, and quadrilaterals of 4, 8 and 9 nodes.
 
-The consistent weights of surfaces and their rigid motions.
+The consistent weights of surfaces and their rigid motions. A triangle of straight edges is a
+quadrilateral whose last corner is its first: bilinear shape functions then are linear on it, and
+the rule below integrates them exactly.
 """
+
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.geometry.tet_mesh import NamedSurfaces
 
 #: Six-point rule of degree 4 on the triangle (Strang and Fix 1973): barycentric a, a, 1 - 2 a and
 #: weight.
 _RULE = ((0.445948490915965, 0.223381589678011), (0.091576213509771, 0.109951743655322))
+#: Gauss's rule of three points along each side.
+_QUADRILATERAL_ORDER = 5
 
 
 def _quadrature() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -45,8 +51,37 @@ def _shapes(L: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.flo
     return N, dN
 
 
-_POINTS, _WEIGHTS = _quadrature()
-_N, _DN = _shapes(_POINTS)
+@cache
+def _facet_rule(
+    n_nodes: int,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Shape functions (q, m), gradients (q, m, 2) and weights (q,) of facets of m nodes."""
+    if n_nodes == 6:
+        points, weights = _quadrature()
+        return *_shapes(points), weights
+    return _quadrilateral_rule(n_nodes)
+
+
+def _quadrilateral_rule(
+    n_nodes: int,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """The same of quadrilaterals, by scikit-fem: corners round about, mid-sides, middle."""
+    import skfem
+    from skfem.quadrature import get_quadrature
+    from skfem.refdom import RefQuad
+
+    kinds = {4: skfem.ElementQuad1, 8: skfem.ElementQuadS2, 9: skfem.ElementQuad2}
+    element = kinds[n_nodes]()
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    middles = (corners + np.roll(corners, -1, axis=0)) / 2.0
+    wanted = np.concatenate([corners, middles, [[0.5, 0.5]]])[:n_nodes]
+    points, weights = get_quadrature(RefQuad, _QUADRILATERAL_ORDER)
+    node_of = [int(np.abs(element.doflocs - place).sum(axis=1).argmin()) for place in wanted]
+    values = [element.lbasis(points, i) for i in node_of]
+    ones = np.ones(len(weights))
+    N = np.stack([value * ones for value, _ in values], axis=1)
+    dN = np.stack([(gradient * np.ones((2, 1))).T for _, gradient in values], axis=1)
+    return N, dN, weights
 
 
 def rigid_motion(points: NDArray[np.float64], origin: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -82,16 +117,16 @@ def rigid_body_modes(
 
 
 def surface_moments(
-    mesh: TetMesh, facets: NDArray[np.int64], origin: NDArray[np.float64]
+    mesh: NamedSurfaces, facets: NDArray[np.int64], origin: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Integrate rigid motions about `origin` over curved facets.
 
     Parameters
     ----------
-    mesh : TetMesh
+    mesh : NamedSurfaces
         Mesh of n nodes.
-    facets : ndarray of int, shape (k, 6)
-        Quadratic triangles.
+    facets : ndarray of int, shape (k, 4, 6, 8 or 9)
+        Quadrilaterals or quadratic triangles.
     origin : ndarray, shape (3,)
         Point of the rotations [m].
 
@@ -104,7 +139,7 @@ def surface_moments(
         isoparametric.
     """
     nodes, local = np.unique(facets, return_inverse=True)
-    B_surface, Z = facet_moments(mesh.points[nodes], local.reshape(-1, 6), origin)
+    B_surface, Z = facet_moments(mesh.points[nodes], local.reshape(facets.shape), origin)
     B = np.zeros((6, len(mesh.points), 3))
     B[:, nodes] = B_surface
     return B, Z
@@ -117,21 +152,22 @@ def facet_moments(
 
     `points` has the shape (n, 3) [m].
     """
+    N, dN, weights = _facet_rule(facets.shape[1])
     corners = points[facets]
-    x = np.einsum("qi,kia->kqa", _N, corners)
-    tangents = np.einsum("qib,kia->kqba", _DN, corners)
-    area = np.linalg.norm(np.cross(tangents[..., 0, :], tangents[..., 1, :]), axis=-1) * _WEIGHTS
+    x = np.einsum("qi,kia->kqa", N, corners)
+    tangents = np.einsum("qib,kia->kqba", dN, corners)
+    area = np.linalg.norm(np.cross(tangents[..., 0, :], tangents[..., 1, :]), axis=-1) * weights
     R = rigid_motion(x, origin)
     Z = np.einsum("kq,kqai,kqaj->ij", area, R, R, optimize=True)
     B = np.zeros((6, len(points), 3))
-    shares = np.einsum("kq,qn,kqai->kina", area, _N, R, optimize=True)
+    shares = np.einsum("kq,qn,kqai->kina", area, N, R, optimize=True)
     np.add.at(B, (np.arange(6)[None, :, None], facets[:, None, :]), shares)
     return B, Z
 
 
-def surface_area(mesh: TetMesh, facets: NDArray[np.int64]) -> float:
+def surface_area(mesh: NamedSurfaces, facets: NDArray[np.int64]) -> float:
     """Area of curved facets [m^2].
 
-    `facets` of shape (k, 6) hold the numbers of the mesh's nodes.
+    `facets` hold the numbers of the mesh's nodes.
     """
     return float(surface_moments(mesh, facets, np.zeros(3))[1][0, 0])

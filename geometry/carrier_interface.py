@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from carrierflex.geometry.cad_faces import circle_through
 from carrierflex.geometry.pins import pin_angles, planets_of
-from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.geometry.tet_mesh import NamedSurfaces
 
 #: Pins stand at equal angles from 0 to this angle [rad] ...
 _PIN_ANGLE = 1e-3
@@ -49,14 +49,14 @@ class CarrierInterface:
         return planets_of(self.points)
 
 
-def carrier_interface(mesh: TetMesh) -> CarrierInterface:
+def carrier_interface(mesh: NamedSurfaces) -> CarrierInterface:
     """Read the interface off the named surfaces of a carrier.
 
     They are ``shaft_face``, ``rim_face``, ``upwind_seat``, ``downwind_seat`` and ``pin_i_...``.
 
     Parameters
     ----------
-    mesh : TetMesh
+    mesh : NamedSurfaces
         Carrier in its own frame, with or without bonded pins.
 
     Raises
@@ -98,17 +98,17 @@ def carrier_interface(mesh: TetMesh) -> CarrierInterface:
     )
 
 
-def _extent(mesh: TetMesh, name: str) -> tuple[float, float]:
+def _extent(mesh: NamedSurfaces, name: str) -> tuple[float, float]:
     """Least and greatest station of the surface [m]."""
     x = mesh.points[np.unique(mesh.surface(name)), 0]
     return float(x.min()), float(x.max())
 
 
-def _middle(mesh: TetMesh, name: str) -> float:
+def _middle(mesh: NamedSurfaces, name: str) -> float:
     return sum(_extent(mesh, name)) / 2.0
 
 
-def _on_axis(mesh: TetMesh, name: str) -> NDArray[np.float64]:
+def _on_axis(mesh: NamedSurfaces, name: str) -> NDArray[np.float64]:
     flat = mesh.points[np.unique(mesh.surface(name))] * np.array([0.0, 1.0, 1.0])
     centre, radius, deviation = circle_through(flat)
     if deviation > _ROUND:

@@ -3,11 +3,14 @@
 Unit, nodes without element, separate pieces, inverted elements.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
+from carrierflex.geometry.given_meshes.named_solids import NamedSolids
 from carrierflex.geometry.quality import InvertedElementError, MeshQuality, check_quality
 from carrierflex.geometry.tet_mesh import TetMesh
 
@@ -39,11 +42,30 @@ def check_mesh(mesh: TetMesh, where: str) -> MeshQuality:
         raise ValueError(f"{where}: no elements; expected quadratic tetrahedra")
     refuse_wrong_unit(np.ptp(mesh.points, axis=0), where)
     _refuse_unused_nodes(mesh, where)
-    _refuse_pieces(mesh, where)
+    _refuse_pieces(mesh.points, [mesh.tets], where)
     try:
         return check_quality(mesh)
     except InvertedElementError as error:
         raise InvertedElementError(f"{where}: {error}") from error
+
+
+def check_solids(mesh: NamedSolids, where: str) -> None:
+    """Refuse solids of any kind that are not in metres or fall into separate pieces.
+
+    Parameters
+    ----------
+    mesh : NamedSolids
+        One connected body, or bodies that share nodes.
+    where : str
+        What the messages call it: the file's name.
+
+    Raises
+    ------
+    ValueError
+        As :func:`check_mesh`; elements turned inside out are found where matrices are made.
+    """
+    refuse_wrong_unit(np.ptp(mesh.points, axis=0), where)
+    _refuse_pieces(mesh.points, [nodes for _, _, nodes in mesh.blocks], where)
 
 
 def refuse_wrong_unit(extent: NDArray[np.float64], where: str) -> None:
@@ -73,21 +95,23 @@ def _refuse_unused_nodes(mesh: TetMesh, where: str) -> None:
         )
 
 
-def _refuse_pieces(mesh: TetMesh, where: str) -> None:
-    n = len(mesh.points)
-    corners = mesh.tets[:, :4]
-    rows = np.repeat(corners[:, 0], 9)
-    graph = sp.coo_array(
-        (np.ones(rows.size, dtype=np.int8), (rows, mesh.tets[:, 1:].ravel())), shape=(n, n)
-    )
+def _refuse_pieces(
+    points: NDArray[np.float64], blocks: Sequence[NDArray[np.int64]], where: str
+) -> None:
+    """Raise ValueError where elements, blocks of node numbers (k, m), fall into separate pieces."""
+    n = len(points)
+    rows = np.concatenate([np.repeat(nodes[:, 0], nodes.shape[1] - 1) for nodes in blocks])
+    columns = np.concatenate([nodes[:, 1:].ravel() for nodes in blocks])
+    graph = sp.coo_array((np.ones(rows.size, dtype=np.int8), (rows, columns)), shape=(n, n))
     n_pieces, piece = connected_components(graph, directed=False)
     if n_pieces == 1:
         return
-    of_element = piece[corners[:, 0]]
+    of_element = np.concatenate([piece[nodes[:, 0]] for nodes in blocks])
+    centres = np.concatenate([points[nodes].mean(axis=1) for nodes in blocks])
     sizes = np.bincount(of_element)
     shown = []
     for number in np.argsort(-sizes)[:_SHOWN]:
-        x, y, z = mesh.points[mesh.tets[of_element == number, :4]].mean(axis=(0, 1))
+        x, y, z = centres[of_element == number].mean(axis=0)
         shown.append(f"{sizes[number]} elements about ({x:.3f}, {y:.3f}, {z:.3f}) m")
     raise ValueError(
         f"{where}: the mesh falls into {n_pieces} detached pieces "

@@ -1,10 +1,12 @@
 """Mesh files through meshio.
 
-Gmsh .msh, VTK .vtu and Abaqus .inp, named surfaces as sets; other programs' meshes are read too.
+Gmsh .msh, VTK .vtu and Abaqus .inp, named surfaces as sets; other programs' meshes are read too, of
+tetrahedra or of any solids.
 """
 
 import re
 import struct
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,15 +25,19 @@ from carrierflex.geometry.given_meshes.foreign_files import (
     ForeignMesh,
     read_foreign_mesh,
 )
+from carrierflex.geometry.given_meshes.named_solids import GivenMesh, NamedSolids, named_solids
 from carrierflex.geometry.given_meshes.quadratic import quadratic_tetrahedra
-from carrierflex.geometry.given_meshes.stated_facets import stated_facets
-from carrierflex.geometry.mesh_checks import check_mesh
+from carrierflex.geometry.given_meshes.solid_files import read_solid_mesh
+from carrierflex.geometry.given_meshes.stated_facets import with_stated
+from carrierflex.geometry.mesh_checks import check_mesh, check_solids
 from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets
 
 #: Format of meshio's writer by suffix.
 _FORMATS = {".msh": "gmsh22", ".vtu": "vtu", ".inp": "abaqus"}
 _ABAQUS_WIDTH = 20
 _TETRAHEDRA, _TRIANGLES = ("tetra10", "tetra"), ("triangle6", "triangle")
+#: Facets of hexahedra and wedges, by meshio's names and by gmsh's.
+_QUADRILATERALS = ("quad", "quad8", "quad9", "Quadrilateral")
 #: What may stand beside solids and is left out.
 _NO_SOLIDS = ("line", "line3", "vertex")
 #: Largest mesh file that is read [bytes]: some ten million nodes.
@@ -130,12 +136,13 @@ def _for_abaqus(mesh: TetMesh) -> meshio.Mesh:
 
 def read_mesh(
     path: Path, *, metres: float = 1.0, statements: CadStatements | None = None
-) -> TetMesh:
-    """Read a mesh of tetrahedra with its groups.
+) -> GivenMesh:
+    """Read a mesh of solids with its groups.
 
     gmsh .msh, Abaqus .inp, Nastran .bdf, I-deas .unv or Salome .med. Bodies come from groups of
     elements, surfaces from groups of facets or of nodes, or from statements. Linear tetrahedra get
-    mid-side nodes on their straight edges.
+    mid-side nodes on their straight edges; where hexahedra or wedges are among the elements, all of
+    them stay as they are.
 
     Parameters
     ----------
@@ -149,9 +156,9 @@ def read_mesh(
 
     Returns
     -------
-    TetMesh
-        Checked by :func:`carrierflex.geometry.mesh_checks.check_mesh`; ``symmetry_order`` 1,
-        whatever symmetry the mesh has.
+    TetMesh or NamedSolids
+        Tetrahedra alone, ``symmetry_order`` 1 whatever symmetry the mesh has; or solids of any
+        kind. Checked by :mod:`carrierflex.geometry.mesh_checks`.
 
     Raises
     ------
@@ -160,7 +167,7 @@ def read_mesh(
     ValueError
         Where it is none of these files, is cut short, holds other elements or unnamed bodies, or a
         surface is not on the boundary; and from the checks: unit, unused nodes, detached pieces,
-        inverted elements.
+        inverted tetrahedra.
     """
     suffix = path.suffix.lower()
     if suffix != ".msh" and suffix not in FORMATS:
@@ -175,19 +182,39 @@ def read_mesh(
         foreign = ForeignMesh(points, blocks, {})
     else:
         foreign = _without_unused_nodes(read_foreign_mesh(path, size))
+    if _has_other_solids(foreign):
+        return _read_solids(path, metres, statements)
     mesh = _from_blocks(foreign, path, statements)
-    points = metres * mesh.points
-    if statements is not None:
-        points = (points - statements.frame.origin) @ statements.frame.rotation.T
-    mesh = replace(mesh, points=points)
+    mesh = replace(mesh, points=_in_frame(metres * mesh.points, statements))
     check_mesh(mesh, str(path))
-    if statements is not None:
-        stated = {
-            statement.name: stated_facets(mesh, statement, statements.tolerance, str(path))
-            for statement in statements.surfaces
-        }
-        mesh = replace(mesh, surfaces={**mesh.surfaces, **stated})
-    return mesh
+    facets = {name: boundary_facets(mesh.tets[own]) for name, own in mesh.bodies.items()}
+    return replace(mesh, surfaces=with_stated(mesh, facets, statements, str(path)))
+
+
+def _read_solids(path: Path, metres: float, statements: CadStatements | None) -> NamedSolids:
+    """Read a mesh that has other solids than tetrahedra."""
+    found = read_solid_mesh(path).without_unused_nodes()
+    of_group = {} if statements is None else statements.body_of_group
+    groups = {group: of_group.get(group, group) for _, group, _ in found.blocks}
+    bodies = _named_bodies(groups.values(), path)
+    mesh = named_solids(found, {group: bodies[name] for group, name in groups.items()}, str(path))
+    mesh = replace(mesh, points=_in_frame(metres * mesh.points, statements))
+    check_solids(mesh, str(path))
+    facets = {body: mesh.boundary(body) for body in mesh.bodies}
+    return replace(mesh, surfaces=with_stated(mesh, facets, statements, str(path)))
+
+
+def _in_frame(points: NDArray[np.float64], statements: CadStatements | None) -> NDArray[np.float64]:
+    """Points of the file [m] in the carrier's frame."""
+    if statements is None:
+        return points
+    return np.asarray((points - statements.frame.origin) @ statements.frame.rotation.T)
+
+
+def _has_other_solids(mesh: ForeignMesh) -> bool:
+    """Whether there are others than tetrahedra, whatever they are."""
+    kinds = {kind.split(" ")[0] for kind, _, _ in mesh.blocks}
+    return bool(kinds - {*_TETRAHEDRA, *_TRIANGLES, *_QUADRILATERALS, *_NO_SOLIDS})
 
 
 def _without_unused_nodes(mesh: ForeignMesh) -> ForeignMesh:
@@ -306,24 +333,31 @@ def _bodies(
         raise ValueError(
             f"{path}: linear and quadratic tetrahedra; expected one of the two throughout"
         )
-    if len(solids) == 1 and path.suffix.lower() in FORMATS:
-        return {"carrier": next(iter(solids.values()))}
-    if not solids or "" in solids:
-        what = (
-            "no quadratic tetrahedra"
-            if not solids
-            else "tetrahedra without a physical volume's name"
-        )
+    if not solids:
         raise ValueError(
-            f"{path}: {what}; expected all of them in physical volumes such as 'carrier' and 'pins'"
+            f"{path}: no quadratic tetrahedra; expected all of them in physical volumes such as "
+            "'carrier' and 'pins'"
         )
-    unknown = sorted(solids.keys() - {"carrier", "pins", "main_shaft"})
-    if unknown and path.suffix.lower() in FORMATS:
+    names = _named_bodies(solids, path)
+    return {names[name]: nodes for name, nodes in solids.items()}
+
+
+def _named_bodies(groups: Collection[str], path: Path) -> dict[str, str]:
+    """Body of every group of elements: as named; the only one of a foreign file is the carrier."""
+    if len(set(groups)) == 1 and path.suffix.lower() in FORMATS:
+        return dict.fromkeys(groups, "carrier")
+    if "" in groups:
+        raise ValueError(
+            f"{path}: elements without a physical volume's name; expected all of them in physical "
+            "volumes such as 'carrier' and 'pins'"
+        )
+    unknown = sorted(set(groups) - {"carrier", "pins", "main_shaft"})
+    if unknown:
         raise ValueError(
             f"{path}: groups of elements {', '.join(map(repr, unknown))}; expected 'carrier' and "
             "'pins', or [mesh.bodies] of the surfaces file saying which is which"
         )
-    return solids
+    return {name: name for name in groups}
 
 
 def _outward(

@@ -5,6 +5,7 @@ Quadratic tetrahedra with named surfaces and bodies.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,29 @@ TET_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 TET_FACES = np.array(
     [[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 3, 2, 7, 9, 6]]
 )
+
+
+class NamedSurfaces(Protocol):
+    """Nodes and named surfaces of a mesh of any elements: what couplings and sensors need of it.
+
+    Facets of a surface have 6 nodes (quadratic triangles), or 4, 8 or 9 (quadrilaterals), corners
+    first; a triangle of straight edges has 4, its last corner being its first.
+    """
+
+    @property
+    def points(self) -> NDArray[np.float64]:
+        """Node coordinates [m], shape (n, 3)."""
+
+    @property
+    def surfaces(self) -> Mapping[str, NDArray[np.int64]]:
+        """Facets of each named surface, shape (k, 4, 6, 8 or 9)."""
+
+    def surface(self, name: str) -> NDArray[np.int64]:
+        """Facets of the surface `name`; KeyError names the surfaces there are."""
+
+
+#: Corners of a facet by the number of its nodes.
+FACET_CORNERS = {3: 3, 4: 4, 6: 3, 8: 4, 9: 4}
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,11 +94,16 @@ class TetMesh:
 
         KeyError names the surfaces there are.
         """
-        if name not in self.surfaces:
-            raise KeyError(
-                f"the mesh has no surface {name!r}; it has {', '.join(sorted(self.surfaces))}"
-            )
-        return self.surfaces[name]
+        return surface_of(self, name)
+
+
+def surface_of(mesh: NamedSurfaces, name: str) -> NDArray[np.int64]:
+    """Facets of the surface `name`; KeyError names the surfaces there are."""
+    if name not in mesh.surfaces:
+        raise KeyError(
+            f"the mesh has no surface {name!r}; it has {', '.join(sorted(mesh.surfaces))}"
+        )
+    return mesh.surfaces[name]
 
 
 def boundary_facets(tets: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -96,15 +125,34 @@ def surface_of_facets(
 
     Parameters
     ----------
-    facets : ndarray of int, shape (k, 6) or (k, 3)
-        Triangles, corners first.
-    surfaces : mapping of str to ndarray of int, shape (m, 6)
+    facets : ndarray of int, shape (k, 3, 4, 6, 8 or 9)
+        Triangles or quadrilaterals, corners first.
+    surfaces : mapping of str to ndarray of int, shape (m, 3, 4, 6, 8 or 9)
         Named surfaces; the last one counts where several hold a facet.
     """
     number_of = {
-        tuple(corners): number
+        corners: number
         for number, surface in enumerate(surfaces.values())
-        for corners in np.sort(surface[:, :3], axis=1).tolist()
+        for corners in _corner_sets(surface)
     }
-    corners = np.sort(facets[:, :3], axis=1).tolist()
-    return np.array([number_of.get(tuple(own), -1) for own in corners], dtype=np.int64)
+    return np.array([number_of.get(own, -1) for own in _corner_sets(facets)], dtype=np.int64)
+
+
+def _corner_sets(facets: NDArray[np.int64]) -> list[frozenset[int]]:
+    return [frozenset(own) for own in facets[:, : FACET_CORNERS[facets.shape[1]]].tolist()]
+
+
+def corner_triangles(
+    facets: NDArray[np.int64],
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Triangles of the facets' corners, shape (k, 3), and the facet that each is of, shape (k,).
+
+    Quadrilaterals are cut along their first diagonal; those whose last corner is their first are
+    one triangle.
+    """
+    every = np.arange(len(facets))
+    if FACET_CORNERS[facets.shape[1]] == 3:
+        return facets[:, :3], every
+    second = np.flatnonzero(facets[:, 3] != facets[:, 0])
+    triangles = np.concatenate([facets[:, :3], facets[second][:, [0, 2, 3]]])
+    return triangles, np.concatenate([every, second])

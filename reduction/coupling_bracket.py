@@ -15,7 +15,7 @@ from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.fe.load_cases import PilotLoad
 from carrierflex.fe.rigid_couplings import rigidly_coupled
 from carrierflex.fe.structural_model import StructuralModel
-from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.geometry.tet_mesh import NamedSurfaces
 from carrierflex.reduction.held_structure import GroundedBody, HeldStructure
 
 #: Pilots that are made rigid one group at a time, by a part of their names.
@@ -62,7 +62,7 @@ class CouplingBracket:
 
 
 def coupling_bracket(
-    curve_name: str, mesh: TetMesh, soft: StructuralModel, load: Mapping[str, PilotLoad]
+    curve_name: str, mesh: NamedSurfaces, soft: StructuralModel, load: Mapping[str, PilotLoad]
 ) -> CouplingBracket:
     """Bound the pilots' stiffness and the torque curve by distributing and by rigid couplings.
 
@@ -70,7 +70,7 @@ def coupling_bracket(
     ----------
     curve_name : str
         Name of the torque curve.
-    mesh : TetMesh
+    mesh : NamedSurfaces
         Mesh of the carrier.
     soft : StructuralModel
         The carrier with distributing pilots, the shaft face's first, and the sensor circle.

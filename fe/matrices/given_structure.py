@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 _HULL_DENSITY = (1.0, 25_000.0)
 #: Force against a rigid motion, over the sum of its terms, that is told.
 _TOLD_GROUNDING = 1e-9
+#: Share of the sum of its terms below which a translation's mass is rounding: what is left of a
+#: free body's stiffness.
+_NO_MASS = 1e-6
 #: Singular value of the pilots' rigid motions below which one is not held.
 _HELD = 1e-8
 _ALL_MOTIONS = 6
@@ -175,6 +178,15 @@ def _refuse_no_mass(model: NumberedModel) -> None:
         raise ValueError(
             f"the mass of {model.layout.names.named(worst)} is {masses[worst]:.6g}; expected none "
             "below zero"
+        )
+    R = model.layout.rigid_modes(np.zeros(3))[:, :3]
+    moved = np.einsum("nk,nk->k", R, model.M @ R)
+    terms = np.einsum("nk,nk->k", R, abs(model.M) @ R)
+    if not (moved > _NO_MASS * terms).any():
+        raise ValueError(
+            f"the mass that moves with a translation is {moved.max():.2g} kg, entries of "
+            f"{terms.max():.2g} kg cancel as those of a stiffness do; expected the mass matrix: "
+            "are stiffness and mass interchanged?"
         )
 
 

@@ -1,6 +1,5 @@
 """A body of a mesh of any solid elements, with an interfaces file of materials and pilots."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,7 +10,11 @@ from carrierflex.fe.materials import Material
 from carrierflex.fe.matrices.given_structure import GivenBody, body_of
 from carrierflex.fe.matrices.node_files import NodeTable, numbers_in_turn, read_nodes
 from carrierflex.fe.matrices.stored_matrix import DofNames, StoredMatrix
-from carrierflex.fe.solids.solid_matrices import LINEAR, inverted_elements, solid_matrices
+from carrierflex.fe.solids.solid_matrices import (
+    linear_warnings,
+    refuse_inverted,
+    solid_matrices,
+)
 from carrierflex.geometry.given_meshes.solid_files import SolidMesh, read_solid_mesh
 
 if TYPE_CHECKING:
@@ -40,14 +43,10 @@ def solid_body(path: Path, document: "InterfacesDocument") -> GivenBody:
         mesh, elements are inverted; and as
         :func:`carrierflex.fe.matrices.given_structure.body_of`.
     """
-    mesh = _used(read_solid_mesh(path, numbers_in_turn))
+    mesh = read_solid_mesh(path, numbers_in_turn).without_unused_nodes()
     units = document.units
     in_metres = replace(mesh, points=mesh.points * units.length)
-    for kind, group, count in inverted_elements(in_metres):
-        raise ValueError(
-            f"{path}: {count} elements of type {kind} in group {group!r} are turned inside out; "
-            "expected positive volumes"
-        )
+    refuse_inverted(in_metres, str(path))
     K, M = solid_matrices(in_metres, _materials(mesh, document, path))
     # body_of takes matrices in the document's units.
     factor = units.length / units.force
@@ -57,17 +56,7 @@ def solid_body(path: Path, document: "InterfacesDocument") -> GivenBody:
         body = body_of(K_given, M_given, _nodes(mesh, path), document)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    return replace(body, warnings=(*_linear_warnings(mesh), *body.warnings))
-
-
-def _used(mesh: SolidMesh) -> SolidMesh:
-    """Copy with the nodes of solids alone: reference points and nodes of shells left out."""
-    used = np.unique(np.concatenate([nodes.ravel() for _, _, nodes in mesh.blocks]))
-    row = np.full(len(mesh.points), -1, dtype=np.int64)
-    row[used] = np.arange(len(used))
-    blocks = [(kind, group, row[nodes]) for kind, group, nodes in mesh.blocks]
-    sets = {name: row[nodes][row[nodes] >= 0] for name, nodes in mesh.node_sets.items()}
-    return SolidMesh(mesh.points[used], mesh.numbers[used], blocks, sets)
+    return replace(body, warnings=(*linear_warnings(mesh), *body.warnings))
 
 
 def _nodes(mesh: SolidMesh, path: Path) -> NodeTable:
@@ -100,16 +89,3 @@ def _materials(mesh: SolidMesh, document: "InterfacesDocument", path: Path) -> d
             "table [materials.GROUP] for each group"
         )
     return {group: by_name[group.upper()] for group in groups}
-
-
-def _linear_warnings(mesh: SolidMesh) -> Iterator[str]:
-    counts = {kind: 0 for kind in LINEAR}
-    for kind, _, nodes in mesh.blocks:
-        if kind in counts:
-            counts[kind] += len(nodes)
-    told = [f"{count} of type {kind}" for kind, count in counts.items() if count]
-    if told:
-        yield (
-            f"linear elements, {', '.join(told)}: too stiff in bending; quadratic ones of the same "
-            "edges are far closer"
-        )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex, RefLine, RefTet, RefTri
 
-from carrierflex.fe.materials import Material
+from carrierflex.fe.materials import Material, material_of
 from carrierflex.geometry.given_meshes.solid_files import (
     REFERENCE_NODES,
     SolidMesh,
@@ -70,6 +70,10 @@ def solid_matrices(
     K, M : csr_array, shape (3 n, 3 n)
         [N/m] and [kg]; x, y and z of a node one after another.
 
+    Raises
+    ------
+    ValueError
+        Where a group has no material.
     """
     n = len(mesh.points)
     K, M = sp.csr_array((3 * n, 3 * n)), sp.csr_array((n, n))
@@ -77,7 +81,9 @@ def solid_matrices(
         at_once = max(1, _ENTRIES_AT_ONCE // (3 * nodes.shape[1]) ** 2)
         for first in range(0, len(nodes), at_once):
             some = nodes[first : first + at_once]
-            stiffness, mass = _element_matrices(mesh.points[some], kind, materials[group])
+            stiffness, mass = _element_matrices(
+                mesh.points[some], kind, material_of(materials, group)
+            )
             dofs = (3 * some[:, :, None] + np.arange(3)).reshape(len(some), -1)
             K = K + _added(stiffness, dofs, 3 * n)
             M = M + _added(mass, some, n)
@@ -99,6 +105,29 @@ def inverted_elements(mesh: SolidMesh) -> Iterator[tuple[str, str, int]]:
         count = int((determinants.min(axis=1) <= 0.0).sum())
         if count:
             yield kind, group, count
+
+
+def refuse_inverted(mesh: SolidMesh, where: str) -> None:
+    """Raise ValueError where elements of the file `where` turn inside out."""
+    for kind, group, count in inverted_elements(mesh):
+        raise ValueError(
+            f"{where}: {count} elements of type {kind} in group {group!r} are turned inside out; "
+            "expected positive volumes"
+        )
+
+
+def linear_warnings(mesh: SolidMesh) -> Iterator[str]:
+    """What is to be told of elements that are too stiff in bending, with kinds and counts."""
+    counts = {kind: 0 for kind in LINEAR}
+    for kind, _, nodes in mesh.blocks:
+        if kind in counts:
+            counts[kind] += len(nodes)
+    told = [f"{count} of type {kind}" for kind, count in counts.items() if count]
+    if told:
+        yield (
+            f"linear elements, {', '.join(told)}: too stiff in bending; quadratic ones of the same "
+            "edges are far closer"
+        )
 
 
 def _element_matrices(

@@ -29,9 +29,12 @@ FORMATS = {
 }
 #: gmsh's element types that can be computed with, and their name in meshio.
 _KINDS = {2: "triangle", 4: "tetra", 9: "triangle6", 11: "tetra10"}
-#: Kinds that meshio has no name for, for its own table: surfaces as gmsh writes them. Decks are
-#: read in a process of their own, so that nothing else sees them there.
-_MORE_KINDS = {"CPS6": "triangle6", "CPS8": "quad8", "CPS9": "quad9"}
+#: Kinds that meshio has no name for, or a wrong one, for its own table: surfaces as gmsh writes
+#: them, hybrid tetrahedra. Decks are read in a process of their own, so that nothing else sees them
+#: there.
+_MORE_KINDS = {"CPS6": "triangle6", "CPS8": "quad8", "CPS9": "quad9", "C3D4H": "tetra"}
+#: A kind that meshio can read and then trips over, so that it is refused by its name.
+_MORE_DIMENSIONS = {"wedge15": 3}
 _KINDS_OF_DECKS = meshio.abaqus._abaqus.abaqus_to_meshio_type
 _GMSH_TET10 = 11
 #: gmsh numbers the last two mid-side nodes of a quadratic tetrahedron the other way round.
@@ -84,6 +87,7 @@ def _read(reader: Callable[[Path], ForeignMesh], path: Path, size: int) -> Forei
 def abaqus_mesh(path: Path) -> ForeignMesh:
     """Mesh of a deck; an element belongs to the smallest set that it is in."""
     _KINDS_OF_DECKS.update(_MORE_KINDS)
+    meshio._mesh.topological_dimension.update(_MORE_DIMENSIONS)
     mesh = meshio.abaqus.read(path)
     # The smallest set that an element is in names its body: a set of all of them says nothing. Of
     # two alike that of *ELSET, which meshio lists first: *ELEMENT has the preprocessor's name.

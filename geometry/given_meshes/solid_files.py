@@ -86,16 +86,28 @@ class SolidMesh:
     blocks: list[tuple[str, str, NDArray[np.int64]]]
     node_sets: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
 
+    def without_unused_nodes(self) -> "SolidMesh":
+        """Copy with the nodes of solids alone: reference points and nodes of shells left out."""
+        used = np.unique(np.concatenate([nodes.ravel() for _, _, nodes in self.blocks]))
+        row = np.full(len(self.points), -1, dtype=np.int64)
+        row[used] = np.arange(len(used))
+        blocks = [(kind, group, row[nodes]) for kind, group, nodes in self.blocks]
+        sets = {name: row[nodes][row[nodes] >= 0] for name, nodes in self.node_sets.items()}
+        return SolidMesh(self.points[used], self.numbers[used], blocks, sets)
 
-def read_solid_mesh(path: Path, numbers: Callable[[Path], NDArray[np.int64]]) -> SolidMesh:
+
+def read_solid_mesh(
+    path: Path, numbers: Callable[[Path], NDArray[np.int64]] | None = None
+) -> SolidMesh:
     """Read the solids of a mesh file.
 
     Parameters
     ----------
     path : Path
         Mesh file.
-    numbers : callable
-        Gives the numbers of the nodes of an ``.inp`` in the order in which they stand there.
+    numbers : callable, optional
+        Gives the numbers of the nodes of an ``.inp`` in the order in which they stand there; they
+        count from 1 without.
 
     Raises
     ------
@@ -116,7 +128,8 @@ def read_solid_mesh(path: Path, numbers: Callable[[Path], NDArray[np.int64]]) ->
     mesh = in_child(_read, reader, path, size, about=path, what=who)
     _refuse_other_solids(mesh, path)
     if suffix == ".inp":
-        mesh = SolidMesh(mesh.points, numbers(path), mesh.blocks, mesh.node_sets)
+        own = np.arange(1, len(mesh.points) + 1) if numbers is None else numbers(path)
+        mesh = SolidMesh(mesh.points, own, mesh.blocks, mesh.node_sets)
     if len(mesh.numbers) != len(mesh.points):
         raise ValueError(
             f"{path}: {len(mesh.numbers)} numbers of nodes, {len(mesh.points)} places; expected "

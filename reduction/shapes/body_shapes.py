@@ -9,7 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.fe.structural_model import StructuralModel
-from carrierflex.geometry.tet_mesh import TetMesh, boundary_facets, surface_of_facets
+from carrierflex.geometry.given_meshes.named_solids import GivenMesh
+from carrierflex.geometry.tet_mesh import (
+    TetMesh,
+    boundary_facets,
+    corner_triangles,
+    surface_of_facets,
+)
 
 #: Surface of a triangle that no named surface holds.
 UNNAMED = -1
@@ -68,31 +74,32 @@ class BodyShapes:
 
 
 def body_shapes(
-    mesh: TetMesh, structure: StructuralModel, basis: NDArray[np.float64]
+    mesh: GivenMesh, structure: StructuralModel, basis: NDArray[np.float64]
 ) -> BodyShapes:
     """Boundary of a mesh and a basis on it.
 
     The quadratic elements' corner nodes are kept, their mid-side nodes are not: a fourth of the
-    size, and facets as flat as a picture needs.
+    size, and facets as flat as a picture needs. Quadrilaterals are drawn as two triangles.
 
     Parameters
     ----------
-    mesh : TetMesh
+    mesh : TetMesh or NamedSolids
         Mesh of the body.
     structure : StructuralModel
         Its finite elements.
     basis : ndarray, shape (n_dofs, n_coordinates)
         Displacement field of every reduced coordinate.
     """
-    facets = boundary_facets(mesh.tets)[:, :3]
-    nodes, triangles = np.unique(facets, return_inverse=True)
-    triangles = triangles.reshape(facets.shape)
+    facets = boundary_facets(mesh.tets) if isinstance(mesh, TetMesh) else mesh.boundary()
+    corners, facet_of = corner_triangles(facets)
+    nodes, triangles = np.unique(corners, return_inverse=True)
+    triangles = triangles.reshape(corners.shape)
     rows = (3 * nodes[:, None] + np.arange(3)).ravel()
     fields = structure.nodal_displacement(basis)[rows]
     return BodyShapes(
         points=mesh.points[nodes],
         triangles=triangles,
         surface_names=tuple(mesh.surfaces),
-        surface_of=surface_of_facets(facets, mesh.surfaces),
+        surface_of=surface_of_facets(facets, mesh.surfaces)[facet_of],
         T=fields.reshape(len(nodes), 3, -1),
     )

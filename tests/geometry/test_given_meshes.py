@@ -113,8 +113,12 @@ def test_files_that_hold_no_tetrahedra_or_are_damaged_are_refused_by_name(tmp_pa
     )
     path = tmp_path / "hex.inp"
     meshio.write_points_cells(path, hexahedron, [("hexahedron", np.arange(8)[None])])
+    assert read_mesh(path).bodies == ("carrier",)
+    nodes = ", ".join(map(str, [*range(1, 9), *range(1, 8)]))
+    deck = path.read_text().split("*ELEMENT")[0]
+    path.write_text(f"{deck}*ELEMENT, TYPE=C3D15\n1, {nodes}\n")
     with pytest.raises(
-        ValueError, match=r"hex\.inp: 1 elements of type hexahedron; expected quadratic tetrahedra"
+        ValueError, match=r"hex\.inp: 1 elements of type wedge15 .*; expected tetra"
     ):
         read_mesh(path)
     whole = (folder / "stiff.unv").read_bytes()

@@ -97,12 +97,12 @@ def written(path, points, cells, **options):
 
 def test_files_without_names_or_with_other_elements_are_refused(tmp_path, one_pin_mesh):
     points, tets = one_pin_mesh.points, one_pin_mesh.tets
-    with pytest.raises(ValueError, match="tetrahedra without a physical volume's name"):
+    with pytest.raises(ValueError, match="elements without a physical volume's name"):
         read_mesh(written(tmp_path / "a.msh", points, [("tetra10", tets)]))
     with pytest.raises(
-        ValueError, match=rf"{len(tets)} elements of type hexahedron; expected quadratic tetrah"
+        ValueError, match=rf"{len(tets)} elements of type Pyramid 5; expected tetra, tetra10, hexa"
     ):
-        read_mesh(written(tmp_path / "b.msh", points, [("hexahedron", tets[:, :8])]))
+        read_mesh(written(tmp_path / "b.msh", points, [("pyramid", tets[:, :5])]))
     with pytest.raises(ValueError, match="no quadratic tetrahedra"):
         read_mesh(
             written(

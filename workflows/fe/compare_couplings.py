@@ -13,6 +13,7 @@ from carrierflex.fe.carrier_curves import flexible_cases, stiff_cases
 from carrierflex.files.json_files import save_json
 from carrierflex.files.versions import versions
 from carrierflex.geometry.carrier_interface import CarrierInterface
+from carrierflex.geometry.given_meshes.named_solids import GivenMesh
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.geometry.parameters import CarrierParameters
 from carrierflex.reduction.coupling_bracket import CouplingBracket, coupling_bracket
@@ -20,6 +21,7 @@ from carrierflex.workflows.support.carrier_files import (
     CarrierFiles,
     LengthUnit,
     given_structure,
+    mesh_warnings,
     meshes_of_variants,
 )
 from carrierflex.workflows.support.named_bodies import body_structure
@@ -49,7 +51,7 @@ def main(
         Output folder.
     size
         Element edge length [m]; 0.03 where it is not given, of a STEP file 0.66 of the solid's mean
-        wall (twice its volume over its surface).
+        wall (twice its volume over its surface), less where webs are thin.
     parameters
         TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
         keeps its default. four_planets: a set that comes with the package.
@@ -58,8 +60,8 @@ def main(
     surfaces
         TOML file that states the surfaces of the STEP or mesh files.
     flexible_mesh, stiff_mesh
-        Mesh files (.msh, .inp, .bdf, .unv, .med; tetrahedra) of the carrier without and with bonded
-        pins, instead of the parametric carrier.
+        Mesh files (.msh, .inp, .bdf, .unv, .med; tetrahedra, hexahedra, wedges) of the carrier
+        without and with bonded pins, instead of the parametric carrier.
     length_unit
         Of the mesh files' coordinates.
     quiet
@@ -80,23 +82,29 @@ def main(
     prepared_folder(out)
     stages = Stages(2, quiet)
     brackets = {}
+    told: list[str] = []
+    given: GivenMesh
     for variant in ("flexible", "stiff"):
         with stages.stage(f"{variant} carrier with both couplings"):
             carrier: CarrierParameters | CarrierInterface = stage.carrier
             gear = stage.gear
             if files.given:
-                mesh = files.mesh(variant, edge)
-                soft, carrier = given_structure(variant, mesh, files.materials())
+                given = files.mesh(variant, edge)
+                told += mesh_warnings(given)
+                soft, carrier = given_structure(variant, given, files.materials())
                 gear = replace(gear, centre_distance=carrier.centre_distance)
             else:
-                mesh, soft = body_structure(f"{variant}_carrier", stage, edge)
+                given, soft = body_structure(f"{variant}_carrier", stage, edge)
             cases = (
                 flexible_cases(carrier, gear)
                 if variant == "flexible"
                 else stiff_cases(gear, carrier.n_planets)
             )
             curve_name = "delta_f" if variant == "flexible" else "delta_s"
-            brackets[variant] = coupling_bracket(curve_name, mesh, soft, cases["both"])
+            brackets[variant] = coupling_bracket(curve_name, given, soft, cases["both"])
+    # One line for both variants where they warn alike.
+    for text in dict.fromkeys(told):
+        stages.tell(text)
     changes = {
         bracket.curve_name: {part: bracket.curve_change(part) for part in bracket.all_curves}
         for bracket in brackets.values()

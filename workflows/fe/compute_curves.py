@@ -13,10 +13,11 @@ from carrierflex.workflows.support.cached_results import cached_files
 from carrierflex.workflows.support.carrier_files import (
     CarrierFiles,
     LengthUnit,
+    mesh_warnings,
     meshes_of_variants,
 )
 from carrierflex.workflows.support.carrier_variants import (
-    CarrierVariant,
+    SolvedCarrier,
     flexible_variant,
     given_variant,
     stiff_variant,
@@ -57,7 +58,7 @@ def main(
         Output folder.
     size
         Element edge length [m]; 0.03 where it is not given, of a STEP file 0.66 of the solid's mean
-        wall (twice its volume over its surface).
+        wall (twice its volume over its surface), less where webs are thin.
     parameters
         TOML file with the tables [carrier], [pin], [gear], dimensions in metres; what it leaves out
         keeps its default. four_planets: a set that comes with the package.
@@ -67,8 +68,8 @@ def main(
         TOML file that states the surfaces of the STEP or mesh files; carrierflex cad writes one to
         start from. A mesh whose groups have the surfaces' names needs none.
     flexible_mesh, stiff_mesh
-        Mesh files (.msh, .inp, .bdf, .unv, .med; tetrahedra) of the carrier without and with bonded
-        pins, instead of the parametric carrier.
+        Mesh files (.msh, .inp, .bdf, .unv, .med; tetrahedra, hexahedra, wedges) of the carrier
+        without and with bonded pins, instead of the parametric carrier.
     length_unit
         Of the mesh files' coordinates.
     assembly
@@ -133,6 +134,9 @@ def _compute(
             else stiff_variant(stage, size, finite_elements)
         )
     _refuse_different_carriers(flexible, stiff)
+    # One line for both variants where they warn alike.
+    for text in dict.fromkeys((*mesh_warnings(flexible.mesh), *mesh_warnings(stiff.mesh))):
+        stages.tell(text)
     with stages.stage("files"):
         curves = named_curves(stiff.deflection, flexible.deflection)
         write_curves(out / _CURVES, curves)
@@ -149,7 +153,7 @@ def _compute(
         save_json(out / _INPUTS, {**content, "versions": versions()})
 
 
-def _refuse_different_carriers(flexible: CarrierVariant, stiff: CarrierVariant) -> None:
+def _refuse_different_carriers(flexible: SolvedCarrier, stiff: SolvedCarrier) -> None:
     radii = [variant.deflection.curves["both"].radius for variant in (flexible, stiff)]
     if abs(radii[0] - radii[1]) > 1e-6:
         raise ValueError(

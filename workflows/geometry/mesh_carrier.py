@@ -7,6 +7,7 @@ from carrierflex.geometry.carrier_mesh import flexible_carrier_mesh, stiff_carri
 from carrierflex.geometry.mesh_files import check_mesh_path, write_mesh
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.geometry.quality import MeshQuality, mesh_quality
+from carrierflex.geometry.tet_mesh import TetMesh
 from carrierflex.workflows.support.carrier_files import CarrierFiles
 from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
@@ -32,7 +33,7 @@ def main(
         stiff: pins bonded into the bores; flexible: no pins.
     size
         Element edge length [m]; 0.03 where it is not given, of a STEP file 0.66 of the solid's mean
-        wall (twice its volume over its surface).
+        wall (twice its volume over its surface), less where webs are thin.
     step
         STEP file with the carrier without pins, instead of the parametric carrier; any length unit.
     surfaces
@@ -57,6 +58,7 @@ def main(
     with stages.stage(f"mesh of the {variant} carrier, {edge:.4g} m"):
         if files.given:
             mesh = files.mesh(variant, edge)
+            assert isinstance(mesh, TetMesh), "a STEP file is meshed with tetrahedra"
         elif variant == "flexible":
             mesh = flexible_carrier_mesh(stage.carrier, edge)
         else:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from carrierflex.fe.structural_model import StructuralModel
-from carrierflex.geometry.tet_mesh import TetMesh
+from carrierflex.geometry.given_meshes.named_solids import GivenMesh
 from carrierflex.reduction.body_files import write_body
 from carrierflex.reduction.certificate import Certificate, certify, certify_free_interface
 from carrierflex.reduction.craig_bampton import craig_bampton
@@ -27,7 +27,7 @@ def write_certified_body(
     *,
     stages: Stages,
     record: Callable[[int], dict[str, str]],
-    drawn_on: TetMesh | None = None,
+    drawn_on: GivenMesh | None = None,
 ) -> None:
     """Reduce a body, certify it and write it.
 
@@ -45,7 +45,7 @@ def write_certified_body(
         Progress, three stages.
     record : callable
         Provenance of a body with a number of modes.
-    drawn_on : TetMesh, optional
+    drawn_on : TetMesh or NamedSolids, optional
         Mesh whose boundary and shapes the file keeps.
 
     Raises

@@ -13,8 +13,8 @@ from carrierflex.fe.assembly import Assembly
 from carrierflex.fe.rigid_couplings import rigidly_coupled
 from carrierflex.fe.structural_model import StructuralModel, with_equal_node_weights
 from carrierflex.files.versions import provenance
+from carrierflex.geometry.given_meshes.named_solids import GivenMesh
 from carrierflex.geometry.parameter_files import StageParameters, read_parameters
-from carrierflex.geometry.tet_mesh import TetMesh
 from carrierflex.reduction.body_files import read_body, write_body
 from carrierflex.reduction.held_structure import grounded
 from carrierflex.reduction.mode_count import rule_of_options, wanted_frequency
@@ -22,7 +22,12 @@ from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.workflows.reduction import reduce_matrices
 from carrierflex.workflows.reduction.certified_body import write_certified_body
 from carrierflex.workflows.support.cached_results import cached_files
-from carrierflex.workflows.support.carrier_files import CarrierFiles, LengthUnit, given_structure
+from carrierflex.workflows.support.carrier_files import (
+    CarrierFiles,
+    LengthUnit,
+    given_structure,
+    mesh_warnings,
+)
 from carrierflex.workflows.support.cost_preview import CostPreview, reduction_cost, tell
 from carrierflex.workflows.support.finite_elements import FINITE_ELEMENTS, AssemblyName
 from carrierflex.workflows.support.half_sector_bodies import (
@@ -116,7 +121,7 @@ def main(
         exactly without.
     size
         Element edge length [m]; 0.03 where it is not given, of a STEP file 0.66 of the solid's mean
-        wall (twice its volume over its surface).
+        wall (twice its volume over its surface), less where webs are thin.
     parameters
         TOML file with the tables [carrier], [pin], [gear], [main_shaft], dimensions in metres; what
         it leaves out keeps its default.
@@ -126,8 +131,8 @@ def main(
         TOML file that states the surfaces of the STEP or mesh file; carrierflex cad writes one to
         start from. A mesh whose groups have the surfaces' names needs none.
     mesh
-        Mesh file (.msh, .inp, .bdf, .unv, .med; tetrahedra) of the carrier's variant, instead of
-        the parametric carrier; without --body and with --interfaces any body.
+        Mesh file (.msh, .inp, .bdf, .unv, .med; tetrahedra, hexahedra, wedges) of the carrier's
+        variant, instead of the parametric carrier; without --body and with --interfaces any body.
     length_unit
         Of the carrier's mesh file; that of other bodies stands in their interfaces file.
     assembly
@@ -280,6 +285,10 @@ def _reduce(
     origin: dict[str, Any] = {}
     if files.given:
         origin = {"carrier_files": files.record(), "symmetry_order": 1}
+        if warnings := mesh_warnings(mesh):
+            origin["warnings"] = warnings
+            for text in warnings:
+                stages.tell(text)
     record = partial(_record, stage, size, options, **origin)
     write_certified_body(
         structure,
@@ -326,7 +335,8 @@ def _structure(
     coupling: str,
     files: CarrierFiles,
     assembly: Assembly,
-) -> tuple[TetMesh, StructuralModel]:
+) -> tuple[GivenMesh, StructuralModel]:
+    mesh: GivenMesh
     if files.given:
         mesh = files.mesh(variant, size)
         structure, _ = given_structure(variant, mesh, files.materials(), assembly)

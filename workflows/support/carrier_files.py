@@ -6,13 +6,20 @@ A STEP file with stated surfaces, or meshes with named surfaces.
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Literal, cast
 
 from carrierflex.fe.assembly import Assembly, assemble_stiffness_and_mass
 from carrierflex.fe.materials import BODY_MATERIALS, Material
+from carrierflex.fe.solids.solid_matrices import (
+    linear_warnings,
+    refuse_inverted,
+    solid_matrices,
+)
 from carrierflex.fe.structural_model import (
     StructuralModel,
+    coupled_model,
     flexible_carrier_pilots,
     stiff_carrier_pilots,
     structural_model,
@@ -21,8 +28,8 @@ from carrierflex.geometry.cad_mesh import step_carrier_mesh, step_element_size
 from carrierflex.geometry.cad_surface_files import read_cad_statements
 from carrierflex.geometry.carrier_interface import CarrierInterface, carrier_interface
 from carrierflex.geometry.carrier_mesh import DEFAULT_SIZE
+from carrierflex.geometry.given_meshes.named_solids import GivenMesh, NamedSolids
 from carrierflex.geometry.mesh_files import read_mesh
-from carrierflex.geometry.tet_mesh import TetMesh
 
 #: Units that coordinates of a mesh file may have, in metres.
 METRES = {"m": 1.0, "mm": 1e-3, "inch": 0.0254}
@@ -106,7 +113,7 @@ class CarrierFiles:
             return step_element_size(self.step, read_cad_statements(self.surfaces))
         return DEFAULT_SIZE
 
-    def mesh(self, variant: str, size: float) -> TetMesh:
+    def mesh(self, variant: str, size: float) -> GivenMesh:
         """Mesh of a variant: read, or made of the STEP file with elements of `size` [m].
 
         Errors as there.
@@ -132,6 +139,8 @@ class CarrierFiles:
                 f"{self.meshes[variant]}: has {bodies} 'pins', a {other} carrier; expected the "
                 f"{variant} one"
             )
+        if isinstance(mesh, NamedSolids):
+            refuse_inverted(mesh, str(self.meshes[variant]))
         return mesh
 
     def materials(self) -> dict[str, Material]:
@@ -220,7 +229,7 @@ def _digest(path: Path) -> str:
 
 def given_structure(
     variant: str,
-    mesh: TetMesh,
+    mesh: GivenMesh,
     materials: Mapping[str, Material],
     assembly: Assembly = assemble_stiffness_and_mass,
 ) -> tuple[StructuralModel, CarrierInterface]:
@@ -229,11 +238,25 @@ def given_structure(
     Raises
     ------
     KeyError, ValueError
-        Where a surface is missing or does not fit, or a body of the mesh has no material.
+        Where a surface is missing or does not fit, or a body of the mesh has no material; where
+        another `assembly` is asked for of solids that are not tetrahedra alone.
     """
     interface = carrier_interface(mesh)
     name, pilots = f"{variant}_carrier", _PILOTS[variant](interface.n_planets)
+    if isinstance(mesh, NamedSolids):
+        if assembly is not assemble_stiffness_and_mass:
+            raise ValueError(
+                "--assembly scikit-fem is given with a mesh of hexahedra or wedges; expected "
+                "compiled, which takes scikit-fem's shape functions for them, or tetrahedra alone"
+            )
+        matrices = partial(solid_matrices, mesh, materials)
+        return coupled_model(name, mesh, interface, pilots, matrices), interface
     structure = structural_model(
         name, mesh, interface, pilots, materials=materials, assembly=assembly
     )
     return structure, interface
+
+
+def mesh_warnings(mesh: GivenMesh) -> tuple[str, ...]:
+    """What is to be told of a mesh that can be computed with: linear elements."""
+    return tuple(linear_warnings(mesh)) if isinstance(mesh, NamedSolids) else ()

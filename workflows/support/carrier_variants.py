@@ -13,6 +13,7 @@ from carrierflex.fe.carrier_curves import (
     stiff_cases,
 )
 from carrierflex.fe.structural_model import StructuralModel
+from carrierflex.geometry.given_meshes.named_solids import GivenMesh
 from carrierflex.geometry.parameter_files import StageParameters
 from carrierflex.geometry.pins import planets_of
 from carrierflex.geometry.tet_mesh import TetMesh
@@ -22,10 +23,10 @@ from carrierflex.workflows.support.named_bodies import body_structure
 
 
 @dataclass(frozen=True, eq=False)
-class CarrierVariant:
-    """One variant's mesh, matrices and static solution."""
+class SolvedCarrier:
+    """One variant's mesh, of whatever elements, its matrices and static solution."""
 
-    mesh: TetMesh
+    mesh: GivenMesh
     structure: StructuralModel
     deflection: CarrierDeflection
 
@@ -35,13 +36,20 @@ class CarrierVariant:
         return planets_of(self.mesh.surfaces)
 
 
+@dataclass(frozen=True, eq=False)
+class CarrierVariant(SolvedCarrier):
+    """The same of tetrahedra, as they are made from parameters."""
+
+    mesh: TetMesh
+
+
 def flexible_variant(
     stage: StageParameters, size: float, finite_elements: FiniteElements = COMPILED
 ) -> CarrierVariant:
     """Carrier without pins, solved under the unit load cases."""
     mesh, structure = body_structure("flexible_carrier", stage, size, finite_elements.assembly)
     cases = flexible_cases(stage.carrier, stage.gear)
-    return _solved(mesh, structure, cases, finite_elements)
+    return CarrierVariant(mesh, structure, _deflection(mesh, structure, cases, finite_elements))
 
 
 def stiff_variant(
@@ -50,7 +58,7 @@ def stiff_variant(
     """Carrier with bonded pins, solved under the unit load cases."""
     mesh, structure = body_structure("stiff_carrier", stage, size, finite_elements.assembly)
     cases = stiff_cases(stage.gear, stage.carrier.n_planets)
-    return _solved(mesh, structure, cases, finite_elements)
+    return CarrierVariant(mesh, structure, _deflection(mesh, structure, cases, finite_elements))
 
 
 def given_variant(
@@ -59,7 +67,7 @@ def given_variant(
     stage: StageParameters,
     size: float,
     finite_elements: FiniteElements = COMPILED,
-) -> CarrierVariant:
+) -> SolvedCarrier:
     """Carrier from a CAD model or mesh, solved under the unit load cases.
 
     The gear's centre distance is that of its bores.
@@ -74,15 +82,14 @@ def given_variant(
         if variant == "flexible"
         else stiff_cases(gear, interface.n_planets)
     )
-    return _solved(mesh, structure, cases, finite_elements)
+    return SolvedCarrier(mesh, structure, _deflection(mesh, structure, cases, finite_elements))
 
 
-def _solved(
-    mesh: TetMesh,
+def _deflection(
+    mesh: GivenMesh,
     structure: StructuralModel,
     cases: UnitCases,
     finite_elements: FiniteElements,
-) -> CarrierVariant:
+) -> CarrierDeflection:
     shaft_face = mesh.surface("shaft_face")
-    deflection = carrier_deflection(structure, shaft_face, cases, solver=finite_elements.solver)
-    return CarrierVariant(mesh, structure, deflection)
+    return carrier_deflection(structure, shaft_face, cases, solver=finite_elements.solver)

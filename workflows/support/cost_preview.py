@@ -36,6 +36,7 @@ from rich.console import Console
 from carrierflex.geometry.cad_mesh import step_volume_and_area
 from carrierflex.geometry.cad_surface_files import read_cad_statements
 from carrierflex.geometry.carrier_mesh import flexible_carrier_mesh, pin_mesh, stiff_carrier_mesh
+from carrierflex.geometry.given_meshes.named_solids import GivenMesh
 from carrierflex.geometry.main_shaft_mesh import main_shaft_mesh
 from carrierflex.geometry.parameter_files import StageParameters
 from carrierflex.geometry.quality import mesh_quality
@@ -173,7 +174,7 @@ def _mesh(name: str, stage: StageParameters, size: float) -> TetMesh:
     return flexible_carrier_mesh(stage.carrier, size)
 
 
-def _n_dofs(mesh: TetMesh) -> int:
+def _n_dofs(mesh: GivenMesh) -> int:
     return 3 * len(mesh.points)
 
 

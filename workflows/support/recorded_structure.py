@@ -31,7 +31,7 @@ _RECORDED = ("parameters", "size", "modes")
 def recorded_structure(model: ReducedModel) -> tuple[TetMesh | None, StructuralModel, int]:
     """Mesh, structure and number of fixed-interface modes of a body that carrierflex reduce wrote.
 
-    A body of another program's matrices has no mesh.
+    A body of another program's matrices, or of other solids than tetrahedra, has none to draw.
 
     Raises
     ------
@@ -60,7 +60,8 @@ def recorded_structure(model: ReducedModel) -> tuple[TetMesh | None, StructuralM
         variant = model.name.removesuffix("_carrier")
         files = CarrierFiles.recorded(json.loads(model.provenance["carrier_files"]))
         mesh = files.mesh(variant, size)
-        return mesh, given_structure(variant, mesh, files.materials())[0], n_modes
+        structure, _ = given_structure(variant, mesh, files.materials())
+        return mesh if isinstance(mesh, TetMesh) else None, structure, n_modes
     mesh, structure = body_structure(model.name, stage, size)
     return mesh, structure, n_modes
 

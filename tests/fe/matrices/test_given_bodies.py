@@ -510,6 +510,7 @@ def test_matrices_that_make_no_body_are_refused_in_one_line(tmp_path):
     refused(tmp_path, unsymmetric, M, FRAME, "not symmetric: .* at node 1 Tx, node 2 Tx")
     refused(tmp_path, K, M[:12, :12], FRAME, "stiffness has 18 rows, the mass 12")
     refused(tmp_path, K, 0.0 * M, FRAME, "no positive mass")
+    refused(tmp_path, M, K, FRAME, "are stiffness and mass interchanged")
     refused(tmp_path, K[:17, :17], M[:17, :17], FRAME, "17 rows without names, the model 3 nodes")
     loose = K.copy()
     loose[17] = loose[:, 17] = 0.0
