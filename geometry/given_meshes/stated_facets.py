@@ -147,6 +147,6 @@ def _refuse_crossed_circle(
         outside = radii[radii > circle + tolerance].min()
         raise ValueError(
             f"{where}: {int(crossed.sum())} facets of surface 'rim_face' lie across its inner "
-            f"radius of {circle:.6g} m, the sensors' circle; expected element edges along it (the mesh's "
-            f"next nodes outside lie at {outside:.6g} m)"
+            f"radius of {circle:.6g} m, the sensors' circle; expected element edges along it (the "
+            f"mesh's next nodes outside lie at {outside:.6g} m)"
         )

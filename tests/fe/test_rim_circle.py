@@ -4,6 +4,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.fe.rim_circle import rim_recovery
 from carrierflex.fe.surface_integrals import rigid_motion
+from carrierflex.geometry.given_meshes.named_solids import NamedSolids
 from tests.fe.box_meshes import box_mesh
 
 ANGLES = 2.0 * np.pi * np.arange(360) / 360
@@ -79,3 +80,26 @@ def test_a_radius_without_element_edges_is_refused(flexible_half):
 def test_a_mesh_without_rim_face_is_refused():
     with pytest.raises(KeyError, match="no surface 'rim_face'"):
         rim_recovery(box_mesh((1, 1, 1), (1, 1, 1)), 0.412, np.zeros(1))
+
+
+def test_linear_edges_are_read_where_the_ray_meets_the_chord():
+    n, radii = 24, (0.4, 0.45)
+    angles = 2.0 * np.pi * np.arange(n) / n
+    points = np.concatenate([radius * direction(angles) for radius in radii])
+    i, j = np.arange(n), (np.arange(n) + 1) % n
+    quadrilaterals = np.column_stack([i, j, j + n, i + n])
+    # One of them in two triangles, whose last corner is their first.
+    a, b, c, d = quadrilaterals[0]
+    facets = np.concatenate([quadrilaterals[1:], [[a, b, c, a], [a, c, d, a]]])
+    none = np.zeros(0, dtype=np.int64)
+    ring = NamedSolids(points, none, [], {}, {"rim_face": facets})
+    axial, radial = rim_recovery(ring, radii[0], ANGLES)
+    assert (np.diff(axial.indptr) <= 2).all()
+    # An axial displacement of the size of y or of z tells where a row reads.
+    y, z = (axial @ np.einsum("n,a->na", points[:, k], [1.0, 0.0, 0.0]).ravel() for k in (1, 2))
+    assert_allclose(np.mod(np.arctan2(-y, z), 2.0 * np.pi), ANGLES, atol=1e-12)
+    to_middle = np.remainder(ANGLES, 2.0 * np.pi / n) - np.pi / n
+    chord = radii[0] * np.cos(np.pi / n) / np.cos(to_middle)
+    assert_allclose(np.hypot(y, z), chord, rtol=1e-12)
+    # A growth of the ring is the radius there.
+    assert_allclose(radial @ points.ravel(), chord, rtol=1e-12)

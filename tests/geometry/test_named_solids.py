@@ -7,6 +7,7 @@ from numpy.testing import assert_allclose
 
 from carrierflex.fe.solids.solid_matrices import refuse_inverted
 from carrierflex.fe.surface_integrals import surface_area, surface_moments
+from carrierflex.geometry.cad_surface_files import CadFrame, CadStatements
 from carrierflex.geometry.given_meshes.named_solids import NamedSolids, named_solids
 from carrierflex.geometry.given_meshes.solid_files import read_solid_mesh
 from carrierflex.geometry.mesh_files import read_mesh
@@ -15,7 +16,7 @@ from carrierflex.geometry.tet_mesh import (
     corner_triangles,
     surface_of_facets,
 )
-from tests.fe.solids.test_solids import LENGTHS, SIZES, blocks
+from tests.fe.solids.test_solids import FORMATS, LENGTHS, SIZES, blocks
 
 BODIES = {"left": "carrier", "right": "pins"}
 
@@ -90,6 +91,24 @@ def test_quadratic_facets_follow_a_cylinder_and_linear_ones_its_chords(tmp_path)
     for kind in ("hexahedron20", "hexahedron27"):
         # A parabola through an arc's middle: (2 w)^4 / 2880 of its length and some, of both signs.
         assert abs(areas[kind] / exact - 1.0) < (2.0 * half) ** 4 / 500.0
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_every_format_gives_bodies_and_surfaces(suffix, tmp_path):
+    path = blocks("hexahedron20", tmp_path / f"blocks{suffix}")
+    names = ("1", "2") if suffix == ".bdf" else ("left", "right")
+    statements = CadStatements(
+        (), CadFrame.of_the_file(), 1e-6, None, None,
+        dict(zip(names, BODIES.values(), strict=True)), 1.0, {},
+    )  # fmt: skip
+    mesh = read_mesh(path, statements=statements)
+    assert sorted(mesh.bodies) == ["carrier", "pins"]
+    assert len(mesh.boundary("carrier")) == len(mesh.boundary("pins")) == 2 * (4 + 4 + 4)
+    # Nastran's files have numbers in place of groups of faces.
+    surfaces = {} if suffix == ".bdf" else {"start": 0.0, "end": 2.0 * LENGTHS[0]}
+    for name, x in surfaces.items():
+        assert mesh.surface(name).shape == (4, 8)
+        assert_allclose(mesh.points[mesh.surface(name), 0], x, atol=1e-9)
 
 
 def test_quadratic_elements_of_two_kinds_are_refused(tmp_path):
