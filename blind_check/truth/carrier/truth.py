@@ -151,11 +151,31 @@ def carrier_case(
     label = _label(plan, state, floor, _size(residuals(ideal)) if plan.effects else 0.0, rho)
     if plan.family == FORM:
         label = _form_label(plan, label, loads)
+        label = replace(
+            label, own_gaps=tuple(_size(residuals(own)) / floor for own in _each_alone(plan, ideal))
+        )
     # What is outside the library, and a drift, have no place among the orders.
     elif label.effects and "thermal_drift" not in label.effects:
         label = replace(label, where=largest_cell(residuals(ideal), declared))
     declared += [replace(record, torque=record.torque * error) for record in every[len(records) :]]
     return _campaign(plan, declared, measured, contained, floor), label
+
+
+def _each_alone(plan: CasePlan, ideal: CarrierState) -> list[CarrierState]:
+    """State with each of several causes alone; empty for one or none."""
+    if len(plan.effects) < 2:
+        return []
+    return [
+        replace(
+            ideal,
+            effects={
+                name: values
+                for name, values in ideal.effects.items()
+                if name == cause or name not in plan.effects
+            },
+        )
+        for cause in plan.effects
+    ]
 
 
 def _added_records(plan: CasePlan, added: Sequence[AddedRun], first: int) -> list[RimRecord]:

@@ -7,6 +7,7 @@ memory. It is set so that the gap over the floor is the wanted one.
 """
 
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -86,9 +87,11 @@ def mounting_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     plain = known.read(truth, records)
     size = _deflection(rig, plain)
     state = known
-    changes = []
+    changes, alone = [], []
     for name in plan.effects:
         if is_form:
+            # The same random numbers: each cause alone as large as beside the others.
+            alone.append(with_form(known, name, deepcopy(rng), size)[0])
             state, change = with_form(state, name, rng, size)
             changes.append(change)
         else:
@@ -117,6 +120,9 @@ def mounting_case(plan: CasePlan, repeat: int = 0) -> tuple[Campaign, Label]:
     label = _label(plan, state, (gap, floor, rho), run)
     if is_form:
         label = _form_label(plan, label, changes, drive="gusts" if has_gusts else "levels")
+    if len(alone) > 1:
+        own_gaps = [_size(refit.residuals(one.read(truth, records))) / floor for one in alone]
+        label = replace(label, own_gaps=tuple(own_gaps))
     return _campaign(plan, records, declared, measured, floor), label
 
 

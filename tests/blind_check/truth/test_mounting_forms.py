@@ -1,12 +1,13 @@
 """Causes of a mounting in forms of no law: their forces, classes and plans."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from carrierflex.blind_check.case_plans import case_plans
-from carrierflex.blind_check.labels import NOTHING, CasePlan
+from carrierflex.blind_check.labels import FORM, NOTHING, CasePlan
 from carrierflex.blind_check.truth.campaigns import case_campaign
 from carrierflex.blind_check.truth.mounting.form_laws import (
     AMOUNT,
@@ -134,3 +135,15 @@ def test_a_case_without_a_cause_is_judged_as_nothing_missing():
     _, label = case_campaign(CasePlan("mounting", 4, 8, "form", (), 0.0))
     assert label.family == NOTHING
     assert label.drive
+
+
+@pytest.mark.long
+def test_each_of_two_causes_has_a_gap_of_its_own():
+    plan = CasePlan("mounting", 31, 5201, FORM, ("hyperbolic_bushing", "power_damping"), 6.0)
+    _, label = case_campaign(plan)
+    first, second = label.own_gaps
+    # Forces add up, motions nearly: the sides of a triangle.
+    assert abs(first - second) < label.gap_over_floor < 1.05 * (first + second)
+    assert min(first, second) > 1.0
+    _, alone = case_campaign(replace(plan, effects=("hyperbolic_bushing",)))
+    assert alone.own_gaps == ()

@@ -110,3 +110,14 @@ def test_a_case_has_its_gap_and_its_label_the_classes_of_its_causes():
     _, nothing = carrier_case(replace(plan, effects=(), ratio=0.0))
     assert (nothing.family, nothing.classes) == (NOTHING, ())
     assert nothing.drive
+
+
+def test_each_of_two_causes_has_a_gap_of_its_own():
+    plan = CasePlan("carrier", 6, 7463, FORM, ("late_tilt", "load_saddle"), 6.0)
+    _, label = carrier_case(plan)
+    first, second = label.own_gaps
+    # Signals add up: a triangle's sides; the plan draws both alike.
+    assert abs(first - second) < label.gap_over_floor < first + second
+    assert first == pytest.approx(second, rel=0.01)
+    _, alone = carrier_case(replace(plan, effects=("late_tilt",)))
+    assert alone.own_gaps == ()
