@@ -4,7 +4,7 @@ Where an error of wiring or sign explains as much of the gap as a named effect, 
 "aliased" and says so: the wiring is checked first.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,11 +22,18 @@ from carrierflex.diagnosis.wiring.clock import (
     SMALLEST_DRIFT,
     clock_rival,
     drifting_clocks,
+    refitted_clock,
     without_delay,
 )
 from carrierflex.diagnosis.wiring.late_signals import FloatArray, drifting_runs, late_signals
 from carrierflex.diagnosis.wiring.left_over import left_over_findings
-from carrierflex.diagnosis.wiring.rivals import CLOCK_SHIFT, UNIT, WiringChecks, WiringRival
+from carrierflex.diagnosis.wiring.rivals import (
+    CLOCK_SHIFT,
+    UNIT,
+    ClockDrift,
+    WiringChecks,
+    WiringRival,
+)
 from carrierflex.diagnosis.wiring.run_order import exchanged_runs
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.signals import mean_step
@@ -86,22 +93,25 @@ def checked_baseline(
     warnings = [*_at_bounds(fit), *_quiet(campaign, before, floor)]
     if before <= _GAP * floor:
         # A visible gap would be taken for a delay; and there a delay is an effect of the library.
-        warnings += _late(wiring, campaign, fit.theta)
+        warnings += _late(wiring, campaign, fit.theta, _GAP * floor)
         return BaselineCheck(tuple(warnings), ())
     tried = list(wiring.rivals())
     records = wiring.predictions(fit.theta) if np.isfinite(before) else ()
     # None of another simulator's prediction: it stands as it is.
     if records:
+        enough = floor + _AS_GOOD * (before - floor)
+        late = [refitted_clock(campaign, own, wiring.refitted, enough) for own in wiring.late()]
         clocks = (
             *_drifting(wiring, fit, campaign, before),
             *drifting_clocks(records, campaign, wiring.refitted),
+            *_drifting_by_steps(late, campaign),
         )
         # The better of two looks at one run.
         by_run = sorted(clocks, key=lambda rival: -rival.mean_square)
         tried += {rival.about: rival for rival in by_run}.values()
         tried += exchanged_runs(records, campaign, wiring.refitted)
         warnings += left_over_findings(records, campaign, floor)
-        warnings += _late_by_steps(wiring, campaign, before, floor)
+        warnings += _late_by_steps(late, campaign, before, floor)
     # A baseline that runs away is explained in full by a wiring with which it does not.
     shares = [
         (rival, (before - rival.mean_square) / (before - floor) if np.isfinite(before) else 1.0)
@@ -194,32 +204,47 @@ def _wiring_warning(rival: WiringRival, share: float) -> CampaignWarning:
     )
 
 
-def _late(wiring: WiringChecks, campaign: Campaign, theta: FloatArray) -> Iterator[CampaignWarning]:
+def _late(
+    wiring: WiringChecks, campaign: Campaign, theta: FloatArray, gap: float
+) -> Iterator[CampaignWarning]:
     """Delays that move the baseline's parameters without a gap.
 
     What happens between two samples is the interpolation's: a small part of a step is no delay.
+    Nor is one that leaves more than `gap` once it is put back: there the slopes by which it was
+    found no longer hold.
     """
     smallest = SMALLEST_DRIFT * min(mean_step(run.time) for run in campaign.runs)
     for late in late_signals(wiring.linear(theta)):
         if abs(late.seconds) <= smallest:
+            continue
+        if not late.run and wiring.refitted(without_delay(campaign, late.seconds)) > gap:
             continue
         sure = f"{abs(late.seconds) / late.std:.0f} standard deviations"
         yield _delay_warning(late.run, late.seconds, sure)
 
 
 def _late_by_steps(
-    wiring: WiringChecks, campaign: Campaign, before: float, floor: float
+    late: Sequence[tuple[ClockDrift, float]], campaign: Campaign, before: float, floor: float
 ) -> Iterator[CampaignWarning]:
     """A delay of all signals that a fit of the baseline cannot find, put back."""
-    seconds = wiring.delay()
-    run = campaign.runs[0]
-    step = mean_step(run.time)
-    if abs(seconds) < _FEWEST_STEPS * step:
-        return
-    share = (before - wiring.refitted(without_delay(campaign, seconds))) / (before - floor)
-    if share >= _TOLD:
-        sure = f"put back, the baseline alone explains {share:.0%} of the gap"
-        yield _delay_warning("", seconds, sure)
+    step = mean_step(campaign.runs[0].time)
+    for clock, left in late:
+        if clock.run or abs(clock.delay) < _FEWEST_STEPS * step:
+            continue
+        share = (before - left) / (before - floor)
+        if share >= _TOLD:
+            sure = f"put back, the baseline alone explains {share:.0%} of the gap"
+            yield _delay_warning("", clock.delay, sure)
+
+
+def _drifting_by_steps(
+    late: Sequence[tuple[ClockDrift, float]], campaign: Campaign
+) -> Iterator[WiringRival]:
+    """Clocks that drift by more than a fit of the baseline finds its way back from."""
+    files = {run.name: run.file for run in campaign.runs}
+    for clock, left in late:
+        if clock.run and np.isfinite(left):
+            yield clock_rival(clock.run, clock.growth, left, files[clock.run])
 
 
 def _delay_warning(run: str, seconds: float, sure: str) -> CampaignWarning:

@@ -16,7 +16,7 @@ from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects,
 from carrierflex.diagnosis.element.classes.measured_laws import beyond_visited
 from carrierflex.diagnosis.element.prediction import element_beside_prediction
 from carrierflex.diagnosis.element.problem import ElementProblem, element_problem
-from carrierflex.diagnosis.element.wiring.delay import element_delay
+from carrierflex.diagnosis.element.wiring.clocks import element_clocks
 from carrierflex.diagnosis.element.wiring.residuals import element_residuals
 from carrierflex.diagnosis.element.wiring.rivals import (
     element_left,
@@ -222,6 +222,6 @@ def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:
             lambda theta: element_predictions(element, theta),
             lambda other: element_left(other),
             lambda theta: element_linear(element, theta),
-            lambda: element_delay(element),
+            lambda: element_clocks(element),
         )
     return WiringChecks(lambda: (), lambda theta: (), lambda other: float("nan"))

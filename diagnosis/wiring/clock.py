@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
+from scipy.optimize import minimize, minimize_scalar
 
-from carrierflex.diagnosis.wiring.rivals import CLOCK, PredictedRecord, WiringRival
+from carrierflex.diagnosis.wiring.rivals import CLOCK, ClockDrift, PredictedRecord, WiringRival
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.signals import mean_step
@@ -29,6 +29,10 @@ _SURE = 3.0
 SMALLEST_DRIFT = 0.1
 #: Runs that are refitted, the surest first.
 _MOST_RUNS = 3
+#: Range of a first guess's factor in which refits are compared, how finely, and refits at most.
+_FACTORS = (0.5, 1.5)
+_FACTOR_STEP = 0.01
+_MOST_REFITS = 12
 
 
 @dataclass(frozen=True)
@@ -70,9 +74,7 @@ def drifting_clocks(
             found.append((drift.sure, record.run, _refined(record, drift)))
     rivals = []
     for _, name, drift in sorted(found, key=lambda entry: -entry[0])[:_MOST_RUNS]:
-        put_back = _put_back(runs[name], drift)
-        corrected = tuple(put_back if run.name == name else run for run in campaign.runs)
-        left = refitted(replace(campaign, runs=corrected))
+        left = refitted(put_back(campaign, ClockDrift(name, drift.delay, drift.growth)))
         if np.isfinite(left):
             rivals.append(clock_rival(name, drift.growth, left, runs[name].file))
     return tuple(rivals)
@@ -88,8 +90,78 @@ def without_delay(campaign: Campaign, delay: float) -> Campaign:
     delay : float
         Delay [s].
     """
-    still = _Drift(delay, 0.0, 0.0)
-    return replace(campaign, runs=tuple(_put_back(run, still) for run in campaign.runs))
+    return put_back(campaign, ClockDrift("", delay, 0.0))
+
+
+def put_back(campaign: Campaign, drift: ClockDrift) -> Campaign:
+    """Campaign whose signals are where the inputs were when they were read.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Records.
+    drift : ClockDrift
+        How late the signals of its run, or of all runs, are.
+    """
+    runs = tuple(
+        _put_back(run, drift.delay, drift.growth) if drift.run in ("", run.name) else run
+        for run in campaign.runs
+    )
+    return replace(campaign, runs=runs)
+
+
+def refitted_clock(
+    campaign: Campaign,
+    guess: ClockDrift,
+    refitted: Callable[[Campaign], float],
+    enough: float,
+) -> tuple[ClockDrift, float]:
+    """Delay and drift about a first guess with which the refitted baseline leaves least.
+
+    A guess that comes from another measure than the refit (forces that a linear element leaves)
+    may be off: where it does not explain the gap, its factor is sought by refits, within a bracket,
+    by Brent's method.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Records.
+    guess : ClockDrift
+        First guess.
+    refitted : callable
+        ``campaign -> mean square`` that the baseline leaves once it is fitted to it.
+    enough : float
+        Mean square up to which the guess stands: it explains the gap.
+
+    Returns
+    -------
+    tuple of (ClockDrift, float)
+        The best of all that were tried, and what is left with it; infinite where every fit runs
+        away.
+    """
+    tried: dict[float, float] = {}
+
+    def left(factor: float) -> float:
+        """Mean square with the guess times a factor."""
+        if factor not in tried:
+            mean_square = refitted(put_back(campaign, _times(guess, factor)))
+            tried[factor] = mean_square if np.isfinite(mean_square) else np.inf
+        return tried[factor]
+
+    if left(1.0) <= enough:
+        return guess, tried[1.0]
+    minimize_scalar(
+        lambda factor: left(float(factor)),
+        bounds=_FACTORS,
+        method="bounded",
+        options={"xatol": _FACTOR_STEP, "maxiter": _MOST_REFITS},
+    )
+    best = min(tried, key=lambda factor: tried[factor])
+    return _times(guess, best), tried[best]
+
+
+def _times(drift: ClockDrift, factor: float) -> ClockDrift:
+    return replace(drift, delay=factor * drift.delay, growth=factor * drift.growth)
 
 
 def clock_rival(run: str, seconds: float, mean_square: float, file: str) -> WiringRival:
@@ -190,9 +262,9 @@ def _missed(measured: FloatArray, predicted: FloatArray) -> float:
     return float((residual**2).sum() - (known.sum(axis=0) * mean**2).sum())
 
 
-def _put_back(run: Run, drift: _Drift) -> Run:
+def _put_back(run: Run, delay: float, growth: float) -> Run:
     """Run with the signals where the inputs were when they were read."""
     along = (run.time - run.time[0]) / (run.time[-1] - run.time[0]) - 0.5
-    at = run.time + drift.delay + drift.growth * along
+    at = run.time + delay + growth * along
     signals = {name: at_other_times(run.time, own, at) for name, own in run.signals.items()}
     return replace(run, signals=signals)

@@ -1,6 +1,6 @@
 """An error of the measurement as an explanation of the gap, and records beside their prediction."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +19,25 @@ RUN_ORDER = "wiring/run_order"
 INPUT_GAIN = "wiring/input_gain"
 UNIT = "wiring/unit"
 CLOCK_SHIFT = "wiring/clock_shift"
+
+
+@dataclass(frozen=True)
+class ClockDrift:
+    """Signals that are later than the inputs, or ever later.
+
+    Parameters
+    ----------
+    run : str
+        Run whose signals they are; empty for those of all runs.
+    delay : float
+        Delay in the middle of the run [s].
+    growth : float
+        Growth of the delay over the run [s].
+    """
+
+    run: str
+    delay: float
+    growth: float
 
 
 @dataclass(frozen=True)
@@ -72,13 +91,13 @@ class WiringChecks:
         campaign with the same channels and inputs.
     linear : callable
         ``(theta) -> records`` beside a baseline that can be made linear; none elsewhere.
-    delay : callable
-        ``() -> seconds`` that all signals are late by, where the records tell it without a fit;
-        zero elsewhere.
+    late : callable
+        ``() -> drifts``: first guesses of how late all signals, or those of one run, are, where the
+        records tell it without a fit; none elsewhere.
     """
 
     rivals: Callable[[], tuple[WiringRival, ...]]
     predictions: Callable[[FloatArray], tuple[PredictedRecord, ...]]
     refitted: Callable[[Campaign], float]
     linear: Callable[[FloatArray], Iterable[LinearRecord]] = lambda theta: ()
-    delay: Callable[[], float] = lambda: 0.0
+    late: Callable[[], Sequence[ClockDrift]] = lambda: ()

@@ -1,4 +1,4 @@
-"""A delay that a fit of the baseline cannot find is told by the spectra."""
+"""Delays and drifts that a fit of the baseline cannot find are told by the spectra."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from carrierflex.diagnosis.element.problem import element_problem
-from carrierflex.diagnosis.element.wiring.delay import element_delay
+from carrierflex.diagnosis.element.wiring.clocks import element_clocks
 from tests.diagnosis.element.element_campaigns import displacement_campaign, force_campaign
 
 CAMPAIGNS = {"force": force_campaign, "displacement": displacement_campaign}
@@ -30,10 +30,33 @@ def test_the_delay_of_a_linear_element_is_found(drive, delay):
     """Within half a step; damping and mass make up for a delay of a drive that ends at 4.7 Hz."""
     campaign = CAMPAIGNS[drive](lambda q, v: 0.0 * q)
     step = campaign.runs[0].time[1]
-    found = element_delay(element_problem(late(campaign, delay)))
+    clocks = element_clocks(element_problem(late(campaign, delay)))
+    found = next((clock.delay for clock in clocks if not clock.run), 0.0)
     assert found == pytest.approx(delay, abs={"force": 0.5, "displacement": 2.0}[drive] * step)
 
 
 def test_a_nonlinear_element_on_time_has_no_delay():
     campaign = displacement_campaign(lambda q, v: 40.0 * np.sign(v))
-    assert element_delay(element_problem(campaign)) == 0.0
+    assert element_clocks(element_problem(campaign)) == ()
+
+
+def drifting(campaign, number, growth):
+    """Campaign of which one run is ever later, from zero to `growth` [s]."""
+    name = campaign.channels[0].name
+    run = campaign.runs[number]
+    at = run.time - growth * run.time / run.time[-1]
+    moved = replace(run, signals={name: CubicSpline(run.time, run.signals[name])(at)})
+    return replace(campaign, runs=(*campaign.runs[:number], moved, *campaign.runs[number + 1 :]))
+
+
+@pytest.mark.parametrize("drive", list(CAMPAIGNS))
+@pytest.mark.parametrize("growth", [0.08, -0.06])
+def test_the_run_whose_clock_drifts_is_found(drive, growth):
+    campaign = CAMPAIGNS[drive](lambda q, v: 0.0 * q)
+    number = len(campaign.runs) - 1
+    step = campaign.runs[number].time[1]
+    clocks = element_clocks(element_problem(drifting(campaign, number, growth)))
+    (clock,) = [own for own in clocks if own.run]
+    assert clock.run == campaign.runs[number].name
+    assert clock.growth == pytest.approx(growth, abs=step)
+    assert clock.delay == pytest.approx(0.5 * growth, abs=step)

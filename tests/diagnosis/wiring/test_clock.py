@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from carrierflex.diagnosis.wiring.clock import drifting_clocks, without_delay
-from carrierflex.diagnosis.wiring.rivals import PredictedRecord
+from carrierflex.diagnosis.wiring.clock import drifting_clocks, refitted_clock, without_delay
+from carrierflex.diagnosis.wiring.rivals import ClockDrift, PredictedRecord
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 
 NOISE = 0.05
@@ -77,3 +77,25 @@ def test_signals_that_are_put_back_are_where_they_were(campaign):
         scale = np.abs(force_of(run)).max()
         inner = slice(50, -50)
         np.testing.assert_allclose(force_of(back)[inner], force_of(run)[inner], atol=0.02 * scale)
+
+
+def late_by(campaign, delay):
+    """Campaign whose signals are all late."""
+    return replace(
+        campaign,
+        runs=tuple(read_late(run, lambda time: delay + 0.0 * time) for run in campaign.runs),
+    )
+
+
+def test_a_guess_that_does_not_explain_the_gap_is_sought_by_refits(campaign):
+    def left(corrected):
+        """Mean square beside the signals on time."""
+        pairs = zip(corrected.runs, campaign.runs, strict=True)
+        return float(np.mean([np.mean((force_of(a) - force_of(b))[50:-50] ** 2) for a, b in pairs]))
+
+    late = late_by(campaign, 0.05)
+    guess = ClockDrift("", 0.07, 0.0)
+    clock, square = refitted_clock(late, guess, left, 0.0)
+    assert clock.delay == pytest.approx(0.05, rel=0.03)
+    assert square < 1e-3 * left(late)
+    assert refitted_clock(late, guess, left, np.inf) == (guess, left(without_delay(late, 0.07)))
