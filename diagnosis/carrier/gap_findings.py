@@ -3,6 +3,7 @@
 Its map, and beyond it the gap in time, what does not repeat, growth, and scalars.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -78,7 +79,7 @@ class CarrierGap:
     beside: OffOrders
 
     @cached_property
-    def cells(self) -> tuple[GapCell, ...]:
+    def cells(self) -> Sequence[GapCell]:
         """Gap map, largest share first."""
         names = [run.name for run in self.campaign.runs]
         noise = self.noise.mean() / self._samples
@@ -92,8 +93,10 @@ class CarrierGap:
         )
 
     @cached_property
-    def order_cells(self) -> tuple[GapCell, ...]:
+    def order_cells(self) -> Sequence[GapCell]:
         """Cells of the shaft's orders, without those beside them."""
+        if not self.beside.motions:
+            return self.cells
         return tuple(cell for cell in self.cells if cell.frequency_hz is None)
 
     @cached_property

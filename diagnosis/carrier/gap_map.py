@@ -3,7 +3,10 @@
 Residual by run, sensor pattern and shaft order, against its scatter over the revolutions.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +24,8 @@ from carrierflex.identification.carrier.sensor_patterns import (
 )
 from carrierflex.identification.estimation.resampling import multinomial_counts
 
+IntArray = NDArray[np.int64]
+
 _SEED = 3
 
 
@@ -31,7 +36,7 @@ def carrier_gap_cells(
     run_of_revolution: NDArray[np.int64],
     noise_of_mean: FloatArray,
     beside: Sequence[CellTable] = (),
-) -> tuple[GapCell, ...]:
+) -> Sequence[GapCell]:
     """Gap map of a residual, largest cell first.
 
     ``coherent = w (|mean|² - s²/R)`` over the R complete revolutions of a run, test ``R |mean|²/s²
@@ -58,13 +63,39 @@ def carrier_gap_cells(
         Every cell of every run that has a complete revolution.
     """
     split = pattern_split(channels, residual_orders)
-    tables = []
-    for r, run in enumerate(runs):
-        amplitudes = split.amplitudes[run_of_revolution == r]
-        amplitudes = amplitudes[np.isfinite(amplitudes).all(axis=(1, 2))]
-        if len(amplitudes):
-            tables.append(_run_table(run, amplitudes, split, float(noise_of_mean[r])))
-    return gap_cells([*tables, *beside])
+    complete = np.isfinite(split.amplitudes).all(axis=(1, 2))
+    revolutions = [np.flatnonzero(complete & (run_of_revolution == r)) for r in range(len(runs))]
+    own = [(run, rows, r) for r, (run, rows) in enumerate(zip(runs, revolutions, strict=True))]
+
+    def table(run: str, rows: IntArray, r: int) -> CellTable:
+        """Cells of one run."""
+        return _run_table(run, split.amplitudes[rows], split, float(noise_of_mean[r]))
+
+    makers = [partial(table, *entry) for entry in own if entry[1].size]
+    return gap_cells(_Tables((*makers, *(partial(_as_it_is, own) for own in beside))))
+
+
+@dataclass(frozen=True, eq=False)
+class _Tables(Sequence[CellTable]):
+    """Tables that are made when they are asked for: their draws are more than the map itself."""
+
+    makers: Sequence[Callable[[], CellTable]]
+
+    def __len__(self) -> int:
+        return len(self.makers)
+
+    @overload
+    def __getitem__(self, number: int) -> CellTable: ...
+    @overload
+    def __getitem__(self, number: slice) -> "_Tables": ...
+    def __getitem__(self, number: int | slice) -> "CellTable | _Tables":
+        if isinstance(number, slice):
+            return _Tables(self.makers[number])
+        return self.makers[number]()
+
+
+def _as_it_is(table: CellTable) -> CellTable:
+    return table
 
 
 def signed_orders(amplitudes: ComplexArray) -> FloatArray:

@@ -194,7 +194,7 @@ class CarrierProblem:
             self.model, self.campaign, self.records, tuple(self.cards), self._quick_theta(())
         )
 
-    def gap_cells(self, effects: Effects, theta: FloatArray) -> tuple[GapCell, ...]:
+    def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
         """Gap by run, pattern and order."""
         return self._gap(effects, theta).cells
 

@@ -308,7 +308,7 @@ class ComparisonProblem(Protocol):
         """Columns for the screen, the alias classes and the black-box reference."""
         ...
 
-    def gap_cells(self, effects: Effects, theta: FloatArray) -> tuple[GapCell, ...]:
+    def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
         """Gap map of a model, largest share first."""
         ...
 

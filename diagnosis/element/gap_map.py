@@ -24,7 +24,7 @@ def element_gap_cells(
     noise: FloatArray,
     *,
     channel: str,
-) -> tuple[GapCell, ...]:
+) -> Sequence[GapCell]:
     """Gap map of a residual, largest cell first.
 
     Periodic drive with two periods or more: by line k, with the amplitudes ``E_r`` of R periods and

@@ -169,7 +169,7 @@ class ElementProblem:
         """Columns of force space."""
         return self._signatures
 
-    def gap_cells(self, effects: Effects, theta: FloatArray) -> tuple[GapCell, ...]:
+    def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
         """Gap by line or band and run."""
         return element_gap_cells(
             self.records, self._residuals(effects, theta), self.noise, channel=self.channel

@@ -5,14 +5,20 @@ of a cell is ``coherent / sum of coherent``; its interval comes from bootstrap d
 repetitions (revolutions, periods or blocks), p-values are adjusted for the number of cells.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import overload
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray, GapCell
 from carrierflex.diagnosis.gap.significance import adjusted
 
+IntArray = NDArray[np.int64]
+
+#: Column of a map's values that holds the coherent part.
+_COHERENT = 2
 #: Draws of every interval: enough for the 2.5 % quantile of a share to be within a per cent.
 N_DRAWS = 200
 
@@ -54,51 +60,111 @@ class CellTable:
         return np.broadcast_to(self.used, self.coherent.shape)
 
 
-def gap_cells(tables: Sequence[CellTable]) -> tuple[GapCell, ...]:
+@dataclass(frozen=True, eq=False)
+class GapMap(Sequence[GapCell]):
+    """Cells of a map, each made when it is looked at: those of many runs are a million.
+
+    Parameters
+    ----------
+    runs, patterns : tuple of str
+        Names that the cells point to.
+    places : ndarray of int, shape (n, 2)
+        Number of the run and of the pattern of every cell.
+    values : ndarray, shape (n, 9)
+        Order, mean square, coherent part, share, both ends of its interval, p-value, both ends of
+        the band; NaN where there is no band.
+    """
+
+    runs: tuple[str, ...]
+    patterns: tuple[str, ...]
+    places: IntArray
+    values: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    @overload
+    def __getitem__(self, number: int) -> GapCell: ...
+    @overload
+    def __getitem__(self, number: slice) -> "GapMap": ...
+    def __getitem__(self, number: int | slice) -> "GapCell | GapMap":
+        if isinstance(number, slice):
+            return replace(self, places=self.places[number], values=self.values[number])
+        run, pattern = self.places[number].tolist()
+        order, mean_square, coherent, share, low, high, p_value, *band = self.values[
+            number
+        ].tolist()
+        return GapCell(
+            channel_pattern=self.patterns[pattern],
+            order=order,
+            run=self.runs[run],
+            mean_square=mean_square,
+            coherent=coherent,
+            share=share,
+            share_ci95=(low, high),
+            p_value=p_value,
+            frequency_hz=None if np.isnan(band[0]) else (band[0], band[1]),
+        )
+
+
+def gap_cells(tables: Sequence[CellTable]) -> Sequence[GapCell]:
     """Gap map of several tables, largest cell first.
 
     Parameters
     ----------
     tables : sequence of CellTable
-        Every run in one of them. Where one is drawn, the others stay as they are.
+        Every run in one of them; looked through twice, one table at a time. Where one is drawn, the
+        others stay as they are.
 
     Returns
     -------
-    tuple of GapCell
+    sequence of GapCell
         Every used cell; shares are NaN where the coherent parts add up to nothing.
     """
-    if not tables:
-        return ()
-    total = sum(float(table.coherent.sum()) for table in tables)
-    p_values = adjusted(np.concatenate([table.p_value[table.is_used()] for table in tables]))
-    cells: list[GapCell] = []
-    first = 0
+    total = 0.0
+    chances = []
     for table in tables:
-        n_cells = int(table.is_used().sum())
-        cells += _cells(table, total, p_values[first : first + n_cells])
-        first += n_cells
-    return tuple(sorted(cells, key=lambda cell: -cell.coherent))
-
-
-def _cells(table: CellTable, total: float, p_values: FloatArray) -> Iterator[GapCell]:
-    """Cells of one table; `total` is the coherent part of all tables, `p_values` are adjusted."""
-    share = table.coherent / (total or np.nan)
-    low, high = _share_intervals(table, total)
-    for p_value, (r, p, n) in zip(p_values, np.argwhere(table.is_used()), strict=True):
-        band = None
-        if table.bands_hz is not None:
-            band = (float(table.bands_hz[n, 0]), float(table.bands_hz[n, 1]))
-        yield GapCell(
-            channel_pattern=table.patterns[p],
-            order=float(table.orders[n]),
-            run=table.runs[r],
-            mean_square=float(table.mean_square[r, p, n]),
-            coherent=float(table.coherent[r, p, n]),
-            share=float(share[r, p, n]),
-            share_ci95=(float(low[r, p, n]), float(high[r, p, n])),
-            p_value=float(p_value),
-            frequency_hz=band,
+        total += float(table.coherent.sum())
+        chances.append(table.p_value[table.is_used()])
+    if not chances:
+        return ()
+    p_values = adjusted(np.concatenate(chances))
+    runs: dict[str, int] = {}
+    patterns: dict[str, int] = {}
+    places = []
+    values = []
+    first = 0
+    for table, own in zip(tables, chances, strict=True):
+        used = np.argwhere(table.is_used())
+        of_runs = np.array([runs.setdefault(name, len(runs)) for name in table.runs])
+        of_patterns = np.array(
+            [patterns.setdefault(name, len(patterns)) for name in table.patterns]
         )
+        places.append(np.column_stack([of_runs[used[:, 0]], of_patterns[used[:, 1]]]))
+        values.append(_values(table, used, total, p_values[first : first + own.size]))
+        first += own.size
+    every = np.concatenate(values)
+    largest = np.argsort(-every[:, _COHERENT], kind="stable")
+    return GapMap(tuple(runs), tuple(patterns), np.concatenate(places)[largest], every[largest])
+
+
+def _values(table: CellTable, used: IntArray, total: float, p_values: FloatArray) -> FloatArray:
+    """Values of the cells in use of one table, as a map has them.
+
+    `total` is the coherent part of all tables, `p_values` are adjusted.
+    """
+    low, high = _share_intervals(table, total)
+    share = table.coherent / (total or np.nan)
+    bands = np.full((table.orders.size, 2), np.nan) if table.bands_hz is None else table.bands_hz
+    at = tuple(used.T)
+    return np.column_stack(
+        [
+            table.orders[used[:, 2]],
+            *(own[at] for own in (table.mean_square, table.coherent, share, low, high)),
+            p_values,
+            bands[used[:, 2]],
+        ]
+    )
 
 
 def _share_intervals(table: CellTable, total: float) -> tuple[FloatArray, FloatArray]:

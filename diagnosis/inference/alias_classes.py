@@ -3,7 +3,12 @@
 import numpy as np
 
 from carrierflex.diagnosis.comparison.effect_names import set_name
-from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray
+from carrierflex.diagnosis.comparison.problem import (
+    CandidateExperiment,
+    ComparisonProblem,
+    Effects,
+    FloatArray,
+)
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, fit_effects, mean_square_left
 from carrierflex.diagnosis.inference.forward_selection import ForwardSelection
 from carrierflex.diagnosis.inference.screening import Screen
@@ -96,15 +101,7 @@ def discriminating_experiment_between(
     ratios: dict[str, float] = {}
     for experiment in search.problem.candidate_experiments():
         search.note(f"trial: {experiment.text}")
-        problem = experiment.problem(first.effects, first.theta)
-        if problem is None:
-            continue
-        # A trial may hold another number of runs, and with them of parameters.
-        starts = (
-            [second.theta] if len(problem.parameters(second.effects)) == second.theta.size else []
-        )
-        fit = fit_effects(problem, second.effects, starts=starts, stop=_EXPERIMENT_STOP)
-        ratio = _rms(problem, fit) / np.sqrt(search.floor)
+        ratio = _separation(experiment, first, second) / np.sqrt(search.floor)
         if np.isfinite(ratio) and ratio > search.thresholds.separates:
             ratios[experiment.text] = float(ratio)
     if not ratios:
@@ -119,6 +116,21 @@ def discriminating_experiment_between(
         f"{text} separates {names}: they would differ by {ratios[text]:.1f} noise floors "
         f"there{also}"
     )
+
+
+def _separation(experiment: CandidateExperiment, first: EffectFit, second: EffectFit) -> float:
+    """RMS by which the second set, refitted, misses the first one's signals; NaN without a trial.
+
+    The trial's products are let go before those of the next one are made.
+    """
+    problem = experiment.problem(first.effects, first.theta)
+    if problem is None:
+        return float("nan")
+    # A trial may hold another number of runs, and with them of parameters.
+    of_second = problem.parameters(second.effects)
+    starts = [second.theta] if len(of_second) == second.theta.size else []
+    fit = fit_effects(problem, second.effects, starts=starts, stop=_EXPERIMENT_STOP)
+    return _rms(problem, fit)
 
 
 def _difference(first: EffectFit, second: EffectFit) -> tuple[Effects, Effects]:

@@ -3,6 +3,8 @@
 Beside it the negative controls, the black-box reference and the steps of the accepted effects.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray, GapCell
@@ -155,8 +157,8 @@ def _extrapolation(search: ForwardSelection, accepted: Effects) -> float:
 
 def _validation(
     problem: ComparisonProblem,
-    before: tuple[GapCell, ...],
-    after: tuple[GapCell, ...],
+    before: Sequence[GapCell],
+    after: Sequence[GapCell],
     fit: EffectFit,
 ) -> tuple[RunValidation, ...]:
     """Comparison error by run.

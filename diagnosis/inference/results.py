@@ -3,7 +3,7 @@
 Verdicts, effects with their values and rivals, and how far the gap shrinks.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from carrierflex.diagnosis.comparison.problem import Effects, GapCell
@@ -233,7 +233,7 @@ class GapReduction:
     black_box_rho: float
     extrapolation_rho: float
     steps: tuple[SelectionStep, ...]
-    cells_before: tuple[GapCell, ...]
-    cells_after: tuple[GapCell, ...]
+    cells_before: Sequence[GapCell]
+    cells_after: Sequence[GapCell]
     validation: tuple[RunValidation, ...]
     blocks: tuple[BlockScore, ...] = ()

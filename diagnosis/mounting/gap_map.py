@@ -102,7 +102,7 @@ def mounting_gap_cells(
     residuals: Sequence[FloatArray],
     sensors: Sequence[str],
     channels: Sequence[str],
-) -> tuple[GapCell, ...]:
+) -> Sequence[GapCell]:
     """Gap map of a residual, largest cell first.
 
     Power of every cell against that of the noise, ``power / noise ~ chi²``.

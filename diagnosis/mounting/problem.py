@@ -170,7 +170,7 @@ class MountingProblem:
         """Columns of the screen."""
         return self._columns[0]
 
-    def gap_cells(self, effects: Effects, theta: FloatArray) -> tuple[GapCell, ...]:
+    def gap_cells(self, effects: Effects, theta: FloatArray) -> Sequence[GapCell]:
         """Gap by motion pattern, band and run."""
         return mounting_gap_cells(
             self.records, self._residuals(effects, theta), self.model.sensors, self.model.channels

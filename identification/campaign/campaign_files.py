@@ -24,6 +24,7 @@ from carrierflex.identification.campaign.campaign_header import (
 from carrierflex.identification.campaign.declarations import PREDICTION_SUFFIX, expected_columns
 from carrierflex.identification.campaign.document_files import read_campaign_header
 from carrierflex.identification.campaign.file_names import DOCUMENT_NAME, checked_file_name
+from carrierflex.identification.campaign.kept_runs import KeptRuns
 from carrierflex.identification.campaign.records import Run
 from carrierflex.identification.campaign.run_files import (
     ExpectedColumns,
@@ -67,10 +68,10 @@ def read_campaign(folder: Path) -> Campaign:
             f"{DOCUMENT_NAME}: [rig]: file '{curves}' of key 'deflection_curves' is not in the "
             f"folder {folder}"
         )
-    runs = []
+    records = KeptRuns()
     for entry in header.runs:
         with problems.at():
-            runs.append(_read_run(folder, entry, header, expected))
+            records.add(_read_run(folder, entry, header, expected))
     refuse(problems.messages)
     return Campaign(
         kind=header.contract.name,
@@ -78,7 +79,7 @@ def read_campaign(folder: Path) -> Campaign:
         baseline=header.baseline,
         rig=header.rig,
         channels=header.channels,
-        runs=tuple(runs),
+        runs=records.runs,
         inputs=header.inputs,
         notes=tuple(_left_out(folder, header, expected)),
     )

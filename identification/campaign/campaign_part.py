@@ -49,15 +49,9 @@ def campaign_part(
     )
     kept = [c for c in campaign.channels if not channels or c.name in channels]
     names = {channel.name for channel in kept}
-    records = tuple(
-        replace(
-            run,
-            signals={name: own for name, own in run.signals.items() if name in names},
-            predictions={name: own for name, own in run.predictions.items() if name in names},
-        )
-        for run in campaign.runs
-        if not runs or run.name in runs
-    )
+    records = tuple(run for run in campaign.runs if not runs or run.name in runs)
+    if len(kept) < len(campaign.channels):
+        records = tuple(run.of_channels(names) for run in records)
     own = campaign.baseline
     contained = own.effects if baseline is None else tuple(baseline)
     ruled_out = {*own.impossible, *(name for name in known if effects and name not in effects)}

@@ -1,12 +1,13 @@
 """One measured record: time, inputs and signals of a run."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carrierflex.files.problems import refuse
+from carrierflex.files.temporary_store import StoredColumns, TemporaryStore, stored_columns
 from carrierflex.identification.campaign.declarations import PREDICTION_SUFFIX
 
 #: Largest size of a sample, in any unit: squares and fifth powers of it are numbers still.
@@ -91,7 +92,29 @@ class Run:
         predictions = {
             name: np.where(out, np.nan, values) for name, values in self.predictions.items()
         }
-        return replace(self, signals=signals, predictions=predictions)
+        return replace(self, predictions=predictions).with_signals(signals)
+
+    def of_channels(self, names: Collection[str]) -> "Run":
+        """Copy with some of its channels."""
+        return replace(
+            self,
+            signals=_chosen(self.signals, names),
+            predictions=_chosen(self.predictions, names),
+        )
+
+    def with_signals(self, signals: Mapping[str, NDArray[np.float64]]) -> "Run":
+        """Copy with other signals, on disk where the present ones are."""
+        if isinstance(self.signals, StoredColumns):
+            signals = stored_columns(signals, self.signals.store)
+        return replace(self, signals=signals)
+
+    def on_disk(self, store: TemporaryStore) -> "Run":
+        """Copy whose signals and predictions are in a store, read where they are asked for."""
+        return replace(
+            self,
+            signals=stored_columns(self.signals, store),
+            predictions=stored_columns(self.predictions, store),
+        )
 
     def columns(self) -> dict[str, NDArray[np.float64]]:
         """All columns of the run file after ``time``, by name."""
@@ -113,6 +136,16 @@ class Run:
         jump_back = step * np.sign(np.median(step)) < -np.pi
         wrong = np.concatenate([[False], jump_back])
         yield from _first_wrong("carrier_angle", wrong, angle, "no jump back; unwrap it")
+
+
+def _chosen(
+    columns: Mapping[str, NDArray[np.float64]], names: Collection[str]
+) -> Mapping[str, NDArray[np.float64]]:
+    """Some of the columns, on disk where all of them are."""
+    if isinstance(columns, StoredColumns):
+        places = {name: place for name, place in columns.places.items() if name in names}
+        return replace(columns, places=places)
+    return {name: own for name, own in columns.items() if name in names}
 
 
 def _first_wrong(

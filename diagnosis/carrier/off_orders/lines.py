@@ -356,5 +356,5 @@ def _cleaned(
                 for c, channel in enumerate(campaign.channels):
                     amplitude = line.amplitudes[number[run.name], c]
                     signals[channel.name] = signals[channel.name] - (amplitude * wave).real
-        cleaned.append(replace(run, signals=signals))
+        cleaned.append(run.with_signals(signals))
     return replace(campaign, runs=tuple(cleaned))

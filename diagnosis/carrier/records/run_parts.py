@@ -1,20 +1,46 @@
 """Parts of a campaign's runs whose weights and products are in memory at once.
 
-A usual campaign is one part, whose products are kept for the next step of a fit.
+A usual campaign is one part. Products are kept for the next step of a fit as long as they fit.
 """
 
+from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
 from carrierflex.diagnosis.carrier.records.sums import CarrierSums, FloatArray, IntArray
 
-#: Bytes of products of columns that are kept, and columns of a usual set.
-_KEPT_BYTES = 200_000_000
+#: Bytes of products of columns in a part, for a usual set of so many columns, and of those that are
+#: kept. Weights of a part, their derivatives and what works on them are some four times as large.
+_PART_BYTES = 50_000_000
 _USUAL_COLUMNS = 40
+_KEPT_BYTES = 200_000_000
+
+
+class _KeptProducts:
+    """Products by name, columns and part, the last used of them up to a limit of bytes."""
+
+    def __init__(self) -> None:
+        self._kept: OrderedDict[tuple[str, tuple[int, ...], int], FloatArray] = OrderedDict()
+        self._n_bytes = 0
+
+    def of(
+        self, name: str, columns: IntArray, part: slice, make: Callable[[], FloatArray]
+    ) -> FloatArray:
+        """Products that are kept, or made and kept."""
+        key = (name, tuple(columns.tolist()), int(part.start))
+        if key in self._kept:
+            self._kept.move_to_end(key)
+            return self._kept[key]
+        made = make()
+        self._kept[key] = made
+        self._n_bytes += made.nbytes
+        while self._n_bytes > _KEPT_BYTES and len(self._kept) > 1:
+            self._n_bytes -= self._kept.popitem(last=False)[1].nbytes
+        return made
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,13 +61,10 @@ class RunParts:
     @cached_property
     def slices(self) -> tuple[slice, ...]:
         """Runs of every part."""
-        n_parts = min(-(-self._usual_bytes // _KEPT_BYTES), self.n_runs)
+        usual_bytes = 8 * self.records.counts.size * _USUAL_COLUMNS**2
+        n_parts = min(-(-usual_bytes // _PART_BYTES), self.n_runs)
         edges = np.linspace(0, self.n_runs, n_parts + 1).astype(int).tolist()
         return tuple(slice(first, end) for first, end in pairwise(edges))
-
-    @property
-    def _usual_bytes(self) -> int:
-        return 8 * self.records.counts.size * _USUAL_COLUMNS**2
 
     def segments(self, part: slice) -> slice:
         """Segments of the runs of a part."""
@@ -54,14 +77,18 @@ class RunParts:
 
     def gram(self, columns: IntArray, part: slice) -> FloatArray:
         """Products of some columns by segment of a part and channel, shape (P, C, u, u)."""
-        if len(self.slices) > 1:
-            return self.records.gram(columns, self.segments(part))
-        return self._kept(tuple(columns.tolist()))
+        return self._kept.of(
+            "segments", columns, part, lambda: self.records.gram(columns, self.segments(part))
+        )
 
     def gram_of_runs(self, columns: IntArray, part: slice) -> FloatArray:
         """Products of some columns by run of a part and channel."""
         first = np.searchsorted(self.runs(part), np.arange(part.stop - part.start))
-        return np.asarray(np.add.reduceat(self.gram(columns, part), first, axis=0))
+        if first.size == self.runs(part).size:
+            return self.gram(columns, part)
+        return self._kept.of(
+            "runs", columns, part, lambda: np.add.reduceat(self.gram(columns, part), first, axis=0)
+        )
 
     def values(
         self, weights_in: Callable[[slice], tuple[IntArray, FloatArray]]
@@ -81,9 +108,5 @@ class RunParts:
         return columns, values
 
     @cached_property
-    def _kept(self) -> Callable[[tuple[int, ...]], FloatArray]:
-        def kept(columns: tuple[int, ...]) -> FloatArray:
-            """Gram matrix of the columns with these numbers, by segment and channel."""
-            return self.records.gram(np.array(columns))
-
-        return lru_cache(maxsize=max(1, _KEPT_BYTES // self._usual_bytes))(kept)
+    def _kept(self) -> _KeptProducts:
+        return _KeptProducts()

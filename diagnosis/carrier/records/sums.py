@@ -24,6 +24,7 @@ from carrierflex.diagnosis.carrier.records.run_columns import (
     columns_of_campaign,
 )
 from carrierflex.diagnosis.comparison.problem import Segment
+from carrierflex.files.temporary_store import Rows, zero_rows
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.order_analysis import (
     highest_order,
@@ -46,6 +47,8 @@ _MOST_MEMORY = 8_000_000_000
 #: Bytes of the program itself, and of what works on records and products: an estimate.
 _PROGRAM = 300_000_000
 _AT_WORK = 800_000_000
+#: Bytes of products up to which they are kept in memory, beyond on disk.
+_IN_MEMORY = 150_000_000
 #: Bytes of products that are unpacked at once.
 _AT_ONCE = 50_000_000
 #: Every which sample is looked at for whether the basis holds.
@@ -68,8 +71,9 @@ class CarrierSums:
         Products of the target with every column, itself first.
     basis : ColumnBasis
         Columns of every channel that the others are combinations of; b of them.
-    products : ndarray, shape (P, C, b (b + 1) / 2)
-        Products of the columns of the basis with each other: the upper triangle, row by row.
+    products : Rows, shape (P, C, b (b + 1) / 2)
+        Products of the columns of the basis with each other: the upper triangle, row by row. Those
+        of a large campaign are on disk and read for some segments at a time.
     counts : ndarray of int, shape (P, C)
         Samples that are not missing.
     orders : ndarray of complex, shape (R, C, n + 1)
@@ -88,7 +92,7 @@ class CarrierSums:
     run_of_segment: IntArray
     target: FloatArray
     basis: ColumnBasis
-    products: FloatArray
+    products: Rows
     counts: IntArray
     orders: ComplexArray
     within: FloatArray
@@ -106,13 +110,15 @@ class CarrierSums:
         used = np.flatnonzero(weights.any(axis=(0, 1)))
         weights = weights[..., used]
         places = self.places(used[:, None], used)
-        target, kept = self.target[segments], self.products[segments]
+        first = segments.indices(len(self.target))[0]
+        target = self.target[segments]
         result = np.empty((*target.shape[:2], columns.size, columns.size))
         result[..., 0, :] = result[..., 0] = target[..., columns]
         step = max(1, _AT_ONCE // (8 * len(weights) * max(used.size, 1) ** 2))
         for p in range(0, len(result), step):
-            some = slice(p, p + step)
-            products = weights @ kept[some][..., places]
+            some = slice(p, min(p + step, len(result)))
+            kept = self.products[first + some.start : first + some.stop]
+            products = weights @ kept[..., places]
             result[some, :, 1:, 1:] = products @ np.swapaxes(weights, 1, 2)
         return result
 
@@ -132,7 +138,7 @@ class CarrierSums:
         target = np.empty_like(self.target)
         for p, run in enumerate(self.run_of_segment):
             combined = np.einsum("cub,cu->cb", of_columns, weights[run, :, 1:])
-            with_basis = np.einsum("cab,cb->ca", self.products[p][:, places], combined)
+            with_basis = np.einsum("cab,cb->ca", self.products[p : p + 1][0][:, places], combined)
             target[p, :, 0] = np.einsum("ca,ca->c", with_basis, combined)
             target[p, :, 1:] = np.einsum("cka,ca->ck", self.basis.weights, with_basis)
         # The orders are those of the signals that were replaced.
@@ -202,7 +208,7 @@ def _filled(
         run_of_segment=run_of_segment,
         target=np.empty((*shape, index.size)),
         basis=basis,
-        products=np.zeros((*shape, basis.size * (basis.size + 1) // 2)),
+        products=zero_rows((*shape, basis.size * (basis.size + 1) // 2), _IN_MEMORY),
         counts=np.empty(shape, dtype=np.int64),
         orders=np.full((*turns, n_orders), np.nan, dtype=np.complex128),
         within=np.zeros((*turns, 2)),
@@ -267,6 +273,7 @@ def _fill(
     loads = (inputs.torque, inputs.ntl_y, inputs.ntl_z)
     first_turn = int(np.argmax(sums.run_of_revolution == run))
     first_segment = int(np.argmax(sums.run_of_segment == run))
+    products = np.zeros((len(blocks), *sums.products.shape[1:]))
     for r, rows in enumerate(columns.revolutions):
         sums.loads[first_turn + r] = [column[rows].mean() for column in loads]
     for c, channel in enumerate(campaign.channels):
@@ -282,9 +289,10 @@ def _fill(
                 block, 1 + members, sums.orders[turn:end, c], sums.within[turn:end, c]
             )
             sums.target[p, c] = target
-            sums.products[p, c, places] = gram[upper]
+            products[p - first_segment, c, places] = gram[upper]
             sums.counts[p, c] = sum(block.present(rows).size for rows in block.revolutions)
             turn = end
+    sums.products[first_segment : first_segment + len(blocks)] = products
     return True
 
 
