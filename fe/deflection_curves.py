@@ -17,8 +17,6 @@ _TABLE_SIZE = 65536
 _NOTABLE = 0.02
 #: Angles from which on the table is worth its making.
 _LONG_RECORD = 500
-#: Orders of a Fourier series whose powers are made: the others are these times powers of the last.
-_BLOCK = 16
 #: An extremum between two grid points is found on a grid this many times finer than the samples.
 _PEAK_REFINEMENT = 16
 
@@ -180,19 +178,10 @@ def _fourier_series(
     """Trigonometric interpolation of equally spaced `samples` of one turn, at `angle` [rad].
 
     The series is a polynomial in ``exp(j angle)``: its powers are products, one exponential serves
-    all orders. It is summed in blocks of so many orders, the blocks by Horner's scheme, so that few
-    powers are made. It ends with the last order whose amplitude is above rounding.
+    all orders. It ends with the last order whose amplitude is above rounding.
     """
     amplitude = _amplitudes(samples)
     kept = np.flatnonzero(np.abs(amplitude) > 1e-14 * np.abs(amplitude).max(initial=0.0))
     series = amplitude[: kept.max(initial=0) + 1]
-    blocks = np.zeros((-(-series.size // _BLOCK), _BLOCK), dtype=np.complex128)
-    blocks.ravel()[: series.size] = series
-    turn = np.exp(1j * angle.ravel())
-    powers = np.vander(turn, _BLOCK, increasing=True)
-    of_blocks = powers @ blocks.T
-    next_block = powers[:, -1] * turn
-    total = of_blocks[:, -1]
-    for number in range(len(blocks) - 2, -1, -1):
-        total = total * next_block + of_blocks[:, number]
-    return np.asarray(total.real.reshape(angle.shape))
+    powers = np.vander(np.exp(1j * angle.ravel()), series.size, increasing=True)
+    return np.asarray((powers @ series).real.reshape(angle.shape))
