@@ -87,8 +87,9 @@ def _is_over(path: Path, machine: str, process: int, start: int) -> bool:
         return True
     except (PermissionError, OverflowError):
         return False
-    # Numbers of processes come again, in containers at once: the time of the start tells.
-    return _start(process) != start
+    # Numbers of processes come again, in containers at once: the time of the start tells, where the
+    # system tells it.
+    return _start(process) not in (0, start)
 
 
 @cache

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from threading import Lock
 from typing import IO, Any
+from weakref import finalize
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,10 @@ class TemporaryStore:
 
     file: IO[bytes] = field(default_factory=tempfile.TemporaryFile)
     _lock: Any = field(default_factory=Lock)
+
+    def __post_init__(self) -> None:
+        # Closed with the last array that reads from it: nobody else knows when that is.
+        finalize(self, self.file.close)
 
     @staticmethod
     def has_room(n_bytes: int) -> bool:

@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
+from operator import itemgetter
 
 import numpy as np
 
@@ -122,7 +124,7 @@ def carrier_table(
     n_blocks = len(gram)
     by_segment = records.counts @ noise
     floor = np.array([by_segment[block_of_segment == b].sum() for b in range(n_blocks)])
-    first = np.searchsorted(block_of_segment, np.arange(n_blocks))
+    first = np.unique(block_of_segment, return_index=True)[1]
     conditions = [records.segments[p].condition for p in first.tolist()]
     is_told = n_torques >= _FEWEST_TORQUES
     folds = _folds(conditions, records.run_of_segment[first], is_told=is_told)
@@ -177,8 +179,13 @@ def _places(model: CarrierModel, effects: EffectRows, classes: ClassRows) -> _Pl
 
 
 def _blocks(records: CarrierSums) -> IntArray:
-    """Block of the table of every segment: neighbouring segments of a run, as many as are kept."""
+    """Block of the table of every segment, numbered as they come; as many as are kept.
+
+    Neighbouring segments of a run, or, of more runs than blocks, neighbouring runs of a condition.
+    """
     n_runs = int(records.run_of_segment.max()) + 1
+    if n_runs > _MOST_BLOCKS:
+        return _numbered(_blocks_of_runs(records, n_runs)[records.run_of_segment])
     most = max(1, min(_BLOCKS_A_RUN, _MOST_BLOCKS // n_runs))
     blocks: list[IntArray] = []
     first = 0
@@ -188,6 +195,29 @@ def _blocks(records: CarrierSums) -> IntArray:
         blocks += [np.full(part.size, first + k) for k, part in enumerate(parts)]
         first += len(parts)
     return np.concatenate(blocks)
+
+
+def _blocks_of_runs(records: CarrierSums, n_runs: int) -> IntArray:
+    """Block of every run: each condition has its share of them, one at least."""
+    first = np.searchsorted(records.run_of_segment, np.arange(n_runs))
+    conditions = np.array([records.segments[p].condition for p in first.tolist()])
+    blocks = np.empty(n_runs, dtype=np.int64)
+    n_blocks = 0
+    for condition in dict.fromkeys(conditions.tolist()):
+        runs = np.flatnonzero(conditions == condition)
+        parts = np.array_split(runs, max(1, _MOST_BLOCKS * runs.size // n_runs))
+        for number, part in enumerate(parts):
+            blocks[part] = n_blocks + number
+        n_blocks += len(parts)
+    return blocks
+
+
+def _numbered(labels: IntArray) -> IntArray:
+    """Labels as numbers in the order in which they first come."""
+    _, first, places = np.unique(labels, return_index=True, return_inverse=True)
+    rank = np.empty(first.size, dtype=np.int64)
+    rank[np.argsort(first)] = np.arange(first.size)
+    return np.asarray(rank[places])
 
 
 def _products(
@@ -202,41 +232,42 @@ def _products(
     """Products of the rows by block, the parameters of each run fitted to the run and taken out."""
     n_blocks, size = int(block_of_segment.max()) + 1, places.own.stop
     waves = slice(places.classes.start, places.own.start + 1)
-    result = np.zeros((n_blocks, size, size))
-    now, of_run = -1, np.empty(0)
-    for run, channel, segment, block in segments_of(model, campaign, records):
-        if run != now:
-            now, of_run = run, classes.of_run(run)
-        numbers, of_columns = rows_at(effects.groups, run, channel, len(block.rows))
-        of_features = of_run[:, channel]
-        columns, flexible, mixed = column_products(block, model.source.flexible_rows(block.inputs))
-        own = places.of_row[numbers]
-        cross = of_columns @ mixed @ of_features.T
-        part = result[block_of_segment[segment]]
-        part[np.ix_(own, own)] += of_columns @ columns @ of_columns.T
-        part[own, waves] += cross
-        part[waves, own] += cross.T
-        part[waves, waves] += of_features @ flexible @ of_features.T
-    first = np.searchsorted(block_of_segment, np.arange(n_blocks))
-    return _without_own(result, records.run_of_segment[first], places.own)
-
-
-def _without_own(gram: FloatArray, run_of_block: IntArray, own: slice) -> FloatArray:
-    """Products once each run's own parameters, the last ones, are fitted to it and taken out."""
-    before = np.diag(gram.sum(axis=0)).copy()
-    for run in np.unique(run_of_block).tolist():
-        blocks = np.flatnonzero(run_of_block == run)
-        whole = gram[blocks].sum(axis=0)
-        fit = whole[:, own] @ np.linalg.pinv(whole[own, own], rcond=_ROUNDING)
-        for b in blocks.tolist():
-            taken = fit @ gram[b, own]
-            gram[b] += fit @ gram[b, own, own] @ fit.T - taken - taken.T
-    result = gram[:, : own.start, : own.start]
+    result = np.zeros((n_blocks, places.own.start, places.own.start))
+    before = np.zeros(places.own.start)
+    for run, pieces in groupby(segments_of(model, campaign, records), key=itemgetter(0)):
+        of_run = classes.of_run(run)
+        blocks = np.unique(block_of_segment[records.run_of_segment == run])
+        own_gram = np.zeros((blocks.size, size, size))
+        for _, channel, segment, block in pieces:
+            numbers, of_columns = rows_at(effects.groups, run, channel, len(block.rows))
+            of_features = of_run[:, channel]
+            features = model.source.flexible_rows(block.inputs)
+            columns, flexible, mixed = column_products(block, features)
+            own = places.of_row[numbers]
+            cross = of_columns @ mixed @ of_features.T
+            part = own_gram[np.searchsorted(blocks, block_of_segment[segment])]
+            part[np.ix_(own, own)] += of_columns @ columns @ of_columns.T
+            part[own, waves] += cross
+            part[waves, own] += cross.T
+            part[waves, waves] += of_features @ flexible @ of_features.T
+        before += np.diag(own_gram.sum(axis=0))[: places.own.start]
+        result[blocks] += _without_own(own_gram, places.own)
     # What the runs' own parameters take whole is rounding of either sign.
-    empty = np.diag(result.sum(axis=0)) <= _ROUNDING * before[: own.start]
+    empty = np.diag(result.sum(axis=0)) <= _ROUNDING * before
     result[:, empty] = 0.0
     result[:, :, empty] = 0.0
     return result
+
+
+def _without_own(gram: FloatArray, own: slice) -> FloatArray:
+    """Products of one run by block once its own parameters, the last ones, are fitted to it."""
+    whole = gram.sum(axis=0)
+    fit = whole[:, own] @ np.linalg.pinv(whole[own, own], rcond=_ROUNDING)
+    left = []
+    for block in gram:
+        taken = fit @ block[own]
+        left.append(block + (fit @ block[own, own] @ fit.T - taken - taken.T))
+    return np.array(left)[:, : own.start, : own.start]
 
 
 def _folds(conditions: Sequence[str], runs: IntArray, *, is_told: bool) -> IntArray:
@@ -302,8 +333,10 @@ def _assembled(
     scale = 1.0 / np.sqrt(np.where(energy > 0.0, energy, 1.0))
     classes = {name: own for name, own in options.items() if set(own) <= set(groups)}
     of_user = laws.get("", ())
+    # In place: the products of all blocks are the table's alone.
+    gram *= np.outer(scale, scale)
     table = GramTable(
-        gram=gram * np.outer(scale, scale),
+        gram=gram,
         n_base=n_base,
         groups={name: ColumnGroup(*group) for name, group in groups.items()},
         classes=classes,

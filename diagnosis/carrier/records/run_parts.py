@@ -17,7 +17,7 @@ from carrierflex.diagnosis.carrier.records.sums import CarrierSums, FloatArray, 
 #: kept. Weights of a part, their derivatives and what works on them are some four times as large.
 _PART_BYTES = 50_000_000
 _USUAL_COLUMNS = 40
-_KEPT_BYTES = 200_000_000
+_KEPT_BYTES = 100_000_000
 
 
 class _KeptProducts:

@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from carrierflex.diagnosis.carrier.classes.dependence import load_functions, torque_levels
+from carrierflex.diagnosis.carrier.classes.table import carrier_table
 from carrierflex.diagnosis.carrier.problem import carrier_problem
 from carrierflex.diagnosis.classes.results import NAMED_CLASS, NOTHING
 from carrierflex.diagnosis.diagnose import diagnose
@@ -129,3 +131,31 @@ def test_functions_of_the_torque_vanish_without_torque_and_are_as_many_as_torque
         assert all(function(still, still, still) == 0.0 for function in functions)
     assert torque_levels(np.array([1.0, 1.01, 0.5, 0.99])) == 2
     assert torque_levels(np.array([share for share, *_ in LOADS])) == 4
+
+
+@pytest.mark.long
+def test_of_more_runs_than_blocks_those_of_a_condition_share_one(monkeypatch):
+    """Each run's own parameters are taken out of the run before: the sums of all stay."""
+    conditions = [str(k % 3) for k in range(len(LOADS))]
+    campaign = twin_campaign(None, channels=CHANNELS[:3], turns=3)
+    runs = tuple(
+        replace(run, condition=own) for run, own in zip(campaign.runs, conditions, strict=True)
+    )
+    problem = carrier_problem(replace(campaign, runs=runs), CURVES)
+
+    def table():
+        candidates = ("flange_warp",)
+        base = problem.starts((), {})[-1]
+        return carrier_table(
+            problem.model, problem.campaign, problem.records, problem.noise, candidates, base
+        ).table
+
+    usual = table()
+    assert len(usual.gram) >= len(runs)
+    monkeypatch.setattr("carrierflex.diagnosis.carrier.classes.table._MOST_BLOCKS", 5)
+    merged = table()
+    assert 3 <= len(merged.gram) <= 5
+    assert_allclose(merged.floor.sum(), usual.floor.sum(), rtol=1e-12)
+    found, expected = merged.gram.sum(axis=0), usual.gram.sum(axis=0)
+    assert_allclose(found, expected, atol=1e-10 * np.abs(expected).max())
+    assert len(np.unique(merged.folds)) == len(np.unique(usual.folds))
