@@ -64,8 +64,8 @@ class StageRunTable(TomlTable):
     name: FileStem = key("Name of the run, also of its file")
     condition: Text = key("Free text, equal for repeats")
     torque: Number = key("Torque on the main shaft about +x", "N m")
-    ntl_y: Number = key("Radial load at the dynamometer coupling along y", "N")
-    ntl_z: Number = key("Radial load at the dynamometer coupling along z", "N")
+    ntl_y: Number = key("Radial load along y, at `ntl_arm` upwind of the main bearing", "N")
+    ntl_z: Number = key("Radial load along z, at `ntl_arm` upwind of the main bearing", "N")
 
 
 class EffectsTable(TomlTable):

@@ -41,7 +41,7 @@ class SteadyLoad:
     torque : float
         On the main shaft [N m]; the generator holds it.
     ntl_y, ntl_z : float
-        Radial load at the dynamometer coupling [N].
+        Radial load [N], at ``MountingData.ntl_arm`` upwind of the main bearing.
     gravity : float
         Standard gravity; 0 for none [m/s^2].
 

@@ -43,7 +43,7 @@ FIGURES_2011 = (
         "<code>simulation/stage/stage_data.py</code>; walls, bearing outlines and the stations "
         "behind the carrier are drawn freely.",
         "The equivalent mass and its arm of 1750 mm are printed; the arm of the radial load is not "
-        "and is chosen (1220 mm, the hub).",
+        "and is chosen: 1220 mm in the stage, the hub; with the mass in the mounting's record.",
         drawing(drive_train_with_loads),
     ),
     PaperFigure(
