@@ -70,6 +70,14 @@ def test_the_readme_is_one_screen_with_three_pictures():
     assert README.count("![") == 3
 
 
+def test_the_readme_says_what_scikit_fem_does_and_how_to_let_it_do_all():
+    lines = re.findall(r"`(carrierflex [^`]*--assembly scikit-fem)`", README)
+    assert lines
+    for line in lines:
+        tokens = [*shlex.split(line)[1:], "--out", "curves"]
+        command_line.application().parse_args(tokens, exit_on_error=False, print_error=False)
+
+
 def test_every_command_of_the_list_exists_and_finds_the_files_it_reads():
     there = set()
     lines = [line for line in commands() if line.startswith(("carrierflex", "printf"))]
@@ -101,6 +109,17 @@ def test_every_option_of_a_page_is_one_of_its_command(page, line):
     tokens = [token for token in shlex.split(line)[1:] if token != "..."]
     parsed = command_line.application().parse_args(tokens, exit_on_error=False, print_error=False)
     assert parsed[0].__name__ == "main"
+
+
+def test_every_test_and_case_that_the_papers_page_names_exists():
+    page = (ROOT / "docs" / "papers_audit.md").read_text(encoding="utf-8")
+    named = re.findall(r"`(test_\w+\.py)(?:::(test_\w+))?`", page)
+    assert len(named) > 15
+    for file, test in named:
+        (path,) = (ROOT / "tests").rglob(file)
+        assert f"def {test}(" in path.read_text(encoding="utf-8") if test else path, test
+    for case in re.findall(r"`(stage_\w+)\.toml`", page):
+        assert shipped_case(case).is_file()
 
 
 @pytest.mark.parametrize("link", sorted(set(re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", README))))
