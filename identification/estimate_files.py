@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from carrierflex.files.json_files import plain, save_json
 from carrierflex.files.versions import software_name
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
@@ -12,6 +14,9 @@ from carrierflex.identification.carrier.robust_loss import Outliers
 
 FORMAT = "carrierflex-identification"
 VERSION = 1
+
+#: Parameters up to which the correlations of all of them are written.
+_MOST_CORRELATED = 200
 
 
 def identification_document(
@@ -96,14 +101,18 @@ def write_identification(path: Path, document: Mapping[str, Any]) -> None:
 
 
 def _correlation(estimate: ParameterEstimate) -> dict[str, Any]:
-    """Parameters, those of one run as ``LC1.d_x``, and the rows of their correlation matrix."""
-    labels = [
-        f"{scope}.{name}".lstrip(".")
-        for name, scope in zip(estimate.names, estimate.scopes, strict=True)
-    ]
+    """Parameters, those of one run as ``LC1.d_x``, and the rows of their correlation matrix.
+
+    Of many runs only the parameters that they share: the offsets of 500 runs with each other would
+    be forty megabytes that nobody reads.
+    """
+    names = list(zip(estimate.names, estimate.scopes, strict=True))
+    kept = list(range(len(names)))
+    if len(names) > _MOST_CORRELATED:
+        kept = [k for k, (_, scope) in enumerate(names) if scope == SHARED]
     return {
-        "parameters": labels,
-        "matrix": estimate.correlation,
+        "parameters": [f"{scope}.{name}".lstrip(".") for name, scope in (names[k] for k in kept)],
+        "matrix": estimate.correlation[np.ix_(kept, kept)],
     }
 
 
