@@ -68,7 +68,7 @@ def read_campaign(folder: Path) -> Campaign:
             f"{DOCUMENT_NAME}: [rig]: file '{curves}' of key 'deflection_curves' is not in the "
             f"folder {folder}"
         )
-    records = KeptRuns()
+    records = KeptRuns(len(header.runs))
     for entry in header.runs:
         with problems.at():
             records.add(_read_run(folder, entry, header, expected))

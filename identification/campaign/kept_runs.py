@@ -10,11 +10,13 @@ _IN_MEMORY = 200_000_000
 class KeptRuns:
     """Runs that are added one by one.
 
-    As long as they are few they stay in memory. From a limit on the signals of all of them are in a
-    file of the temporary folder and are read where they are asked for, unless that is full.
+    As long as they are few they stay in memory. Where all of them, as large as the first, or those
+    that were added take more, the signals are in a file of the temporary folder and are read where
+    they are asked for, unless that is full.
     """
 
-    def __init__(self, in_memory: int = _IN_MEMORY) -> None:
+    def __init__(self, expected: int = 1, in_memory: int = _IN_MEMORY) -> None:
+        self._expected = expected
         self._in_memory = in_memory
         self._runs: list[Run] = []
         self._n_bytes = 0
@@ -33,9 +35,10 @@ class KeptRuns:
         OSError
             Where the temporary folder is full.
         """
-        before = self._n_bytes
-        self._n_bytes += sum(values.nbytes for values in (run.time, *run.columns().values()))
-        if before <= self._in_memory < self._n_bytes and TemporaryStore.has_room(self._n_bytes):
+        size = sum(values.nbytes for values in (run.time, *run.columns().values()))
+        self._n_bytes += size
+        foreseen = max(self._n_bytes, size * self._expected if not self._runs else 0)
+        if self._store is None and foreseen > self._in_memory and TemporaryStore.has_room(foreseen):
             self._store = TemporaryStore()
             self._runs = [own.on_disk(self._store) for own in self._runs]
         self._runs.append(run.on_disk(self._store) if self._store else run)
