@@ -39,8 +39,11 @@ class TemporaryStore:
 
     @staticmethod
     def has_room(n_bytes: int) -> bool:
-        """Whether the temporary folder has room for so many bytes, and as many again."""
-        return shutil.disk_usage(tempfile.gettempdir()).free > 2 * n_bytes
+        """Whether there is a temporary folder with room for so many bytes, and as many again."""
+        try:
+            return shutil.disk_usage(tempfile.gettempdir()).free > 2 * n_bytes
+        except OSError:
+            return False
 
     def added(self, n_values: int) -> int:
         """Make room for values, zero before they are written.
@@ -66,11 +69,18 @@ class TemporaryStore:
         Raises
         ------
         OSError
-            Where the temporary folder is full.
+            Where the temporary folder is full; the message names it.
         """
-        with self._lock:
-            self.file.seek(first)
-            self.file.write(np.ascontiguousarray(values, dtype=np.float64).data)
+        try:
+            with self._lock:
+                self.file.seek(first)
+                self.file.write(np.ascontiguousarray(values, dtype=np.float64).data)
+                self.file.flush()
+        except OSError as error:
+            raise OSError(
+                f"{tempfile.gettempdir()}: cannot hold the records of a large campaign "
+                f"({error.strerror}); expected room there, or another folder in TMPDIR"
+            ) from error
 
     def read(self, first: int, shape: tuple[int, ...]) -> FloatArray:
         """Array of a shape whose values begin at a byte."""

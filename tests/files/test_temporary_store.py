@@ -1,6 +1,7 @@
 """Arrays on disk read as they were written, and leave nothing behind."""
 
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -59,3 +60,13 @@ def test_a_store_has_no_name(tmp_path, monkeypatch):
     rows = stored_rows(VALUES)
     assert list(tmp_path.iterdir()) == []
     np.testing.assert_array_equal(rows[:], VALUES)
+
+
+def test_a_full_temporary_folder_is_told_by_name(monkeypatch, tmp_path):
+    monkeypatch.setattr(temporary_store.tempfile, "tempdir", str(tmp_path))
+    store = TemporaryStore(Path("/dev/full").open("r+b", buffering=0))
+    with pytest.raises(OSError, match=f"{tmp_path}: cannot hold .*No space left.*TMPDIR"):
+        store.write(0, VALUES)
+    # Whether there is a folder at all is asked before.
+    monkeypatch.setattr(temporary_store.tempfile, "tempdir", str(tmp_path / "none"))
+    assert not TemporaryStore.has_room(1)
