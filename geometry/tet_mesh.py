@@ -101,7 +101,7 @@ def surface_of(mesh: NamedSurfaces, name: str) -> NDArray[np.int64]:
     """Facets of the surface `name`; KeyError names the surfaces there are."""
     if name not in mesh.surfaces:
         raise KeyError(
-            f"the mesh has no surface {name!r}; it has {', '.join(sorted(mesh.surfaces))}"
+            f"the mesh has no surface {name!r}; it has {', '.join(sorted(mesh.surfaces)) or 'none'}"
         )
     return mesh.surfaces[name]
 

@@ -21,7 +21,7 @@ def with_stated(
     """Named surfaces of a mesh and those that are stated.
 
     Of bonded pins, the planet bearings' seats too: ``pin_i_midspan`` as wide as ``[pin]
-    bearing_width``, half-way between the bores, where they are neither named nor stated.
+    bearing_width``, half-way between the bores, where none is named or stated.
 
     Parameters
     ----------
@@ -37,7 +37,8 @@ def with_stated(
     Raises
     ------
     ValueError
-        Where a body or a surface that is stated is not in the mesh.
+        Where a body or a surface that is stated is not in the mesh, or the seats of bonded pins
+        are neither named nor as wide as could be.
     """
     if statements is None:
         return dict(mesh.surfaces)
@@ -51,12 +52,16 @@ def with_stated(
         surfaces[statement.name] = stated_facets(
             mesh.points, boundary, statement, statements.tolerance, where
         )
-    if "pins" in boundary and statements.bearing_width is not None:
+    if "pins" in boundary and not any(name.endswith("_midspan") for name in surfaces):
+        if statements.bearing_width is None:
+            raise ValueError(
+                f"{where}: no surface pin_1_midspan among its groups, and the surfaces file has no "
+                "[pin] bearing_width; expected one of the two for the carrier with bonded pins"
+            )
         for seat in _seats(mesh.points, surfaces, statements, statements.bearing_width):
-            if seat.name not in surfaces:
-                surfaces[seat.name] = stated_facets(
-                    mesh.points, boundary, seat, statements.tolerance, where
-                )
+            surfaces[seat.name] = stated_facets(
+                mesh.points, boundary, seat, statements.tolerance, where
+            )
     return surfaces
 
 
@@ -75,7 +80,12 @@ def _seats(
         bore = statements.named(names[0])
         ends = [points[np.unique(surfaces[name])] @ bore.direction for name in names]
         first, last = sorted((float(end.min()), float(end.max())) for end in ends)
-        middle = (first[1] + last[0]) / 2.0
+        middle, gap = (first[1] + last[0]) / 2.0, last[0] - first[1]
+        if not width < gap:
+            raise ValueError(
+                f"[pin] bearing_width is {width} m; expected less than the {gap:.4g} m between the "
+                f"bores of pin {number}"
+            )
         window = (middle - width / 2.0, middle + width / 2.0)
         yield replace(bore, name=f"pin_{number}_midspan", window=window)
 

@@ -37,6 +37,7 @@ from carrierflex.files.json_files import save_json
 from carrierflex.files.shown_values import printable
 from carrierflex.geometry import mesh_files
 from carrierflex.geometry.cad_surface_files import read_cad_statements, write_cad_statements
+from carrierflex.geometry.given_meshes import foreign_files, solid_files
 from carrierflex.geometry.mesh_files import read_mesh, write_mesh
 from carrierflex.geometry.parameter_files import read_parameters
 from carrierflex.geometry.parameters import CarrierParameters, PinParameters
@@ -53,6 +54,7 @@ from carrierflex.simulation.mounting.case_files import read_mounting_case
 from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.workflows.support.cache_store import CacheStore
 from carrierflex.workflows.view3d.rim_scene import rim_scene
+from tests.fe.solids.test_solids import blocks
 from tests.fuzz.counts import COUNTS
 from tests.fuzz.matrix_files import MATRIX_READERS, matrix_contents
 from tests.fuzz.mutations import damaged, damaged_hdf5
@@ -204,7 +206,7 @@ TEXTS = [
     *("curves.csv", "parameters.toml", "surfaces.toml", "seals.json"),
     *("times.json", "diagnosis.json", "rim_motion.json", "entry.json"),
     *("case carrier_lc1_to_lc4", "case mounting_2011", "case stage_lc1"),
-    "mesh .msh",
+    *("mesh .msh", "mesh of hexahedra .inp"),
     *("map", "log log.csv", "log log.mat", "log log.h5", "log log.tdms"),
     *MATRIX_READERS,
     "body .h5 bytes",
@@ -238,17 +240,28 @@ def _read_both(path: Path) -> None:
         shapes.displacement(np.ones(shapes.T.shape[2]))
 
 
+def _written(path: Path, content: bytes) -> Path:
+    path.write_bytes(content)
+    return path
+
+
 @pytest.fixture(scope="module")
 def targets(tmp_path_factory, one_pin_mesh, body):
     folder = tmp_path_factory.mktemp("valid")
     write_mesh(one_pin_mesh, folder / "a.msh")
     mesh = {"a.msh": (folder / "a.msh").read_bytes()}
+    deck = blocks("hexahedron", folder / "a.inp").read_bytes()
+    hexahedra = {"a.inp": deck.replace(b"left", b"carrier").replace(b"right", b"pins")}
+    read_mesh(_written(folder / "whole.inp", hexahedra["a.inp"]))
     return {
         **_campaigns(tmp_path_factory.mktemp("campaigns")),
         **_documents(tmp_path_factory.mktemp("documents")),
         **_logs(tmp_path_factory.mktemp("logs")),
         **_cases(),
         "mesh .msh": Target(mesh, "a.msh", lambda path: read_mesh(path / "a.msh")),
+        "mesh of hexahedra .inp": Target(
+            hexahedra, "a.inp", lambda path: read_mesh(path / "a.inp")
+        ),
         **_matrices(tmp_path_factory.mktemp("matrices")),
         "body .h5 bytes": Target({"a.h5": body}, "a.h5", _read_both),
     }
@@ -256,8 +269,8 @@ def targets(tmp_path_factory, one_pin_mesh, body):
 
 @pytest.fixture(autouse=True)
 def careful(monkeypatch):
-    """The mesh is read in this process, which is faster; all of it may take two gigabytes more."""
-    for module in (mesh_files, node_files, op4_input_files):
+    """Meshes are read in this process, which is faster; all of it may take two gigabytes more."""
+    for module in (mesh_files, foreign_files, solid_files, node_files, op4_input_files):
         monkeypatch.setattr(
             module, "in_child", lambda function, *arguments, about, what: function(*arguments)
         )

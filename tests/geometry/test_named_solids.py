@@ -98,7 +98,7 @@ def test_every_format_gives_bodies_and_surfaces(suffix, tmp_path):
     path = blocks("hexahedron20", tmp_path / f"blocks{suffix}")
     names = ("1", "2") if suffix == ".bdf" else ("left", "right")
     statements = CadStatements(
-        (), CadFrame.of_the_file(), 1e-6, None, None,
+        (), CadFrame.of_the_file(), 1e-6, 0.1, None,
         dict(zip(names, BODIES.values(), strict=True)), 1.0, {},
     )  # fmt: skip
     mesh = read_mesh(path, statements=statements)

@@ -49,7 +49,7 @@ def test_a_solid_with_real_features_is_meshed_soundly(name, pins, tmp_path):
     assert LEAST_QUALITY == 0.1
     quality = gmsh_quality(mesh)
     which = "with" if pins else "without"
-    print(f"{name}, {which} pins: {len(mesh.tets)} elements, minSJ {quality:.3f}")
+    print(f"{name}, {which} pins: {len(mesh.tets)} elements, minSJ {quality:.5f}")
     assert quality > LEAST_QUALITY
     volume, _ = step_volume_and_area(step, statements, pins=pins)
     # Quadratic elements follow the bolt holes' circles.

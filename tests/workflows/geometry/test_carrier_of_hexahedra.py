@@ -79,6 +79,24 @@ def test_the_stiff_carrier_has_its_bearing_seats_by_their_width(folder):
     assert difference(curve, expected) < 0.06
 
 
+@pytest.mark.long
+def test_bearing_seats_that_cannot_be_are_refused(folder, tmp_path):
+    path = mesh_file(folder, "stiff", "hexahedron", 0.07)
+    text = (folder / "surfaces.toml").read_text()
+    width = f"bearing_width = {PIN.bearing_width}"
+    assert width in text
+    own = tmp_path / "own.toml"
+    for changed, message in (
+        ("", r"no surface pin_1_midspan among its groups, and the surfaces file has no \[pin\]"),
+        ("bearing_width = 0.5", r"bearing_width is 0\.5 m; expected less than the 0\.24 m between"),
+        ("bearing_width = 0.001", r"no facet lies on surface 'pin_1_midspan'"),
+    ):
+        own.write_text(text.replace(width, changed))
+        with pytest.raises(ValueError, match=message):
+            CarrierFiles(None, own, {"stiff": path}).mesh("stiff", 0.07)
+
+
+@pytest.mark.long
 def test_a_sensor_circle_without_element_edges_is_refused(folder, tmp_path):
     path = mesh_file(folder, "flexible", "hexahedron", 0.07)
     text = (folder / "surfaces.toml").read_text()
