@@ -93,7 +93,7 @@ def with_an_empty_surface(mesh):
     return replace(mesh, surfaces={**mesh.surfaces, "upwind_seat": mesh.surface("upwind_seat")[:0]})
 
 
-def of_unknown_material(mesh):
+def with_a_body_of_another_name(mesh):
     return replace(mesh, bodies={"housing": mesh.bodies["carrier"]})
 
 
@@ -105,7 +105,7 @@ MESHES = [
     (with_a_lost_node, "every coordinate finite"),
     (without_bore, "the mesh has no surface 'pin_2_upwind'; it has downwind_seat"),
     (with_overlapping_pilots, "'shaft_face' and 'upwind_seat' share"),
-    (of_unknown_material, "body 'housing' has no material"),
+    (with_a_body_of_another_name, "groups of elements 'housing'; expected 'carrier' and 'pins'"),
 ]
 
 
