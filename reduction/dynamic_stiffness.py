@@ -13,6 +13,7 @@ solves; every term gains the square of the ratio between the frequency and the f
 left out.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,7 +98,12 @@ class FullResponse:
         return H, np.asarray(S @ H, dtype=np.complex128)
 
 
-def full_response(structure: StructuralModel, reduction: Reduction) -> FullResponse:
+def full_response(
+    structure: StructuralModel,
+    reduction: Reduction,
+    *,
+    note: Callable[[float], None] = lambda share: None,
+) -> FullResponse:
     """Collect the full body's frequency response.
 
     `_TERMS` block solves with the reduction's factor.
@@ -108,6 +114,8 @@ def full_response(structure: StructuralModel, reduction: Reduction) -> FullRespo
         The full body.
     reduction : Reduction
         Its reduction, with basis and factor.
+    note : callable
+        Told before each solve what share of them is done.
     """
     fixed_interface = HeldStructure(reduction.body, structure.pilots)
     modes, M = reduction.modes, structure.M
@@ -117,7 +125,8 @@ def full_response(structure: StructuralModel, reduction: Reduction) -> FullRespo
     rows = structure.sensors.rows if structure.sensors else sp.csr_array((0, structure.n_dofs))
     moments, sensor_moments = [], []
     force = F - M @ (modes.Phi @ L)
-    for _ in range(_TERMS):
+    for term in range(_TERMS):
+        note(term / _TERMS)
         X = fixed_interface.solve(force, np.zeros((m, m)))[0]
         # Rounding brings the kept modes back; left in, they would grow from term to term.
         X -= modes.Phi @ (modes.Phi.T @ (M @ X))

@@ -39,6 +39,8 @@ from carrierflex.workflows.support.outputs import prepared_folder
 from carrierflex.workflows.support.progress import Stages
 
 _MESH_SUFFIXES = (".msh", ".vtu", ".inp")
+#: Seconds of the stages at the default sizes, measured: what is left is told by their ratios.
+_WEIGHTS = (9.4, 7.8, 0.8, 33.4, 53.9, 6.3, 8.0, 0.2, 5.6, 81.6)
 
 
 def main(
@@ -76,7 +78,7 @@ def main(
         prepared_folder(out / folder)
     for folder in ("campaign", "stage/campaign", "mounting/campaign"):
         prepare_campaign_folder(out / folder)
-    stages = Stages(10, quiet)
+    stages = Stages(len(_WEIGHTS), quiet, _WEIGHTS)
     variants = {}
     with stages.stage("carrier without pins: mesh, matrices, load cases"):
         variants["flexible"] = flexible_variant(stage, size)
@@ -87,11 +89,16 @@ def main(
     with stages.stage("mesh files"):
         _write_meshes(out / "meshes", variants)
     with stages.stage("mesh study on the half sector"):
-        mesh_study = check_mesh_convergence.main(stage, study_sizes)
+        mesh_study = check_mesh_convergence.main(stage, study_sizes, note=stages.note)
     with stages.stage("reduction of both carriers and a pin"):
         record = provenance(parameters=stage, size=size)
         reduced = reduce_carrier.main(
-            stage, variants["flexible"].structure, variants["stiff"].structure, size, record
+            stage,
+            variants["flexible"].structure,
+            variants["stiff"].structure,
+            size,
+            record,
+            note=stages.note,
         )
         for body in (reduced.flexible, reduced.stiff, reduced.pin):
             write_body(body.model, out / "bodies" / f"{body.model.name}.h5")
@@ -165,6 +172,6 @@ def _signals(
         identified = identify_parameters.identify_carrier(
             campaign, "m2", out / "identification", per_run=True, quiet=True
         )
-    with stages.stage("gap diagnosed"):
+    with stages.stage("gap diagnosed", is_even=False):
         gap = diagnose_load_cases.main(campaign, out=out / "gap")
     return simulated, identified, gap

@@ -7,7 +7,6 @@ random and tell nothing of a label.
 
 import json
 import shutil
-import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
 from contextlib import suppress
@@ -137,7 +136,7 @@ def diagnosed(
     keep : bool
         Keep campaigns; otherwise they go once a case is diagnosed.
     note : callable
-        Is told the progress and the time left, in words and as a share.
+        Is told the progress, in words and as a share.
 
     Returns
     -------
@@ -145,7 +144,6 @@ def diagnosed(
         Verdict by case.
     """
     waiting = [case for case in sealed.labels if not is_finished(sealed.diagnosis(case))]
-    start = time.perf_counter()
     futures = {
         executor.submit(diagnose, sealed.campaign(case), sealed.diagnosis(case)): case
         for case in waiting
@@ -154,9 +152,7 @@ def diagnosed(
         future.result()
         if not keep:
             shutil.rmtree(sealed.campaign(futures[future]))
-        remaining = (time.perf_counter() - start) / done * (len(waiting) - done)
-        text = f"{done} of {len(waiting)}, about {remaining / 60.0:.0f} min left"
-        note(text, done / len(waiting))
+        note(f"{done} of {len(waiting)}", done / len(waiting))
     if not keep:
         _remove_campaigns(sealed)
     return {case: read_verdict(sealed.diagnosis(case)) for case in sealed.labels}

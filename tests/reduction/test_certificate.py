@@ -99,6 +99,16 @@ def test_certificate_of_a_sound_carrier_is_met(flexible_structure):
         assert words in names
 
 
+def test_a_certificate_tells_what_share_of_it_is_done(beam):
+    structure, reduction = beam
+    told = []
+    certify(structure, reduction, cut_off_hz=100.0, note=lambda text, share: told.append(share))
+    assert told[0] == 0.0
+    assert told == sorted(told)
+    assert len(set(told)) == len(told) > 8
+    assert told[-1] < 1.0
+
+
 def test_without_free_frequencies_below_the_cut_off_the_first_is_told(beam):
     structure, reduction = beam
     full = full_free_modes(structure, reduction.body, 1, rng=np.random.default_rng(1))

@@ -134,8 +134,10 @@ def main(
     """
     _refuse(seed, save_law, law_class, view=view, report=report)
     brought = tuple(read_law(path) for path in law or ())
-    # The draws take some twelve times as long as the diagnosis.
-    stages = Stages(6 if confusion else 4, quiet, (1, 2, 10, 1, 120, 1) if confusion else ())
+    # What is left of a diagnosis nobody knows: it fits twenty sets of effects or three hundred. The
+    # draws take some twelve times as long and are counted.
+    weights = (1, 2, 10, 1, 120, 1) if confusion else ()
+    stages = Stages(len(weights) or 4, quiet, weights, timed_from=4)
     # Small matrices in long loops: on a busy machine the threads of a parallel product wait for
     # each other ten times longer.
     with threadpool_limits(limits=1):

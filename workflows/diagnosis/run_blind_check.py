@@ -142,7 +142,8 @@ def main(
     folder = prepared_folder(out).resolve()
     if export is not None:
         _check_export(export)
-    stages = Stages(3 if export is None else 1, quiet)
+    # Cases are counted; how long they take to write tells nothing of their diagnoses.
+    stages = Stages(3, quiet, (0.1, 1.0, 0.0), timed_from=1) if export is None else Stages(1, quiet)
     with stages.stage("writing and sealing the cases"), _processes(workers, scheduler) as executor:
         sealed = sealed_check(plans, folder, write_case, executor, check=request, note=stages.note)
     Console(quiet=quiet, highlight=False).print(

@@ -3,6 +3,7 @@
 Computed on the half sector.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,8 @@ from carrierflex.geometry.parameter_files import StageParameters
 
 #: Element sizes of the study [m].
 STUDY_SIZES = (0.025, 0.016, 0.0125)
+#: Time grows with this power of one over the size, measured on the sizes of the study.
+_WORK_BY_SIZE = 2.5
 
 
 def study_orders(n_planets: int) -> tuple[int, int]:
@@ -48,7 +51,12 @@ class MeshStudy:
         return max(float(np.abs(a[-1] / a[-2] - 1.0).max()) for a in (self.flexible, self.stiff))
 
 
-def main(stage: StageParameters, sizes: tuple[float, ...] = STUDY_SIZES) -> MeshStudy:
+def main(
+    stage: StageParameters,
+    sizes: tuple[float, ...] = STUDY_SIZES,
+    *,
+    note: Callable[[str, float], None] = lambda text, share: None,
+) -> MeshStudy:
     """Solve both variants' torque case at each element size.
 
     Parameters
@@ -57,6 +65,8 @@ def main(stage: StageParameters, sizes: tuple[float, ...] = STUDY_SIZES) -> Mesh
         Dimensions of carrier, pins and gears.
     sizes
         Element edge lengths [m], descending.
+    note
+        Told each size with the share of the work that is done.
 
     Returns
     -------
@@ -68,7 +78,9 @@ def main(stage: StageParameters, sizes: tuple[float, ...] = STUDY_SIZES) -> Mesh
     n_dofs = []
     flexible = []
     stiff = []
-    for size in sizes:
+    work = np.array(sizes) ** -_WORK_BY_SIZE
+    for number, size in enumerate(sizes):
+        note(f"elements of {size:g} m", float(work[:number].sum() / work.sum()))
         half = flexible_half_sector(stage.carrier, size)
         load = simply_supported_pin_load(1, force, 0.0, stage.carrier)
         flexible.append(

@@ -3,7 +3,7 @@
 After figures 9 to 11 of the 2012 paper.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,7 +26,14 @@ _MOST_DRAWN = 12
 Fits = Mapping[str, Mapping[str, tuple[CarrierModel, ParameterEstimate]]]
 
 
-def write_figures(out: Path, measured: Campaign, fits: Fits, model: str) -> tuple[str, ...]:
+def write_figures(
+    out: Path,
+    measured: Campaign,
+    fits: Fits,
+    model: str,
+    *,
+    note: Callable[[str, float], None] = lambda text, share: None,
+) -> tuple[str, ...]:
     """Write the plots, each before the next is made.
 
     Parameters
@@ -39,16 +46,20 @@ def write_figures(out: Path, measured: Campaign, fits: Fits, model: str) -> tupl
         Model and estimate by model name and run.
     model : str
         Model by which runs and sensors are chosen.
+    note : callable
+        Told each plot with the share that is written.
 
     Returns
     -------
     tuple of str
         Names of the files.
     """
+    n_figures = 2 + min(len(measured.runs), _MOST_DRAWN)
     names = []
     for name, figure in _figures(measured, fits, model):
         save_figure(out / name, figure)
         names.append(name)
+        note(name, len(names) / n_figures)
     return tuple(names)
 
 

@@ -307,7 +307,7 @@ def _written(
             warnings=warnings,
         )
         write_identification(out / "identification.json", document)
-        names = write_figures(out, measured, fits, model)
+        names = write_figures(out, measured, fits, model, note=stages.note)
     files = tuple(out / name for name in ("identification.json", *names))
     return Identification(measured.name, model, estimates, seconds, files, outliers, warnings)
 

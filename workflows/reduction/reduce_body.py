@@ -20,7 +20,10 @@ from carrierflex.reduction.held_structure import grounded
 from carrierflex.reduction.mode_count import rule_of_options, wanted_frequency
 from carrierflex.reduction.reduced_model import ReducedModel
 from carrierflex.workflows.reduction import reduce_matrices
-from carrierflex.workflows.reduction.certified_body import write_certified_body
+from carrierflex.workflows.reduction.certified_body import (
+    REDUCTION_WEIGHTS,
+    write_certified_body,
+)
 from carrierflex.workflows.support.cached_results import cached_files
 from carrierflex.workflows.support.carrier_files import (
     CarrierFiles,
@@ -274,7 +277,7 @@ def _reduce(
     *,
     quiet: bool,
 ) -> None:
-    stages = Stages(4, quiet)
+    stages = Stages(4, quiet, REDUCTION_WEIGHTS, timed_from=1)
     body, variant, coupling = (options[name] for name in ("body", "variant", "coupling"))
     with stages.stage(f"finite elements of {size:.4g} m"):
         assembly = FINITE_ELEMENTS[options["assembly"]].assembly

@@ -1,6 +1,6 @@
 """Reduce both carriers and a pin, compare with the full models, vary the pin fit when reduced."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +24,11 @@ from carrierflex.workflows.support.named_bodies import body_structure
 #: Interface stiffnesses of the study [N m/rad]: simply supported, the paper's, the one of Table 4's
 #: rim size, nearly rigid.
 STUDY_STIFFNESSES = (0.0, PAPER_STIFFNESS, 1e7, TABLE_4_STIFFNESS, 1e8, 1e12)
+
+#: Shares of the time that are over after the pin, the stiff carrier and the flexible one.
+_PIN_SHARE = 0.03
+_FLEXIBLE_FROM = 0.4
+_CURVES_FROM = 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +75,8 @@ def main(
     stiff: StructuralModel,
     size: float,
     provenance: Mapping[str, str],
+    *,
+    note: Callable[[str, float], None] = lambda text, share: None,
 ) -> ReducedCarrier:
     """Reduce both carriers and a pin, compare with the full models, and join carrier and pins.
 
@@ -83,6 +90,8 @@ def main(
         Element edge length of the pin's mesh [m].
     provenance
         Kept in the bodies.
+    note
+        Told each body with the share of the work that is done.
 
     Returns
     -------
@@ -92,8 +101,11 @@ def main(
     """
     _, pin_structure = body_structure("pin", stage, size)
     pin, _ = _reduced(pin_structure, provenance)
+    note("stiff carrier", _PIN_SHARE)
     stiff_body, _ = _reduced(stiff, provenance)
+    note("flexible carrier", _FLEXIBLE_FROM)
     flexible_body, grounded = _reduced(flexible, provenance)
+    note("curves over the pin fit", _CURVES_FROM)
     reference = _held_through_pilot(stage, flexible, grounded)
 
     forces = gear_forces(UNIT_TORQUE, stage.gear, stage.carrier.n_planets)

@@ -13,7 +13,10 @@ from carrierflex.reduction.body_files import read_body
 from carrierflex.reduction.craig_bampton import freedom_record
 from carrierflex.reduction.mechanisms import sound_grounding
 from carrierflex.reduction.reduced_model import ReducedModel
-from carrierflex.workflows.reduction.certified_body import write_certified_body
+from carrierflex.workflows.reduction.certified_body import (
+    REDUCTION_WEIGHTS,
+    write_certified_body,
+)
 from carrierflex.workflows.support.cached_results import cached_files
 from carrierflex.workflows.support.matrix_inputs import MatrixFiles
 from carrierflex.workflows.support.progress import Stages
@@ -83,7 +86,7 @@ def main(
 
 
 def _reduce(files: MatrixFiles, options: Mapping[str, Any], out: Path, *, quiet: bool) -> None:
-    stages = Stages(4, quiet)
+    stages = Stages(4, quiet, REDUCTION_WEIGHTS, timed_from=1)
     with stages.stage(f"matrices of {files.stiffness}"):
         body = files.body()
         grounded = sound_grounding(body)

@@ -119,7 +119,10 @@ def main(
     if loads is not None:
         prepared_folder(loads)
     curve_set = _curves(curves)
-    stages = Stages(len(what.runs) + 2 + (linearised is not None), quiet)
+    first = 1 + (linearised is not None)
+    # Runs are equally long; what comes before them tells nothing of their time.
+    weights = (1.0,) * (first + len(what.runs)) + (0.0,)
+    stages = Stages(len(weights), quiet, weights, timed_from=first)
     with stages.stage(f"reduced carrier and pins, elements of {size} m"):
         body = _body(what, size)
     model = stage_model(body, what.data, effects=what.effects, speed=what.speed)
@@ -132,7 +135,7 @@ def main(
         for run in what.runs:
             with stages.stage(f"{run.name}, {what.duration:g} s"):
                 try:
-                    imbalance[run.name] = _grown(model, what, run, rng, growing, loads)
+                    imbalance[run.name] = _grown(model, what, run, rng, growing, loads, stages.note)
                 except (StageDivergedError, KeyboardInterrupt) as error:
                     stopped = _stopped(run, growing, error)
             if stopped is not None:
@@ -186,6 +189,7 @@ def _grown(
     rng: np.random.Generator,
     growing: GrowingRuns,
     loads: Path | None,
+    note: Callable[[str, float], None],
 ) -> float:
     """Write a run as it comes; the energy that its balance leaves over, over the work done."""
     imbalance, work = 0.0, 1.0  # J: a run without torque does no work
@@ -202,6 +206,8 @@ def _grown(
     )
     for piece in pieces if loads is None else with_loads(pieces, loads, run.name, model):
         growing.append(stage_run_record(run, [piece]))
+        reached = float(piece.record.time[-1])
+        note(f"{reached:.1f} s", reached / what.duration)
         imbalance = max(imbalance, float(np.abs(piece.record.imbalance).max()))
         work = max(work, float(np.abs(piece.record.energy[:, 0]).max()))
     return imbalance / work

@@ -7,7 +7,7 @@ CSV: a load history of certification length (1e5 s) takes seconds and a gigabyte
 
 import shutil
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -60,7 +60,8 @@ def main(case: Path, *, out: Path, quiet: bool = False) -> SimulatedMounting:
     what = read_mounting_case(case)
     refuse_long_runs(what, str(case), piecewise=True)
     rng = np.random.default_rng(what.seed)
-    stages = Stages(len(what.runs) + 1, quiet)
+    weights = (*(run.history.duration for run in what.runs), 0.0)
+    stages = Stages(len(weights), quiet, weights)
     runs = []
     ends = []
     files = {}
@@ -70,7 +71,7 @@ def main(case: Path, *, out: Path, quiet: bool = False) -> SimulatedMounting:
             path, end = growing.folder / f"{run.name}.parquet", deque[Piece](maxlen=1)
             with stages.stage(f"{run.name}, {run.history.duration:g} s"):
                 try:
-                    write_record(_measured(what, run, rng, end), path)
+                    write_record(_measured(what, run, rng, end, stages.note), path)
                 except (DivergedError, KeyboardInterrupt) as error:
                     stopped = error
             if end:
@@ -99,7 +100,11 @@ def main(case: Path, *, out: Path, quiet: bool = False) -> SimulatedMounting:
 
 
 def _measured(
-    what: MountingCase, run: MountingRun, rng: np.random.Generator, end: deque[Piece]
+    what: MountingCase,
+    run: MountingRun,
+    rng: np.random.Generator,
+    end: deque[Piece],
+    note: Callable[[str, float], None],
 ) -> Iterator[Piece]:
     """Pieces of a run with noise, the last one kept in `end`.
 
@@ -114,3 +119,5 @@ def _measured(
         noisy = with_noise(MountingResponse(inputs.time, signals), what.noise_std, rng).signals
         end.append((inputs, noisy))
         yield inputs, noisy
+        reached = float(inputs.time[-1])
+        note(f"{reached:.0f} s", reached / history.duration)

@@ -36,22 +36,42 @@ class Stages:
     quiet : bool
         Show none of it.
     weights : sequence of float
-        How long each stage takes, in any unit; all the same without.
+        How long each stage takes, in any unit; without, no time is shown as left before the last
+        stage, and there only if it is told what share of it is done.
+    timed_from : int
+        Number of stages before those by whose weights time can be told: before them none is shown.
+
+    Raises
+    ------
+    ValueError
+        Where there is not one weight a stage.
     """
 
     total: int
     quiet: bool = False
     weights: Sequence[float] = ()
+    timed_from: int = 0
     seconds: dict[str, float] = field(default_factory=dict)
+    #: When the first timed stage began, and the running one.
     _begun: float = field(default_factory=lambda: time.perf_counter(), init=False, repr=False)
+    _stage_begun: float = field(default_factory=lambda: time.perf_counter(), init=False, repr=False)
     _share: float = field(default=0.0, init=False, repr=False)
+    _noted: float = field(default=0.0, init=False, repr=False)
+    _is_even: bool = field(default=True, init=False, repr=False)
+    #: Stages that have ended; two may have one name.
+    _ended: int = field(default=0, init=False, repr=False)
     _bar: Progress | None = field(default=None, init=False, repr=False)
     _name: str = field(default="", init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.weights and len(self.weights) != self.total:
+            raise ValueError(f"{len(self.weights)} weights; expected {self.total}, one a stage")
 
     def note(self, text: str, share: float | None = None) -> None:
         """Show beside the bar what the running stage is at, and what share of it is done."""
         if share is not None:
             self._share = share
+            self._noted = time.perf_counter()
         if self._bar is not None:
             words = _plain(f"{self._name}: {printable(text)}")
             self._bar.update(self._bar.task_ids[0], description=words, completed=self.done)
@@ -67,22 +87,60 @@ class Stages:
     def done(self) -> float:
         """Share of all stages that is done."""
         weights = self.weights or (1.0,) * self.total
-        number = len(self.seconds)
+        number = self._ended
         running = weights[number] * self._share if number < len(weights) else 0.0
         return min((sum(weights[:number]) + running) / sum(weights), 1.0)
 
     @property
     def remaining(self) -> float | None:
-        """Seconds that are left at the speed so far; None where nothing is done yet."""
-        if self.done <= 0.0:
+        """Seconds that are left; None where nobody can know.
+
+        The running stage at its own speed, as far as it was told, at that of the stages before it
+        otherwise; the later ones by their weights. None before anything is done, where later stages
+        have no weights, and where the last stage takes longer than was thought.
+        """
+        number = self._ended
+        later = self.weights[number + 1 :]
+        if number < self.timed_from or len(later) < self.total - number - 1:
             return None
-        return (time.perf_counter() - self._begun) * (1.0 - self.done) / self.done
+        whole = self._whole_stage(number)
+        if whole is None:
+            return None
+        in_stage = time.perf_counter() - self._stage_begun
+        whole = max(whole, in_stage)
+        after = 0.0
+        if later:
+            before = self._stage_begun - self._begun
+            after = (before + whole) * sum(later) / sum(self.weights[self.timed_from : number + 1])
+        left = whole - in_stage + after
+        return left if left > 0.0 else None
+
+    def _whole_stage(self, number: int) -> float | None:
+        """Seconds that the running stage takes; None where nobody can know."""
+        if self._share > 0.0:
+            return (self._noted - self._stage_begun) / self._share
+        earlier = sum(self.weights[self.timed_from : number])
+        if not (self._is_even and earlier > 0.0 and number < self.total):
+            return None
+        return (self._stage_begun - self._begun) * self.weights[number] / earlier
 
     @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        """Show `name` with a bar while the block runs, then a line with its time."""
-        number = len(self.seconds) + 1
-        start = time.perf_counter()
+    def stage(self, name: str, *, is_even: bool = True) -> Iterator[None]:
+        """Show `name` with a bar while the block runs, then a line with its time.
+
+        Parameters
+        ----------
+        name : str
+            What the stage does.
+        is_even : bool
+            Whether its weight tells how much of it is left while it runs. Work whose amount
+            depends on what is found shows no time until it tells a share.
+        """
+        number = self._ended + 1
+        self._is_even = is_even
+        self._stage_begun = time.perf_counter()
+        if self._ended == self.timed_from:
+            self._begun = self._stage_begun
         # Names of files and runs may hold what rich takes for markup or a terminal for commands.
         self._name = f"[{number}/{self.total}] {printable(name)}"
         self._share = 0.0
@@ -90,7 +148,10 @@ class Stages:
         log.info("%s begins", self._name, extra=SHOWN)
         with self._shown_bar(console):
             yield
-        self.seconds[name] = time.perf_counter() - start
+        self.seconds[name] = time.perf_counter() - self._stage_begun
+        self._share = 0.0
+        self._ended = number
+        self._stage_begun = time.perf_counter()
         console.print(
             Text.assemble(
                 (f"[{number}/{self.total}] ", "dim"),

@@ -124,8 +124,9 @@ def test_a_terminal_gets_a_bar_with_the_time_that_is_left(tmp_path):
         "with stages.stage('first'):\n"
         "    time.sleep(0.3)\n"
         "with stages.stage('second'):\n"
-        "    stages.note('3 of 4', 0.75)\n"
         "    time.sleep(0.3)\n"
+        "    stages.note('3 of 4', 0.75)\n"
+        "    time.sleep(0.2)\n"
     )
     seen, terminal = pty.openpty()
     environment = {**os.environ, "TERM": "xterm", "COLUMNS": "120"}
@@ -156,7 +157,46 @@ def test_the_time_that_is_left_follows_the_weights(monkeypatch):
     assert stages.done == 0.25
     assert stages.remaining == 6.0
     with stages.stage("second"):
-        stages.note("half", 0.5)
+        now[0] = 3.0
+        assert stages.remaining == pytest.approx(5.0)
         now[0] = 5.0
+        stages.note("half", 0.5)
         assert stages.done == 0.625
         assert stages.remaining == pytest.approx(3.0)
+        now[0] = 6.0
+        assert stages.remaining == pytest.approx(2.0)
+
+
+def test_a_stage_goes_on_at_its_own_speed_and_later_ones_at_that_of_all(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr("time.perf_counter", lambda: now[0])
+    stages = Stages(3, quiet=True, weights=(1.0, 1.0, 2.0))
+    with stages.stage("first"):
+        now[0] = 2.0
+    with stages.stage("second, slower than thought"):
+        now[0] = 4.0
+        stages.note("half", 0.5)
+        # Four seconds in place of two: six for two weights, and as many for the last stage.
+        assert stages.remaining == pytest.approx(2.0 + 6.0)
+
+
+def test_no_time_is_shown_as_left_that_nobody_can_know(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr("time.perf_counter", lambda: now[0])
+    stages = Stages(2, quiet=True)
+    with stages.stage("first"):
+        now[0] = 2.0
+        stages.note("half", 0.5)
+        assert stages.remaining is None
+    with stages.stage("second"):
+        assert stages.remaining is None
+        now[0] = 3.0
+        stages.note("half", 0.5)
+        assert stages.remaining == pytest.approx(1.0)
+        now[0] = 9.0
+        assert stages.remaining is None
+
+
+def test_as_many_weights_as_stages_are_asked_for():
+    with pytest.raises(ValueError, match="2 weights; expected 3, one a stage"):
+        Stages(3, weights=(1.0, 2.0))
