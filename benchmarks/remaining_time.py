@@ -29,7 +29,7 @@ LINES: Mapping[str, Sequence[str]] = {
     "curves": ("curves", "--out", "curves", "--no-cache"),
     "reduce": ("reduce", "--body", "carrier", "--out", "c.h5", "--no-cache"),
     "run": ("run", "--out", "job"),
-    "blind-check": ("blind-check", "--out", "check", "--kind", "carrier", "--cases", "8"),
+    "blind-check": ("blind-check", "--out", "check", "--kind", "element", "--cases", "12"),
 }
 #: Runs a command and notes time and estimate [s] of the first set of stages, the command's own.
 _PROGRAM = """

@@ -42,8 +42,8 @@ from carrierflex.reduction.rigid_body_checks import (
 _FREE_MODES = 12
 #: Shares of the time of :func:`certify` that are over after the static compliance and after the
 #: free modes, measured on the default carrier.
-_COMPLIANCE_SHARE = 0.07
-_RESPONSE_FROM = 0.32
+_COMPLIANCE_SHARE = 0.055
+_RESPONSE_FROM = 0.33
 _LIMITS = {
     "static compliance": 1e-8,
     "free frequency": 0.01,

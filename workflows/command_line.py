@@ -53,9 +53,7 @@ def main() -> None:
     _load_quickly()
     _refuse_unknown_command(sys.argv[1:])
     try:
-        with_sound_cache(
-            lambda: application()(sys.argv[1:], exit_on_error=False, print_error=False)
-        )
+        with_sound_cache(lambda: _run(sys.argv[1:]))
     except TerminationError:
         _end("asked to end; files that were finished are whole and stay", EXIT_TERMINATED)
     except KeyboardInterrupt:
@@ -108,6 +106,16 @@ def _refuse_unknown_command(arguments: list[str]) -> None:
     close = difflib.get_close_matches(name, COMMANDS, n=1)
     instead = f'did you mean "{close[0]}"?' if close else f"expected one of {', '.join(COMMANDS)}"
     _end(f'unknown command "{name}"; {instead} (carrierflex --help)', EXIT_REFUSED)
+
+
+def _run(arguments: list[str]) -> None:
+    """Run a command whose TOML files are sound as far as is seen before its options are read."""
+    if arguments and arguments[0] in COMMANDS:
+        # Late: the version and the list of commands do without.
+        from carrierflex.workflows.shell.early_refusals import refuse_named
+
+        refuse_named(arguments[1:], COMMANDS[arguments[0]].workflow)
+    application()(arguments, exit_on_error=False, print_error=False)
 
 
 def application() -> "cyclopts.App":

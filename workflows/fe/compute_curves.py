@@ -30,8 +30,6 @@ from carrierflex.workflows.support.progress import Stages
 _CURVES = "deflection_curves.csv"
 _PICTURE = "deflection_curves.png"
 _INPUTS = "inputs.json"
-#: Time of the flexible carrier, of the stiff one and of the files at the default size, measured.
-_WEIGHTS = (1.0, 1.3, 0.2)
 
 
 def main(
@@ -121,7 +119,7 @@ def _compute(
     *,
     quiet: bool,
 ) -> None:
-    stages = Stages(3, quiet, _WEIGHTS)
+    stages = Stages(3, quiet)
     finite_elements = FINITE_ELEMENTS[assembly]
     with stages.stage(f"flexible carrier, elements of {size:.4g} m"):
         flexible = (

@@ -19,7 +19,7 @@ from carrierflex.reduction.shapes.body_shapes import body_shapes
 from carrierflex.workflows.support.progress import Stages
 
 #: Time of finite elements, reduction, certificate and file of the default carrier, measured.
-REDUCTION_WEIGHTS = (0.1, 1.0, 1.5, 0.01)
+REDUCTION_WEIGHTS = (0.1, 1.0, 1.2, 0.01)
 
 
 def write_certified_body(

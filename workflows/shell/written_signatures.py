@@ -43,9 +43,7 @@ def written_command(module: str) -> WrittenCommand:
         Where an annotation or a default is neither a constant nor a name that leads to one.
     """
     source = _source(module)
-    definition = source.statements["main"]
-    if not isinstance(definition, ast.FunctionDef):
-        raise LookupError(f"{module}: 'main' is no function")
+    definition = _main_of(source)
     arguments = definition.args
     parameters = [
         *_parameters(source, arguments.args, arguments.defaults, _POSITIONAL),
@@ -53,6 +51,21 @@ def written_command(module: str) -> WrittenCommand:
         *_parameters(source, arguments.kwonlyargs, arguments.kw_defaults, _KEYWORD),
     ]
     return WrittenCommand(inspect.Signature(parameters), ast.get_docstring(definition) or "")
+
+
+def written_names(module: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of the positional and of the keyword parameters of ``main`` in a module.
+
+    Their annotations and defaults are not looked at, and so nothing is imported.
+
+    Parameters
+    ----------
+    module : str
+        Dotted name.
+    """
+    arguments = _main_of(_source(module)).args
+    positional = tuple(argument.arg for argument in arguments.args)
+    return positional, tuple(argument.arg for argument in arguments.kwonlyargs)
 
 
 _POSITIONAL = inspect.Parameter.POSITIONAL_OR_KEYWORD
@@ -98,6 +111,13 @@ def _source(module: str) -> _Source:
                 alias.asname or alias.name: (node.module, alias.name) for alias in node.names
             }
     return _Source(module, _statements(tree.body), imported)
+
+
+def _main_of(source: _Source) -> ast.FunctionDef:
+    definition = source.statements["main"]
+    if not isinstance(definition, ast.FunctionDef):
+        raise LookupError(f"{source.module}: 'main' is no function")
+    return definition
 
 
 def _statements(body: list[ast.stmt]) -> dict[str, ast.stmt]:

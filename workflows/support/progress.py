@@ -57,7 +57,6 @@ class Stages:
     _stage_begun: float = field(default_factory=lambda: time.perf_counter(), init=False, repr=False)
     _share: float = field(default=0.0, init=False, repr=False)
     _noted: float = field(default=0.0, init=False, repr=False)
-    _is_even: bool = field(default=True, init=False, repr=False)
     #: Stages that have ended; two may have one name.
     _ended: int = field(default=0, init=False, repr=False)
     _bar: Progress | None = field(default=None, init=False, repr=False)
@@ -95,9 +94,9 @@ class Stages:
     def remaining(self) -> float | None:
         """Seconds that are left; None where nobody can know.
 
-        The running stage at its own speed, as far as it was told, at that of the stages before it
-        otherwise; the later ones by their weights. None before anything is done, where later stages
-        have no weights, and where the last stage takes longer than was thought.
+        The running stage at its own speed as far as it was told, and at that of the stages before
+        it; the later ones by their weights. None before anything is done, where later stages have
+        no weights, and where the last stage takes longer than was thought.
         """
         number = self._ended
         later = self.weights[number + 1 :]
@@ -116,28 +115,23 @@ class Stages:
         return left if left > 0.0 else None
 
     def _whole_stage(self, number: int) -> float | None:
-        """Seconds that the running stage takes; None where nobody can know."""
-        if self._share > 0.0:
-            return (self._noted - self._stage_begun) / self._share
+        """Seconds that the running stage takes; None where nobody can know.
+
+        The more of it is done the more its own speed counts beside that of the stages before it.
+        """
+        own = (self._noted - self._stage_begun) / self._share if self._share > 0.0 else None
         earlier = sum(self.weights[self.timed_from : number])
-        if not (self._is_even and earlier > 0.0 and number < self.total):
-            return None
-        return (self._stage_begun - self._begun) * self.weights[number] / earlier
+        if earlier <= 0.0 or number >= self.total:
+            return own
+        by_weight = (self._stage_begun - self._begun) * self.weights[number] / earlier
+        if own is None:
+            return by_weight
+        return self._share * own + (1.0 - self._share) * by_weight
 
     @contextmanager
-    def stage(self, name: str, *, is_even: bool = True) -> Iterator[None]:
-        """Show `name` with a bar while the block runs, then a line with its time.
-
-        Parameters
-        ----------
-        name : str
-            What the stage does.
-        is_even : bool
-            Whether its weight tells how much of it is left while it runs. Work whose amount
-            depends on what is found shows no time until it tells a share.
-        """
+    def stage(self, name: str) -> Iterator[None]:
+        """Show `name` with a bar while the block runs, then a line with its time."""
         number = self._ended + 1
-        self._is_even = is_even
         self._stage_begun = time.perf_counter()
         if self._ended == self.timed_from:
             self._begun = self._stage_begun

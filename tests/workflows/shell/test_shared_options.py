@@ -167,7 +167,7 @@ def test_the_time_that_is_left_follows_the_weights(monkeypatch):
         assert stages.remaining == pytest.approx(2.0)
 
 
-def test_a_stage_goes_on_at_its_own_speed_and_later_ones_at_that_of_all(monkeypatch):
+def test_a_stage_goes_on_at_its_own_speed_the_more_of_it_is_done(monkeypatch):
     now = [0.0]
     monkeypatch.setattr("time.perf_counter", lambda: now[0])
     stages = Stages(3, quiet=True, weights=(1.0, 1.0, 2.0))
@@ -176,8 +176,8 @@ def test_a_stage_goes_on_at_its_own_speed_and_later_ones_at_that_of_all(monkeypa
     with stages.stage("second, slower than thought"):
         now[0] = 4.0
         stages.note("half", 0.5)
-        # Four seconds in place of two: six for two weights, and as many for the last stage.
-        assert stages.remaining == pytest.approx(2.0 + 6.0)
+        # Four seconds by its own speed, two by the stage before: three; later ones as both.
+        assert stages.remaining == pytest.approx(1.0 + 5.0)
 
 
 def test_no_time_is_shown_as_left_that_nobody_can_know(monkeypatch):

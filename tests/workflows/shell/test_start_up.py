@@ -39,8 +39,9 @@ print(json.dumps([codes, sorted(sys.modules)]))
 """
 WORK = {"scipy", "numba", "gmsh", "skfem", "pandas", "matplotlib", "pyvista", "h5py", "jinja2"}
 FILES = {"numpy", "pydantic", "pyarrow", "pint"}
-#: Looks for plugins of pydantic, of which there are none.
+#: Looks for plugins of pydantic, of which there are none; reads options.
 PLUGINS = {"importlib.metadata"}
+OPTIONS = {"cyclopts"}
 
 
 def run_in_one_process(lines, folder):
@@ -86,7 +87,24 @@ def test_a_refused_toml_of_every_command_loads_no_library_of_the_work(tmp_path):
 def test_a_refused_toml_loads_no_library_of_arrays(tmp_path):
     write_bad_files(tmp_path)
     _, loaded = run_in_one_process(list(with_bad_toml()), tmp_path)
-    assert loaded & (WORK | FILES | PLUGINS) == {"pydantic"}
+    assert loaded & (WORK | FILES | PLUGINS | OPTIONS) == {"pydantic"}
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        ["curves", "--parameters=bad.toml", "--out", "out"],
+        ["check", "bad_campaign_carrier"],
+        ["check", "--quiet", "bad_campaign_carrier"],
+        ["mesh", "--out", "a.msh", "--log-file", "log", "--parameters", "bad.toml"],
+    ],
+)
+def test_a_wrong_file_is_told_wherever_it_stands_in_the_line(line, command, tmp_path):
+    write_bad_files(tmp_path)
+    done = command(*line)
+    assert done.returncode == 2
+    assert "unknown key 'no_such_key'" in done.stderr
+    assert not (tmp_path / "log").exists() or "no_such_key" in (tmp_path / "log").read_text()
 
 
 def test_a_refused_campaign_is_told_in_the_words_of_its_reader(tmp_path):
