@@ -150,10 +150,8 @@ def carrier_case(
     rho = _rho(baseline, measured[: len(records)], effect)
     label = _label(plan, state, floor, _size(residuals(ideal)) if plan.effects else 0.0, rho)
     if plan.family == FORM:
-        label = _form_label(plan, label, loads)
-        label = replace(
-            label, own_gaps=tuple(_size(residuals(own)) / floor for own in _each_alone(plan, ideal))
-        )
+        own_gaps = [_size(residuals(one)) / floor for one in _each_alone(plan, ideal)]
+        label = _form_label(plan, label, loads, own_gaps)
     # What is outside the library, and a drift, have no place among the orders.
     elif label.effects and "thermal_drift" not in label.effects:
         label = replace(label, where=largest_cell(residuals(ideal), declared))
@@ -219,7 +217,9 @@ def _form_loads(rng: np.random.Generator) -> Sequence[Sequence[float]]:
     return loads
 
 
-def _form_label(plan: CasePlan, label: Label, loads: Sequence[Sequence[float]]) -> Label:
+def _form_label(
+    plan: CasePlan, label: Label, loads: Sequence[Sequence[float]], own_gaps: Sequence[float]
+) -> Label:
     """Label of a case that is judged by class: the classes of its causes."""
     causes = [OTHER_FORMS[name] for name in plan.effects]
     return replace(
@@ -227,6 +227,7 @@ def _form_label(plan: CasePlan, label: Label, loads: Sequence[Sequence[float]]) 
         family=FORM if causes else NOTHING,
         classes=tuple(sorted(f"{own.shape}/{own.follows}" for own in causes)),
         drive="six_loads" if len(loads) == len(_LOADS) else "eight_loads",
+        own_gaps=tuple(own_gaps),
     )
 
 
