@@ -207,8 +207,9 @@ def _read_run(
 ) -> Run:
     path = folder / entry.file
     if not path.is_file():
+        found = "is no regular file in" if os.path.lexists(path) else "is not in"
         raise ValueError(
-            f"{DOCUMENT_NAME}: run {entry.name}: file '{entry.file}' is not in the folder {folder}"
+            f"{DOCUMENT_NAME}: run {entry.name}: file '{entry.file}' {found} the folder {folder}"
         )
     run = run_of_columns(run_columns(path, expected), entry, header)
     if not run.in_use.any():

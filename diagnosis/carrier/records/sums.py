@@ -114,7 +114,8 @@ class CarrierSums:
         target = self.target[segments]
         result = np.empty((*target.shape[:2], columns.size, columns.size))
         result[..., 0, :] = result[..., 0] = target[..., columns]
-        step = max(1, _AT_ONCE // (8 * len(weights) * max(used.size, 1) ** 2))
+        stored = self.products.shape[2]
+        step = max(1, _AT_ONCE // (8 * len(weights) * max(used.size**2, stored)))
         for p in range(0, len(result), step):
             some = slice(p, min(p + step, len(result)))
             kept = self.products[first + some.start : first + some.stop]

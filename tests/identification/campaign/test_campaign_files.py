@@ -1,3 +1,4 @@
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -442,3 +443,14 @@ def test_a_displacement_driven_element_measures_force(tmp_path):
     )
     write_campaign(campaign, tmp_path / "c")
     same(read_campaign(tmp_path / "c"), campaign)
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, os.mkdir])
+def test_what_is_no_file_is_refused_without_being_opened(tmp_path, make):
+    campaign = carrier_campaign()
+    write_campaign(campaign, tmp_path / "twin")
+    path = tmp_path / "twin" / campaign.runs[0].file
+    path.unlink()
+    make(path)
+    with pytest.raises(ValueError, match=f"file '{path.name}' is no regular file in the folder"):
+        read_campaign(tmp_path / "twin")
