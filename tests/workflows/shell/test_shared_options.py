@@ -125,8 +125,8 @@ def test_a_terminal_gets_a_bar_with_the_time_that_is_left(tmp_path):
         "    time.sleep(0.3)\n"
         "with stages.stage('second'):\n"
         "    time.sleep(0.3)\n"
-        "    stages.note('3 of 4', 0.75)\n"
-        "    time.sleep(0.2)\n"
+        "    stages.note('1 of 4', 0.25)\n"
+        "    time.sleep(0.6)\n"
     )
     seen, terminal = pty.openpty()
     environment = {**os.environ, "TERM": "xterm", "COLUMNS": "120"}
@@ -142,7 +142,7 @@ def test_a_terminal_gets_a_bar_with_the_time_that_is_left(tmp_path):
                 break
     os.close(seen)
     shown = text.decode("utf-8")
-    assert "second: 3 of 4" in shown
+    assert "second: 1 of 4" in shown
     assert "left" in shown
     assert "\x1b[" in shown
 
