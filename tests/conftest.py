@@ -4,9 +4,11 @@ With CI=true in the environment a test that skips fails, save those with the mar
 """
 
 import importlib
+import logging
 import os
 import signal
 import sys
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
@@ -106,6 +108,21 @@ class Ended(NamedTuple):
     stderr: str
 
 
+@contextmanager
+def own_log_handlers():
+    """Handlers of a command end with it, as with its process: its log file is no later one's."""
+    loggers = [logging.getLogger(), logging.getLogger("carrierflex")]
+    before = [(set(logger.handlers), logger.level) for logger in loggers]
+    try:
+        yield
+    finally:
+        for logger, (kept, level) in zip(loggers, before, strict=True):
+            logger.setLevel(level)
+            for handler in set(logger.handlers) - kept:
+                logger.removeHandler(handler)
+                handler.close()
+
+
 @pytest.fixture
 def command(monkeypatch, capfd, tmp_path):
     """Function that runs the command in the test's folder, in this process.
@@ -119,7 +136,8 @@ def command(monkeypatch, capfd, tmp_path):
         monkeypatch.setattr(sys, "argv", ["carrierflex", *map(str, arguments)])
         capfd.readouterr()
         try:
-            command_line.main()
+            with own_log_handlers():
+                command_line.main()
             code = 0
         except SystemExit as end:
             code = end.code
