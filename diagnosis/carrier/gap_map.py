@@ -3,10 +3,7 @@
 Residual by run, sensor pattern and shaft order, against its scatter over the revolutions.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import partial
-from typing import overload
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,37 +62,12 @@ def carrier_gap_cells(
     split = pattern_split(channels, residual_orders)
     complete = np.isfinite(split.amplitudes).all(axis=(1, 2))
     revolutions = [np.flatnonzero(complete & (run_of_revolution == r)) for r in range(len(runs))]
-    own = [(run, rows, r) for r, (run, rows) in enumerate(zip(runs, revolutions, strict=True))]
-
-    def table(run: str, rows: IntArray, r: int) -> CellTable:
-        """Cells of one run."""
-        return _run_table(run, split.amplitudes[rows], split, float(noise_of_mean[r]))
-
-    makers = [partial(table, *entry) for entry in own if entry[1].size]
-    return gap_cells(_Tables((*makers, *(partial(_as_it_is, own) for own in beside))))
-
-
-@dataclass(frozen=True, eq=False)
-class _Tables(Sequence[CellTable]):
-    """Tables that are made when they are asked for: their draws are more than the map itself."""
-
-    makers: Sequence[Callable[[], CellTable]]
-
-    def __len__(self) -> int:
-        return len(self.makers)
-
-    @overload
-    def __getitem__(self, number: int) -> CellTable: ...
-    @overload
-    def __getitem__(self, number: slice) -> "_Tables": ...
-    def __getitem__(self, number: int | slice) -> "CellTable | _Tables":
-        if isinstance(number, slice):
-            return _Tables(self.makers[number])
-        return self.makers[number]()
-
-
-def _as_it_is(table: CellTable) -> CellTable:
-    return table
+    tables = [
+        _run_table(run, rows, split, noise)
+        for run, rows, noise in zip(runs, revolutions, noise_of_mean.tolist(), strict=True)
+        if rows.size
+    ]
+    return gap_cells([*tables, *beside])
 
 
 def signed_orders(amplitudes: ComplexArray) -> FloatArray:
@@ -112,8 +84,9 @@ def degrees_of(amplitudes: ComplexArray) -> FloatArray:
     return np.where(np.abs(amplitudes.imag).max(axis=0) == 0.0, 1.0, 2.0)
 
 
-def _run_table(run: str, amplitudes: ComplexArray, split: PatternSplit, noise: float) -> CellTable:
-    """Cells of one run from its amplitudes, shape (R, n_patterns, n_orders)."""
+def _run_table(run: str, rows: IntArray, split: PatternSplit, noise: float) -> CellTable:
+    """Cells of one run, whose R revolutions are these rows of the amplitudes."""
+    amplitudes = split.amplitudes[rows]
     n = len(amplitudes)
     mean = amplitudes.mean(axis=0)
     degrees = degrees_of(amplitudes)
@@ -127,8 +100,13 @@ def _run_table(run: str, amplitudes: ComplexArray, split: PatternSplit, noise: f
         p_value = chi2.sf(degrees * ratio, degrees)
     mean_square = split.weights * np.abs(mean) ** 2
     noise_square = split.weights * scatter / n
-    weights = multinomial_counts(n, N_DRAWS, seed=_SEED) / n
-    drawn = split.weights * np.abs(np.einsum("dr,rmn->dmn", weights, amplitudes)) ** 2
+
+    def draws() -> FloatArray:
+        """Coherent part of every draw; the amplitudes of all runs are not kept twice for it."""
+        weights = multinomial_counts(n, N_DRAWS, seed=_SEED) / n
+        drawn = np.einsum("dr,rmn->dmn", weights, split.amplitudes[rows])
+        return np.asarray(split.weights * np.abs(drawn) ** 2 - noise_square)[:, None]
+
     return CellTable(
         runs=(run,),
         patterns=split.names,
@@ -136,6 +114,6 @@ def _run_table(run: str, amplitudes: ComplexArray, split: PatternSplit, noise: f
         mean_square=mean_square[None],
         coherent=(mean_square - noise_square)[None],
         p_value=p_value[None],
-        draws=(drawn - noise_square)[:, None],
+        draws=draws,
         used=split.weights > 0.0,
     )

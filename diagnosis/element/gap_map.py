@@ -100,7 +100,7 @@ def _line_table(record: ElementRecord, periods: FloatArray, channel: str) -> Cel
         mean_square=mean_square[None, None],
         coherent=(mean_square - noise)[None, None],
         p_value=fisher_f.sf(ratio, degrees, degrees * (n - 1))[None, None],
-        draws=(np.abs(weights @ amplitudes) ** 2 / 2.0 - noise)[:, None, None],
+        draws=lambda: (np.abs(weights @ amplitudes) ** 2 / 2.0 - noise)[:, None, None],
         bands_hz=np.column_stack([line_hz, line_hz]),
     )
 
@@ -128,6 +128,6 @@ def _band_table(
         mean_square=power[None, None] / n_samples,
         coherent=(power - noise)[None, None] / n_samples,
         p_value=chi2.sf(power / max(variance, np.finfo(float).tiny), lines)[None, None],
-        draws=((counts @ squares - noise) / n_samples)[:, None, None],
+        draws=lambda: ((counts @ squares - noise) / n_samples)[:, None, None],
         bands_hz=bands_hz,
     )

@@ -5,7 +5,7 @@ of a cell is ``coherent / sum of coherent``; its interval comes from bootstrap d
 repetitions (revolutions, periods or blocks), p-values are adjusted for the number of cells.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import overload
 
@@ -35,8 +35,9 @@ class CellTable:
         Shaft orders, lines, or middles of bands.
     mean_square, coherent, p_value : ndarray, shape (n_runs, n_patterns, n_orders)
         Mean square of the gap; the same less the noise; probability without a gap, not adjusted.
-    draws : ndarray, shape (N_DRAWS, n_runs, n_patterns, n_orders)
-        Coherent part in bootstrap draws of the repetitions.
+    draws : callable
+        Coherent part in bootstrap draws of the repetitions, shape (N_DRAWS, n_runs, n_patterns,
+        n_orders); made when the intervals are, for those of many runs are more than their map.
     bands_hz : ndarray, shape (n_orders, 2), optional
         Ends of the band behind every order [Hz].
     used : ndarray of bool, shape (n_patterns, n_orders), optional
@@ -49,7 +50,7 @@ class CellTable:
     mean_square: FloatArray
     coherent: FloatArray
     p_value: FloatArray
-    draws: FloatArray
+    draws: Callable[[], FloatArray]
     bands_hz: FloatArray | None = None
     used: BoolArray | None = None
 
@@ -113,36 +114,31 @@ def gap_cells(tables: Sequence[CellTable]) -> Sequence[GapCell]:
     Parameters
     ----------
     tables : sequence of CellTable
-        Every run in one of them; looked through twice, one table at a time. Where one is drawn, the
-        others stay as they are.
+        Every run in one of them. Where one is drawn, the others stay as they are.
 
     Returns
     -------
     sequence of GapCell
         Every used cell; shares are NaN where the coherent parts add up to nothing.
     """
-    total = 0.0
-    chances = []
-    for table in tables:
-        total += float(table.coherent.sum())
-        chances.append(table.p_value[table.is_used()])
-    if not chances:
+    if not tables:
         return ()
-    p_values = adjusted(np.concatenate(chances))
+    total = sum(float(table.coherent.sum()) for table in tables)
+    p_values = adjusted(np.concatenate([table.p_value[table.is_used()] for table in tables]))
     runs: dict[str, int] = {}
     patterns: dict[str, int] = {}
     places = []
     values = []
     first = 0
-    for table, own in zip(tables, chances, strict=True):
+    for table in tables:
         used = np.argwhere(table.is_used())
         of_runs = np.array([runs.setdefault(name, len(runs)) for name in table.runs])
         of_patterns = np.array(
             [patterns.setdefault(name, len(patterns)) for name in table.patterns]
         )
         places.append(np.column_stack([of_runs[used[:, 0]], of_patterns[used[:, 1]]]))
-        values.append(_values(table, used, total, p_values[first : first + own.size]))
-        first += own.size
+        values.append(_values(table, used, total, p_values[first : first + len(used)]))
+        first += len(used)
     every = np.concatenate(values)
     largest = np.argsort(-every[:, _COHERENT], kind="stable")
     return GapMap(tuple(runs), tuple(patterns), np.concatenate(places)[largest], every[largest])
@@ -170,7 +166,8 @@ def _values(table: CellTable, used: IntArray, total: float, p_values: FloatArray
 def _share_intervals(table: CellTable, total: float) -> tuple[FloatArray, FloatArray]:
     """Both ends of the 95 % interval of every share; each draw has its own total."""
     others = total - float(table.coherent.sum())
-    drawn_total = table.draws.sum(axis=(1, 2, 3), keepdims=True) + others
-    shares = table.draws / np.where(drawn_total == 0.0, np.nan, drawn_total)
+    draws = table.draws()
+    drawn_total = draws.sum(axis=(1, 2, 3), keepdims=True) + others
+    shares = draws / np.where(drawn_total == 0.0, np.nan, drawn_total)
     low, high = np.quantile(shares, (0.025, 0.975), axis=0)
     return low, high

@@ -150,7 +150,7 @@ def mounting_gap_cells(
         mean_square=power / n_samples,
         coherent=(power - noise_power) / n_samples,
         p_value=chi2.sf(ratio, degrees),
-        draws=np.stack(draws, axis=1) / n_samples,
+        draws=lambda: np.stack(draws, axis=1) / n_samples,
         bands_hz=np.column_stack([edges_hz[:-1], edges_hz[1:]]),
     )
     return gap_cells([table])

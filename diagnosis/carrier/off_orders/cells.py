@@ -26,28 +26,34 @@ def off_order_tables(found: OffOrders) -> Iterator[CellTable]:
     CellTable
         One a run; orders are turns of the carrier's, whatever the line keeps.
     """
-    names = tuple(channel.name for channel in found.campaign.channels)
+    if not found.members:
+        return
     rng = np.random.default_rng(_SEED)
-    for r, (run, speed) in enumerate(found.speeds.items()):
-        if not found.members:
-            return
-        rows = [_line_rows([found.lines[k] for k in own], r, rng) for own in found.members]
-        mean_square, noise, draws = (np.stack(parts, axis=-1) for parts in zip(*rows, strict=True))
-        shown = np.array([motion.channels for motion in found.motions], dtype=object)
-        used = np.array([[name in channels for channels in shown] for name in names])
-        p_value = np.array([motion.p_value for motion in found.motions])
-        first = [found.lines[own[0]] for own in found.members]
-        yield CellTable(
-            runs=(run,),
-            patterns=names,
-            orders=np.array([_order(line, speed) for line in first]),
-            mean_square=mean_square[None],
-            coherent=(mean_square - noise)[None],
-            p_value=np.broadcast_to(p_value, mean_square.shape)[None],
-            draws=(draws - noise)[:, None],
-            bands_hz=np.array([_band(found, own, speed) for own in found.members]),
-            used=used,
-        )
+    for number, run in enumerate(found.speeds):
+        yield _run_table(found, number, run, rng)
+
+
+def _run_table(found: OffOrders, number: int, run: str, rng: np.random.Generator) -> CellTable:
+    """Cells of one run, the first one's number being zero."""
+    names = tuple(channel.name for channel in found.campaign.channels)
+    speed = found.speeds[run]
+    rows = [_line_rows([found.lines[k] for k in own], number, rng) for own in found.members]
+    mean_square, noise, draws = (np.stack(parts, axis=-1) for parts in zip(*rows, strict=True))
+    shown = np.array([motion.channels for motion in found.motions], dtype=object)
+    used = np.array([[name in channels for channels in shown] for name in names])
+    p_value = np.array([motion.p_value for motion in found.motions])
+    first = [found.lines[own[0]] for own in found.members]
+    return CellTable(
+        runs=(run,),
+        patterns=names,
+        orders=np.array([_order(line, speed) for line in first]),
+        mean_square=mean_square[None],
+        coherent=(mean_square - noise)[None],
+        p_value=np.broadcast_to(p_value, mean_square.shape)[None],
+        draws=lambda: (draws - noise)[:, None],
+        bands_hz=np.array([_band(found, own, speed) for own in found.members]),
+        used=used,
+    )
 
 
 def _line_rows(

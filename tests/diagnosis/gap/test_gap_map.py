@@ -18,7 +18,7 @@ from carrierflex.identification.estimation.resampling import multinomial_counts
 def table(run, coherent, *, p_value=1e-6, spread=0.0):
     """Two patterns by two orders; draws scatter about the coherent part."""
     coherent = np.array(coherent, dtype=float)[None]
-    rng = np.random.default_rng(0)
+    drawn = coherent * (1.0 + spread * np.random.default_rng(0).standard_normal((N_DRAWS, 1, 2, 2)))
     return CellTable(
         runs=(run,),
         patterns=("m=0", "m=2"),
@@ -26,7 +26,7 @@ def table(run, coherent, *, p_value=1e-6, spread=0.0):
         mean_square=coherent + 1.0,
         coherent=coherent,
         p_value=np.full(coherent.shape, p_value),
-        draws=coherent * (1.0 + spread * rng.standard_normal((N_DRAWS, 1, 2, 2))),
+        draws=lambda: drawn,
     )
 
 
