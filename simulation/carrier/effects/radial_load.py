@@ -8,6 +8,7 @@ that turn round with the load, and bearings that rest on opposite sides until th
 weight presses each of them with.
 """
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -27,7 +28,7 @@ _LOAD_NODES = np.geomspace(0.02, 4.0, 9)
 #: finer, for a larger weight stays where it is and one below every load of a record is a jump.
 _WEIGHT_NODES = np.geomspace(0.04, 3.2, 13)
 #: Load F_s that a bearing yields to beside its weight, over that weight: bearings of the stage are
-#: far stiffer, and no verdict on its readings hangs on 0.02 to 0.3 (docs/stage_model.md).
+#: far stiffer; 0.02 to 0.3 predict a load case from the others alike (docs/stage_model.md).
 _YIELDING = 0.2
 
 
@@ -49,8 +50,8 @@ def _clearance_rocking(
     sensor: RimSensor, inputs: CarrierInputs, rig: CarrierRig, W_1: float, W_2: float
 ) -> FloatArray:
     """Tilt of axial, then shift of radial sensors by two bearings that weight presses apart."""
-    first = _pressed_bearing(sensor, inputs, rig, W_1, side=1.0)
-    return first + _pressed_bearing(sensor, inputs, rig, W_2, side=-1.0)
+    first, second = _PRESSED_APART
+    return first(sensor, inputs, rig, W_1) + second(sensor, inputs, rig, W_2)
 
 
 def _pressed_bearing(
@@ -59,6 +60,9 @@ def _pressed_bearing(
     """Half the signal of the bearing that weight presses to a side as a radial load `W` [N]."""
     load = patterns.saturated_load(inputs.ntl_y, inputs.ntl_z, _YIELDING * W, side * W)
     return _tilt_and_shift(sensor, *(0.5 * side * np.array(load)))
+
+
+_PRESSED_APART = (partial(_pressed_bearing, side=1.0), partial(_pressed_bearing, side=-1.0))
 
 
 def _tilt_and_shift(sensor: RimSensor, along_y: FloatArray, along_z: FloatArray) -> FloatArray:
@@ -113,18 +117,13 @@ CLEARANCE_ROCKING = Effect(
     parameters=(
         *angles("phi_R"),
         *lengths("r_R", scale=1e-4),
-        *(
-            EffectParameter(name, "N", 1.0, 1e8, 5e4, shape=True, is_unseen_below=True)
-            for name in ("W_1", "W_2")
-        ),
+        replace(_LIMITING_LOAD, name="W_1"),
+        replace(_LIMITING_LOAD, name="W_2"),
     ),
     signature="order 0, m = +1 and -1, the same for both signs of the radial load, with a limit",
     pattern=_clearance_rocking,
     shape_nodes=_weight_nodes,
-    shape_parts=(
-        partial(_pressed_bearing, side=1.0),
-        partial(_pressed_bearing, side=-1.0),
-    ),
+    shape_parts=_PRESSED_APART,
     aliases=others("clearance_rocking", STATIC),
     discriminating_experiment=(
         "radial loads of five sizes and both signs: a tilt that both signs take away alike"

@@ -48,8 +48,10 @@ RANGES = {
 }
 #: Searched by their logarithm: the range spans decades.
 _LOGARITHMIC = ("axial_stiffness", "tilt_stiffness", "upwind_radial", "downwind_radial")
-#: Angles of a turn, points of the hypercube, of which the best are starts, steps of each search.
-_ANGLES, _POINTS, _STEPS = 8, 48, 40
+#: Angles of a turn.
+_ANGLES = 8
+#: Points of the hypercube, of which the best are starts, and steps of each search.
+_POINTS, _STEPS = 48, 40
 #: Difference for the gradient, share of a range: contacts settle to a few nanometres.
 _DIFFERENCE = 1e-3
 
