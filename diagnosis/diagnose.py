@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 
 from carrierflex.diagnosis.class_verdict import joint_verdict
 from carrierflex.diagnosis.classes.answer import WithClasses
-from carrierflex.diagnosis.comparison.declared_gains import LOADS_AS_READ, WithGains
 from carrierflex.diagnosis.comparison.overlay import Overlaid, SignalComparison
 from carrierflex.diagnosis.comparison.pictures import Picture
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, Signatures
@@ -28,7 +27,7 @@ from carrierflex.diagnosis.inference.forward_selection import (
 )
 from carrierflex.diagnosis.inference.gap_reduction import gap_reduction
 from carrierflex.diagnosis.inference.joint_selection import select_jointly
-from carrierflex.diagnosis.inference.named_values import named_values
+from carrierflex.diagnosis.inference.named_values import published_values
 from carrierflex.diagnosis.inference.results import (
     NAMING,
     NONE_OF_THESE,
@@ -164,7 +163,14 @@ def _judged(
         explainable=explainable,
     )
     attribution = _attribution(
-        search, screened, selection, classes, kind_of_verdict, explainable, far
+        search,
+        screened,
+        selection,
+        classes,
+        kind_of_verdict,
+        explainable,
+        far,
+        floor_is_measured=floor_is_measured,
     )
     diagnosis = Diagnosis(
         campaign=campaign,
@@ -263,18 +269,25 @@ def _attribution(
     kind_of_verdict: str,
     explainable: float,
     far: GapReduction,
+    *,
+    floor_is_measured: bool,
 ) -> Attribution:
-    fit = search.score(selection.accepted).fit
-    gains = search.problem.gains if isinstance(search.problem, WithGains) else None
+    limits = search.thresholds
+    published = published_values(
+        search.problem,
+        search.score(selection.accepted).fit,
+        floor_ratio=limits.floor_ratio if floor_is_measured else limits.floor_ratio_estimated,
+    )
     return Attribution(
         effects=tuple(step.added for step in far.steps[1:]) if kind_of_verdict in NAMING else (),
         aliases=tuple(members for members in classes if len(members) > 1),
-        parameters=named_values(fit, few_blocks=gains is not None),
+        parameters=published.parameters,
         ranking=selection.ranking,
         screen=screened,
         explainable=explainable,
         discriminating_experiment="",
-        gains=gains.words if gains else LOADS_AS_READ,
+        gains=published.gains,
+        undetermined=published.undetermined,
     )
 
 

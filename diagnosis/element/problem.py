@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.declared_gains import DeclaredGains
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
@@ -35,9 +36,11 @@ from carrierflex.diagnosis.comparison.user_laws import force_library
 from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, KIND, NEGATIVE_CONTROLS
 from carrierflex.diagnosis.element.channel_noise import carried_noise, noise_variance
 from carrierflex.diagnosis.element.classes.answer import element_class_answer
+from carrierflex.diagnosis.element.classes.drive_in_time import has_one_frequency
+from carrierflex.diagnosis.element.classes.fitted_force import parameter_shift
 from carrierflex.diagnosis.element.classes.floor import believable_noise
 from carrierflex.diagnosis.element.classes.measured_laws import law_cards
-from carrierflex.diagnosis.element.classes.table import ElementTable
+from carrierflex.diagnosis.element.classes.table import ElementTable, element_table
 from carrierflex.diagnosis.element.experiments import element_experiments
 from carrierflex.diagnosis.element.gap_findings import element_findings, element_scalars
 from carrierflex.diagnosis.element.gap_map import element_gap_cells
@@ -48,6 +51,7 @@ from carrierflex.diagnosis.element.records import ElementRecord, element_records
 from carrierflex.diagnosis.element.score_cells import ScoreCells, score_cells, segment_squares
 from carrierflex.diagnosis.element.signatures import Column, element_signatures, signature_columns
 from carrierflex.diagnosis.element.starts import element_starts
+from carrierflex.diagnosis.element.wiring.one_frequency import delay_at_one_frequency
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.simulation.element.drives import BASE, BY_FORCE, FORCE, FREE_DECAY, PER_MASS
@@ -229,9 +233,42 @@ class ElementProblem:
 
     def class_answer(self) -> ClassAnswer | None:
         """Class of the missing effect."""
+        if self.class_table is None:
+            return None
         return element_class_answer(
-            self.model, self.records, self.noise, self.noise_note, self.table
+            self.model, self.records, self.noise, self.noise_note, self.class_table
         )
+
+    @cached_property
+    def class_table(self) -> ElementTable | None:
+        """Table of the classes; None where the records are too short for it."""
+        if self.table is not None:
+            return self.table
+        return element_table(self.model, self.records, self.noise, ClassConstants())
+
+    @property
+    def signal_square(self) -> float:
+        """Sum of squares of the response about its mean, all runs."""
+        responses = [record.response[record.counts] for record in self.records]
+        return float(sum(np.sum((own - own.mean()) ** 2) for own in responses))
+
+    @cached_property
+    def has_one_frequency(self) -> bool:
+        """Whether one and the same frequency drives all runs."""
+        return has_one_frequency([(own.drive[own.counts], own.step) for own in self.records])
+
+    def discrepancy_shift(self, effects: Effects, theta: FloatArray) -> FloatArray:
+        """Shift of the parameters beside a discrepancy; zero without a table of the classes."""
+        parameters = self.parameters(effects)
+        if self.class_table is None:
+            return np.zeros(len(parameters))
+        return parameter_shift(self.model, self.class_table, parameters, theta)
+
+    def delay_words(self, theta: FloatArray) -> str:
+        """What a delay of half a sample does to the damping at one frequency."""
+        if not self.has_one_frequency:
+            return ""
+        return delay_at_one_frequency(self.model, self.records, theta)
 
     @cached_property
     def _columns(self) -> tuple[Column, ...]:

@@ -1,15 +1,138 @@
 """Fitted parameters as they are published: by effect and name, tilts by size and direction."""
 
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
 import numpy as np
 
-from carrierflex.diagnosis.comparison.problem import Parameter
+from carrierflex.diagnosis.comparison.declared_gains import LOADS_AS_READ, WithGains
+from carrierflex.diagnosis.comparison.discrepancy import WithDiscrepancy
+from carrierflex.diagnosis.comparison.problem import BASELINE, ComparisonProblem, Parameter
 from carrierflex.diagnosis.inference.effect_fit import EffectFit, parameter_key
-from carrierflex.diagnosis.inference.intervals import NORMAL_95, small_sample_factor
+from carrierflex.diagnosis.inference.intervals import (
+    NORMAL_95,
+    KnownCombination,
+    Systematics,
+    known_combination,
+    small_sample_factor,
+    systematic_variance,
+    undetermined,
+)
 from carrierflex.diagnosis.inference.results import NamedValue
 from carrierflex.identification.estimation.polar_pair import polar_values
 
 
-def named_values(fit: EffectFit, *, few_blocks: bool = False) -> dict[str, dict[str, NamedValue]]:
+@dataclass(frozen=True, eq=False)
+class PublishedValues:
+    """Parameters of a fit and what is said of them.
+
+    Parameters
+    ----------
+    parameters : mapping of str to mapping of str to NamedValue
+        Values by effect and name.
+    gains : str
+        What the intervals hold of the gains and delays of the signals.
+    undetermined : tuple of str
+        What the records do not determine.
+    """
+
+    parameters: Mapping[str, Mapping[str, NamedValue]]
+    gains: str
+    undetermined: tuple[str, ...]
+
+
+def published_values(
+    problem: ComparisonProblem, fit: EffectFit, *, floor_ratio: float
+) -> PublishedValues:
+    """Parameters of a fit with everything that is known of their errors.
+
+    Parameters
+    ----------
+    problem : ComparisonProblem
+        Records and simulator.
+    fit : EffectFit
+        Fitted set.
+    floor_ratio : float
+        Mean square over the floor up to which the verdict is "at the noise floor".
+    """
+    gains = problem.gains if isinstance(problem, WithGains) else None
+    words = gains.words if gains else LOADS_AS_READ
+    if not isinstance(problem, WithDiscrepancy):
+        return PublishedValues(named_values(fit, few_blocks=gains is not None), words, ())
+    systematics = Systematics(
+        shift=problem.discrepancy_shift(fit.effects, fit.theta),
+        hidden_square=(floor_ratio - 1.0) * float(problem.noise_square.sum()),
+        signal_square=problem.signal_square,
+    )
+    values = named_values(fit, few_blocks=gains is not None, systematics=systematics)
+    delay = problem.delay_words(fit.theta)
+    return PublishedValues(
+        values,
+        "; ".join(text for text in (words, delay) if text),
+        tuple(_undetermined_words(fit, values, systematics, problem.has_one_frequency)),
+    )
+
+
+def _undetermined_words(
+    fit: EffectFit,
+    values: Mapping[str, Mapping[str, NamedValue]],
+    systematics: Systematics,
+    has_one_frequency: bool,
+) -> Iterator[str]:
+    """What the records do not tell of the parameters, and the combination that they do."""
+    keys = [parameter_key(parameter) for parameter in fit.parameters]
+    free = {
+        key: k
+        for k, (key, parameter) in enumerate(zip(keys, fit.parameters, strict=True))
+        if parameter.lower < parameter.upper
+    }
+    unknown = [key for key in free if np.isnan(values.get(key[0], {}).get(key[1], _SOME).std)]
+    stiffness, mass = (BASELINE, "K1"), (BASELINE, "m")
+    both = stiffness in free and mass in free
+    if both and (has_one_frequency or {stiffness, mass} <= set(unknown)):
+        known = known_combination(fit, (free[stiffness], free[mass]), systematics)
+        if known.factor > 0.0:
+            yield _at_one_frequency(known, is_all={stiffness, mass} <= set(unknown))
+            unknown = [key for key in unknown if key not in (stiffness, mass)]
+    if len(unknown) == 2:
+        known = known_combination(fit, (free[unknown[0]], free[unknown[1]]), systematics)
+        first, second = known.names
+        sign = "-" if known.factor > 0.0 else "+"
+        yield (
+            f"{first} and {second} are not determined one by one: these records know "
+            f"{first} {sign} {abs(known.factor):.4g} {second} = {_with_half(known)}"
+        )
+    else:
+        yield from (f"{name} is not determined by these records" for _, name in unknown)
+
+
+#: Stands for a value that is not published.
+_SOME = NamedValue(0.0, 0.0, "1", (0.0, 0.0))
+
+
+def _at_one_frequency(known: KnownCombination, *, is_all: bool) -> str:
+    """Words on stiffness less inertia."""
+    frequency = np.sqrt(known.factor) / (2.0 * np.pi)
+    text = f"K1 - m w² = {_with_half(known)} at {frequency:.4g} Hz"
+    if is_all:
+        return (
+            f"m and K1 are not determined one by one: these records know {text}; give the mass or "
+            "drive a second frequency"
+        )
+    return f"of m and K1 these records know best {text}"
+
+
+def _with_half(known: KnownCombination) -> str:
+    half = NORMAL_95 * known.value.std
+    if not (np.isfinite(half) and half > 0.0):
+        return f"{known.value.value:.5g} {known.value.unit}"
+    decimals = max(0, 1 - int(np.floor(np.log10(half))))
+    return f"{known.value.value:.{decimals}f} ± {half:.{decimals}f} {known.value.unit} (95 %)"
+
+
+def named_values(
+    fit: EffectFit, *, few_blocks: bool = False, systematics: Systematics | None = None
+) -> dict[str, dict[str, NamedValue]]:
     """Values of a fit by effect and name, each with its 95 % interval.
 
     Parameters
@@ -19,6 +142,8 @@ def named_values(fit: EffectFit, *, few_blocks: bool = False) -> dict[str, dict[
     few_blocks : bool
         Whether the blocks are few beside the parameters: Student's t in place of the normal
         quantile (see :func:`~carrierflex.diagnosis.inference.intervals.small_sample_factor`).
+    systematics : Systematics, optional
+        What moves the parameters beside noise and gains; without, nothing.
 
     Returns
     -------
@@ -26,10 +151,16 @@ def named_values(fit: EffectFit, *, few_blocks: bool = False) -> dict[str, dict[
         Two components ``(a, b)`` of a vector appear as its size ``|(a, b)|`` and its angle
         ``atan2(b, a)`` [rad], errors by the delta method. Amplitudes that move no sample of these
         records (a radial shift where every sensor reads along the axis) are left out: their
-        intervals would be rounding.
+        intervals would be rounding. The interval is not a number where the records do not determine
+        the parameter.
     """
     factor = small_sample_factor(fit) if few_blocks else 1.0
     covariance = factor**2 * fit.covariance
+    if systematics is not None:
+        # The sandwich is zero along a direction that the records do not determine.
+        covariance = covariance + np.diag(systematic_variance(fit, systematics))
+        unknown = undetermined(fit, np.diag(covariance), systematics)
+        covariance[unknown], covariance[:, unknown] = np.nan, np.nan
     numbers = {parameter_key(parameter): k for k, parameter in enumerate(fit.parameters)}
     values: dict[str, dict[str, NamedValue]] = {}
     for k, parameter in enumerate(fit.parameters):

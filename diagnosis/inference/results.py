@@ -119,6 +119,8 @@ class Attribution:
     gains : str
         What the intervals of the parameters hold of the signals' gains, and what they take as it
         is read.
+    undetermined : tuple of str
+        Parameters that the records do not determine, in words, and the combination that they do.
     """
 
     effects: Effects
@@ -129,6 +131,7 @@ class Attribution:
     explainable: float
     discriminating_experiment: str
     gains: str = ""
+    undetermined: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -57,6 +57,7 @@ def diagnosis_document(diagnosis: Diagnosis) -> dict[str, Any]:
         "aliases": which.aliases,
         "parameters": which.parameters,
         "gains": which.gains or None,
+        "undetermined": which.undetermined,
         "ranking": _ranking(which),
         "where": _cells(reduction.cells_before if reduction else ()),
         "where_text": where_text(diagnosis),

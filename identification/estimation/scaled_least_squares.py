@@ -73,6 +73,28 @@ def normal_inverse(gram: Array) -> Array:
     return np.asarray(np.linalg.pinv(gram / outer, rcond=DEPENDENT, hermitian=True) / outer)
 
 
+def full_inverse(gram: Array) -> Array:
+    """Inverse of a Gram matrix with every direction in it, shape (n, n).
+
+    Parameters
+    ----------
+    gram : ndarray, shape (n, n)
+        ``A.T A`` of a design A.
+
+    Returns
+    -------
+    ndarray
+        Where :func:`normal_inverse` is zero along a direction that the data do not determine, this
+        one is as large as that direction is free; a direction that is singular to rounding is as
+        free as rounding tells.
+    """
+    length = column_lengths(gram)
+    outer = np.outer(length, length)
+    squares, directions = np.linalg.eigh(gram / outer)
+    least = length.size * np.finfo(np.float64).eps * squares[-1]
+    return np.asarray((directions / np.maximum(squares, least)) @ directions.T / outer)
+
+
 def design_solution(design: Array, target: Array) -> Array:
     """Minimum-norm least-squares solution of ``design x = target`` in columns of unit length.
 

@@ -228,6 +228,7 @@ class DiagnosisDocument(TypedDict):
     aliases: Annotated[Sequence[Effects], "Effects, and errors of wiring, not to be told apart"]
     parameters: Annotated[Mapping[str, Mapping[str, NamedValue]], "Values by effect and name"]
     gains: Annotated[str | None, "What the intervals hold of the signals' gains"]
+    undetermined: Annotated[Sequence[str], "What the records do not determine, in words"]
     ranking: Annotated[Sequence[Tried], "Sets that were tried, best first"]
     where: Annotated[Sequence[Cell], "Largest cells of the gap"]
     where_text: Annotated[str, "Where the gap lies, in words"]

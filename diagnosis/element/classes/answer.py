@@ -3,13 +3,14 @@
 from collections.abc import Sequence
 from functools import partial
 
-import numpy as np
-
 from carrierflex.diagnosis.classes.answer import class_answer
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.classes.drive_in_time import is_separable_from_time
+from carrierflex.diagnosis.element.classes.drive_in_time import (
+    has_one_frequency,
+    is_separable_from_time,
+)
 from carrierflex.diagnosis.element.classes.laws import (
     DELAY,
     DRIVE_SIDE,
@@ -31,8 +32,6 @@ _ONE_FREQUENCY_NOTE = (
 )
 #: Ratio of two levels that are one; levels that are meant to differ do so by a quarter and more.
 _SAME_LEVEL = 1.1
-#: Bins of a spectrum that one line takes at most, by participation, through the Hann window.
-_LINE_BINS = 3.0
 
 
 def element_class_answer(
@@ -97,29 +96,14 @@ def _note_of_time(own: ElementTable, constants: ClassConstants) -> str:
     """Why a slow change with time cannot be told in these records; empty where it can."""
     if not is_separable_from_time(own.records, constants.separable_from_drive):
         return _DRIVE_NOTE
-    return _ONE_FREQUENCY_NOTE if has_one_frequency(own) else ""
+    return _ONE_FREQUENCY_NOTE if _has_one_frequency(own) else ""
+
+
+def _has_one_frequency(own: ElementTable) -> bool:
+    return has_one_frequency([(one.record.drive[one.counts], one.step) for one in own.records])
 
 
 def has_one_level(own: ElementTable) -> bool:
     """Whether every run is driven as hard: a law is then a curve through one point."""
     sizes = [float(record.record.drive[record.counts].std()) for record in own.records]
     return max(sizes) <= _SAME_LEVEL * min(sizes)
-
-
-def has_one_frequency(own: ElementTable) -> bool:
-    """Whether every run is driven at one and the same frequency.
-
-    Then the band of the motion holds one line, whose height and phase alone splines of time fit.
-    A line through the Hann window takes two bins by participation (and 2.2 at most, between two
-    bins); two equal lines apart take four.
-    """
-    places = []
-    for record in own.records:
-        u = record.record.drive[record.counts]
-        power = np.abs(np.fft.rfft((u - u.mean()) * np.hanning(u.size))) ** 2
-        if power.sum() ** 2 >= _LINE_BINS * np.square(power).sum():
-            return False
-        width = 1.0 / (u.size * record.step)
-        places.append((width * float(np.argmax(power)), width))
-    low, high = min(places), max(places)
-    return high[0] - low[0] <= low[1] + high[1]

@@ -13,6 +13,8 @@ _WINDOWS = 40
 _FEWEST_IN_WINDOW = 4
 #: Splines of time: five do not imitate a stiffness that differs from run to run.
 _N_TIME = 5
+#: Bins of a spectrum that one line takes at most, by participation, through the Hann window.
+_LINE_BINS = 3.0
 _SMALLEST = np.finfo(float).tiny
 
 
@@ -68,3 +70,31 @@ def _r_squared(design: FloatArray, target: FloatArray) -> float:
     degrees = max(target.size - np.linalg.matrix_rank(design), 1)
     left = float(np.sum((target - design @ c) ** 2)) / degrees
     return 1.0 - left / (total / target.size)
+
+
+def has_one_frequency(drives: Sequence[tuple[FloatArray, float]]) -> bool:
+    """Whether every run is driven at one and the same frequency.
+
+    Then the band of the motion holds one line, whose height and phase alone splines of time fit.
+    A line through the Hann window takes two bins by participation (and 2.2 at most, between two
+    bins); two equal lines apart take four.
+
+    Parameters
+    ----------
+    drives : sequence of (ndarray, float)
+        Drive of each run at the samples that count, and its step [s].
+
+    Returns
+    -------
+    bool
+        False where a run is not driven at all.
+    """
+    places = []
+    for u, step in drives:
+        power = np.abs(np.fft.rfft((u - u.mean()) * np.hanning(u.size))) ** 2
+        if power.sum() ** 2 >= _LINE_BINS * np.square(power).sum():
+            return False
+        width = 1.0 / (u.size * step)
+        places.append((width * float(np.argmax(power)), width))
+    low, high = min(places), max(places)
+    return high[0] - low[0] <= low[1] + high[1]

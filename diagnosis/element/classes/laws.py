@@ -120,7 +120,7 @@ def law_columns(model: ElementModel, own: ForceRecord, law: str, size: MotionSiz
     if law == "sensor_delay":
         return _delayed(own, is_force=model.by_force)[None]
     if law == "maxwell_branch":
-        taus = _TAUS * size.time
+        taus = shapes_of(law, size)
         return relaxing_branches(own.x, taus, own.step, from_rest=own.from_rest)[:, None]
     if law == "elasto_plastic_friction":
         return stops(own.x, yields(size), from_rest=own.from_rest)[:, None]
@@ -128,6 +128,20 @@ def law_columns(model: ElementModel, own: ForceRecord, law: str, size: MotionSiz
     if static is not None:
         return static
     return _user_law(model, own, law)
+
+
+def shapes_of(law: str, size: MotionSize) -> FloatArray:
+    """Shapes at which a law with one stands in the table, ascending, shape (n_shapes,).
+
+    Gap [m], speed of the rise [m/s], yield deflection [m], relaxation time [s].
+    """
+    shapes: Mapping[str, FloatArray] = {
+        "backlash": _GAPS * max(abs(size.low), abs(size.high)),
+        "stribeck_friction": _RISE_SPEEDS * size.speed,
+        "elasto_plastic_friction": yields(size),
+        "maxwell_branch": _TAUS * size.time,
+    }
+    return shapes[law]
 
 
 def _delayed(own: ForceRecord, *, is_force: bool) -> FloatArray:
@@ -161,10 +175,9 @@ def static_law(law: str, x: FloatArray, v: FloatArray, size: MotionSize) -> Floa
     if law in simple:
         return np.array(simple[law])[None]
     if law == "backlash":
-        gaps = _GAPS * max(abs(size.low), abs(size.high))
-        return np.array([[-np.clip(x, -gap, gap)] for gap in gaps])
+        return np.array([[-np.clip(x, -gap, gap)] for gap in shapes_of(law, size)])
     if law == "stribeck_friction":
-        speeds = _RISE_SPEEDS * size.speed
+        speeds = shapes_of(law, size)
         return np.array([[sign, sign * np.exp(-((v / own) ** 2))] for own in speeds])
     return None
 
