@@ -15,11 +15,10 @@ References
 """
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from carrierflex.diagnosis.classes.gram_table import GramTable
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.identification.estimation.scaled_least_squares import normal_inverse
+from carrierflex.identification.estimation.scaled_least_squares import full_inverse, normal_inverse
 
 
 def discrepancy_shift(table: GramTable, J: FloatArray, *, independent_samples: float) -> FloatArray:
@@ -41,16 +40,15 @@ def discrepancy_shift(table: GramTable, J: FloatArray, *, independent_samples: f
     """
     G = table.total
     columns = np.concatenate([table.groups[name].columns for name in table.ceiling])
-    free = (J != 0.0).any(axis=0)
-    J = J[:, free]
+    columns = columns[np.diag(G)[columns] > 0.0]
+    # Zero for a parameter without a derivative.
     A_inverse = normal_inverse(J.T @ G @ J)
     coupling = J.T @ G[:, columns]
     fitted = A_inverse @ (J.T @ G[:, 0])
     floor = float(table.floor.sum())
     above_floor = G[0, 0] - fitted @ (J.T @ G[:, 0]) - floor
-    shift = np.zeros(free.size)
     if not above_floor > 0.0:
-        return shift
+        return np.zeros(J.shape[1])
     products = G[np.ix_(columns, columns)]
     energy = np.diag(products)
     left = products - coupling.T @ A_inverse @ coupling
@@ -58,6 +56,5 @@ def discrepancy_shift(table: GramTable, J: FloatArray, *, independent_samples: f
     tau_square = above_floor / (columns.size * share_beyond * energy)
     ridge = floor / independent_samples / tau_square
     target = G[columns, 0] - coupling.T @ fitted
-    c = cho_solve(cho_factor(left + np.diag(ridge)), target)
-    shift[free] = -A_inverse @ (coupling @ c)
-    return shift
+    c = full_inverse(left + np.diag(ridge)) @ target
+    return np.asarray(-A_inverse @ (coupling @ c))

@@ -1,15 +1,20 @@
-"""Noise of the channel of an element: declared, of what repeats, or of the spectrum's top."""
+"""Noise and gains of the signals of an element.
+
+Noise is declared, of what repeats, or of the spectrum's top; gains are declared.
+"""
 
 from collections.abc import Sequence
 
 import numpy as np
 from scipy.signal import welch
 
+from carrierflex.diagnosis.comparison.declared_gains import DeclaredGains
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord, noise_of_steps, run_in_use
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.signals import pass_gain
+from carrierflex.simulation.element.drives import BY_FORCE, FREE_DECAY
 
 #: Frequencies at which the gain of noise is averaged.
 _FREQUENCIES = 4097
@@ -108,3 +113,18 @@ def carried_noise(model: ElementModel, record: ElementRecord) -> float:
     else:
         gain = stiffness * pass_gain(frequency, record.cutoff_hz)
     return float(record.drive_noise * np.mean(gain**2))
+
+
+def declared_gains(campaign: Campaign) -> DeclaredGains:
+    """What a campaign of kind ``element`` declares of the gains of force and deflection.
+
+    Of a moving base, the input is the force that drives the element; where its channel reads the
+    deflection in space, that of the base is taken as small beside it.
+    """
+    drive, channel = campaign.rig["drive"], campaign.channels[0].gain_std
+    if drive == FREE_DECAY:
+        return DeclaredGains(deflection=channel, force_is_inertia=True)
+    driven = campaign.input_of(next(iter(campaign.contract.inputs))).gain_std
+    if drive in BY_FORCE:
+        return DeclaredGains(force=driven, deflection=channel)
+    return DeclaredGains(force=channel, deflection=driven)

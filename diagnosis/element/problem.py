@@ -34,7 +34,11 @@ from carrierflex.diagnosis.comparison.problem import (
 )
 from carrierflex.diagnosis.comparison.user_laws import force_library
 from carrierflex.diagnosis.element.cards import ELEMENT_CARDS, KIND, NEGATIVE_CONTROLS
-from carrierflex.diagnosis.element.channel_noise import carried_noise, noise_variance
+from carrierflex.diagnosis.element.channel_noise import (
+    carried_noise,
+    declared_gains,
+    noise_variance,
+)
 from carrierflex.diagnosis.element.classes.answer import element_class_answer
 from carrierflex.diagnosis.element.classes.drive_in_time import has_one_frequency
 from carrierflex.diagnosis.element.classes.fitted_force import parameter_shift
@@ -47,14 +51,19 @@ from carrierflex.diagnosis.element.gap_map import element_gap_cells
 from carrierflex.diagnosis.element.linear import element_scale
 from carrierflex.diagnosis.element.model import ElementModel, ElementScale, substeps_for
 from carrierflex.diagnosis.element.pictures import element_loops
-from carrierflex.diagnosis.element.records import ElementRecord, element_records
+from carrierflex.diagnosis.element.records import (
+    ElementRecord,
+    element_records,
+    measured_states,
+    refuse_mixed_units,
+)
 from carrierflex.diagnosis.element.score_cells import ScoreCells, score_cells, segment_squares
 from carrierflex.diagnosis.element.signatures import Column, element_signatures, signature_columns
 from carrierflex.diagnosis.element.starts import element_starts
-from carrierflex.diagnosis.element.wiring.one_frequency import delay_at_one_frequency
+from carrierflex.diagnosis.element.wiring.one_frequency import delay_words
 from carrierflex.diagnosis.gap.findings import GapFindings, Scalar
 from carrierflex.identification.campaign.campaign import Campaign
-from carrierflex.simulation.element.drives import BASE, BY_FORCE, FORCE, FREE_DECAY, PER_MASS
+from carrierflex.simulation.element.drives import BY_FORCE, FORCE, FREE_DECAY, PER_MASS
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
 
 #: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
@@ -266,9 +275,7 @@ class ElementProblem:
 
     def delay_words(self, theta: FloatArray) -> str:
         """What a delay of half a sample does to the damping at one frequency."""
-        if not self.has_one_frequency:
-            return ""
-        return delay_at_one_frequency(self.model, self.records, theta)
+        return delay_words(self.model, self.records, theta) if self.has_one_frequency else ""
 
     @cached_property
     def _columns(self) -> tuple[Column, ...]:
@@ -331,7 +338,7 @@ def element_problem(
     noise, measured = noise_variance(campaign, records)
     drive, mass = campaign.rig["drive"], campaign.rig.get("mass")
     channel = campaign.channels[0]
-    _refuse_mixed_units(campaign)
+    refuse_mixed_units(campaign)
     per_mass = drive in PER_MASS and mass is None
     units = _units(campaign, per_mass=per_mass)
     added = law_cards(measured_laws, units)
@@ -348,7 +355,7 @@ def element_problem(
         substeps=1,
         laws=laws,
         known=known_physics(campaign),
-        states=_measured_states(records) if drive == FREE_DECAY else {},
+        states=measured_states(records) if drive == FREE_DECAY else {},
         per_mass=per_mass,
         gains=declared_gains(campaign),
         friction={law.name: law.friction for law in measured_laws},
@@ -374,28 +381,6 @@ def element_problem(
     )
 
 
-def declared_gains(campaign: Campaign) -> DeclaredGains:
-    """What a campaign of kind ``element`` declares of the gains of force and deflection.
-
-    Of a moving base, the input is the force that drives the element; where its channel reads the
-    deflection in space, that of the base is taken as small beside it.
-    """
-    drive, channel = campaign.rig["drive"], campaign.channels[0].gain_std
-    if drive == FREE_DECAY:
-        return DeclaredGains(deflection=channel, force_is_inertia=True)
-    driven = campaign.input_of(next(iter(campaign.contract.inputs))).gain_std
-    if drive in BY_FORCE:
-        return DeclaredGains(force=driven, deflection=channel)
-    return DeclaredGains(force=channel, deflection=driven)
-
-
-def _measured_states(records: Sequence[ElementRecord]) -> dict[str, tuple[float, float]]:
-    """Deflection and speed at the first sample of every run."""
-    return {
-        record.name: (float(record.motion[0][0]), float(record.motion[1][0])) for record in records
-    }
-
-
 def _units(campaign: Campaign, *, per_mass: bool) -> tuple[str, str]:
     """Units of force and deflection."""
     channel, drive = campaign.channels[0], campaign.rig["drive"]
@@ -403,29 +388,3 @@ def _units(campaign: Campaign, *, per_mass: bool) -> tuple[str, str]:
         return (f"{channel.unit}/s^2" if per_mass else "N"), channel.unit
     input_unit = next(iter(campaign.input_units.values()))
     return (input_unit, channel.unit) if drive == FORCE else (channel.unit, input_unit)
-
-
-def _refuse_mixed_units(campaign: Campaign) -> None:
-    """A voltage analogue declares both units.
-
-    With one of them in SI the parameters would have none that make sense.
-    """
-    if campaign.rig["drive"] == FREE_DECAY:
-        return
-    channel = campaign.channels[0]
-    (input_name, expected), *_ = campaign.contract.inputs.items()
-    declared = campaign.input_units[input_name]
-    foreign = channel.unit != campaign.contract.quantities[channel.quantity]
-    if campaign.rig["drive"] == BASE:
-        base = channel.unit if input_name == "base_displacement" else f"{channel.unit}/s^2"
-        if declared != base:
-            raise ValueError(
-                f"[[channels]]: unit of '{channel.name}' is {channel.unit} and that of the input "
-                f"'{input_name}' is {declared}; expected {base} for the input"
-            )
-    elif foreign != (declared != expected):
-        raise ValueError(
-            f"[[channels]]: unit of '{channel.name}' is {channel.unit} and that of the input "
-            f"'{input_name}' is {declared}; "
-            "expected both in SI units, or both declared as an analogue"
-        )

@@ -19,7 +19,7 @@ from carrierflex.identification.campaign.signals import (
     trusted_frequency,
 )
 from carrierflex.identification.campaign_check.sample_statistics import quantisation_step
-from carrierflex.simulation.element.drives import BY_FORCE, PER_MASS
+from carrierflex.simulation.element.drives import BASE, BY_FORCE, FREE_DECAY, PER_MASS
 
 FloatArray = NDArray[np.float64]
 
@@ -359,3 +359,36 @@ def _blocks(counts: NDArray[np.bool_], period: int, wanted: int) -> tuple[NDArra
     block = np.full(counts.size, -1)
     block[counted] = number
     return block, present.size
+
+
+def measured_states(records: Sequence[ElementRecord]) -> dict[str, tuple[float, float]]:
+    """Deflection and speed at the first sample of every run."""
+    return {
+        record.name: (float(record.motion[0][0]), float(record.motion[1][0])) for record in records
+    }
+
+
+def refuse_mixed_units(campaign: Campaign) -> None:
+    """A voltage analogue declares both units.
+
+    With one of them in SI the parameters would have none that make sense.
+    """
+    if campaign.rig["drive"] == FREE_DECAY:
+        return
+    channel = campaign.channels[0]
+    (input_name, expected), *_ = campaign.contract.inputs.items()
+    declared = campaign.input_units[input_name]
+    foreign = channel.unit != campaign.contract.quantities[channel.quantity]
+    if campaign.rig["drive"] == BASE:
+        base = channel.unit if input_name == "base_displacement" else f"{channel.unit}/s^2"
+        if declared != base:
+            raise ValueError(
+                f"[[channels]]: unit of '{channel.name}' is {channel.unit} and that of the input "
+                f"'{input_name}' is {declared}; expected {base} for the input"
+            )
+    elif foreign != (declared != expected):
+        raise ValueError(
+            f"[[channels]]: unit of '{channel.name}' is {channel.unit} and that of the input "
+            f"'{input_name}' is {declared}; "
+            "expected both in SI units, or both declared as an analogue"
+        )

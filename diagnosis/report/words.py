@@ -259,10 +259,12 @@ def with_error(value: float, std: float) -> tuple[Phrase, Phrase]:
     -------
     tuple of Phrase
         For example ``3.942`` and ``0.013``, or ``5.80e-4`` and ``0.10e-4``; "not determined" where
-        the error is beyond all bounds.
+        the error is not a number or beyond all bounds.
     """
     if not math.isfinite(value):
         return phrase(UNKNOWN), phrase(UNKNOWN)
+    if math.isnan(std):
+        return in_scientific_notation(f"{value:.4g}"), phrase("not determined")
     if not (math.isfinite(std) and std > 0.0):
         return in_scientific_notation(f"{value:.4g}"), phrase(UNKNOWN)
     if std > _UNDETERMINED * abs(value):

@@ -76,6 +76,7 @@ def diagnosis_table(diagnosis: Diagnosis) -> RenderableType:
     rows += [("aliases", " = ".join(members)) for members in which.aliases]
     for effect, values in which.parameters.items():
         rows += [(f"{effect} {n}", _value_text(named)) for n, named in values.items()]
+    rows += [("not determined", text) for text in which.undetermined]
     if reduction is not None:
         rows += _reduction_rows(reduction, diagnosis.unit)
     if which.discriminating_experiment:

@@ -16,9 +16,7 @@ from carrierflex.diagnosis.element.model import ElementModel
 from carrierflex.diagnosis.element.records import ElementRecord
 
 
-def delay_at_one_frequency(
-    model: ElementModel, records: Sequence[ElementRecord], theta: FloatArray
-) -> str:
+def delay_words(model: ElementModel, records: Sequence[ElementRecord], theta: FloatArray) -> str:
     """Words on what half a sample between force and deflection does to the damping.
 
     Parameters

@@ -129,8 +129,8 @@ def test_a_shape_between_those_of_the_table_is_the_law_itself():
     made = sum(J[places].T @ shape for places, shape in zip(law.variants, columns, strict=True))
     rise = np.tanh(record.v / size.rest_speed) * np.exp(-((record.v / v_s) ** 2))
     by_name = dict(zip([parameter.name for parameter in parameters], made, strict=True))
-    # Halfway between two speeds that differ by a factor of two, where the cubic is worst: 4 % of the
-    # largest. The nearest shape of the table alone is 25 % off.
+    # Halfway between two speeds that differ by a factor of two, where the cubic is worst: 4 % of
+    # the largest. The nearest shape of the table alone is 25 % off.
     assert_allclose(by_name["Fs"], rise, atol=0.05)
     assert_allclose(
         by_name["v_s"], 2.0 * rise * 2.0 * record.v**2 / v_s**3, atol=0.1 * np.ptp(by_name["v_s"])

@@ -30,6 +30,7 @@ NAN, INF = float("nan"), float("inf")
         (0.0, 2.8e135, ("0", "not determined")),
         (1e-20, 3.0, ("1e-20", "not determined")),
         (7.0, 0.0, ("7", "–")),
+        (7.0, NAN, ("7", "not determined")),
         (NAN, 1.0, ("–", "–")),
     ],
 )
