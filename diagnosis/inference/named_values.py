@@ -94,8 +94,10 @@ def _undetermined_words(
         if known.factor > 0.0:
             yield _at_one_frequency(known, is_all={stiffness, mass} <= set(unknown))
             unknown = [key for key in unknown if key not in (stiffness, mass)]
-    if len(unknown) == 2:
-        known = known_combination(fit, (free[unknown[0]], free[unknown[1]]), systematics)
+    numbers = [free[key] for key in unknown]
+    # Two springs in parallel are known as their sum; what has different units makes no sum.
+    if len(numbers) == 2 and len({fit.parameters[k].unit for k in numbers}) == 1:
+        known = known_combination(fit, (numbers[0], numbers[1]), systematics)
         first, second = known.names
         sign = "-" if known.factor > 0.0 else "+"
         yield (

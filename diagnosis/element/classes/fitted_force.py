@@ -38,13 +38,37 @@ def parameter_shift(
         Unknowns of a set.
     theta : ndarray, shape (p,)
         The fit, at which the force is taken as linear.
+
+    Returns
+    -------
+    ndarray, shape (p,)
+        Zero where the table does not hold the fitted force: a shape beyond those that it has, or
+        that of a user's law. What its columns then miss would be taken for a discrepancy.
     """
+    if not _holds_shapes(own, parameters, theta):
+        return np.zeros(len(parameters))
     derivatives = force_derivatives(model, own.table, own.bases.size, parameters, theta)
     independent = sum(
         np.count_nonzero(record.counts) * min(1.0, 2.0 * record.band_hz * record.step)
         for record in own.records
     )
     return discrepancy_shift(own.table, derivatives, independent_samples=independent)
+
+
+def _holds_shapes(own: ElementTable, parameters: Sequence[Parameter], theta: FloatArray) -> bool:
+    """Whether the shapes of all laws lie among those of the table."""
+    values = {(p.effect, p.name): float(v) for p, v in zip(parameters, theta, strict=True)}
+    for effect in dict.fromkeys(p.effect for p in parameters):
+        known = _SHAPED.get(effect)
+        if known is None:
+            if any(p.shape for p in parameters if p.effect == effect):
+                return False
+            continue
+        shape = known({name: v for (of, name), v in values.items() if of == effect}, 0.0)[1]
+        shapes = shapes_of(effect, own.bases.size)
+        if not shapes[0] <= shape <= shapes[-1]:
+            return False
+    return True
 
 
 def force_derivatives(
@@ -72,8 +96,7 @@ def force_derivatives(
     Returns
     -------
     ndarray, shape (n_columns, p)
-        Zero for a parameter that is held, and for one that no column follows: the start of a run, a
-        user's shape, a shape beyond those of the table.
+        Zero for a parameter that is held, and for one that no column follows: the start of a run.
     """
     derivatives = np.zeros((len(table.scale), len(parameters)))
     for k, parameter in enumerate(parameters):

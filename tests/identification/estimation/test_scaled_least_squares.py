@@ -8,6 +8,7 @@ from carrierflex.identification.estimation.scaled_least_squares import (
     DEPENDENT,
     column_lengths,
     design_solution,
+    full_inverse,
     normal_inverse,
     normal_solution,
 )
@@ -74,3 +75,13 @@ def test_the_inverse_of_a_regular_matrix_is_its_inverse():
     length = column_lengths(gram)
     product = normal_inverse(gram) @ gram * length[:, None] / length
     assert_allclose(product, np.eye(3), atol=1e-9)
+
+
+def test_the_full_inverse_is_as_large_as_a_direction_is_free():
+    regular = DESIGN.T @ DESIGN
+    assert_allclose(full_inverse(regular), normal_inverse(regular), rtol=1e-6)
+    share = 0.1 * DEPENDENT
+    gram = np.array([[1.0, 1.0 - 2.0 * share], [1.0 - 2.0 * share, 1.0]])
+    assert_allclose(full_inverse(gram).max(), 0.25 / share, rtol=1e-4)
+    # Two columns that are one: free as far as rounding tells.
+    assert full_inverse(np.ones((2, 2))).max() > 1e14
