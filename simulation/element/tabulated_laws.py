@@ -72,16 +72,18 @@ class TabulatedLaw:
 
     def end_slopes(self) -> tuple[float, float]:
         """Slopes of y below and above the table."""
-        if self.effect_class == COUPLED_DAMPING:
-            return (0.0, 0.0)
-        x, y = self.x, self.y
-        step = _END_SHARE * (x[-1] - x[0])
-        low = min(max(int(np.searchsorted(x, x[0] + step)), 1), x.size - 1)
-        high = max(min(int(np.searchsorted(x, x[-1] - step, side="right")) - 1, x.size - 2), 0)
-        return (
-            float((y[low] - y[0]) / (x[low] - x[0])),
-            float((y[-1] - y[high]) / (x[-1] - x[high])),
-        )
+        return (0.0, 0.0) if self.effect_class == COUPLED_DAMPING else end_slopes(self.x, self.y)
+
+
+def end_slopes(x: Array, y: Array) -> tuple[float, float]:
+    """Slopes of the outermost twentieth of a table at its lower and its upper end."""
+    step = _END_SHARE * (x[-1] - x[0])
+    low = min(max(int(np.searchsorted(x, x[0] + step)), 1), x.size - 1)
+    high = max(min(int(np.searchsorted(x, x[-1] - step, side="right")) - 1, x.size - 2), 0)
+    return (
+        float((y[low] - y[0]) / (x[low] - x[0])),
+        float((y[-1] - y[high]) / (x[-1] - x[high])),
+    )
 
 
 def tabulated_force(law: TabulatedLaw) -> "Force":

@@ -12,6 +12,10 @@ from carrierflex.simulation.mounting.bushings import (
     hardening_force,
     hardening_stiffness,
 )
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
+    bushing_force,
+    bushing_slopes,
+)
 
 _jit = numba.njit(cache=True, nogil=True, error_model="numpy")
 _inline = numba.njit(cache=True, nogil=True, error_model="numpy", inline="always")
@@ -27,6 +31,7 @@ def solve_forces(
     tolerance: float,
     user_force: Any,
     user_parameters: Any,
+    tables: Any,
 ) -> bool:
     """Solve ``y = phi(known + y by_force)`` for the element forces at a step's middle and end.
 
@@ -42,11 +47,12 @@ def solve_forces(
             for column in range(size):
                 total += block.by_force[column, row] * block.force[column]
             block.probe[row] = total
-        error, scale = _laws(block, user_force, user_parameters)
+        error, scale = _laws(block, user_force, user_parameters, tables)
         converged = error <= tolerance * scale
         newton = newton or error > _GAIN * last
-        if newton and not converged and not _newton_step(block, user_force, user_parameters):
-            return False
+        if newton and not converged:
+            if not _newton_step(block, user_force, user_parameters, tables):
+                return False
         # Converged or put back: the law's own value, one order better than the iterate it was made
         # from.
         for row in range(size):
@@ -58,7 +64,9 @@ def solve_forces(
 
 
 @_inline
-def _laws(block: BlockRecord, user_force: Any, user_parameters: Any) -> tuple[float, float]:
+def _laws(
+    block: BlockRecord, user_force: Any, user_parameters: Any, tables: Any
+) -> tuple[float, float]:
     """Fill the last column of `work` with ``y - phi`` and `friction`.
 
     Return the largest entry and the scale.
@@ -82,6 +90,17 @@ def _laws(block: BlockRecord, user_force: Any, user_parameters: Any) -> tuple[fl
                 phi += C3 * u * u * block.probe[size + row]
             if user_force is not None:
                 phi += user_force(u, block.probe[size + row], user_parameters)
+            if tables is not None:
+                other = (e + n_e // 2) % n_e
+                across = half * n_e + other
+                phi += bushing_force(
+                    tables,
+                    e % 2,
+                    u,
+                    block.preload[other] + block.probe[across],
+                    block.probe[size + row],
+                    block.probe[size + across],
+                )
             block.work[row, size] = block.force[row] - phi
             error = max(error, abs(block.work[row, size]))
             scale = max(scale, abs(phi))
@@ -90,17 +109,17 @@ def _laws(block: BlockRecord, user_force: Any, user_parameters: Any) -> tuple[fl
 
 
 @_jit
-def _newton_step(block: BlockRecord, user_force: Any, user_parameters: Any) -> bool:
+def _newton_step(block: BlockRecord, user_force: Any, user_parameters: Any, tables: Any) -> bool:
     """Replace the residual in the last column of `work` by Newton's correction.
 
     Rarely called, so not woven into the march.
     """
-    _fill_jacobian(block, user_force, user_parameters)
+    _fill_jacobian(block, user_force, user_parameters, tables)
     return _eliminate(block)
 
 
 @_inline
-def _fill_jacobian(block: BlockRecord, user_force: Any, user_parameters: Any) -> None:
+def _fill_jacobian(block: BlockRecord, user_force: Any, user_parameters: Any, tables: Any) -> None:
     """Fill `work` but its last column with the derivative of ``y - phi``."""
     n_e, size = block.preload.shape[0], block.force.shape[0]
     K3 = block.law[0]
@@ -128,6 +147,20 @@ def _fill_jacobian(block: BlockRecord, user_force: Any, user_parameters: Any) ->
                 over_u, over_rate = force_slopes(user_force, u, rate, user_parameters)
                 slope += over_u
                 rate_slope += over_rate
+            across, over_w, over_z = row, 0.0, 0.0
+            if tables is not None:
+                other = (e + n_e // 2) % n_e
+                across = half * n_e + other
+                over_u, over_w, over_rate, over_z = bushing_slopes(
+                    tables,
+                    e % 2,
+                    u,
+                    block.preload[other] + block.probe[across],
+                    block.probe[size + row],
+                    block.probe[size + across],
+                )
+                slope += over_u
+                rate_slope += over_rate
             for column in range(size):
                 derivative = (
                     slope * block.by_force[column, row] + over_middle * block.by_force[column, e]
@@ -135,6 +168,9 @@ def _fill_jacobian(block: BlockRecord, user_force: Any, user_parameters: Any) ->
                 # Without a law that depends on the rate the probes hold no rate.
                 if rate_slope != 0.0:
                     derivative += rate_slope * block.by_force[column, size + row]
+                if tables is not None:
+                    derivative += over_w * block.by_force[column, across]
+                    derivative += over_z * block.by_force[column, size + across]
                 block.work[row, column] = -derivative
             block.work[row, row] += 1.0
             before = block.friction[row]

@@ -16,6 +16,10 @@ from carrierflex.simulation.mounting.bushings import (
     hardening_force,
     hardening_stiffness,
 )
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
+    bushing_force,
+    bushing_slopes,
+)
 from carrierflex.simulation.mounting.parameter_arrays import ParameterArray
 from carrierflex.simulation.mounting.parameters import INDEX
 from carrierflex.simulation.mounting.rig import MountingRig
@@ -53,6 +57,9 @@ class Block:
         Sensors over the coordinates.
     user_law : ForceLaw, optional
         A force law that a user adds to every element.
+    tables : ndarray, optional
+        Packed measured laws in the planes of the bushings; the elements are then starboard and port
+        in z, starboard and port in y.
     """
 
     names: tuple[str, ...]
@@ -67,17 +74,20 @@ class Block:
     preload: Array
     output: Array
     user_law: ForceLaw | None = None
+    tables: Array | None = None
 
     @property
     def is_linear(self) -> bool:
         """Whether no element has a force beside its linear part."""
         K3, K5, C3, Kp, Fy = self.law
-        return self.user_law is None and bool(K3 == K5 == C3 == 0.0 and (Kp == 0.0 or Fy == 0.0))
+        is_plain = self.user_law is None and self.tables is None
+        return is_plain and bool(K3 == K5 == C3 == 0.0 and (Kp == 0.0 or Fy == 0.0))
 
     @property
     def needs_rates(self) -> bool:
         """Whether a nonlinear force depends on the rate of the deflection."""
-        return self.user_law is not None or bool(self.law[2] > 0.0)
+        has_tables = self.tables is not None
+        return has_tables or self.user_law is not None or bool(self.law[2] > 0.0)
 
     def state_matrices(self) -> tuple[Array, Array, Array]:
         """A, B, N of ``ẋ = A x + B loads + N phi``.
@@ -139,8 +149,8 @@ class Block:
             residual = force - self.K @ q - self.rows.T @ (self.weights * phi)
             if (np.abs(residual) <= _STATIC_TOLERANCE * scale.max()).all():
                 return q, friction
-            slope = self._slopes_at_rest(u)[0] + np.where(np.abs(friction) < Fy, Kp, 0.0)
-            tangent = self.K + (self.rows.T * (self.weights * slope)) @ self.rows
+            sticks = np.diag(np.where(np.abs(friction) < Fy, Kp, 0.0))
+            tangent = self.K + self._of_elements(self._slopes_at_rest(u)[0] + sticks)
             q = q + np.linalg.solve(tangent, residual)
         raise ArithmeticError(
             f"no static equilibrium under torque, ntl_y, ntl_z = {loads}; residual {residual}"
@@ -150,28 +160,52 @@ class Block:
         """Stiffness at rest under `loads` [N/m, N m/rad], elasto-plastic springs not yielded."""
         _, _, _, Kp, Fy = self.law
         u = self.preload + self.rows @ self.static_solution(loads)[0]
-        slope = self._slopes_at_rest(u)[0] + (Kp if Fy > 0.0 else 0.0)
-        return self.K + (self.rows.T * (self.weights * slope)) @ self.rows
+        own = np.eye(len(u)) * (Kp if Fy > 0.0 else 0.0)
+        return self.K + self._of_elements(self._slopes_at_rest(u)[0] + own)
 
     def tangent_damping(self, loads: Array) -> Array:
         """Damping of small motions about the rest under `loads` [N s/m, N m s/rad]."""
         u = self.preload + self.rows @ self.static_solution(loads)[0]
-        slope = self._slopes_at_rest(u)[1]
-        return self.C + (self.rows.T * (self.weights * slope)) @ self.rows
+        return self.C + self._of_elements(self._slopes_at_rest(u)[1])
+
+    def _of_elements(self, slopes: Array) -> Array:
+        """Matrix over the coordinates of one over the elements, shape (n_q, n_q)."""
+        return np.asarray((self.rows.T * self.weights) @ slopes @ self.rows)
 
     def force_at_rest(self, u: Array) -> Array:
         """Nonlinear forces without memory [N] at deflections `u` [m], zero rate, (n_elements,)."""
         force = hardening_force.py_func(u, self.law[0], self.law[1])
-        return force if self.user_law is None else force + self.user_law.at_rest(u)
+        if self.user_law is not None:
+            force = force + self.user_law.at_rest(u)
+        if self.tables is not None:
+            across = np.roll(u, len(u) // 2)
+            pairs = enumerate(zip(u.tolist(), across.tolist(), strict=True))
+            own = [bushing_force(self.tables, e % 2, *pair, 0.0, 0.0) for e, pair in pairs]
+            force = force + np.array(own)
+        return force
 
     def _slopes_at_rest(self, u: Array) -> tuple[Array, Array]:
-        """Derivatives of these forces by deflection [N/m] and rate [N s/m], each (n_elements,)."""
-        stiffness = hardening_stiffness.py_func(u, self.law[0], self.law[1])
-        damping = self.law[2] * u**2
-        if self.user_law is None:
-            return stiffness, damping
-        over_u, over_rate = self.user_law.slopes_at_rest(u)
-        return stiffness + over_u, damping + over_rate
+        """Derivatives of these forces by deflections [N/m] and rates [N s/m].
+
+        Each has the shape (n_elements, n_elements).
+        """
+        stiffness = np.diag(hardening_stiffness.py_func(u, self.law[0], self.law[1]))
+        damping = np.diag(self.law[2] * u**2)
+        if self.user_law is not None:
+            over_u, over_rate = self.user_law.slopes_at_rest(u)
+            stiffness = stiffness + np.diag(over_u)
+            damping = damping + np.diag(over_rate)
+        if self.tables is not None:
+            half = len(u) // 2
+            added = np.zeros((2, *stiffness.shape))
+            for e in range(len(u)):
+                other = (e + half) % len(u)
+                slopes = bushing_slopes(self.tables, e % 2, u[e], u[other], 0.0, 0.0)
+                added[:, e, e] = slopes[0], slopes[2]
+                added[:, e, other] = slopes[1], slopes[3]
+            stiffness = stiffness + added[0]
+            damping = damping + added[1]
+        return stiffness, damping
 
 
 def mounting_blocks(

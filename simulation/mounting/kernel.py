@@ -71,6 +71,7 @@ def march_nonlinear(
     signals: Array,
     user_force: Any,
     user_parameters: Any,
+    tables: Any,
 ) -> tuple[int, int, int]:
     """March a block with nonlinear bushing elements; `block` and `signals` are updated.
 
@@ -91,6 +92,9 @@ def march_nonlinear(
         it.
     user_parameters : ndarray, shape (n_parameters,), or None
         Its parameters; an array that is handed over is counted in and out in every step.
+    tables : ndarray or None
+        Packed measured laws in the planes of the bushings; their elements are starboard and port in
+        z, starboard and port in y.
 
     Returns
     -------
@@ -105,7 +109,7 @@ def march_nonlinear(
                 block.loads[column] = loads[sample - 1, column] + part * rise
                 block.loads[3 + column] = block.loads[column] + rise
             _follow_state(block)
-            if not solve_forces(block, tolerance, user_force, user_parameters):
+            if not solve_forces(block, tolerance, user_force, user_parameters, tables):
                 return sample - 1, -1, NOT_CONVERGED
             for i in range(n_state):
                 total = block.known[block.probe.shape[0] + i]

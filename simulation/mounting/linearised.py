@@ -108,6 +108,7 @@ def linearised_block(block: Block, loads: Array) -> Block:
         law=np.zeros(5),
         preload=np.zeros(len(block.rows)),
         user_law=None,
+        tables=None,
     )
 
 

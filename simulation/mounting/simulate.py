@@ -56,6 +56,7 @@ def simulate(
     *,
     step: float | None = None,
     user_law: ForceLaw | None = None,
+    tables: Array | None = None,
 ) -> MountingResponse:
     """Six motion sensors of the housing under measured torque and radial load.
 
@@ -76,6 +77,9 @@ def simulate(
         Largest step [s]; chosen from the nonlinear stiffness where not given.
     user_law : ForceLaw, optional
         Force that a user adds to the radial force of both bushings, in y and in z; continuous.
+    tables : ndarray, optional
+        Packed measured laws of the bushings, in y and in z apart or in their plane, see
+        :func:`carrierflex.simulation.mounting.measured_laws.bushing_laws.packed_laws`.
 
     Returns
     -------
@@ -93,7 +97,9 @@ def simulate(
     ----------
     .. [1] 2011 paper, equations (1)-(8), (14)-(16).
     """
-    model = mounting_model(rig, parameters, inputs.loads, inputs.step, step=step, user_law=user_law)
+    model = mounting_model(
+        rig, parameters, inputs.loads, inputs.step, step=step, user_law=user_law, tables=tables
+    )
     start = state_at_rest(model, inputs.loads[0], float(inputs.time[0]))
     signals, _ = marched(model, start, inputs.loads)
     return response_of(rig, parameters, inputs, signals)

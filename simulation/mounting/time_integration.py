@@ -17,6 +17,7 @@ from carrierflex.simulation.mounting.kernel import (
     march_linear,
     march_nonlinear,
 )
+from carrierflex.simulation.mounting.measured_laws.joined_block import joined_block
 from carrierflex.simulation.mounting.parameter_arrays import ParameterArray, check_parameters
 from carrierflex.simulation.mounting.propagators import Propagator, propagator
 from carrierflex.simulation.mounting.rig import MountingRig
@@ -82,7 +83,7 @@ class MountingModel:
     Parameters
     ----------
     blocks : tuple of Block
-        Vertical and horizontal.
+        Vertical and horizontal; with measured laws in the planes of the bushings one of both.
     propagators : tuple of Propagator
         Of each block, over one substep.
     interval : float
@@ -91,8 +92,8 @@ class MountingModel:
         Steps in one interval of a nonlinear block.
     """
 
-    blocks: tuple[Block, Block]
-    propagators: tuple[Propagator, Propagator]
+    blocks: tuple[Block, ...]
+    propagators: tuple[Propagator, ...]
     interval: float
     substeps: int
 
@@ -114,6 +115,7 @@ def mounting_model(
     *,
     step: float | None = None,
     user_law: ForceLaw | None = None,
+    tables: Array | None = None,
 ) -> MountingModel:
     """Equations and propagators for loads sampled every `interval` seconds.
 
@@ -133,6 +135,9 @@ def mounting_model(
         step. A linear block is exact at any step.
     user_law : ForceLaw, optional
         Force that a user adds to the radial force of both bushings, in y and in z; continuous.
+    tables : ndarray, optional
+        Packed measured laws of the bushings, see
+        :func:`carrierflex.simulation.mounting.measured_laws.bushing_laws.packed_laws`.
 
     Returns
     -------
@@ -149,7 +154,9 @@ def mounting_model(
         raise ValueError(
             f"sampling interval {interval} s, step {step} s; expected positive numbers"
         )
-    blocks = mounting_blocks(rig, parameters, user_law)
+    blocks: tuple[Block, ...] = mounting_blocks(rig, parameters, user_law)
+    if tables is not None:
+        blocks = (joined_block(*blocks, tables),)
     rate = max(_nonlinear_rate(block, loads) for block in blocks)
     if step is None:
         substeps = max(1, int(np.ceil(interval * rate / _DEFAULT_PHASE)))
@@ -168,8 +175,8 @@ def mounting_model(
             f"expected at most {_MOST_SUBSTEPS}"
         )
     steps = (interval if block.is_linear else interval / substeps for block in blocks)
-    vertical, horizontal = (propagator(block, h) for block, h in zip(blocks, steps, strict=True))
-    return MountingModel(blocks, (vertical, horizontal), interval, substeps)
+    propagators = tuple(propagator(block, h) for block, h in zip(blocks, steps, strict=True))
+    return MountingModel(blocks, propagators, interval, substeps)
 
 
 def _nonlinear_rate(block: Block, loads: Array) -> float:
@@ -178,8 +185,9 @@ def _nonlinear_rate(block: Block, loads: Array) -> float:
         return 0.0
     flexibility = block.rows @ np.linalg.solve(block.K, block.G)
     deflections = loads @ flexibility.T
-    # The built-in laws are stiffest at the largest deflection; where a user's law is, is not known.
-    shares = (1.0,) if block.user_law is None else _SHARES_OF_LOAD
+    # The built-in laws are stiffest at the largest deflection; where another law is, is not known.
+    is_built_in = block.user_law is None and block.tables is None
+    shares = (1.0,) if is_built_in else _SHARES_OF_LOAD
     added = [
         block.tangent_stiffness(share * loads[sample]) - block.K
         for sample in {int(np.argmax(np.abs(column))) for column in deflections.T}
@@ -222,7 +230,7 @@ def state_at_rest(model: MountingModel, loads: Array, time: float = 0.0) -> Marc
 def first_signals(model: MountingModel, state: MarchState) -> Array:
     """Signals of a state, shape (6,)."""
     parts = [b.output @ x[: len(b.names)] for b, x in zip(model.blocks, state.states, strict=True)]
-    return parts[0] + parts[1]
+    return np.asarray(np.sum(parts, axis=0))
 
 
 def marched(model: MountingModel, state: MarchState, loads: Array) -> tuple[Array, MarchState]:
@@ -297,6 +305,7 @@ def _march_block(
         signals,
         None if law is None else first_class(law.force),
         None if law is None else law.parameters,
+        block.tables,
     )
     x[:], memory[:] = standing(record, len(x))
     return good, None if outcome == DONE else (coordinate, outcome)

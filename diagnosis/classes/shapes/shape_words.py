@@ -3,13 +3,15 @@
 import numpy as np
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
-from carrierflex.diagnosis.element.classes.laws import (
+from carrierflex.simulation.element.tabulated_laws import (
     COUPLED_DAMPING,
     DISSIPATION,
-    HYSTERESIS,
-    MEMORY,
     RESTORING_FORCE,
 )
+
+#: Classes whose curves are told in words of their own, beside those that are kept as tables.
+HYSTERESIS = "hysteresis"
+MEMORY = "memory"
 
 #: Share of the largest value below which a curve counts as zero.
 _ZERO = 0.05

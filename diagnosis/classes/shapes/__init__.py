@@ -1,0 +1,1 @@
+"""Measured shapes of classes: what every kind makes of them alike."""

@@ -1,0 +1,225 @@
+"""Laws of the bushings as tables: f, g with its rise at rest, h, linear between points.
+
+A part acts in y and in z apart, ``f(u)``, ``g(v)``, ``h(u) v`` of each direction alone, or
+radially: ``f(r) u / r`` along the deflection, ``g(w) v / w`` along the speed, ``h(r) v`` with the
+sizes r and w of deflection and speed in the plane. Beyond its table a force goes on with the slope
+of its end, damping with its end value
+internal ones, positive against a positive deflection.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from carrierflex.simulation.element.tabulated_laws import (
+    COUPLED_DAMPING,
+    DISSIPATION,
+    RESTORING_FORCE,
+    end_slopes,
+)
+
+Array = NDArray[np.float64]
+
+#: In y and in z apart, or along deflection or speed in the plane.
+APART, RADIAL = "apart", "radial"
+BOTH, STARBOARD, PORT = "both", "starboard", "port"
+#: Numbers that stand for them in the packed tables.
+_ACTS: Mapping[str, int] = {APART: 0, RADIAL: 1}
+_BUSHINGS: Mapping[str, int] = {BOTH: -1, STARBOARD: 0, PORT: 1}
+_CLASSES: Mapping[str, int] = {RESTORING_FORCE: 0, DISSIPATION: 1, COUPLED_DAMPING: 2}
+#: Numbers of a packed part before its points.
+_HEAD = 7
+#: Step of a difference: share of the argument, and what stands in for it at rest [m, m/s].
+_SHARE, _LEAST = 1e-5, 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class BushingPart:
+    """One table of a law.
+
+    Parameters
+    ----------
+    acts : str
+        :data:`APART` or :data:`RADIAL`.
+    bushing : str
+        :data:`BOTH`, :data:`STARBOARD` or :data:`PORT`.
+    x : ndarray, shape (n,)
+        Deflection [m], or speed [m/s], increasing; of a radial part its size, from zero.
+    y : ndarray, shape (n,)
+        Force [N], or damping [N s/m]; of a radial force zero at zero.
+    """
+
+    acts: str
+    bushing: str
+    x: Array
+    y: Array
+
+
+@dataclass(frozen=True, eq=False)
+class BushingLaw:
+    """Measured shape of one class of force of the bushings.
+
+    Parameters
+    ----------
+    name : str
+        Id of the effect.
+    effect_class : str
+        One of :data:`carrierflex.simulation.element.tabulated_laws.TABULATED`.
+    parts : tuple of BushingPart
+        Tables whose forces add up.
+    measured_on : str
+        Campaign whose records gave it; empty where unknown.
+    """
+
+    name: str
+    effect_class: str
+    parts: tuple[BushingPart, ...]
+    measured_on: str = ""
+
+    @property
+    def along_speed(self) -> bool:
+        """Whether x is a speed."""
+        return self.effect_class == DISSIPATION
+
+
+def packed_laws(laws: Sequence[tuple[BushingLaw, float]]) -> Array:
+    """Tables of laws and their sizes as one array, which compiled code reads.
+
+    Parameters
+    ----------
+    laws : sequence of (BushingLaw, float)
+        Laws, each with the factor on its tables.
+
+    Returns
+    -------
+    ndarray
+        Number of parts; of each its way, bushing, class, factor, slopes beyond its table, number of
+        points, x, y.
+    """
+    values: list[float] = [float(sum(len(law.parts) for law, _ in laws))]
+    for law, size in laws:
+        is_damping = law.effect_class == COUPLED_DAMPING
+        for part in law.parts:
+            low, high = (0.0, 0.0) if is_damping else end_slopes(part.x, part.y)
+            values += [_ACTS[part.acts], _BUSHINGS[part.bushing], _CLASSES[law.effect_class]]
+            values += [size, low, high, part.x.size, *part.x.tolist(), *part.y.tolist()]
+    return np.array(values, dtype=np.float64)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bushing_force(tables, bushing, u, across, v, v_across):  # type: ignore[no-untyped-def]
+    """Force of packed tables in one direction of one bushing.
+
+    Parameters
+    ----------
+    tables : ndarray
+        As of :func:`packed_laws`.
+    bushing : int
+        0 starboard, 1 port.
+    u, across : float
+        Deflection in the direction and across it [m].
+    v, v_across : float
+        Speeds [m/s].
+
+    Returns
+    -------
+    float
+        Force [N].
+    """
+    total = 0.0
+    at = 1
+    for _ in range(int(tables[0])):
+        n = int(tables[at + 6])
+        where = int(tables[at + 1])
+        if where < 0 or where == bushing:
+            kind = int(tables[at + 2])
+            own, other = (v, v_across) if kind == 1 else (u, across)
+            is_radial = tables[at] > 0.5
+            x = np.hypot(own, other) if is_radial else own
+            value = _interpolated(tables, at + _HEAD, n, x, tables[at + 4], tables[at + 5])
+            if kind == 2:
+                value *= v
+            elif is_radial:
+                value = value * own / x if x > 0.0 else 0.0
+            total += tables[at + 3] * value
+        at += _HEAD + 2 * n
+    return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _interpolated(tables, first, n, x, low, high):  # type: ignore[no-untyped-def]
+    """Value of one table at x, its points beginning at `first`."""
+    last = first + n - 1
+    if x <= tables[first]:
+        return tables[first + n] + low * (x - tables[first])
+    if x >= tables[last]:
+        return tables[last + n] + high * (x - tables[last])
+    left, right = first, last
+    while right - left > 1:
+        middle = (left + right) // 2
+        if tables[middle] <= x:
+            left = middle
+        else:
+            right = middle
+    share = (x - tables[left]) / (tables[right] - tables[left])
+    return tables[left + n] + share * (tables[right + n] - tables[left + n])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bushing_slopes(tables, bushing, u, across, v, v_across):  # type: ignore[no-untyped-def]
+    """Derivatives of :func:`bushing_force` by u, across, v, v_across, by central differences."""
+    du = _SHARE * abs(u) + _LEAST
+    dw = _SHARE * abs(across) + _LEAST
+    dv = _SHARE * abs(v) + _LEAST
+    dz = _SHARE * abs(v_across) + _LEAST
+    return (
+        (
+            bushing_force(tables, bushing, u + du, across, v, v_across)
+            - bushing_force(tables, bushing, u - du, across, v, v_across)
+        )
+        / (2.0 * du),
+        (
+            bushing_force(tables, bushing, u, across + dw, v, v_across)
+            - bushing_force(tables, bushing, u, across - dw, v, v_across)
+        )
+        / (2.0 * dw),
+        (
+            bushing_force(tables, bushing, u, across, v + dv, v_across)
+            - bushing_force(tables, bushing, u, across, v - dv, v_across)
+        )
+        / (2.0 * dv),
+        (
+            bushing_force(tables, bushing, u, across, v, v_across + dz)
+            - bushing_force(tables, bushing, u, across, v, v_across - dz)
+        )
+        / (2.0 * dz),
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def bushing_forces(tables, u, v):  # type: ignore[no-untyped-def]
+    """Forces along a run.
+
+    Parameters
+    ----------
+    tables : ndarray
+        As of :func:`packed_laws`.
+    u, v : ndarray, shape (2, 2, n)
+        Deflection [m] and speed [m/s] of starboard and port bushing in y and in z.
+
+    Returns
+    -------
+    ndarray, shape (2, 2, n)
+        Forces [N].
+    """
+    found = np.empty(u.shape)
+    for b in range(2):
+        for d in range(2):
+            for k in range(u.shape[2]):
+                found[b, d, k] = bushing_force(
+                    tables, b, u[b, d, k], u[b, 1 - d, k], v[b, d, k], v[b, 1 - d, k]
+                )
+    return found
