@@ -5,6 +5,7 @@ Families in fixed shares, effects in turn, gaps from half to thirty times the fl
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -105,6 +106,41 @@ def case_plans(
             drawn.append((family, effects, float(ratio) if effects else 0.0))
     order = rng.permutation(len(drawn))
     return tuple(CasePlan(kind, index + 1, seed, *drawn[k]) for index, k in enumerate(order))
+
+
+#: Whether the campaigns of a check declare the noise of their channels: all, none, every other one.
+DECLARED, UNDECLARED, HALF = "declared", "undeclared", "half"
+
+
+def with_noise_declared(plans: Sequence[CasePlan], noise: str) -> tuple[CasePlan, ...]:
+    """Plans whose campaigns declare the noise of their channels, or do not.
+
+    Parameters
+    ----------
+    plans : sequence of CasePlan
+        Plans of one kind, in an order that says nothing about the content.
+    noise : str
+        :data:`DECLARED`, :data:`UNDECLARED` or :data:`HALF`.
+
+    Returns
+    -------
+    tuple of CasePlan
+        The same causes and gaps.
+
+    Raises
+    ------
+    ValueError
+        Where a campaign that shall not declare its noise is of an element.
+    """
+    if noise == DECLARED:
+        return tuple(plans)
+    if any(plan.kind == "element" for plan in plans):
+        raise ValueError(
+            f"--noise is '{noise}' with kind element; expected kind carrier or mounting"
+        )
+    return tuple(
+        replace(plan, declares_noise=noise == HALF and plan.number % 2 == 1) for plan in plans
+    )
 
 
 def _weights(kind: str) -> dict[str, int]:

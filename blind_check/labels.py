@@ -36,6 +36,8 @@ class CasePlan:
         Wanted gap over the floor.
     drive : str
         How an element is driven; empty for the other kinds.
+    declares_noise : bool
+        Whether the campaign declares the noise of its channels.
     """
 
     kind: str
@@ -45,6 +47,7 @@ class CasePlan:
     effects: tuple[str, ...]
     ratio: float
     drive: str = ""
+    declares_noise: bool = True
 
     @property
     def name(self) -> str:
@@ -93,6 +96,8 @@ class Label:
         Change of form of each cause, RMS over that of what the cause leaves.
     own_gaps : tuple of float
         Where several causes act, gap over the floor that each would leave alone.
+    declares_noise : bool
+        Whether the campaign declares the noise of its channels.
     """
 
     case: str
@@ -111,6 +116,7 @@ class Label:
     drive: str = ""
     changes: tuple[float, ...] = ()
     own_gaps: tuple[float, ...] = ()
+    declares_noise: bool = True
 
     def text(self) -> str:
         """The label as JSON of one form only: what is sealed.

@@ -24,8 +24,10 @@ from carrierflex.blind_check.scoring.class_judging import (
 from carrierflex.blind_check.scoring.scoring import (
     ClassRow,
     Figure,
+    by_noise,
     confusion_rows,
     is_nominal,
+    named_after,
     share_figure,
     time_figures,
     wilson,
@@ -121,7 +123,8 @@ def class_score(cases: Sequence[ClassJudged]) -> ClassScore:
     for kind in KINDS:
         own = [case for case in cases if case.label.kind == kind]
         if own:
-            figures += _figures(own)
+            for head, part in by_noise(own):
+                figures += named_after(head, _figures(part))
             clear = [case for case in own if is_clear(case)]
             rows = [(case.truth, case.answered, case.outcome == RIGHT) for case in clear]
             confusion += confusion_rows(kind, rows)

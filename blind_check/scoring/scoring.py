@@ -6,13 +6,15 @@ Figures with what is wanted, confusion matrix, power; shares with Wilson interva
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from scipy import stats
 
 from carrierflex.blind_check.labels import KINDS, NOTHING, OUTSIDE, STAGE
+from carrierflex.blind_check.scoring.class_judging import ClassJudged
 from carrierflex.blind_check.scoring.judging import Judged
 
 #: Gap over the floor from which an effect has to be found.
@@ -130,7 +132,8 @@ def score(cases: Sequence[Judged]) -> Score:
     for kind in KINDS:
         of_kind = [case for case in cases if case.label.kind == kind]
         if of_kind:
-            figures += _figures(kind, of_kind)
+            for head, own in by_noise(of_kind):
+                figures += named_after(head, _figures(kind, own))
             confusion += confusion_rows(
                 kind,
                 [
@@ -141,6 +144,26 @@ def score(cases: Sequence[Judged]) -> Score:
             )
     wrong = tuple(case for case in cases if not case.is_right and is_clear(case))
     return Score(tuple(figures), tuple(confusion), wrong)
+
+
+#: What the figures of cases begin with whose campaigns do not declare their noise.
+UNDECLARED_NOISE = "noise not declared: "
+
+Case = TypeVar("Case", Judged, ClassJudged)
+
+
+def by_noise(cases: Sequence[Case]) -> list[tuple[str, list[Case]]]:
+    """Cases that declare their noise and those that do not, each with the head of its figures."""
+    parts = (
+        (head, [case for case in cases if case.label.declares_noise is declared])
+        for head, declared in (("", True), (UNDECLARED_NOISE, False))
+    )
+    return [(head, own) for head, own in parts if own]
+
+
+def named_after(head: str, figures: Iterable[Figure]) -> list[Figure]:
+    """Figures whose names begin with a head."""
+    return [replace(figure, name=f"{head}{figure.name}") for figure in figures]
 
 
 def is_clear(case: Judged) -> bool:

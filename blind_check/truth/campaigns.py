@@ -1,6 +1,7 @@
 """The one door to the truth: write the campaign of a planned case and hand back its label."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from carrierflex.blind_check.labels import CasePlan, Label
@@ -57,4 +58,8 @@ def case_campaign(plan: CasePlan, *, repeat: int = 0) -> tuple[Campaign, Label]:
     """
     if plan.kind not in _MAKERS:
         raise ValueError(f"kind is '{plan.kind}'; expected one of {', '.join(_MAKERS)}")
-    return _MAKERS[plan.kind](plan, repeat)
+    campaign, label = _MAKERS[plan.kind](plan, repeat)
+    if plan.declares_noise:
+        return campaign, label
+    channels = tuple(replace(channel, noise_std=None) for channel in campaign.channels)
+    return replace(campaign, channels=channels), replace(label, declares_noise=False)

@@ -17,7 +17,12 @@ from typing import Any, Literal
 
 from rich.console import Console
 
-from carrierflex.blind_check.case_plans import case_plans, full_size
+from carrierflex.blind_check.case_plans import (
+    DECLARED,
+    case_plans,
+    full_size,
+    with_noise_declared,
+)
 from carrierflex.blind_check.labels import FAMILIES, KINDS, CasePlan, Label
 from carrierflex.blind_check.references.linear_laws import REFERENCES
 from carrierflex.blind_check.scoring.result import BlindCheck, ExportedCheck
@@ -47,6 +52,7 @@ Kind = Literal["carrier", "mounting", "element", "all"]
 Family = Literal[
     "single", "pair", "nothing", "outside", "aliased", "one_condition", "stage", "form"
 ]
+Noise = Literal["declared", "undeclared", "half"]
 
 _README = """# Sealed campaigns of a blind check
 
@@ -68,6 +74,7 @@ def main(
     cases: int | None = None,
     seed: int = 1,
     family: Sequence[Family] = (),
+    noise: Noise = "declared",
     workers: int = 1,
     scheduler: str | None = None,
     keep: bool = True,
@@ -92,6 +99,9 @@ def main(
     family : sequence of str
         Only these families of cases (kinds carrier and mounting); may be repeated. All without,
         but "form": causes of a carrier or mounting in forms of no law, judged by class.
+    noise : str
+        Whether the campaigns declare the noise of their channels (kinds carrier and mounting): all,
+        none, or every other one; figures of those that do not stand apart.
     workers : int
         Processes that write and diagnose cases.
     scheduler : str
@@ -138,6 +148,8 @@ def main(
     }
     if family:
         request["families"] = list(family)
+    if noise != DECLARED:
+        request["noise"] = noise
     plans = _plans(request)
     folder = prepared_folder(out).resolve()
     if export is not None:
@@ -164,7 +176,7 @@ def main(
         if references:
             result = replace(result, beside=_beside(folder, labels, verdicts, result.digest))
         flags = {"--classes-only": classes_only, "--references": references}
-        command = _command(kinds, cases, seed, family, flags)
+        command = _command(kinds, cases, request, flags)
         write_score(folder, result, rows, command=command)
     return result
 
@@ -172,15 +184,17 @@ def main(
 def _command(
     kinds: Sequence[str],
     cases: int | None,
-    seed: int,
-    families: Sequence[str],
+    request: Mapping[str, Any],
     flags: Mapping[str, bool],
 ) -> str:
     """Command that makes the same check."""
     words = ["carrierflex blind-check", *(f"--kind {name}" for name in kinds)]
     if cases is not None:
         words.append(f"--cases {cases}")
-    words += [f"--seed {seed}", *(f"--family {name}" for name in families)]
+    words.append(f"--seed {request['seed']}")
+    words += [f"--family {name}" for name in request.get("families", ())]
+    if "noise" in request:
+        words.append(f"--noise {request['noise']}")
     return " ".join([*words, *(flag for flag, is_set in flags.items() if is_set)])
 
 
@@ -210,7 +224,9 @@ def _plans(request: Mapping[str, Any]) -> list[CasePlan]:
     return [
         plan
         for kind, size in request["cases"].items()
-        for plan in case_plans(kind, size, request["seed"], families)
+        for plan in with_noise_declared(
+            case_plans(kind, size, request["seed"], families), request.get("noise", DECLARED)
+        )
     ]
 
 

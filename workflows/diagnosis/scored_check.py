@@ -90,7 +90,7 @@ def write_score(
 
 
 def _row(case: Judged) -> dict[str, Any]:
-    names = ("case", "family", "effects", "gap_over_floor", "rho")
+    names = ("case", "family", "effects", "gap_over_floor", "rho", "declares_noise")
     return {
         **{name: getattr(case.label, name) for name in names},
         **_answer(case.verdict),
@@ -100,7 +100,10 @@ def _row(case: Judged) -> dict[str, Any]:
 
 
 def _class_row(case: ClassJudged) -> dict[str, Any]:
-    names = ("case", "family", "effects", "gap_over_floor", "classes", "drive", "changes")
+    names = (
+        *("case", "family", "effects", "gap_over_floor", "declares_noise"),
+        *("classes", "drive", "changes"),
+    )
     document = case.verdict.document
     return {
         **{name: getattr(case.label, name) for name in names},
