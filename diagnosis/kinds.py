@@ -1,6 +1,7 @@
 """The comparison problem of a campaign, by its kind; a new kind joins this table."""
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import TypeVar
 
 import numpy as np
 
@@ -12,8 +13,9 @@ from carrierflex.diagnosis.carrier.wiring import (
     carrier_records,
     carrier_rivals,
 )
+from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.problem import ComparisonProblem, Effects, FloatArray
-from carrierflex.diagnosis.element.classes.measured_laws import beyond_visited
+from carrierflex.diagnosis.element.classes.measured_laws import beyond_visited, law_of_answer
 from carrierflex.diagnosis.element.prediction import element_beside_prediction
 from carrierflex.diagnosis.element.problem import ElementProblem, element_problem
 from carrierflex.diagnosis.element.wiring.clocks import element_clocks
@@ -25,6 +27,7 @@ from carrierflex.diagnosis.element.wiring.rivals import (
     element_rivals,
 )
 from carrierflex.diagnosis.inference.effect_fit import baseline_left
+from carrierflex.diagnosis.mounting.classes.measured_laws import bushing_law_of_answer
 from carrierflex.diagnosis.mounting.prediction import mounting_beside_prediction
 from carrierflex.diagnosis.mounting.problem import MountingProblem, mounting_problem
 from carrierflex.diagnosis.mounting.residuals import mounting_residuals
@@ -38,14 +41,17 @@ from carrierflex.fe.deflection_curves import DeflectionCurve
 from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
 from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
+from carrierflex.simulation.law_files import MeasuredLaw
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingLaw
 
 Curves = Mapping[str, DeflectionCurve]
+Law = TypeVar("Law", TabulatedLaw, BushingLaw)
 
 
 def problem_of(
     campaign: Campaign,
     curves: Curves | None = None,
-    laws: Sequence[TabulatedLaw] = (),
+    laws: Sequence[MeasuredLaw] = (),
 ) -> tuple[ComparisonProblem, bool]:
     """ComparisonProblem of a campaign, and whether its noise floor is measured.
 
@@ -55,8 +61,8 @@ def problem_of(
         Measured runs.
     curves : mapping of str to DeflectionCurve, optional
         Deflection curves, which kind carrier asks for.
-    laws : sequence of TabulatedLaw
-        Laws of files, which kind element takes as further candidates.
+    laws : sequence of MeasuredLaw
+        Laws of files, which the kinds element and mounting take as further candidates.
 
     Returns
     -------
@@ -74,20 +80,25 @@ def problem_of(
             f"campaign '{campaign.name}' is of kind {campaign.kind}; diagnose knows the kinds "
             f"{known}"
         )
-    if laws and campaign.kind != "element":
-        raise ValueError(
-            f"campaign '{campaign.name}' is of kind {campaign.kind}; law files (--law) are for "
-            "kind element"
-        )
-    if laws:
-        return _element(campaign, curves, laws)
-    return PROBLEM_BUILDERS[campaign.kind](campaign, curves)
+    return PROBLEM_BUILDERS[campaign.kind](campaign, curves, laws)
+
+
+def _own_laws(campaign: Campaign, laws: Sequence[MeasuredLaw], own: type[Law]) -> list[Law]:
+    """Laws of files, all of the campaign's kind."""
+    for law in laws:
+        if not isinstance(law, own):
+            of = "one element" if isinstance(law, TabulatedLaw) else "bushings"
+            raise ValueError(
+                f"campaign '{campaign.name}' is of kind {campaign.kind}; law '{law.name}' is of "
+                f"{of}; expected a law file (--law) of this kind"
+            )
+    return [law for law in laws if isinstance(law, own)]
 
 
 def _element(
-    campaign: Campaign, curves: Curves | None, laws: Sequence[TabulatedLaw] = ()
+    campaign: Campaign, curves: Curves | None, laws: Sequence[MeasuredLaw]
 ) -> tuple[ComparisonProblem, bool]:
-    problem = element_problem(campaign, laws)
+    problem = element_problem(campaign, _own_laws(campaign, laws, TabulatedLaw))
     if campaign.baseline.source == "columns":
         _refuse_empty_predictions(campaign)
         problem = element_beside_prediction(problem, campaign)
@@ -103,7 +114,14 @@ def _refuse_empty_predictions(campaign: Campaign) -> None:
                 )
 
 
-def _carrier(campaign: Campaign, curves: Curves | None) -> tuple[ComparisonProblem, bool]:
+def _carrier(
+    campaign: Campaign, curves: Curves | None, laws: Sequence[MeasuredLaw]
+) -> tuple[ComparisonProblem, bool]:
+    if laws:
+        raise ValueError(
+            f"campaign '{campaign.name}' is of kind carrier; law files (--law) are for the kinds "
+            "element and mounting"
+        )
     if curves is None:
         raise ValueError(
             f"campaign '{campaign.name}' is of kind carrier; expected deflection curves with it"
@@ -111,8 +129,10 @@ def _carrier(campaign: Campaign, curves: Curves | None) -> tuple[ComparisonProbl
     return carrier_problem(campaign, curves), True
 
 
-def _mounting(campaign: Campaign, curves: Curves | None) -> tuple[ComparisonProblem, bool]:
-    problem = mounting_problem(campaign)
+def _mounting(
+    campaign: Campaign, curves: Curves | None, laws: Sequence[MeasuredLaw]
+) -> tuple[ComparisonProblem, bool]:
+    problem = mounting_problem(campaign, _own_laws(campaign, laws, BushingLaw))
     if campaign.baseline.source == "columns":
         _refuse_empty_predictions(campaign)
         problem = mounting_beside_prediction(problem, campaign)
@@ -121,7 +141,10 @@ def _mounting(campaign: Campaign, curves: Curves | None) -> tuple[ComparisonProb
 
 #: Builder by kind: gives the problem, and whether its noise floor was declared or comes from
 #: repeats.
-PROBLEM_BUILDERS: dict[str, Callable[[Campaign, Curves | None], tuple[ComparisonProblem, bool]]] = {
+PROBLEM_BUILDERS: dict[
+    str,
+    Callable[[Campaign, Curves | None, Sequence[MeasuredLaw]], tuple[ComparisonProblem, bool]],
+] = {
     "carrier": _carrier,
     "element": _element,
     "mounting": _mounting,
@@ -168,7 +191,7 @@ def residuals_of(
 
 
 def law_findings(
-    problem: ComparisonProblem, laws: Sequence[TabulatedLaw]
+    problem: ComparisonProblem, laws: Sequence[MeasuredLaw]
 ) -> tuple[CampaignWarning, ...]:
     """Where records leave the range in which a law of a file was measured.
 
@@ -176,12 +199,59 @@ def law_findings(
     ----------
     problem : ComparisonProblem
         Problem with these laws.
-    laws : sequence of TabulatedLaw
+    laws : sequence of MeasuredLaw
         Laws of files.
     """
-    if not isinstance(problem, ElementProblem):
-        return ()
-    return tuple(warning for law in laws for warning in beyond_visited(law, problem.records))
+    found: list[CampaignWarning] = []
+    for law in laws:
+        if isinstance(problem, ElementProblem) and isinstance(law, TabulatedLaw):
+            found += beyond_visited(law, problem.records)
+        if isinstance(problem, MountingProblem) and isinstance(law, BushingLaw):
+            found += problem.beyond_visited(law)
+    return tuple(found)
+
+
+#: Law of an answer by class, by the kinds whose measured shapes are kept in files.
+_LAWS: dict[str, Callable[[ClassAnswer, str, str | None], MeasuredLaw]] = {
+    "element": law_of_answer,
+    "mounting": bushing_law_of_answer,
+}
+
+
+def refuse_unkept(campaign: Campaign) -> None:
+    """Refuse to keep a measured shape of a kind that has no law files.
+
+    Raises
+    ------
+    ValueError
+        Names the kind and those that have.
+    """
+    if campaign.kind not in _LAWS:
+        raise ValueError(
+            f"campaign '{campaign.name}' is of kind {campaign.kind}; --save-law is for the kinds "
+            f"{' and '.join(_LAWS)}"
+        )
+
+
+def kept_law(campaign: Campaign, answer: ClassAnswer, wanted: str | None) -> MeasuredLaw:
+    """Measured shape of a class as a law of the campaign's kind.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Diagnosed campaign.
+    answer : ClassAnswer
+        Its answer by class.
+    wanted : str, optional
+        Class as its table calls it; without, the one of the largest share.
+
+    Raises
+    ------
+    ValueError
+        Where the kind or the class is not kept in a file, or none is named.
+    """
+    refuse_unkept(campaign)
+    return _LAWS[campaign.kind](answer, campaign.name, wanted)
 
 
 def wiring_of(problem: ComparisonProblem, campaign: Campaign) -> WiringChecks:

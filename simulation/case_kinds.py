@@ -19,3 +19,9 @@ LAW_FILE = TomlKind(
     most_bytes=1_000_000,
     format="carrierflex-law",
 )
+BUSHING_LAW_FILE = TomlKind(
+    "a law file of bushings",
+    holds="keys name, effect_class and tables [[part]] with acts, bushing, x, y",
+    most_bytes=1_000_000,
+    format="carrierflex-bushing-law",
+)

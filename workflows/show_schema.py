@@ -16,6 +16,7 @@ Name = Literal[
     "mounting-case",
     "stage-case",
     "element-law",
+    "bushing-law",
     "diagnosis",
     "rim-motion",
     "comparison",

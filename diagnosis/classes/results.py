@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingPart
 
 #: No gap above the noise floor.
 NOTHING = "nothing"
@@ -17,6 +18,26 @@ NO_CLASS = "no_class"
 NOT_VISIBLE = "not_visible"
 
 Interval = tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class BesideCurve:
+    """Curve of another part beside that of a shape.
+
+    Parameters
+    ----------
+    name : str
+        Part in words.
+    x, y : ndarray, shape (n,)
+        Abscissa and curve.
+    band : ndarray, shape (n, 2)
+        Its 95 % band.
+    """
+
+    name: str
+    x: FloatArray
+    y: FloatArray
+    band: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +60,10 @@ class MeasuredShape:
         The curve without its steps at rest.
     steps : tuple of float
         Dry friction at positive and at negative speed, >= 0; zero where the abscissa is no speed.
+    beside : tuple of BesideCurve
+        Curves of other parts.
+    parts : tuple of BushingPart
+        Tables of a law of the bushings; empty for other kinds.
     """
 
     x: FloatArray
@@ -50,6 +75,8 @@ class MeasuredShape:
     words: str
     smooth: FloatArray
     steps: tuple[float, float]
+    beside: tuple[BesideCurve, ...] = ()
+    parts: tuple[BushingPart, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

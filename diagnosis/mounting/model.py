@@ -1,7 +1,7 @@
 """Parameters of the gearbox mounting and the sensors' signals they predict for a record."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from carrierflex.simulation.measurement import Measurement
 from carrierflex.simulation.mounting.effects import MOUNTING_EFFECTS
 from carrierflex.simulation.mounting.equations import mounting_blocks
 from carrierflex.simulation.mounting.inputs import MountingInputs
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingLaw, packed_laws
 from carrierflex.simulation.mounting.parameter_arrays import parameter_array
 from carrierflex.simulation.mounting.parameters import INDEX, PARAMETERS
 from carrierflex.simulation.mounting.rig import SENSORS, MountingRig
@@ -78,6 +79,8 @@ class MountingModel:
         Values at which K1 and C1 are held; empty where they are fitted.
     known : KnownPhysics
         Known values and declared errors of the sensors.
+    measured : mapping of str to BushingLaw
+        Laws of files by effect.
     """
 
     rig: MountingRig
@@ -89,6 +92,7 @@ class MountingModel:
     scale: MountingScale
     held: tuple[float, ...] = ()
     known: KnownPhysics = NOTHING_KNOWN
+    measured: Mapping[str, BushingLaw] = field(default_factory=dict)
 
     def parameters(self, effects: Effects) -> tuple[Parameter, ...]:
         """Unknowns: K1, C1, then those of every effect."""
@@ -180,11 +184,14 @@ class MountingModel:
         delay = 0.0
         negative_control = np.zeros((record.inputs.time.size, len(SENSORS)))
         of_laws: dict[str, list[float]] = {}
+        of_files: list[tuple[BushingLaw, float]] = []
         for parameter, value in zip(self.parameters(effects), theta, strict=True):
             effect = parameter.effect
             measurement = _measurement(effect)
             if effect in self.laws:
                 of_laws.setdefault(effect, []).append(float(value))
+            elif effect in self.measured:
+                of_files.append((self.measured[effect], float(value)))
             elif effect in _CONTROLS:
                 if value:
                     negative_control += value * self.negative_control(record, effect)
@@ -197,7 +204,8 @@ class MountingModel:
             else:
                 values[_simulated_indices(effect, parameter.name)] += value
         users = tuple(ForceLaw(self.laws[effect], np.array(of_laws[effect])) for effect in of_laws)
-        motion = self._signals(record, values, sum_of_laws(users), refined)
+        tables = packed_laws(of_files) if of_files else None
+        motion = self._signals(record, values, (sum_of_laws(users), tables), refined)
         if motion is None:
             return np.full(record.measured.shape, np.inf)
         signals = delayed(record.inputs.time, motion + negative_control, delay)
@@ -205,13 +213,22 @@ class MountingModel:
         return reading(signals[:, numbers], gains, zeros)
 
     def _signals(
-        self, record: MountingRecord, values: FloatArray, user_law: ForceLaw | None, refined: int
+        self,
+        record: MountingRecord,
+        values: FloatArray,
+        added: tuple[ForceLaw | None, FloatArray | None],
+        refined: int,
     ) -> FloatArray | None:
-        """All six sensors relative to their zero; None where the motion leaves the model."""
+        """All six sensors relative to their zero; None where the motion leaves the model.
+
+        `added` are a user's law and packed laws of files.
+        """
+        user_law, tables = added
         inputs = record.inputs if refined == 1 else record.inputs.refined(refined)
         rig = replace(self.rig, zeroing_samples=(record.zeroing_samples - 1) * refined + 1)
         try:
-            signals = simulate(rig, values, inputs, user_law=user_law).signals[::refined]
+            found = simulate(rig, values, inputs, user_law=user_law, tables=tables)
+            signals = found.signals[::refined]
         except ArithmeticError:
             return None
         return signals if np.isfinite(signals).all() else None

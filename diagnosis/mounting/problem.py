@@ -38,6 +38,7 @@ from carrierflex.diagnosis.mounting.cards import (
     ONE_CHANNEL,
 )
 from carrierflex.diagnosis.mounting.classes.answer import mounting_class_answer
+from carrierflex.diagnosis.mounting.classes.measured_laws import beyond_visited, law_cards
 from carrierflex.diagnosis.mounting.experiments import mounting_experiments
 from carrierflex.diagnosis.mounting.gap_findings import mounting_findings, mounting_scalars
 from carrierflex.diagnosis.mounting.gap_map import (
@@ -56,6 +57,8 @@ from carrierflex.diagnosis.mounting.signatures import (
     values_array,
 )
 from carrierflex.identification.campaign.campaign import Campaign
+from carrierflex.identification.campaign_check.campaign_warning import CampaignWarning
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingLaw
 from carrierflex.simulation.mounting.rig import MountingRig
 
 #: Step of the derivatives by differences, relative to a parameter or a tenth of its scale.
@@ -246,6 +249,10 @@ class MountingProblem:
         """Class of the missing effect."""
         return mounting_class_answer(self.model, self.records, self._bare[1])
 
+    def beyond_visited(self, law: BushingLaw) -> tuple[CampaignWarning, ...]:
+        """Warning where records leave the range in which a law of a file was measured."""
+        return beyond_visited(law, self.model, self.records, self._bare[1])
+
     def choice(self, effects: Effects) -> Choice:
         """Channel of each effect of one sensor, by least squares over the signatures.
 
@@ -335,13 +342,17 @@ class MountingProblem:
         return np.where(np.isfinite(record.measured), residual, 0.0)
 
 
-def mounting_problem(campaign: Campaign) -> MountingProblem:
+def mounting_problem(
+    campaign: Campaign, measured_laws: Sequence[BushingLaw] = ()
+) -> MountingProblem:
     """ComparisonProblem of a campaign of kind ``mounting``.
 
     Parameters
     ----------
     campaign : Campaign
         Measured runs and the effects the baseline contains.
+    measured_laws : sequence of BushingLaw
+        Laws of files, further candidates.
 
     Returns
     -------
@@ -354,7 +365,8 @@ def mounting_problem(campaign: Campaign) -> MountingProblem:
         Where a signal is missing throughout, the loads never change, or a user's card is refused.
     """
     records = mounting_records(campaign)
-    cards, laws = force_library(KIND, (*MOUNTING_CARDS, *NEGATIVE_CONTROLS))
+    added = law_cards(measured_laws)
+    cards, laws = force_library(KIND, (*MOUNTING_CARDS, *added, *NEGATIVE_CONTROLS))
     cards = {name: card for name, card in cards.items() if name not in campaign.baseline.impossible}
     rig = MountingRig.from_table(campaign.rig)
     sensors = tuple(str(channel.sensor) for channel in campaign.channels)
@@ -362,6 +374,9 @@ def mounting_problem(campaign: Campaign) -> MountingProblem:
     scale = mounting_scale(rig, records)
     contained = tuple(campaign.baseline.effects)
     known = known_physics(campaign)
-    model = MountingModel(rig, cards, laws, contained, names, sensors, scale, known=known)
+    measured = {law.name: law for law in measured_laws}
+    model = MountingModel(
+        rig, cards, laws, contained, names, sensors, scale, known=known, measured=measured
+    )
     declared = all(channel.noise_std is not None for channel in campaign.channels)
     return MountingProblem(model, records, declared)

@@ -80,7 +80,7 @@ def signature_columns(model: MountingModel) -> tuple[Column, ...]:
         if name in _CONTROLS:
             continue
         own = bare.parameters((name,))[2:]
-        if name in model.laws:
+        if name in model.laws or name in model.measured:
             columns += _user_columns(name, own)
             continue
         amplitude = next(p for p in own if not p.shape)

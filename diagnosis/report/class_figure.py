@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from carrierflex.diagnosis.classes.results import MeasuredShape
-from carrierflex.diagnosis.report.svg import BLACK, BLUE, WIDTH, scaled_unit
+from carrierflex.diagnosis.report.svg import BLACK, BLUE, ORANGE, WIDTH, scaled_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,6 +38,12 @@ def shape_figure(shape: MeasuredShape, law: str) -> "Figure":
     if is_curve:
         panel.fill_between(x, low, high, color=BLUE, alpha=0.25, linewidth=0.0, label="95 % band")
     panel.plot(x, y_factor * shape.y, color=BLUE, linewidth=1.6, label="measured")
+    for other in shape.beside:
+        low, high = y_factor * other.band.T
+        own = x_factor * other.x
+        if is_curve:
+            panel.fill_between(own, low, high, color=ORANGE, alpha=0.25, linewidth=0.0)
+        panel.plot(own, y_factor * other.y, color=ORANGE, linewidth=1.6, label=other.name)
     if shape.law.size:
         panel.plot(x, y_factor * shape.law, color=BLACK, linestyle="--", linewidth=1.2, label=law)
     panel.set_xlabel(f"{shape.labels[0]} [{x_unit}]")

@@ -209,6 +209,10 @@ def _shape(shape: MeasuredShape | None) -> dict[str, Any] | None:
         "labels": shape.labels,
         "units": shape.units,
         "words": shape.words,
+        "beside": [
+            {"name": other.name, "x": other.x, "y": other.y, "band": other.band}
+            for other in shape.beside
+        ],
     }
 
 

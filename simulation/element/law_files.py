@@ -75,7 +75,7 @@ def write_law(path: Path, law: TabulatedLaw) -> None:
     OSError
         Where it cannot be written.
     """
-    table: dict[str, Any] = {"x": _rounded(law.x), "y": _rounded(law.y)}
+    table: dict[str, Any] = {"x": without_rounding(law.x), "y": without_rounding(law.y)}
     if any(law.friction):
         table |= {"friction_plus": law.friction[0], "friction_minus": law.friction[1]}
     document: dict[str, Any] = {
@@ -95,7 +95,7 @@ def write_law(path: Path, law: TabulatedLaw) -> None:
         temporary.write_bytes(content.encode())
 
 
-def _rounded(values: NDArray[np.float64]) -> list[float]:
+def without_rounding(values: NDArray[np.float64]) -> list[float]:
     """Values with zero for what is too small for any reader."""
     least = _ZERO * float(np.abs(values).max())
     return [0.0 if abs(value) <= least else value for value in values.tolist()]

@@ -9,17 +9,17 @@ from carrierflex.files.toml_values import Expected, NotNegative, Number, Text, T
 
 #: Points that a table may have.
 _MOST_POINTS = 10_000
-_Points = Annotated[
+LawPoints = Annotated[
     list[Number],
     Field(min_length=2, max_length=_MOST_POINTS),
     Expected(f"a list of 2 to {_MOST_POINTS} finite numbers"),
 ]
-_Name = Annotated[
+LawName = Annotated[
     str,
     Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=80),
     Expected("an id of small letters, digits and underscores"),
 ]
-_Class = Annotated[
+LawClass = Annotated[
     Literal["restoring_force", "dissipation", "coupled_damping"],
     Expected("one of restoring_force, dissipation, coupled_damping"),
 ]
@@ -28,11 +28,11 @@ _Class = Annotated[
 class LawTable(TomlTable):
     """Points of the measured shape; the ends are those of the visited range."""
 
-    x: _Points = key(
+    x: LawPoints = key(
         "Deflection [deflection_unit], increasing; of the class dissipation speed "
         "[deflection_unit/s]"
     )
-    y: _Points = key(
+    y: LawPoints = key(
         "Force [force_unit]; of the class coupled_damping damping [force_unit s/deflection_unit]"
     )
     friction_plus: NotNegative = key(
@@ -48,8 +48,8 @@ class LawDocument(TomlTable):
 
     format: Literal["carrierflex-law"] = key("Kind of the file")
     version: Literal[1] = key("Version of the format")
-    name: _Name = key("Id of the effect in diagnoses")
-    effect_class: _Class = key("Class of the effect: f(x), g(v) or h(x) v")
+    name: LawName = key("Id of the effect in diagnoses")
+    effect_class: LawClass = key("Class of the effect: f(x), g(v) or h(x) v")
     force_unit: Text = key("Unit of force of the records")
     deflection_unit: Text = key("Unit of deflection of the records")
     measured_on: Text | None = key("Campaign whose records gave it", default=None)
@@ -63,18 +63,23 @@ class LawDocument(TomlTable):
 
 def _contradictions(law: LawDocument) -> list[str]:
     """What several keys contradict each other in."""
-    x, y = law.table.x, law.table.y
-    found = []
-    if len(x) != len(y):
-        found.append(f"[table]: x has {len(x)} and y {len(y)} points; expected as many")
-    at = next((k for k in range(len(x) - 1) if not x[k] < x[k + 1]), None)
-    if at is not None:
-        found.append(
-            f"[table]: x[{at + 1}] is {x[at + 1]:g} after {x[at]:g}; expected increasing values"
-        )
+    found = misplaced("[table]", law.table.x, law.table.y)
     if law.effect_class != "dissipation" and law.table.friction_plus + law.table.friction_minus:
         found.append(
             f"[table]: dry friction in the class {law.effect_class}; expected it in the class "
             "dissipation only"
+        )
+    return found
+
+
+def misplaced(place: str, x: list[float], y: list[float]) -> list[str]:
+    """What keeps points from being a function; `place` is named."""
+    found = []
+    if len(x) != len(y):
+        found.append(f"{place}: x has {len(x)} and y {len(y)} points; expected as many")
+    at = next((k for k in range(len(x) - 1) if not x[k] < x[k + 1]), None)
+    if at is not None:
+        found.append(
+            f"{place}: x[{at + 1}] is {x[at + 1]:g} after {x[at]:g}; expected increasing values"
         )
     return found

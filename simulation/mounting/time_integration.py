@@ -154,9 +154,10 @@ def mounting_model(
         raise ValueError(
             f"sampling interval {interval} s, step {step} s; expected positive numbers"
         )
-    blocks: tuple[Block, ...] = mounting_blocks(rig, parameters, user_law)
+    vertical, horizontal = mounting_blocks(rig, parameters, user_law)
+    blocks: tuple[Block, ...] = (vertical, horizontal)
     if tables is not None:
-        blocks = (joined_block(*blocks, tables),)
+        blocks = (joined_block(vertical, horizontal, tables),)
     rate = max(_nonlinear_rate(block, loads) for block in blocks)
     if step is None:
         substeps = max(1, int(np.ceil(interval * rate / _DEFAULT_PHASE)))

@@ -14,8 +14,7 @@ from typing import Literal
 
 from threadpoolctl import threadpool_limits
 
-from carrierflex.diagnosis.element.classes.measured_laws import law_of_answer
-from carrierflex.diagnosis.kinds import law_findings
+from carrierflex.diagnosis.kinds import kept_law, law_findings, refuse_unkept
 from carrierflex.diagnosis.report.diagnosis_files import (
     DIAGNOSIS_FILE,
     write_diagnosis,
@@ -37,8 +36,11 @@ from carrierflex.identification.campaign.campaign import Campaign
 from carrierflex.identification.campaign.campaign_files import read_campaign
 from carrierflex.identification.campaign.campaign_part import campaign_part
 from carrierflex.identification.campaign.record_digests import record_digests
-from carrierflex.simulation.element.law_files import read_law, write_law
-from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
+from carrierflex.simulation.law_files import (
+    MeasuredLaw,
+    read_measured_law,
+    write_measured_law,
+)
 from carrierflex.workflows.support.default_curves import default_curves
 from carrierflex.workflows.support.examination import ExaminedCampaign, examined
 from carrierflex.workflows.support.executors import work_executor
@@ -82,12 +84,14 @@ def main(
     out : Path
         Folder for diagnosis.json and report.html, which need no network to be read.
     law : list of Path, optional
-        Law files (TOML) of --save-law, further candidates in kind element; may be given several
-        times. Their units (of force and deflection, time in s) are those of the campaign.
+        Law files (TOML) of --save-law, further candidates in the kinds element and mounting; may be
+        given several times. Their units (of force and deflection, time in s) are those of the
+        campaign.
     save_law : Path, optional
-        File (TOML) for the measured shape of the class found in kind element: restoring force f(x)
-        [N over m], dissipation g(v) [N over m/s] or coupled damping h(x) [N s/m over m], in the
-        units of the campaign. Other classes are refused by name.
+        File (TOML) for the measured shape of the class found in the kinds element and mounting (of
+        the bushings): restoring force f(x) [N over m], dissipation g(v) [N over m/s] or coupled
+        damping h(x) [N s/m over m], in the units of the campaign. Other classes are refused by
+        name.
     law_class : str, optional
         Class whose shape --save-law keeps; without, the one of the largest share.
     baseline : list of str, optional
@@ -133,7 +137,7 @@ def main(
         Where `out` or `save_law` cannot be written.
     """
     _refuse(seed, save_law, law_class, view=view, report=report)
-    brought = tuple(read_law(path) for path in law or ())
+    brought = tuple(read_measured_law(path) for path in law or ())
     # What is left of a diagnosis nobody knows: it fits twenty sets of effects or three hundred. The
     # draws take some twelve times as long and are counted.
     weights = (1, 2, 10, 1, 120, 1) if confusion else ()
@@ -149,11 +153,8 @@ def main(
                 baseline=baseline,
                 effects=effects or (),
             )
-            if save_law is not None and measured.kind != "element":
-                raise ValueError(
-                    f"campaign '{measured.name}' is of kind {measured.kind}; --save-law is for "
-                    "kind element"
-                )
+            if save_law is not None:
+                refuse_unkept(measured)
             curves = campaign_curves(measured, campaign)
         with work_executor(workers, scheduler) as executor:
             own, found, diagnosis = _diagnosed(
@@ -171,7 +172,7 @@ def main(
             with stages.stage(f"writing {out / VIEW_FILE}"):
                 write_view(rim_scene(motion), out / VIEW_FILE)
     if save_law is not None:
-        _save_law(save_law, diagnosis, measured.name, law_class)
+        _save_law(save_law, diagnosis, measured, law_class)
     return diagnosis
 
 
@@ -194,7 +195,7 @@ def _refuse(
 def _diagnosed(
     measured: Campaign,
     curves: dict[str, DeflectionCurve] | None,
-    laws: tuple[TabulatedLaw, ...],
+    laws: tuple[MeasuredLaw, ...],
     out: Path,
     stages: Stages,
     executor: Executor,
@@ -256,15 +257,15 @@ def _write(
         write_report(out / REPORT_FILE, report_page(diagnosis, source))
 
 
-def _save_law(path: Path, diagnosis: Diagnosis, name: str, law_class: str | None) -> None:
+def _save_law(path: Path, diagnosis: Diagnosis, measured: Campaign, law_class: str | None) -> None:
     """Write the measured shape of the class found."""
     if diagnosis.classes is None:
         raise ValueError(f"{path}: no law to save: the records give no answer by class")
     try:
-        law = law_of_answer(diagnosis.classes, name, law_class)
+        law = kept_law(measured, diagnosis.classes, law_class)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    write_law(path, law)
+    write_measured_law(path, law)
 
 
 def campaign_curves(campaign: Campaign, folder: Path) -> dict[str, DeflectionCurve] | None:

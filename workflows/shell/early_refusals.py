@@ -38,11 +38,6 @@ _FILES = {
         "geometry.cad_surface_tables:SurfacesDocument",
     ),
     "interfaces": _File("fe.matrices.interface_files:read_interfaces"),
-    "law": _File(
-        "simulation.element.law_files:read_law",
-        "simulation.case_kinds:LAW_FILE",
-        "simulation.element.law_tables:LawDocument",
-    ),
     "map_": _File("identification.logs.map_files:read_map"),
     "mounting": _File(
         "simulation.mounting.case_files:read_mounting_case",
@@ -53,7 +48,7 @@ _FILES = {
 
 
 #: Options whose files are read early.
-READ_EARLY = frozenset({*_FILES, "case", "campaign"})
+READ_EARLY = frozenset({*_FILES, "case", "campaign", "law"})
 #: Options that change what a refusal says and where, or take the place of the work.
 _READ_FIRST = frozenset({"--help", "-h", "--version", "--verbose", "--log-file", "--threads"})
 
@@ -71,7 +66,11 @@ def refuse_early(given: Mapping[str, Any]) -> None:
     OSError, ValueError
         As the reader of the file.
     """
-    own: dict[str, Callable[[Path], None]] = {"case": _read_case, "campaign": _read_campaign}
+    own: dict[str, Callable[[Path], None]] = {
+        "case": _read_case,
+        "campaign": _read_campaign,
+        "law": _read_law,
+    }
     for option, value in given.items():
         if option not in READ_EARLY:
             continue
@@ -163,6 +162,19 @@ def _read_case(path: Path) -> None:
         kind, table = STAGE_CASE, "simulation.stage.stage_tables:StageCaseDocument"
     elif document.get("kind") == "mounting":
         kind, table = MOUNTING_CASE, "simulation.mounting.case_tables:MountingCaseDocument"
+    _check(document, kind, table, path)
+
+
+def _read_law(path: Path) -> None:
+    """Tables of a law of an element or of bushings."""
+    from carrierflex.files.toml_files import toml_document
+    from carrierflex.simulation.case_kinds import BUSHING_LAW_FILE, LAW_FILE
+
+    document = toml_document(path, LAW_FILE)
+    kind, table = LAW_FILE, "simulation.element.law_tables:LawDocument"
+    if document.get("format") == BUSHING_LAW_FILE.format:
+        kind = BUSHING_LAW_FILE
+        table = "simulation.mounting.measured_laws.bushing_law_tables:BushingLawDocument"
     _check(document, kind, table, path)
 
 

@@ -32,6 +32,7 @@ from carrierflex.identification.logs.map_tables import (
 from carrierflex.simulation.carrier.case_tables import CarrierCaseDocument
 from carrierflex.simulation.element.law_tables import LawDocument
 from carrierflex.simulation.mounting.case_tables import MountingCaseDocument
+from carrierflex.simulation.mounting.measured_laws.bushing_law_tables import BushingLawDocument
 from carrierflex.simulation.stage.stage_tables import StageCaseDocument
 from carrierflex.workflows.support import result_documents as results
 from carrierflex.workflows.support import study_documents as studies
@@ -59,6 +60,7 @@ _DOCUMENTS: dict[str, Any] = {
     "mounting case": MountingCaseDocument,
     "stage case": StageCaseDocument,
     "element law": LawDocument,
+    "bushing law": BushingLawDocument,
 }
 
 #: Document of every kind of JSON file, by the name of the file.

@@ -88,6 +88,15 @@ class HowFar(TypedDict):
     held_out: Annotated[Literal[True], "Always on records that were not fitted to"]
 
 
+class BesideShape(TypedDict):
+    """Curve of another part beside it."""
+
+    name: Annotated[str, "Part in words"]
+    x: Annotated[Pair, "Abscissa"]
+    y: Annotated[Pair, "Central curve"]
+    band: Annotated[Sequence[Pair], "Lower and upper end of its 95 % band"]
+
+
 class Shape(TypedDict):
     """Measured shape of a class."""
 
@@ -98,6 +107,7 @@ class Shape(TypedDict):
     labels: Annotated[Sequence[str], "Names of both axes"]
     units: Annotated[Sequence[str], "Units of both axes"]
     words: Annotated[str, "The shape in words"]
+    beside: Annotated[Sequence[BesideShape], "The other bushing, where it has a law of its own"]
 
 
 class FoundClass(TypedDict):

@@ -197,6 +197,7 @@ class BlindCase(TypedDict):
     reason: Annotated[str | None, "Why this verdict"]
     seconds: Annotated[float, "Time of the diagnosis [s]"]
     named: Annotated[Sequence[str], "Laws that are named"]
+    declares_noise: Annotated[bool, "Whether the campaign declares its noise"]
     rho: NotRequired[Annotated[float, "RMS with the true effect over that without"]]
     right: NotRequired[Annotated[bool, "Whether the answer is right"]]
     classes: NotRequired[Annotated[Sequence[str], "True classes"]]

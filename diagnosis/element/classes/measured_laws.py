@@ -1,11 +1,11 @@
 """Measured shapes as laws: from the answer by class to a table, from a table to an effect card."""
 
-import re
 from collections.abc import Sequence
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, ClassAnswer
+from carrierflex.diagnosis.classes.results import ClassAnswer
+from carrierflex.diagnosis.classes.shapes.kept_laws import kept_shape, law_name
 from carrierflex.diagnosis.comparison.effect_cards import EffectCard
 from carrierflex.diagnosis.comparison.problem import FloatArray
 from carrierflex.diagnosis.element.cards import KIND
@@ -21,7 +21,6 @@ from carrierflex.simulation.element.tabulated_laws import (
 )
 
 _EQUATIONS = {DISSIPATION: "g(v)", COUPLED_DAMPING: "h(q) v"}
-_MOST_LETTERS = 40
 
 
 def law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None) -> TabulatedLaw:
@@ -46,24 +45,12 @@ def law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None)
     ValueError
         Where no class is named or leading, the answer has not the wanted one, or it has no table.
     """
-    if answer.state not in (NAMED_CLASS, LEADING_CLASS) or not answer.classes:
-        raise ValueError(f"no law to save: the answer by class is '{answer.state}'")
-    known = {finding.id: finding for finding in answer.classes}
-    name = wanted or max(answer.classes, key=lambda finding: finding.share).id
-    if name not in known:
-        listed = ", ".join(known)
-        raise ValueError(f"no law to save: '{name}' is not in the answer; expected {listed}")
-    refuse_without_table(name)
-    shape = known[name].shape
-    if shape is None:
-        raise ValueError(
-            f"no law to save: '{name}' was named by its law {known[name].law}, not by its shape"
-        )
+    name, shape = kept_shape(answer, {own: own for own in TABULATED}, wanted)
     force, length = shape.units[1], shape.units[0].removesuffix("/s")
     if name == COUPLED_DAMPING:
         force = force.removesuffix(f" s/{length}")
     return TabulatedLaw(
-        f"{name}_of_{_slug(campaign)}",
+        law_name(name, campaign),
         name,
         shape.x,
         shape.smooth,
@@ -71,21 +58,6 @@ def law_of_answer(answer: ClassAnswer, campaign: str, wanted: str | None = None)
         shape.steps,
         campaign,
     )
-
-
-def refuse_without_table(name: str) -> None:
-    """Refuse a class whose shape is not kept as a table.
-
-    Raises
-    ------
-    ValueError
-        Names the class and those that are kept.
-    """
-    if name not in TABULATED:
-        raise ValueError(
-            f"no law to save: the class '{name}' is not kept as a table; expected one of "
-            f"{', '.join(TABULATED)}"
-        )
 
 
 def law_cards(laws: Sequence[TabulatedLaw], units: tuple[str, str]) -> tuple[EffectCard, ...]:
@@ -157,8 +129,3 @@ def _abscissa(law: TabulatedLaw, record: ElementRecord) -> FloatArray:
     """Deflection or speed where samples count; the measured motion may hold a run-in."""
     motion = record.motion[1 if law.along_speed else 0]
     return np.asarray(motion[record.block >= 0], dtype=np.float64)
-
-
-def _slug(name: str) -> str:
-    """Small letters, digits and underscores of a name."""
-    return re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")[:_MOST_LETTERS] or "campaign"

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -29,6 +30,7 @@ from carrierflex.diagnosis.mounting.classes.catalogue import (
 )
 from carrierflex.diagnosis.mounting.classes.contract_ids import in_contract_ids
 from carrierflex.diagnosis.mounting.classes.rigid_body import N_FREE
+from carrierflex.diagnosis.mounting.classes.shapes import measured_shape
 from carrierflex.diagnosis.mounting.classes.table import MountingTable, mounting_table
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.diagnosis.mounting.records import MountingRecord
@@ -78,7 +80,7 @@ def answer_of_table(own: MountingTable) -> ClassAnswer:
         shares,
         decision,
         rivals_of(scores, decision, own.sizes),
-        shape_of=lambda scores, name, held, law: None,
+        shape_of=partial(measured_shape, own, shares, decision.classes),
         note=_separating_load(own, decision),
     )
     return in_contract_ids(replace(answer, same_scores=True))

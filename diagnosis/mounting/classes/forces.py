@@ -74,6 +74,10 @@ class BushingSize:
         """asinh(v / (0.1 v_rms)): fine near rest, coarse far from it."""
         return np.asarray(np.arcsinh(v / (_SPEED_SCALE * self.speed)), dtype=np.float64)
 
+    def straight_speed(self, curved: FloatArray) -> FloatArray:
+        """Speed of :meth:`curved_speed`."""
+        return np.asarray(_SPEED_SCALE * self.speed * np.sinh(curved), dtype=np.float64)
+
     def force_splines(self) -> SplineBasis:
         """Splines of f(u)."""
         return basis_over(np.array([self.low, self.high]), _N_FORCE)

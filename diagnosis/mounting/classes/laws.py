@@ -21,6 +21,7 @@ from carrierflex.diagnosis.mounting.classes.motion import BushingMotion
 from carrierflex.diagnosis.mounting.classes.rigid_body import RigidBody
 from carrierflex.diagnosis.mounting.model import MountingModel
 from carrierflex.simulation.force_laws import Force
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import bushing_forces, packed_laws
 
 #: Relaxation times and yield deflections of the laws over the time of a step and the largest
 #: deflection.
@@ -66,14 +67,20 @@ def law_signals(
         return bearing_column(body, own)[None]
     if law == "unequal_bushings":
         return unequal_column(body, own)[None]
-    forces = _forces(model, size, own, law)
+    forces = law_forces(model, size, own, law)
     n_shapes, n_columns = forces.shape[:2]
     p = body.on_coordinates(forces.reshape(-1, *forces.shape[2:]))
     return signals_of(body, own, p).reshape(n_shapes, n_columns, *own.signals.shape)
 
 
-def _forces(model: MountingModel, size: BushingSize, own: BushingMotion, law: str) -> FloatArray:
-    """Forces of the bushings for unit amplitude, shape (n_shapes, n_columns, 2, 2, n)."""
+def law_forces(model: MountingModel, size: BushingSize, own: BushingMotion, law: str) -> FloatArray:
+    """Forces of the bushings for unit amplitude, shape (n_shapes, n_columns, 2, 2, n).
+
+    Parameters
+    ----------
+    model, size, own, law
+        As for :func:`law_signals`; `law` is a force of the bushings.
+    """
     u, v = own.u, own.v
     simple: Mapping[str, FloatArray] = {
         "cubic_stiffness": u**3,
@@ -86,6 +93,8 @@ def _forces(model: MountingModel, size: BushingSize, own: BushingMotion, law: st
         return branches(own, _TAUS * own.step)[:, None]
     if law == "elasto_plastic_friction":
         return stop_forces(own, _YIELDS * size.deflection)[:, None]
+    if law in model.measured:
+        return bushing_forces(packed_laws([(model.measured[law], 1.0)]), u, v)[None, None]
     return _user_forces(model, model.laws[law], own, law)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray
 from carrierflex.diagnosis.classes.held_out import ClassScores
-from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.comparison.problem import BoolArray, FloatArray
 from carrierflex.diagnosis.mounting.cards import NEGATIVE_CONTROLS
 from carrierflex.diagnosis.mounting.classes.assembly import Layout, assembled, class_sizes
 from carrierflex.diagnosis.mounting.classes.catalogue import (
@@ -76,6 +76,10 @@ class MountingTable:
         Sizes and splines.
     motions : tuple of BushingMotion
         Runs.
+    model : MountingModel
+        Baseline and library.
+    reach : float
+        Deflection in y or z beyond which samples do not count.
     scores : ClassScores
         Held-out squares, each made once.
     sizes : mapping of str to int
@@ -86,8 +90,30 @@ class MountingTable:
     body: RigidBody
     size: BushingSize
     motions: tuple[BushingMotion, ...]
+    model: MountingModel
+    reach: float
     scores: ClassScores
     sizes: Mapping[str, int]
+
+    def counted(self, bushings: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+        """Deflection and speed of some bushings where samples count.
+
+        Parameters
+        ----------
+        bushings : sequence of int
+            0 starboard, 1 port.
+
+        Returns
+        -------
+        tuple of ndarray, shape (2, n)
+            In y and in z, [m] and [m/s].
+        """
+        u, v = [], []
+        for own in self.motions:
+            chosen = _counting(own, self.reach)
+            u += [own.u[bushing][:, chosen] for bushing in bushings]
+            v += [own.v[bushing][:, chosen] for bushing in bushings]
+        return np.concatenate(u, axis=1), np.concatenate(v, axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +202,7 @@ def mounting_table(
     for number, own in enumerate(motions):
         rows, layout = _rows(columns, own)
         weighted = (turn * weights) @ rows
-        counts = np.isfinite(own.gap).all(axis=0) & (np.abs(own.u).max(axis=(0, 1)) <= limit)
+        counts = _counting(own, limit)
         block = _block_of_grid(own)
         noise = float(np.sum((own.record.noise + own.record.zero_noise) * weights**2))
         for b in range(own.record.n_blocks):
@@ -189,9 +215,13 @@ def mounting_table(
     if len(grams) < constants.fewest_blocks:
         return None
     table = assembled(model, np.array(grams), np.array(floors), np.array(folds), layout)
-    return MountingTable(
-        table, body, size, motions, ClassScores(table, constants), class_sizes(table)
-    )
+    scores = ClassScores(table, constants)
+    return MountingTable(table, body, size, motions, model, limit, scores, class_sizes(table))
+
+
+def _counting(own: BushingMotion, reach: float) -> BoolArray:
+    """Samples that count: all channels measured, no bushing farther than two folds visit."""
+    return np.asarray(np.isfinite(own.gap).all(axis=0) & (np.abs(own.u).max(axis=(0, 1)) <= reach))
 
 
 def _block_of_grid(own: BushingMotion) -> IntArray:

@@ -188,9 +188,13 @@ def test_records_that_leave_the_range_of_a_law_are_told():
     assert beyond_visited(wide, problem.records) == ()
 
 
-def test_a_law_file_is_for_elements():
-    with pytest.raises(ValueError, match="is of kind mounting; law files"):
-        problem_of(SimpleNamespace(name="rig", kind="mounting"), None, (straight(),))
+@pytest.mark.parametrize(
+    ("kind", "told"),
+    [("mounting", "law 'straight' is of one element"), ("carrier", "law files")],
+)
+def test_a_law_file_of_an_element_is_for_elements(kind, told):
+    with pytest.raises(ValueError, match=f"is of kind {kind}; {told}"):
+        problem_of(SimpleNamespace(name="rig", kind=kind), {}, (straight(),))
 
 
 @pytest.mark.parametrize("name", ["missing/law.toml", "."])

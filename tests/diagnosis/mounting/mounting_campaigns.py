@@ -56,17 +56,21 @@ def mounting_campaign(
     declared=True,
     effects=(),
     extra=None,
+    tables=None,
     step=0.05,
     seconds=130.0,
     seed=0,
 ):
-    """Campaign of a truth with these values of the simulator beside its linear bushings."""
+    """Campaign of a truth with these values of the simulator beside its linear bushings.
+
+    `tables` are packed laws of the bushings.
+    """
     rng = np.random.default_rng(seed)
     runs = []
     for number, condition in enumerate(conditions):
         inputs = loads(condition, 10 * seed + number, step=step, seconds=seconds)
         signals = simulate(
-            rig, parameter_array(rig, {**TRUE_LINEAR, **(values or {})}), inputs
+            rig, parameter_array(rig, {**TRUE_LINEAR, **(values or {})}), inputs, tables=tables
         ).signals
         if extra is not None:
             signals = signals + extra(inputs)

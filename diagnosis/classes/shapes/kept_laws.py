@@ -1,0 +1,67 @@
+"""Which class of an answer is kept as a law, and under which name."""
+
+import re
+from collections.abc import Mapping
+
+from carrierflex.diagnosis.classes.results import (
+    LEADING_CLASS,
+    NAMED_CLASS,
+    ClassAnswer,
+    ClassFinding,
+    MeasuredShape,
+)
+
+_MOST_LETTERS = 40
+
+
+def kept_shape(
+    answer: ClassAnswer, tables: Mapping[str, str], wanted: str | None
+) -> tuple[str, MeasuredShape]:
+    """Class whose measured shape is kept as a table, and the shape.
+
+    Parameters
+    ----------
+    answer : ClassAnswer
+        Answer by class.
+    tables : mapping of str to str
+        Classes that are kept as tables, and what tables call them.
+    wanted : str, optional
+        What a table calls the class; without, that of the largest share.
+
+    Returns
+    -------
+    tuple of (str, MeasuredShape)
+        What tables call the class, and its shape.
+
+    Raises
+    ------
+    ValueError
+        Where no class is named or leading, the answer has not the wanted one, or it has no table.
+    """
+    if answer.state not in (NAMED_CLASS, LEADING_CLASS) or not answer.classes:
+        raise ValueError(f"no law to save: the answer by class is '{answer.state}'")
+    known = {tables.get(finding.id, finding.id): finding for finding in answer.classes}
+    name = wanted or max(known, key=lambda own: known[own].share)
+    if name not in known:
+        listed = ", ".join(known)
+        raise ValueError(f"no law to save: '{name}' is not in the answer; expected {listed}")
+    if name not in tables.values():
+        raise ValueError(
+            f"no law to save: the class '{name}' is not kept as a table; expected one of "
+            f"{', '.join(tables.values())}"
+        )
+    return name, _shape(known[name], name)
+
+
+def _shape(finding: ClassFinding, name: str) -> MeasuredShape:
+    if finding.shape is None:
+        raise ValueError(
+            f"no law to save: '{name}' was named by its law {finding.law}, not by its shape"
+        )
+    return finding.shape
+
+
+def law_name(effect_class: str, campaign: str) -> str:
+    """Id of a kept law: small letters, digits and underscores."""
+    slug = re.sub(r"[^a-z0-9]+", "_", campaign.lower()).strip("_")[:_MOST_LETTERS]
+    return f"{effect_class}_of_{slug or 'campaign'}"

@@ -1,0 +1,345 @@
+"""The measured shape of a force of the bushings: curves over the visited range, tables of it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
+from carrierflex.diagnosis.classes.laws import NearestLaw
+from carrierflex.diagnosis.classes.results import BesideCurve, MeasuredShape
+from carrierflex.diagnosis.classes.shape_decision import shape_of, way_of
+from carrierflex.diagnosis.classes.shapes.curves import (
+    POINTS,
+    band_of,
+    drawn_coefficients,
+    fitted_law,
+    slope_beside_rest,
+    without_steps,
+)
+from carrierflex.diagnosis.classes.shapes.shape_words import shape_words
+from carrierflex.diagnosis.classes.shares import Shares
+from carrierflex.diagnosis.comparison.problem import FloatArray
+from carrierflex.diagnosis.mounting.classes.catalogue import (
+    CHANGE,
+    COUPLED,
+    DISSIPATION,
+    FORCE,
+    FORCE_GROUPS,
+    HYSTERESIS,
+    MEMORY,
+    SAME,
+)
+from carrierflex.diagnosis.mounting.classes.forces import ForceGroup, force_groups
+from carrierflex.diagnosis.mounting.classes.laws import law_forces
+from carrierflex.diagnosis.mounting.classes.motion import BushingMotion
+from carrierflex.diagnosis.mounting.classes.table import MountingTable
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
+    APART,
+    BOTH,
+    PORT,
+    RADIAL,
+    STARBOARD,
+    BushingPart,
+)
+
+#: Ways of a group's force, in the order of the groups of a class.
+_ACTS = (APART, RADIAL)
+_IN_WORDS = {APART: "in y and in z apart", RADIAL: "along its direction in the plane"}
+#: What x and y are, and their units.
+_AXES: Mapping[str, tuple[tuple[str, str], tuple[str, str]]] = {
+    FORCE: (("deflection", "restoring force"), ("m", "N")),
+    DISSIPATION: (("speed", "dissipative force"), ("m/s", "N")),
+    COUPLED: (("deflection", "damping"), ("m", "N s/m")),
+    HYSTERESIS: (("deflection", "hysteretic force"), ("m", "N")),
+    MEMORY: (("time after a step", "relaxing stiffness"), ("s", "N/m")),
+    CHANGE: (("time", "stiffness"), ("s", "N/m")),
+}
+#: Bushings of each part, in the order of their motions.
+_BUSHINGS: Mapping[str, tuple[int, ...]] = {BOTH: (0, 1), STARBOARD: (0,), PORT: (1,)}
+#: Share of the visited sizes that are small deflections.
+_SMALL = 0.25
+#: Classes whose curves hold a straight part that the linear bushings take up.
+_KEPT = (FORCE, DISSIPATION, COUPLED)
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """Coefficients of the class in the model that is drawn.
+
+    Parameters
+    ----------
+    shape : str
+        Class without its way.
+    sides : tuple of str
+        Bushings with a law of their own; ``both`` where it is one.
+    acts : tuple of str
+        Ways in which the force acts.
+    drawn : mapping of (str, str) to ndarray, shape (n_draws, n_columns)
+        Coefficients by side and way: of all blocks first, then of every draw.
+    words : str
+        How the force acts, in words.
+    """
+
+    shape: str
+    sides: tuple[str, ...]
+    acts: tuple[str, ...]
+    drawn: Mapping[tuple[str, str], FloatArray]
+    words: str
+
+
+def measured_shape(
+    own: MountingTable,
+    shares: Shares,
+    classes: Classes,
+    scores: ClassScores,
+    name: str,
+    held: HeldOutSquares,
+    law: NearestLaw,
+) -> MeasuredShape | None:
+    """Curve of one class of an answer.
+
+    Parameters
+    ----------
+    own : MountingTable
+        Table, sizes and motions.
+    shares : Shares
+        Gap and floor.
+    classes : tuple of str
+        Classes of the answer.
+    scores : ClassScores
+        Held-out squares.
+    name : str
+        Class.
+    held : HeldOutSquares
+        The answer it is part of.
+    law : NearestLaw
+        Law to be drawn over the curve.
+
+    Returns
+    -------
+    MeasuredShape or None
+        None for a class that is no force of the bushings.
+    """
+    if shape_of(name) not in FORCE_GROUPS:
+        return None
+    fit = _fit(shares, classes, scores, name, held)
+    groups = {group.id: group for group in force_groups(own.size)}
+    curves = {side: _side_curve(own, fit, groups, side) for side in fit.sides}
+    taken = np.mean([_straight(fit.shape, x, draws) for x, draws in curves.values()], axis=0)
+    found = {side: (x, _without(fit.shape, x, draws, taken)) for side, (x, draws) in curves.items()}
+    first, *others = sorted(found, key=lambda side: -float(np.ptp(found[side][1][0])))
+    labels, units = _AXES[fit.shape]
+    x, draws = found[first]
+    band = band_of(draws[0], draws[1:])
+    words = [_words(fit, x, draws[0], band, units), fit.words]
+    words += [_beside_words(first, side, draws[0], found[side][1][0]) for side in others]
+    parts, steps = _parts(own, fit, groups)
+    return MeasuredShape(
+        x,
+        draws[0],
+        band,
+        _law_curve(own, fit.shape, law, x, draws[0]),
+        labels,
+        units,
+        ", ".join(text for text in words if text),
+        draws[0],
+        steps,
+        tuple(_beside(side, *found[side]) for side in others),
+        parts,
+    )
+
+
+def _beside(side: str, x: FloatArray, draws: FloatArray) -> BesideCurve:
+    return BesideCurve(f"{side} bushing", x, draws[0], band_of(draws[0], draws[1:]))
+
+
+def _words(
+    fit: _Fit, x: FloatArray, y: FloatArray, band: FloatArray, units: tuple[str, str]
+) -> str:
+    """Curve in words; along the size of a motion it is the same in either sense."""
+    kind = fit.shape.rpartition("/")[2]
+    if fit.shape in _KEPT and fit.acts == (RADIAL,):
+        sign = 1.0 if fit.shape == COUPLED else -1.0
+        x = np.concatenate([-x[:0:-1], x])
+        y = np.concatenate([sign * y[:0:-1], y])
+        band = np.concatenate([sign * band[:0:-1], band])
+    return shape_words(kind, x, y, band, units)
+
+
+def _fit(
+    shares: Shares, classes: Classes, scores: ClassScores, name: str, held: HeldOutSquares
+) -> _Fit:
+    """The class in the one of its ways that leaves as much, in both where neither does."""
+    shape, way = shape_of(name), way_of(name)
+    groups = FORCE_GROUPS[shape]
+    sides = (BOTH,) if way == SAME else (STARBOARD, PORT)
+    acts: tuple[str, ...] = _ACTS[: len(groups)]
+    words = ""
+    if len(groups) > 1:
+        variants = {act: _named(group, sides) for act, group in zip(_ACTS, groups, strict=True)}
+        table = replace(
+            scores.table,
+            classes={
+                **scores.table.classes,
+                **{f"{name}:{act}": own for act, own in variants.items()},
+            },
+        )
+        scores = ClassScores(table, scores.constants)
+        others = tuple(other for other in classes if other != name)
+        results = {act: scores.of((*others, f"{name}:{act}")) for act in variants}
+        as_good = [
+            act
+            for act, result in results.items()
+            if result.total <= held.total or shares.are_equal(result, held)
+        ]
+        if as_good:
+            best = min(as_good, key=lambda act: results[act].total)
+            held, acts = results[best], (best,)
+            words = _IN_WORDS[best]
+            if len(as_good) > 1:
+                (other,) = set(as_good) - {best}
+                words += f" ({_IN_WORDS[other]} leaves as much)"
+        else:
+            words = f"{_IN_WORDS[APART]} and {_IN_WORDS[RADIAL]}"
+    named = {
+        (side, act): _named(groups[_ACTS.index(act)], (side,))[0] for side in sides for act in acts
+    }
+    places = [scores.table.groups[group].columns for group in named.values()]
+    drawn = drawn_coefficients(scores, held, np.concatenate(places))
+    ends = np.cumsum([own.size for own in places])[:-1]
+    parts = dict(zip(named, np.split(drawn, ends, axis=1), strict=True))
+    return _Fit(shape, sides, acts, parts, words)
+
+
+def _named(group: str, sides: Sequence[str]) -> tuple[str, ...]:
+    """Groups of the table of one group of forces."""
+    return tuple(group if side == BOTH else f"{group}:{side}" for side in sides)
+
+
+def _abscissa(own: MountingTable, fit: _Fit, side: str) -> FloatArray:
+    """Values along which the curve is drawn, over what counted samples visit."""
+    if fit.shape == CHANGE:
+        return np.linspace(0.0, own.size.length, POINTS)
+    if fit.shape == MEMORY:
+        return np.geomspace(own.size.taus[0] / 3.0, 3.0 * own.size.taus[-1], POINTS)
+    if fit.shape == HYSTERESIS:
+        turns = np.sin(np.linspace(0.0, 4.5 * np.pi, 9 * POINTS))
+        return np.asarray(own.size.deflection * turns)
+    return _range(own, fit.shape, fit.acts[0], side)
+
+
+def _range(own: MountingTable, shape: str, act: str, side: str) -> FloatArray:
+    """Visited range of one way of a force that is kept as a table."""
+    u, v = own.counted(_BUSHINGS[side])
+    if shape == DISSIPATION:
+        ends = np.array([v.min(), v.max()])
+        if act == RADIAL:
+            ends = np.array([0.0, np.hypot(v[0], v[1]).max()])
+        low, high = own.size.curved_speed(ends).tolist()
+        return own.size.straight_speed(np.linspace(low, high, 2 * POINTS))
+    if act == RADIAL:
+        return np.linspace(0.0, float(np.hypot(u[0], u[1]).max()), POINTS)
+    return np.linspace(float(u.min()), float(u.max()), POINTS)
+
+
+def _side_curve(
+    own: MountingTable, fit: _Fit, groups: Mapping[str, ForceGroup], side: str
+) -> tuple[FloatArray, FloatArray]:
+    """Abscissa of a bushing, and its force as all ways add up; shape (n_draws, n)."""
+    x = _abscissa(own, fit, side)
+    rows = [
+        fit.drawn[side, act] @ _along(own, fit.shape, groups[_group(fit.shape, act)], x)
+        for act in fit.acts
+    ]
+    shown = slice(5 * POINTS, None) if fit.shape == HYSTERESIS else slice(None)
+    return x[shown], np.sum(rows, axis=0)[:, shown]
+
+
+def _group(shape: str, act: str) -> str:
+    return FORCE_GROUPS[shape][_ACTS.index(act)]
+
+
+def _along(own: MountingTable, shape: str, group: ForceGroup, x: FloatArray) -> FloatArray:
+    """Columns of a group along a straight motion of the bushings, shape (n_columns, n)."""
+    if shape == MEMORY:
+        return np.asarray(np.exp(-x[None] / own.size.taus[:, None]))
+    if shape == CHANGE:
+        return own.size.time_splines()(x)
+    return group.columns(_motion(own, shape, x))[:, 0, 1]
+
+
+def _motion(own: MountingTable, shape: str, x: FloatArray) -> BushingMotion:
+    """Motion of the bushings in z alone, x their speed or deflection; damping at unit speed."""
+    u = np.zeros((2, 2, x.size))
+    v = np.zeros((2, 2, x.size))
+    if shape == DISSIPATION:
+        v[:, 1] = x
+    else:
+        u[:, 1] = x
+    if shape == COUPLED:
+        v[:, 1] = 1.0
+    return replace(own.motions[0], loads=np.zeros((x.size, 3)), u=u, v=v)
+
+
+def _straight(shape: str, x: FloatArray, draws: FloatArray) -> FloatArray:
+    """What of curves the linear bushings take up: a slope, or a constant, shape (n_draws,)."""
+    if shape == FORCE:
+        # Stiffness of small motions: the least deflections that are visited, and a quarter more.
+        least = np.abs(x).min() + _SMALL * np.ptp(np.abs(x))
+        small = np.abs(x) <= least
+        return np.array([np.polyfit(x[small], y[small], 1)[0] for y in draws])
+    if shape == DISSIPATION:
+        return np.array([slope_beside_rest(x, y) for y in draws])
+    return draws.mean(axis=1) if shape in (COUPLED, CHANGE) else np.zeros(len(draws))
+
+
+def _without(shape: str, x: FloatArray, draws: FloatArray, taken: FloatArray) -> FloatArray:
+    """Curves without what linear bushings take up, alike in both; forces zero at zero.
+
+    A constant force is a load of the zero: the sensors do not see it.
+    """
+    if shape not in (FORCE, DISSIPATION):
+        return draws - taken[:, None]
+    rest = draws - np.outer(taken, x)
+    return rest - np.array([np.interp(0.0, x, y) for y in rest])[:, None]
+
+
+def _parts(
+    own: MountingTable, fit: _Fit, groups: Mapping[str, ForceGroup]
+) -> tuple[tuple[BushingPart, ...], tuple[float, float]]:
+    """Tables of the law, and its largest steps at rest, which no table holds."""
+    if fit.shape not in _KEPT:
+        return (), (0.0, 0.0)
+    parts = []
+    steps = (0.0, 0.0)
+    for act in fit.acts:
+        alone = replace(fit, acts=(act,))
+        curves = {side: _side_curve(own, alone, groups, side) for side in fit.sides}
+        taken = np.mean(
+            [_straight(fit.shape, x, draws[:1]) for x, draws in curves.values()], axis=0
+        )
+        for side, (x, draws) in curves.items():
+            y = _without(fit.shape, x, draws[:1], taken)[0]
+            if fit.shape == DISSIPATION:
+                y, risen = without_steps(x, y, own.size.rest_speed)
+                steps = (max(steps[0], risen[0]), max(steps[1], risen[1]))
+            parts.append(BushingPart(act, side, x, y))
+    return tuple(parts), steps
+
+
+def _beside_words(first: str, side: str, y: FloatArray, other: FloatArray) -> str:
+    """Size of the other bushing's curve beside that of the first."""
+    share = float(np.ptp(other)) / max(float(np.ptp(y)), 1e-300)
+    return f"{first} bushing; {side} bushing {share:.0%} of it".replace("%", " %")
+
+
+def _law_curve(
+    own: MountingTable, shape: str, law: NearestLaw, x: FloatArray, y: FloatArray
+) -> FloatArray:
+    """Law of the class fitted to its curve with a straight line; empty where none can be drawn."""
+    if not law.id or shape not in _KEPT:
+        return np.empty(0)
+    shapes = law_forces(own.model, own.size, _motion(own, shape, x), law.id)[:, :, 0, 1]
+    fits = [fitted_law(columns, x, y) for columns in shapes]
+    return min(fits, key=lambda fit: float(np.sum((fit - y) ** 2)))

@@ -1,0 +1,199 @@
+"""A measured shape of the bushings kept as a law explains its class on new records of the rig."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from carrierflex.diagnosis.classes.results import NAMED_CLASS, ClassAnswer, ClassFinding
+from carrierflex.diagnosis.inference.effect_fit import fit_effects
+from carrierflex.diagnosis.kinds import kept_law, law_findings, problem_of
+from carrierflex.diagnosis.mounting.classes.measured_laws import bushing_law_of_answer
+from carrierflex.diagnosis.mounting.problem import mounting_problem
+from carrierflex.simulation.law_files import read_measured_law, write_measured_law
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import (
+    APART,
+    BOTH,
+    PORT,
+    RADIAL,
+    STARBOARD,
+    BushingLaw,
+    BushingPart,
+    packed_laws,
+)
+from tests.diagnosis.mounting.mounting_campaigns import mounting_campaign
+
+FAR = np.linspace(0.0, 20e-3, 4001)
+WIDE = np.linspace(-20e-3, 20e-3, 8001)
+FAST = np.linspace(0.0, 0.2, 4001)
+
+
+def stop(r):
+    """Rubber stop of 15 MN/m from 1.5 mm, in whatever direction, which no law of the library is."""
+    return 1.5e7 * np.maximum(r - 1.5e-3, 0.0)
+
+
+CAUSES = {
+    "stop in the plane": BushingLaw(
+        "true", "restoring_force", (BushingPart(RADIAL, BOTH, FAR, stop(FAR)),)
+    ),
+    "stop of its own in either bushing": BushingLaw(
+        "true",
+        "restoring_force",
+        (
+            BushingPart(RADIAL, PORT, FAR, 2.0 * stop(FAR)),
+            BushingPart(RADIAL, STARBOARD, FAR, 0.5 * stop(FAR)),
+        ),
+    ),
+    "hyperbolic spring": BushingLaw(
+        "true",
+        "restoring_force",
+        (BushingPart(APART, BOTH, WIDE, 2e4 * np.sinh(WIDE / 1e-3) - 2e7 * WIDE),),
+    ),
+    "damping by the square of the speed": BushingLaw(
+        "true", "dissipation", (BushingPart(RADIAL, BOTH, FAST, 2e8 * FAST**2),)
+    ),
+    "damping far from the middle": BushingLaw(
+        "true",
+        "coupled_damping",
+        (BushingPart(RADIAL, BOTH, FAR, 1e6 * (1.0 - np.exp(-((FAR / 2e-3) ** 2)))),),
+    ),
+}
+
+
+def moved(law, seed, **options):
+    """Campaign of a rig whose bushings follow a law."""
+    return mounting_campaign(tables=packed_laws([(law, 1.0)]), seed=seed, seconds=70.0, **options)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("cause", CAUSES)
+def test_a_saved_law_explains_its_class_on_new_records(cause, tmp_path):
+    true = CAUSES[cause]
+    first = moved(true, 0)
+    answer = mounting_problem(first).class_answer()
+    assert (answer.state, answer.ids) == (NAMED_CLASS, (f"bushings/{true.effect_class}",))
+    shape = answer.classes[0].shape
+    assert (shape.band[:, 0] <= shape.y).all()
+    assert (shape.band[:, 1] >= shape.y).all()
+    write_measured_law(tmp_path / "law.toml", kept_law(first, answer, None))
+    law = read_measured_law(tmp_path / "law.toml")
+    problem = mounting_problem(moved(true, 7), (law,))
+    found = problem.class_answer()
+    assert found.ids == answer.ids
+    assert (found.classes[0].law, found.classes[0].law_named) == (law.name, True)
+    noise = problem.noise_square.sum()
+    before = fit_effects(problem, ()).sums.square.sum() - noise
+    fit = fit_effects(problem, (law.name,))
+    assert 1.0 - (fit.sums.square.sum() - noise) / before > 0.98 * found.share
+    # The linear bushings beside it are fitted too: a curve that is nearly straight is theirs.
+    assert fit.theta[-1] == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.long
+def test_one_curve_for_either_bushing_is_drawn_where_they_differ():
+    cause = CAUSES["stop of its own in either bushing"]
+    # Torque of one sign moves one bushing up and the other down: one law that is not even.
+    conditions = ((3e5, 0.0, -1e5), (-3e5, 1e5, 1e5), (-2e5, -1e5, 5e4), (3.5e5, 5e4, 0.0))
+    shape = mounting_problem(moved(cause, 0, conditions=conditions)).class_answer().classes[0].shape
+    (other,) = shape.beside
+    assert other.name == "starboard bushing"
+    assert "port bushing; starboard bushing" in shape.words
+    assert np.ptp(other.y) < 0.5 * np.ptp(shape.y)
+    assert {part.bushing for part in shape.parts} == {STARBOARD, PORT}
+
+
+@pytest.mark.long
+def test_a_class_with_memory_is_drawn_and_refused_as_a_law():
+    answer = mounting_problem(mounting_campaign({"k": 1e7, "c": 5e6}, seconds=70.0)).class_answer()
+    shape = answer.classes[0].shape
+    assert "relaxes from" in shape.words
+    # The branch is a spring of 10 MN/m: its force relaxes with c / k = 0.5 s.
+    assert shape.y[0] == pytest.approx(1e7, rel=0.1)
+    assert np.interp(0.5, shape.x, shape.y) == pytest.approx(1e7 / np.e, rel=0.2)
+    with pytest.raises(ValueError, match=r"class 'bushings/memory' is not kept as a table"):
+        bushing_law_of_answer(answer, "twin")
+
+
+def straight(**changes):
+    """Law of two tables."""
+    x = np.linspace(0.0, 1e-3, 21)
+    parts = (
+        BushingPart(RADIAL, STARBOARD, x, 2e6 * x),
+        BushingPart(APART, BOTH, np.linspace(-1e-3, 1e-3, 3), np.array([-1.0, 0.0, 2.0])),
+    )
+    return replace(BushingLaw("straight", "restoring_force", parts, 'rig "A"\\'), **changes)
+
+
+def test_a_law_of_bushings_is_read_as_it_was_written(tmp_path):
+    law = straight()
+    write_measured_law(tmp_path / "law.toml", law)
+    read = read_measured_law(tmp_path / "law.toml")
+    assert (read.name, read.effect_class) == ("straight", "restoring_force")
+    assert read.measured_on == law.measured_on
+    for own, part in zip(read.parts, law.parts, strict=True):
+        assert (own.acts, own.bushing) == (part.acts, part.bushing)
+        assert_allclose(own.x, part.x)
+        assert_allclose(own.y, part.y)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("version = 1", "version = 2", "written by a newer version"),
+        ('"restoring_force"', '"hysteresis"', "one of restoring_force, dissipation"),
+        ('"radial"', '"around"', "one of apart, radial"),
+        ('"starboard"', '"left"', "one of both, starboard, port"),
+        ("    0.0,\n    5e-05,", "    1e-05,\n    5e-05,", "expected 0 of a radial part"),
+        ("    0.0,\n    100.0,", "    3.0,\n    100.0,", "expected 0 of a radial force"),
+        ("    -0.001,\n", "", r"\[\[part\]\] 2: x has 2 and y 3 points"),
+    ],
+)
+def test_a_law_file_that_is_none_is_refused_by_its_key(old, new, told, tmp_path):
+    path = tmp_path / "law.toml"
+    write_measured_law(path, straight())
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(ValueError, match=told) as refused:
+        read_measured_law(path)
+    assert str(path) in str(refused.value)
+
+
+def test_a_law_of_bushings_is_for_mountings():
+    campaign = SimpleNamespace(name="rig", kind="element")
+    with pytest.raises(ValueError, match="of kind element; law 'straight' is of bushings"):
+        problem_of(campaign, None, (straight(),))
+
+
+def test_records_that_leave_the_range_of_a_law_are_told():
+    problem = mounting_problem(mounting_campaign(seconds=40.0), (straight(),))
+    (warning,) = law_findings(problem, (straight(),))
+    assert (warning.check, warning.about) == ("visited_range", "straight")
+    assert 0.0 < warning.figure < 1.0
+    assert "goes on with the slope of its end" in warning.remedy
+    x = np.linspace(-1.0, 1.0, 3)
+    wide = straight(parts=(BushingPart(APART, BOTH, x, x),))
+    assert law_findings(problem, (wide,)) == ()
+
+
+def friction_answer(steps):
+    """Answer by class whose dissipation rises at rest."""
+    v = np.linspace(0.0, 1e-2, 11)
+    shape = SimpleNamespace(steps=steps, parts=(BushingPart(RADIAL, BOTH, v, 1e5 * v),))
+    finding = ClassFinding(
+        "bushings/dissipation", 0.9, (0.8, 1.0), "", float("nan"), law_named=False, shape=shape
+    )
+    nan = float("nan")
+    return ClassAnswer(
+        NAMED_CLASS, (finding,), (), {}, 0.9, (0.8, 1.0), 0.9, (), nan, nan, (nan, nan), nan, {}
+    )
+
+
+def test_dry_friction_is_no_table_of_a_bushing():
+    with pytest.raises(ValueError, match="'dissipation' holds dry friction of 500 N at rest"):
+        bushing_law_of_answer(friction_answer((500.0, 400.0)), "twin")
+    law = bushing_law_of_answer(friction_answer((20.0, 0.0)), "Rig 7: twin")
+    assert (law.name, law.effect_class) == ("dissipation_of_rig_7_twin", "dissipation")
