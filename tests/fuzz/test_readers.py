@@ -50,7 +50,10 @@ from carrierflex.reduction.body_files import read_body, read_certificate, read_s
 from carrierflex.reduction.certificate import Certificate, Check
 from carrierflex.reduction.shapes.body_shapes import BodyShapes
 from carrierflex.simulation.carrier.case_files import read_case, shipped_case
+from carrierflex.simulation.element.tabulated_laws import TabulatedLaw
+from carrierflex.simulation.law_files import read_measured_law, write_measured_law
 from carrierflex.simulation.mounting.case_files import read_mounting_case
+from carrierflex.simulation.mounting.measured_laws.bushing_laws import BushingLaw, BushingPart
 from carrierflex.simulation.stage.stage_cases import read_stage_case
 from carrierflex.workflows.support.cache_store import CacheStore
 from carrierflex.workflows.view3d.rim_scene import rim_scene
@@ -151,6 +154,12 @@ def _documents(folder: Path) -> dict[str, Target]:
     write_rim_motion(
         folder / "rim_motion.json", RimMotion("twin", "m", 3, 0.4, ("carrier_tilt",), (signal,))
     )
+    x = np.linspace(0.0, 1.0, 5)
+    write_measured_law(
+        folder / "law.toml", TabulatedLaw("law", "dissipation", x, x, ("N", "m"), (1.0, 2.0))
+    )
+    part = BushingPart("radial", "both", x, x)
+    write_measured_law(folder / "bushings.toml", BushingLaw("law", "dissipation", (part,)))
     entry = {"format": "carrierflex-cache-entry", "version": 1, "key": "k"}
     save_json(folder / "entry.json", entry | {"files": {"a.csv": "0" * 64}, "inputs": {}})
     parameters = b"[carrier]\nplate_gap = 0.25\nouter_radius = 0.5\n[gear]\nring_teeth = 99\n"
@@ -159,6 +168,8 @@ def _documents(folder: Path) -> dict[str, Target]:
         "curves.csv": lambda path: read_curves(path / "curves.csv"),
         "parameters.toml": lambda path: read_parameters(path / "parameters.toml"),
         "surfaces.toml": lambda path: read_cad_statements(path / "surfaces.toml"),
+        "law.toml": lambda path: read_measured_law(path / "law.toml"),
+        "bushings.toml": lambda path: read_measured_law(path / "bushings.toml"),
         "seals.json": lambda path: read_seals(path / "seals.json"),
         "times.json": read_verdict,
         "diagnosis.json": lambda path: read_diagnosis(path / "diagnosis.json"),
@@ -203,7 +214,8 @@ def _matrices(folder: Path) -> dict[str, Target]:
 TEXTS = [
     *("campaign carrier document", "campaign carrier run", "campaign mounting document"),
     *("campaign mounting run", "campaign element document", "campaign element run"),
-    *("curves.csv", "parameters.toml", "surfaces.toml", "seals.json"),
+    *("curves.csv", "parameters.toml", "surfaces.toml", "law.toml"),
+    *("bushings.toml", "seals.json"),
     *("times.json", "diagnosis.json", "rim_motion.json", "entry.json"),
     *("case carrier_lc1_to_lc4", "case mounting_2011", "case stage_lc1"),
     *("mesh .msh", "mesh of hexahedra .inp"),
