@@ -25,6 +25,7 @@ _ROOT = "carrierflex."
 MODULES = (
     "identification.campaign.signals",
     "diagnosis.element.records",
+    "diagnosis.element.linear",
     "diagnosis.element.classes.answer",
     "diagnosis.element.classes.columns",
     "diagnosis.element.classes.drive_in_time",
@@ -33,6 +34,7 @@ MODULES = (
     "diagnosis.classes.memory_columns",
     "diagnosis.element.classes.motion",
     "diagnosis.element.classes.nearest_motion",
+    "diagnosis.element.classes.noise_colour",
     "diagnosis.classes.splines",
     "diagnosis.element.classes.starting_states",
     "diagnosis.element.classes.table",
@@ -108,6 +110,9 @@ def replacement(constant: Constant, factor: float) -> tuple[str, Any]:
 
 
 def _moved(value: Any, factor: float) -> Any:
+    if isinstance(value, np.ndarray):
+        largest = float(value.max())
+        return value * (_moved(largest, factor) / largest)
     if isinstance(value, int):
         step = round((factor - 1.0) * value)
         return value + (step or int(np.sign(factor - 1.0)))

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import LinAlgError, cho_factor, cho_solve, solve_triangular
+from scipy.linalg.lapack import dpotrf, dpotrs, dtrtrs
 from scipy.optimize import nnls
 
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup, GramTable, IntArray
@@ -79,7 +79,26 @@ def class_model(
     return ClassModel(columns, penalty, nonnegative)
 
 
-def coefficients(gram: FloatArray, model: ClassModel) -> FloatArray:
+def products_of(gram: FloatArray, model: ClassModel) -> FloatArray:
+    """Products of the target and a model's columns, from those of all columns of a table.
+
+    Parameters
+    ----------
+    gram : ndarray, shape (..., n_table, n_table)
+        Products of all columns of the table, the target first.
+    model : ClassModel
+        Columns.
+
+    Returns
+    -------
+    ndarray, shape (..., 1 + n, 1 + n)
+        The target first, then the model's columns in their order.
+    """
+    places = np.concatenate([[0], model.columns])
+    return np.asarray(gram[..., places[:, None], places])
+
+
+def coefficients(products: FloatArray, model: ClassModel) -> FloatArray:
     """Coefficients c that minimise ``|target - columns c|² + c' P c``, some c >= 0.
 
     The free coefficients are projected out of the products first; what remains is a small problem
@@ -87,8 +106,8 @@ def coefficients(gram: FloatArray, model: ClassModel) -> FloatArray:
 
     Parameters
     ----------
-    gram : ndarray, shape (n_table, n_table)
-        Products of all columns of the table, the target first.
+    products : ndarray, shape (1 + n, 1 + n)
+        Products of the target and the model's columns (:func:`products_of`).
     model : ClassModel
         Columns and penalty.
 
@@ -103,66 +122,59 @@ def coefficients(gram: FloatArray, model: ClassModel) -> FloatArray:
     """
     if not model.columns.size:
         return np.empty(0)
-    A = gram[np.ix_(model.columns, model.columns)] + model.penalty
-    b = gram[model.columns, 0]
+    A = products[1:, 1:] + model.penalty
+    b = products[1:, 0]
     n = model.is_nonnegative
     if not n.any():
-        return _solved(A, b)
+        return _solved(_factor(A), b)
     free = ~n
     if not free.any():
         return _nonnegative(A, b)
-    factor = _factor(A[np.ix_(free, free)])
-    coupling = cho_solve(factor, A[np.ix_(free, n)])
-    schur = A[np.ix_(n, n)] - A[np.ix_(n, free)] @ coupling
+    factor = _factor(A[free][:, free])
+    coupling = _solved(factor, A[free][:, n])
+    schur = A[n][:, n] - A[n][:, free] @ coupling
     right = b[n] - coupling.T @ b[free]
     found = np.empty(b.size)
     found[n] = _nonnegative(schur, right)
-    found[free] = cho_solve(factor, b[free]) - coupling @ found[n]
+    found[free] = _solved(factor, b[free]) - coupling @ found[n]
     return found
 
 
-def block_squares(
-    gram: FloatArray, blocks: IntArray, model: ClassModel, c: FloatArray
-) -> FloatArray:
-    """Sum of squares that coefficients leave in some blocks, shape (n,).
+def squares_left(products: FloatArray, c: FloatArray) -> FloatArray:
+    """Sum of squares that coefficients leave, shape (...).
 
     Parameters
     ----------
-    gram : ndarray, shape (n_blocks, n_table, n_table)
-        Products of all columns by block.
-    blocks : ndarray of int, shape (n,)
-        Blocks.
-    model : ClassModel
-        Columns.
-    c : ndarray
-        Coefficients in their order.
+    products : ndarray, shape (..., 1 + n, 1 + n)
+        Products of the target and the columns, such as those of each block.
+    c : ndarray, shape (n,)
+        Coefficients.
     """
-    places = np.concatenate([[0], model.columns])
     weights = np.concatenate([[1.0], -c])
-    products = gram[blocks[:, None, None], places[:, None], places] @ weights
-    return np.asarray(products @ weights)
+    return np.asarray((products @ weights) @ weights)
 
 
-def _factor(A: FloatArray) -> tuple[FloatArray, bool]:
-    """Cholesky factor; a rounding more on the diagonal where the matrix is singular to rounding."""
-    lift = 0.0
-    size = float(np.diag(A).max())
-    for _ in range(8):
-        try:
-            return cho_factor(A + lift * np.eye(len(A)), lower=True, check_finite=False)
-        except LinAlgError:
-            lift = max(100.0 * lift, _ROUNDING * size)
+def _factor(A: FloatArray) -> FloatArray:
+    """Lower Cholesky factor; a rounding more on the diagonal where A is singular to rounding.
+
+    LAPACK directly: a table is hundreds of small solves, of which checks take half of the time.
+    """
+    rounding = _ROUNDING * float(np.diag(A).max())
+    for lift in (0.0, *(rounding * 100.0**k for k in range(7))):
+        factor, failed = dpotrf(A + lift * np.eye(len(A)) if lift else A, lower=1)
+        if not failed:
+            return np.asarray(factor)
     raise ArithmeticError(f"the products of {len(A)} columns are not positive: table is corrupt")
 
 
-def _solved(A: FloatArray, b: FloatArray) -> FloatArray:
-    return np.asarray(cho_solve(_factor(A), b, check_finite=False))
+def _solved(factor: FloatArray, b: FloatArray) -> FloatArray:
+    """``A^-1 b`` from the lower factor of A."""
+    return np.asarray(dpotrs(factor, b, lower=1)[0])
 
 
 def _nonnegative(A: FloatArray, b: FloatArray) -> FloatArray:
     """Minimiser of ``c' A c / 2 - b' c`` for c >= 0."""
     size = np.sqrt(np.maximum(np.diag(A), _ROUNDING))
-    lower, _ = _factor(A / np.outer(size, size))
-    L = np.tril(lower)
-    right = solve_triangular(L, b / size, lower=True, check_finite=False)
+    L = _factor(A / np.outer(size, size))
+    right = dtrtrs(L, b / size, lower=1)[0]
     return nnls(L.T, right, maxiter=30 * b.size)[0] / size

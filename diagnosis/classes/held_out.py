@@ -8,9 +8,10 @@ import numpy as np
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.fits import (
     ClassModel,
-    block_squares,
     class_model,
     coefficients,
+    products_of,
+    squares_left,
 )
 from carrierflex.diagnosis.classes.gram_table import GramTable, IntArray
 from carrierflex.diagnosis.comparison.problem import FloatArray
@@ -55,11 +56,15 @@ class ClassScores:
         Limits.
     known : dict
         Results so far, by sorted class ids.
+    chosen : dict
+        Products of the columns asked for last, outside each fold and of each block: the weights of
+        a penalty are tried one after the other.
     """
 
     table: GramTable
     constants: ClassConstants
     known: dict[Classes, HeldOutSquares] = field(default_factory=dict)
+    chosen: dict[bytes, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
 
     def of(self, classes: Sequence[str]) -> HeldOutSquares:
         """Held-out squares of a set of classes; of the baseline for the empty set."""
@@ -87,15 +92,19 @@ class ClassScores:
 
     def with_law(self, classes: Sequence[str], columns: IntArray) -> HeldOutSquares:
         """Held-out squares of some classes and a law's columns beside them."""
-        beside = self.of(classes)
-        model = class_model(
-            self.table,
-            beside.groups,
-            beside.ridges,
-            jitter=self.constants.jitter,
-            further=columns,
-        )
-        return HeldOutSquares(self._held_out(model), beside.groups, beside.ridges, columns)
+        key = (*sorted(classes), f"columns {columns.tolist()}")
+        if key not in self.known:
+            beside = self.of(classes)
+            model = class_model(
+                self.table,
+                beside.groups,
+                beside.ridges,
+                jitter=self.constants.jitter,
+                further=columns,
+            )
+            squares = self._held_out(model)
+            self.known[key] = HeldOutSquares(squares, beside.groups, beside.ridges, columns)
+        return self.known[key]
 
     def model(self, held: HeldOutSquares) -> ClassModel:
         """Model of a result."""
@@ -164,9 +173,18 @@ class ClassScores:
         return min(results, key=lambda result: result.total)
 
     def _held_out(self, model: ClassModel) -> FloatArray:
-        squares = np.empty(len(self.table.gram))
+        training, by_block = self._products(model)
+        squares = np.empty(len(by_block))
         for fold in self.table.fold_numbers:
-            held = np.flatnonzero(self.table.folds == fold)
-            c = coefficients(self.table.training[fold], model)
-            squares[held] = block_squares(self.table.gram, held, model, c)
+            held = self.table.folds == fold
+            squares[held] = squares_left(by_block[held], coefficients(training[fold], model))
         return squares
+
+    def _products(self, model: ClassModel) -> tuple[FloatArray, FloatArray]:
+        """Products of a model's columns outside each fold, and of each block."""
+        key = model.columns.tobytes()
+        if key not in self.chosen:
+            self.chosen.clear()
+            table = self.table
+            self.chosen[key] = (products_of(table.training, model), products_of(table.gram, model))
+        return self.chosen[key]

@@ -9,10 +9,8 @@ records cannot tell from it.
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import combinations
 
-import numpy as np
-
 from carrierflex.diagnosis.classes.decision import Decision, is_nothing, state_of
-from carrierflex.diagnosis.classes.fits import block_squares, coefficients
+from carrierflex.diagnosis.classes.fits import coefficients, products_of, squares_left
 from carrierflex.diagnosis.classes.held_out import Classes, ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import NOTHING
 from carrierflex.diagnosis.classes.shares import Shares
@@ -128,9 +126,8 @@ def _fits_all(scores: ClassScores, shares: Shares, answer: Classes) -> bool:
     other conditions.
     """
     model = scores.model(scores.of(answer))
-    table = scores.table
-    every = np.arange(len(table.gram))
-    left = block_squares(table.gram, every, model, coefficients(table.total, model)).sum()
+    products = products_of(scores.table.total, model)
+    left = squares_left(products, coefficients(products, model))
     return bool(left <= shares.constants.nothing_ratio * shares.floor.sum())
 
 

@@ -23,6 +23,7 @@ from carrierflex.identification.estimation.scaled_least_squares import design_so
 
 FloatArray = NDArray[np.float64]
 
+#: Rounds of instruments, of which the best is kept.
 _ROUNDS = 6
 #: Damping ratio of the first instrument, and the least one of any.
 _FIRST_DAMPING, _LEAST_DAMPING = 0.5, 1e-3

@@ -55,7 +55,7 @@ def trusted_frequency(
     step: float,
     *,
     is_slow: bool = False,
-    above_plateau: float = _ABOVE_PLATEAU,
+    above_plateau: float | None = None,
 ) -> float:
     """Frequency [Hz] up to which a signal stands clear of its high-frequency plateau.
 
@@ -68,8 +68,9 @@ def trusted_frequency(
     is_slow : bool
         Whether the motion is known to be slow, as a decay is. Where nothing stands clear it then
         lies below the first lines of the spectrum; elsewhere it fills the whole of it.
-    above_plateau : float
-        Power over the plateau's at which it stands clear.
+    above_plateau : float, optional
+        Power over the plateau's at which it stands clear; else that at which a search for laws
+        believes it.
 
     Returns
     -------
@@ -84,7 +85,8 @@ def trusted_frequency(
     )
     frequency, power = frequency[3:], power[3:] / (2.0 * np.sin(np.pi * frequency[3:] * step)) ** 4
     plateau = float(np.median(power[int(0.85 * power.size) :]))
-    clear = np.flatnonzero(power > above_plateau * plateau)
+    least = _ABOVE_PLATEAU if above_plateau is None else above_plateau
+    clear = np.flatnonzero(power > least * plateau)
     if clear.size:
         highest = frequency[clear[-1]]
     else:

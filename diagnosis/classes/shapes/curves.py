@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from carrierflex.diagnosis.classes.fits import coefficients
+from carrierflex.diagnosis.classes.fits import coefficients, products_of
 from carrierflex.diagnosis.classes.gram_table import IntArray
 from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.comparison.problem import FloatArray
@@ -43,13 +43,11 @@ def drawn_coefficients(scores: ClassScores, held: HeldOutSquares, places: IntArr
     rng = np.random.default_rng(_SEED)
     n = len(table.gram)
     counts = rng.multinomial(n, np.full(n, 1.0 / n), size=scores.constants.band_samples)
-    used = np.concatenate([[0], model.columns])
-    small = table.gram[:, used[:, None], used[None]]
-    found = []
-    for weights in (np.ones(n), *counts):
-        gram = np.zeros(table.total.shape)
-        gram[np.ix_(used, used)] = np.tensordot(weights, small, axes=1)
-        found.append(coefficients(gram, model)[chosen])
+    by_block = products_of(table.gram, model)
+    found = [
+        coefficients(np.tensordot(weights, by_block, axes=1), model)[chosen]
+        for weights in (np.ones(n), *counts)
+    ]
     # Column k of the table is the raw column times scale[k], the target times scale[0].
     return np.array(found) * table.scale[places] / table.scale[0]
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from functools import partial
 
-from carrierflex.diagnosis.classes.answer import class_answer
+from carrierflex.diagnosis.classes.answer import ShapeOf, class_answer
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.results import ClassAnswer
 from carrierflex.diagnosis.comparison.problem import FloatArray
@@ -65,6 +65,26 @@ def element_class_answer(
     own = known or element_table(model, records, noise, constants)
     if own is None:
         return None
+    return answer_of_table(own, model, noise_note, partial(measured_shape, own, model.units))
+
+
+def answer_of_table(
+    own: ElementTable, model: ElementModel, noise_note: str, shape_of: ShapeOf
+) -> ClassAnswer:
+    """Class of the missing effect from the table.
+
+    Parameters
+    ----------
+    own : ElementTable
+        Products, and held-out squares with their limits.
+    model : ElementModel
+        Baseline.
+    noise_note : str
+        What the records cannot say of their noise.
+    shape_of : callable
+        Gives the measured shape of a class.
+    """
+    constants = own.scores.constants
     note = _note_of_time(own, constants)
     inseparable = {TIME_VARIATION} if note else set()
     is_one_line = note == _ONE_FREQUENCY_NOTE and model.by_force
@@ -82,7 +102,7 @@ def element_class_answer(
     return class_answer(
         own.scores,
         candidates,
-        shape_of=partial(measured_shape, own, model.units),
+        shape_of=shape_of,
         floor_is_known=not noise_note,
         inseparable=sorted(inseparable - left_out),
         # The band holds one line and its harmonics: two causes share out what one makes.

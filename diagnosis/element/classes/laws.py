@@ -1,6 +1,6 @@
 """Laws of the library as columns along a motion, and the classes that each lies in."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -156,27 +156,38 @@ def yields(size: MotionSize) -> FloatArray:
     return np.geomspace(least, max(_YIELDS[-1] * size.half_range, 2.0 * least), _YIELDS.size)
 
 
+def _sign(v: FloatArray, size: MotionSize) -> FloatArray:
+    """Sign of the speed, smooth where it is uncertain."""
+    return np.asarray(np.tanh(v / size.rest_speed))
+
+
+#: Columns of laws of one shape from deflection, speed and the sign of the speed.
+_SIMPLE_LAWS: Mapping[
+    str, Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, ...]]
+] = {
+    "quadratic_stiffness": lambda x, v, sign: (x**2,),
+    "cubic_stiffness": lambda x, v, sign: (x**3,),
+    "quintic_stiffness": lambda x, v, sign: (x**5,),
+    "coulomb_friction": lambda x, v, sign: (sign,),
+    "friction_asymmetry": lambda x, v, sign: (np.maximum(sign, 0.0), np.minimum(sign, 0.0)),
+    "quadratic_damping": lambda x, v, sign: (v * np.abs(v),),
+    "cubic_damping": lambda x, v, sign: (v**3,),
+    "deflection_dependent_damping": lambda x, v, sign: (x**2 * v,),
+}
+
+
 def static_law(law: str, x: FloatArray, v: FloatArray, size: MotionSize) -> FloatArray | None:
     """Columns of a law without memory by shape, shape (n_shapes, n_columns, n).
 
     None for any other.
     """
-    sign = np.tanh(v / size.rest_speed)
-    simple: Mapping[str, tuple[FloatArray, ...]] = {
-        "quadratic_stiffness": (x**2,),
-        "cubic_stiffness": (x**3,),
-        "quintic_stiffness": (x**5,),
-        "coulomb_friction": (sign,),
-        "friction_asymmetry": (np.maximum(sign, 0.0), np.minimum(sign, 0.0)),
-        "quadratic_damping": (v * np.abs(v),),
-        "cubic_damping": (v**3,),
-        "deflection_dependent_damping": (x**2 * v,),
-    }
-    if law in simple:
-        return np.array(simple[law])[None]
+    simple = _SIMPLE_LAWS.get(law)
+    if simple is not None:
+        return np.array(simple(x, v, _sign(v, size)))[None]
     if law == "backlash":
         return np.array([[-np.clip(x, -gap, gap)] for gap in shapes_of(law, size)])
     if law == "stribeck_friction":
+        sign = _sign(v, size)
         speeds = shapes_of(law, size)
         return np.array([[sign, sign * np.exp(-((v / own) ** 2))] for own in speeds])
     return None

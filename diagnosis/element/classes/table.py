@@ -117,6 +117,28 @@ class ElementTable:
     scores: ClassScores
 
 
+@dataclass(frozen=True, eq=False)
+class ElementRuns:
+    """What the columns of a table are made of.
+
+    Parameters
+    ----------
+    records : tuple of ForceRecord
+        Runs, with the samples that count.
+    size : MotionSize
+        Sizes of the motion over all runs.
+    weights : tuple of NoiseWeight
+        Filter of each run.
+    bases : ElementBases
+        Splines and sizes.
+    """
+
+    records: tuple[ForceRecord, ...]
+    size: MotionSize
+    weights: tuple[NoiseWeight, ...]
+    bases: ElementBases
+
+
 def element_table(
     model: ElementModel,
     records: Sequence[ElementRecord],
@@ -141,6 +163,17 @@ def element_table(
     ElementTable or None
         Table with its columns.
     """
+    runs = element_runs(model, records, noise, constants)
+    return None if runs is None else table_of(model, runs, constants)
+
+
+def element_runs(
+    model: ElementModel,
+    records: Sequence[ElementRecord],
+    noise: FloatArray,
+    constants: ClassConstants,
+) -> ElementRuns | None:
+    """Runs in force space with their filters; arguments as of :func:`element_table`."""
     records = [with_all_lines(model, record) for record in records]
     own = force_records(model, records, noise)
     if not own:
@@ -157,29 +190,48 @@ def element_table(
     own = where_folds_overlap(own, constants.n_folds)
     weights = _weights(model, own, _variances(own, records, noise))
     bases = element_bases(own, size)
-    own = with_starting_states(own, weights, bases)
+    return ElementRuns(with_starting_states(own, weights, bases), size, weights, bases)
+
+
+def table_of(model: ElementModel, runs: ElementRuns, constants: ClassConstants) -> ElementTable:
+    """Products of all columns along some runs.
+
+    Parameters
+    ----------
+    model : ElementModel
+        Library.
+    runs : ElementRuns
+        Runs with their filters and bases.
+    constants : ClassConstants
+        Number of folds.
+    """
+    own, bases = runs.records, runs.bases
     groups = group_columns(bases, _side_line(bases, own))
     laws = [name for name in model.cards if name not in (*model.contained, *_CONTROLS)]
-    grams = []
-    floors = []
-    folds = []
+    n_blocks = sum(np.unique(record.block[record.counts]).size for record in own)
+    gram = np.empty(0)
+    floors: list[float] = []
+    folds: list[int] = []
     layout = None
-    for number, (record, weight) in enumerate(zip(own, weights, strict=True)):
-        raw, layout = _raw_columns(model, record, groups, laws, size)
+    for number, (record, weight) in enumerate(zip(own, runs.weights, strict=True)):
+        raw, layout = _raw_columns(model, record, groups, laws, runs.size)
+        if not gram.size:
+            gram = np.empty((n_blocks, len(raw), len(raw)))
         rows = _filtered(raw, weight)
         fold = fold_of(record, number, constants.n_folds)
+        floor = weight.floor()
         for block in np.unique(record.block[record.counts]):
             chosen = record.block == block
             inside = rows[:, chosen]
-            grams.append(inside @ inside.T)
-            floors.append(weight.floor() * inside.shape[1])
+            np.matmul(inside, inside.T, out=gram[len(floors)])
+            floors.append(floor * inside.shape[1])
             folds.append(int(fold[chosen][0]))
     assert layout is not None
-    table = _assembled(np.array(grams), np.array(floors), np.array(folds), layout)
+    table = _assembled(gram, np.array(floors), np.array(folds), layout)
     if model.states:
         # The rate of the force after a release holds the acceleration, which is the target.
         table = replace(table, ceiling=CLASS_GROUPS[FORCE_SURFACE] + CLASS_GROUPS[HYSTERESIS])
-    return ElementTable(table, bases, groups, own, weights, ClassScores(table, constants))
+    return ElementTable(table, bases, groups, own, runs.weights, ClassScores(table, constants))
 
 
 def _variances(
@@ -337,8 +389,10 @@ def _assembled(
         name: tuple(law for law in layout.laws if name in _classes_of(law.id))
         for name in CLASS_GROUPS
     }
+    # In place: a table takes tens of megabytes, and a copy as long as its products.
+    gram *= np.outer(scale, scale)
     return GramTable(
-        gram=gram * np.outer(scale, scale),
+        gram=gram,
         n_base=layout.n_base,
         groups=groups,
         classes=CLASS_GROUPS,

@@ -11,9 +11,10 @@ from carrierflex.diagnosis.classes.answer import class_answer
 from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.classes.fits import (
     ClassModel,
-    block_squares,
     class_model,
     coefficients,
+    products_of,
+    squares_left,
 )
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup
 from carrierflex.diagnosis.classes.held_out import ClassScores
@@ -135,15 +136,14 @@ def test_weights_of_one_sign_do_not_fit_the_other_sign():
         table, groups=table.groups | {"a": ColumnGroup(places, np.eye(places.size), True)}
     )
     model = class_model(signed, ("a",), (0.0,), jitter=0.0)
-    c = coefficients(signed.total, model)
+    c = coefficients(products_of(signed.total, model), model)
     assert_allclose(c[1:], 0.0, atol=1e-12)
     free = class_model(table, ("a",), (0.0,), jitter=0.0)
-    c = coefficients(table.total, free)
+    c = coefficients(products_of(table.total, free), free)
     assert (c[1:] < 0.0).all()
     # The products give the same squares as the samples.
-    left = (
-        block_squares(table.gram, np.arange(len(table.gram)), free, c).sum() / table.scale[0] ** 2
-    )
+    by_block = squares_left(products_of(table.gram, free), c)
+    left = by_block.sum() / table.scale[0] ** 2
     assert left == pytest.approx(1e-6 * N_BLOCKS * N_SAMPLES, rel=0.1)
 
 

@@ -26,9 +26,18 @@ from carrierflex.workflows.support.progress import Stages
 
 
 def main(
-    *, out: Path, seed: int = 1, cases: int = 200, workers: int = 1, quiet: bool = False
+    *,
+    out: Path,
+    seed: int = 1,
+    cases: int = 200,
+    workers: int = 1,
+    standing: bool = False,
+    quiet: bool = False,
 ) -> Mapping[str, int]:
     """Move every constant and count the answers that change.
+
+    Cases are made in the order of their numbers, which says nothing about their content: those
+    that stand are a fair part of the whole at any time.
 
     Parameters
     ----------
@@ -40,6 +49,8 @@ def main(
         Number of cases.
     workers : int
         Processes.
+    standing : bool
+        Make no case; table of those that stand.
     quiet : bool
         Show no progress.
 
@@ -51,14 +62,14 @@ def main(
     folder = prepared_folder(out)
     plans = case_plans("element", cases, seed)
     files = [folder / f"{seed}-{plan.name}.json" for plan in plans]
-    stages = Stages(1, quiet)
-    with stages.stage("moving the constants"), work_executor(workers) as executor:
-        make_missing(plans, files, _write_answers, executor, stages)
-    changed = Counter(
-        name for file in files for name in read_json(file, "answers of a case")["changed"]
-    )
+    if not standing:
+        stages = Stages(1, quiet)
+        with stages.stage("moving the constants"), work_executor(workers) as executor:
+            make_missing(plans, files, _write_answers, executor, stages)
+    made = [read_json(file, "answers of a case") for file in files if file.is_file()]
+    changed = Counter(name for case in made for name in case["changed"])
     with whole_file(folder / "constants.md") as file:
-        file.write_text("\n".join(_table(changed, len(plans))) + "\n", encoding="utf-8")
+        file.write_text("\n".join(_table(changed, len(made))) + "\n", encoding="utf-8")
     return changed
 
 
@@ -69,20 +80,30 @@ def _write_answers(plan: CasePlan, path: Path) -> None:
 
 
 def _table(changed: Mapping[str, int], n_cases: int) -> Iterator[str]:
-    """Rows in the order of the modules."""
-    yield f"Answers changed of {n_cases}."
+    """Rows in the order of the modules; constants that change nothing below them."""
+    counts = {
+        constant: [changed.get(f"{constant.module}.{constant.name} x{f}", 0) for f in FACTORS]
+        for constant in listed_constants()
+    }
+    yield f"Answers changed, of {n_cases} cases."
     yield ""
     yield "| constant | value | " + " | ".join(f"x {factor}" for factor in FACTORS) + " | reason |"
     yield "|---|---|" + "---|" * len(FACTORS) + "---|"
-    for constant in listed_constants():
-        counts = [changed.get(f"{constant.module}.{constant.name} x{f}", 0) for f in FACTORS]
-        yield _row(constant, counts)
+    for constant, own in counts.items():
+        if any(own):
+            yield _row(constant, own)
+    still = [_name(constant) for constant, own in counts.items() if not any(own)]
+    yield ""
+    yield f"{len(still)} of {len(counts)} change nothing: {', '.join(still)}."
+
+
+def _name(constant: Constant) -> str:
+    return f"`{constant.module.rpartition('.')[2]}.{constant.name}`"
 
 
 def _row(constant: Constant, counts: Sequence[int]) -> str:
-    module = constant.module.rpartition(".")[2]
     told = " | ".join(str(count) for count in counts)
-    return f"| `{module}.{constant.name}` | {_value(constant.value)} | {told} | {constant.reason} |"
+    return f"| {_name(constant)} | {_value(constant.value)} | {told} | {constant.reason} |"
 
 
 def _value(value: Any) -> str:
