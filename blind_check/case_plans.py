@@ -9,9 +9,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from carrierflex.blind_check.element_plans import FULL_SIZE, element_plans, strata_weights
+from carrierflex.blind_check.element_plans import (
+    DRIVEN_SIZE,
+    FULL_SIZE,
+    decay_plans,
+    element_plans,
+    strata_weights,
+)
 from carrierflex.blind_check.labels import (
     ALIASED,
+    DECAYS,
     FAMILIES,
     FORM,
     KINDS,
@@ -71,7 +78,8 @@ def case_plans(
     seed : int
         Seed.
     families : sequence of str
-        Families to draw from, of those that the kind has; kind element draws from all.
+        Families to draw from, of those that the kind has. Kind element draws from all, and a full
+        check ends with its decays; where these are asked for it draws them alone.
 
     Returns
     -------
@@ -91,7 +99,13 @@ def case_plans(
         raise ValueError(f"--seed is {seed}; expected 0 or more")
     rng = np.random.default_rng([seed, _STREAM[kind], 0])
     if kind == "element":
-        return tuple(element_plans(_counts(strata_weights(), cases), seed, rng))
+        # Numbers of their own: cases of a seed that hold no decay stay what they are.
+        of_decays = np.random.default_rng([seed, _STREAM[kind], 1])
+        if DECAYS in families:
+            return tuple(decay_plans(cases, seed, of_decays))
+        driven = min(cases, DRIVEN_SIZE)
+        plans = element_plans(_counts(strata_weights(), driven), seed, rng)
+        return (*plans, *decay_plans(cases - driven, seed, of_decays, first=driven + 1))
     weights = {name: weight for name, weight in _weights(kind).items() if name in families}
     if not weights:
         raise ValueError(

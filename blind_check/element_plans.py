@@ -9,6 +9,7 @@ import numpy as np
 
 from carrierflex.blind_check.labels import NOTHING, OUTSIDE, PAIR, SINGLE, CasePlan
 from carrierflex.blind_check.truth.element.drives import (
+    DECAY,
     MULTISINE,
     NOISE,
     ONE_SINE,
@@ -31,7 +32,10 @@ _STRATA: dict[str, tuple[int, tuple[str, ...]]] = {
     NOTHING: (200, (MULTISINE, NOISE, SWEEPS, SINES)),
     OUTSIDE: (200, (MULTISINE, NOISE, SWEEPS, SINES)),
 }
-FULL_SIZE = sum(count for count, _ in _STRATA.values())
+DRIVEN_SIZE = sum(count for count, _ in _STRATA.values())
+#: Free decays of a full check beside them. Of six two hold nothing or a cause outside every class.
+_DECAYS, _DECAY_CYCLE = 60, 6
+FULL_SIZE = DRIVEN_SIZE + _DECAYS
 #: Gap over floor, drawn with a uniform logarithm.
 SMALLEST_RATIO, LARGEST_RATIO = 0.7, 50.0
 #: Every fourth case with a cause holds two.
@@ -63,6 +67,40 @@ def element_plans(counts: dict[str, int], seed: int, rng: np.random.Generator) -
             drawn.append((family, effects, 0.0 if family == NOTHING else ratio, drive))
     order = rng.permutation(len(drawn))
     return [CasePlan("element", n + 1, seed, *drawn[k]) for n, k in enumerate(order)]
+
+
+def decay_plans(
+    cases: int, seed: int, rng: np.random.Generator, *, first: int = 1
+) -> list[CasePlan]:
+    """Plans of free decays, a stratum of their own.
+
+    Parameters
+    ----------
+    cases : int
+        Number of cases.
+    seed : int
+        Seed of the check.
+    rng : Generator
+        Random numbers.
+    first : int
+        Number of the first case.
+
+    Returns
+    -------
+    list of CasePlan
+        In an order that says nothing about the content.
+    """
+    strata = {0: NOTHING, 1: OUTSIDE}
+    places = list(range(cases))
+    drawn = []
+    for k, ratio in zip(places, _ratios(rng, cases), strict=True):
+        turn, place = divmod(k, _DECAY_CYCLE)
+        family, effects = _content(
+            strata.get(place, DECAY), DECAY, turn if place < len(strata) else place, rng
+        )
+        drawn.append((family, effects, 0.0 if family == NOTHING else ratio))
+    order = rng.permutation(cases)
+    return [CasePlan("element", first + n, seed, *drawn[k], DECAY) for n, k in enumerate(order)]
 
 
 def strata_weights() -> dict[str, int]:

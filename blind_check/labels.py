@@ -11,6 +11,8 @@ SINGLE, PAIR, NOTHING, OUTSIDE, ALIASED, ONE_CONDITION, STAGE = FAMILIES
 #: Causes of the carrier in forms of no law, alone, in pairs and none: judged by class, and drawn
 #: only where it is asked for.
 FORM = "form"
+#: Free decays of an element, which a smaller check holds only where they are asked for.
+DECAYS = "decay"
 
 KINDS = ("carrier", "mounting", "element")
 

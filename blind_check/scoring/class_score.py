@@ -32,7 +32,7 @@ from carrierflex.blind_check.scoring.scoring import (
     time_figures,
     wilson,
 )
-from carrierflex.blind_check.truth.element.drives import STRATUM
+from carrierflex.blind_check.truth.element.drives import DECAY, STRATUM
 from carrierflex.blind_check.truth.element.families import CAUSES
 
 #: Gap over the floor from which a class has to be found.
@@ -45,7 +45,7 @@ _WANTED = {
     "mounting": (0.90, 0.10),
 }
 _QUIET = (ABSTAINED, SILENT)
-STRATA = ("wide_band", "levels", "single_level", "decay", "carrier", "mounting")
+STRATA = ("wide_band", "levels", "single_level", "decays", "carrier", "mounting")
 #: False classes with nothing missing at most, by kind.
 _FALSE_AT_MOST = {"element": 0.03, "carrier": 0.02, "mounting": 0.02}
 #: Ends of the bins of the change of form; textbook laws have none.
@@ -153,9 +153,11 @@ def _figures(cases: Sequence[ClassJudged]) -> list[Figure]:
     figures: list[Figure] = []
     for stratum in STRATA:
         figures += _stratum_figures(kind, stratum, cases)
-    nothing = [case for case in cases if case.label.family == NOTHING]
-    outside = [case for case in cases if case.label.family == OUTSIDE]
-    inside = [case for case in cases if case.has_class]
+    decays = [case for case in cases if case.label.drive == DECAY]
+    aimed = [case for case in cases if case.label.drive != DECAY]
+    nothing = [case for case in aimed if case.label.family == NOTHING]
+    outside = [case for case in aimed if case.label.family == OUTSIDE]
+    inside = [case for case in aimed if case.has_class]
 
     def figure(
         name: str,
@@ -180,12 +182,14 @@ def _figures(cases: Sequence[ClassJudged]) -> list[Figure]:
         figure("outside: class named", [bool(case.answer) for case in outside]),
         figure("law named, class wrong", false_laws, "<= 1 %", lambda p, n: p <= 0.01),
     ]
+    if decays:
+        figures += _figures_of_decays(kind, decays)
     if kind not in CLASS_KINDS:
         follows = [case.follows_right for case in inside if is_clear(case)]
         told = [own for own in follows if own is not None]
         figures.append(figure("what a right class follows is right", told))
         return figures + time_figures(kind, [case.verdict.seconds for case in cases])
-    hits = [hit for case in cases for hit in covered_parameters(case)]
+    hits = [hit for case in aimed for hit in covered_parameters(case)]
     for name, of in (("m and K1", True), ("textbook laws' parameters", False)):
         inside_own = [hit.is_covered for hit in hits if hit.is_baseline is of]
         figures.append(
@@ -241,6 +245,20 @@ def _stratum_figures(kind: str, stratum: str, cases: Sequence[ClassJudged]) -> l
     figures.append(share_figure(kind, f"{below}: right", [o == RIGHT for o in small]))
     figures.append(share_figure(kind, f"{below}: wrong", [o in (WRONG, FAILED) for o in small]))
     return figures
+
+
+def _figures_of_decays(kind: str, cases: Sequence[ClassJudged]) -> list[Figure]:
+    """False names in decays, which have no target: one line shows too little."""
+    nothing = [case for case in cases if case.label.family == NOTHING]
+    outside = [case for case in cases if case.label.family == OUTSIDE]
+    inside = [case for case in cases if case.has_class]
+    shares = {
+        "nothing missing: false class or law": [bool(own.answer or own.laws) for own in nothing],
+        "outside: law named": [bool(own.laws) for own in outside],
+        "outside: class named": [bool(own.answer) for own in outside],
+        "law named, class wrong": [bool(own.false_laws) for own in inside],
+    }
+    return [share_figure(kind, f"decays, {name}", hits) for name, hits in shares.items()]
 
 
 def _changes(cases: Sequence[ClassJudged]) -> list[ChangeRow]:

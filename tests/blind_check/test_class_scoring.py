@@ -165,6 +165,31 @@ def test_figures_of_a_table_made_by_hand():
     assert len(result.wrong) == 2 + 1 + 2
 
 
+def test_decays_have_figures_of_their_own_and_no_target():
+    before = {figure.name: figure for figure in scored(table()).figures}
+    decays = [(label(k, "iwan", drive="decay"), verdict("class_named", F)) for k in (200, 201)]
+    decays += [(label(202, "iwan", drive="decay"), verdict("named", H, laws=["backlash"]))]
+    decays += [(label(203, drive="decay"), verdict("class_named", F))]
+    decays += [(label(204, drive="decay"), verdict("at_noise_floor"))]
+    outside = label(205, "tuned_mass", family=OUTSIDE, drive="decay")
+    decays += [(outside, verdict("named", F, laws=["backlash"]))]
+    figures = {figure.name: figure for figure in scored(table() + decays).figures}
+    expected = {
+        "decays, gap >= 2: class right of those answered": (1 / 3, 3),
+        "decays, nothing missing: false class or law": (1 / 2, 2),
+        "decays, outside: law named": (1.0, 1),
+        "decays, outside: class named": (1.0, 1),
+        "decays, law named, class wrong": (1 / 3, 3),
+    }
+    for name, (value, cases) in expected.items():
+        assert figures[name].value == pytest.approx(value), name
+        assert (figures[name].cases, figures[name].wanted) == (cases, ""), name
+    # What has a target is judged without them.
+    for name, figure in before.items():
+        if not name.startswith("seconds"):
+            assert (figures[name].value, figures[name].cases) == (figure.value, figure.cases), name
+
+
 def test_page_lists_every_false_law_and_the_change_of_form():
     result = scored(table())
     page = score_page(

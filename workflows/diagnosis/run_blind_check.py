@@ -50,7 +50,7 @@ from carrierflex.workflows.support.progress import Stages
 
 Kind = Literal["carrier", "mounting", "element", "all"]
 Family = Literal[
-    "single", "pair", "nothing", "outside", "aliased", "one_condition", "stage", "form"
+    "single", "pair", "nothing", "outside", "aliased", "one_condition", "stage", "form", "decay"
 ]
 Noise = Literal["declared", "undeclared", "half"]
 
@@ -97,8 +97,9 @@ def main(
     seed : int
         Seed of the cases.
     family : sequence of str
-        Only these families of cases (kinds carrier and mounting); may be repeated. All without,
-        but "form": causes of a carrier or mounting in forms of no law, judged by class.
+        Only these families of cases; may be repeated. All without, but "form": causes of a carrier
+        or mounting in forms of no law, judged by class. Of kind element only "decay", free decays,
+        which else end a full check.
     noise : str
         Whether the campaigns declare the noise of their channels (kinds carrier and mounting): all,
         none, or every other one; figures of those that do not stand apart.

@@ -15,13 +15,16 @@ MULTISINE, NOISE, SWEEPS, SINES, ONE_SINE, DECAY = DRIVES
 #: Stratum of the score that a drive belongs to.
 STRATUM = {
     MULTISINE: "wide_band", NOISE: "wide_band", SWEEPS: "levels", SINES: "levels",
-    ONE_SINE: "single_level", DECAY: "decay",
+    ONE_SINE: "single_level", DECAY: "decays",
 }  # fmt: skip
 #: Levels of the runs; sweeps go up and down at each of two.
 _LEVELS = {
     MULTISINE: (0.4, 0.7, 1.0, 1.4), NOISE: (0.4, 0.7, 1.0, 1.4), SWEEPS: (0.6, 0.6, 1.2, 1.2),
-    SINES: (0.4, 0.7, 1.0, 1.4), ONE_SINE: (1.0, 1.0, 1.0), DECAY: (0.5, 0.8, 1.1, 1.4),
+    SINES: (0.4, 0.7, 1.0, 1.4), ONE_SINE: (1.0, 1.0, 1.0),
 }  # fmt: skip
+#: Decays of a campaign, and the smallest start over the largest.
+_DECAYS = (4, 6)
+_SMALLEST_START = (0.2, 0.5)
 #: Band of the drive over the natural frequency.
 _BAND = (0.15, 2.5)
 _LINES = {MULTISINE: 60, NOISE: 120}
@@ -129,9 +132,10 @@ def drawn_drives(
     tuple of Drive
         One a run.
     """
-    levels = _LEVELS[kind]
     if kind == DECAY:
-        return tuple(Release(level) for level in levels)
+        n = int(rng.integers(*_DECAYS, endpoint=True))
+        return tuple(Release(float(q)) for q in np.geomspace(rng.uniform(*_SMALLEST_START), 1.0, n))
+    levels = _LEVELS[kind]
     if kind == SWEEPS:
         corner = np.inf if by_force else omega
         low, high = _BAND[0] * omega, _BAND[1] * omega

@@ -82,6 +82,11 @@ class Element:
         """Sampling interval [s]."""
         return 2.0 * np.pi / self.omega / PER_PERIOD
 
+    @property
+    def damping_ratio(self) -> float:
+        """Damping over the critical one."""
+        return float(self.base[2] / (2.0 * self.base[0] * self.omega))
+
     def channel(self, drive: Drive, run: int, n: int) -> FloatArray:
         """Deflection, or force of a driven element, of one run without noise, shape (n,)."""
         fine = self.motion(drive, run, n) if self.by_force else self._driven_force(drive, run, n)

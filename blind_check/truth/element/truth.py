@@ -48,7 +48,9 @@ from carrierflex.identification.campaign.campaign import Campaign
 
 FloatArray = NDArray[np.float64]
 
-_SAMPLES, _SAMPLES_OF_A_DECAY = 2400, 1200
+_SAMPLES = 2400
+#: A decay is recorded until it has fallen to this share of its start, for so many samples at most.
+_DECAYED, _LONGEST_DECAY = 0.01, 1200
 _SETTLE = 300
 #: Coefficients of the noise's memory.
 _MEMORY = (0.0, 0.7)
@@ -77,7 +79,7 @@ class _Case:
 
     @property
     def n(self) -> int:
-        return _SAMPLES_OF_A_DECAY if self.drive == DECAY else _SAMPLES
+        return _samples(self.drive, self.plain)
 
     @property
     def settle(self) -> int:
@@ -92,8 +94,7 @@ class _Case:
         """What the baseline's own refit leaves; constant gains change its parameters only."""
         plain = self.plain
         if self.drive == DECAY:
-            ratio = plain.base[2] / (2.0 * plain.base[0] * plain.omega)
-            return DecayRefit(plain.step, plain.omega, ratio).residuals
+            return DecayRefit(plain.step, plain.omega, plain.damping_ratio).residuals
         if not plain.by_force:
             motions = [reference_motion(plain, drive, self.n).columns for drive in self.drives]
             kept = [columns[::FINE][self.settle :] for columns in motions]
@@ -195,7 +196,7 @@ def _label(
 def _drawn_case(plan: CasePlan, rng: np.random.Generator) -> tuple[_Case, list[FloatArray]]:
     """Element under its drives, and its channel in every run without noise."""
     plain = drawn_element(rng, plan.drive)
-    n = _SAMPLES_OF_A_DECAY if plan.drive == DECAY else _SAMPLES
+    n = _samples(plan.drive, plain)
     drives = sized_drives(
         rng,
         plain,
@@ -218,6 +219,14 @@ def _drawn_case(plan: CasePlan, rng: np.random.Generator) -> tuple[_Case, list[F
     # With nothing missing the curvature is the gap that the floor is set by.
     slight = size * 10.0 ** rng.uniform(*_SLIGHT)
     return _bounded(replace(case, element=slightly_curved(rng, element, reference, slight)))
+
+
+def _samples(drive: str, plain: Element) -> int:
+    """Samples of a run; whoever releases an element records until it has all but stopped."""
+    if drive != DECAY:
+        return _SAMPLES
+    time = -np.log(_DECAYED) / (plain.damping_ratio * plain.omega)
+    return min(round(time / plain.step), _LONGEST_DECAY)
 
 
 def _leaking(

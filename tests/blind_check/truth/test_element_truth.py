@@ -1,5 +1,6 @@
 """Cases of the element's truth: gap, noise, change of form, strata."""
 
+import tomllib
 from collections import Counter
 from dataclasses import replace
 
@@ -7,8 +8,9 @@ import numpy as np
 import pytest
 
 from carrierflex.blind_check.case_plans import case_plans, full_size
-from carrierflex.blind_check.labels import NOTHING, OUTSIDE, PAIR, SINGLE, CasePlan
-from carrierflex.blind_check.truth.campaigns import write_case
+from carrierflex.blind_check.element_plans import DRIVEN_SIZE
+from carrierflex.blind_check.labels import DECAYS, NOTHING, OUTSIDE, PAIR, SINGLE, CasePlan
+from carrierflex.blind_check.truth.campaigns import case_campaign, write_case
 from carrierflex.blind_check.truth.element.drawing import (
     _with_cause,
     drawn_element,
@@ -17,20 +19,23 @@ from carrierflex.blind_check.truth.element.drawing import (
     with_causes,
 )
 from carrierflex.blind_check.truth.element.drives import (
+    DECAY,
     DRIVES,
     MULTISINE,
     NOISE,
     ONE_SINE,
     STRATUM,
     SWEEPS,
+    Release,
     drawn_drives,
 )
 from carrierflex.blind_check.truth.element.element import Element
 from carrierflex.blind_check.truth.element.families import CAUSES
 from carrierflex.blind_check.truth.element.parameters import true_parameters
 from carrierflex.blind_check.truth.element.refit import DecayRefit, ForcedRefit
-from carrierflex.blind_check.truth.element.truth import _drawn_case
+from carrierflex.blind_check.truth.element.truth import _drawn_case, _samples
 from carrierflex.blind_check.truth.noise import case_rng, largest_leak, root_mean_square
+from carrierflex.diagnosis.kinds import problem_of
 from carrierflex.identification.campaign.campaign_files import read_campaign
 
 N = 600
@@ -95,6 +100,83 @@ def test_refit_of_linear_decays_leaves_nothing():
     ]
     left = DecayRefit(0.01, 10.3, 0.02).residuals(swings)
     assert np.abs(left).max() < 1e-9
+
+
+@pytest.mark.parametrize("ratio", [0.01, 0.08])
+def test_a_release_decays_as_the_exact_solution_does(ratio):
+    omega, preload, start = 20.0, 3.0, 2e-3
+    element = Element(np.array([10.0, 4000.0, 2.0 * ratio * 10.0 * omega, preload]), omega, True)
+    found = element.channel(Release(start), 0, 400)
+    time = element.step * np.arange(400.0)
+    turn = omega * np.sqrt(1.0 - ratio**2)
+    rest = -preload / 4000.0
+    # At rest when it is let go.
+    shape = np.cos(turn * time) + ratio * omega / turn * np.sin(turn * time)
+    exact = rest + (start - rest) * np.exp(-ratio * omega * time) * shape
+    np.testing.assert_allclose(found, exact, atol=1e-7 * start)
+
+
+def test_decays_are_a_campaign_without_a_drive(tmp_path):
+    plan = CasePlan("element", 3, 9, SINGLE, ("cubic_spring",), 6.0, DECAY)
+    label = write_case(plan, tmp_path / "case")
+    campaign = read_campaign(tmp_path / "case")
+    assert tomllib.loads((tmp_path / "case" / "campaign.toml").read_text())["version"] == 2
+    assert campaign.rig == {"drive": "free_decay"}
+    assert campaign.inputs == ()
+    assert all(run.inputs == {} for run in campaign.runs)
+    assert 4 <= len(campaign.runs) <= 6
+    starts = [abs(float(run.signals["measured_displacement"][0])) for run in campaign.runs]
+    assert starts == sorted(starts)
+    assert starts[-1] > 1.9 * starts[0]
+    assert (label.drive, label.classes) == (DECAY, ("restoring_force",))
+    assert label.gap_over_floor == pytest.approx(6.0, rel=1e-6)
+
+
+def test_decays_last_until_they_have_all_but_stopped():
+    ratios = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        plain = drawn_element(rng, DECAY)
+        ratios.append(plain.damping_ratio)
+        n = _samples(DECAY, plain)
+        left = np.exp(-plain.damping_ratio * plain.omega * n * plain.step)
+        assert left == pytest.approx(0.01, rel=0.05) or (n == 1200 and left > 0.01)
+    assert 0.01 <= min(ratios) < 0.02
+    assert 0.06 < max(ratios) <= 0.08
+
+
+def test_decays_are_drawn_beside_the_cases_of_a_seed_not_among_them():
+    asked = case_plans("element", 60, 5, (DECAYS,))
+    assert {plan.drive for plan in asked} == {DECAY}
+    assert Counter(plan.family for plan in asked) == {
+        SINGLE: 30,
+        PAIR: 10,
+        NOTHING: 10,
+        OUTSIDE: 10,
+    }
+    causes = {ids for plan in asked for name in plan.effects for ids in CAUSES[name].classes}
+    # A decay has no drive to be late or unequal, and is one line that falls with time.
+    assert causes == {
+        "restoring_force",
+        "dissipation",
+        "hysteresis",
+        "coupled_damping",
+        "force_surface",
+    }
+    driven = case_plans("element", DRIVEN_SIZE, 5)
+    full = case_plans("element", full_size("element"), 5)
+    assert full[:DRIVEN_SIZE] == driven
+    assert DECAY not in {plan.drive for plan in driven}
+    assert {plan.drive for plan in full[DRIVEN_SIZE:]} == {DECAY}
+    assert [plan.number for plan in full] == list(range(1, len(full) + 1))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [11, 12, 13, 14, 15])
+def test_a_decay_with_nothing_missing_is_silent(seed):
+    campaign, _ = case_campaign(CasePlan("element", 1, seed, NOTHING, (), 0.0, DECAY))
+    answer = problem_of(campaign)[0].class_answer()
+    assert answer is None or answer.state == "nothing"
 
 
 @pytest.mark.parametrize("number", [2])

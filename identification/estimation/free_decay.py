@@ -1,0 +1,70 @@
+"""Linear free decay nearest to the first swings of a release, and its derivatives."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+FloatArray = NDArray[np.float64]
+
+#: Periods that are fitted: a law of the element bends more of them.
+_PERIODS, _FEWEST_SAMPLES = 2.5, 16
+#: Lines between two of the spectrum in which the frequency is sought, and the first of them: half a
+#: period a record.
+_PADDED, _FIRST = 8, 4
+#: Frequency over the one that was found, and damping ratio, within which the fit looks.
+_FREQUENCIES, _RATIOS = (0.5, 2.0), (0.0, 0.5)
+_FIRST_RATIO = 0.02
+
+
+def first_swings(deflection: FloatArray, step: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Deflection, speed and acceleration of the linear decay that a release begins with.
+
+    ``Re c exp(s t)``, ``s = -zeta w + j w sqrt(1 - zeta²)``, fitted beside a position of rest to
+    the first periods and continued over the whole record. What a record leaves beside it begins
+    smoothly: before a release there is no motion, and a filter rings of what it takes for one.
+
+    Parameters
+    ----------
+    deflection : ndarray, shape (n,)
+        Deflection from the release on.
+    step : float
+        Sampling interval [s].
+
+    Returns
+    -------
+    tuple of ndarray, shape (n,)
+        Deflection from the position of rest, its rate and its acceleration.
+    """
+    n = deflection.size
+    # No window: it would take the beginning, where the decay is largest.
+    power = np.abs(np.fft.rfft(deflection - deflection[-(n // 4 + 1) :].mean(), _PADDED * n))
+    line = int(np.argmax(power[_FIRST:])) + _FIRST
+    found = 2.0 * np.pi * line / (_PADDED * n * step)
+    fitted = round(_PERIODS * 2.0 * np.pi / (found * step))
+    first = deflection[: min(n, max(fitted, _FEWEST_SAMPLES))]
+    scale = deflection.std()
+
+    def left(shape: FloatArray) -> FloatArray:
+        return _fitted(first, _exponent(found, shape) * step)[1] / scale
+
+    low, high = zip(_FREQUENCIES, _RATIOS, strict=True)
+    shape = least_squares(left, [1.0, _FIRST_RATIO], bounds=(low, high)).x
+    s = _exponent(found, shape)
+    c, _ = _fitted(first, s * step)
+    swing = c * np.exp(s * step * np.arange(n))
+    q, v, a = (np.real(s**order * swing) for order in range(3))
+    return q, v, a
+
+
+def _exponent(omega: float, shape: FloatArray) -> complex:
+    """Exponent s of a frequency, over the one that was found, and a damping ratio."""
+    factor, ratio = shape
+    return complex(factor * omega * (-ratio + 1j * np.sqrt(1.0 - ratio**2)))
+
+
+def _fitted(first: FloatArray, advance: complex) -> tuple[complex, FloatArray]:
+    """Size c of a decay of exp(s dt) a sample, and what it leaves of the first swings."""
+    turn = np.exp(advance * np.arange(first.size))
+    columns = np.array([turn.real, -turn.imag, np.ones(first.size)]).T
+    c = np.linalg.lstsq(columns, first, rcond=None)[0]
+    return complex(c[0], c[1]), first - columns @ c
