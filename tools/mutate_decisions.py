@@ -1,0 +1,210 @@
+"""Change one operator at a time in the modules that decide, and list what no test notices.
+
+Every comparison is turned round (``<`` to ``>=``, ``==`` to ``!=``, ``in`` to ``not in``; beside a
+whole number ``<`` to ``<=`` too), ``and`` and ``or`` are exchanged, a plus made a minus and back, a
+sign or a ``not`` left out. Each changed module meets its own tests in a process of its own; it is
+killed where they fail or do not end. Run it with ``.venv/bin/python -P tools/mutate_decisions.py``
+(names of modules after it: those alone). The exit code is 1 where one survives that is not listed
+as equivalent.
+"""
+
+import ast
+import contextlib
+import copy
+import multiprocessing
+import os
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy  # noqa: F401 - loaded once, for all processes that are forked
+import pytest
+import scipy.linalg
+import scipy.optimize
+import scipy.signal
+import scipy.stats  # noqa: F401
+
+ROOT = Path(__file__).parents[1]
+#: Modules and the tests that state their behaviour.
+TESTS = {
+    "diagnosis/classes/decision.py": ("tests/diagnosis/classes/test_decision.py",),
+    "diagnosis/class_verdict.py": ("tests/diagnosis/test_class_verdict.py",),
+    "diagnosis/line_verdict.py": ("tests/diagnosis/test_line_verdict.py",),
+    "diagnosis/classes/shares.py": ("tests/diagnosis/classes/test_decision.py",),
+    "diagnosis/classes/laws.py": ("tests/diagnosis/classes/test_decision.py",),
+}
+#: What changes no answer, by file name, and why.
+EQUIVALENT: dict[tuple[str, str], str] = {}
+_SECONDS = 120.0
+_TURNED: dict[type[ast.cmpop], type[ast.cmpop]] = {
+    ast.Lt: ast.GtE,
+    ast.GtE: ast.Lt,
+    ast.Gt: ast.LtE,
+    ast.LtE: ast.Gt,
+    ast.Eq: ast.NotEq,
+    ast.NotEq: ast.Eq,
+    ast.In: ast.NotIn,
+    ast.NotIn: ast.In,
+    ast.Is: ast.IsNot,
+    ast.IsNot: ast.Is,
+}
+_MOVED: dict[type[ast.cmpop], type[ast.cmpop]] = {
+    ast.Lt: ast.LtE,
+    ast.LtE: ast.Lt,
+    ast.Gt: ast.GtE,
+    ast.GtE: ast.Gt,
+}
+_SIGNS: dict[type[ast.operator], type[ast.operator]] = {ast.Add: ast.Sub, ast.Sub: ast.Add}
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A module with one operator changed.
+
+    Parameters
+    ----------
+    module : str
+        Its path below the root.
+    line : int
+        Where the change is.
+    before, after : str
+        The expression.
+    text : str
+        The whole module.
+    """
+
+    module: str
+    line: int
+    before: str
+    after: str
+    text: str
+
+    @property
+    def change(self) -> str:
+        """The change in words."""
+        return f"{self.before} -> {self.after}"
+
+
+def mutants(module: str) -> Iterator[Mutant]:
+    """Every mutant of a module."""
+    tree = ast.parse((ROOT / module).read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        for changed in _changes(node):
+            before = ast.unparse(node)
+            kept = copy.copy(node.__dict__)
+            node.__dict__.update(changed)
+            yield Mutant(module, kept["lineno"], before, ast.unparse(node), ast.unparse(tree))
+            node.__dict__.update(kept)
+
+
+def _changes(node: ast.AST) -> Iterator[dict[str, object]]:
+    """Members of a node that make a mutant of it."""
+    if isinstance(node, ast.Compare):
+        for place, operator in enumerate(node.ops):
+            ends = (node.left, *node.comparators)[place : place + 2]
+            counts = any(isinstance(own, ast.Constant) and type(own.value) is int for own in ends)
+            for table in (_TURNED, _MOVED) if counts else (_TURNED,):
+                if type(operator) in table:
+                    ops = list(node.ops)
+                    ops[place] = table[type(operator)]()
+                    yield {"ops": ops}
+    elif isinstance(node, ast.BoolOp):
+        yield {"op": ast.Or() if isinstance(node.op, ast.And) else ast.And()}
+    elif isinstance(node, ast.BinOp | ast.AugAssign) and type(node.op) in _SIGNS:
+        yield {"op": _SIGNS[type(node.op)]()}
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+        yield {"op": ast.UAdd()}
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+        # Twice not is the truth of what it stood before.
+        yield {"operand": ast.UnaryOp(ast.Not(), node.operand)}
+
+
+def is_killed(mutant: Mutant, folder: Path) -> bool:
+    """Whether the tests of a module notice a mutant of it.
+
+    Parameters
+    ----------
+    mutant : Mutant
+        Mutant.
+    folder : Path
+        Copy of the packages below their import name.
+    """
+    target = folder / "carrierflex" / mutant.module
+    target.write_text(mutant.text, encoding="utf-8")
+    process = multiprocessing.get_context("fork").Process(
+        target=_tested, args=(folder, TESTS[mutant.module])
+    )
+    process.start()
+    process.join(_SECONDS)
+    is_alive = process.is_alive()
+    if is_alive:
+        process.kill()
+        process.join()
+    shutil.copy(ROOT / mutant.module, target)
+    return is_alive or process.exitcode != 0
+
+
+def _tested(folder: Path, tests: tuple[str, ...]) -> None:
+    """Run tests against the packages of a folder; the exit code is pytest's."""
+    sys.path.insert(0, str(folder))
+    sys.dont_write_bytecode = True
+    paths = f"pythonpath={folder} {ROOT}"
+    options = ("-x", "-q", "-p", "no:cacheprovider", "-o", paths, "--rootdir", str(ROOT))
+    with Path(os.devnull).open("w") as nothing, contextlib.redirect_stdout(nothing):
+        os.dup2(nothing.fileno(), 2)
+        code = pytest.main([*options, *(str(ROOT / test) for test in tests)])
+    os._exit(int(code))
+
+
+def linked_packages(folder: Path) -> None:
+    """Packages below their import name: those that are changed as copies, the others as links."""
+    top = folder / "carrierflex"
+    top.mkdir()
+    changed = {Path(module).parts[0] for module in TESTS}
+    for own in (ROOT / "build" / "import" / "carrierflex").iterdir():
+        if own.name in changed:
+            ignored = shutil.ignore_patterns("__pycache__")
+            shutil.copytree(own.resolve(), top / own.name, ignore=ignored)
+        else:
+            (top / own.name).symlink_to(own.resolve())
+
+
+def main() -> int:
+    """Try every mutant and print the survivors."""
+    chosen = [name for name in TESTS if not sys.argv[1:] or Path(name).name in sys.argv[1:]]
+    os.chdir(ROOT)
+    counts = {}
+    survivors = []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        linked_packages(folder)
+        for module in chosen:
+            found = list(mutants(module))
+            plain = Mutant(module, 0, "", "", (ROOT / module).read_text(encoding="utf-8"))
+            if is_killed(plain, folder):
+                raise SystemExit(f"{module}: its tests fail without any change")
+            alive = [mutant for mutant in found if not is_killed(mutant, folder)]
+            counts[module] = (len(found), len(alive))
+            survivors += alive
+    return _printed(counts, survivors)
+
+
+def _printed(counts: dict[str, tuple[int, int]], survivors: list[Mutant]) -> int:
+    """Print both tables; 1 where a survivor is not listed as equivalent."""
+    print("| module | mutants | killed | equivalent | survive |\n|---|---|---|---|---|")
+    known = [own for own in survivors if (Path(own.module).name, own.change) in EQUIVALENT]
+    for module, (total, alive) in counts.items():
+        listed = sum(own.module == module for own in known)
+        print(f"| {module} | {total} | {total - alive} | {listed} | {alive - listed} |")
+    print("\n| module | line | change | why it changes nothing |\n|---|---|---|---|")
+    for own in survivors:
+        reason = EQUIVALENT.get((Path(own.module).name, own.change), "**survives**")
+        print(f"| {own.module} | {own.line} | `{own.change}` | {reason} |")
+    return int(len(known) < len(survivors))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
