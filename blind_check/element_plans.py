@@ -91,16 +91,15 @@ def decay_plans(
         In an order that says nothing about the content.
     """
     strata = {0: NOTHING, 1: OUTSIDE}
-    places = list(range(cases))
-    drawn = []
-    for k, ratio in zip(places, _ratios(rng, cases), strict=True):
+    drawn: list[tuple[str, tuple[str, ...], float, str]] = []
+    for k, ratio in enumerate(_ratios(rng, cases)):
         turn, place = divmod(k, _DECAY_CYCLE)
         family, effects = _content(
             strata.get(place, DECAY), DECAY, turn if place < len(strata) else place, rng
         )
-        drawn.append((family, effects, 0.0 if family == NOTHING else ratio))
+        drawn.append((family, effects, 0.0 if family == NOTHING else ratio, DECAY))
     order = rng.permutation(cases)
-    return [CasePlan("element", first + n, seed, *drawn[k], DECAY) for n, k in enumerate(order)]
+    return [CasePlan("element", first + n, seed, *drawn[k]) for n, k in enumerate(order)]
 
 
 def strata_weights() -> dict[str, int]:
