@@ -62,19 +62,7 @@ CLASS_GROUPS: dict[str, tuple[str, ...]] = {
     TIME_VARIATION: ("time",),
     DRIVE_SIDE: ("side",),
 }
-CEILING = (
-    "f",
-    "g",
-    "jump",
-    "presliding",
-    "h",
-    "surface",
-    "stops",
-    "prony",
-    "delay",
-    "time",
-    "side",
-)
+CEILING = (*CLASS_GROUPS[FORCE_SURFACE], "stops", "prony", "delay", "time", "side")
 PRESLIDING = "dahl_friction"
 #: Speed below which the sign is uncertain: this share of the RMS at least, at most.
 _REST_SPEED = (0.01, 0.3)

@@ -1,11 +1,30 @@
 """Every constant of the decision is found with its reason, moved where it is read, and put back."""
 
+from dataclasses import replace
+from typing import ClassVar
+
+import numpy as np
 import pytest
 
-from carrierflex.blind_check.sensitivity import moved_constants
+from carrierflex.blind_check.case_plans import case_plans
 from carrierflex.blind_check.sensitivity.listed_constants import listed_constants
-from carrierflex.blind_check.sensitivity.moved_constants import moved
+from carrierflex.blind_check.sensitivity.moved_constants import (
+    FACTORS,
+    OF_SCORES,
+    OF_TABLE,
+    changed_answers,
+    equal_groups,
+    is_same,
+    moved,
+    plain_answer,
+    usual_case,
+)
+from carrierflex.blind_check.truth.campaigns import case_campaign
+from carrierflex.diagnosis.classes.constants import ClassConstants
 from carrierflex.diagnosis.element.classes import answer, motion, table
+from carrierflex.diagnosis.element.classes.table import element_table
+from carrierflex.diagnosis.element.problem import element_problem
+from tests.diagnosis.classes.toy_table import N_BLOCKS, N_SAMPLES, toy_columns, toy_table
 from tests.diagnosis.element.element_campaigns import displacement_campaign
 
 CONSTANTS = {f"{own.module.rpartition('.')[2]}.{own.name}": own for own in listed_constants()}
@@ -35,10 +54,64 @@ def test_a_limit_of_the_comparison_is_moved():
     assert answer.ClassConstants().named_share == 0.8
 
 
-@pytest.mark.long
-def test_an_answer_changes_with_the_share_that_names_a_class():
+class Limits(ClassConstants):
+    """Limits that tell which of them were read."""
+
+    read: ClassVar[set[str]] = set()
+
+    def __getattribute__(self, name):
+        if not name.startswith("_"):
+            Limits.read.add(name)
+        return super().__getattribute__(name)
+
+
+def test_the_table_reads_no_limits_but_those_that_are_said_to_be_its_own():
+    problem = element_problem(displacement_campaign(lambda q, v: 5e9 * q**3))
+    Limits.read.clear()
+    made = element_table(problem.model, problem.records, problem.noise, Limits())
+    assert Limits.read - {"read"} == set(OF_TABLE)
+    Limits.read.clear()
+    made.scores.of(("dissipation", "memory"))
+    assert Limits.read - {"read"} == set(OF_SCORES)
+
+
+def test_the_answer_that_is_compared_is_that_of_a_diagnosis():
     campaign = displacement_campaign(lambda q, v: 5e9 * q**3)
-    usual = moved_constants._answer(campaign)
-    assert usual.startswith("named: restoring_force")
-    with moved(CONSTANTS["constants.named_share"], 2.0):
-        assert moved_constants._answer(campaign) != usual
+    assert usual_case(campaign).answer == plain_answer(campaign)
+    assert plain_answer(campaign).startswith("named: restoring_force")
+
+
+#: Of each way that a constant takes to an answer; all but three change the answer below.
+WAYS = (
+    *("constants.n_folds", "constants.ridges", "constants.standard_errors"),
+    *("signals._ROLL_OFF", "records._PIECES", "motion._BLOCKS", "noise_colour._BEYOND"),
+    *("weighting._FORCE_ERROR", "columns._N_FORCE", "laws._TAUS", "answer._LINE_BINS"),
+)
+
+
+@pytest.mark.long
+def test_what_is_not_made_again_changes_no_answer():
+    # A coupling and a spring under noise, five floors: an answer that much can change.
+    campaign, _ = case_campaign(case_plans("element", 200, 7411)[3])
+    chosen = [CONSTANTS[name] for name in WAYS]
+    found = changed_answers(campaign, chosen)
+    plain = {}
+    for constant in chosen:
+        for factor in FACTORS:
+            with moved(constant, factor):
+                other = plain_answer(campaign)
+            if other != found["answer"]:
+                plain[f"{constant.module}.{constant.name} x{factor}"] = other
+    assert found["changed"] == plain
+    assert len({name.partition(" ")[0] for name in plain}) == len(WAYS) - 3
+
+
+def test_columns_that_are_equal_keep_what_they_leave_and_others_do_not():
+    first = toy_table(np.zeros(N_BLOCKS * N_SAMPLES), toy_columns())
+    other = replace(first, gram=first.gram.copy())
+    assert is_same(first, other)
+    places = first.groups["b"].columns
+    other.gram[:, places[0], places[0]] += 1e-15
+    assert not is_same(first, other)
+    assert equal_groups(first, other) == {"a", "c", "more"}
+    assert equal_groups(first, replace(first, floor=2.0 * first.floor)) is None
