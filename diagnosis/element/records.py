@@ -19,7 +19,7 @@ from carrierflex.identification.campaign.signals import (
     trusted_frequency,
 )
 from carrierflex.identification.campaign_check.sample_statistics import quantisation_step
-from carrierflex.identification.estimation.free_decay import first_swings
+from carrierflex.identification.estimation.free_decay import released_motion
 from carrierflex.simulation.element.drives import BASE, BY_FORCE, FREE_DECAY, PER_MASS
 
 FloatArray = NDArray[np.float64]
@@ -122,7 +122,7 @@ class ElementRecord:
 
     def with_response(self, response: FloatArray) -> "ElementRecord":
         """Copy that measured another response (force drive: the motion follows)."""
-        of = _released_motion if self.is_released else _motion
+        of = released_motion if self.is_released else _motion
         motion = of(response, self.step, self.cutoff_hz)
         return replace(self, response=response, motion=motion, gap=None)
 
@@ -277,7 +277,7 @@ def prepared_record(
         edge = (_RELEASED_PERIODS if is_released else _EDGE_PERIODS) / (trusted * step)
         counts = counts & _is_inner(counts.size, spans, edge)
     block, n_blocks = _blocks(counts, period, n_blocks)
-    motion = (_released_motion if is_released else _motion)(deflection, step, cutoff)
+    motion = (released_motion if is_released else _motion)(deflection, step, cutoff)
     if is_released:
         # The force that a free decay balances is that of inertia.
         force = -motion[2]
@@ -340,20 +340,6 @@ def _motion(
     deflection: FloatArray, step: float, cutoff: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     q, v, a = (band_limited(deflection, step, cutoff, derivative=order) for order in (0, 1, 2))
-    return q, v, a
-
-
-def _released_motion(
-    deflection: FloatArray, step: float, cutoff: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Motion after a release, whose first swings are differentiated as the decay that they are.
-
-    The mirror before the first sample would accelerate the other way, and the band's filter ring of
-    that step: with nothing missing the first blocks held hundreds of floors.
-    """
-    swings = first_swings(deflection, step)
-    rest = _motion(deflection - swings[0], step, cutoff)
-    q, v, a = (swing + more for swing, more in zip(swings, rest, strict=True))
     return q, v, a
 
 

@@ -4,6 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from carrierflex.identification.campaign.signals import band_limited
+
 FloatArray = NDArray[np.float64]
 
 #: Periods that are fitted: a law of the element bends more of them.
@@ -53,6 +55,23 @@ def first_swings(deflection: FloatArray, step: float) -> tuple[FloatArray, Float
     c, _ = _fitted(first, s * step)
     swing = c * np.exp(s * step * np.arange(n))
     q, v, a = (np.real(s**order * swing) for order in range(3))
+    return q, v, a
+
+
+def released_motion(
+    deflection: FloatArray, step: float, cutoff_hz: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Deflection, speed and acceleration below a frequency, after a release.
+
+    The first swings are differentiated as the decay that they are. The mirror that continues a
+    record before its first sample would accelerate the other way, and the band's filter ring of
+    that step: with nothing missing the first blocks held hundreds of floors.
+    """
+    swings = first_swings(deflection, step)
+    q, v, a = (
+        swing + band_limited(deflection - swings[0], step, cutoff_hz, derivative=order)
+        for order, swing in enumerate(swings)
+    )
     return q, v, a
 
 

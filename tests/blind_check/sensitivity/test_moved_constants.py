@@ -85,7 +85,7 @@ def test_the_answer_that_is_compared_is_that_of_a_diagnosis():
 WAYS = (
     *("constants.n_folds", "constants.ridges", "constants.standard_errors"),
     *("signals._ROLL_OFF", "records._PIECES", "motion._BLOCKS", "noise_colour._BEYOND"),
-    *("weighting._FORCE_ERROR", "columns._N_FORCE", "laws._TAUS", "answer._LINE_BINS"),
+    *("weighting._FORCE_ERROR", "columns._N_FORCE", "laws._TAUS", "answer._SAME_LEVEL"),
 )
 
 

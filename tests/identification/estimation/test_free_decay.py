@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from carrierflex.identification.estimation.free_decay import first_swings
+from carrierflex.identification.estimation.free_decay import first_swings, released_motion
 
 STEP, OMEGA = 0.01, 12.0
 TIME = STEP * np.arange(600)
@@ -36,3 +36,11 @@ def test_noise_moves_the_first_swings_by_less_than_itself():
 def test_no_decay_grows():
     found = first_swings(np.exp(0.5 * TIME) * np.cos(OMEGA * TIME), STEP)
     assert np.abs(found[0]).max() < 2.0
+
+
+def test_a_decay_below_a_frequency_begins_without_ringing():
+    # Ten times the decay's own frequency: a mirror before the release is a step of 2 w².
+    found = released_motion(decay(0.02, 0.0), STEP, 10.0 * OMEGA / (2.0 * np.pi))
+    for order, values in enumerate(found):
+        exact = decay(0.02, 0.0, order)
+        assert np.abs(values - exact).max() < 1e-3 * OMEGA**order
