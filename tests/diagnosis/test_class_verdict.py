@@ -23,7 +23,12 @@ from carrierflex.diagnosis.inference.results import (
     GapReduction,
 )
 
-HOLDERS = {"cube": ("spring",), "coulomb": ("friction", "loop"), "slider": ("loop",)}
+HOLDERS = {
+    "cube": ("spring",),
+    "quintic": ("spring",),
+    "coulomb": ("friction", "loop"),
+    "slider": ("loop",),
+}
 
 
 def reduction(phi):
@@ -189,3 +194,42 @@ def test_a_class_that_only_leads_does_not_overrule_records_met_to_their_noise():
     assert found.answer.classes == ()
     named = answer(classes=[finding("spring", share=0.9)], share=0.9)
     assert joint(named, AT_NOISE_FLOOR, ()).verdict == CLASS_NAMED
+
+
+def test_of_laws_and_classes_scored_alike_laws_stand_unless_a_class_explains_a_second_cause_more():
+    friction = replace(answer(classes=[finding("friction")]), same_scores=True)
+    floor = joint(friction, AT_NOISE_FLOOR, ())
+    assert (floor.verdict, floor.answer.state) == (AT_NOISE_FLOOR, NOTHING)
+    near = joint(friction, NAMED, ("cube",), phi=0.97)
+    assert (near.verdict, near.effects, near.answer.ids) == (NAMED, ("cube",), ("spring",))
+    assert joint(friction, NAMED, ("cube",), phi=0.9).verdict == CLASS_NAMED
+    assert joint(friction, NONE_OF_THESE, (), phi=0.97).verdict == CLASS_NAMED
+    # What leaves no more than noise is believed however much more a class learns.
+    at_floor = replace(reduction(0.9), floor_multiple=1.0)
+    assert joint_verdict(NAMED, "why", ("cube",), at_floor, friction).verdict == NAMED
+
+
+def test_of_the_classes_of_a_law_that_stands_the_one_that_was_seen_is_its_own():
+    loop = replace(answer(classes=[finding("loop")]), same_scores=True)
+    assert joint(loop, NAMED, ("coulomb",)).answer.ids == ("loop",)
+    nothing = replace(answer(NOTHING), rivals={"spring": 0.9, "loop": 0.4})
+    found = joint(nothing, NAMED, ("cube",))
+    assert found.answer.rivals == {"loop": 0.4}
+
+
+def test_a_further_law_of_no_class_is_no_small_second_cause():
+    spring = answer(classes=[finding("spring", share=0.99, law="cube")])
+    assert joint(spring, NAMED, ("cube", "of_a_user"), phi=0.9999).verdict == CLASS_NAMED
+
+
+def test_one_law_of_a_leading_pair_is_not_named():
+    pair = [finding("spring", 0.5, "cube", 0.5, True), finding("loop", 0.2)]
+    found = joint(answer(LEADING_CLASS, pair, share=0.7), NAMED, ("cube",), phi=0.6)
+    assert (found.verdict, found.effects) == (CLASS_NAMED, ())
+
+
+def test_a_class_keeps_its_nearest_law_where_that_is_named_and_else_takes_the_named_one():
+    near_quintic = answer(classes=[finding("spring", law="quintic")])
+    assert joint(near_quintic, NAMED, ("cube",)).answer.classes[0].law == "cube"
+    near_cube = answer(classes=[finding("spring", law="cube")])
+    assert joint(near_cube, NAMED, ("quintic", "cube")).answer.classes[0].law == "cube"

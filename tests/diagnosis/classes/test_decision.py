@@ -208,3 +208,22 @@ def test_columns_that_are_all_at_least_zero_need_no_free_one_beside_them():
     expected, _ = nnls(columns.T, rows[0])
     assert_allclose(coefficients(rows @ rows.T, model), expected, atol=1e-12)
     assert expected[1] == 0.0
+
+
+def test_where_the_drive_does_not_tell_two_causes_apart_only_single_classes_are_named():
+    shows_one = {"shows_two_causes": False}
+    assert answered(A, options=shows_one).ids == ("a",)
+    for two in (A + 0.5 * B, A + MORE):
+        assert answered(two).state == NAMED_CLASS
+        assert answered(two, options=shows_one).state == NO_CLASS
+
+
+@pytest.mark.parametrize("seed", range(1, 7))
+def test_of_equal_pairs_the_one_that_holds_the_best_single_class_is_the_answer(seed):
+    # Any two of the three span both causes, and c alone is nearest to their sum.
+    mixed = COLUMNS | {"c": COLUMNS["a"] + 0.6 * COLUMNS["b"]}
+    found = answered(A + B, mixed, noise=0.01, seed=seed)
+    assert "c" in found.ids
+    pairs = {("a", "b"), ("a", "c"), ("b", "c")}
+    assert {found.ids, *found.ties} == pairs
+    assert len(found.ties) == 2
