@@ -9,6 +9,7 @@ from scipy.optimize import nnls
 
 from carrierflex.diagnosis.classes.answer import class_answer
 from carrierflex.diagnosis.classes.constants import ClassConstants
+from carrierflex.diagnosis.classes.decision import _best_pair
 from carrierflex.diagnosis.classes.fits import (
     ClassModel,
     class_model,
@@ -17,8 +18,9 @@ from carrierflex.diagnosis.classes.fits import (
     squares_left,
 )
 from carrierflex.diagnosis.classes.gram_table import ColumnGroup
-from carrierflex.diagnosis.classes.held_out import ClassScores
+from carrierflex.diagnosis.classes.held_out import ClassScores, HeldOutSquares
 from carrierflex.diagnosis.classes.results import LEADING_CLASS, NAMED_CLASS, NO_CLASS, NOTHING
+from carrierflex.diagnosis.classes.shares import Shares
 from tests.diagnosis.classes.toy_table import N_BLOCKS, N_SAMPLES, toy_columns, toy_table
 
 LIMITS = ClassConstants()
@@ -227,3 +229,14 @@ def test_of_equal_pairs_the_one_that_holds_the_best_single_class_is_the_answer(s
     pairs = {("a", "b"), ("a", "c"), ("b", "c")}
     assert {found.ids, *found.ties} == pairs
     assert len(found.ties) == 2
+
+
+def test_a_pair_that_holds_the_best_single_class_goes_before_an_equal_one_and_no_better_one():
+    def left(size):
+        return HeldOutSquares(np.full(N_BLOCKS, size), (), ())
+
+    shares = Shares(np.full(N_BLOCKS, 100.0), np.full(N_BLOCKS, 1.0), LIMITS)
+    pairs = {("a", "b"): left(2.0), ("a", "c"): left(2.05), ("b", "c"): left(3.0)}
+    assert _best_pair(shares, pairs, "c") == ("a", "c")
+    assert _best_pair(shares, pairs, "b") == ("a", "b")
+    assert _best_pair(shares, pairs | {("a", "c"): left(3.5)}, "c") == ("a", "b")
